@@ -1,0 +1,310 @@
+"""Scene files: the contract's TOML as frozen, checked models."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, field_validator, model_validator
+
+from mcdas_opt.catalogue.shelf import checked, find, read_text, read_toml
+from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Request, Sector
+from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.geometry.rectangle import corners, separation
+
+Positive = Annotated[float, Field(gt=0.0)]
+NonNegative = Annotated[float, Field(ge=0.0)]
+TRAJECTORY_COLUMNS = ("t_s", "s_m", "d_m", "heading_rad", "speed_mps")
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
+
+
+class RoadPart(_Part):
+    lane_width_m: Positive = 3.7
+    lanes_left: Annotated[int, Field(ge=0)] = 0
+    lanes_right: Annotated[int, Field(ge=0)] = 0
+    shoulder_left_m: NonNegative = 0.0
+    shoulder_right_m: NonNegative = 0.0
+    friction: Annotated[float, Field(gt=0.0, le=1.5)] = 0.9
+    speed_limit_mps: Positive = 36.0
+    curvature: Annotated[list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=1)] = [[0.0, 0.0]]
+    road_end_s_m: float | None = None
+
+    @model_validator(mode="after")
+    def _road_is_sound(self) -> Self:
+        try:
+            self.record()
+        except ParameterError as error:
+            raise ValueError(str(error)) from None
+        return self
+
+    def record(self, friction: float | None = None) -> Road:
+        """The road, with the friction that its reader believes (default the road's own)."""
+        values = self.model_dump(exclude={"curvature", "friction"})
+        knots = tuple((s, k) for s, k in self.curvature)
+        return Road(**values, curvature=knots, friction=self.friction if friction is None else friction)
+
+
+class HostPart(_Part):
+    vehicle: str = "sedan"
+    d_m: float = 0.0
+    heading_rad: Annotated[float, Field(gt=-math.pi / 2, lt=math.pi / 2)] = 0.0
+    speed_mps: NonNegative
+    acceleration_mps2: float = 0.0
+    desired_speed_mps: NonNegative | None = None
+    assumed_friction: Annotated[float, Field(gt=0.0, le=1.5)] | None = None
+    request: Literal["drive", "park"] = "drive"
+
+
+class MotionPart(_Part):
+    """One scripted piece: an acceleration piece, a lateral piece, or both at once."""
+
+    start_s: NonNegative
+    acceleration_mps2: float | None = None
+    until_speed_mps: NonNegative | None = None
+    lateral_to_m: float | None = None
+    duration_s: Positive | None = None
+
+    @model_validator(mode="after")
+    def _one_channel_at_least(self) -> Self:
+        if self.acceleration_mps2 is None and self.lateral_to_m is None:
+            raise ValueError("a motion piece needs acceleration_mps2 or lateral_to_m")
+        if self.lateral_to_m is not None and self.duration_s is None:
+            raise ValueError("lateral_to_m needs duration_s")
+        if self.lateral_to_m is None and self.duration_s is not None:
+            raise ValueError("duration_s belongs to lateral_to_m")
+        if self.acceleration_mps2 is None and self.until_speed_mps is not None:
+            raise ValueError("until_speed_mps belongs to acceleration_mps2")
+        return self
+
+
+class NeighbourPart(_Part):
+    name: str = ""
+    s_m: float | None = None
+    d_m: float | None = None
+    speed_mps: NonNegative | None = None
+    length_m: Positive = 4.5
+    width_m: Positive = 1.8
+    behaviour: Literal["scripted", "idm"] = "scripted"
+    reaction_s: NonNegative = 1.0
+    motion: list[MotionPart] = []
+    trajectory: str | None = None
+    _samples: Array | None = PrivateAttr(default=None)
+
+    @model_validator(mode="after")
+    def _either_state_or_trajectory(self) -> Self:
+        state = {"s_m": self.s_m, "d_m": self.d_m, "speed_mps": self.speed_mps}
+        if self.trajectory is not None:
+            given = [k for k, v in state.items() if v is not None] + (["motion"] if self.motion else [])
+            if given:
+                raise ValueError(f"trajectory and {given[0]} exclude each other")
+            if self.behaviour == "idm":
+                raise ValueError("a recorded trajectory cannot follow by idm")
+            return self
+        for key in ("s_m", "speed_mps"):
+            if state[key] is None:
+                raise ValueError(f"missing key {key} (or trajectory)")
+        if self.behaviour == "idm" and self.motion:
+            raise ValueError("a motion script and behaviour idm exclude each other")
+        starts = [piece.start_s for piece in self.motion]
+        if starts != sorted(starts):
+            raise ValueError("motion pieces must stand in time order")
+        return self
+
+    @property
+    def samples(self) -> Array | None:
+        """(n, 5) recorded t, s, d, heading, speed; None for a neighbour with a state of its own."""
+        return self._samples
+
+    @property
+    def initial(self) -> tuple[float, float, float, float]:
+        """(s, d, heading, speed) at t = 0."""
+        if self._samples is not None:
+            t = self._samples[:, 0]
+            s, d, psi, v = (float(np.interp(0.0, t, self._samples[:, k])) for k in (1, 2, 3, 4))
+            return s, d, psi, v
+        assert self.s_m is not None
+        assert self.speed_mps is not None
+        return self.s_m, self.d_m or 0.0, 0.0, self.speed_mps
+
+
+class SensorsPart(_Part):
+    front: str = "ideal"
+    rear: str = "ideal"
+    left: str = "ideal"
+    right: str = "ideal"
+    latency_s: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
+    warmup_s: Annotated[float, Field(ge=0.0, le=10.0)] = 1.0
+
+    def of(self, sector: Sector) -> str:
+        return str(getattr(self, sector.value))
+
+
+class Scene(_Part):
+    """A scene of the contract. Build it with `load_scene`, or `Scene.model_validate(dict)` for one that needs no files beside it."""
+
+    name: str = "scene"
+    duration_s: Annotated[float, Field(gt=0.0, le=600.0)] = 8.0
+    seed: Annotated[int, Field(ge=0)] = 1
+    road: RoadPart = RoadPart()
+    host: HostPart
+    neighbour: list[NeighbourPart] = []
+    sensors: SensorsPart = SensorsPart()
+    _vehicle: Vehicle = PrivateAttr()
+    _file: str = PrivateAttr(default="scene")
+
+    @field_validator("neighbour")
+    @classmethod
+    def _names(cls, neighbours: list[NeighbourPart]) -> list[NeighbourPart]:
+        names = [n.name for n in neighbours if n.name]
+        twice = next((n for n in names if names.count(n) > 1), None)
+        if twice is not None:
+            raise ValueError(f"two neighbours are called {twice!r}")
+        return neighbours
+
+    def model_post_init(self, context: Any) -> None:
+        beside, file = context if context else (None, "scene")
+        self._file = str(file)
+        self._vehicle = load_vehicle(self.host.vehicle, beside)
+
+    @property
+    def vehicle(self) -> Vehicle:
+        return self._vehicle
+
+    @property
+    def file(self) -> str:
+        return self._file
+
+    @property
+    def host_state(self) -> HostState:
+        """At t = 0, wheels straight along the road's curvature."""
+        host = self.host
+        kappa = float(self.road.record().curvature_at(0.0))
+        return HostState(
+            s_m=0.0,
+            d_m=host.d_m,
+            heading_rad=host.heading_rad,
+            speed_mps=host.speed_mps,
+            acceleration_mps2=host.acceleration_mps2,
+            steering_rad=math.atan(self.vehicle.wheelbase_m * kappa),
+        )
+
+    @property
+    def true_road(self) -> Road:
+        """With the friction that the plant has."""
+        return self.road.record()
+
+    @property
+    def assumed_road(self) -> Road:
+        """With the friction that plans are made and judged with."""
+        return self.road.record(self.host.assumed_friction)
+
+    @property
+    def desired_speed_mps(self) -> float:
+        host = self.host
+        return host.speed_mps if host.desired_speed_mps is None else host.desired_speed_mps
+
+    @property
+    def request(self) -> Request:
+        return Request(self.host.request)
+
+    def neighbour_name(self, index: int) -> str:
+        return self.neighbour[index].name or f"neighbour-{index + 1}"
+
+
+def load_scene(name: str | Path) -> Scene:
+    """The scene behind a path or a shipped name. Raises `InputError` that names file, key, value and rule."""
+    path = find("scenes", str(name))
+    document = read_toml(path)
+    return scene_from_document(document, path)
+
+
+def scene_from_document(document: Any, path: Path) -> Scene:
+    """A scene from its parsed TOML; files that it names are sought beside `path`."""
+    checked(_SceneShape, document, path)
+    scene = Scene.model_validate(document, context=(path.parent, path))
+    for index, neighbour in enumerate(scene.neighbour):
+        if neighbour.trajectory is not None:
+            neighbour._samples = _read_trajectory(path, index, neighbour.trajectory)
+    _check_values(scene, path)
+    return scene
+
+
+class _SceneShape(Scene):
+    """The same keys, without loading the files that they name."""
+
+    def model_post_init(self, context: Any) -> None:
+        return None
+
+
+def _read_trajectory(scene: Path, index: int, name: str) -> Array:
+    path = next((p for p in (scene.parent / name, Path(name)) if p.is_file()), None)
+    if path is None:
+        raise InputError(scene, f"neighbour[{index}].trajectory", name, "no such file")
+    lines = read_text(path).splitlines()
+    header = tuple(part.strip() for part in lines[0].split(",")) if lines else ()
+    if header != TRAJECTORY_COLUMNS:
+        raise InputError(path, "line 1", ",".join(header), f"must be the header {','.join(TRAJECTORY_COLUMNS)}")
+    rows: list[list[float]] = []
+    for number, line in enumerate(lines[1:], start=2):
+        if not line.strip():
+            continue
+        try:
+            row = [float(part) for part in line.split(",")]
+        except ValueError:
+            raise InputError(path, f"line {number}", line, "must be numbers") from None
+        if len(row) != len(TRAJECTORY_COLUMNS) or not all(math.isfinite(v) for v in row):
+            raise InputError(path, f"line {number}", line, f"must be {len(TRAJECTORY_COLUMNS)} finite numbers")
+        if rows and row[0] <= rows[-1][0]:
+            raise InputError(path, f"line {number}", row[0], "t_s must increase")
+        rows.append(row)
+    if len(rows) < 2:
+        raise InputError(path, "", None, "needs at least two rows")
+    return np.array(rows)
+
+
+def _check_values(scene: Scene, path: Path) -> None:
+    """Rules that need the vehicle or several keys at once."""
+    vehicle, host, road = scene.vehicle, scene.host, scene.true_road
+    top = vehicle.speed_max_mps
+    for key, value in (("host.speed_mps", host.speed_mps), ("host.desired_speed_mps", host.desired_speed_mps)):
+        if value is not None and value > top:
+            raise InputError(path, key, value, f"exceeds the vehicle's maximum {top:g} m/s (speeds are m/s, not km/h)")
+    if host.request == "park" and host.speed_mps > 0.0:
+        raise InputError(path, "host.request", "park", "parking is granted only at standstill")
+    low, high = vehicle.acceleration_min_mps2, vehicle.acceleration_max_mps2
+    if not low <= host.acceleration_mps2 <= high:
+        raise InputError(path, "host.acceleration_mps2", host.acceleration_mps2, f"must lie in [{low:g}, {high:g}]")
+    if not road.right_edge_m < host.d_m < road.left_edge_m:
+        raise InputError(path, "host.d_m", host.d_m, f"is off the road [{road.right_edge_m:g}, {road.left_edge_m:g}] m")
+    frame = FrenetFrame(road=road)
+    zero = np.zeros(1)
+
+    def body(s: float, d: float, psi: float, length: float, width: float) -> Array:
+        x, y, yaw = frame.to_plane(zero + s, zero + d, zero + psi)
+        return corners(x, y, yaw, length, width)
+
+    bodies = [("host", body(0.0, host.d_m, host.heading_rad, vehicle.length_m, vehicle.width_m))]
+    for index, neighbour in enumerate(scene.neighbour):
+        s, d, psi, v = neighbour.initial
+        key = f"neighbour[{index}]"
+        if v > 100.0:
+            raise InputError(path, f"{key}.speed_mps", v, "exceeds 100 m/s (speeds are m/s, not km/h)")
+        if not frame.s_min_m < s < frame.s_max_m:
+            raise InputError(path, f"{key}.s_m", s, f"must lie in ({frame.s_min_m:g}, {frame.s_max_m:g}) m")
+        shape = body(s, d, psi, neighbour.length_m, neighbour.width_m)
+        for other, other_shape in bodies:
+            depth = -float(separation(shape, other_shape)[0])
+            if depth > 0.0:
+                raise InputError(path, f"{key}.s_m", s, f"overlaps {other} at the start by {depth:.2f} m")
+        bodies.append((f"{key} ({scene.neighbour_name(index)})", shape))

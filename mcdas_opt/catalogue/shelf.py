@@ -1,0 +1,102 @@
+"""Where the shipped data is, and how a name or a path becomes a file."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from mcdas_opt.errors import InputError, nearest
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+@lru_cache(maxsize=1)
+def models_folder() -> Path:
+    """The packaged `models` folder, else the checkout's."""
+    package = Path(__file__).resolve().parent.parent
+    for folder in (package / "_models", package.parent / "models"):
+        if folder.is_dir():
+            return folder
+    raise InputError(package, "models", None, "the data folder is missing: reinstall the package")
+
+
+def shipped(kind: str, suffix: str = ".toml") -> tuple[str, ...]:
+    """Names of the shipped files of a kind ('vehicles', 'sensors', 'scenes' ...)."""
+    return tuple(sorted(path.stem for path in (models_folder() / kind).glob(f"*{suffix}")))
+
+
+def find(kind: str, name: str, suffix: str = ".toml", beside: Path | None = None) -> Path:
+    """The file behind `name`: a path (also relative to the folder `beside`), or the name of a shipped file."""
+    direct = [Path(name)] + ([beside / name] if beside is not None else [])
+    for path in direct:
+        if path.is_file():
+            return path
+    packaged = models_folder() / kind / f"{name}{suffix}"
+    if packaged.is_file():
+        return packaged
+    if "/" in name or name.endswith(suffix):
+        raise InputError(name, "", None, "no such file")
+    raise InputError(name, "", None, f"no such file, and no shipped {kind[:-1]} of that name; {nearest(name, shipped(kind, suffix))}")
+
+
+def read_text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(path, "", None, f"cannot be read: {error}") from None
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(read_text(path))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(path, "", None, f"is not TOML: {error}") from None
+
+
+def read_json(path: Path) -> Any:
+    try:
+        return json.loads(read_text(path))
+    except json.JSONDecodeError as error:
+        raise InputError(path, f"line {error.lineno}", None, f"is not JSON: {error.msg}") from None
+
+
+def checked(model: type[Model], document: Any, file: object) -> Model:
+    """`document` as a pydantic `model`; the first fault becomes an `InputError` with file, key path, value, rule, nearest key."""
+    try:
+        return model.model_validate(document)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in first["loc"]).lstrip(".")
+        if first["type"] == "extra_forbidden":
+            known = _fields_at(model, first["loc"][:-1])
+            raise InputError(file, key, None, f"unknown key; {nearest(str(first['loc'][-1]), known)}") from None
+        value = None if first["type"] == "missing" else first.get("input")
+        rule = "missing key" if first["type"] == "missing" else first["msg"].removeprefix("Value error, ")
+        raise InputError(file, key, value, rule[0].lower() + rule[1:]) from None
+
+
+def _fields_at(model: type[BaseModel], location: tuple[int | str, ...]) -> set[str]:
+    """Field names of the sub-model at `location`."""
+    current: Any = model
+    for part in location:
+        if isinstance(part, int) or not (isinstance(current, type) and issubclass(current, BaseModel)):
+            continue
+        field = next((f for name, f in current.model_fields.items() if part in (name, f.alias)), None)
+        current = _inner(field.annotation) if field is not None else None
+    return set(current.model_fields) if isinstance(current, type) and issubclass(current, BaseModel) else set()
+
+
+def _inner(annotation: Any) -> Any:
+    """The pydantic model inside an annotation such as `tuple[Model, ...]` or `Model | None`."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    for argument in getattr(annotation, "__args__", ()):
+        found = _inner(argument)
+        if found is not None:
+            return found
+    return None

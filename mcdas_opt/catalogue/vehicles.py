@@ -1,0 +1,43 @@
+"""Vehicle files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict
+
+from mcdas_opt.catalogue.shelf import checked, find, read_toml
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.errors import InputError, ParameterError
+
+
+class VehicleFile(BaseModel):
+    """The keys of a vehicle file; the limits are the contract's, the rest says where the numbers come from."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+    wheelbase_m: float
+    front_overhang_m: float
+    rear_overhang_m: float
+    width_m: float
+    steering_max_rad: float
+    steering_rate_max_radps: float
+    acceleration_min_mps2: float
+    acceleration_max_mps2: float
+    jerk_min_mps3: float
+    jerk_max_mps3: float
+    speed_max_mps: float
+    source: str = ""
+    sources: dict[str, str] = {}
+    mass_kg: float | None = None
+
+
+def load_vehicle(name: str, beside: Path | None = None) -> Vehicle:
+    """The vehicle behind a shipped name or a path. Raises `InputError` that names the file, the key and the known vehicles."""
+    path = find("vehicles", name, beside=beside)
+    entry = checked(VehicleFile, read_toml(path), path)
+    limits = entry.model_dump(exclude={"source", "sources", "mass_kg"})
+    try:
+        return Vehicle(name=path.stem, **limits)
+    except ParameterError as error:
+        raise InputError(path, error.name, error.value, error.rule) from None

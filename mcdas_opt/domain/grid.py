@@ -1,0 +1,36 @@
+"""The time grid as data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.errors import ParameterError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TimeGrid:
+    """Step lengths [s] of a horizon, not necessarily even; at most 0.1 s each (the contract's sampling)."""
+
+    steps_s: Array = field(default_factory=lambda: np.full(40, 0.1))
+
+    def __post_init__(self) -> None:
+        steps = np.array(self.steps_s, dtype=np.float64)
+        if steps.ndim != 1 or steps.size < 2 or not np.all(np.isfinite(steps)) or steps.min() <= 0.0:
+            raise ParameterError("steps_s", self.steps_s, "must be at least two positive steps", "s")
+        if steps.max() > 0.1 + 1e-9:
+            raise ParameterError("steps_s", float(steps.max()), "no step may exceed 0.1 s", "s")
+        steps.setflags(write=False)
+        object.__setattr__(self, "steps_s", steps)
+
+    @property
+    def nodes(self) -> int:
+        """Number of steps N; there are N + 1 times."""
+        return int(self.steps_s.size)
+
+    @property
+    def times_s(self) -> Array:
+        """(N + 1,), from 0. Rounded to a nanosecond, so that 0.1 s steps print as such."""
+        return np.round(np.concatenate([[0.0], np.cumsum(self.steps_s)]), 9)

@@ -1,0 +1,63 @@
+"""What sensors say: scans of detections."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from mcdas_opt.domain.rules import positive
+from mcdas_opt.domain.vocabulary import Sector
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mounting:
+    """Pose of a sensor on the host: from the body centre, x forward, y left, yaw counter-clockwise (pi = looking back)."""
+
+    x_m: float = 0.0
+    y_m: float = 0.0
+    yaw_rad: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RadarDetection:
+    """A radar point in the sensor's own frame. Azimuth is counter-clockwise positive (ISO 8855), range rate positive when opening.
+
+    Standard deviations are the sensor's own claim. Values may be anything a sensor says, NaN included: the tracker gates them.
+    """
+
+    range_m: float
+    azimuth_rad: float
+    range_rate_mps: float
+    range_sd_m: float = 0.25
+    azimuth_sd_rad: float = math.radians(0.5)
+    range_rate_sd_mps: float = 0.12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BodyDetection:
+    """What an ideal sensor says of a neighbour: body centre (s, d) and velocity over ground in the road frame, and its size."""
+
+    name: str
+    s_m: float
+    d_m: float
+    speed_s_mps: float
+    speed_d_mps: float
+    length_m: float
+    width_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scan:
+    """Everything one sensor saw at one instant. `working` false: the sensor is there and dead, its sector is not covered."""
+
+    sensor: str
+    sector: Sector
+    t_s: float
+    mounting: Mounting = field(default_factory=Mounting)
+    radar: tuple[RadarDetection, ...] = ()
+    bodies: tuple[BodyDetection, ...] = ()
+    working: bool = True
+    period_s: float = 0.1
+
+    def __post_init__(self) -> None:
+        positive("period_s", self.period_s, "s")

@@ -1,0 +1,68 @@
+"""The planner's answer: a plan, or a refusal with its reason."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.verdict import Verdict
+from mcdas_opt.domain.vocabulary import Mode, Side, Status
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Candidate:
+    """One way out that was tried: its cost (None when it has none), whether the judge passed it, else why not."""
+
+    name: str
+    cost: float | None
+    passed: bool
+    refusal: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Timing:
+    """Wall-clock milliseconds; the only part of a plan that does not repeat."""
+
+    total: float = 0.0
+    solve: float = 0.0
+    verify: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """A trajectory with its verdict. Time 0 of the trajectory is the situation's time.
+
+    `reference` is the manoeuvre that the plan follows (a record of `reference/`), handed back as `previous` so that a manoeuvre
+    once begun goes on instead of beginning anew.
+    """
+
+    planner: str
+    mode: Mode
+    side: Side = Side.NONE
+    warning: bool = False
+    status: Status = Status.PLANNED
+    reason: str = ""
+    verdict: Verdict
+    prediction: str
+    trajectory: Trajectory
+    candidates: tuple[Candidate, ...] = ()
+    timing_ms: Timing = field(default_factory=Timing)
+    iterations: int = 0
+    literal_mode: str | None = None
+    time_s: float = 0.0
+    reference: Any = field(default=None, repr=False, compare=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON document of the contract."""
+        return {"schema_version": SCHEMA_VERSION, **to_document(self)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Refusal:
+    """No plan, and why: in traffic a normal value, answered by the next rung of the ladder."""
+
+    reason: str
+    candidates: tuple[Candidate, ...] = ()
+    iterations: int = 0

@@ -1,0 +1,84 @@
+"""The road in its Frenet frame: s forward, d left, (0, 0) = the host's lane centre at the start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mcdas_opt.domain.rules import Array, non_negative, positive
+from mcdas_opt.errors import ParameterError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Road:
+    """Lanes of one direction along a reference line of piecewise linear curvature.
+
+    `curvature` holds knots (s [m], kappa [1/m]), linear in between and held at both ends; a left turn is positive.
+    `friction` is what the reader of this record believes: the planner's belief in a `Situation`, the truth in the plant.
+    """
+
+    lane_width_m: float = 3.7
+    lanes_left: int = 0
+    lanes_right: int = 0
+    shoulder_left_m: float = 0.0
+    shoulder_right_m: float = 0.0
+    friction: float = 0.9
+    speed_limit_mps: float = 36.0
+    curvature: tuple[tuple[float, float], ...] = ((0.0, 0.0),)
+    road_end_s_m: float | None = None
+
+    def __post_init__(self) -> None:
+        positive("lane_width_m", self.lane_width_m, "m")
+        for name in ("lanes_left", "lanes_right"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int) or value < 0:
+                raise ParameterError(name, value, "must be a whole number, at least 0")
+        for name in ("shoulder_left_m", "shoulder_right_m"):
+            non_negative(name, getattr(self, name), "m")
+        positive("friction", self.friction)
+        positive("speed_limit_mps", self.speed_limit_mps, "m/s")
+        try:
+            knots = tuple((float(s), float(k)) for s, k in self.curvature)
+        except (TypeError, ValueError):
+            raise ParameterError("curvature", self.curvature, "must be a list of [s_m, kappa_1pm] pairs") from None
+        object.__setattr__(self, "curvature", knots)
+        s = np.array([k[0] for k in knots])
+        if not knots or not np.all(np.isfinite(knots)):
+            raise ParameterError("curvature", self.curvature, "must hold at least one finite [s_m, kappa_1pm] pair")
+        if np.any(np.diff(s) <= 0.0):
+            raise ParameterError("curvature", self.curvature, "s_m of the knots must increase", "m")
+        widest = max(self.left_edge_m, -self.right_edge_m)
+        if np.abs([k[1] for k in knots]).max() * widest >= 0.9:
+            raise ParameterError("curvature", self.curvature, "is too tight: the road would fold over itself", "1/m")
+
+    @property
+    def left_edge_m(self) -> float:
+        """d of the left edge of the drivable surface [m]."""
+        return (self.lanes_left + 0.5) * self.lane_width_m + self.shoulder_left_m
+
+    @property
+    def right_edge_m(self) -> float:
+        """d of the right edge of the drivable surface [m], negative."""
+        return -(self.lanes_right + 0.5) * self.lane_width_m - self.shoulder_right_m
+
+    @property
+    def is_straight(self) -> bool:
+        return all(kappa == 0.0 for _, kappa in self.curvature)
+
+    def curvature_at(self, s: Any) -> Array:
+        """Curvature [1/m] of the reference line at s [m], of the shape of `s`."""
+        knots = np.asarray(self.curvature)
+        return np.asarray(np.interp(s, knots[:, 0], knots[:, 1]), dtype=np.float64)
+
+    def lane_of(self, d_m: float) -> int:
+        """Index of the lane that holds d: 0 the host's first lane, positive to the left; clipped to the lanes there are."""
+        lane = int(np.floor(d_m / self.lane_width_m + 0.5))
+        return min(max(lane, -self.lanes_right), self.lanes_left)
+
+    def lane_centre_m(self, lane: int) -> float:
+        return lane * self.lane_width_m
+
+    def has_lane(self, lane: int) -> bool:
+        return -self.lanes_right <= lane <= self.lanes_left

@@ -1,0 +1,75 @@
+"""Rules that a record's fields must keep: each raises `ParameterError` with name, value, rule and unit."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mcdas_opt.errors import ParameterError
+
+Array = NDArray[np.float64]
+
+
+def finite(name: str, value: float, unit: str = "") -> float:
+    """`value` as a float; it must be a finite number."""
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.floating, np.integer)):
+        raise ParameterError(name, value, "must be a number", unit)
+    if not math.isfinite(value):
+        raise ParameterError(name, float(value), "must be finite", unit)
+    return float(value)
+
+
+def positive(name: str, value: float, unit: str = "") -> float:
+    if finite(name, value, unit) <= 0.0:
+        raise ParameterError(name, value, "must be greater than 0", unit)
+    return float(value)
+
+
+def non_negative(name: str, value: float, unit: str = "") -> float:
+    if finite(name, value, unit) < 0.0:
+        raise ParameterError(name, value, "must be at least 0", unit)
+    return float(value)
+
+
+def within(name: str, value: float, low: float, high: float, unit: str = "") -> float:
+    if not low <= finite(name, value, unit) <= high:
+        raise ParameterError(name, value, f"must lie in [{low:g}, {high:g}]", unit)
+    return float(value)
+
+
+def vector(name: str, value: Any, unit: str = "", length: int | None = None) -> Array:
+    """`value` as a read-only float vector; every entry finite."""
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ParameterError(name, value, "must be a list of numbers", unit) from None
+    if array.ndim != 1 or (length is not None and array.size != length):
+        wanted = "a list of numbers" if length is None else f"a list of {length} numbers"
+        raise ParameterError(name, f"shape {array.shape}", f"must be {wanted}", unit)
+    if not np.all(np.isfinite(array)):
+        k = int(np.flatnonzero(~np.isfinite(array))[0])
+        raise ParameterError(f"{name}[{k}]", float(array[k]), "must be finite", unit)
+    array.setflags(write=False)
+    return array
+
+
+def covariance(name: str, value: Any, size: int, unit: str = "") -> Array:
+    """`value` as a read-only symmetric positive semi-definite matrix."""
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ParameterError(name, value, f"must be a {size} x {size} matrix", unit) from None
+    if array.shape != (size, size):
+        raise ParameterError(name, f"shape {array.shape}", f"must be a {size} x {size} matrix", unit)
+    if not np.all(np.isfinite(array)):
+        raise ParameterError(name, "non-finite entry", "must be finite", unit)
+    if np.any(np.diag(array) < 0.0):
+        raise ParameterError(name, float(np.diag(array).min()), "must have no negative variance", unit)
+    scale = max(1.0, float(np.abs(array).max()))
+    if np.abs(array - array.T).max() > 1e-6 * scale or np.linalg.eigvalsh(array).min() < -1e-6 * scale:
+        raise ParameterError(name, "matrix", "must be symmetric and positive semi-definite", unit)
+    array.setflags(write=False)
+    return array

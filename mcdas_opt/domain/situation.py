@@ -1,0 +1,61 @@
+"""The facts that a planner is given: host, tracks, coverage, road, time, and what the driver wants."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from typing import Any
+
+from mcdas_opt.domain.document import SCHEMA_VERSION, from_document, to_document
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import finite, non_negative
+from mcdas_opt.domain.track import Coverage, Track
+from mcdas_opt.domain.vocabulary import Request
+from mcdas_opt.errors import InputError, ParameterError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Situation:
+    """Everything a plan may depend on. `road.friction` is the friction that the planner assumes.
+
+    `vehicle` names the host's car (a shipped vehicle or a path); `desired_speed_mps` defaults to the host's speed.
+    """
+
+    time_s: float = 0.0
+    host: HostState
+    tracks: tuple[Track, ...] = ()
+    coverage: Coverage = field(default_factory=Coverage)
+    road: Road = field(default_factory=Road)
+    vehicle: str = "sedan"
+    desired_speed_mps: float | None = None
+    request: Request = Request.DRIVE
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "time_s", finite("time_s", self.time_s, "s"))
+        wanted = self.host.speed_mps if self.desired_speed_mps is None else self.desired_speed_mps
+        object.__setattr__(self, "desired_speed_mps", non_negative("desired_speed_mps", wanted, "m/s"))
+        ids = [track.id for track in self.tracks]
+        if len(set(ids)) != len(ids):
+            twice = next(i for i in ids if ids.count(i) > 1)
+            raise ParameterError("tracks.id", twice, "must be unique")
+
+    @property
+    def wanted_speed_mps(self) -> float:
+        assert self.desired_speed_mps is not None
+        return self.desired_speed_mps
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"schema_version": SCHEMA_VERSION, **to_document(self)}
+
+    def to_json(self) -> str:
+        return json.dumps(self.to_dict(), allow_nan=False)
+
+    @classmethod
+    def from_json(cls, text: str, file: object = "situation") -> Situation:
+        """From a JSON document; raises `InputError` that names `file`, key, value and rule."""
+        try:
+            document = json.loads(text)
+        except json.JSONDecodeError as error:
+            raise InputError(file, f"line {error.lineno}", None, f"is not JSON: {error.msg}") from None
+        return from_document(cls, document, file)

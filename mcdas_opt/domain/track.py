@@ -1,0 +1,49 @@
+"""A tracked neighbour, and which directions the sensors can vouch for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mcdas_opt.domain.rules import Array, covariance, finite, positive
+from mcdas_opt.domain.vocabulary import Sector
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Track:
+    """Body centre and velocity of a neighbour along (s) and across (d) the road, with their covariance.
+
+    `covariance` is 4 x 4 in the order (s, s speed, d, d speed), units m and m/s.
+    """
+
+    id: str
+    s_m: float
+    d_m: float
+    speed_s_mps: float
+    speed_d_mps: float = 0.0
+    covariance: Array = field(default_factory=lambda: np.zeros((4, 4)))
+    length_m: float = 4.5
+    width_m: float = 1.8
+    age_s: float = 0.0
+    coasting: bool = False
+
+    def __post_init__(self) -> None:
+        for name, unit in (("s_m", "m"), ("d_m", "m"), ("speed_s_mps", "m/s"), ("speed_d_mps", "m/s"), ("age_s", "s")):
+            object.__setattr__(self, name, finite(name, getattr(self, name), unit))
+        positive("length_m", self.length_m, "m")
+        positive("width_m", self.width_m, "m")
+        object.__setattr__(self, "covariance", covariance("covariance", self.covariance, 4))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Coverage:
+    """Which sectors a working sensor watches. A sector that nobody watches counts as occupied, never as empty."""
+
+    front: bool = True
+    rear: bool = True
+    left: bool = True
+    right: bool = True
+
+    def sees(self, sector: Sector) -> bool:
+        return bool(getattr(self, sector.value))

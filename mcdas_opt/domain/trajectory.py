@@ -1,0 +1,79 @@
+"""A trajectory of the host: samples over time, body centres in the road frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from mcdas_opt.domain.document import to_document
+from mcdas_opt.domain.rules import Array, vector
+from mcdas_opt.errors import ParameterError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trajectory:
+    """Equal-length vectors. (s, d) body centre, heading relative to the road at s; speed, acceleration, steering of the rear axle.
+
+    `jerk_mps3` and `steering_rate_radps` at k hold over [t_k, t_k+1); the last repeats. Built by anybody: soundness is the judge's.
+    """
+
+    t_s: Array
+    s_m: Array
+    d_m: Array
+    heading_rad: Array
+    speed_mps: Array
+    acceleration_mps2: Array
+    steering_rad: Array
+    steering_rate_radps: Array
+    jerk_mps3: Array
+
+    def __post_init__(self) -> None:
+        size = len(np.atleast_1d(self.t_s))
+        for field in fields(self):
+            value = np.array(getattr(self, field.name), dtype=np.float64)
+            if value.shape != (size,):
+                raise ParameterError(field.name, f"shape {value.shape}", f"must be a list of {size} numbers, as t_s")
+            value.setflags(write=False)
+            object.__setattr__(self, field.name, value)
+
+    def __len__(self) -> int:
+        return int(self.t_s.size)
+
+    @property
+    def states(self) -> Array:
+        """(n, 6): s, d, psi, v, a, delta."""
+        return np.column_stack([self.s_m, self.d_m, self.heading_rad, self.speed_mps, self.acceleration_mps2, self.steering_rad])
+
+    @property
+    def inputs(self) -> Array:
+        """(n, 2): jerk, steering rate."""
+        return np.column_stack([self.jerk_mps3, self.steering_rate_radps])
+
+    @classmethod
+    def from_states(cls, t_s: Array, x: Array, u: Array) -> Trajectory:
+        """From times (n,), states (n, 6) and inputs (n - 1, 2) or (n, 2); a missing last input repeats."""
+        if len(u) == len(t_s) - 1:
+            u = np.vstack([u, u[-1:]]) if len(u) else np.zeros((1, 2))
+        s, d, psi, v, a, delta = np.asarray(x).T
+        jerk, rate = np.asarray(u).T
+        return cls(
+            t_s=vector("t_s", t_s, "s"),
+            s_m=s,
+            d_m=d,
+            heading_rad=psi,
+            speed_mps=v,
+            acceleration_mps2=a,
+            steering_rad=delta,
+            steering_rate_radps=rate,
+            jerk_mps3=jerk,
+        )
+
+    def to_dict(self) -> dict[str, list[float]]:
+        document: dict[str, list[float]] = to_document(self)
+        return document
+
+    @classmethod
+    def from_columns(cls, columns: dict[str, Any]) -> Trajectory:
+        return cls(**{field.name: columns[field.name] for field in fields(cls)})

@@ -1,0 +1,49 @@
+"""The car: its size and its limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mcdas_opt.domain.rules import positive, within
+from mcdas_opt.errors import ParameterError
+
+GRAVITY_MPS2 = 9.80665
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Vehicle:
+    """Size and actuator limits of a car; the limits are what the judge enforces, comfort is a cost."""
+
+    name: str = "sedan"
+    wheelbase_m: float = 2.7
+    front_overhang_m: float = 0.9
+    rear_overhang_m: float = 0.9
+    width_m: float = 1.8
+    steering_max_rad: float = 0.55
+    steering_rate_max_radps: float = 0.5
+    acceleration_min_mps2: float = -8.0
+    acceleration_max_mps2: float = 3.0
+    jerk_min_mps3: float = -40.0
+    jerk_max_mps3: float = 20.0
+    speed_max_mps: float = 50.0
+
+    def __post_init__(self) -> None:
+        for name in ("wheelbase_m", "front_overhang_m", "rear_overhang_m", "width_m"):
+            positive(name, getattr(self, name), "m")
+        within("steering_max_rad", self.steering_max_rad, 0.01, 1.4, "rad")
+        positive("steering_rate_max_radps", self.steering_rate_max_radps, "rad/s")
+        positive("acceleration_max_mps2", self.acceleration_max_mps2, "m/s^2")
+        positive("jerk_max_mps3", self.jerk_max_mps3, "m/s^3")
+        positive("speed_max_mps", self.speed_max_mps, "m/s")
+        for name, unit in (("acceleration_min_mps2", "m/s^2"), ("jerk_min_mps3", "m/s^3")):
+            if not getattr(self, name) < 0.0:
+                raise ParameterError(name, getattr(self, name), "must be less than 0", unit)
+
+    @property
+    def length_m(self) -> float:
+        return self.front_overhang_m + self.wheelbase_m + self.rear_overhang_m
+
+    @property
+    def centre_m(self) -> float:
+        """Body centre ahead of the rear axle [m]."""
+        return 0.5 * (self.wheelbase_m + self.front_overhang_m - self.rear_overhang_m)

@@ -1,0 +1,1 @@
+"""Equations, written once; the number system `m` is passed in (numpy, CasADi, math)."""

@@ -1,0 +1,20 @@
+"""The paper's sigmoid (eq 20-23), corrected: renormalised, and bent around the front vehicle by its offset. Left positive."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def sigmoid(x: Any, a: Any, b: Any, m: Any) -> Any:
+    """S(x) = 1 / (1 + b exp(a x)), the shape of eq 22 with a < 0; written with tanh so that it cannot overflow."""
+    return 0.5 * (1.0 - m.tanh(0.5 * (a * x + m.log(b))))
+
+
+def renormalised(x: Any, a: Any, b: Any, m: Any) -> Any:
+    """(S(x) - S(0)) / (S(X) - S(0)) with X = -2 ln(b) / a, where S(X) = 1 - S(0): exactly 0 at x = 0 and 1 at x = X."""
+    return (sigmoid(x, a, b, m) - 1.0 / (1.0 + b)) * (b + 1.0) / (b - 1.0)
+
+
+def hump(x: Any, width: Any, m: Any) -> Any:
+    """exp(-(x / width)^2): 1 beside the front vehicle, fading ahead of it and behind."""
+    return m.exp(-((x / width) ** 2))

@@ -1,0 +1,44 @@
+"""What can go wrong, in two kinds: the input is bad (exit 2), or we are (exit 1). A refused plan is neither: it is a value."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class McdasError(Exception):
+    """Root of everything this package raises on purpose."""
+
+
+class ParameterError(McdasError, ValueError):
+    """A value breaks a rule: names what, the value, the rule and the unit."""
+
+    def __init__(self, name: str, value: object, rule: str, unit: str = "") -> None:
+        self.name, self.value, self.rule, self.unit = name, value, rule, unit
+        shown = f"{value!r} {unit}".rstrip()
+        super().__init__(f"{name} = {shown}: {rule}")
+
+
+class InputError(McdasError, ValueError):
+    """A file (or a document) is unusable: names the file, the key, the value and the rule."""
+
+    def __init__(self, file: object, key: str, value: object, rule: str) -> None:
+        self.file, self.key, self.value, self.rule = str(file), key, value, rule
+        where = f"{self.file}: {key}" if key else self.file
+        shown = "" if value is None else f" = {value!r}"
+        super().__init__(f"{where}{shown}: {rule}")
+
+
+class MissingExtraError(McdasError, ImportError):
+    """An optional package is not installed: says which command installs it."""
+
+    def __init__(self, package: str, extra: str) -> None:
+        self.package, self.extra = package, extra
+        super().__init__(f"this needs the package {package!r}: pip install mcdas-opt[{extra}]")
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """'did you mean' clause for an unknown name, or the list of the known ones when none is near."""
+    names = sorted(known)
+    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    return f"did you mean {near[0]!r}?" if near else "known: " + ", ".join(names)

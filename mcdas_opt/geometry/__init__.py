@@ -1,0 +1,1 @@
+"""Bodies, polygons and the road's frame; numpy only."""

@@ -1,0 +1,106 @@
+"""The road's Frenet frame against the plane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+
+_STEP_M = 0.5
+_GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrenetFrame:
+    """Maps (s, d, psi relative to the road) to (x, y, yaw) and back; the identity on a straight road.
+
+    The plane's origin and x axis are the road's at s = 0. Heading is the exact integral of the piecewise linear curvature, positions
+    are Gauss quadratures of it (1e-10 m); inside [s_min, s_max] the reference line is tabulated, beyond it is refused by `ValueError`.
+    """
+
+    road: Road
+    s_min_m: float = -400.0
+    s_max_m: float = 1600.0
+    _s: Array = field(init=False, repr=False)
+    _x: Array = field(init=False, repr=False)
+    _y: Array = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.road.is_straight:
+            empty = np.zeros(0)
+            for name in ("_s", "_x", "_y"):
+                object.__setattr__(self, name, empty)
+            return
+        knots = np.array([s for s, _ in self.road.curvature])
+        even = np.arange(self.s_min_m, self.s_max_m + _STEP_M, _STEP_M)
+        s = np.union1d(even, np.concatenate([knots[(knots > self.s_min_m) & (knots < self.s_max_m)], [0.0]]))
+        half = 0.5 * np.diff(s)
+        nodes = s[:-1, None] + half[:, None] * (1.0 + _GAUSS_NODES)
+        theta = self.road_heading(nodes)
+        x = np.concatenate([[0.0], np.cumsum(half * (np.cos(theta) @ _GAUSS_WEIGHTS))])
+        y = np.concatenate([[0.0], np.cumsum(half * (np.sin(theta) @ _GAUSS_WEIGHTS))])
+        origin = int(np.searchsorted(s, 0.0))
+        object.__setattr__(self, "_s", s)
+        object.__setattr__(self, "_x", x - x[origin])
+        object.__setattr__(self, "_y", y - y[origin])
+
+    def road_heading(self, s: Array) -> Array:
+        """Heading of the reference line [rad] at s [m], zero at s = 0."""
+        s = np.asarray(s, dtype=np.float64)
+        if self.road.is_straight:
+            return np.zeros_like(s)
+        knots = np.asarray(self.road.curvature)
+        ks, kk = knots[:, 0], knots[:, 1]
+        at_knots = np.concatenate([[0.0], np.cumsum(0.5 * (kk[1:] + kk[:-1]) * np.diff(ks))])
+
+        def integral(q: Array) -> Array:
+            i = np.clip(np.searchsorted(ks, q, side="right") - 1, 0, len(ks) - 1)
+            # beyond either end the curvature is held, so the integral goes on linearly
+            return np.asarray(np.where(q < ks[0], (q - ks[0]) * kk[0], at_knots[i] + 0.5 * (kk[i] + np.interp(q, ks, kk)) * (q - ks[i])))
+
+        return np.asarray(integral(s) - integral(np.zeros(1))[0])
+
+    def _line(self, s: Array) -> tuple[Array, Array, Array]:
+        if s.size and (s.min() < self._s[0] or s.max() > self._s[-1]):
+            raise ValueError(f"s outside the tabulated road [{self._s[0]:g}, {self._s[-1]:g}] m")
+        i = np.clip(np.searchsorted(self._s, s, side="right") - 1, 0, self._s.size - 2)
+        half = 0.5 * (s - self._s[i])
+        theta = self.road_heading(self._s[i][..., None] + half[..., None] * (1.0 + _GAUSS_NODES))
+        x = self._x[i] + half * (np.cos(theta) @ _GAUSS_WEIGHTS)
+        y = self._y[i] + half * (np.sin(theta) @ _GAUSS_WEIGHTS)
+        return x, y, self.road_heading(s)
+
+    def to_plane(self, s: Array, d: Array, psi: Array) -> tuple[Array, Array, Array]:
+        """(x, y, yaw) of (s, d, psi); arrays of one shape."""
+        s, d, psi = (np.asarray(q, dtype=np.float64) for q in (s, d, psi))
+        if self.road.is_straight:
+            return s, d, psi
+        x, y, theta = self._line(s)
+        return x - d * np.sin(theta), y + d * np.cos(theta), psi + theta
+
+    def to_road(self, x: Array, y: Array, yaw: Array, near_s_m: float | None = None) -> tuple[Array, Array, Array]:
+        """(s, d, psi) of (x, y, yaw), by Newton's method on the foot of the perpendicular from the nearest tabulated point.
+
+        With `near_s_m` only the road within 300 m of it is searched (a road that turns full circle passes a point twice).
+        """
+        x, y, yaw = (np.asarray(q, dtype=np.float64) for q in (x, y, yaw))
+        if self.road.is_straight:
+            return x, y, yaw
+        low, high = (self._s[0], self._s[-1]) if near_s_m is None else (near_s_m - 300.0, near_s_m + 300.0)
+        coarse = slice(int(np.searchsorted(self._s, low)), int(np.searchsorted(self._s, high)), 8)
+        distance = (x[..., None] - self._x[coarse]) ** 2 + (y[..., None] - self._y[coarse]) ** 2
+        s = self._s[coarse][np.argmin(distance, axis=-1)]
+        for _ in range(12):
+            px, py, theta = self._line(s)
+            along = (x - px) * np.cos(theta) + (y - py) * np.sin(theta)
+            across = -(x - px) * np.sin(theta) + (y - py) * np.cos(theta)
+            step = along / np.maximum(1.0 - across * self.road.curvature_at(s), 0.1)
+            s = np.clip(s + step, self._s[0], self._s[-1])
+            if np.abs(step).max(initial=0.0) < 1e-12:
+                break
+        px, py, theta = self._line(s)
+        d = -(x - px) * np.sin(theta) + (y - py) * np.cos(theta)
+        return s, d, np.arctan2(np.sin(yaw - theta), np.cos(yaw - theta))
