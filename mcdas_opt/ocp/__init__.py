@@ -1,0 +1,1 @@
+"""Optimal control problems as lists of named terms, in CasADi."""
