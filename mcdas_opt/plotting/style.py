@@ -22,7 +22,7 @@ HOST, FRONT, REAR, NEIGHBOUR = BLUE, ORANGE, VERMILION, GREY
 LITERAL, CORRECTED, PLAN = PURPLE, GREEN, BLUE
 ASPHALT, VERGE, MARKING, EDGE = "#e9e9ec", "#ffffff", "#ffffff", "#55555a"
 
-RC: dict[str, Any] = {
+RC: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 9.0,
     "axes.titlesize": 10.0,

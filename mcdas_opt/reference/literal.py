@@ -33,20 +33,23 @@ def x_of_time(k: float, t: Any) -> Any:
 
 
 def y_right(x: Any, off: float, y_max: float = Y_MAX_M, a: float = A_PER_M, b: float = B) -> Array:
-    """Eq 22, right positive [m]; y(0) is the sigmoid's own value at x = 0, which nullifies y there."""
-    reach = y_max + off
-    return np.asarray(reach * sigmoid(np.asarray(x, dtype=np.float64), a, b, np) - reach / (1.0 + b))
+    """Eq 22, right positive [m]; y(0) nullifies y at x = 0."""
+    return np.asarray((y_max + off) * _risen(x, a, b))
 
 
 def y_left(x: Any, off: float, y_max: float = Y_MAX_M, a: float = A_PER_M, b: float = B) -> Array:
     """Eq 23, right positive: negative values lie to the left [m]."""
-    reach = y_max - off
-    return np.asarray(-reach * sigmoid(np.asarray(x, dtype=np.float64), a, b, np) + reach / (1.0 + b))
+    return np.asarray(-(y_max - off) * _risen(x, a, b))
 
 
 def y_parking(x: Any, y_max: float = Y_MAX_M, a: float = 0.4, b: float = B) -> Array:
-    """Eq 28, the reverse path (x = -K t runs to negative values, eq 27), right positive [m]; literally it ends at -y_max."""
-    return np.asarray(-y_max * sigmoid(np.asarray(x, dtype=np.float64), a, b, np) + y_max / (1.0 + b))
+    """Eq 28, the reverse path (x = -K t runs to negative values, eq 27), right positive [m]; it settles at -y_max b / (1 + b)."""
+    return np.asarray(-y_max * _risen(x, a, b))
+
+
+def _risen(x: Any, a: float, b: float) -> Array:
+    """S(x) - S(0); y(0) = +-reach S(0) is the sigmoid's own value at x = 0, subtracted without renormalising."""
+    return np.asarray(sigmoid(np.asarray(x, dtype=np.float64), a, b, np) - sigmoid(0.0, a, b, np))
 
 
 class Eq24(NamedTuple):
@@ -129,8 +132,7 @@ class LiteralPath:
     def d(self, s: Any) -> Array:
         """Lateral position [m] at s [m]."""
         x = np.asarray(s, dtype=np.float64) - self.start_s_m
-        rise = sigmoid(np.maximum(x, 0.0), self.a_per_m, self.b, np) - 1.0 / (1.0 + self.b)
-        return np.asarray(self.start_d_m + self.amplitude_m * rise)
+        return np.asarray(self.start_d_m + self.amplitude_m * _risen(np.maximum(x, 0.0), self.a_per_m, self.b))
 
     def slope(self, s: Any) -> Array:
         """dd/ds [-]."""

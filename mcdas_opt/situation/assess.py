@@ -39,11 +39,11 @@ def assess(situation: Situation, vehicle: Vehicle, settings: SelectorSettings, p
     rear = _car(rear_car, situation, vehicle)
     ttc_front = float(closing_time(front.gap_m, host.speed_mps - (front.speed_mps or 0.0)))
     ttc_rear = float(closing_time(rear.gap_m, (rear.speed_mps or 0.0) - host.speed_mps))
-    blocked = set(blocked_sides(tracks, coverage, lane, host, vehicle, road, settings))
+    before = previous or Assessment()
+    blocked = set(blocked_sides(tracks, coverage, lane, host, vehicle, road, settings, before.side))
     if front.id is None and ttc_front < settings.ttc_warning_s:  # the end of the road: no lane goes on
         blocked |= {Sector.LEFT, Sector.RIGHT}
     offset = 0.0 if front_car is None else front_car.d_m - host.d_m
-    before = previous or Assessment()
     age = math.inf if previous is None or situation.time_s < previous.since_s else situation.time_s - previous.since_s
     choice = select(
         Facts(
@@ -69,9 +69,9 @@ def assess(situation: Situation, vehicle: Vehicle, settings: SelectorSettings, p
         ),
         settings,
     )
-    if not coverage.front or front.gap_m <= settings.distance_front_long_m:
+    if not coverage.front or choice.front_threat[0] or front.gap_m <= settings.distance_front_long_m:
         blocked.add(Sector.FRONT)
-    if not coverage.rear or rear.gap_m <= settings.distance_rear_m:
+    if not coverage.rear or choice.rear_threat[0] or rear.gap_m <= settings.distance_rear_m:
         blocked.add(Sector.REAR)
     mode, side, rule = MODES[int(choice.mode[0])], SIDES[int(choice.side[0])], int(choice.rule[0])
     threats = [s for s, there in ((Sector.FRONT, choice.front_threat), (Sector.REAR, choice.rear_threat)) if there[0]]

@@ -24,6 +24,7 @@ _HOLD, _CRUISE, _BRAKE, _ACCELERATE, _EVADE, _PARK = (_CODE[mode] for mode in MO
 _NONE, _LEFT, _RIGHT = (_SIDE[side] for side in SIDES)
 _URGENCY = np.array([0, 0, 1, 1, 2, 0], dtype=np.int8)  # by mode code
 _MODE_OF_RULE = np.array([_CODE[rule.mode] for rule in RULES], dtype=np.int8)
+_SLOWEST_MPS = 1e-6  # slower than this is not closing at all
 _NEAREST_M = 0.1  # a gap counts as at least this, so that the demand stays finite
 _ACCELERATION_DELAY_S = 0.15  # until the acceleration has built up
 
@@ -92,17 +93,18 @@ class Threat(NamedTuple):
 def closing_time(gap: Any, closing: Any) -> Array:
     """Time to collision [s]: gap / closing speed, infinite where not closing or nobody is there, 0 where already touching."""
     gap, closing = np.broadcast_arrays(np.asarray(gap, dtype=np.float64), np.asarray(closing, dtype=np.float64))
-    positive = closing > 0.0
+    positive = closing > _SLOWEST_MPS
     return np.asarray(np.where(positive, np.maximum(gap, 0.0) / np.where(positive, closing, 1.0), np.inf))
 
 
 def conditions(f: Facts, front: Threat, rear: Threat, settings: SelectorSettings) -> Conditions:
-    """What the rule table asks, of broadcast facts."""
+    """What the rule table asks, of broadcast facts; a choice once made gives way only past a margin."""
     error = f.desired_speed - f.host_speed
     band = settings.speed_band_mps * np.where(f.previous_mode == _CRUISE, 0.5, 1.0)
-    followed = ~f.rear_seen | (f.rear_gap <= settings.distance_rear_m)
+    stay = np.where(f.previous_mode == _EVADE, settings.ttc_clear_s / settings.ttc_threat_s, 1.0)
+    followed = ~f.rear_seen | (f.rear_gap <= settings.distance_rear_m * stay)
     needed = rear.closing**2 / (2.0 * f.acceleration_mps2) + rear.closing * _ACCELERATION_DELAY_S
-    clear_ahead = f.front_seen & (f.front_gap > settings.distance_front_long_m)
+    clear_ahead = f.front_seen & (f.front_gap > settings.distance_front_long_m * stay)
     return Conditions(
         front=front.threat,
         rear=rear.threat,
@@ -110,9 +112,9 @@ def conditions(f: Facts, front: Threat, rear: Threat, settings: SelectorSettings
         blind=~f.front_seen & ~f.rear_seen,
         at_speed=np.abs(error) <= band,
         unseen_ahead=(error > 0.0) & ~f.front_seen,
-        brakes=front.demand <= np.where(followed, settings.braking_followed_mps2, settings.braking_enough_mps2),
-        outruns=clear_ahead & (needed <= f.rear_gap - settings.occupancy_gap_m),
-        side=(f.left_open | f.right_open) & (f.host_speed >= settings.evading_speed_mps),
+        brakes=front.demand * stay <= np.where(followed, settings.braking_followed_mps2, settings.braking_enough_mps2),
+        outruns=clear_ahead & (needed * stay <= f.rear_gap - settings.occupancy_gap_m),
+        side=(f.left_open | f.right_open) & (f.host_speed * stay >= settings.evading_speed_mps),
         room=_room(f, settings),
     )
 
@@ -185,4 +187,5 @@ def _standing(f: Facts, settings: SelectorSettings) -> Flags:
 
 
 def _room(f: Facts, settings: SelectorSettings) -> Flags:
-    return np.asarray(f.front_seen & (f.front_gap > settings.accelerating_room_m))
+    stay = np.where(f.previous_mode == _ACCELERATE, settings.ttc_clear_s / settings.ttc_threat_s, 1.0)
+    return np.asarray(f.front_seen & (f.front_gap * stay > settings.accelerating_room_m))
