@@ -66,7 +66,7 @@ class LaneProblem:
     """What is wanted of the host, and what binds it: read top to bottom. Weights are per node of 0.1 s."""
 
     vehicle: Vehicle
-    neighbours: int = 6
+    neighbours: int
     road_margin_m: float = 0.1
     limit_margin: float = 0.995
     costs: tuple[Cost, ...] = field(default_factory=_costs)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
+import numpy as np
+
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.plan import Candidate, Plan, Refusal, Timing
 from mcdas_opt.domain.prediction import Prediction
@@ -20,6 +22,19 @@ from mcdas_opt.planning.ways import Manoeuvre, Way, continued, harder_ways, keep
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.prediction import predict
 from mcdas_opt.verification.judge import judge
+
+_STEADY_MPS2 = 0.3  # a plan that stays under it over its first second neither brakes nor accelerates
+
+
+def in_lane_mode(trajectory: Trajectory, way: Way) -> Mode:
+    """What a plan that keeps its lane does: named by its acceleration over the first second, not by what it was meant to be."""
+    if way.mode in (Mode.HOLD, Mode.CRUISE):
+        return way.mode
+    first = trajectory.acceleration_mps2[trajectory.t_s <= 1.0 + 1e-9]
+    strongest = float(first[int(np.argmax(np.abs(first)))])
+    if abs(strongest) < _STEADY_MPS2:
+        return Mode.HOLD
+    return Mode.ACCELERATE if strongest > 0.0 else Mode.BRAKE
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +59,7 @@ class MpcMethod:
         self._assessment: Assessment | None = None
         self._solve_s = self._verify_s = 0.0
         self._iterations = 0
+        self._chosen = ""
 
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
         self._solve_s = self._verify_s = 0.0
@@ -62,9 +78,10 @@ class MpcMethod:
             reason = "; ".join(f"{c.name}: {c.refusal}" for c in candidates)
             return Refusal(reason=f"no way out passes ({reason})", candidates=candidates, iterations=self._iterations)
         way = chosen.way
+        self._chosen = way.name
         return Plan(
             planner="mpc",
-            mode=way.mode,
+            mode=way.mode if way.side is not Side.NONE else in_lane_mode(chosen.trajectory, way),
             side=way.side,
             warning=assessment.warning,
             reason=assessment.reason,
@@ -98,26 +115,26 @@ class MpcMethod:
         if not assessment.threatened:
             quiet = Mode.CRUISE if assessment.mode is Mode.CRUISE else Mode.HOLD
             first = continued(situation, going) if going is not None else keeping_way(situation, quiet)
-            answer = self._try(situation, assessment, prediction, first, tried)
+            answer = self._try(situation, prediction, first, tried)
             if answer is not None:
                 return answer, tuple(tried)
         sigmoid = self.settings.sigmoid
-        before = None if previous is None else self._name(previous)
-        for ways in (
-            lambda: ways_out(situation, assessment, self.vehicle, sigmoid, going),
-            lambda: harder_ways(situation, assessment, self.vehicle, sigmoid),
-        ):
-            answers = [self._try(situation, assessment, prediction, way, tried) for way in ways()]
+        before = None if previous is None else self._chosen
+        gentle = ways_out(situation, assessment, self.vehicle, sigmoid, going)
+        if going is not None and going.half_done(situation):
+            # the lane that holds the car is the one that it steers for: keeping it is no way of its own
+            gentle = tuple(way for way in gentle if way.side is not Side.NONE)
+            hard = ways_out(situation, assessment, self.vehicle, sigmoid, going)[:2]
+        else:
+            hard = harder_ways(situation, assessment, self.vehicle, sigmoid)
+        for ways in (gentle, hard):
+            answers = [self._try(situation, prediction, way, tried) for way in ways]
             passed = [a for a in answers if a is not None]
             if passed:
-                return min(passed, key=lambda a: self._price(a, before, assessment)), tuple(tried)
+                return min(passed, key=lambda a: self._price(a, before)), tuple(tried)
         return None, tuple(tried)
 
-    @staticmethod
-    def _name(previous: Plan) -> str:
-        return previous.side.value if previous.mode is Mode.EVADE else previous.mode.value
-
-    def _price(self, answer: _Answer, before: str | None, assessment: Assessment) -> tuple[float, int]:
+    def _price(self, answer: _Answer, before: str | None) -> tuple[float, int]:
         """Cost, cheaper for what was chosen before; equal costs (to 1e-6 of each other) go to the tie-break side."""
         cost = answer.candidate.cost or 0.0
         if before is not None and answer.candidate.name == before:
@@ -125,15 +142,13 @@ class MpcMethod:
         tie = self.settings.selector.tie_break
         return (round(cost, 5), 0 if answer.way.side is tie else 1)
 
-    def _try(
-        self, situation: Situation, assessment: Assessment, prediction: Prediction, way: Way, tried: list[Candidate]
-    ) -> _Answer | None:
+    def _try(self, situation: Situation, prediction: Prediction, way: Way, tried: list[Candidate]) -> _Answer | None:
         """Solves and judges one way; records it among the tried."""
         if way.refusal:
             tried.append(Candidate(name=way.name, cost=None, passed=False, refusal=way.refusal))
             return None
         started = time.perf_counter()
-        solved = self.stage.solve(situation, assessment, prediction, way)
+        solved = self.stage.solve(situation, prediction, way)
         self._solve_s += time.perf_counter() - started
         self._iterations += solved.iterations
         if solved.trajectory is None:

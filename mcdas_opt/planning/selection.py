@@ -25,7 +25,7 @@ class WorthSettings:
     speed: float = 0.03  # per (m/s)^2 off the desired speed
     lane_change: float = 2.0  # once
     nearness: float = 6.0  # per exp(-gap / 0.7 m)
-    end_closing: float = 1.5  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
+    end_closing: float = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
     persistence: float = 0.7  # factor on what was chosen before
 
 

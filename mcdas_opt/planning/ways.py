@@ -31,6 +31,10 @@ class Manoeuvre:
         settled = abs(host.d_m - self.target_d_m) < 0.25 and abs(host.heading_rad) < 0.03
         return past or settled
 
+    def half_done(self, situation: Situation) -> bool:
+        """The body centre is in the lane that it ends in."""
+        return situation.road.lane_of(situation.host.d_m) == situation.road.lane_of(self.target_d_m)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Way:

@@ -28,7 +28,7 @@ class OsqpSettings:
     """Tolerances are relative to the scaled variables; every limit is counted, none is a clock."""
 
     tolerance: float = 1e-4
-    qp_iterations: int = 1000
+    qp_iterations: int = 300
     step_tolerance: float = 1e-3
     rho: float = 0.1
 
@@ -50,6 +50,8 @@ class OsqpEngine:
         x[0] = x0
         y = guess.multipliers if guess.multipliers.size == pattern.rows else np.zeros(pattern.rows)
         inner = 0
+        if self._solver is not None:  # what the step size adapted to in another problem must not colour this one
+            self._solver.update_settings(rho=self.settings.rho)
         ending, message = Ending.LIMIT, ""
         done = 0
         for done in range(1, iterations + 1):
