@@ -132,7 +132,7 @@ class NeighbourPart(_Part):
         if self._samples is not None:
             t = self._samples[:, 0]
             s, d, psi, v = (float(np.interp(0.0, t, self._samples[:, k])) for k in (1, 2, 3, 4))
-            return s, d, psi, v
+            return s - max(float(t[0]), 0.0) * v * math.cos(psi), d, psi, v
         assert self.s_m is not None
         assert self.speed_mps is not None
         return self.s_m, self.d_m or 0.0, 0.0, self.speed_mps
