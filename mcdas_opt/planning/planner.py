@@ -40,14 +40,14 @@ class Planner:
         self.name = method if isinstance(method, str) else type(method).__name__
         self.method = build_method(method, self.vehicle, self.settings) if isinstance(method, str) else method
         self.road = road or Road()
-        self.tracker = Tracker()
+        self.tracker = Tracker(vehicle=self.vehicle)
         self.ladder = Ladder(self.vehicle, self.settings)
         self.previous: Plan | None = None
         self.situation: Situation | None = None
 
     def reset(self) -> None:
         """Forgets tracks and the last plan."""
-        self.tracker = Tracker()
+        self.tracker = Tracker(vehicle=self.vehicle)
         self.previous = None
         self.situation = None
 

@@ -26,7 +26,7 @@ class WorthSettings:
     lane_change: float = 2.0  # once
     nearness: float = 6.0  # per exp(-gap / 0.7 m)
     end_closing: float = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
-    persistence: float = 0.7  # factor on what was chosen before
+    persistence: float = 0.5  # factor on what was chosen before
 
 
 def gaps(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: Prediction) -> np.ndarray:
