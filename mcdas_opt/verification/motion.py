@@ -4,6 +4,8 @@ The kinematic bicycle is a cascade: acceleration and steering follow from the in
 steering, position from yaw and speed. Each stage is a time integral of the stage before, so that every interval, and the whole drive,
 is integrated at once by Simpson's rule on `dynamics.bicycle` (with known time integrands that is the Runge-Kutta method, to the same
 order). In the plane this holds on every road; the Frenet frame only says where the samples are.
+
+Braking ends at standstill: where the speed meets 0 the car may stand, its deceleration 0 at once.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
@@ -62,32 +65,13 @@ def drive(trajectory: Trajectory, vehicle: Vehicle, frame: FrenetFrame, toleranc
 
     x, y, yaw = frame.to_plane(trajectory.s_m, trajectory.d_m, trajectory.heading_rad)
     v, a, delta = trajectory.speed_mps, trajectory.acceleration_mps2, trajectory.steering_rad
-    jerk, rate = trajectory.jerk_mps3[:-1], trajectory.steering_rate_radps[:-1]
-
-    # rows 0 .. k-1: every interval from its own sample; rows k .. 2k-1: the whole drive from the first sample and the inputs alone
-    run_a = a[0] + _sums(jerk * dt)
-    run_v = v[0] + _sums((run_a[:-1] + 0.5 * jerk * dt) * dt)
-    run_delta = delta[0] + _sums(rate * dt)
-    from_v, from_a, from_delta = (
-        np.concatenate([own[:-1], run[:-1]])[:, None] for own, run in ((v, run_v), (a, run_a), (delta, run_delta))
-    )
-    both_jerk, both_rate, both_tau = np.tile(jerk, 2)[:, None], np.tile(rate, 2)[:, None], np.tile(tau, (2, 1))
-    h = np.tile(dt / count, 2)[:, None]
-    fine_a = from_a + both_jerk * both_tau
-    fine_v = from_v + both_tau * (from_a + 0.5 * both_jerk * both_tau)
-    fine_delta = from_delta + both_rate * both_tau
-    turned = _integral(bicycle((0.0, 0.0, 0.0, fine_v, fine_delta), (0.0, 0.0), wheelbase, np)[2], h)
-    run_yaw = yaw[0] + _sums(turned[k:, -1])
-    fine_yaw = np.concatenate([yaw[:-1], run_yaw[:-1]])[:, None] + turned
-    dx, dy, *_ = bicycle((0.0, 0.0, fine_yaw, fine_v, fine_delta), (0.0, 0.0), wheelbase, np)
-    way_x, way_y = _integral(dx, h), _integral(dy, h)
+    fine_v, fine_a, fine_delta, fine_yaw, run_yaw, way_x, way_y = _integrated(trajectory, yaw, tau, wheelbase, tolerances.reverse_mps)
 
     off = math.hypot(
-        float(x[0] - x[-1] + way_x[k:, -1].sum()) + centre * (math.cos(run_yaw[-1]) - math.cos(yaw[0])),
-        float(y[0] - y[-1] + way_y[k:, -1].sum()) + centre * (math.sin(run_yaw[-1]) - math.sin(yaw[0])),
+        float(x[0] - x[-1] + way_x[k:, -1].sum()) + centre * (math.cos(run_yaw) - math.cos(yaw[0])),
+        float(y[0] - y[-1] + way_y[k:, -1].sum()) + centre * (math.sin(run_yaw) - math.sin(yaw[0])),
     )
-    turn = abs(math.remainder(float(yaw[-1] - run_yaw[-1]), math.tau))
-    fine_a, fine_v, fine_delta, fine_yaw = fine_a[:k], fine_v[:k], fine_delta[:k], fine_yaw[:k]
+    turn = abs(math.remainder(float(yaw[-1]) - run_yaw, math.tau))
     fine_x = (x[:-1] - centre * np.cos(yaw[:-1]))[:, None] + way_x[:k] + centre * np.cos(fine_yaw)
     fine_y = (y[:-1] - centre * np.sin(yaw[:-1]))[:, None] + way_y[:k] + centre * np.sin(fine_yaw)
     miss_x, miss_y, miss_yaw = x[1:] - fine_x[:, -1], y[1:] - fine_y[:, -1], wrapped(yaw[1:] - fine_yaw[:, -1])
@@ -126,6 +110,41 @@ def drive(trajectory: Trajectory, vehicle: Vehicle, frame: FrenetFrame, toleranc
     return motion, found
 
 
+def _integrated(
+    trajectory: Trajectory, yaw: Array, tau: Array, wheelbase: float, rest_mps: float
+) -> tuple[Array, Array, Array, Array, float, Array, Array]:
+    """Fine speed, acceleration, steering, yaw (K, 2m + 1) of every interval from its own sample; the yaw at the end of the whole drive
+    from the first sample and the inputs alone; and the ways of the rear axle (2K, 2m + 1) in x and y, the intervals' and the drive's.
+    """
+    v, a, delta = trajectory.speed_mps, trajectory.acceleration_mps2, trajectory.steering_rad
+    jerk, rate = trajectory.jerk_mps3[:-1], trajectory.steering_rate_radps[:-1]
+    dt, k = tau[:, -1], len(tau)
+    free_a, free_v = _under_jerk(a[:-1], v[:-1], jerk, tau)
+    held = _brought_to_rest(free_v, free_a[:, -1], a[1:], rest_mps)
+    run_a = _chain(a[0], jerk * dt, held)
+    run_v = _chain(v[0], (run_a[:-1] + 0.5 * jerk * dt) * dt, held)
+    run_delta = _chain(delta[0], rate * dt)
+    drive_a, drive_v = _under_jerk(run_a[:-1], run_v[:-1], jerk, tau)
+    # the intervals' rows and below them the drive's, so that both are integrated at once
+    fine_a, fine_v = np.concatenate([free_a, drive_a]), np.concatenate([free_v, drive_v])
+    fine_delta = np.concatenate([delta[:-1], run_delta[:-1]])[:, None] + np.tile(rate[:, None] * tau, (2, 1))
+    if held.any():
+        at_rest = np.tile(held, 2)[:, None] & (np.minimum.accumulate(fine_v, axis=1) <= rest_mps)
+        fine_a[at_rest], fine_v[at_rest] = 0.0, 0.0
+    h = np.tile(2.0 * tau[:, 1], 2)[:, None]
+    turned = _integral(bicycle((0.0, 0.0, 0.0, fine_v, fine_delta), (0.0, 0.0), wheelbase, np)[2], h)
+    run_yaw = _chain(yaw[0], turned[k:, -1])
+    fine_yaw = np.concatenate([yaw[:-1], run_yaw[:-1]])[:, None] + turned
+    dx, dy, *_ = bicycle((0.0, 0.0, fine_yaw, fine_v, fine_delta), (0.0, 0.0), wheelbase, np)
+    return fine_v[:k], fine_a[:k], fine_delta[:k], fine_yaw[:k], float(run_yaw[-1]), _integral(dx, h), _integral(dy, h)
+
+
+def _under_jerk(a: Array, v: Array, jerk: Array, tau: Array) -> tuple[Array, Array]:
+    """Acceleration and speed (K, 2m + 1) under constant jerk: exact."""
+    a, v, jerk = a[:, None], v[:, None], jerk[:, None]
+    return a + jerk * tau, v + tau * (a + 0.5 * jerk * tau)
+
+
 def _integral(f: Array, h: Array) -> Array:
     """Integral of f (K, 2m + 1), given at the ends and middles of steps h (K, 1), by the parabola through each step's three values."""
     first, middle, last = f[:, :-1:2], 8.0 * f[:, 1::2], f[:, 2::2]
@@ -138,8 +157,23 @@ def _integral(f: Array, h: Array) -> Array:
     return out
 
 
-def _sums(increments: Array) -> Array:
-    return np.concatenate([np.zeros(1), np.cumsum(increments)])
+def _brought_to_rest(free_v: Array, free_a_end: Array, next_a: Array, rest_mps: float) -> NDArray[np.bool_]:
+    """Intervals (K,) in which the brakes stop the car and hold it, by the sample that follows.
+
+    Where the speed would fall through 0 the car stands instead, and its deceleration ends at once: the one jump of acceleration that
+    no jerk limit forbids. A trajectory that runs through 0 smoothly, its acceleration going on, is not taken for that.
+    """
+    stops = (free_v.min(axis=1) <= rest_mps) & (free_a_end < 0.0)
+    return np.asarray(stops & (np.abs(next_a) < np.abs(next_a - free_a_end)))
+
+
+def _chain(first: float, increments: Array, held: NDArray[np.bool_] | None = None) -> Array:
+    """The sum (K + 1,) that begins at `first`, and anew at 0 after every interval in which the car came to rest."""
+    total = np.concatenate([np.zeros(1), np.cumsum(increments)])
+    if held is None or not held.any():
+        return np.asarray(first + total)
+    rest = np.maximum.accumulate(np.concatenate([np.zeros(1, dtype=np.intp), np.where(held, np.arange(1, held.size + 1), 0)]))
+    return np.asarray(np.where(rest > 0, total - total[rest], first + total))
 
 
 def _with_last(fine: Array, last: float) -> Array:
