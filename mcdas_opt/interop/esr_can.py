@@ -16,8 +16,9 @@ from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.candump import Frame, read_candump
 from mcdas_opt.interop.esr_codec import TRACKS, EsrCodec, EsrHealth, EsrMotion, EsrTarget, TargetStatus, WrongLengthError
-from mcdas_opt.interop.sensor_log import SensorLog, bumper_mounting, cycles, in_order_of_arrival, usual_period
+from mcdas_opt.interop.sensor_log import SensorLog, cycles, in_order_of_arrival, usual_period
 from mcdas_opt.interop.tally import Tally
+from mcdas_opt.simulation.sensors import mounting
 
 FORMAT = "esr-candump"
 FRAME_SPACING_S = 0.0003  # a classic frame of 8 bytes at 500 kbit/s takes about 0.25 ms
@@ -137,7 +138,7 @@ def _decoded(path: str | Path, codec: EsrCodec, dbc: str | Path | None) -> tuple
 def _scans(sector: Sector, items: list[_Decoded], vehicle: Vehicle, sensor: Sensor, gated: dict[str, int]) -> list[tuple[float, Scan]]:
     stamps, keys = [i.frame.t_s for i in items], [i.frame.identifier for i in items]
     period = usual_period(stamps, keys)
-    mounting = bumper_mounting(sector, vehicle)
+    place = mounting(sector, vehicle)
     scans, working = [], True
     for group in cycles(stamps, keys, period):
         detections = []
@@ -151,7 +152,7 @@ def _scans(sector: Sector, items: list[_Decoded], vehicle: Vehicle, sensor: Sens
                     reason = item.status.name.lower().replace("_", " ")
                     gated[reason] = gated.get(reason, 0) + 1
         scan = Scan(
-            sensor=f"esr-{sector.value}", sector=sector, t_s=stamps[group[0]], mounting=mounting, radar=tuple(detections),
+            sensor=f"esr-{sector.value}", sector=sector, t_s=stamps[group[0]], mounting=place, radar=tuple(detections),
             working=working, period_s=period,
         )  # fmt: skip
         scans.append((max(stamps[k] for k in group), scan))

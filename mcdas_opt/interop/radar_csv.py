@@ -12,8 +12,9 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, nearest
 from mcdas_opt.interop.csv_table import CsvTable, Row
-from mcdas_opt.interop.sensor_log import SensorLog, bumper_mounting, cycles, in_order_of_arrival, usual_period
+from mcdas_opt.interop.sensor_log import SensorLog, cycles, in_order_of_arrival, usual_period
 from mcdas_opt.interop.tally import Tally
+from mcdas_opt.simulation.sensors import mounting
 
 FORMAT = "radar-csv"
 NEEDED = ("time_s", "x_m", "y_m", "range_rate_mps")
@@ -75,11 +76,11 @@ def read_radar_csv(path: str | Path, *, columns: Columns | Mapping[str, str] | N
     stamps = [values["time_s"] for values in read]
     keys = [values.get("slot", row.line) for values, row in zip(read, rows, strict=True)]
     period = usual_period(stamps, keys) if "slot" in found else usual_period(stamps, [0] * len(stamps))
-    mounting = bumper_mounting(Sector.FRONT, vehicle or Vehicle())
+    place = mounting(Sector.FRONT, vehicle or Vehicle())
     stream = []
     for group in cycles(stamps, keys, period):
         detections = tuple(_detection(read[k]) for k in group)
-        scan = Scan(sensor="radar-front", sector=Sector.FRONT, t_s=stamps[group[0]], mounting=mounting, radar=detections, period_s=period)
+        scan = Scan(sensor="radar-front", sector=Sector.FRONT, t_s=stamps[group[0]], mounting=place, radar=detections, period_s=period)
         stream.append((max(stamps[k] for k in group), scan))
     scans, arrivals = in_order_of_arrival([stream])
     pieces = _pieces(keys, [values["new_track"] for values in read]) if {"slot", "new_track"} <= set(found) else None

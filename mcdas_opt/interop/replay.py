@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from mcdas_opt.catalogue.scenes import Scene
+from mcdas_opt.catalogue.shelf import find
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
@@ -49,8 +50,8 @@ def replay(
 ) -> Replay:
     """Runs a recording of radars through tracker, situation and (with `plan`) planner, every `settings.cycle_s`.
 
-    `host` is a CSV of the host's speed; without it the speed that an ESR was told is taken from its status frames. The host keeps to
-    the middle of its lane. `road` is a scene whose road and vehicle are used; default one straight lane, so that there is nowhere to
+    `log` is a path, or the name of a shipped ESR recording. `host` is a CSV of the host's speed (or that name); without it the speed
+    that an ESR was told is taken from its status frames. The host keeps to the middle of its lane. `road` is a scene whose road and vehicle are used; default one straight lane, so that there is nowhere to
     steer out to, and a sedan. Sectors without a log are not covered, that is occupied. `progress(done, of)` is called every cycle.
 
     Raises `InputError` where a file is unusable, the host's speed is unknown or does not cover the log, or an option belongs to the
@@ -108,7 +109,7 @@ def _read(
     if format == esr_can.FORMAT:
         if columns is not None:
             raise InputError("--columns", "", None, f"belongs to --format {radar_csv.FORMAT}")
-        return esr_can.read_esr(log, rear=rear, dbc=dbc, vehicle=vehicle)
+        return esr_can.read_esr(find("logs", str(log), ".log"), rear=rear, dbc=dbc, vehicle=vehicle)
     if format == radar_csv.FORMAT:
         for name, value in (("--dbc", dbc), ("--rear", rear)):
             if value is not None:
@@ -119,7 +120,7 @@ def _read(
 
 def _motion(log: str | Path, host: str | Path | None, recording: SensorLog) -> HostMotion:
     if host is not None:
-        return HostMotion.read(host)
+        return HostMotion.read(find("logs", str(host), ".host.csv"))
     if recording.host_speed is None or len(recording.host_speed) < 2:
         raise InputError(log, "", None, "does not say the host's speed: pass --host, a CSV of t_s, speed_mps")
     return HostMotion(t_s=recording.host_speed[:, 0], speed_mps=recording.host_speed[:, 1], source=f"{log}: ESR_Status1")

@@ -7,9 +7,8 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from statistics import median
 
-from mcdas_opt.domain.measurement import Mounting, Scan
+from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.interop.tally import Tally
@@ -47,12 +46,6 @@ class SensorLog:
     @property
     def detections(self) -> int:
         return sum(len(scan.radar) for scan in self.scans)
-
-
-def bumper_mounting(sector: Sector, vehicle: Vehicle) -> Mounting:
-    """A radar in the middle of the front or the rear bumper, looking straight ahead or back."""
-    half = 0.5 * vehicle.length_m
-    return Mounting(x_m=half) if sector is Sector.FRONT else Mounting(x_m=-half, yaw_rad=math.pi)
 
 
 def usual_period(stamps: Sequence[float], keys: Sequence[Hashable], default: float = 0.1) -> float:

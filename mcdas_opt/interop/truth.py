@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from mcdas_opt.catalogue.shelf import find
 from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.measurement import Mounting
 from mcdas_opt.domain.rules import Array
@@ -71,7 +72,8 @@ class SectorComparison:
     """One radar's target. `breaks`: how often its track was lost or changed its name; `covered`: share of its cycles with a track.
 
     The compared point is the one that the radar sees, the assumed body's near face, so that the body's assumed length cancels.
-    The arrays hold a row per cycle: true and tracked point from the radar [m] with range rate, (n, 3), NaN where there is none.
+    The arrays have a row per cycle, (n, 3): along and across from the radar [m] and range rate [m/s], true, tracked, and the standard
+    deviations that the tracker claims (speed along for the range rate); `raw_errors` has one per scan, at `raw_t_s`. NaN: none.
     """
 
     tracked: Errors
@@ -82,6 +84,9 @@ class SectorComparison:
     t_s: Array = field(repr=False)
     true_points: Array = field(repr=False)
     tracked_points: Array = field(repr=False)
+    tracked_sds: Array = field(repr=False)
+    raw_t_s: Array = field(repr=False)
+    raw_errors: Array = field(repr=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,9 +129,9 @@ def read_truth(path: str | Path) -> dict[Sector, TrueTarget]:
 def compare(replay: Replay, truth: str | Path | Mapping[Sector, TrueTarget]) -> Comparison:
     """Every cycle's nearest track, and every scan's nearest detection, against the true point of their sector.
 
-    Raises `InputError` where truth and recording have no sector or no time in common.
+    `truth` is a file (see `read_truth`), the name of a shipped recording, or the targets themselves. Raises `InputError` where truth and recording have no sector or no time in common.
     """
-    targets = truth if isinstance(truth, Mapping) else read_truth(truth)
+    targets = truth if isinstance(truth, Mapping) else read_truth(find("logs", str(truth), ".truth.csv"))
     sectors = {s: _compare(replay, s, targets[s]) for s in replay.log.sectors if s in targets}
     if not any(np.isfinite(c.true_points).any() for c in sectors.values()):
         name = "truth" if isinstance(truth, Mapping) else truth
@@ -137,25 +142,30 @@ def compare(replay: Replay, truth: str | Path | Mapping[Sector, TrueTarget]) -> 
 def _compare(replay: Replay, sector: Sector, target: TrueTarget) -> SectorComparison:
     mounting = replay.mounting(sector)
     times = np.array([cycle.t_s for cycle in replay.cycles])
-    points, rates = target.at(times, mounting)
-    true = np.column_stack([points, rates])
-    tracked = np.full_like(true, np.nan)
+    true = np.column_stack(target.at(times, mounting))
+    tracked, sds = np.full_like(true, np.nan), np.full_like(true, np.nan)
     names: list[str | None] = []
     for k, cycle in enumerate(replay.cycles):
-        seen = [(track.id, near_point(track, cycle, mounting, replay)) for track in cycle.tracks]
-        name, tracked[k] = _nearest(seen, true[k])
-        names.append(name)
+        found = _nearest([near_point(track, cycle, mounting, replay) for track in cycle.tracks], true[k])
+        names.append(None if found is None else cycle.tracks[found[0]].id)
+        if found is not None:
+            tracked[k] = found[1]
+            sds[k] = np.sqrt(np.diag(cycle.tracks[found[0]].covariance))[[0, 2, 1]]
+    raw_times, raw = _raw_errors(replay, sector, target, mounting)
     there = np.isfinite(true[:, 0])
     had = np.array([name is not None for name in names]) & there
     return SectorComparison(
         tracked=Errors.of(tracked - true),
-        raw=Errors.of(_raw_errors(replay, sector, target, mounting)),
+        raw=Errors.of(raw),
         breaks=_breaks([name for name, present in zip(names, there, strict=True) if present]),
         covered=float(had.sum() / there.sum()) if there.any() else 0.0,
         first_covered_s=float(times[had][0]) if had.any() else None,
         t_s=times,
         true_points=true,
         tracked_points=tracked,
+        tracked_sds=sds,
+        raw_t_s=raw_times,
+        raw_errors=raw,
     )
 
 
@@ -182,30 +192,32 @@ def near_point(track: SeenTrack, cycle: Cycle, mounting: Mounting, replay: Repla
     return np.array([*point, float(sight @ velocity)])
 
 
-def _nearest(seen: list[tuple[str, Array]], true: Array) -> tuple[str | None, Array]:
-    """Name and point of the candidate nearest to the true point, within the gate."""
-    best: tuple[str | None, Array] = (None, np.full(3, np.nan))
-    reach = GATE_M
-    for name, point in seen:
-        miss = math.hypot(point[0] - true[0], point[1] - true[1])
-        if miss <= reach:
-            best, reach = (name, point), miss
-    return best
+def _nearest(points: Sequence[Array], true: Array) -> tuple[int, Array] | None:
+    """Index and value of the point nearest to the true one, within the gate."""
+    misses = [math.hypot(point[0] - true[0], point[1] - true[1]) for point in points]
+    near = [k for k, miss in enumerate(misses) if miss <= GATE_M]
+    if not near:
+        return None
+    best = min(near, key=misses.__getitem__)
+    return best, points[best]
 
 
-def _raw_errors(replay: Replay, sector: Sector, target: TrueTarget, mounting: Mounting) -> Array:
+def _raw_errors(replay: Replay, sector: Sector, target: TrueTarget, mounting: Mounting) -> tuple[Array, Array]:
+    """Times (m,) of the sector's scans and (m, 3) errors of their detections nearest to the truth."""
     scans = [scan for scan in replay.log.scans if scan.sector is sector]
-    points, rates = target.at(np.array([scan.t_s for scan in scans]), mounting)
-    true = np.column_stack([points, rates])
+    times = np.array([scan.t_s for scan in scans])
+    true = np.column_stack(target.at(times, mounting))
     errors = np.full_like(true, np.nan)
     for k, scan in enumerate(scans):
         bearings = [mounting.yaw_rad + detection.azimuth_rad for detection in scan.radar]
-        seen = [
-            ("", np.array([d.range_m * math.cos(bearing), d.range_m * math.sin(bearing), d.range_rate_mps]))
+        points = [
+            np.array([d.range_m * math.cos(bearing), d.range_m * math.sin(bearing), d.range_rate_mps])
             for d, bearing in zip(scan.radar, bearings, strict=True)
         ]
-        errors[k] = _nearest(seen, true[k])[1] - true[k]
-    return errors
+        found = _nearest(points, true[k])
+        if found is not None:
+            errors[k] = found[1] - true[k]
+    return times, errors
 
 
 def _breaks(names: list[str | None]) -> int:

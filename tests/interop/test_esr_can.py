@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mcdas_opt.catalogue.shelf import models_folder
@@ -19,7 +19,8 @@ from mcdas_opt.errors import InputError, MissingExtraError, ParameterError
 from mcdas_opt.interop.candump import write_candump
 from mcdas_opt.interop.esr_can import read_esr, write_esr
 from mcdas_opt.interop.esr_codec import EsrCodec, EsrHealth, EsrMotion, EsrTarget, TargetStatus, WrongLengthError
-from mcdas_opt.interop.sensor_log import SensorLog, bumper_mounting
+from mcdas_opt.interop.sensor_log import SensorLog
+from mcdas_opt.simulation.sensors import mounting
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 ESR = SHARED / "esr_candump"
@@ -36,7 +37,7 @@ detections = st.builds(
 
 def scan_of(found: list[RadarDetection], t_s: float = 1.0, sector: Sector = Sector.FRONT, working: bool = True) -> Scan:
     return Scan(
-        sensor=f"esr-{sector.value}", sector=sector, t_s=t_s, mounting=bumper_mounting(sector, Vehicle()), radar=tuple(found),
+        sensor=f"esr-{sector.value}", sector=sector, t_s=t_s, mounting=mounting(sector, Vehicle()), radar=tuple(found),
         working=working, period_s=0.05,
     )  # fmt: skip
 
@@ -101,6 +102,7 @@ def test_the_azimuth_sign_agrees_with_the_recorded_positions() -> None:
         assert np.corrcoef(seen, true)[0, 1] > 0.7
 
 
+@settings(max_examples=25)
 @given(st.lists(detections, max_size=8), st.booleans())
 def test_scans_survive_the_round_trip(tmp_path_factory: pytest.TempPathFactory, found: list[RadarDetection], working: bool) -> None:
     folder = tmp_path_factory.mktemp("esr")
@@ -118,6 +120,7 @@ def test_scans_survive_the_round_trip(tmp_path_factory: pytest.TempPathFactory, 
     assert text == (folder / "a.log").read_text()
 
 
+@settings(max_examples=25)
 @given(st.sampled_from(list(TargetStatus)), st.integers(0, 63))
 def test_only_targets_seen_in_this_cycle_pass_the_gate(tmp_path_factory: pytest.TempPathFactory, status: TargetStatus, slot: int) -> None:
     codec = EsrCodec()
