@@ -84,8 +84,8 @@ class Drive:
             self.impact_speed_mps = relative_speed(host[end], _moment(others[struck], end), scene.vehicle, scene.true_road)
         elif ends.size:
             self.outcome = Outcome.LEFT_ROAD
-        if len(others):
-            self.clearance_m.append(float(around.clearance_m[:, : end + 1].min()))
+        nearest = around.clearance_m.min(axis=0, initial=np.inf)
+        self.clearance_m.extend(nearest[len(self.clearance_m) > 0 : end + 1].tolist())
         cut = len(host) - 1 - end
         if cut:
             del self.states[-cut:], self.inputs[-cut:], self.lateral[-cut:]
@@ -102,6 +102,7 @@ class Drive:
             states=np.array(self.states),
             inputs=np.array(self.inputs).reshape(-1, 2),
             lateral_acceleration_mps2=np.array(self.lateral),
+            clearance_m=np.array(self.clearance_m),
         )
         trajectory = driven(history)
         front, rear = times_to_collision(history.states, self.traffic.motions(history.t_s), sizes, scene.vehicle, scene.true_road)
@@ -116,7 +117,7 @@ class Drive:
             outcome=self.outcome,
             collided_with=self.collided_with,
             impact_speed_mps=self.impact_speed_mps,
-            min_clearance_m=min(self.clearance_m, default=None),
+            min_clearance_m=min(self.clearance_m) if self.traffic.names else None,
             min_ttc_front_s=front,
             min_ttc_rear_s=rear,
             max_lateral_acceleration_mps2=float(np.abs(history.lateral_acceleration_mps2).max(initial=0.0)),

@@ -14,16 +14,18 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.simulation.idm import STEP_S, step_times
 
 SETTLED_M, SETTLED_RAD = 0.3, 0.03
-_CLOSING_MPS = 1e-6
+_CLOSING_MPS = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class History:
-    """A drive in steps of STEP_S: states (n + 1, 6), applied inputs (n, 2) and lateral acceleration of the path (n,)."""
+    """A drive in steps of STEP_S: states (n + 1, 6), applied inputs (n, 2), lateral acceleration of the path (n,), and the distance to
+    the nearest other body (n + 1,), infinite where there is none."""
 
     states: Array
     inputs: Array
     lateral_acceleration_mps2: Array
+    clearance_m: Array
 
     @property
     def t_s(self) -> Array:
@@ -36,7 +38,7 @@ def times_to_collision(
     """Least time to collision [s] with anybody ahead and with anybody behind; None where nobody ever closes in.
 
     Gap from bumper to bumper over closing speed, both along the road, with the neighbours whose centre is in the host's lane or whose
-    body reaches over its width. Somebody alongside does not count.
+    body reaches over its width. Somebody alongside does not count, nor does closing in by less than 0.05 m/s.
     """
     s, d, psi, v = (host[:, k] for k in (0, 1, 2, 3))
     speed = v * np.cos(psi) / (1.0 - d * road.curvature_at(s))

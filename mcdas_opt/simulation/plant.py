@@ -15,6 +15,8 @@ from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.simulation.idm import STEP_S
 
+_AT_REST_MPS = 1e-12
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Applied:
@@ -122,7 +124,7 @@ def _standstill_after(v: float, a: float, jerk: float) -> float:
     """Time [s] until v + a t + jerk t^2 / 2 falls below 0, at least STEP_S when it does not within a step."""
     if v + a * STEP_S + 0.5 * jerk * STEP_S**2 >= 0.0:
         return STEP_S
-    if v <= 0.0:
+    if v <= _AT_REST_MPS:
         return 0.0
     root = math.sqrt(max(a * a - 2.0 * jerk * v, 0.0))
     return (a + root) / -jerk if a > 0.0 else 2.0 * v / (root - a)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -48,13 +50,19 @@ def test_s_is_the_integral_of_speed(script: list[dict[str, float]], speed: float
 @given(LATERAL_PIECES)
 @settings(max_examples=60, deadline=None)
 def test_d_is_smooth_through_interruptions(script: list[dict[str, float]]) -> None:
-    t = np.linspace(-1.0, 14.0, 6001)
-    path = motion(*script)(t)
-    steps = 0.5 * np.diff(t) * (path.speed_d_mps[1:] + path.speed_d_mps[:-1])
-    swing = max(1.0, float(np.abs(path.speed_d_mps).max()))
-    np.testing.assert_allclose(path.d_m[0] + np.cumsum(steps), path.d_m[1:], atol=1e-4 * swing)
-    bends = np.diff(path.speed_d_mps) / np.diff(t)
-    assert np.abs(np.diff(bends)).max() < 0.05 * max(1.0, float(np.abs(bends).max())) * swing  # its second derivative has no jump
+    path = motion(*script)
+    pieces = path.lateral
+    for before, after in itertools.pairwise(pieces):
+        np.testing.assert_allclose(after.at(after.t_s), before.at(after.t_s), rtol=1e-9, atol=1e-9)
+    for piece in pieces:  # and each is the integral of its own rates
+        t = np.linspace(piece.t_s, piece.t_s + piece.duration_s, 400)
+        d, rate, bend = piece.at(t)
+        h = t[1] - t[0]
+        scale = max(1.0, float(np.abs(bend).max()), float(np.abs(rate).max()))
+        np.testing.assert_allclose(np.gradient(d, h)[1:-1], rate[1:-1], atol=1e-3 * scale)
+        np.testing.assert_allclose(np.gradient(rate, h)[1:-1], bend[1:-1], atol=1e-3 * scale / min(1.0, piece.duration_s))
+    for piece in pieces:
+        assert path(np.array([piece.t_s])).d_m[0] == pytest.approx(next(p for p in reversed(pieces) if p.t_s <= piece.t_s).at(piece.t_s)[0])
 
 
 @pytest.mark.parametrize(
