@@ -10,12 +10,15 @@ import numpy as np
 from mcdas_opt.actuation.path_following import SpeedLaw, follow
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.plan import Candidate, Plan, Refusal, Timing
+from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Request, Side
+from mcdas_opt.planning.selection import WorthSettings, worth
 from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, lateral_bound_mps2, ways_out
 from mcdas_opt.reference.literal import LiteralPath, literal_path
 from mcdas_opt.situation.assess import assess
@@ -57,7 +60,7 @@ class LiteralMethod:
             speed = assessment.rear_speed_mps  # eq 11: D_H = D_(H-1) + (V_Tr / V_HM - D_(H-1)), also when the rear car is slower
         if going is None and assessment.threatened and assessment.front_id is not None:
             left, right = abs(self.settings.sigmoid.y_max_m + assessment.offset_m), abs(self.settings.sigmoid.y_max_m - assessment.offset_m)
-            tie = self.settings.selector.tie_break
+            tie = assessment.side if assessment.side is not Side.NONE else self.settings.selector.tie_break
             side = tie if abs(left - right) < 1e-9 else (Side.LEFT if left < right else Side.RIGHT)
             path = literal_path(
                 side,
@@ -127,11 +130,21 @@ class LiteralMethod:
         )
 
 
-class CorrectedMethod:
-    """The corrected sigmoid, driven: the first way out, in the order of the sides' lateral movement, that the judge passes.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Driven:
+    """A way out, driven by the bicycle and judged."""
 
-    No optimiser. Order of trial: what is under way; keep the lane when nothing threatens; the side that `assess` prefers, the other
-    side, braking, accelerating. When none passes, the first tried leaves with its failed verdict.
+    way: Way
+    trajectory: Trajectory
+    verdict: Verdict
+    candidate: Candidate
+
+
+class CorrectedMethod:
+    """The corrected sigmoid, driven: the first way out, gentle ones first, that the judge passes.
+
+    No optimiser. Order of trial: what is under way; keep the lane when nothing threatens; of the two sides the one that is worth more
+    (equal ones by the tie-break), braking, accelerating. When none passes, the first tried leaves with its failed verdict.
     """
 
     has_ladder = False
@@ -144,56 +157,74 @@ class CorrectedMethod:
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
         if situation.request is Request.PARK:
             return Refusal(reason="parking is planned by park, not by the lane planner")
+        started = time.perf_counter()
         assessment = assess(situation, self.vehicle, self.settings.selector, self._assessment if previous is not None else None)
         self._assessment = assessment
+        prediction = predict(situation.tracks, self.settings.prediction)
         going = previous.reference if previous is not None and isinstance(previous.reference, Manoeuvre) else None
         if going is not None and going.finished(situation):
             going = None
-        ways = [way for way in self.ways(situation, assessment, going) if not way.refusal]
-        prediction = predict(situation.tracks, self.settings.prediction)
         tried: list[Candidate] = []
-        first: Plan | None = None
-        solve_s = verify_s = 0.0
-        for way in ways:
-            started = time.perf_counter()
-            trajectory = self.drive(situation, way)
-            solved = time.perf_counter()
-            verdict = judge(trajectory, situation.host, self.vehicle, situation.road, prediction)
-            verify_s += time.perf_counter() - solved
-            solve_s += solved - started
-            tried.append(Candidate(name=way.name, cost=None, passed=verdict.passed, refusal="" if verdict.passed else verdict.reason))
-            plan = Plan(
-                planner=self.name,
-                mode=way.mode,
-                side=way.side,
-                warning=assessment.warning,
-                reason=assessment.reason,
-                verdict=verdict,
-                prediction=prediction.name,
-                trajectory=trajectory,
-                candidates=tuple(tried),
-                timing_ms=Timing(solve=1e3 * solve_s, verify=1e3 * verify_s),
-                literal_mode=assessment.literal_mode,
-                time_s=situation.time_s,
-                reference=way.manoeuvre,
-            )
-            if verdict.passed:
-                return plan
-            first = first or plan
+        first: _Driven | None = None
+        for group in self.groups(situation, assessment, going):
+            driven = [self.driven(situation, prediction, way) for way in group if not way.refusal]
+            driven.sort(key=self._price)
+            tried += [one.candidate for one in driven]
+            best = next((one for one in driven if one.verdict.passed), None)
+            if best is not None:
+                return self._plan(situation, assessment, prediction, best, tried, started)
+            first = first or next(iter(driven), None)
         assert first is not None  # keeping the lane by braking is never refused
-        return first
+        return self._plan(situation, assessment, prediction, first, tried, started)
 
-    def ways(self, situation: Situation, assessment: Assessment, going: Manoeuvre | None) -> list[Way]:
+    def groups(self, situation: Situation, assessment: Assessment, going: Manoeuvre | None) -> list[list[Way]]:
         """In the order in which they are tried."""
-        ordered: list[Way] = []
+        brake, accelerate, left, right = ways_out(situation, assessment, self.vehicle, self.settings.sigmoid, None)
+        groups = [[left, right], [brake], [accelerate]]
         if going is not None:
-            ordered.append(continued(situation, going))
-        elif not assessment.threatened:
-            ordered.append(keeping_way(situation, Mode.CRUISE if assessment.mode is Mode.CRUISE else Mode.HOLD))
-        preferred = assessment.side if assessment.side is not Side.NONE else self.settings.selector.tie_break
-        rank = {preferred.value: 0, "brake": 2, "accelerate": 3}
-        out = ways_out(situation, assessment, self.vehicle, self.settings.sigmoid, None)
-        return ordered + sorted(out, key=lambda way: rank.get(way.name, 1))
+            return [[continued(situation, going)], *groups]
+        if not assessment.threatened:
+            return [[keeping_way(situation, Mode.CRUISE if assessment.mode is Mode.CRUISE else Mode.HOLD)], *groups]
+        return groups
+
+    def driven(self, situation: Situation, prediction: Prediction, way: Way) -> _Driven:
+        """A way, driven and judged."""
+        trajectory = self.drive(situation, way)
+        verdict = judge(trajectory, situation.host, self.vehicle, situation.road, prediction)
+        cost = worth(
+            trajectory,
+            vehicle=self.vehicle,
+            road=situation.road,
+            prediction=prediction,
+            desired_speed_mps=situation.wanted_speed_mps,
+            changes_lane=way.side is not Side.NONE,
+            settings=WorthSettings(),
+        )
+        refusal = "" if verdict.passed else verdict.reason
+        candidate = Candidate(name=way.name, cost=cost, passed=verdict.passed, refusal=refusal)
+        return _Driven(way=way, trajectory=trajectory, verdict=verdict, candidate=candidate)
+
+    def _price(self, one: _Driven) -> tuple[float, int]:
+        return (round(one.candidate.cost or 0.0, 5), 0 if one.way.side is self.settings.selector.tie_break else 1)
+
+    def _plan(
+        self, situation: Situation, assessment: Assessment, prediction: Prediction, one: _Driven, tried: list[Candidate], started: float
+    ) -> Plan:
+        return Plan(
+            planner=self.name,
+            mode=one.way.mode,
+            side=one.way.side,
+            warning=assessment.warning,
+            reason=assessment.reason,
+            verdict=one.verdict,
+            prediction=prediction.name,
+            trajectory=one.trajectory,
+            candidates=tuple(tried),
+            timing_ms=Timing(solve=1e3 * (time.perf_counter() - started)),
+            literal_mode=assessment.literal_mode,
+            time_s=situation.time_s,
+            reference=one.way.manoeuvre,
+        )
 
     def drive(self, situation: Situation, way: Way) -> Trajectory:
         """The bicycle along the way's path, at most at the bound that the path was made for."""

@@ -60,6 +60,7 @@ class MpcMethod:
         self._solve_s = self._verify_s = 0.0
         self._iterations = 0
         self._chosen = ""
+        self.stop_at: float | None = None  # perf_counter after which no further candidate is begun
 
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
         self._solve_s = self._verify_s = 0.0
@@ -148,6 +149,9 @@ class MpcMethod:
             tried.append(Candidate(name=way.name, cost=None, passed=False, refusal=way.refusal))
             return None
         started = time.perf_counter()
+        if self.stop_at is not None and started > self.stop_at:
+            tried.append(Candidate(name=way.name, cost=None, passed=False, refusal="the deadline passed before it was tried"))
+            return None
         solved = self.stage.solve(situation, prediction, way)
         self._solve_s += time.perf_counter() - started
         self._iterations += solved.iterations

@@ -11,6 +11,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import positive
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
@@ -24,7 +25,9 @@ class Planner:
     """Builds its solver once; remembers its tracks and its last plan; belongs to one thread.
 
     `vehicle` is a `Vehicle`, a shipped name or a path; `method` a registered name or an object with `plan(situation, previous)`.
-    `road` is what `step` drives on unless it is told another. Raises `InputError` or `ParameterError` for what it does not know.
+    `road` is what `step` drives on unless it is told another. With `deadline_s` the method is asked to begin no further candidate
+    after that much wall-clock time (then runs do not repeat to the byte); without, work is bounded by counted iterations alone.
+    Raises `InputError` or `ParameterError` for what it does not know.
     """
 
     def __init__(
@@ -34,7 +37,11 @@ class Planner:
         *,
         settings: Settings | None = None,
         road: Road | None = None,
+        deadline_s: float | None = None,
     ) -> None:
+        if deadline_s is not None:
+            positive("deadline_s", deadline_s, "s")
+        self.deadline_s = deadline_s
         self.vehicle = load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle
         self.settings = settings or Settings()
         self.name = method if isinstance(method, str) else type(method).__name__
@@ -54,6 +61,8 @@ class Planner:
     def plan(self, situation: Situation) -> Plan:
         """One plan for a situation, judged. Never raises in traffic: a refusal is answered by the ladder."""
         started = time.perf_counter()
+        if self.deadline_s is not None and hasattr(self.method, "stop_at"):
+            self.method.stop_at = started + self.deadline_s
         answer = self.method.plan(situation, self.previous)
         has_ladder = getattr(self.method, "has_ladder", True)
         if isinstance(answer, Refusal):
