@@ -205,7 +205,7 @@ def replay(
         from rich.table import Table
 
         table = Table(title="against the truth (root mean square)", title_justify="left")
-        for heading in ("sector", "of", "along\n[m]", "across\n[m]", "rate\n[m/s]", "instants", "breaks", "covered"):
+        for heading in ("sector", "of", "along, m", "across, m", "rate, m/s", "instants", "breaks", "covered"):
             table.add_column(heading)
         for sector, found in comparison.sectors.items():
             for name, errors in (("tracks", found.tracked), ("raw", found.raw)):

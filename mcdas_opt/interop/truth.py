@@ -45,7 +45,7 @@ class TrueTarget:
             np.where(spoken, np.interp(t_s, self.t_s, column), np.nan)
             for column in (self.range_m * np.cos(bearing), self.range_m * np.sin(bearing), self.range_rate_mps)
         )
-        return np.column_stack([x, y]), rate
+        return np.column_stack([x, y]), np.where(np.isfinite(x), rate, np.nan)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
