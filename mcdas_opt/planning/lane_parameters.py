@@ -16,6 +16,7 @@ from mcdas_opt.planning.ways import Way
 
 _SETTLING_S = 0.8  # of the guess, from where the host is onto the path
 _ROAD_END_GAP_M = 0.5
+INTRUSION_M = 0.2  # a body that reaches further than this into a lane is in it
 
 
 def node_values(
@@ -74,7 +75,7 @@ def _bumpers(situation: Situation, bodies: Sequence[PredictedBody], way: Way, ti
     rear, rear_speed = np.full_like(times_s, -FAR_M), np.zeros_like(times_s)
     for body in bodies:
         motion = body.at(times_s)
-        if abs(float(motion.d_m[0]) - target) > 0.5 * road.lane_width_m:
+        if abs(float(motion.d_m[0]) - target) - 0.5 * body.width_m > 0.5 * road.lane_width_m - INTRUSION_M:
             continue
         if float(motion.s_m[0]) > host.s_m:
             bumper = motion.s_m - 0.5 * body.length_m

@@ -26,6 +26,7 @@ class WorthSettings:
     lane_change: float = 2.0  # once
     nearness: float = 6.0  # per exp(-gap / 0.7 m)
     end_closing: float = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
+    end_room_m: float = 0.5  # whoever ends less than this beside the host's flank counts as before or behind it
     persistence: float = 0.5  # factor on what was chosen before
 
 
@@ -62,7 +63,8 @@ def worth(
     total = float(np.sum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t)))
     for body, gap in zip(prediction.bodies, separations, strict=True):
         motion = body.at(t[-1:])
-        if abs(float(motion.d_m[0]) - float(trajectory.d_m[-1])) > 0.5 * (body.width_m + vehicle.width_m):
+        aside = abs(float(motion.d_m[0]) - float(trajectory.d_m[-1])) - 0.5 * (body.width_m + vehicle.width_m)
+        if aside > settings.end_room_m:
             continue
         ahead = float(motion.s_m[0]) > float(trajectory.s_m[-1])
         relative = float(v[-1]) - float(motion.speed_s_mps[0])
