@@ -204,8 +204,8 @@ def replay(
     if comparison is not None:
         from rich.table import Table
 
-        table = Table(title="against the truth (root mean square)", title_justify="left")
-        for heading in ("sector", "of", "along, m", "across, m", "rate, m/s", "instants", "breaks", "covered"):
+        table = Table(title="against the truth: root mean squares in m, m and m/s over n instants", title_justify="left")
+        for heading in ("sector", "of", "along", "across", "rate", "n", "breaks", "covered"):
             table.add_column(heading)
         for sector, found in comparison.sectors.items():
             for name, errors in (("tracks", found.tracked), ("raw", found.raw)):
@@ -216,6 +216,34 @@ def replay(
         screen.print(table)
     if out is not None:
         screen.print(f"drawn: {out}")
+
+
+@app.command()
+def reproduce(
+    out: Annotated[Path, typer.Option("--out", help="Folder for Figures 7-12 (PNG); made if absent.")] = Path("reproduction"),
+    as_json: JsonOption = False,
+) -> None:
+    """Every table and figure of the paper: published against computed, and the reading under which they agree."""
+    from mcdas_opt.evaluation.reproduction import reproduce as run
+
+    done = run(out)
+    if as_json:
+        emit(done.to_dict())
+        return
+    from rich.table import Table
+
+    table = Table(title="the paper, published against computed", title_justify="left")
+    for heading in ("item", "published", "computed", "reading"):
+        table.add_column(heading, justify="right" if heading in ("published", "computed") else "left", no_wrap=heading == "computed")
+    reading = ""
+    for row in done.rows:
+        values = [f"{v:.7g} {row.unit}".rstrip() if isinstance(v, float) else v or "-" for v in (row.published, row.computed)]
+        table.add_row(row.item, *values, "as above" if row.reading == reading else row.reading)
+        reading = row.reading
+    screen = console()
+    screen.print(table)
+    for figure in done.figures:
+        screen.print(f"drawn: {figure}")
 
 
 @contextmanager

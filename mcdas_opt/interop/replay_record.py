@@ -63,8 +63,9 @@ class Summary:
 
     `frames_good`, `frames_bad`, `frames_other`: sound records of the radar, faulty ones (`bad` says which, and where the first
     stands), sound ones that are not the radar's. `gated`: slots that the reader did not pass on, by the radar's own status;
-    `tracker`: what the tracker counted. `sensor_pieces`: how many targets the sensor itself told apart. `covered`: share of the
-    cycles in which a working sensor watched the sector. `modes` and `statuses` count cycles.
+    `tracker`: what the tracker counted. `sensor_pieces`: how many targets the sensor itself told apart. `tracks_started`
+    and `tracks_ended` count confirmed tracks. `covered`: share of the cycles in which a working sensor watched the sector.
+    `modes` and `statuses` count cycles.
     """
 
     cycles: int

@@ -39,7 +39,7 @@ class TrueTarget:
     def at(self, t_s: Array, mounting: Mounting) -> tuple[Array, Array]:
         """((m, 2) positions in the host's frame from the radar [m], (m,) range rates); NaN where the truth says nothing."""
         after = np.clip(np.searchsorted(self.t_s, t_s), 1, self.t_s.size - 1)
-        spoken = (t_s >= self.t_s[0]) & (t_s <= self.t_s[-1]) & (self.t_s[after] - self.t_s[after - 1] <= GAP_S)
+        spoken = (t_s >= self.t_s[0] - 1e-6) & (t_s <= self.t_s[-1] + 1e-6) & (self.t_s[after] - self.t_s[after - 1] <= GAP_S)
         bearing = mounting.yaw_rad + self.azimuth_rad
         x, y, rate = (
             np.where(spoken, np.interp(t_s, self.t_s, column), np.nan)
