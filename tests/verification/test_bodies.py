@@ -55,10 +55,10 @@ def shapes(drive, body):
 
 @both_roads
 def test_shapely_agrees_on_who_touches(road):
-    """Whatever overlaps at any of these instants is convicted; whoever stays a centimetre clear is not. Thin, fast and long bodies alike."""
+    """Whatever overlaps at any of these instants is convicted; whoever stays a centimetre clear is not. Thin, fast, long bodies alike."""
     convicted = clear = 0
     for seed in range(40):
-        drive, body = meeting(seed, road, contact=1.0 + (seed % 3) * 0.15)
+        drive, body = meeting(seed, road, contact=1.2 + (seed % 3) * 0.4)
         verdict = replace(drive, prediction=Prediction(name="one", bodies=(body,))).verdict()
         host, other = shapes(drive, body)
         if shapely.area(shapely.intersection(host, other)).max() > 1e-6:
