@@ -51,8 +51,9 @@ def replay(
     """Runs a recording of radars through tracker, situation and (with `plan`) planner, every `settings.cycle_s`.
 
     `log` is a path, or the name of a shipped ESR recording. `host` is a CSV of the host's speed (or that name); without it the speed
-    that an ESR was told is taken from its status frames. The host keeps to the middle of its lane. `road` is a scene whose road and vehicle are used; default one straight lane, so that there is nowhere to
-    steer out to, and a sedan. Sectors without a log are not covered, that is occupied. `progress(done, of)` is called every cycle.
+    that an ESR was told is taken from its status frames. The host keeps to the middle of its lane. `road` is a scene whose road and
+    vehicle are used; default one straight lane, so that there is nowhere to steer out to, and a sedan. Sectors without a log are not
+    covered, that is occupied. `progress(done, of)` is called every cycle.
 
     Raises `InputError` where a file is unusable, the host's speed is unknown or does not cover the log, or an option belongs to the
     other format; `MissingExtraError` for ESR logs without cantools and python-can.

@@ -129,7 +129,8 @@ def read_truth(path: str | Path) -> dict[Sector, TrueTarget]:
 def compare(replay: Replay, truth: str | Path | Mapping[Sector, TrueTarget]) -> Comparison:
     """Every cycle's nearest track, and every scan's nearest detection, against the true point of their sector.
 
-    `truth` is a file (see `read_truth`), the name of a shipped recording, or the targets themselves. Raises `InputError` where truth and recording have no sector or no time in common.
+    `truth` is a file (see `read_truth`), the name of a shipped recording, or the targets themselves. Raises `InputError` where truth
+    and recording have no sector or no time in common.
     """
     targets = truth if isinstance(truth, Mapping) else read_truth(find("logs", str(truth), ".truth.csv"))
     sectors = {s: _compare(replay, s, targets[s]) for s in replay.log.sectors if s in targets}
