@@ -54,7 +54,7 @@ class SlackPrice:
 
 def _prices() -> dict[str, SlackPrice]:
     return {
-        "friction": SlackPrice(linear=200.0, quadratic=100.0, scale=0.1),
+        "friction": SlackPrice(linear=1000.0, quadratic=500.0, scale=0.05),
         "road": SlackPrice(linear=1000.0, quadratic=500.0, scale=0.03),
         "collision": SlackPrice(linear=400.0, quadratic=200.0, scale=0.05),
         "headway": SlackPrice(linear=2.0, quadratic=1.0, scale=1.0),

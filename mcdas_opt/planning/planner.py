@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,6 +19,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.planning.ladder import Ladder
 from mcdas_opt.planning.method import Method, build_method
+from mcdas_opt.planning.pose_history import PoseHistory
 from mcdas_opt.tracking.tracker import Tracker
 
 
@@ -48,6 +50,7 @@ class Planner:
         self.method = build_method(method, self.vehicle, self.settings) if isinstance(method, str) else method
         self.road = road or Road()
         self.tracker = Tracker(vehicle=self.vehicle)
+        self._poses = PoseHistory()
         self.ladder = Ladder(self.vehicle, self.settings)
         self.previous: Plan | None = None
         self.situation: Situation | None = None
@@ -55,6 +58,7 @@ class Planner:
     def reset(self) -> None:
         """Forgets tracks and the last plan."""
         self.tracker = Tracker(vehicle=self.vehicle)
+        self._poses = PoseHistory()
         self.previous = None
         self.situation = None
 
@@ -85,9 +89,14 @@ class Planner:
         desired_speed_mps: float | None = None,
         request: Request = Request.DRIVE,
     ) -> Plan:
-        """The whole pipeline: scans (with their own time stamps) and the host's state at `now` [s] in, a judged plan out."""
+        """The whole pipeline: scans (each with its own time stamp) and the host's state at `now` [s] in, a judged plan out."""
         on = road or self.road
-        self.tracker.update(measurements, host, on, now)
+        self._poses.note(now, host)
+        for scan in sorted(measurements, key=lambda scan: scan.t_s if math.isfinite(scan.t_s) else math.inf):
+            seen_from = self._poses.at(scan.t_s) if math.isfinite(scan.t_s) else host
+            self.tracker.update([scan], seen_from, on, now)
+        if not measurements:
+            self.tracker.update([], host, on, now)
         situation = Situation(
             time_s=now,
             host=host,
