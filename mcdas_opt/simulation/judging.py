@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
-from mcdas_opt.catalogue.scenes import Scene
+from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.errors import ParameterError, nearest
+from mcdas_opt.simulation.first_situation import situation_of
 from mcdas_opt.simulation.neighbours import Traffic, known_bodies
 from mcdas_opt.tracking.prediction import CONSTANT_VELOCITY, predict
 from mcdas_opt.verification.judge import judge
@@ -22,18 +26,31 @@ PREDICTIONS = (SCENE, CONSTANT_VELOCITY)
 
 
 def verify(
-    trajectory: Trajectory, target: Scene | Situation, prediction: str | None = None, settings: PredictionSettings | None = None
+    trajectory: Trajectory,
+    target: Scene | Situation,
+    prediction: str | None = None,
+    settings: PredictionSettings | None = None,
+    vehicle: Vehicle | None = None,
 ) -> Verdict:
     """The judge's verdict on a trajectory that begins at the start of a scene, or at the time of a situation.
 
     `prediction` says how the neighbours move: "scene" as the scene's script has them (default there; followers react to the
     trajectory), "constant-velocity" as a planner with perfect sensors believes at t = 0 (the only one for a situation, from its
-    tracks). Judged with the friction that plans are made with. Raises `ParameterError` for another name.
+    tracks). Judged with the friction that plans are made with, and the target's vehicle unless another is given. Raises
+    `ParameterError` for another name.
     """
     foreseen = foresee(trajectory, target, prediction, settings)
     if isinstance(target, Situation):
-        return judge(trajectory, target.host, load_vehicle(target.vehicle), target.road, foreseen)
-    return judge(trajectory, target.host_state, target.vehicle, target.assumed_road, foreseen)
+        return judge(trajectory, target.host, vehicle or load_vehicle(target.vehicle), target.road, foreseen)
+    return judge(trajectory, target.host_state, vehicle or target.vehicle, target.assumed_road, foreseen)
+
+
+def target_of(name: str) -> tuple[Scene | Situation, Vehicle]:
+    """What to judge in: a scene (path or shipped name), or a situation saved as `.json`; and its vehicle. Raises `InputError`."""
+    if Path(name).suffix == ".json":
+        return situation_of(name)
+    scene = load_scene(name)
+    return scene, scene.vehicle
 
 
 def foresee(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 from mcdas_opt.catalogue.scenes import Scene
@@ -47,11 +47,13 @@ def simulate(
     seed: int | None = None,
     settings: Settings | None = None,
     controller: Controller | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Simulation:
     """Drives a planner through a scene, and returns the drive with its figures.
 
     Ends at the scene's duration, at the first touch of another body, or when a corner is more than 0.02 m off the road. `planner` is
     a registered name, a `Driver`, or a method (an object with `plan(situation, previous)`). The planner gets the plant's true state.
+    `progress` is told after every turn how many are done, and of how many.
     Without its `cycle_ms` the result repeats to the byte for the same scene and seed (default the scene's). Raises `InputError` or
     `ParameterError` for a planner, plant or sensor that is not known.
     """
@@ -62,7 +64,8 @@ def simulate(
     eyes = Perception(scene, seed, driver)
     eyes.warm_up(scene, traffic)
     drive = Drive(scene=scene, traffic=traffic, car=car)
-    for now, steps in _turns(scene.duration_s, settings.cycle_s):
+    turns = _turns(scene.duration_s, settings.cycle_s)
+    for turn, (now, steps) in enumerate(turns, start=1):
         started = time.perf_counter()
         plan = driver.step(
             eyes.arrived(now),
@@ -75,6 +78,8 @@ def simulate(
         took_ms = 1e3 * (time.perf_counter() - started)
         drive.note(now, plan, _tracks(driver), took_ms)
         drive.roll(plan, controller or FeedForward(), steps, eyes)
+        if progress is not None:
+            progress(turn, len(turns))
         if drive.outcome is not Outcome.SAFE:
             break
     return drive.summary(planner=name, plant=plant, seed=seed)
