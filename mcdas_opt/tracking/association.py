@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.tracking.fix import Fix
+from mcdas_opt.tracking.fix import Belief, Fix
 
-Belief = tuple[Array, Array]  # state (4,), covariance (4, 4)
 _NEVER = 1e9
+_FAR_M, _FAR_SD = 20.0, 6.0  # further from the belief than this plus so many of its deviations no radar is that wrong
 
 
 def innovation(belief: Belief, fix: Fix) -> tuple[Array, Array]:
     """(z - H x, its covariance H P H' + R)."""
     x, P = belief
-    H = fix.H
-    return fix.z - H @ x, H @ P @ H.T + fix.noise(x)
+    z, H, R = fix.read(belief)
+    return z - H @ x, H @ P @ H.T + R
 
 
 def gated_costs(beliefs: Sequence[Belief], fixes: Sequence[Sequence[Fix | None]], gate: float) -> Array:
@@ -26,16 +27,15 @@ def gated_costs(beliefs: Sequence[Belief], fixes: Sequence[Sequence[Fix | None]]
     d^2 + ln det S is minus twice the log-likelihood up to a constant: a vague track does not win a detection from a sharp one.
     """
     costs = np.full((len(beliefs), len(fixes[0]) if fixes else 0), np.inf)
-    for i, belief in enumerate(beliefs):
+    for i, (x, P) in enumerate(beliefs):
+        far_s, far_d = (_FAR_M + _FAR_SD * math.sqrt(P[k, k]) for k in (0, 2))
         for j, fix in enumerate(fixes[i]):
-            if fix is None:
+            if fix is None or abs(fix.place[0] - x[0]) > far_s or abs(fix.place[1] - x[2]) > far_d:
                 continue
-            y, S = innovation(belief, fix)
-            if (y * y > gate * S.diagonal()).any():  # d^2 is at least that of any one component
-                continue
+            y, S = innovation((x, P), fix)
             distance = float(y @ np.linalg.solve(S, y))
             if distance <= gate:
-                costs[i, j] = distance + float(np.linalg.slogdet(S)[1])
+                costs[i, j] = distance + math.log(np.linalg.det(S))
     return costs
 
 

@@ -11,6 +11,12 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.dynamics.target import process_noise, transition
 
 
+def load_libraries() -> None:
+    """Import what the tracker needs (half a second) now, not in the first cycle of a drive."""
+    import filterpy.kalman  # noqa: F401
+    import scipy.optimize  # noqa: F401
+
+
 class ConstantVelocityFilter:
     """State (s, vs, d, vd) with its covariance, and the time that they belong to.
 

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,41 +23,87 @@ from mcdas_opt.dynamics.radar import position, sensor_velocity
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.near_face import half_extent, half_extent_slope
 
+Belief = tuple[Array, Array]  # state (s, vs, d, vd), covariance (4, 4)
 _LEAST_STRETCH = 0.2  # of 1 - d kappa
+_HEADING_SD_RAD = 0.1  # of cars' headings against the road
+_SLOWEST_MPS = 3.0  # below this the direction of motion says little about the heading
+
+
+class Reading(NamedTuple):
+    """z = H x + noise of covariance R: (m,), (m, 4), (m, m)."""
+
+    z: Array
+    H: Array
+    R: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BodyFix:
-    """An ideal sensor's word: the whole state, (4,)."""
+    """An ideal sensor's word: the whole state (s, vs, d, vd)."""
 
-    z: Array
+    state: Array
     variance: Array
-    H: Array = field(default_factory=lambda: np.eye(4))
 
-    def noise(self, state: Array) -> Array:
-        """(4, 4) R."""
-        return np.diag(self.variance)
+    @property
+    def place(self) -> tuple[float, float]:
+        """(s, d)"""
+        return float(self.state[0]), float(self.state[2])
+
+    def read(self, belief: Belief) -> Reading:
+        return Reading(self.state, np.eye(4), np.diag(self.variance))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RadarFix:
-    """z = (s, d, relative speed on the line of sight plus the sensor's own).
+    """A radar point as a body of `size` aligned with the road would have sent it (size None: the point is the centre).
 
-    `jacobian` (3, 3) is that of z by (range, azimuth, range rate) with a gap at [2, 1]: the speed that the azimuth's error mixes in,
-    `swing` gives it as swing[0] - swing[1] vs - swing[2] vd.
+    `place` is the centre (s, d), `range_m` the centre's, `bearing_rad` the line of sight against the road there, `kappa` the road's
+    curvature and `stretch` 1 - d kappa; `relative` is the range rate plus the sensor's own speed on the line of sight, `sideways` the
+    sensor's speed to the left of it.
     """
 
-    z: Array
-    H: Array
-    variance: Array
-    jacobian: Array
-    swing: tuple[float, float, float]
+    place: tuple[float, float]
+    range_m: float
+    bearing_rad: float
+    kappa: float
+    stretch: float
+    relative: float
+    sideways: float
+    variance: Array  # of range, azimuth, range rate
+    size: tuple[float, float] | None
 
-    def noise(self, state: Array) -> Array:
-        """(3, 3) R; it depends a little on the speeds believed."""
-        J = self.jacobian.copy()
-        J[2, 1] = self.swing[0] - self.swing[1] * state[1] - self.swing[2] * state[3]
-        return np.asarray((J * self.variance) @ J.T)
+    def read(self, belief: Belief) -> Reading:
+        """The measurement for a target of that belief.
+
+        Its heading turns the face that was seen: the believed heading atan2(vd, vs) is trusted as far as its own variance says,
+        against cars' habit to follow the road (0.1 rad). What stays uncertain of it goes into R, and so does the speed across the
+        line of sight that the azimuth's error mixes into the range rate (in a bend also by taking the road's direction elsewhere).
+        """
+        _, vs, _, vd = belief[0].tolist()
+        forward = vs * self.stretch
+        along, across = math.cos(self.bearing_rad), math.sin(self.bearing_rad)
+        shift, slope, doubt = 0.0, 0.0, 0.0
+        if self.size is not None:
+            speed = max(abs(forward), _SLOWEST_MPS)
+            trust = _HEADING_SD_RAD**2 / (_HEADING_SD_RAD**2 + float(belief[1][3, 3]) / speed**2)
+            seen = self.bearing_rad - trust * math.atan2(vd, speed)
+            shift = float(half_extent(seen, *self.size) - half_extent(self.bearing_rad, *self.size))
+            slope = float(half_extent_slope(seen, *self.size))
+            doubt = slope**2 * _HEADING_SD_RAD**2 * (1.0 - trust)
+        r = self.range_m + shift
+        s, d = self.place
+        turned = vd * along - forward * across  # the target's speed to the left of the line of sight
+        s_r, s_phi = along / self.stretch, (slope * along - r * across) / self.stretch
+        d_r, d_phi = across, slope * across + r * along
+        v_r = self.kappa * (turned * s_r + vs * along * d_r)
+        v_phi = self.kappa * (turned * s_phi + vs * along * d_phi) + self.sideways - turned
+        jacobian = np.array([[s_r, s_phi, 0.0], [d_r, d_phi, 0.0], [v_r, v_phi, 1.0]])
+        variance = self.variance + np.array([doubt, 0.0, 0.0])
+        return Reading(
+            np.array([s + shift * along / self.stretch, d + shift * across, self.relative]),
+            np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, self.stretch * along, 0.0, across]]),
+            (jacobian * variance) @ jacobian.T,
+        )
 
 
 Fix = BodyFix | RadarFix
@@ -65,9 +112,9 @@ Fix = BodyFix | RadarFix
 def body_fix(body: BodyDetection, frame: FrenetFrame, position_sd: float, speed_sd: float) -> BodyFix:
     """The state that an ideal detection states; its speed over ground along the road becomes ds/dt."""
     stretch = 1.0 - body.d_m * float(frame.road.curvature_at(body.s_m))
-    z = np.array([body.s_m, body.speed_s_mps / stretch, body.d_m, body.speed_d_mps])
+    state = np.array([body.s_m, body.speed_s_mps / stretch, body.d_m, body.speed_d_mps])
     p, v = position_sd**2, speed_sd**2
-    return BodyFix(z=z, variance=np.array([p, v, p, v]))
+    return BodyFix(state=state, variance=np.array([p, v, p, v]))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,57 +148,45 @@ class Viewpoint:
 def radar_fixes(
     detections: Sequence[RadarDetection], view: Viewpoint, frame: FrenetFrame, size: tuple[float, float] | None
 ) -> list[RadarFix | None]:
-    """Fixes of the centres of bodies of `size` (length, width), aligned with the road; size None: the points are the centres.
+    """Fixes of bodies of `size` (length, width), aligned with the road; size None: the points are the centres.
 
     None stands for a point that has no place along the road (near or beyond its centre of curvature).
     """
     if not detections:
         return []
-    r, phi, rate = np.array([(p.range_m, p.azimuth_rad, p.range_rate_mps) for p in detections]).T
+    r, phi = np.array([(point.range_m, point.azimuth_rad) for point in detections]).T
     theta = view.yaw + phi
-    slope = np.zeros_like(r)
     if size is not None:  # the road's heading near the point is good enough for a first half extent
         extent = half_extent(theta - _heading_near(frame, view, r * np.cos(theta), r * np.sin(theta)), *size)
         r = r + extent
     x, y = position(r, phi, view.x, view.y, view.yaw, np)
     s, d, _ = frame.to_road(x, y, theta, near_s_m=view.host_s_m)
     bearing = theta - frame.road_heading(s)
-    stretch = 1.0 - d * frame.road.curvature_at(s)
-    if size is not None:  # now with the heading at the centre itself
-        correction = half_extent(bearing, *size) - extent
-        r, s, d = r + correction, s + correction * np.cos(bearing) / stretch, d + correction * np.sin(bearing)
-        slope = half_extent_slope(bearing, *size)
-    rows = zip(detections, s, d, r, rate, theta, bearing, stretch, slope, strict=True)
-    return [_radar_fix(view, *row) if row[7] >= _LEAST_STRETCH else None for row in rows]
-
-
-def _radar_fix(
-    view: Viewpoint,
-    point: RadarDetection,
-    s: float,
-    d: float,
-    r: float,
-    rate: float,
-    theta: float,
-    bearing: float,
-    stretch: float,
-    slope: float,
-) -> RadarFix:
-    ux, uy = math.cos(theta), math.sin(theta)  # line of sight u in the plane; n is u turned left
-    along, across = math.cos(bearing), math.sin(bearing)  # u against the road
-    return RadarFix(
-        z=np.array([s, d, rate + ux * view.vx + uy * view.vy]),
-        H=np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, stretch * along, 0.0, across]]),
-        variance=np.array([point.range_sd_m**2, point.azimuth_sd_rad**2, point.range_rate_sd_mps**2]),
-        jacobian=np.array(
-            [
-                [along / stretch, (slope * along - r * across) / stretch, 0.0],
-                [across, slope * across + r * along, 0.0],
-                [0.0, 0.0, 1.0],
-            ]
-        ),
-        swing=(ux * view.vy - uy * view.vx, -stretch * across, along),
-    )
+    if size is not None and not frame.road.is_straight:
+        for _ in range(2):  # now with the heading at the centre itself
+            correction = half_extent(bearing, *size) - extent
+            r, extent = r + correction, extent + correction
+            stretch = 1.0 - d * frame.road.curvature_at(s)
+            s, d = s + correction * np.cos(bearing) / stretch, d + correction * np.sin(bearing)
+            bearing = theta - frame.road_heading(s)
+    kappa = frame.road.curvature_at(s)
+    stretch = 1.0 - d * kappa
+    fixes: list[RadarFix | None] = []
+    for i, point in enumerate(detections):
+        ux, uy = math.cos(theta[i]), math.sin(theta[i])
+        fix = RadarFix(
+            place=(float(s[i]), float(d[i])),
+            range_m=float(r[i]),
+            bearing_rad=float(bearing[i]),
+            kappa=float(kappa[i]),
+            stretch=float(stretch[i]),
+            relative=point.range_rate_mps + ux * view.vx + uy * view.vy,
+            sideways=ux * view.vy - uy * view.vx,
+            variance=np.array([point.range_sd_m**2, point.azimuth_sd_rad**2, point.range_rate_sd_mps**2]),
+            size=size,
+        )
+        fixes.append(fix if fix.stretch >= _LEAST_STRETCH else None)
+    return fixes
 
 
 def _heading_near(frame: FrenetFrame, view: Viewpoint, dx: Array, dy: Array) -> Array:

@@ -7,6 +7,7 @@ import math
 from mcdas_opt.domain.measurement import BodyDetection, RadarDetection, Scan
 from mcdas_opt.domain.tracker_settings import TrackerSettings
 
+SAME_TIME_S = 1e-6  # scans of one sensor closer than this are the same scan
 Source = tuple[str, str]  # sensor and sector: one product may sit at the front and at the rear
 
 COUNTERS = (
@@ -35,7 +36,7 @@ def scan_fault(scan: Scan, now: float, last_s: float | None, clock_s: float | No
         return "not_finite"
     if scan.t_s > now + settings.future_tolerance_s:
         return "future"
-    if last_s is not None and scan.t_s == last_s:
+    if last_s is not None and abs(scan.t_s - last_s) <= SAME_TIME_S:
         return "duplicate"
     if (last_s is not None and scan.t_s < last_s) or (clock_s is not None and scan.t_s < clock_s - settings.lag_max_s):
         return "out_of_order"

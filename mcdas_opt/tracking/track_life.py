@@ -12,9 +12,8 @@ from mcdas_opt.domain.motion import TargetMotion
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.tracker_settings import TrackerSettings
-from mcdas_opt.tracking.association import Belief
 from mcdas_opt.tracking.cv_filter import ConstantVelocityFilter
-from mcdas_opt.tracking.fix import Fix
+from mcdas_opt.tracking.fix import Belief, Fix
 from mcdas_opt.tracking.screening import Source, source_of
 
 _ANYWHERE_M = 100.0  # sd of the position before the first detection: as good as unknown
@@ -41,7 +40,7 @@ class TrackLife:
         cls, fix: Fix, scan: Scan, host: HostState, now: float, size: tuple[float, float], motion: TargetMotion, settings: TrackerSettings
     ) -> TrackLife:
         """A new track: an ordinary update of a belief that knows no place and expects about the host's speed along the road."""
-        s, d = (fix.z[0], fix.z[2]) if fix.z.size == 4 else (fix.z[0], fix.z[1])
+        s, d = fix.place
         state = np.array([s, host.speed_mps * np.cos(host.heading_rad), d, 0.0])
         sds = [_ANYWHERE_M, settings.initial_speed_sd_mps, _ANYWHERE_M, settings.initial_lateral_speed_sd_mps]
         life = cls(ConstantVelocityFilter(state, np.diag(np.square(sds)), scan.t_s, motion), size, settings)
@@ -58,7 +57,7 @@ class TrackLife:
         return self._filter.at(time_s)
 
     def hit(self, fix: Fix, scan: Scan, now: float) -> None:
-        self._filter.correct(scan.t_s, fix.z, fix.H, fix.noise(self._filter.mean_at(scan.t_s)))
+        self._filter.correct(scan.t_s, *fix.read(self._filter.at(scan.t_s)))
         self._sources.add(source_of(scan))
         self._arrival_s, self._period_s = now, scan.period_s
         self._hits.append(True)

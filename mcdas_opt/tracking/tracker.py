@@ -20,6 +20,7 @@ from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.window import frame_near
 from mcdas_opt.tracking.association import assign, gated_costs
 from mcdas_opt.tracking.coverage import SectorWatch
+from mcdas_opt.tracking.cv_filter import load_libraries
 from mcdas_opt.tracking.fix import BodyFix, Fix, RadarFix, Viewpoint, body_fix, radar_fixes
 from mcdas_opt.tracking.screening import COUNTERS, Source, body_fault, radar_fault, scan_fault, source_of
 from mcdas_opt.tracking.track_life import TrackLife
@@ -50,6 +51,7 @@ class Tracker:
         self._body = (positive("body length", body[0], "m"), positive("body width", body[1], "m"))
         self._vehicle = Vehicle() if vehicle is None else vehicle
         self._motion = load_motion(self.settings.motion)
+        load_libraries()
         self.reset()
 
     def reset(self) -> None:
@@ -168,9 +170,8 @@ class Tracker:
         for j in left:
             fix = read(self._body)[j]
             assert fix is not None
-            place = (float(fix.z[0]), float(fix.z[1]))
             # a second point of a car that has just been seen is no other car
-            if not any(_overlap(life.place(time_s), life.size, place, self._body, 1.0) for life in look.hit):
+            if not any(_overlap(life.place(time_s), life.size, fix.place, self._body, 1.0) for life in look.hit):
                 self._begin(fix, look)
 
     def _hit(self, life: TrackLife, fix: Fix, look: _Look) -> None:
