@@ -17,6 +17,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
+from mcdas_opt.errors import ParameterError
 from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
 from mcdas_opt.planning.lane_parameters import guessed_states, node_values
 from mcdas_opt.planning.ways import Way
@@ -24,6 +25,8 @@ from mcdas_opt.solvers.ipopt_engine import IpoptEngine
 from mcdas_opt.solvers.osqp_engine import OsqpEngine
 from mcdas_opt.solvers.outcome import Ending, Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess
+
+_IPOPT_ITERATIONS = 200
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,6 +41,11 @@ class StageSettings:
     clearance_across_m: float = 0.25
     event_position_m: float = 0.5
     event_speed_mps: float = 0.5
+    cold_start: str = "osqp"  # or "ipopt": converged, some 20 times slower
+
+    def __post_init__(self) -> None:
+        if self.cold_start not in ("osqp", "ipopt"):
+            raise ParameterError("cold_start", self.cold_start, "must be osqp or ipopt")
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,11 +111,14 @@ class LaneStage:
         warm = memory is not None and memory.seats == posed.seats and not self._event(memory, situation, way, bodies)
         guess = posed.engine.shifted(memory.outcome) if warm and memory is not None else self.guess(situation, way, posed)
         iterations = self.stage.iterations_warm if warm else self.stage.iterations_event
-        outcome = self._outcome(situation, bodies, way, posed, guess, iterations)
+        if warm or self.stage.cold_start == "osqp":
+            outcome = self._outcome(situation, bodies, way, posed.engine, posed, guess, iterations)
+        else:
+            outcome = self._outcome(situation, bodies, way, posed.ipopt, posed, guess, _IPOPT_ITERATIONS)
         if not outcome.usable and warm:  # the warm start may be what is wrong
             posed.engine.reset()
             guess = self.guess(situation, way, posed)
-            outcome = self._outcome(situation, bodies, way, posed, guess, self.stage.iterations_event)
+            outcome = self._outcome(situation, bodies, way, posed.engine, posed, guess, self.stage.iterations_event)
         if not outcome.usable:
             self._memory.pop(way.name, None)
             return Solved(trajectory=None, reason=outcome.message or outcome.ending.value, iterations=outcome.inner_iterations)
@@ -117,12 +128,19 @@ class LaneStage:
         return Solved(trajectory=trajectory, reason=reason, iterations=outcome.inner_iterations)
 
     def _outcome(
-        self, situation: Situation, bodies: tuple[PredictedBody, ...], way: Way, posed: Posed, guess: StageGuess, iterations: int
+        self,
+        situation: Situation,
+        bodies: tuple[PredictedBody, ...],
+        way: Way,
+        engine: OsqpEngine | IpoptEngine,
+        posed: Posed,
+        guess: StageGuess,
+        iterations: int,
     ) -> Outcome:
         # a measured state a hair outside a hard bound (rounding, a limit just touched) is brought to it
         x0 = np.clip(situation.host.to_vector(), posed.problem.x_lower, posed.problem.x_upper)
         p = self.matrix(situation, bodies, way, posed, guess.x[:, 0])
-        return posed.engine.solve(x0, p, self.settings.grid.steps_s, guess, iterations)
+        return engine.solve(x0, p, self.settings.grid.steps_s, guess, iterations)
 
     def nearest(self, situation: Situation, prediction: Prediction) -> tuple[PredictedBody, ...]:
         """The bodies that come nearest over the horizon, at most as many as there are seats; in order of their ids, to keep seats."""

@@ -57,7 +57,7 @@ class Planner:
 
     def reset(self) -> None:
         """Forgets tracks and the last plan."""
-        self.tracker = Tracker(vehicle=self.vehicle)
+        self.tracker.reset()
         self._poses = PoseHistory()
         self.previous = None
         self.situation = None

@@ -11,9 +11,10 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
+from mcdas_opt.errors import ParameterError
 from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
 from mcdas_opt.ocp.terms import MovingBody, Stage, reference_d
-from mcdas_opt.planning.lane_stage import LaneStage
+from mcdas_opt.planning.lane_stage import LaneStage, StageSettings
 from mcdas_opt.planning.ways import ways_out
 from mcdas_opt.reference.offset_path import corrected
 from mcdas_opt.situation.assess import assess
@@ -126,3 +127,18 @@ def test_planner_settings_reach_the_problem() -> None:
     assert stage.posed(99).seats == stage.stage.seats[-1]
     assert stage.posed(3) is stage.posed(4)
     assert len(stage.nearest(sandwich(), predict(sandwich().tracks, Settings().prediction))) == 2
+
+
+def test_a_cold_start_by_ipopt_ends_where_the_iteration_does() -> None:
+    situation, config = sandwich(0.3), Settings()
+    ends = []
+    for engine in ("osqp", "ipopt"):
+        stage = LaneStage(VEHICLE, config, StageSettings(cold_start=engine))
+        prediction = predict(situation.tracks, config.prediction)
+        way = ways_out(situation, assess(situation, VEHICLE, config.selector), VEHICLE, config.sigmoid, None)[2]
+        solved = stage.solve(situation, prediction, way)
+        assert solved.trajectory is not None
+        ends.append(solved.trajectory.states[-1])
+    assert ends[0] == pytest.approx(ends[1], abs=0.02)
+    with pytest.raises(ParameterError, match="cold_start"):
+        StageSettings(cold_start="newton")
