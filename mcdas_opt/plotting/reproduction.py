@@ -66,7 +66,7 @@ def draw_figure_10() -> Figure:
     with style.styled():
         fig = style.figure(8.0, 8.6)
         rows = fig.subplots(3, 1, sharex=True)
-        cases = (
+        cases: tuple[tuple[str, LiteralPath | OffsetPath, str], ...] = (
             ("fixed path, offset ignored (literal, off = 0)", literal_path(Side.RIGHT, 0.0), style.LITERAL),
             ("literal path with off = +1 m (eq 22)", literal_path(Side.RIGHT, off_left), style.LITERAL),
             (
