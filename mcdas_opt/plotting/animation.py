@@ -54,7 +54,7 @@ def frames(simulation: Simulation) -> tuple[list[Image], list[int]]:
     """At most `MOST_FRAMES` palette images with their durations [ms], in real time; the last one stays for a while."""
     with style.styled():
         stage = _Stage(simulation)
-        scenes = moments(simulation, at_most=MOST_FRAMES - 1)
+        scenes = moments(simulation, at_most=MOST_FRAMES)
         pictures = [stage.picture(moment) for moment in scenes]
     times = [moment.time_s for moment in scenes]
     durations = [max(round(100.0 * (b - a)) * 10, 20) for a, b in pairwise(times)]

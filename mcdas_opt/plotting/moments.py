@@ -64,11 +64,11 @@ class View:
 
 
 def moments(simulation: Simulation, at_most: int | None = None) -> list[Moment]:
-    """One for every cycle and one for the end; thinned evenly to `at_most`, the last always kept."""
-    times = [cycle.time_s for cycle in simulation.cycles]
-    every = 1 if at_most is None else math.ceil((len(times) + 1) / at_most)
-    kept = [moment_at(simulation, t) for t in times[::every]]
-    return [*kept, moment_at(simulation, simulation.duration_s)]
+    """One for every cycle and one for the end; `at_most` so many evenly spread ones where that is more."""
+    times = [*(cycle.time_s for cycle in simulation.cycles), simulation.duration_s]
+    if at_most is not None and len(times) > at_most:
+        times = np.linspace(0.0, simulation.duration_s, at_most).tolist()
+    return [moment_at(simulation, t) for t in times]
 
 
 def moment_at(simulation: Simulation, time_s: float) -> Moment:

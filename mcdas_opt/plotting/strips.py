@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
+_FAR_M = 30.0  # farther away is off the chart, unless nobody ever comes nearer
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Strip:
@@ -39,7 +41,8 @@ def strips_of(simulation: Simulation) -> tuple[Strip, Strip, Strip]:
     turning = history.lateral_acceleration_mps2
     grip = scene.true_road.friction * GRAVITY_MPS2
     clearance = history.clearance_m
-    nearest = float(clearance.max()) if np.isfinite(clearance).all() else 10.0
+    known = bool(np.isfinite(clearance).all())
+    top = max(min(1.08 * float(clearance.max()), _FAR_M), 1.3 * float(clearance.min())) if known else 10.0
     return (
         Strip(
             title="speed [m/s]",
@@ -62,8 +65,8 @@ def strips_of(simulation: Simulation) -> tuple[Strip, Strip, Strip]:
             t_s=t,
             values=np.where(np.isfinite(clearance), clearance, np.nan),
             limits=((0.0, "touch"),),
-            low=-0.06 * nearest,
-            high=1.08 * nearest,
+            low=-0.06 * top,
+            high=top,
         ),
     )
 
