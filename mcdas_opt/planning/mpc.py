@@ -18,7 +18,7 @@ from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Request, Side
 from mcdas_opt.planning.lane_stage import LaneStage, StageSettings
 from mcdas_opt.planning.selection import WorthSettings, worth
-from mcdas_opt.planning.ways import Manoeuvre, Way, continued, harder_ways, keeping_way, ways_out
+from mcdas_opt.planning.ways import Manoeuvre, Way, continued, harder_ways, keeping_way, shorter_side, ways_out
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.prediction import predict
 from mcdas_opt.verification.judge import judge
@@ -116,7 +116,7 @@ class MpcMethod:
         if not assessment.threatened:
             quiet = Mode.CRUISE if assessment.mode is Mode.CRUISE else Mode.HOLD
             first = continued(situation, going) if going is not None else keeping_way(situation, quiet)
-            answer = self._try(situation, prediction, first, tried)
+            answer = self._try(situation, prediction, first, Side.NONE, tried)
             if answer is not None:
                 return answer, tuple(tried)
         sigmoid = self.settings.sigmoid
@@ -129,7 +129,7 @@ class MpcMethod:
         else:
             hard = harder_ways(situation, assessment, self.vehicle, sigmoid)
         for ways in (gentle, hard):
-            answers = [self._try(situation, prediction, way, tried) for way in ways]
+            answers = [self._try(situation, prediction, way, shorter_side(assessment), tried) for way in ways]
             passed = [a for a in answers if a is not None]
             if passed:
                 return min(passed, key=lambda a: self._price(a, before)), tuple(tried)
@@ -143,7 +143,7 @@ class MpcMethod:
         tie = self.settings.selector.tie_break
         return (round(cost, 5), 0 if answer.way.side is tie else 1)
 
-    def _try(self, situation: Situation, prediction: Prediction, way: Way, tried: list[Candidate]) -> _Answer | None:
+    def _try(self, situation: Situation, prediction: Prediction, way: Way, leaning: Side, tried: list[Candidate]) -> _Answer | None:
         """Solves and judges one way; records it among the tried."""
         if way.refusal:
             tried.append(Candidate(name=way.name, cost=None, passed=False, refusal=way.refusal))
@@ -166,7 +166,8 @@ class MpcMethod:
             road=situation.road,
             prediction=prediction,
             desired_speed_mps=situation.wanted_speed_mps,
-            changes_lane=way.side is not Side.NONE,
+            side=way.side,
+            leaning=leaning,
             settings=self.worth,
         )
         self._verify_s += time.perf_counter() - started

@@ -13,6 +13,7 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.reference.offset_path import OffsetPath, corrected
 
+_LEANING_M = 0.1  # a smaller offset of the front vehicle leans to neither side
 BODY_ROOM_M = 0.25  # from the body's flank to the road's edge, for the targets of steering
 
 
@@ -47,6 +48,13 @@ class Way:
     speed_mps: float
     manoeuvre: Manoeuvre | None = None
     refusal: str = ""
+
+
+def shorter_side(assessment: Assessment) -> Side:
+    """The side that asks for less lateral movement past the front vehicle (eq 22-23 with its offset); none when it stands straight ahead."""
+    if assessment.front_id is None or abs(assessment.offset_m) <= _LEANING_M:
+        return Side.NONE
+    return Side.RIGHT if assessment.offset_m > 0.0 else Side.LEFT
 
 
 def keep_path(situation: Situation) -> OffsetPath:
