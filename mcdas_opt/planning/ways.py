@@ -51,7 +51,7 @@ class Way:
 
 
 def shorter_side(assessment: Assessment) -> Side:
-    """The side that asks for less lateral movement past the front vehicle (eq 22-23 with its offset); none when it stands straight ahead."""
+    """The side that asks for less lateral movement past the front vehicle (eq 22-23); none when that is straight ahead."""
     if assessment.front_id is None or abs(assessment.offset_m) <= _LEANING_M:
         return Side.NONE
     return Side.RIGHT if assessment.offset_m > 0.0 else Side.LEFT
