@@ -62,7 +62,7 @@ def test_the_reference_line_is_scipys(road):
 
     for end in (-60.0, 160.0):
         s = np.linspace(0.0, end, 9)
-        truth = solve_ivp(right_side, (0.0, end), [0.0, 0.0, 0.0], t_eval=s, rtol=1e-11, atol=1e-11, max_step=2.0).y
+        truth = solve_ivp(right_side, (0.0, end), [0.0, 0.0, 0.0], t_eval=s, rtol=1e-11, atol=1e-11, max_step=0.25).y
         x, y, yaw = frame.to_plane(s, np.zeros(9), np.zeros(9))
         assert x == pytest.approx(truth[0], abs=1e-6)
         assert y == pytest.approx(truth[1], abs=1e-6)
