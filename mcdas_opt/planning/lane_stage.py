@@ -193,7 +193,7 @@ class LaneStage:
     def guess(self, situation: Situation, way: Way, posed: Posed) -> StageGuess:
         """The cold start: the way's own path."""
         n, problem = self.settings.grid.nodes, posed.problem
-        x = guessed_states(situation, way, self.vehicle, self.settings.grid.times_s)
+        x = guessed_states(situation, way, self.vehicle, self.settings.grid.times_s) if way.guess is None else way.guess
         return StageGuess(x=x, u=np.zeros((n, problem.nu)), s=np.zeros((n + 1, problem.ns)))
 
     def matrix(self, situation: Situation, bodies: tuple[PredictedBody, ...], way: Way, posed: Posed, guess_s: Array) -> Array:
