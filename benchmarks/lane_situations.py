@@ -151,7 +151,9 @@ class NoisyLoop:
         situation, vehicle = self.situation, Vehicle()
         kappa = float(situation.road.curvature_at(situation.host.s_m))
         x = rk4(
-            lambda state: road_bicycle(state, list(u), kappa, vehicle.wheelbase_m, vehicle.centre_m, np), situation.host.to_vector(), STEP_S
+            lambda state: road_bicycle(state, list(u), kappa, vehicle.wheelbase_m, vehicle.centre_m, np),
+            list(situation.host.to_vector()),
+            STEP_S,
         )
         noisy = np.asarray(x) + _NOISE * self.rng.standard_normal(6)
         noisy[3] = max(noisy[3], 0.0)

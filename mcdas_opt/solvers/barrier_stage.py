@@ -150,7 +150,7 @@ class BarrierStage:
         return 0.5 * (moving * ca.sumsqr(self.problem.residual(x, u, p)) + (1.0 - moving) * terminal)
 
     def over(self, nodes: int) -> tuple[Array, Array, int]:
-        """Flags (2, N + 1) and the mask of active inequalities (nc, N + 1) over a horizon, and how many are active (1 if none, to divide by)."""
+        """Flags (2, N + 1), mask of active inequalities (nc, N + 1), and how many are active (1 if none, to divide by)."""
         flags = np.ones((2, nodes + 1))
         flags[0, 0] = flags[1, -1] = 0.0
         active = np.ones((self.nc, nodes + 1))

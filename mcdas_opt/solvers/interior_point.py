@@ -8,17 +8,25 @@ a small, fixed one. Sources: Rao, Wright, Rawlings, JOTA 99 (1998) 723; Mehrotra
 from __future__ import annotations
 
 import math
+import os
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.solvers.interpreted_kernel import InterpretedKernel
+from mcdas_opt.solvers.barrier_stage import BarrierStage
+from mcdas_opt.solvers.c_text import UnsupportedOperationError
+from mcdas_opt.solvers.compile_cache import NoLibraryError, cache_folder, load, to_stderr
+from mcdas_opt.solvers.compiled_kernel import CompiledKernel
+from mcdas_opt.solvers.interpreted_kernel import CORRECTION, InterpretedKernel
 from mcdas_opt.solvers.iterate import Kernel, Progress
+from mcdas_opt.solvers.kernel_source import BUILDS, kernel_source
 from mcdas_opt.solvers.outcome import Ending, Outcome
-from mcdas_opt.solvers.stage_functions import stage_functions
+from mcdas_opt.solvers.stage_functions import StageFunctions, stage_functions
 from mcdas_opt.solvers.stage_problem import StageGuess, StageProblem
 
+SWITCH = "MCDAS_OPT_COMPILE"  # environment variable: 0 forbids the compiler
 _STEP_LENGTH = 0.9  # a converged step was taken nearly whole
 _CENTRED = 10.0  # and its mean complementarity is at most so many times the barrier's
 _DIVERGED = 1e9  # scaled step that ends the solve
@@ -47,15 +55,25 @@ class InteriorPointEngine:
     It keeps nothing from one solve to the next: a warm start lies in the guess (`shifted`). A guess without multipliers starts cold.
     """
 
-    def __init__(self, problem: StageProblem, nodes: int, settings: InteriorPointSettings | None = None) -> None:
+    def __init__(
+        self,
+        problem: StageProblem,
+        nodes: int,
+        settings: InteriorPointSettings | None = None,
+        *,
+        compiled: bool | None = None,
+        announce: Callable[[str], None] = to_stderr,
+    ) -> None:
+        """`compiled`: None takes the compiler there is, unless MCDAS_OPT_COMPILE=0; `announce` is told when the first build begins."""
         self.problem, self.nodes = problem, nodes
         self.settings = settings or InteriorPointSettings()
         self._stage, functions = stage_functions(problem)
-        self._kernel: Kernel = InterpretedKernel(self._stage, functions, nodes)
+        wanted = os.environ.get(SWITCH, "1") != "0" if compiled is None else compiled
+        self._kernel, self.reason = _kernel(self._stage, functions, nodes, wanted, announce)
 
     @property
     def kind(self) -> str:
-        """ "compiled" or "interpreted"."""
+        """ "compiled" or "interpreted" (then `reason` says why)."""
         return self._kernel.kind
 
     def solve(self, x0: Array, p: Array, steps: Array, guess: StageGuess, iterations: int | None = None) -> Outcome:
@@ -146,3 +164,17 @@ class InteriorPointEngine:
 
     def _failed(self, ending: Ending, guess: StageGuess, done: int, message: str) -> Outcome:
         return Outcome(ending=ending, x=guess.x, u=guess.u, s=guess.s, iterations=done, inner_iterations=done, message=message)
+
+
+def _kernel(
+    stage: BarrierStage, functions: StageFunctions, nodes: int, wanted: bool, announce: Callable[[str], None]
+) -> tuple[Kernel, str]:
+    """The compiled kernel, or the interpreted one with the reason for it."""
+    reason = "compiling is switched off"
+    if wanted:
+        try:
+            library = load(kernel_source(stage, functions, nodes, CORRECTION), BUILDS, folder=cache_folder(), announce=announce)
+            return CompiledKernel(library, stage, nodes), ""
+        except (NoLibraryError, UnsupportedOperationError) as error:
+            reason = str(error)
+    return InterpretedKernel(stage, functions, nodes), reason

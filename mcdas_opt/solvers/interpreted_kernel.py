@@ -12,7 +12,7 @@ from mcdas_opt.solvers.barrier_stage import BarrierStage
 from mcdas_opt.solvers.iterate import Iterate, Progress
 from mcdas_opt.solvers.stage_functions import StageFunctions
 
-_CORRECTION = 10.0  # Mehrotra's second-order term is cut at so many times the target
+CORRECTION = 10.0  # Mehrotra's second-order term is cut at so many times the target
 
 
 class InterpretedKernel:
@@ -125,7 +125,7 @@ def _horizon(stage: BarrierStage, f: StageFunctions, nodes: int) -> dict[str, An
     primal, dual = ca.fmin(1.0, affine[4]), ca.fmin(1.0, affine[5])
     reached = ca.dot((t_now + primal * affine[2]) * active, lam + dual * affine[3]) / count
     centre = ca.fmax(mu, (reached / average) ** 3 * average)
-    second = ca.fmax(-_CORRECTION * centre, ca.fmin(_CORRECTION * centre, affine[2] * affine[3]))
+    second = ca.fmax(-CORRECTION * centre, ca.fmin(CORRECTION * centre, affine[2] * affine[3]))
     cost, gap, slacks = f.measure.map(n)(z, p, h, flags, following)
     price = stage.problem
     paid = ca.mtimes(ca.DM(price.slack_linear).T, slacks) + 0.5 * ca.mtimes(ca.DM(price.slack_quadratic).T, slacks**2)

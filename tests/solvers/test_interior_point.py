@@ -7,13 +7,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mcdas_opt.solvers.interior_point import InteriorPointEngine
+from mcdas_opt.solvers import interior_point
 from mcdas_opt.solvers.linearisation import Linearisation
 from mcdas_opt.solvers.outcome import Ending
 from mcdas_opt.solvers.stage_problem import StageGuess, StageProblem
 from tests.solvers.small_problems import chain, double_integrator, idle_guess, one_step, parameters, wall
 
 STEPS = np.full(20, 0.1)
+
+
+def reference(small, nodes):
+    """The reference: interpreted. `test_compiled_kernel` compares the compiled one with it."""
+    return interior_point.InteriorPointEngine(small, nodes, compiled=False)
 
 
 def solve(engine, small, x0, target, **more):
@@ -23,9 +28,9 @@ def solve(engine, small, x0, target, **more):
 
 
 BOUNDED = one_step(4.0, (-1.0, 2.0))
-BOUNDED_ENGINE = InteriorPointEngine(BOUNDED, 1)
+BOUNDED_ENGINE = reference(BOUNDED, 1)
 WALL = wall(0.5, at=1.0)
-WALL_ENGINE = InteriorPointEngine(WALL, 1)
+WALL_ENGINE = reference(WALL, 1)
 PLACES = st.floats(-10.0, 10.0)
 
 
@@ -55,7 +60,7 @@ def test_a_linear_quadratic_problem_is_solved_in_one_step_as_by_dense_algebra(nx
     rng = np.random.default_rng(nx + 10 * nu)
     linear, m = chain(rng, nx, nu)
     nodes, x0 = 6, rng.standard_normal(nx)
-    outcome = solve(InteriorPointEngine(linear, nodes), linear, x0, 0.7)
+    outcome = solve(reference(linear, nodes), linear, x0, 0.7)
     # all states are linear in the inputs: x_k = A^k x0 + sum A^(k-1-j) B u_j, so the whole is one least-squares problem
     power = [np.linalg.matrix_power(m["a"], k) for k in range(nodes + 1)]
     blocks, right = [np.eye(nodes * nu)], [np.zeros(nodes * nu)]
@@ -72,7 +77,7 @@ def test_a_linear_quadratic_problem_is_solved_in_one_step_as_by_dense_algebra(nx
 
 def test_the_objective_is_the_problem_s_own():
     small = double_integrator(u_bound=(-3.0, 3.0))
-    outcome = solve(InteriorPointEngine(small, 20), small, [0.0, 0.0], 4.0)
+    outcome = solve(reference(small, 20), small, [0.0, 0.0], 4.0)
     own = Linearisation(small, 20)
     p = parameters(small, 20, 4.0)
     assert outcome.objective == pytest.approx(own.objective(outcome.x, outcome.u, own.slacks(outcome.x, outcome.u, p), p), rel=1e-12)
@@ -81,7 +86,7 @@ def test_the_objective_is_the_problem_s_own():
 def test_bounds_hold_where_the_problem_says_they_do():
     """x bounds from node 1 on: a start outside of them is brought back, and is no contradiction."""
     small = double_integrator(x_bound=(-1.0, 1.0), u_bound=(-30.0, 30.0))
-    outcome = solve(InteriorPointEngine(small, 20), small, [1.02, -0.5], 5.0)
+    outcome = solve(reference(small, 20), small, [1.02, -0.5], 5.0)
     assert outcome.ending is Ending.CONVERGED
     assert np.abs(outcome.x[1:]).max() <= 1.0 + 1e-6
     assert outcome.x[-1, 0] == pytest.approx(1.0, abs=1e-3)
@@ -89,7 +94,7 @@ def test_bounds_hold_where_the_problem_says_they_do():
 
 def test_a_contradiction_is_told_and_gives_no_point():
     small = double_integrator(x_bound=(-1.0, 1.0), u_bound=(-3.0, 3.0))
-    outcome = solve(InteriorPointEngine(small, 20), small, [0.0, 5.0], 0.0)  # speed 5 cannot be brought under 1 in one step
+    outcome = solve(reference(small, 20), small, [0.0, 5.0], 0.0)  # speed 5 cannot be brought under 1 in one step
     assert outcome.ending is Ending.INFEASIBLE
     assert not outcome.usable
     assert "contradict" in outcome.message
@@ -99,7 +104,7 @@ def test_a_contradiction_is_told_and_gives_no_point():
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_what_is_not_finite_is_told_and_does_not_stay(where, bad):
     small = double_integrator(u_bound=(-3.0, 3.0))
-    engine = InteriorPointEngine(small, 20)
+    engine = reference(small, 20)
     good = solve(engine, small, [0.0, 0.0], 4.0)
     again = StageGuess(x=good.x.copy(), u=good.u.copy(), s=good.s.copy(), multipliers=good.multipliers.copy())
     data = {"x0": np.zeros(2), "p": parameters(small, 20, 4.0), "steps": STEPS.copy()}
@@ -115,14 +120,14 @@ def test_what_is_not_finite_is_told_and_does_not_stay(where, bad):
 
 def test_an_overflow_inside_is_told():
     small = double_integrator(u_bound=(-3.0, 3.0))
-    outcome = solve(InteriorPointEngine(small, 20), small, [1e200, 1e200], 0.0)
+    outcome = solve(reference(small, 20), small, [1e200, 1e200], 0.0)
     assert outcome.ending is Ending.NOT_FINITE
     assert not outcome.usable
 
 
 def test_the_iteration_limit_ends_it_with_a_finite_point():
     small = double_integrator(u_bound=(-3.0, 3.0))
-    engine = InteriorPointEngine(small, 20)
+    engine = reference(small, 20)
     outcome = solve(engine, small, [0.0, 0.0], 4.0, iterations=2)
     assert outcome.ending is Ending.LIMIT
     assert outcome.usable
@@ -134,7 +139,7 @@ def test_the_iteration_limit_ends_it_with_a_finite_point():
 def test_a_solve_leaves_nothing_behind():
     """Same input, same bytes, whatever was solved in between."""
     small = double_integrator(u_bound=(-3.0, 3.0))
-    engine = InteriorPointEngine(small, 20)
+    engine = reference(small, 20)
     first = solve(engine, small, [0.3, 0.0], 4.0)
     solve(engine, small, [-2.0, 1.0], -4.0, guess=engine.shifted(first))
     again = solve(engine, small, [0.3, 0.0], 4.0)
@@ -144,7 +149,7 @@ def test_a_solve_leaves_nothing_behind():
 
 def test_a_solution_that_is_handed_back_stays_where_it_is():
     small = double_integrator(x_bound=(-5.0, 3.9), u_bound=(-3.0, 3.0))
-    engine = InteriorPointEngine(small, 20)
+    engine = reference(small, 20)
     first = solve(engine, small, [0.0, 0.0], 4.0)
     held = StageGuess(x=first.x, u=first.u, s=first.s, multipliers=first.multipliers)
     again = solve(engine, small, [0.0, 0.0], 4.0, guess=held)
@@ -154,7 +159,7 @@ def test_a_solution_that_is_handed_back_stays_where_it_is():
 
 def test_the_receding_horizon_needs_few_iterations_and_gets_there():
     small = double_integrator(x_bound=(-5.0, 5.0), u_bound=(-3.0, 3.0))
-    engine = InteriorPointEngine(small, 20)
+    engine = reference(small, 20)
     x, last, counts = np.array([-4.0, 0.0]), None, []
     for _ in range(60):
         last = solve(engine, small, x, 3.0, guess=idle_guess(small, 20, x) if last is None else engine.shifted(last))
@@ -186,7 +191,7 @@ def test_the_answer_does_not_depend_on_units():
         x_scale=k * small.x_scale,
         u_scale=k * small.u_scale,
     )
-    coarse = solve(InteriorPointEngine(small, 20), small, [0.0, 0.0], 4.0)
-    finer = solve(InteriorPointEngine(fine, 20), fine, [0.0, 0.0], 4.0)
+    coarse = solve(reference(small, 20), small, [0.0, 0.0], 4.0)
+    finer = solve(reference(fine, 20), fine, [0.0, 0.0], 4.0)
     np.testing.assert_allclose(finer.u / k, coarse.u, atol=2e-3)
     assert finer.objective == pytest.approx(coarse.objective, rel=1e-4)
