@@ -100,7 +100,7 @@ def evading_way(situation: Situation, side: Side) -> Way:
         speed_mps=host.speed_mps,
         lateral_acceleration_mps2=min(4.0, 0.6 * road.friction * GRAVITY_MPS2),
     )
-    manoeuvre = Manoeuvre(side=side, path=path, target_d_m=target)
+    manoeuvre = Manoeuvre(side=side, path=path, target_d_m=target, speed_mps=situation.wanted_speed_mps)
     return Way(name=side.value, mode=Mode.EVADE, side=side, path=path, speed_mps=situation.wanted_speed_mps, manoeuvre=manoeuvre)
 
 
