@@ -41,7 +41,7 @@ class StageSettings:
 
     solver: str = "interior-point"
     cold_start: str = "same"
-    seats: tuple[int, ...] = (1, 2, 3, 4, 6, 8)  # problems are built for these numbers of neighbours
+    seats: tuple[int, ...] = (2, 4, 8)  # problems are built for these numbers of neighbours
     newton_steps: int = 60  # of the interior point
     iterations_warm: int = 3  # of OSQP's real-time iteration
     iterations_event: int = 8
@@ -115,6 +115,14 @@ class LaneStage:
         if seats not in self._posed:
             self._posed[seats] = Posed(LaneProblem(vehicle=self.vehicle, neighbours=seats), self.settings.grid.nodes)
         return self._posed[seats]
+
+    @property
+    def solver(self) -> str:
+        """Which engine answers first, and in which form; known once it has solved."""
+        if self.stage.solver == "osqp":
+            return "osqp"
+        kinds = {posed.interior_point.kind for posed in self._posed.values()}
+        return f"interior-point ({', '.join(sorted(kinds))})"
 
     def forget(self) -> None:
         """Throws every warm start away."""

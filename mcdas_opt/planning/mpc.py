@@ -93,6 +93,7 @@ class MpcMethod:
             candidates=candidates,
             timing_ms=Timing(solve=1e3 * self._solve_s, verify=1e3 * self._verify_s),
             iterations=self._iterations,
+            solver=self.stage.solver,
             literal_mode=assessment.literal_mode,
             time_s=situation.time_s,
             reference=way.manoeuvre,

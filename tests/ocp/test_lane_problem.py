@@ -122,10 +122,10 @@ def test_real_time_iteration_is_near_the_converged_solution(seed: int) -> None:
 
 def test_planner_settings_reach_the_problem() -> None:
     stage = LaneStage(VEHICLE, Settings())
-    assert stage.posed(0).seats == 1
-    assert stage.posed(5).seats == 6
+    assert stage.posed(0).seats == 2
+    assert stage.posed(3).seats == 4
     assert stage.posed(99).seats == stage.stage.seats[-1]
-    assert stage.posed(5) is stage.posed(6)
+    assert stage.posed(3) is stage.posed(4)
     assert len(stage.nearest(sandwich(), predict(sandwich().tracks, Settings().prediction))) == 2
 
 
