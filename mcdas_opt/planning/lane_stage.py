@@ -45,6 +45,7 @@ class StageSettings:
     newton_steps: int = 60  # of the interior point
     iterations_warm: int = 3  # of OSQP's real-time iteration
     iterations_event: int = 8
+    iterations_second: int = 2  # of OSQP as a second opinion
     friction_share: float = 0.97
     clearance_along_m: float = 0.5
     clearance_across_m: float = 0.25
@@ -164,11 +165,11 @@ class LaneStage:
 
     def _attempts(self, posed: Posed, cold: StageGuess) -> list[tuple[Engine, StageGuess, int]]:
         """Engines in the order in which they are asked, from a cold start, with their iteration caps: the first that converges answers."""
-        second: tuple[Engine, StageGuess, int] = (posed.osqp, cold, self.stage.iterations_event)
+        second: tuple[Engine, StageGuess, int] = (posed.osqp, cold, self.stage.iterations_second)
         if self.stage.cold_start == "ipopt":
             return [(posed.ipopt, cold, _IPOPT_ITERATIONS), second]
         if self.stage.solver == "osqp":
-            return [second]
+            return [(posed.osqp, cold, self.stage.iterations_event)]
         return [(posed.interior_point, cold, self.stage.newton_steps), second]
 
     def nearest(self, situation: Situation, prediction: Prediction) -> tuple[PredictedBody, ...]:
