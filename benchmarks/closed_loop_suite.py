@@ -9,6 +9,7 @@ C (only by knowing that it will) or U (unknown: the library holds none). Rows ar
 from __future__ import annotations
 
 import argparse
+import contextlib
 import csv
 import multiprocessing
 import time
@@ -149,14 +150,17 @@ def main() -> None:
     tasks = [(arguments.family, arguments.seed, i, planners, arguments.plant, arguments.classes) for i in indices]
     started = time.perf_counter()
     rows: list[dict[str, Any]] = []
-    with multiprocessing.get_context("spawn").Pool(arguments.workers) as pool:
-        for found in pool.imap(rows_of, tasks):
-            rows += found
-    if arguments.out is not None:
-        with arguments.out.open("w", newline="", encoding="utf-8") as file:
+    with contextlib.ExitStack() as stack:
+        table = None
+        if arguments.out is not None:
+            file = stack.enter_context(arguments.out.open("w", newline="", encoding="utf-8", buffering=1))
             table = csv.DictWriter(file, fieldnames=COLUMNS, restval="")
             table.writeheader()
-            table.writerows(rows)
+        pool = stack.enter_context(multiprocessing.get_context("spawn").Pool(arguments.workers))
+        for found in pool.imap(rows_of, tasks):
+            rows += found
+            if table is not None:
+                table.writerows(found)
     for line in report(rows, planners):
         print(line)
     print(f"{arguments.scenes} scenes of {arguments.family}, seed {arguments.seed}: {time.perf_counter() - started:.0f} s")

@@ -14,7 +14,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.manoeuvres.clearance import Clearance, Margins, clearance
 from mcdas_opt.manoeuvres.phases import Phases, SpeedHistory, speed_history
-from mcdas_opt.manoeuvres.sidesteps import Sidesteps, Ways, ways
+from mcdas_opt.manoeuvres.sidesteps import Sidesteps, Starts, Ways, ways
 
 EDGE_M = 0.02  # bodies keep this far from the road's edges
 
@@ -76,7 +76,7 @@ class Scored:
 
 
 def roll_out(
-    phases: Phases, steps: Sidesteps, times_s: Array, host: HostState, vehicle: Vehicle, road: Road, demand: Demand | None = None
+    phases: Phases, steps: Sidesteps, times_s: Array, host: HostState | Starts, vehicle: Vehicle, road: Road, demand: Demand | None = None
 ) -> Rolled:
     """Motions of the members, at the broadcast shape of `phases` and `steps`, on an even grid of times from 0.
 

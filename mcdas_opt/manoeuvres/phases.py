@@ -39,24 +39,24 @@ class SpeedHistory:
     way_m: Array
 
 
-def speed_history(phases: Phases, times_s: Array, speed_mps: float, acceleration_mps2: float, vehicle: Vehicle) -> SpeedHistory:
-    """What the phases make of a car that has this speed and acceleration now.
+def speed_history(phases: Phases, times_s: Array, speed_mps: Any, acceleration_mps2: Any, vehicle: Vehicle) -> SpeedHistory:
+    """What the phases make of a car that has this speed and acceleration now (numbers, or arrays that broadcast with the phases).
 
     Acceleration is linear between the times of the even grid, ramped at most at the vehicle's jerk; the second phase begins when the
     first one has been reached, at the earliest. A car that has come to rest stands; one at (0.98 of) top speed keeps it.
     """
     rise, fall = _SHARE * vehicle.jerk_max_mps3, _SHARE * vehicle.jerk_min_mps3
     first, then = phases.first_mps2[..., None], phases.then_mps2[..., None]
-    change = first - acceleration_mps2
+    v0, a0 = (np.asarray(q, dtype=np.float64)[..., None] for q in (speed_mps, acceleration_mps2))
+    change = first - a0
     reached = np.where(change >= 0.0, change / rise, change / fall)
     since = np.maximum(times_s - np.maximum(phases.switch_s[..., None], reached), 0.0)
-    a = acceleration_mps2 + _ramp(times_s, change, rise, fall) + _ramp(since, then - first, rise, fall)
+    a = a0 + _ramp(times_s, change, rise, fall) + _ramp(since, then - first, rise, fall)
     h = float(times_s[1] - times_s[0])
     v = np.empty_like(a)
-    v[..., 0] = speed_mps
-    np.cumsum(0.5 * h * (a[..., 1:] + a[..., :-1]), axis=-1, out=v[..., 1:])
-    v[..., 1:] += speed_mps
-    top = max(_SHARE * vehicle.speed_max_mps, speed_mps)
+    v[...] = v0
+    v[..., 1:] += np.cumsum(0.5 * h * (a[..., 1:] + a[..., :-1]), axis=-1)
+    top = np.maximum(_SHARE * vehicle.speed_max_mps, v0)
     over = v > top
     if over.any():
         over = np.logical_or.accumulate(over, axis=-1)

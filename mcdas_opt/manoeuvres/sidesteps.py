@@ -38,6 +38,18 @@ class Sidesteps:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Starts:
+    """Where members begin, as a `HostState` each: arrays that broadcast with the members."""
+
+    s_m: Array
+    d_m: Array
+    heading_rad: Array
+    speed_mps: Array
+    acceleration_mps2: Array
+    steering_rad: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Ways:
     """States of the members (..., T): body centre, heading relative to the road there, and the curvature [1/m] of the rear axle's way.
 
@@ -51,8 +63,14 @@ class Ways:
     cosine: Array
     curvature_1pm: Array
 
+    def only(self, members: Any) -> Ways:
+        """Some members, by an index of their axes."""
+        parts = (self.s_m, self.d_m, self.heading_rad, self.sine, self.cosine, self.curvature_1pm)
+        s, d, heading, sine, cosine, curvature = (q[members] for q in parts)
+        return Ways(s_m=s, d_m=d, heading_rad=heading, sine=sine, cosine=cosine, curvature_1pm=curvature)
 
-def ways(steps: Sidesteps, speeds: SpeedHistory, times_s: Array, host: HostState, vehicle: Vehicle, road: Road) -> Ways:
+
+def ways(steps: Sidesteps, speeds: SpeedHistory, times_s: Array, start: HostState | Starts, vehicle: Vehicle, road: Road) -> Ways:
     """The rear axle's ways of sidesteps driven at these speeds; the shapes of both broadcast.
 
     d is the sigmoid as a function of the way l, so that sin(psi) = d'(l), and kappa = d''(l) / cos(psi) + the road's part: the exact
@@ -61,19 +79,20 @@ def ways(steps: Sidesteps, speeds: SpeedHistory, times_s: Array, host: HostState
     the car's own, and go over into the sigmoid's by (m l + n l^2) exp(-l / l_join).
     """
     c, curved = vehicle.centre_m, not road.is_straight
-    kappa0 = float(road.curvature_at(host.s_m)) if curved else 0.0
-    psi0 = host.heading_rad + kappa0 * c
-    d0 = host.d_m - c * math.sin(psi0) + 0.5 * kappa0 * (c * math.cos(psi0)) ** 2
-    s0 = host.s_m - c * math.cos(psi0) / (1.0 - kappa0 * d0)
-    turn0 = math.tan(host.steering_rad) / vehicle.wheelbase_m
-    bend0 = (turn0 - kappa0 * math.cos(psi0) / (1.0 - kappa0 * d0)) * math.cos(psi0)
+    kappa0 = road.curvature_at(start.s_m) if curved else np.zeros(1)
+    psi0 = start.heading_rad + kappa0 * c
+    sine0, cosine0 = np.sin(psi0), np.cos(psi0)
+    d0 = start.d_m - c * sine0 + 0.5 * kappa0 * (c * cosine0) ** 2
+    s0 = (start.s_m - c * cosine0 / (1.0 - kappa0 * d0))[..., None]
+    turn0 = np.tan(start.steering_rad) / vehicle.wheelbase_m
+    bend0 = (turn0 - kappa0 * cosine0 / (1.0 - kappa0 * d0)) * cosine0
 
     shift = steps.target_d_m - d0
-    a, start, height = _shape(steps, shift, speeds, times_s)
-    e = np.exp(a[..., None] * (speeds.way_m - start[..., None]))
+    a, begin, height = _shape(steps, shift, speeds, times_s)
+    e = np.exp(a[..., None] * (speeds.way_m - begin[..., None]))
     e *= steps.b[..., None]
     s = 1.0 / (1.0 + e)
-    s_at_0 = 1.0 / (1.0 + steps.b * np.exp(-a * start))
+    s_at_0 = 1.0 / (1.0 + steps.b * np.exp(-a * begin))
     gain = height * a
     slope0, curl0 = -gain * s_at_0 * (1.0 - s_at_0), gain * a * s_at_0 * (1.0 - s_at_0) * (1.0 - 2.0 * s_at_0)
     # one product carries the sigmoid's derivatives: f = S (1 - S)
@@ -84,14 +103,14 @@ def ways(steps: Sidesteps, speeds: SpeedHistory, times_s: Array, host: HostState
     slope = -gain[..., None] * f
     curl = (-a)[..., None] * slope * (1.0 - 2.0 * s)
 
-    join = max(_JOIN_S * host.speed_mps, _JOIN_LEAST_M)
-    m = math.sin(psi0) - slope0
+    join = np.maximum(_JOIN_S * np.asarray(start.speed_mps, dtype=np.float64), _JOIN_LEAST_M)
+    m = sine0 - slope0
     n = 0.5 * (bend0 - curl0) + m / join
+    join = join[..., None]
     x = speeds.way_m / join
     fade = np.exp(-x)
-    first, second = x * fade * join, x * x * fade * join**2
-    d += m[..., None] * first
-    d += n[..., None] * second
+    d += m[..., None] * (x * fade * join)
+    d += n[..., None] * (x * x * fade * join**2)
     slope += m[..., None] * ((1.0 - x) * fade)
     slope += n[..., None] * ((2.0 - x) * x * fade * join)
     curl += m[..., None] * ((x - 2.0) * fade / join)
@@ -99,17 +118,14 @@ def ways(steps: Sidesteps, speeds: SpeedHistory, times_s: Array, host: HostState
 
     sine = np.clip(slope, -0.9, 0.9)
     cosine = np.sqrt(1.0 - sine * sine)
-    along = np.broadcast_to(speeds.way_m, cosine.shape)
-    moved = np.diff(along, axis=-1)
-    kappa: Array | float = 0.0
+    moved = np.diff(speeds.way_m, axis=-1)
     ratio = cosine
     if curved:
-        kappa = road.curvature_at(s0 + along)
+        kappa = road.curvature_at(s0 + speeds.way_m)
         ratio = cosine / (1.0 - kappa * d)
     sigma = np.empty_like(d)
-    sigma[..., 0] = s0
-    np.cumsum(0.5 * moved * (ratio[..., 1:] + ratio[..., :-1]), axis=-1, out=sigma[..., 1:])
-    sigma[..., 1:] += s0
+    sigma[...] = s0
+    sigma[..., 1:] += np.cumsum(0.5 * moved * (ratio[..., 1:] + ratio[..., :-1]), axis=-1)
     curvature = curl / cosine
     if not curved:
         d += c * sine
