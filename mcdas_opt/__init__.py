@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from mcdas_opt.domain.plan import Plan, Refusal
     from mcdas_opt.domain.settings import Settings
     from mcdas_opt.domain.situation import Situation
+    from mcdas_opt.planning.escape_map import escapes
     from mcdas_opt.planning.planner import Planner
     from mcdas_opt.simulation.judging import verify
     from mcdas_opt.simulation.loop import simulate
@@ -26,12 +27,13 @@ _HOME = {
     "Scene": "mcdas_opt.catalogue.scenes",
     "Settings": "mcdas_opt.domain.settings",
     "Situation": "mcdas_opt.domain.situation",
+    "escapes": "mcdas_opt.planning.escape_map",
     "load_scene": "mcdas_opt.catalogue.scenes",
     "simulate": "mcdas_opt.simulation.loop",
     "verify": "mcdas_opt.simulation.judging",
 }
 
-__all__ = ["Plan", "Planner", "Refusal", "Scene", "Settings", "Situation", "__version__", "load_scene", "simulate", "verify"]
+__all__ = ["Plan", "Planner", "Refusal", "Scene", "Settings", "Situation", "__version__", "escapes", "load_scene", "simulate", "verify"]
 
 
 def __getattr__(name: str) -> Any:
