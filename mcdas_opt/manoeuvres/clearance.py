@@ -55,13 +55,13 @@ def clearance(
     """
     grown = margins or Margins()
     shape = members.s_m.shape
-    best, who = np.full(shape, NEAR_M), np.full(shape, -1, dtype=np.intp)
+    best, who = np.full(shape, NEAR_M, dtype=members.s_m.dtype), np.full(shape, -1, dtype=np.intp)
     reach = 0.5 * np.hypot(vehicle.length_m, vehicle.width_m)
     bend = 0.0 if road.is_straight else _BOW * max(abs(kappa) for _, kappa in road.curvature)
     host = [np.ravel(q) for q in (members.s_m, members.d_m, members.heading_rad)]
     index = np.broadcast_to(np.arange(times_s.size).reshape(times_s.shape), shape) if times_s.ndim > 1 else None
     for number, body in enumerate(bodies):
-        motion = body.at(times_s)
+        motion = _in_precision_of(members.s_m, body.at(times_s))
         bow = bend * (body.length_m**2 + vehicle.length_m**2)
         long = _half(body.length_m, grown.along_m, grown.share_of_prediction, body.margin_along_m, times_s)
         wide = _half(body.width_m, grown.across_m, grown.share_of_prediction, body.margin_across_m, times_s)
@@ -89,10 +89,15 @@ def clearance(
     return Clearance(separation_m=best, nearest=who)
 
 
+def _in_precision_of(like: Array, motion: BodyMotion) -> BodyMotion:
+    names = ("s_m", "d_m", "heading_rad", "speed_s_mps", "speed_d_mps")
+    return BodyMotion(**{name: getattr(motion, name).astype(like.dtype, copy=False) for name in names})
+
+
 def _half(size_m: float, margin_m: float, share: float, predicted: Callable[[Array], Array], times_s: Array) -> Array:
     """Half a grown size [m] at each time."""
-    fixed = np.full(times_s.shape, 0.5 * size_m + margin_m)
-    return fixed + share * predicted(times_s) if share else fixed
+    fixed = np.full(times_s.shape, 0.5 * size_m + margin_m, dtype=times_s.dtype)
+    return fixed + (share * predicted(times_s)).astype(times_s.dtype) if share else fixed
 
 
 def _places(host: list[Array], i: NDArray[np.intp], motion: BodyMotion, k: NDArray[np.intp], bent: Road | None) -> Place:
@@ -108,11 +113,11 @@ def _parted(places: list[Place], parts: int, long: float, wide: float, other_lon
 
     Where both ends are farther apart than the bodies move in between, the lesser end less half of that way will do.
     """
-    gap = np.asarray(np.maximum(*_axes(places[0], long, wide, other_long, other_wide)).max(0))
+    gap = _separation(places[0], long, wide, other_long, other_wide)
     if not parts:
         return gap
     begin, end = places
-    gap = np.minimum(gap, np.maximum(*_axes(end, long, wide, other_long, other_wide)).max(0))
+    gap = np.minimum(gap, _separation(end, long, wide, other_long, other_wide))
     reach = long + np.max(other_long)
     moved = np.hypot(end[0] - begin[0], end[1] - begin[1]) + reach * (np.abs(end[2] - begin[2]) + np.abs(end[3] - begin[3]))
     doubtful = np.flatnonzero((gap > 0.0) & (gap < moved))
@@ -128,6 +133,17 @@ def _parted(places: list[Place], parts: int, long: float, wide: float, other_lon
         before = after
     gap[doubtful] = kept
     return np.asarray(gap)
+
+
+def _separation(place: Place, long: float, wide: float, other_long: Any, other_wide: Any) -> Array:
+    """The largest gap (n,) on the axes of both rectangles."""
+    x, y, heading, other_heading = place
+    sine, cosine, other_sine, other_cosine = np.sin(heading), np.cos(heading), np.sin(other_heading), np.cos(other_heading)
+    c, s = np.abs(cosine * other_cosine + sine * other_sine), np.abs(sine * other_cosine - cosine * other_sine)
+    gap = np.abs(x * cosine + y * sine) - (long + other_long * c + other_wide * s)
+    np.maximum(gap, np.abs(y * cosine - x * sine) - (wide + other_long * s + other_wide * c), out=gap)
+    np.maximum(gap, np.abs(x * other_cosine + y * other_sine) - (other_long + long * c + wide * s), out=gap)
+    return np.asarray(np.maximum(gap, np.abs(y * other_cosine - x * other_sine) - (other_wide + long * s + wide * c), out=gap))
 
 
 def _axes(place: Place, long: float, wide: float, other_long: Any, other_wide: Any) -> tuple[Array, Array]:

@@ -27,6 +27,7 @@ _STEP_S = 0.1
 _HELD_STEP_S = 0.05
 _PARTS = 4
 _NEVER_S = 99.0
+_ROOM_SHARE = 0.95  # of the braking or accelerating that ends what still closes in at the end
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -286,7 +287,7 @@ def _doomed_by(
         gap = np.maximum(np.abs(apart) - 0.5 * (body.length_m + vehicle.length_m), 0.0)
         in_way = np.abs(motion.d_m - d) < 0.5 * (body.width_m + vehicle.width_m)
         closing = np.maximum(np.sign(apart) * (speed_mps - motion.speed_s_mps), 0.0)
-        late = closing**2 > 2.0 * gap * np.where(apart > 0.0, brake, accelerate)
+        late = closing**2 > 2.0 * _ROOM_SHARE * gap * np.where(apart > 0.0, brake, accelerate)
         who[in_way & late] = number
     return who
 

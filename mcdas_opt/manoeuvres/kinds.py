@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from mcdas_opt.manoeuvres.sidesteps import Sidesteps
 
 _STEP_S = 0.1
 _STEERABLE_MPS = 0.5
+_PRECISION: Any = np.float32  # enough to choose by, and half the cost
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,7 +108,7 @@ def best_of_kind(
     """
     chosen = settings or FamilySettings()
     duration = float((grid or TimeGrid()).times_s[-1])
-    times = np.round(np.arange(round(duration / _STEP_S) + 1) * _STEP_S, 9)
+    times: Array = (np.arange(round(duration / _STEP_S) + 1) * _STEP_S).astype(_PRECISION)
     found = _scored(_steps(chosen, situation, _lane_changes(situation, vehicle)), times, situation, vehicle, prediction, chosen)
     if not found.scored.feasible.any():
         dodges = _dodges(situation, vehicle, prediction, chosen)
@@ -222,9 +224,10 @@ def _choice(
     p: int, q: int, found: _Found, chosen: FamilySettings, prediction: Prediction, grid: TimeGrid | None, situation: Situation
 ) -> Choice:
     phases, steps, scored = found.phases, found.steps, found.scored
-    states, times = found.rolled.states((p, q)), found.rolled.times_s
+    states, times = found.rolled.states((p, q)).astype(np.float64), found.rolled.times_s
+    states[0] = situation.host.to_vector()
     wanted = times if grid is None else grid.times_s
-    if wanted.shape != times.shape or not np.allclose(wanted, times):
+    if wanted.shape != times.shape or np.abs(wanted - times).max() > 1e-6:
         states = np.column_stack([np.interp(wanted, times, column) for column in states.T])
     sign, delay = int(found.sides[0, q]), float(steps.delay_s[0, q])
     gained = float(states[-1, 3]) - situation.host.speed_mps

@@ -43,14 +43,15 @@ def speed_history(phases: Phases, times_s: Array, speed_mps: Any, acceleration_m
     """What the phases make of a car that has this speed and acceleration now (numbers, or arrays that broadcast with the phases).
 
     Acceleration is linear between the times of the even grid, ramped at most at the vehicle's jerk; the second phase begins when the
-    first one has been reached, at the earliest. A car that has come to rest stands; one at (0.98 of) top speed keeps it.
+    first one has been reached, at the earliest. A car that has come to rest stands; one at (0.98 of) top speed keeps it. The precision
+    is that of the times.
     """
     rise, fall = _SHARE * vehicle.jerk_max_mps3, _SHARE * vehicle.jerk_min_mps3
-    first, then = phases.first_mps2[..., None], phases.then_mps2[..., None]
-    v0, a0 = (np.asarray(q, dtype=np.float64)[..., None] for q in (speed_mps, acceleration_mps2))
+    given = (phases.first_mps2, phases.then_mps2, phases.switch_s, speed_mps, acceleration_mps2)
+    first, then, switch, v0, a0 = (np.asarray(q, dtype=times_s.dtype)[..., None] for q in given)
     change = first - a0
     reached = np.where(change >= 0.0, change / rise, change / fall)
-    since = np.maximum(times_s - np.maximum(phases.switch_s[..., None], reached), 0.0)
+    since = np.maximum(times_s - np.maximum(switch, reached), 0.0)
     a = a0 + _ramp(times_s, change, rise, fall) + _ramp(since, then - first, rise, fall)
     h = float(times_s[1] - times_s[0])
     v = np.empty_like(a)

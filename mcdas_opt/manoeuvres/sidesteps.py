@@ -83,38 +83,46 @@ def ways(steps: Sidesteps, speeds: SpeedHistory, times_s: Array, start: HostStat
     psi0 = start.heading_rad + kappa0 * c
     sine0, cosine0 = np.sin(psi0), np.cos(psi0)
     d0 = start.d_m - c * sine0 + 0.5 * kappa0 * (c * cosine0) ** 2
-    s0 = (start.s_m - c * cosine0 / (1.0 - kappa0 * d0))[..., None]
+    s0 = start.s_m - c * cosine0 / (1.0 - kappa0 * d0)
     turn0 = np.tan(start.steering_rad) / vehicle.wheelbase_m
     bend0 = (turn0 - kappa0 * cosine0 / (1.0 - kappa0 * d0)) * cosine0
 
     shift = steps.target_d_m - d0
     a, begin, height = _shape(steps, shift, speeds, times_s)
-    e = np.exp(a[..., None] * (speeds.way_m - begin[..., None]))
-    e *= steps.b[..., None]
-    s = 1.0 / (1.0 + e)
     s_at_0 = 1.0 / (1.0 + steps.b * np.exp(-a * begin))
     gain = height * a
     slope0, curl0 = -gain * s_at_0 * (1.0 - s_at_0), gain * a * s_at_0 * (1.0 - s_at_0) * (1.0 - 2.0 * s_at_0)
-    # one product carries the sigmoid's derivatives: f = S (1 - S)
-    f = s * e
-    f *= s
-    d = height[..., None] * s
-    d += (d0 - height * s_at_0)[..., None]
-    slope = -gain[..., None] * f
-    curl = (-a)[..., None] * slope * (1.0 - 2.0 * s)
-
     join = np.maximum(_JOIN_S * np.asarray(start.speed_mps, dtype=np.float64), _JOIN_LEAST_M)
     m = sine0 - slope0
     n = 0.5 * (bend0 - curl0) + m / join
-    join = join[..., None]
+
+    # from here on members by times, in the precision of the speeds, with as few arrays as will do
+    precision = speeds.way_m.dtype
+    small = (a, begin, steps.b, height, d0 - height * s_at_0, gain, m * join, n * join**2, join, s0)
+    a, begin, b, height, base, gain, m, n, join, s0 = (np.asarray(q, dtype=precision)[..., None] for q in small)
+    e = speeds.way_m - begin
+    e *= a
+    np.exp(e, out=e)
+    e *= b
+    s = 1.0 / (1.0 + e)
+    e *= s
+    e *= s  # f = S (1 - S) carries the sigmoid's derivatives
+    d = height * s
+    d += base
+    slope = -gain * e
+    s *= -2.0
+    s += 1.0
+    curl = np.multiply(slope, s, out=s)
+    curl *= -a
     x = speeds.way_m / join
     fade = np.exp(-x)
-    d += m[..., None] * (x * fade * join)
-    d += n[..., None] * (x * x * fade * join**2)
-    slope += m[..., None] * ((1.0 - x) * fade)
-    slope += n[..., None] * ((2.0 - x) * x * fade * join)
-    curl += m[..., None] * ((x - 2.0) * fade / join)
-    curl += n[..., None] * ((2.0 - 4.0 * x + x * x) * fade)
+    for total, of_m, of_n in (
+        (d, x * fade, x * x * fade),
+        (slope, (1.0 - x) * fade / join, (2.0 - x) * x * fade / join),
+        (curl, (x - 2.0) * fade / join**2, (2.0 - 4.0 * x + x * x) * fade / join**2),
+    ):
+        total += np.multiply(m, of_m, out=e)
+        total += np.multiply(n, of_n, out=e)
 
     sine = np.clip(slope, -0.9, 0.9)
     cosine = np.sqrt(1.0 - sine * sine)

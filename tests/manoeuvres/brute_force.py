@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import KnownBody, PredictedBody, Prediction
@@ -16,7 +17,7 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.clearance import clearance
 from mcdas_opt.manoeuvres.driven import driven
 from mcdas_opt.manoeuvres.escapes import EscapeSettings
-from mcdas_opt.manoeuvres.family import Demand, roll_out
+from mcdas_opt.manoeuvres.family import Demand, Rolled, roll_out
 from mcdas_opt.manoeuvres.held import held
 from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.manoeuvres.phases import Phases
@@ -81,6 +82,7 @@ def sound(kind: str, situation: Situation, vehicle: Vehicle, prediction: Predict
     rolled = roll_out(phases, steps, TIMES, begin, vehicle, road, Demand(friction=1.02, steering=1.0))
     least = clearance(rolled.ways, TIMES, bodies, vehicle, road).separation_m.min(-1)
     least = np.where(rolled.possible & rolled.on_road, least, -np.inf)
+    least = np.where(room_at_end(rolled, situation, vehicle, bodies), least, -np.inf)
     order = np.argsort(-least, kind="stable")
     order = order[least[order] > -0.1][:24]
     for i in range(0, order.size, 8):
@@ -93,14 +95,25 @@ def sound(kind: str, situation: Situation, vehicle: Vehicle, prediction: Predict
     return None
 
 
+def room_at_end(rolled: Rolled, situation: Situation, vehicle: Vehicle, bodies: tuple[PredictedBody, ...]) -> NDArray[np.bool_]:
+    """(M,) The same as `ends_with_room`, of the family's own motions: which are worth driving."""
+    ends = zip(rolled.ways.s_m[:, -1], rolled.ways.d_m[:, -1], rolled.speeds.speed_mps[:, -1], strict=True)
+    return np.array([has_room(s, d, v, CLEAR_S, situation, vehicle, bodies) for s, d, v in ends])
+
+
 def ends_with_room(drive: Trajectory, situation: Situation, vehicle: Vehicle, bodies: tuple[PredictedBody, ...]) -> bool:
+    return has_room(drive.s_m[-1], drive.d_m[-1], drive.speed_mps[-1], CLEAR_S, situation, vehicle, bodies)
+
+
+def has_room(s: float, d: float, v: float, end_s: float, situation: Situation, vehicle: Vehicle, bodies: tuple[PredictedBody, ...]) -> bool:
+    """Nobody in the way closes in faster than braking, or accelerating, can end."""
     grip = situation.road.friction * GRAVITY_MPS2
     for body in bodies:
-        motion = body.at(drive.t_s[-1:])
-        apart = float(motion.s_m[0] - drive.s_m[-1])
-        if abs(float(motion.d_m[0] - drive.d_m[-1])) >= 0.5 * (body.width_m + vehicle.width_m):
+        motion = body.at(np.array([end_s]))
+        apart = float(motion.s_m[0]) - s
+        if abs(float(motion.d_m[0]) - d) >= 0.5 * (body.width_m + vehicle.width_m):
             continue
-        closing = (float(drive.speed_mps[-1]) - float(motion.speed_s_mps[0])) * np.sign(apart)
+        closing = (v - float(motion.speed_s_mps[0])) * np.sign(apart)
         most = min(-vehicle.acceleration_min_mps2 if apart > 0.0 else vehicle.acceleration_max_mps2, grip)
         if closing > 0.0 and closing**2 > 2.0 * most * max(abs(apart) - 0.5 * (vehicle.length_m + body.length_m), 0.0):
             return False
