@@ -13,8 +13,7 @@ from mcdas_opt.catalogue.parking_cases import body_of, obstacle_parts
 from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.verdict import Verdict, Violation
-from mcdas_opt.dynamics.bicycle import bicycle
-from mcdas_opt.dynamics.integrator import rk4
+from mcdas_opt.dynamics.rollout import roll_out
 from mcdas_opt.geometry.clearance import PolygonField
 
 STEP_S = 0.005
@@ -48,14 +47,16 @@ def judge_parking(case: ParkingCase, trajectory: ParkingTrajectory) -> Judgement
         bad = float(np.sum(~np.isfinite(columns)))
         return Judgement(Verdict(violations=(Violation(name="finite samples", t_s=0.0, value=bad, limit=0.0, unit=""),)), None, columns[:0, 1:4], t)
     dt = np.diff(t)
-    if dt.min() <= 0.0:
+    if dt.min() < 0.0 or t[-1] <= t[0]:
         k = int(np.argmin(dt))
         late = Violation(name="time order", t_s=float(t[k]), value=float(dt[k]), limit=0.0, unit="s")
         return Judgement(Verdict(violations=(late,)), None, columns[:0, 1:4], t)
     _start(case, trajectory, found)
     _limits(case, trajectory, found)
-    fine_t, poses, at_samples = integrate(trajectory, case.vehicle.wheelbase_m)
-    _integral(trajectory, at_samples, found)
+    fine_t, poses, at_samples = roll_out(
+        trajectory.poses[0], t, trajectory.speed_mps, trajectory.steering_rad, case.vehicle.wheelbase_m, STEP_S
+    )
+    _integral(trajectory, poses[at_samples], found)
     parts, owner = obstacle_parts(case)
     field, body = PolygonField.of(parts), body_of(case.vehicle)
     clearance = field.separation(poses, body)
@@ -66,28 +67,6 @@ def judge_parking(case: ParkingCase, trajectory: ParkingTrajectory) -> Judgement
     _exceeds(found, "sampling", t[:-1], dt, SAMPLING_S, "s", 1e-6)
     least = float(clearance.min()) if clearance.size else None
     return Judgement(Verdict(violations=tuple(found)), least, poses, fine_t)
-
-
-def integrate(trajectory: ParkingTrajectory, wheelbase: float, step_s: float = STEP_S) -> tuple[Array, Array, Array]:
-    """(times, poses (n, 3) every `step_s` or less, poses at the samples): the bicycle from the first pose, speed and steering
-    linear between the samples."""
-    t, v, delta = trajectory.t_s, trajectory.speed_mps, trajectory.steering_rad
-    counts = np.maximum(1, np.ceil(np.diff(t) / step_s - 1e-9).astype(int))
-    ends = np.cumsum(counts)
-    fine = np.concatenate([[t[0]], *(np.linspace(a, b, n + 1)[1:] for a, b, n in zip(t[:-1], t[1:], counts, strict=True))])
-    h = np.diff(fine)
-    edge_v, edge_d = np.interp(fine, t, v), np.interp(fine, t, delta)
-    rate_v, rate_d = np.diff(edge_v) / h, np.diff(edge_d) / h
-    # Every step's increment in its own frame (heading and place zero) at once; they are then chained.
-    zero = np.zeros_like(h)
-    state = [zero, zero, zero, edge_v[:-1], edge_d[:-1]]
-    dx, dy, turn, _, _ = rk4(lambda x: bicycle(x, (rate_v, rate_d), wheelbase, np), state, h)
-    psi = trajectory.heading_rad[0] + np.concatenate([[0.0], np.cumsum(turn)])
-    c, s = np.cos(psi[:-1]), np.sin(psi[:-1])
-    x = trajectory.x_m[0] + np.concatenate([[0.0], np.cumsum(c * dx - s * dy)])
-    y = trajectory.y_m[0] + np.concatenate([[0.0], np.cumsum(s * dx + c * dy)])
-    poses = np.column_stack([x, y, psi])
-    return fine, poses, poses[np.concatenate([[0], ends])]
 
 
 def _exceeds(found: list[Violation], name: str, t: Array, value: Array, limit: float, unit: str, slack: float) -> None:
@@ -110,7 +89,7 @@ def _start(case: ParkingCase, trajectory: ParkingTrajectory, found: list[Violati
 
 def _limits(case: ParkingCase, trajectory: ParkingTrajectory, found: list[Violation]) -> None:
     t, v, delta = trajectory.t_s, trajectory.speed_mps, trajectory.steering_rad
-    dt = np.diff(t)
+    dt = np.maximum(np.diff(t), 1e-9)  # two samples at one time are a jump
     limits, car = case.limits, case.vehicle
     for name, value, limit, unit in (
         ("forward speed", np.maximum(v, 0.0), limits.forward_mps, "m/s"),
