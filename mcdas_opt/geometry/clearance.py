@@ -121,3 +121,35 @@ class PolygonField:
     def clearance(self, poses: Array, body: Body) -> Array:
         """(n,) least signed distance to any polygon; infinite without polygons."""
         return self.separation(poses, body).min(axis=1, initial=np.inf)
+
+
+def separating_lines(poses: Array, body: Body, polygon: Array) -> tuple[Array, Array]:
+    """(angles (n,), offsets (n,)): for each pose the line that parts the body from one convex polygon best.
+
+    The normal (cos, sin of the angle) points from the polygon to the body; the polygon lies at most at the offset along it. Apart, it is
+    the direction between the nearest points; overlapping, the edge normal of least push.
+    """
+    corners = body_corners(poses, body)
+    start, edge = polygon, np.roll(polygon, -1, axis=0) - polygon
+    offset = corners[:, :, None, :] - start
+    share = np.clip((offset * edge).sum(-1) / np.maximum((edge * edge).sum(-1), 1e-18), 0.0, 1.0)
+    from_edges = (offset - share[..., None] * edge).reshape(len(poses), -1, 2)
+    c, s = np.cos(poses[:, 2])[:, None], np.sin(poses[:, 2])[:, None]
+    dx, dy = polygon[:, 0] - poses[:, :1], polygon[:, 1] - poses[:, 1:2]
+    ahead, left = c * dx + s * dy, c * dy - s * dx
+    bx = np.clip(ahead, body.rear, body.front) - ahead
+    by = np.clip(left, -body.half_width, body.half_width) - left
+    from_body = np.stack([c * bx - s * by, s * bx + c * by], axis=-1)
+    way = np.concatenate([from_edges, from_body], axis=1)
+    size = np.linalg.norm(way, axis=-1)
+    best = size.argmin(axis=1)
+    row = np.arange(len(poses))
+    normal = way[row, best] / np.maximum(size[row, best], 1e-12)[:, None]
+    edge_normals = np.column_stack([edge[:, 1], -edge[:, 0]]) / np.maximum(np.linalg.norm(edge, axis=1), 1e-12)[:, None]
+    own = np.stack([np.column_stack([c, s]), np.column_stack([-s, c]), np.column_stack([-c, -s]), np.column_stack([s, -c])], axis=1)
+    axes = np.concatenate([np.broadcast_to(edge_normals, (len(poses), *edge_normals.shape)), own], axis=1)
+    gap = np.einsum("nad,ncd->nac", axes, corners).min(-1) - (axes @ polygon.T).max(-1)
+    widest = gap.argmax(axis=1)
+    touching = (gap[row, widest] <= 1e-9) | (size[row, best] <= 1e-9)
+    normal = np.where(touching[:, None], axes[row, widest], normal)
+    return np.arctan2(normal[:, 1], normal[:, 0]), (normal @ polygon.T).max(axis=1)

@@ -1,0 +1,178 @@
+"""The exchange loop: solve, roll the solution out, add collision checks where the clearance dips between nodes, solve again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mcdas_opt.domain.parking import ParkingCase
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.geometry.clearance import separating_lines
+from mcdas_opt.ocp.parking import CORNERS, ParkingCosts, ParkingPhysics, ParkingProgram, solve_parking
+from mcdas_opt.planning.parking.manoeuvre import Manoeuvre, node_poses, with_solution
+from mcdas_opt.planning.parking.world import World
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExchangeSettings:
+    """Caps are counts. Distances in metres, angles in radians."""
+
+    rounds: int = 6
+    checks: int = 4  # per interval
+    near_m: float = 0.7  # obstacles nearer than this are checked
+    trust_m: float = 0.7
+    trust_rad: float = 0.4
+    per_interval: int = 12  # roll-out points per interval
+    margin_m: float = 4e-4  # more clearance than asked, for what lies between roll-out points
+    max_iterations: int = 120
+    gain: float = 0.01  # stop when a round gains less than this share
+
+
+@dataclass(frozen=True, slots=True)
+class Exchanged:
+    """The best sound manoeuvre of the loop (None when no round gave one), and what the last round lacked."""
+
+    best: Manoeuvre | None
+    last: Manoeuvre
+    lacking_m: float
+    rounds: int
+    iterations: int
+
+
+def exchange(case: ParkingCase, world: World, first: Manoeuvre, costs: ParkingCosts, settings: ExchangeSettings) -> Exchanged:
+    """Improve a manoeuvre. Start and goal are held; every round's solution is rolled out and measured between its nodes."""
+    asked = case.limits.clearance_m
+    car = case.vehicle
+    physics = ParkingPhysics(
+        car.wheelbase_m,
+        world.body.rear,
+        world.body.front,
+        world.body.half_width,
+        case.limits.acceleration_mps2,
+        car.steering_rate_max_radps,
+        asked + settings.margin_m,
+    )
+    current, best = first, None
+    extra: set[tuple[int, int, int]] = set()
+    iterations, lacking = 0, np.inf
+    rounds = 0
+    for rounds in range(1, settings.rounds + 1):
+        poses, fractions = node_poses(case, current, settings.per_interval)
+        apart = _apart(world, poses)
+        program = _program(case, world, current, poses, fractions, apart, extra, settings)
+        solution = solve_parking(program, physics, costs, settings.max_iterations)
+        iterations += solution.iterations
+        if not np.isfinite(solution.violation) or solution.violation > 0.5:
+            break
+        previous = best.duration_s if best is not None else np.inf
+        current = with_solution(current, solution.nodes, solution.steps)
+        poses, _ = node_poses(case, current, settings.per_interval)
+        apart = _apart(world, poses)
+        least = float(apart.min(initial=np.inf))
+        lacking = max(asked - least, solution.violation - 1e-5, 0.0)
+        sound = least >= asked - 1e-6 and solution.violation < 1e-5
+        extra |= _dips(apart, asked + settings.margin_m)
+        if sound and current.duration_s < previous:
+            best = current
+            if previous - current.duration_s < settings.gain * current.duration_s:
+                break
+        elif sound:
+            break
+    return Exchanged(best, current, lacking, rounds, iterations)
+
+
+def _apart(world: World, poses: Array) -> Array:
+    """(n, m, polygons): distances along the roll-out."""
+    n, m = poses.shape[:2]
+    return world.whole.separation(poses.reshape(-1, 3), world.body).reshape(n, m, -1)
+
+
+def _dips(apart: Array, asked: float) -> set[tuple[int, int, int]]:
+    """(interval, polygon, point) where the clearance falls short inside an interval."""
+    found = set()
+    worst = apart.argmin(axis=1)
+    least = apart.min(axis=1)
+    for k, polygon in zip(*np.nonzero(least < asked - 5e-5), strict=True):
+        found.add((int(k), int(polygon), int(worst[k, polygon])))
+    return found
+
+
+def _program(
+    case: ParkingCase,
+    world: World,
+    manoeuvre: Manoeuvre,
+    poses: Array,
+    fractions: Array,
+    apart: Array,
+    extra: set[tuple[int, int, int]],
+    settings: ExchangeSettings,
+) -> ParkingProgram:
+    n, checks = len(manoeuvre.steps), settings.checks
+    wanted: list[list[tuple[float, int, int]]] = [[] for _ in range(n)]
+    for k, polygon in zip(*np.nonzero(apart[:, 0] < settings.near_m), strict=True):
+        if manoeuvre.gears[k] != 0.0 or k == 0:
+            wanted[k].append((float(apart[k, 0, polygon]), int(polygon), 0))
+    for k, polygon, point in sorted(extra):
+        if point > 0:
+            wanted[k].append((float(apart[k, point, polygon]) - 0.1, polygon, point))
+    lines, vertices = np.zeros((n, checks, 2)), np.zeros((n, checks, CORNERS, 2))
+    chosen = np.zeros((n, checks))
+    used = np.zeros((n, checks), dtype=np.bool_)
+    by_polygon: dict[int, list[tuple[int, int, int]]] = {}
+    for k, entries in enumerate(wanted):
+        for slot, (_, polygon, point) in enumerate(sorted(entries)[:checks]):
+            by_polygon.setdefault(polygon, []).append((k, slot, point))
+    for polygon, places in by_polygon.items():
+        at = np.array(places)
+        shape = world.whole.polygons[polygon]
+        angle, offset = separating_lines(poses[at[:, 0], at[:, 2]], world.body, shape)
+        depth = np.column_stack([np.cos(angle), np.sin(angle)]) @ shape.T
+        order = np.argsort(-depth, axis=1, kind="stable")[:, np.arange(CORNERS) % min(CORNERS, len(shape))]
+        lines[at[:, 0], at[:, 1], 0], lines[at[:, 0], at[:, 1], 1] = angle, offset
+        vertices[at[:, 0], at[:, 1]] = shape[order]
+        chosen[at[:, 0], at[:, 1]] = fractions[at[:, 2]]
+        used[at[:, 0], at[:, 1]] = True
+    low, high = _node_bounds(case, manoeuvre, settings)
+    stands = manoeuvre.gears == 0.0
+    same = manoeuvre.segments[1:] == manoeuvre.segments[:-1]
+    return ParkingProgram(
+        nodes=np.clip(manoeuvre.nodes, low, high),
+        nodes_low=low,
+        nodes_high=high,
+        steps=manoeuvre.steps,
+        steps_low=np.where(stands, 0.0, 2e-3),
+        steps_high=np.where(stands, 2.0 * case.vehicle.steering_max_rad / case.vehicle.steering_rate_max_radps, 4.0),
+        step_change=np.where(same, 0.0, np.inf),
+        lines=lines,
+        fractions=chosen,
+        vertices=vertices,
+        used=used,
+    )
+
+
+def _node_bounds(case: ParkingCase, manoeuvre: Manoeuvre, settings: ExchangeSettings) -> tuple[Array, Array]:
+    """A box of trust around every pose, the gear's speeds, rest where the gear changes, and both ends held."""
+    limits, top = case.limits, case.vehicle.steering_max_rad
+    trust = np.array([settings.trust_m, settings.trust_m, settings.trust_rad])
+    low, high = manoeuvre.nodes.copy(), manoeuvre.nodes.copy()
+    low[:, :3] -= trust
+    high[:, :3] += trust
+    gears = _gear_at_nodes(manoeuvre.gears)
+    low[:, 3] = np.where(gears < 0.0, -limits.reverse_mps, 0.0)
+    high[:, 3] = np.where(gears > 0.0, limits.forward_mps, 0.0)
+    low[:, 4], high[:, 4] = -top, top
+    low[0], high[0] = [*case.start, 0.0, case.start_steering_rad], [*case.start, 0.0, case.start_steering_rad]
+    turns = np.round((manoeuvre.nodes[-1, 2] - case.goal[2]) / (2.0 * np.pi)) * 2.0 * np.pi
+    low[-1, :4] = high[-1, :4] = [case.goal[0], case.goal[1], case.goal[2] + turns, 0.0]
+    return low, high
+
+
+def _gear_at_nodes(gears: Array) -> Array:
+    """+1 or -1 where the intervals before and after a node go the same way (standstill looked through), else 0."""
+    n = len(gears)
+    before, after = np.zeros(n + 1), np.zeros(n + 1)
+    for k in range(n):
+        before[k + 1] = gears[k] if gears[k] != 0.0 else before[k]
+        after[n - 1 - k] = gears[n - 1 - k] if gears[n - 1 - k] != 0.0 else after[n - k]
+    return np.where(before == after, before, 0.0)
