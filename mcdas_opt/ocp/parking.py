@@ -7,18 +7,20 @@ of the solution is the solution. Gears, standstill, fixed ends and unused checks
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from mcdas_opt.domain.rules import Array
 
+Rows = NDArray[np.int64]
 CORNERS = 4  # of the body, and of an obstacle as far as a check sees it
 _STATE = 5
-_CHECK = 1 + 2 * CORNERS  # parameters: fraction of the interval, vertices
+_LINE_TURN_RAD = 1.2  # how far a separating line may turn in one solution
 _COSTS = ("time", "path", "steering", "smooth")
 _COMMON = 7 + len(_COSTS)  # wheelbase, body, acceleration, steering rate, clearance, weights
 
@@ -46,8 +48,22 @@ class ParkingPhysics(NamedTuple):
 
 
 @dataclass(slots=True, kw_only=True)
+class Checks:
+    """m collision checks: in which interval, where in it, against which four vertices, with which line to begin."""
+
+    intervals: Rows  # (m,)
+    fractions: Array  # (m,) 0: at the interval's first node
+    vertices: Array  # (m, 4, 2)
+    angles: Array  # (m,) of the normal from obstacle to car
+    offsets: Array  # (m,)
+
+    def only(self, rows: NDArray[np.bool_]) -> Checks:
+        return Checks(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
+
+
+@dataclass(slots=True, kw_only=True)
 class ParkingProgram:
-    """Numbers of one program: a guess, bounds, and collision checks; n intervals, c checks in each."""
+    """Numbers of one program over n intervals: a guess, bounds, and collision checks."""
 
     nodes: Array  # (n + 1, 5) guess
     nodes_low: Array
@@ -56,10 +72,7 @@ class ParkingProgram:
     steps_low: Array
     steps_high: Array
     step_change: Array  # (n - 1,) how much neighbours may differ [s]; infinite where a segment ends
-    lines: Array  # (n, c, 2) guess: angle of the normal from obstacle to car, offset
-    fractions: Array  # (n, c) where in the interval the check stands
-    vertices: Array  # (n, c, 4, 2)
-    used: Array  # (n, c) bool
+    checks: Checks
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,63 +81,89 @@ class ParkingSolution:
 
     nodes: Array
     steps: Array
-    lines: Array
     duration_s: float
     violation: float
     iterations: int
     status: str
 
 
-def _interval(checks: int) -> Any:
-    """The rows and the cost of one interval as a CasADi function of (z_k, z_k+1, h, lines, checks, common)."""
-    z, after, h = ca.SX.sym("z", _STATE), ca.SX.sym("after", _STATE), ca.SX.sym("h")
-    lines, data, common = ca.SX.sym("lines", 2 * checks), ca.SX.sym("data", _CHECK * checks), ca.SX.sym("common", _COMMON)
-    wheelbase, rear, front, half, acceleration, rate, clearance = (common[i] for i in range(7))
+def _advance(z: Any, after: Any, h: Any, fraction: Any, wheelbase: Any) -> list[Any]:
+    """Pose after a fraction of an interval, by the classical Runge-Kutta step of the bicycle.
+
+    Written with differences of speed and steering instead of rates, so that an interval may shrink to nothing.
+    """
+    step = fraction * h
+    v = [z[3] + share * fraction * (after[3] - z[3]) for share in (0.0, 0.5, 1.0)]
+    turn = [v[i] * ca.tan(z[4] + share * fraction * (after[4] - z[4])) / wheelbase for i, share in enumerate((0.0, 0.5, 1.0))]
+    heading = [z[2], z[2] + 0.5 * step * turn[0], z[2] + 0.5 * step * turn[1], z[2] + step * turn[1]]
+    along = [v[0], 2.0 * v[1], 2.0 * v[1], v[2]]
+    x = z[0] + step / 6.0 * sum(w * ca.cos(psi) for w, psi in zip(along, heading, strict=True))
+    y = z[1] + step / 6.0 * sum(w * ca.sin(psi) for w, psi in zip(along, heading, strict=True))
+    return [x, y, z[2] + step / 6.0 * (turn[0] + 4.0 * turn[1] + turn[2])]
+
+
+@lru_cache(maxsize=1)
+def _interval() -> Any:
+    """(z_k, z_k+1, h, common) -> equations, rates, cost of one interval."""
+    z, after, h, common = ca.SX.sym("z", _STATE), ca.SX.sym("after", _STATE), ca.SX.sym("h"), ca.SX.sym("common", _COMMON)
+    wheelbase, acceleration, rate = common[0], common[4], common[5]
     dv, dd = after[3] - z[3], after[4] - z[4]
-    # Written with differences instead of rates, so that an interval may shrink to nothing.
-    half_way = [z[3] + 0.5 * dv, z[4] + 0.5 * dd]
-
-    def advance(fraction: Any) -> list[Any]:
-        step = fraction * h
-        v_mid, d_mid = z[3] + 0.5 * fraction * dv, z[4] + 0.5 * fraction * dd
-        v_end, d_end = z[3] + fraction * dv, z[4] + fraction * dd
-        turn = [v * ca.tan(d) / wheelbase for v, d in ((z[3], z[4]), (v_mid, d_mid), (v_end, d_end))]
-        psi_mid_a = z[2] + 0.5 * step * turn[0]
-        psi_mid_b = z[2] + 0.5 * step * turn[1]
-        psi_end = z[2] + step * turn[1]
-        x = z[0] + step / 6.0 * (z[3] * ca.cos(z[2]) + 2.0 * v_mid * (ca.cos(psi_mid_a) + ca.cos(psi_mid_b)) + v_end * ca.cos(psi_end))
-        y = z[1] + step / 6.0 * (z[3] * ca.sin(z[2]) + 2.0 * v_mid * (ca.sin(psi_mid_a) + ca.sin(psi_mid_b)) + v_end * ca.sin(psi_end))
-        return [x, y, z[2] + step / 6.0 * (turn[0] + 4.0 * turn[1] + turn[2])]
-
-    rows = [after[i] - p for i, p in enumerate(advance(1.0))]
+    rows = [after[i] - p for i, p in enumerate(_advance(z, after, h, 1.0, wheelbase))]
     rows += [dv - acceleration * h, -dv - acceleration * h, dd - rate * h, -dd - rate * h]
-    for c in range(checks):
-        fraction = data[_CHECK * c]
-        x, y, psi = advance(fraction)
-        angle, offset = lines[2 * c], lines[2 * c + 1]
-        nx, ny = ca.cos(angle), ca.sin(angle)
-        ahead, left = ca.cos(angle - psi), ca.sin(angle - psi)
-        centre = nx * x + ny * y - offset - clearance
-        rows += [centre + ahead * px + left * py for px in (front, rear) for py in (half, -half)]
-        rows += [offset - nx * data[_CHECK * c + 1 + 2 * j] - ny * data[_CHECK * c + 2 + 2 * j] for j in range(CORNERS)]
     time, path, steering, smooth = (common[7 + i] for i in range(len(_COSTS)))
-    cost = time * h + path * h * half_way[0] ** 2 / (ca.fabs(half_way[0]) + 0.05) + steering * h * half_way[1] ** 2 + smooth * dd**2
-    return ca.Function("interval", [z, after, h, lines, data, common], [ca.vertcat(*rows), cost])
+    v, delta = 0.5 * (z[3] + after[3]), 0.5 * (z[4] + after[4])
+    cost = time * h + path * h * v**2 / (ca.fabs(v) + 0.05) + steering * h * delta**2 + smooth * dd**2
+    return ca.Function("interval", [z, after, h, common], [ca.vertcat(*rows), cost])
 
 
-@lru_cache(maxsize=24)
-def parking_solver(intervals: int, checks: int, max_iterations: int) -> Any:
-    """The solver of one size; building it costs more than using it, so it is kept."""
-    n = intervals
-    nodes, steps = ca.MX.sym("nodes", _STATE, n + 1), ca.MX.sym("steps", 1, n)
-    lines = ca.MX.sym("lines", 2 * checks, n)
-    data, common = ca.MX.sym("data", _CHECK * checks, n), ca.MX.sym("common", _COMMON)
-    rows, costs = _interval(checks).map(n)(nodes[:, :-1], nodes[:, 1:], steps, lines, data, ca.repmat(common, 1, n))
+def _check_rows(pose: list[Any], line: Any, data: Any, common: Any) -> Any:
+    """Body corners beyond the line by the clearance, obstacle vertices on its other side: all at least 0."""
+    _, rear, front, half, _, _, clearance = (common[i] for i in range(7))
+    angle, offset = line[0], line[1]
+    nx, ny = ca.cos(angle), ca.sin(angle)
+    ahead, left = ca.cos(angle - pose[2]), ca.sin(angle - pose[2])
+    centre = nx * pose[0] + ny * pose[1] - offset - clearance
+    rows = [centre + ahead * px + left * py for px in (front, rear) for py in (half, -half)]
+    rows += [offset - nx * data[2 * j] - ny * data[2 * j + 1] for j in range(CORNERS)]
+    return ca.vertcat(*rows)
+
+
+@lru_cache(maxsize=1)
+def _node_check() -> Any:
+    z, line, data, common = ca.SX.sym("z", _STATE), ca.SX.sym("line", 2), ca.SX.sym("data", 2 * CORNERS), ca.SX.sym("common", _COMMON)
+    return ca.Function("node_check", [z, line, data, common], [_check_rows([z[0], z[1], z[2]], line, data, common)])
+
+
+@lru_cache(maxsize=1)
+def _inner_check() -> Any:
+    z, after, h, fraction = ca.SX.sym("z", _STATE), ca.SX.sym("after", _STATE), ca.SX.sym("h"), ca.SX.sym("fraction")
+    line, data, common = ca.SX.sym("line", 2), ca.SX.sym("data", 2 * CORNERS), ca.SX.sym("common", _COMMON)
+    rows = _check_rows(_advance(z, after, h, fraction, common[0]), line, data, common)
+    return ca.Function("inner_check", [z, after, h, fraction, line, data, common], [rows])
+
+
+@lru_cache(maxsize=48)
+def _solver(intervals: int, at_nodes: tuple[int, ...], inside: tuple[int, ...], max_iterations: int, warm: bool) -> Any:
+    """The solver of one structure, with the numbers of the case as parameters. Mapped blocks make it cheap to build."""
+    n, m = intervals, len(at_nodes) + len(inside)
+    nodes, steps, lines = ca.MX.sym("nodes", _STATE, n + 1), ca.MX.sym("steps", 1, n), ca.MX.sym("lines", 2, m)
+    data, fractions, common = ca.MX.sym("data", 2 * CORNERS, m), ca.MX.sym("fractions", 1, m), ca.MX.sym("common", _COMMON)
+    rows, costs = _interval().map(n)(nodes[:, :-1], nodes[:, 1:], steps, ca.repmat(common, 1, n))
+    blocks = [ca.vec(rows), ca.vec(steps[1:] - steps[:-1])]
+    first = len(at_nodes)
+    if at_nodes:
+        here = nodes[:, list(at_nodes)]
+        blocks.append(ca.vec(_node_check().map(first)(here, lines[:, :first], data[:, :first], ca.repmat(common, 1, first))))
+    if inside:
+        at = list(inside)
+        here, then, h = nodes[:, at], nodes[:, [k + 1 for k in at]], steps[:, at]
+        arguments = (here, then, h, fractions[:, first:], lines[:, first:], data[:, first:], ca.repmat(common, 1, len(at)))
+        blocks.append(ca.vec(_inner_check().map(len(at))(*arguments)))
     problem = {
         "x": ca.veccat(nodes, steps, lines),
-        "p": ca.veccat(data, common),
+        "p": ca.veccat(data, fractions, common),
         "f": ca.sum2(costs),
-        "g": ca.veccat(rows, steps[1:] - steps[:-1]),
+        "g": ca.vertcat(*blocks),
     }
     options = {
         "print_time": False,
@@ -132,59 +171,54 @@ def parking_solver(intervals: int, checks: int, max_iterations: int) -> Any:
         "ipopt.print_level": 0,
         "ipopt.sb": "yes",
         "ipopt.max_iter": max_iterations,
-        "ipopt.tol": 1e-6,
-        "ipopt.constr_viol_tol": 1e-6,
-        "ipopt.acceptable_tol": 1e-4,
+        "ipopt.tol": 1e-4,
+        "ipopt.constr_viol_tol": 1e-7,
+        "ipopt.acceptable_tol": 1e-3,
         "ipopt.acceptable_constr_viol_tol": 1e-6,
         "ipopt.acceptable_iter": 5,
-        "ipopt.mu_init": 1e-2,
-        "ipopt.bound_push": 1e-3,
-        "ipopt.bound_frac": 1e-3,
+        "ipopt.mu_init": 1e-3 if warm else 1e-2,
+        "ipopt.bound_push": 1e-4 if warm else 1e-3,
+        "ipopt.bound_frac": 1e-4 if warm else 1e-3,
         "ipopt.linear_solver": "mumps",
         "ipopt.max_cpu_time": 1e6,
     }
     return ca.nlpsol("parking", "ipopt", problem, options)
 
 
-def solve_parking(program: ParkingProgram, physics: ParkingPhysics, costs: ParkingCosts, max_iterations: int = 150) -> ParkingSolution:
-    """Solve one program from its guess. The status is the solver's, the violation is not."""
-    n, checks = program.used.shape
-    solver = parking_solver(n, checks, max_iterations)
-    unlimited = np.inf
-    pose_rows = np.zeros((n, 3))
-    rate_rows = np.full((n, 4), -unlimited)
-    used = np.repeat(program.used[:, :, None], 2 * CORNERS, axis=2).reshape(n, -1)
-    low = np.hstack([pose_rows, rate_rows, np.where(used, 0.0, -unlimited)])
-    high = np.hstack([pose_rows, np.zeros((n, 4)), np.full(used.shape, unlimited)])
-    line_used = np.repeat(program.used[:, :, None], 2, axis=2)
-    lines_low = np.where(line_used, program.lines + [-1.2, -unlimited], program.lines)
-    lines_high = np.where(line_used, program.lines + [1.2, unlimited], program.lines)
-    data = np.concatenate([program.fractions[:, :, None], program.vertices.reshape(n, checks, -1)], axis=2)
+def solve_parking(
+    program: ParkingProgram, physics: ParkingPhysics, costs: ParkingCosts, max_iterations: int = 150, warm: bool = False
+) -> ParkingSolution:
+    """Solve one program from its guess. The status is the solver's, the violation is measured here."""
+    n = len(program.steps)
+    checks = program.checks
+    at_nodes, inside = checks.fractions == 0.0, checks.fractions != 0.0
+    checks = Checks(
+        **{f.name: np.concatenate([getattr(checks, f.name)[at_nodes], getattr(checks, f.name)[inside]]) for f in fields(checks)}
+    )
+    count = int(at_nodes.sum())
+    where = checks.intervals.tolist()
+    solver = _solver(n, tuple(where[:count]), tuple(where[count:]), max_iterations, warm)
+    m = len(where)
+    low = np.concatenate([np.tile([0.0] * 3 + [-np.inf] * 4, n), -program.step_change, np.zeros(2 * CORNERS * m)])
+    high = np.concatenate([np.zeros(7 * n), program.step_change, np.full(2 * CORNERS * m, np.inf)])
+    lines = np.column_stack([checks.angles, checks.offsets])
+    room = np.array([_LINE_TURN_RAD, np.inf])
     weights = [getattr(costs, name) for name in _COSTS]
     answer = solver(
-        x0=_stacked(program.nodes, program.steps, program.lines),
-        lbx=_stacked(program.nodes_low, program.steps_low, lines_low),
-        ubx=_stacked(program.nodes_high, program.steps_high, lines_high),
-        p=np.concatenate([data.ravel(), [*physics, *weights]]),
-        lbg=np.concatenate([low.ravel(), -program.step_change]),
-        ubg=np.concatenate([high.ravel(), program.step_change]),
+        x0=_stacked(program.nodes, program.steps, lines),
+        lbx=_stacked(program.nodes_low, program.steps_low, lines - room),
+        ubx=_stacked(program.nodes_high, program.steps_high, lines + room),
+        p=np.concatenate([checks.vertices.ravel(), checks.fractions, [*physics, *weights]]),
+        lbg=low,
+        ubg=high,
     )
     stats = solver.stats()
-    x = np.asarray(answer["x"]).ravel()
-    g = np.asarray(answer["g"]).ravel()
-    bounds_low, bounds_high = np.concatenate([low.ravel(), -program.step_change]), np.concatenate([high.ravel(), program.step_change])
-    violation = float(np.max(np.maximum(bounds_low - g, g - bounds_high), initial=0.0)) if np.all(np.isfinite(x)) else np.inf
+    x, g = np.asarray(answer["x"]).ravel(), np.asarray(answer["g"]).ravel()
+    sound = bool(np.all(np.isfinite(x)) and np.all(np.isfinite(g)))
+    violation = float(np.max(np.maximum(low - g, g - high), initial=0.0)) if sound else np.inf
     nodes = x[: _STATE * (n + 1)].reshape(n + 1, _STATE)
     steps = x[_STATE * (n + 1) : _STATE * (n + 1) + n]
-    return ParkingSolution(
-        nodes,
-        steps,
-        x[_STATE * (n + 1) + n :].reshape(n, checks, 2),
-        float(steps.sum()),
-        violation,
-        int(stats.get("iter_count", 0)),
-        str(stats.get("return_status", "")),
-    )
+    return ParkingSolution(nodes, steps, float(steps.sum()), violation, int(stats.get("iter_count", 0)), str(stats.get("return_status", "")))
 
 
 def _stacked(nodes: Array, steps: Array, lines: Array) -> Array:

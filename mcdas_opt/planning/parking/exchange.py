@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.clearance import separating_lines
-from mcdas_opt.ocp.parking import CORNERS, ParkingCosts, ParkingPhysics, ParkingProgram, solve_parking
+from mcdas_opt.ocp.parking import CORNERS, Checks, ParkingCosts, ParkingPhysics, ParkingProgram, solve_parking
 from mcdas_opt.planning.parking.manoeuvre import Manoeuvre, node_poses, with_solution
 from mcdas_opt.planning.parking.world import World
 
@@ -18,12 +19,14 @@ from mcdas_opt.planning.parking.world import World
 class ExchangeSettings:
     """Caps are counts. Distances in metres, angles in radians."""
 
-    rounds: int = 6
-    checks: int = 4  # per interval
+    rounds: int = 9
+    checks: int = 6  # per interval
+    close_m: float = 0.06  # passing nearer than this beyond the clearance asks for checks inside the interval ...
+    spacing_m: float = 0.1  # ... that the car passes at most so far apart
     near_m: float = 0.7  # obstacles nearer than this are checked
     trust_m: float = 0.7
     trust_rad: float = 0.4
-    per_interval: int = 12  # roll-out points per interval
+    per_interval: int = 48  # roll-out points per interval
     margin_m: float = 4e-4  # more clearance than asked, for what lies between roll-out points
     max_iterations: int = 120
     gain: float = 0.01  # stop when a round gains less than this share
@@ -53,32 +56,40 @@ def exchange(case: ParkingCase, world: World, first: Manoeuvre, costs: ParkingCo
         car.steering_rate_max_radps,
         asked + settings.margin_m,
     )
+    whole = world.whole
+    centre = 0.5 * (first.nodes[:, :2].max(0) + first.nodes[:, :2].min(0))
+    spread = float(np.hypot(*(first.nodes[:, :2] - centre).T).max())
+    near = whole.near(float(centre[0]), float(centre[1]), spread + world.body.reach + 2.0)
+    if near.size < len(whole.polygons):
+        world = World(world.body, whole.only(near), [world.owner[int(k)] for k in near])
     current, best = first, None
     extra: set[tuple[int, int, int]] = set()
-    iterations, lacking = 0, np.inf
+    iterations, lacking, margin, trust = 0, np.inf, settings.margin_m, 1.0
     rounds = 0
+    poses, fractions = node_poses(case, current, settings.per_interval)
+    apart = _apart(world, poses)
     for rounds in range(1, settings.rounds + 1):
-        poses, fractions = node_poses(case, current, settings.per_interval)
-        apart = _apart(world, poses)
-        program = _program(case, world, current, poses, fractions, apart, extra, settings)
-        solution = solve_parking(program, physics, costs, settings.max_iterations)
+        program = _program(case, world, current, poses, fractions, apart, extra, settings, trust)
+        solution = solve_parking(program, physics._replace(clearance_m=asked + margin), costs, settings.max_iterations, warm=rounds > 1)
         iterations += solution.iterations
-        if not np.isfinite(solution.violation) or solution.violation > 0.5:
+        if not solution.violation <= 0.5:
             break
-        previous = best.duration_s if best is not None else np.inf
         current = with_solution(current, solution.nodes, solution.steps)
-        poses, _ = node_poses(case, current, settings.per_interval)
+        poses, fractions = node_poses(case, current, settings.per_interval)
         apart = _apart(world, poses)
         least = float(apart.min(initial=np.inf))
         lacking = max(asked - least, solution.violation - 1e-5, 0.0)
-        sound = least >= asked - 1e-6 and solution.violation < 1e-5
-        extra |= _dips(apart, asked + settings.margin_m)
-        if sound and current.duration_s < previous:
-            best = current
-            if previous - current.duration_s < settings.gain * current.duration_s:
+        extra |= _dips(apart, asked + margin)
+        if least >= asked - 1e-6 and solution.violation < 1e-5:
+            gained = (best.duration_s if best is not None else np.inf) - current.duration_s
+            if gained > 0.0:
+                best = current
+            if gained < settings.gain * current.duration_s:
                 break
-        elif sound:
-            break
+        elif lacking < 0.01:
+            margin = min(margin + 0.5 * lacking, 0.01)
+        if rounds >= 4:
+            trust *= 0.6
     return Exchanged(best, current, lacking, rounds, iterations)
 
 
@@ -107,33 +118,23 @@ def _program(
     apart: Array,
     extra: set[tuple[int, int, int]],
     settings: ExchangeSettings,
+    trust: float,
 ) -> ParkingProgram:
-    n, checks = len(manoeuvre.steps), settings.checks
-    wanted: list[list[tuple[float, int, int]]] = [[] for _ in range(n)]
+    wanted: list[list[tuple[float, int, int]]] = [[] for _ in manoeuvre.steps]
     for k, polygon in zip(*np.nonzero(apart[:, 0] < settings.near_m), strict=True):
-        if manoeuvre.gears[k] != 0.0 or k == 0:
+        if manoeuvre.gears[k] != 0.0:
             wanted[k].append((float(apart[k, 0, polygon]), int(polygon), 0))
+    least = apart.min(axis=1)
+    for k, polygon in zip(*np.nonzero(least < case.limits.clearance_m + settings.close_m), strict=True):
+        pieces = int(np.ceil(abs(manoeuvre.nodes[k : k + 2, 3]).mean() * manoeuvre.steps[k] / settings.spacing_m))
+        for piece in range(1, pieces):
+            point = round(piece * settings.per_interval / pieces)
+            wanted[k].append((float(apart[k, point, polygon]), int(polygon), point))
     for k, polygon, point in sorted(extra):
-        if point > 0:
-            wanted[k].append((float(apart[k, point, polygon]) - 0.1, polygon, point))
-    lines, vertices = np.zeros((n, checks, 2)), np.zeros((n, checks, CORNERS, 2))
-    chosen = np.zeros((n, checks))
-    used = np.zeros((n, checks), dtype=np.bool_)
-    by_polygon: dict[int, list[tuple[int, int, int]]] = {}
-    for k, entries in enumerate(wanted):
-        for slot, (_, polygon, point) in enumerate(sorted(entries)[:checks]):
-            by_polygon.setdefault(polygon, []).append((k, slot, point))
-    for polygon, places in by_polygon.items():
-        at = np.array(places)
-        shape = world.whole.polygons[polygon]
-        angle, offset = separating_lines(poses[at[:, 0], at[:, 2]], world.body, shape)
-        depth = np.column_stack([np.cos(angle), np.sin(angle)]) @ shape.T
-        order = np.argsort(-depth, axis=1, kind="stable")[:, np.arange(CORNERS) % min(CORNERS, len(shape))]
-        lines[at[:, 0], at[:, 1], 0], lines[at[:, 0], at[:, 1], 1] = angle, offset
-        vertices[at[:, 0], at[:, 1]] = shape[order]
-        chosen[at[:, 0], at[:, 1]] = fractions[at[:, 2]]
-        used[at[:, 0], at[:, 1]] = True
-    low, high = _node_bounds(case, manoeuvre, settings)
+        wanted[k].append((float(apart[k, point, polygon]) - 0.1, polygon, point))
+    places = [(k, polygon, point) for k, entries in enumerate(wanted) for _, polygon, point in sorted(set(entries))[: settings.checks]]
+    checks = _checks(world, np.array(places, dtype=np.int64).reshape(-1, 3), poses, fractions)
+    low, high = _node_bounds(case, manoeuvre, settings, trust)
     stands = manoeuvre.gears == 0.0
     same = manoeuvre.segments[1:] == manoeuvre.segments[:-1]
     return ParkingProgram(
@@ -144,17 +145,29 @@ def _program(
         steps_low=np.where(stands, 0.0, 2e-3),
         steps_high=np.where(stands, 2.0 * case.vehicle.steering_max_rad / case.vehicle.steering_rate_max_radps, 4.0),
         step_change=np.where(same, 0.0, np.inf),
-        lines=lines,
-        fractions=chosen,
-        vertices=vertices,
-        used=used,
+        checks=checks,
     )
 
 
-def _node_bounds(case: ParkingCase, manoeuvre: Manoeuvre, settings: ExchangeSettings) -> tuple[Array, Array]:
+def _checks(world: World, places: NDArray[np.int64], poses: Array, fractions: Array) -> Checks:
+    """Lines and vertices for checks at (interval, polygon, point) rows."""
+    m = len(places)
+    angles, offsets, vertices = np.zeros(m), np.zeros(m), np.zeros((m, CORNERS, 2))
+    for polygon in np.unique(places[:, 1]):
+        rows = np.flatnonzero(places[:, 1] == polygon)
+        shape = world.whole.polygons[int(polygon)]
+        at = poses[places[rows, 0], places[rows, 2]]
+        angles[rows], offsets[rows] = separating_lines(at, world.body, shape)
+        depth = np.column_stack([np.cos(angles[rows]), np.sin(angles[rows])]) @ shape.T
+        order = np.argsort(-depth, axis=1, kind="stable")[:, np.arange(CORNERS) % min(CORNERS, len(shape))]
+        vertices[rows] = shape[order]
+    return Checks(intervals=places[:, 0], fractions=fractions[places[:, 2]], vertices=vertices, angles=angles, offsets=offsets)
+
+
+def _node_bounds(case: ParkingCase, manoeuvre: Manoeuvre, settings: ExchangeSettings, share: float) -> tuple[Array, Array]:
     """A box of trust around every pose, the gear's speeds, rest where the gear changes, and both ends held."""
     limits, top = case.limits, case.vehicle.steering_max_rad
-    trust = np.array([settings.trust_m, settings.trust_m, settings.trust_rad])
+    trust = share * np.array([settings.trust_m, settings.trust_m, settings.trust_rad])
     low, high = manoeuvre.nodes.copy(), manoeuvre.nodes.copy()
     low[:, :3] -= trust
     high[:, :3] += trust
