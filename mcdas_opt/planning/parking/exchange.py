@@ -26,6 +26,7 @@ class ExchangeSettings:
     near_m: float = 0.7  # obstacles nearer than this are checked
     trust_m: float = 0.7
     trust_rad: float = 0.4
+    trust_room: float = 0.7  # share of a pose's clearance that it may move, where that is more
     per_interval: int = 48  # roll-out points per interval
     margin_m: float = 4e-4  # more clearance than asked, for what lies between roll-out points
     max_iterations: int = 120
@@ -84,6 +85,7 @@ def exchange(case: ParkingCase, world: World, first: Manoeuvre, costs: ParkingCo
             gained = (best.duration_s if best is not None else np.inf) - current.duration_s
             if gained > 0.0:
                 best = current
+            margin = settings.margin_m
             if gained < settings.gain * current.duration_s:
                 break
         elif lacking < 0.01:
@@ -134,7 +136,7 @@ def _program(
         wanted[k].append((float(apart[k, point, polygon]) - 0.1, polygon, point))
     places = [(k, polygon, point) for k, entries in enumerate(wanted) for _, polygon, point in sorted(set(entries))[: settings.checks]]
     checks = _checks(world, np.array(places, dtype=np.int64).reshape(-1, 3), poses, fractions)
-    low, high = _node_bounds(case, manoeuvre, settings, trust)
+    low, high = _node_bounds(case, manoeuvre, apart[:, 0].min(axis=1, initial=np.inf), settings, trust)
     stands = manoeuvre.gears == 0.0
     same = manoeuvre.segments[1:] == manoeuvre.segments[:-1]
     return ParkingProgram(
@@ -164,10 +166,11 @@ def _checks(world: World, places: NDArray[np.int64], poses: Array, fractions: Ar
     return Checks(intervals=places[:, 0], fractions=fractions[places[:, 2]], vertices=vertices, angles=angles, offsets=offsets)
 
 
-def _node_bounds(case: ParkingCase, manoeuvre: Manoeuvre, settings: ExchangeSettings, share: float) -> tuple[Array, Array]:
+def _node_bounds(case: ParkingCase, manoeuvre: Manoeuvre, room: Array, settings: ExchangeSettings, share: float) -> tuple[Array, Array]:
     """A box of trust around every pose, the gear's speeds, rest where the gear changes, and both ends held."""
     limits, top = case.limits, case.vehicle.steering_max_rad
-    trust = share * np.array([settings.trust_m, settings.trust_m, settings.trust_rad])
+    reach = share * np.append(np.clip(settings.trust_room * room, settings.trust_m, 4.0 * settings.trust_m), settings.trust_m)[:, None]
+    trust = reach * np.array([1.0, 1.0, settings.trust_rad / settings.trust_m])
     low, high = manoeuvre.nodes.copy(), manoeuvre.nodes.copy()
     low[:, :3] -= trust
     high[:, :3] += trust
