@@ -44,8 +44,15 @@ class Exchanged:
     iterations: int
 
 
-def exchange(case: ParkingCase, world: World, first: Manoeuvre, costs: ParkingCosts, settings: ExchangeSettings) -> Exchanged:
-    """Improve a manoeuvre. Start and goal are held; every round's solution is rolled out and measured between its nodes."""
+def exchange(
+    case: ParkingCase,
+    world: World,
+    first: Manoeuvre,
+    costs: ParkingCosts,
+    settings: ExchangeSettings,
+    end_steering_rad: float | None = None,
+) -> Exchanged:
+    """Improve a manoeuvre. Start and goal are held, the last steering angle where it is given; every round's solution is rolled out and measured between its nodes."""
     asked = case.limits.clearance_m
     car = case.vehicle
     physics = ParkingPhysics(
@@ -71,6 +78,8 @@ def exchange(case: ParkingCase, world: World, first: Manoeuvre, costs: ParkingCo
     apart = _apart(world, poses)
     for rounds in range(1, settings.rounds + 1):
         program = _program(case, world, current, poses, fractions, apart, extra, settings, trust)
+        if end_steering_rad is not None:
+            program.nodes[-1, 4] = program.nodes_low[-1, 4] = program.nodes_high[-1, 4] = end_steering_rad
         solution = solve_parking(program, physics._replace(clearance_m=asked + margin), costs, settings.max_iterations, warm=rounds > 1)
         iterations += solution.iterations
         if not solution.violation <= 0.5:

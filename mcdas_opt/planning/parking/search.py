@@ -22,6 +22,8 @@ from mcdas_opt.planning.parking.world import World
 
 _SHOT_COARSE_M, _SHOT_FINE_M = 0.4, 0.05
 _LOOKAHEAD = 14  # advancement steps along one arc
+_LAST_PIECE = np.array([2] * 16 + [3] * 24 + [4] * 4)  # index of a word's last piece
+_WORTH_S = 6.0  # dearer than the best path by this much is still worth a shot
 _FIXED_M = (0.3, 0.8, 1.8)  # successors on the way, besides contact and half way
 
 
@@ -40,7 +42,7 @@ class SearchSettings:
     margin_m: float = 1e-3  # more clearance than asked
     greed: float = 1.3  # weight of the estimate
     shots: int = 16  # nodes of a batch that shoot
-    words: int = 3  # Reeds-Shepp words tried per shot
+    words: int = 3  # Reeds-Shepp words tried per shot and gear at the far end
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +71,7 @@ class _Search:
         self.nodes = Nodes(case.goal)
         self.heap: list[tuple[float, int]] = [(0.0, 0)]
         self.seen: dict[int, float] = {}
-        self.found: dict[int, tuple[float, ArcPath]] = {}
+        self.found: dict[tuple[int, bool], tuple[float, ArcPath]] = {}  # by gear changes and first gear
 
     def run(self) -> SearchOutcome:
         s = self.settings
@@ -176,13 +178,17 @@ class _Search:
         batch = batch[: s.shots]
         words = reeds_shepp(nodes.pose[batch], self.case.start, 1.0 / self.top)
         price = nodes.g[batch][:, None] + self.cost.words(words, nodes.way[batch], nodes.kappa[batch])
-        order = np.argsort(price, axis=1, kind="stable")[:, : s.words]
+        last = np.sign(words[np.arange(len(batch))[:, None], np.arange(words.shape[1]), _LAST_PIECE])
+        order = []
+        for sign in (1.0, -1.0):
+            order.append(np.argsort(np.where(last == sign, price, np.inf), axis=1, kind="stable")[:, : s.words])
+        choice = np.hstack(order)
         best = min((value for value, _ in self.found.values()), default=np.inf)
         tries = []
         for row in range(len(batch)):
-            for word in order[row]:
+            for word in choice[row]:
                 value = float(price[row, word])
-                if np.isfinite(value) and value < best + 3.0 * self.cost.gear_s:
+                if np.isfinite(value) and value < best + _WORTH_S:
                     tries.append((value, row, int(word)))
         shots = []
         for value, row, word in sorted(tries):
@@ -209,9 +215,10 @@ class _Search:
         arcs = tuple(Arc(arc.curvature, -arc.length) for arc in reversed(outwards))
         path = ArcPath(self.case.start, arcs)
         value = self.cost.path(arcs)
-        known = self.found.get(path.gear_changes)
+        kind = (path.gear_changes, arcs[0].length > 0.0)
+        known = self.found.get(kind)
         if known is None or value < known[0]:
-            self.found[path.gear_changes] = (value, path)
+            self.found[kind] = (value, path)
 
 
 def _poses_along(pose: Array, arcs: tuple[Arc, ...], step: float) -> Array:
