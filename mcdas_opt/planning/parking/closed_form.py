@@ -101,13 +101,17 @@ def table_5(b: float, y_max_m: float = 3.7) -> float:
 def shortest_slot(name: str, longest_m: float = 20.0) -> float | None:
     """The shortest slot [m] of the contract's form, to 1 cm, that a closed form's path fits into; None when not even `longest_m` does.
 
-    Only the swept body counts here, integrated where the form can be driven, as published for the literal one; the street is left wide
-    open and the start free, so that nothing but the slot decides.
+    Only the swept body counts here, integrated where the form can be driven, as published for the literal one. The street is left wide
+    open, the start is free and the goal is as far back as the clearance lets it, so that nothing but the slot decides.
     """
 
     def fits(length: float) -> bool:
         case = slot_case(length)
-        case = replace(case, obstacles=case.obstacles[:3], names=case.names[:3])
+        back = case.vehicle.rear_overhang_m + case.limits.clearance_m + (0.02 if name == "closed-form" else 0.002)  # it ends askew
+        goal = np.array([back, case.goal[1], 0.0])
+        case = replace(case, obstacles=case.obstacles[:3], names=case.names[:3], goal=goal)
+        if name == "closed-form":
+            case = replace(case, start=np.array([case.start[0], goal[1] + float(str(TABLE_5["y_max_m"])), 0.0]))
         trajectory = CLOSED_FORMS[name](case)
         if name == "closed-form":
             reversing = trajectory.speed_mps < 0.0

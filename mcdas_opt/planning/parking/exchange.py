@@ -20,6 +20,7 @@ class ExchangeSettings:
     """Caps are counts. Distances in metres, angles in radians."""
 
     rounds: int = 9
+    rounds_unsound: int = 16  # as long as no round was sound
     checks: int = 6  # per interval
     close_m: float = 0.06  # passing nearer than this beyond the clearance asks for checks inside the interval ...
     spacing_m: float = 0.1  # ... that the car passes at most so far apart
@@ -76,7 +77,9 @@ def exchange(
     rounds = 0
     poses, fractions = node_poses(case, current, settings.per_interval)
     apart = _apart(world, poses)
-    for rounds in range(1, settings.rounds + 1):
+    for rounds in range(1, settings.rounds_unsound + 1):
+        if rounds > settings.rounds and best is not None:
+            break
         program = _program(case, world, current, poses, fractions, apart, extra, settings, trust)
         if end_steering_rad is not None:
             program.nodes[-1, 4] = program.nodes_low[-1, 4] = program.nodes_high[-1, 4] = end_steering_rad
