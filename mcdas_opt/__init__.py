@@ -1,4 +1,7 @@
-"""Planner for the car in the middle: front and rear vehicles as constraints, every plan judged before it leaves."""
+"""Planner for the car in the middle: front and rear vehicles as constraints, every plan judged before it leaves.
+
+The names below are the public surface; so is every module whose name does not start with an underscore.
+"""
 
 from __future__ import annotations
 
@@ -7,19 +10,28 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mcdas_opt.catalogue.scenes import Scene, load_scene
-    from mcdas_opt.domain.plan import Plan
+    from mcdas_opt.domain.plan import Plan, Refusal
+    from mcdas_opt.domain.settings import Settings
     from mcdas_opt.domain.situation import Situation
+    from mcdas_opt.planning.planner import Planner
+    from mcdas_opt.simulation.judging import verify
+    from mcdas_opt.simulation.loop import simulate
 
 __version__ = "0.1.0"
 
 _HOME = {
     "Plan": "mcdas_opt.domain.plan",
+    "Planner": "mcdas_opt.planning.planner",
+    "Refusal": "mcdas_opt.domain.plan",
     "Scene": "mcdas_opt.catalogue.scenes",
+    "Settings": "mcdas_opt.domain.settings",
     "Situation": "mcdas_opt.domain.situation",
     "load_scene": "mcdas_opt.catalogue.scenes",
+    "simulate": "mcdas_opt.simulation.loop",
+    "verify": "mcdas_opt.simulation.judging",
 }
 
-__all__ = ["Plan", "Scene", "Situation", "__version__", "load_scene"]
+__all__ = ["Plan", "Planner", "Refusal", "Scene", "Settings", "Situation", "__version__", "load_scene", "simulate", "verify"]
 
 
 def __getattr__(name: str) -> Any:

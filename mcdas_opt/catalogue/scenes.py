@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, field_validator, model_validator
 
+from mcdas_opt.catalogue.sensors import IDEAL, NONE, load_sensor
 from mcdas_opt.catalogue.shelf import checked, find, read_text, read_toml
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.host import HostState
@@ -22,6 +24,7 @@ from mcdas_opt.geometry.rectangle import corners, separation
 
 Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
+Loaded = TypeVar("Loaded")
 TRAJECTORY_COLUMNS = ("t_s", "s_m", "d_m", "heading_rad", "speed_mps")
 
 
@@ -132,7 +135,7 @@ class NeighbourPart(_Part):
         if self._samples is not None:
             t = self._samples[:, 0]
             s, d, psi, v = (float(np.interp(0.0, t, self._samples[:, k])) for k in (1, 2, 3, 4))
-            return s, d, psi, v
+            return s - max(float(t[0]), 0.0) * v * math.cos(psi), d, psi, v
         assert self.s_m is not None
         assert self.speed_mps is not None
         return self.s_m, self.d_m or 0.0, 0.0, self.speed_mps
@@ -151,7 +154,11 @@ class SensorsPart(_Part):
 
 
 class Scene(_Part):
-    """A scene of the contract. Build it with `load_scene`, or `Scene.model_validate(dict)` for one that needs no files beside it."""
+    """A scene of the contract, all its rules kept and the files that it names read.
+
+    From a file: `load_scene`, whose faults are `InputError`. From a dict: `Scene.model_validate`, whose faults are pydantic's (a
+    `ValueError` too); files that it names are sought as paths and among the shipped ones.
+    """
 
     name: str = "scene"
     duration_s: Annotated[float, Field(gt=0.0, le=600.0)] = 8.0
@@ -173,9 +180,18 @@ class Scene(_Part):
         return neighbours
 
     def model_post_init(self, context: Any) -> None:
-        beside, file = context if context else (None, "scene")
-        self._file = str(file)
-        self._vehicle = load_vehicle(self.host.vehicle, beside)
+        path = context if isinstance(context, Path) else Path(self._file)
+        beside = path.parent if isinstance(context, Path) else None
+        self._file = str(path)
+        self._vehicle = _named_file(load_vehicle, self.host.vehicle, beside, path, "host.vehicle")
+        for sector in Sector:
+            name = self.sensors.of(sector)
+            if name not in (IDEAL, NONE):
+                _named_file(load_sensor, name, beside, path, f"sensors.{sector.value}")
+        for index, neighbour in enumerate(self.neighbour):
+            if neighbour.trajectory is not None:
+                neighbour._samples = _read_trajectory(path, index, neighbour.trajectory)
+        _check_values(self, path)
 
     @property
     def vehicle(self) -> Vehicle:
@@ -231,20 +247,17 @@ def load_scene(name: str | Path) -> Scene:
 
 def scene_from_document(document: Any, path: Path) -> Scene:
     """A scene from its parsed TOML; files that it names are sought beside `path`."""
-    checked(_SceneShape, document, path)
-    scene = Scene.model_validate(document, context=(path.parent, path))
-    for index, neighbour in enumerate(scene.neighbour):
-        if neighbour.trajectory is not None:
-            neighbour._samples = _read_trajectory(path, index, neighbour.trajectory)
-    _check_values(scene, path)
-    return scene
+    return checked(Scene, document, path, context=path)
 
 
-class _SceneShape(Scene):
-    """The same keys, without loading the files that they name."""
-
-    def model_post_init(self, context: Any) -> None:
-        return None
+def _named_file(load: Callable[[str, Path | None], Loaded], name: str, beside: Path | None, scene: Path, key: str) -> Loaded:
+    """What `load` reads from the file of that name; that there is none is the scene's fault, at `key`."""
+    try:
+        return load(name, beside)
+    except InputError as error:
+        if error.file != name:
+            raise
+        raise InputError(scene, key, name, error.rule) from None
 
 
 def _read_trajectory(scene: Path, index: int, name: str) -> Array:

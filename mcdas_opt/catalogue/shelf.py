@@ -39,9 +39,12 @@ def find(kind: str, name: str, suffix: str = ".toml", beside: Path | None = None
     packaged = models_folder() / kind / f"{name}{suffix}"
     if packaged.is_file():
         return packaged
+    known = shipped(kind, suffix)
     if "/" in name or name.endswith(suffix):
-        raise InputError(name, "", None, "no such file")
-    raise InputError(name, "", None, f"no such file, and no shipped {kind[:-1]} of that name; {nearest(name, shipped(kind, suffix))}")
+        raise InputError(name, "", None, f"no such file; shipped {kind}: {', '.join(known)}")
+    near = nearest(name, known)
+    listed = near if near.startswith("known") else f"{near} (known: {', '.join(known)})"
+    raise InputError(name, "", None, f"no such file, and no shipped {kind[:-1]} of that name; {listed}")
 
 
 def read_text(path: Path) -> str:
@@ -65,19 +68,30 @@ def read_json(path: Path) -> Any:
         raise InputError(path, f"line {error.lineno}", None, f"is not JSON: {error.msg}") from None
 
 
-def checked(model: type[Model], document: Any, file: object) -> Model:
-    """`document` as a pydantic `model`; the first fault becomes an `InputError` with file, key path, value, rule, nearest key."""
+def checked(model: type[Model], document: Any, file: object, context: Any = None) -> Model:
+    """`document` as a pydantic `model`; one fault becomes an `InputError` with file, key path, value, rule, nearest key.
+
+    Of several faults an unknown key is told first: a misspelt key is missing too. An `InputError` of a validator stands as it is.
+    """
     try:
-        return model.model_validate(document)
+        return model.model_validate(document, context=context)
     except ValidationError as error:
-        first = error.errors()[0]
+        faults = error.errors()
+        first = next((fault for fault in faults if fault["type"] == "extra_forbidden"), faults[0])
+        cause = first.get("ctx", {}).get("error")
+        if isinstance(cause, InputError):
+            raise cause from None
         key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in first["loc"]).lstrip(".")
         if first["type"] == "extra_forbidden":
             known = _fields_at(model, first["loc"][:-1])
             raise InputError(file, key, None, f"unknown key; {nearest(str(first['loc'][-1]), known)}") from None
-        value = None if first["type"] == "missing" else first.get("input")
-        rule = "missing key" if first["type"] == "missing" else first["msg"].removeprefix("Value error, ")
-        raise InputError(file, key, value, rule[0].lower() + rule[1:]) from None
+        rule = _RULES.get(first["type"], first["msg"].removeprefix("Value error, "))
+        value = first.get("input")
+        shown = None if first["type"] == "missing" or isinstance(value, (dict, list)) else value
+        raise InputError(file, key, shown, rule[0].lower() + rule[1:]) from None
+
+
+_RULES = {"missing": "missing key", "model_type": "must be a table", "list_type": "must be a list", "dict_type": "must be a table"}
 
 
 def _fields_at(model: type[BaseModel], location: tuple[int | str, ...]) -> set[str]:

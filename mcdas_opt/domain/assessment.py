@@ -13,7 +13,8 @@ class Assessment:
 
     Gaps are bumper to bumper [m], infinite when nobody is there; times to collision are infinite when not closing.
     `occupied` holds the sectors where a steering manoeuvre is blocked (a car there, no lane, or nobody watches).
-    `literal_mode` is the row of the paper's Table 1 that matches, None when none does.
+    `literal_mode` is the row of the paper's Table 1 that matches, None when none does. `lane` is the lane that left and right are
+    counted from (held while an evasion lasts), `since_s` the time at which the mode began.
     """
 
     roles: dict[str, Role] = field(default_factory=dict)
@@ -33,6 +34,8 @@ class Assessment:
     warning: bool = False
     literal_mode: str | None = None
     reason: str = ""
+    lane: int = 0
+    since_s: float = 0.0
 
     @property
     def threatened(self) -> bool:

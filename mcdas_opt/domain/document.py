@@ -40,7 +40,7 @@ def to_document(value: Any) -> Any:
 def from_document(cls: type[T], document: Any, file: object, key: str = "") -> T:
     """The record `cls` from a JSON document; unknown, missing and wrong keys raise `InputError` with `file` and key path."""
     if not isinstance(document, Mapping):
-        raise InputError(file, key, document, "must be an object")
+        raise InputError(file, key.removesuffix("."), document, "must be an object")
     hints = typing.get_type_hints(cls)
     fields = {f.name: f for f in dataclasses.fields(cls) if f.init and f.repr}  # type: ignore[arg-type]
     for name in document:

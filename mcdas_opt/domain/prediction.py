@@ -66,7 +66,7 @@ class CruisingBody:
         return BodyMotion(
             s_m=self.s_m + self.speed_s_mps * t,
             d_m=self.d_m + self.speed_d_mps * self.lateral_fade_s * (1.0 - fade),
-            heading_rad=np.arctan2(speed_d, np.maximum(np.abs(speed_s), 1.0)),
+            heading_rad=np.arctan(speed_d / np.copysign(np.maximum(np.abs(speed_s), 1.0), speed_s)),
             speed_s_mps=speed_s,
             speed_d_mps=speed_d,
         )

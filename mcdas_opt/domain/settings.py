@@ -10,7 +10,10 @@ from mcdas_opt.domain.vocabulary import Side
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SelectorSettings:
-    """When a neighbour is a threat. Distances of the paper's Table 1 stand beside times to collision."""
+    """When a neighbour is a threat. Distances of the paper's Table 1 stand beside times to collision.
+
+    While something is a threat, every threshold of its threat rule is relaxed by ttc_clear_s / ttc_threat_s.
+    """
 
     ttc_threat_s: float = 5.0
     ttc_clear_s: float = 6.5  # hysteresis: a threat once seen ends above this
@@ -21,6 +24,18 @@ class SelectorSettings:
     closing_mps: float = 0.5  # slower than this is not closing
     hold_s: float = 0.5  # a mode lives at least this long, a worse threat excepted
     tie_break: Side = Side.LEFT
+    demand_threat_mps2: float = 2.0  # v_rel^2 / (2 gap) above this is a threat at any time to collision
+    braking_enough_mps2: float = 5.0  # a front threat that asks for more is evaded, if a side is open
+    braking_followed_mps2: float = 3.0  # the same with somebody close behind, or with nobody watching there
+    accelerating_room_m: float = 10.0  # boxed in, the host still closes up to this gap
+    speed_band_mps: float = 0.5  # nearer to the desired speed than this is holding it
+    evading_speed_mps: float = 2.0  # slower than this a car cannot swerve
+    standstill_mps: float = 0.1
+    lane_intrusion_m: float = 0.3  # a body this far inside a lane is in it
+    swept_margin_m: float = 0.2  # so is one this close to the width that the host's body sweeps
+    beside_m: float = 60.0  # in a next lane within this distance: role left or right
+    occupancy_s: float = 1.0  # a car in the target lane that gets within occupancy_gap_m in this time blocks the side
+    occupancy_gap_m: float = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

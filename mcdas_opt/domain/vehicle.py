@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mcdas_opt.domain.rules import positive, within
+from mcdas_opt.domain.rules import finite, positive, within
 from mcdas_opt.errors import ParameterError
 
 GRAVITY_MPS2 = 9.80665
@@ -36,7 +36,7 @@ class Vehicle:
         positive("jerk_max_mps3", self.jerk_max_mps3, "m/s^3")
         positive("speed_max_mps", self.speed_max_mps, "m/s")
         for name, unit in (("acceleration_min_mps2", "m/s^2"), ("jerk_min_mps3", "m/s^3")):
-            if not getattr(self, name) < 0.0:
+            if not finite(name, getattr(self, name), unit) < 0.0:
                 raise ParameterError(name, getattr(self, name), "must be less than 0", unit)
 
     @property

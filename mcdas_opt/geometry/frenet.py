@@ -73,6 +73,13 @@ class FrenetFrame:
         y = self._y[i] + half * (np.sin(theta) @ _GAUSS_WEIGHTS)
         return x, y, self.road_heading(s)
 
+    def _nearest(self, x: Array, y: Array, near_s_m: float | None) -> Array:
+        """s of the nearest of every eighth tabulated point."""
+        low, high = (self._s[0], self._s[-1]) if near_s_m is None else (near_s_m - 300.0, near_s_m + 300.0)
+        coarse = slice(int(np.searchsorted(self._s, low)), int(np.searchsorted(self._s, high)), 8)
+        distance = (x[..., None] - self._x[coarse]) ** 2 + (y[..., None] - self._y[coarse]) ** 2
+        return np.asarray(self._s[coarse][np.argmin(distance, axis=-1)])
+
     def to_plane(self, s: Array, d: Array, psi: Array) -> tuple[Array, Array, Array]:
         """(x, y, yaw) of (s, d, psi); arrays of one shape."""
         s, d, psi = (np.asarray(q, dtype=np.float64) for q in (s, d, psi))
@@ -81,18 +88,18 @@ class FrenetFrame:
         x, y, theta = self._line(s)
         return x - d * np.sin(theta), y + d * np.cos(theta), psi + theta
 
-    def to_road(self, x: Array, y: Array, yaw: Array, near_s_m: float | None = None) -> tuple[Array, Array, Array]:
+    def to_road(
+        self, x: Array, y: Array, yaw: Array, near_s_m: float | None = None, guess_s_m: Array | None = None
+    ) -> tuple[Array, Array, Array]:
         """(s, d, psi) of (x, y, yaw), by Newton's method on the foot of the perpendicular from the nearest tabulated point.
 
-        With `near_s_m` only the road within 300 m of it is searched (a road that turns full circle passes a point twice).
+        With `near_s_m` only the road within 300 m of it is searched (a road that turns full circle passes a point twice); with
+        `guess_s_m` (of the shape of x) nothing is searched and Newton's method begins there.
         """
         x, y, yaw = (np.asarray(q, dtype=np.float64) for q in (x, y, yaw))
         if self.road.is_straight:
             return x, y, yaw
-        low, high = (self._s[0], self._s[-1]) if near_s_m is None else (near_s_m - 300.0, near_s_m + 300.0)
-        coarse = slice(int(np.searchsorted(self._s, low)), int(np.searchsorted(self._s, high)), 8)
-        distance = (x[..., None] - self._x[coarse]) ** 2 + (y[..., None] - self._y[coarse]) ** 2
-        s = self._s[coarse][np.argmin(distance, axis=-1)]
+        s = self._nearest(x, y, near_s_m) if guess_s_m is None else np.clip(guess_s_m, self._s[0], self._s[-1])
         for _ in range(12):
             px, py, theta = self._line(s)
             along = (x - px) * np.cos(theta) + (y - py) * np.sin(theta)

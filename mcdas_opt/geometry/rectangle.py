@@ -18,6 +18,12 @@ def corners(x: Any, y: Any, yaw: Any, length: Any, width: Any) -> Array:
     return np.stack([x[..., None] + c * along - s * across, y[..., None] + s * along + c * across], axis=-1)
 
 
+def half_extent(yaw: Any, length: float, width: float) -> tuple[Array, Array]:
+    """Half the shadows [m] on the x and the y axis of rectangles turned by yaw, each of yaw's shape."""
+    c, s = np.abs(np.cos(yaw)), np.abs(np.sin(yaw))
+    return 0.5 * (length * c + width * s), 0.5 * (length * s + width * c)
+
+
 def separation(a: Array, b: Array) -> Array:
     """Signed separation [m] of two families of rectangles given by corners (..., 4, 2): the largest gap over the four edge normals.
 

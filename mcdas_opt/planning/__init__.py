@@ -1,1 +1,1 @@
-"""Planners: whatever answers a situation or a parking case; every answer is judged before it leaves."""
+"""Composes the stages into an answer: the methods, the ladder under them, the planner."""

@@ -1,1 +1,1 @@
-"""The judges: they share with the planners nothing but records, geometry and the equations."""
+"""The judge: re-integration, limits, swept bodies, road. Imports no solver and no CasADi."""

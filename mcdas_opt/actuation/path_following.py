@@ -1,0 +1,126 @@
+"""The fixed tracking law that drives a closed-form path with the bicycle, inside the car's limits.
+
+Lateral: curvature of the path plus critically damped feedback of the body centre's offset and heading (linear in the errors at a given
+speed); longitudinal: a jerk-limited approach to a target speed. Steering gives way to the lateral bound, acceleration to the circle.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Protocol
+
+import numpy as np
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.dynamics.bicycle import road_bicycle
+from mcdas_opt.dynamics.integrator import rk4
+
+
+class Path(Protocol):
+    """d(s) [m] with its first two derivatives."""
+
+    def d(self, s: Any) -> Any: ...
+    def slope(self, s: Any) -> Any: ...
+    def curvature(self, s: Any) -> Any: ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpeedLaw:
+    """Go to `speed_mps` with at most `acceleration_mps2` either way, from `start_s` on; before that hold the acceleration at zero."""
+
+    speed_mps: float
+    acceleration_mps2: float
+    start_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FollowingSettings:
+    """Bandwidth of the lateral feedback [rad/s], and the shares of the limits that are used."""
+
+    bandwidth_radps: float = 2.5
+    preview_s: float = 0.1
+    limit_share: float = 0.98
+    friction_share: float = 0.96
+    step_s: float = 0.05
+
+
+def follow(
+    start: HostState,
+    path: Path,
+    law: SpeedLaw,
+    *,
+    vehicle: Vehicle,
+    road: Road,
+    duration_s: float,
+    lateral_acceleration_mps2: float,
+    settings: FollowingSettings | None = None,
+) -> Trajectory:
+    """The trajectory of the bicycle from the measured state along `path`, every `step_s`, inputs constant in between."""
+    cfg = settings or FollowingSettings()
+    h = cfg.step_s
+    steps = max(2, round(duration_s / h))
+    x = [float(value) for value in start.to_vector()]
+    states, inputs = [x], []
+    grip = cfg.friction_share * road.friction * GRAVITY_MPS2
+    knots = [(float(s), float(k)) for s, k in road.curvature]
+    straight = road.is_straight
+    for k in range(steps):
+        kappa = 0.0 if straight else _interpolate(knots, x[0])
+        rate = _steering_rate(x, path, kappa, vehicle, min(lateral_acceleration_mps2, grip), cfg)
+        jerk = _jerk(x, law if k * h >= law.start_s - 1e-9 else None, vehicle, grip, cfg)
+        u = (jerk, rate)
+
+        def right_side(state: Any, u: tuple[float, float] = u) -> list[Any]:
+            at = 0.0 if straight else _interpolate(knots, state[0])
+            return road_bicycle(state, u, at, vehicle.wheelbase_m, vehicle.centre_m, math)
+
+        x = rk4(right_side, x, h)
+        states.append(x)
+        inputs.append(u)
+    times = np.round(np.arange(steps + 1) * h, 9)
+    return Trajectory.from_states(times, np.array(states), np.array(inputs))
+
+
+def _interpolate(knots: list[tuple[float, float]], s: float) -> float:
+    if s <= knots[0][0]:
+        return knots[0][1]
+    for (s0, k0), (s1, k1) in pairwise(knots):
+        if s <= s1:
+            return k0 + (k1 - k0) * (s - s0) / (s1 - s0)
+    return knots[-1][1]
+
+
+def _steering_rate(x: list[float], path: Path, kappa: float, vehicle: Vehicle, lateral: float, cfg: FollowingSettings) -> float:
+    s, d, psi, v, _, delta = x
+    speed = max(v, 2.0)
+    ahead = s + v * cfg.preview_s
+    w = cfg.bandwidth_radps
+    offset = d - float(path.d(s))
+    heading = psi - math.atan(float(path.slope(s)))
+    wanted = kappa * math.cos(psi) / (1.0 - d * kappa) + float(path.curvature(ahead))
+    wanted -= (w / speed) ** 2 * offset + 2.0 * w / speed * heading
+    most = min(lateral / max(v, 0.1) ** 2, math.tan(cfg.limit_share * vehicle.steering_max_rad) / vehicle.wheelbase_m)
+    target = math.atan(vehicle.wheelbase_m * max(-most, min(most, wanted)))
+    limit = cfg.limit_share * vehicle.steering_rate_max_radps
+    return 0.0 if v < 0.05 else max(-limit, min(limit, (target - delta) / cfg.step_s))
+
+
+def _jerk(x: list[float], law: SpeedLaw | None, vehicle: Vehicle, grip: float, cfg: FollowingSettings) -> float:
+    v, a, delta = x[3], x[4], x[5]
+    share, h = cfg.limit_share, cfg.step_s
+    wanted = 0.0
+    if law is not None:
+        gap = law.speed_mps - v
+        easing = share * (-vehicle.jerk_min_mps3 if gap > 0.0 else vehicle.jerk_max_mps3)
+        most = min(law.acceleration_mps2, math.sqrt(1.6 * easing * abs(gap)), abs(gap) / (2.0 * h))
+        wanted = math.copysign(most, gap)
+    lateral = v**2 * math.tan(delta) / vehicle.wheelbase_m
+    room = math.sqrt(max(grip**2 - lateral**2, 0.0))
+    low, high = share * vehicle.acceleration_min_mps2, share * vehicle.acceleration_max_mps2
+    wanted = max(low, -room, min(high, room, wanted))
+    return max(share * vehicle.jerk_min_mps3, min(share * vehicle.jerk_max_mps3, (wanted - a) / h))

@@ -1,0 +1,79 @@
+"""Sensor files. "ideal" and "none" are words of a scene, not files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from mcdas_opt.catalogue.shelf import checked, find, read_toml, shipped
+from mcdas_opt.domain.sensor import Beam, Sensor
+from mcdas_opt.errors import InputError, ParameterError, nearest
+
+IDEAL = "ideal"  # body centre and velocity of every neighbour in the sector
+NONE = "none"  # nobody watches the sector
+NUMBERS = ("range_min_m", "rate_hz", "range_sd_m", "azimuth_sd_rad", "range_rate_sd_mps", "detection_probability")
+
+
+class BeamPart(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+    name: str
+    range_max_m: float
+    half_angle_rad: float
+    source: Annotated[str, Field(min_length=1)]
+
+
+class SensorFile(BaseModel):
+    """The keys of a sensor file; `sources` says of every number where it comes from."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+    description: str = ""
+    beam: Annotated[list[BeamPart], Field(min_length=1)]
+    range_min_m: float
+    rate_hz: float
+    range_sd_m: float
+    azimuth_sd_rad: float
+    range_rate_sd_mps: float
+    detection_probability: float
+    sources: dict[str, str]
+
+    @model_validator(mode="after")
+    def _every_number_has_a_source(self) -> Self:
+        for name in self.sources:
+            if name not in NUMBERS:
+                raise ValueError(f"sources.{name}: names no number of this file; {nearest(name, NUMBERS)}")
+        for name in NUMBERS:
+            if not self.sources.get(name, "").strip():
+                raise ValueError(f"sources.{name}: missing key (every number says where it comes from)")
+        return self
+
+
+def known_sensors() -> tuple[str, ...]:
+    """The shipped sensors and the words for a perfect one and for nobody."""
+    return (*shipped("sensors"), IDEAL, NONE)
+
+
+def load_sensor(name: str, beside: Path | None = None) -> Sensor:
+    """The radar behind a shipped name or a path. Raises `InputError` that names the file, the key and the known sensors."""
+    path = _find(name, beside)
+    entry = checked(SensorFile, read_toml(path), path)
+    try:
+        beams = tuple(Beam(name=b.name, range_max_m=b.range_max_m, half_angle_rad=b.half_angle_rad) for b in entry.beam)
+        return Sensor(name=path.stem, beams=beams, **{key: getattr(entry, key) for key in NUMBERS})
+    except ParameterError as error:
+        raise InputError(path, error.name, error.value, error.rule) from None
+
+
+def _find(name: str, beside: Path | None) -> Path:
+    if name in (IDEAL, NONE):
+        raise InputError(name, "", None, "is a word of a scene's [sensors], not a sensor file")
+    try:
+        return find("sensors", name, beside=beside)
+    except InputError:
+        if "/" in name or name.endswith(".toml"):
+            raise
+        known = ", ".join(known_sensors())
+        raise InputError(name, "", None, f"no such file, and no sensor of that name; known: {known}") from None

@@ -1,0 +1,1 @@
+"""Measuring: the paper's tables and figures recomputed."""

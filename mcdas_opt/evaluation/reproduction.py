@@ -1,0 +1,321 @@
+"""Every table and figure of the paper, recomputed: published beside computed, and the reading under which they agree."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mcdas_opt.actuation.duty_cycle import SAMPLE_S, duty_of_speed, implied_acceleration, next_duty
+from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.dynamics.radar import target_speed_literal
+from mcdas_opt.errors import InputError
+from mcdas_opt.evaluation import published
+from mcdas_opt.evaluation.paper_tracking import TRACKING, TrackingChoices, crash_position, study
+from mcdas_opt.reference.literal import SETTLING_X_M, Y_MAX_M, commanded_speed, literal_path, y_left, y_parking, y_right
+from mcdas_opt.reference.offset_path import corrected
+from mcdas_opt.reference.steering_demand import peak_lateral_acceleration, starting_heading_jump
+from mcdas_opt.situation.table1 import literal_mode, literal_rows
+
+KMH = 1.0 / 3.6
+BOUND_MPS2 = 4.0  # of the corrected path, where a figure needs one
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Row:
+    """One comparison. `published` is None for a figure that follows from the paper but does not stand in it."""
+
+    item: str
+    published: float | str | None
+    computed: float | str | None
+    reading: str
+    unit: str = ""
+
+    @property
+    def deviation(self) -> float | None:
+        if isinstance(self.published, float) and isinstance(self.computed, float):
+            return self.computed - self.published
+        return None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reproduction:
+    rows: tuple[Row, ...]
+    figures: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        rows = [{**to_document(row), "deviation": row.deviation} for row in self.rows]
+        return {"schema_version": SCHEMA_VERSION, "rows": rows, "figures": list(self.figures)}
+
+
+def reproduce(out: Path | None = None, seed: int = 1, choices: TrackingChoices = TRACKING) -> Reproduction:
+    """All rows, and with `out` Figures 7-12 as PNG files in that folder (made if absent). `seed` is that of the Monte Carlo study."""
+    figures = () if out is None else _draw(out, seed, choices)
+    tables = (*_table_2(), *_table_3(), *_table_4(), *_table_5())
+    return Reproduction(rows=(*tables, *_path_facts(), *_selector_facts(), *_crash_facts(seed, choices)), figures=figures)
+
+
+def _table_2() -> Iterator[Row]:
+    before = duty_of_speed(published.HOST_KMH, published.FASTEST_KMH)
+    yield Row(
+        item="Table 2: D_(R-1)",
+        published=published.DUTY_OF_REAR,
+        computed=duty_of_speed(published.REAR_KMH, published.FASTEST_KMH),
+        reading="eq 10, 60 / 240 km/h",
+    )
+    yield Row(
+        item="Table 2: D_(H-1)", published=published.DUTY_OF_HOST_BEFORE, computed=before, reading="40 / 240 km/h, printed to eight digits"
+    )
+    yield Row(
+        item="Table 2: D_H",
+        published=published.DUTY_OF_HOST,
+        computed=next_duty(before, published.REAR_KMH, published.FASTEST_KMH),
+        reading="eq 11",
+    )
+
+
+def _table_3() -> Iterator[Row]:
+    reading = "eq 20-23 with a = -0.4, b = 50, y_max = 3.7 m, x = 20 m, y(0) = (y_max +- off) / (1 + b); y positive right"
+    for row in published.TABLE_3:
+        left, right = float(y_left(SETTLING_X_M, row.offset)), float(y_right(SETTLING_X_M, row.offset))
+        absolute_left, absolute_right = -(Y_MAX_M - row.offset), Y_MAX_M + row.offset
+        computed = (
+            ("y (LSD)", row.y_left, left),
+            ("absolute y (LSD)", row.absolute_left, absolute_left),
+            ("y error (LSD)", row.error_left, absolute_left - left),
+            ("y (RSD)", row.y_right, right),
+            ("absolute y (RSD)", row.absolute_right, absolute_right),
+            ("y error (RSD)", row.error_right, absolute_right - right),
+        )
+        off = f"{row.offset:+g}" if row.offset else "0"
+        for name, value, ours in computed:
+            yield Row(item=f"Table 3: off {off} m, {name}", published=value, computed=ours, reading=reading, unit="m")
+    starts = [abs(float(y(0.0, row.offset))) for row in published.TABLE_3 for y in (y_left, y_right)]
+    yield Row(
+        item="Table 3: initial positions", published=0.0, computed=max(starts), reading="largest of the 18; y(0) is subtracted", unit="m"
+    )
+
+
+def _table_4() -> Iterator[Row]:
+    offsets = [row.offset for row in published.TABLE_3]
+    left = [-(Y_MAX_M - off) - float(y_left(SETTLING_X_M, off)) for off in offsets]
+    right = [Y_MAX_M + off - float(y_right(SETTLING_X_M, off)) for off in offsets]
+    ranges = (
+        ("LSD, least", published.TABLE_4_LEFT[0], max(left)),
+        ("LSD, largest", published.TABLE_4_LEFT[1], min(left)),
+        ("RSD, least", published.TABLE_4_RIGHT[0], min(right)),
+        ("RSD, largest", published.TABLE_4_RIGHT[1], max(right)),
+    )
+    for name, value, ours in ranges:
+        yield Row(item=f"Table 4: error range {name}", published=value, computed=ours, reading="the extremes of Table 3", unit="m")
+    yield Row(
+        item="text below Table 4: least error",
+        published=published.SLIP_IN_THE_TEXT,
+        computed=min(right),
+        reading="the text's 0.0638 is a slip for 0.0613773",
+        unit="m",
+    )
+
+
+def _table_5() -> Iterator[Row]:
+    for b, value in zip(published.TABLE_5_B, reversed(published.TABLE_5_ERROR), strict=True):
+        yield Row(
+            item=f"Table 5: error at b = {b:g}",
+            published=value,
+            computed=Y_MAX_M / (1.0 + b),
+            reading="the asymptotic error y_max / (1 + b) of eq 28; printed to two digits",
+            unit="m",
+        )
+    for b, value in zip(published.TABLE_5_B, reversed(published.TABLE_5_ERROR), strict=True):
+        yield Row(
+            item=f"Table 5 by Table 3's criterion: error at b = {b:g}",
+            published=value,
+            computed=Y_MAX_M + float(y_parking(-SETTLING_X_M, b=b)),
+            reading="eq 28 at x = -20 m, as Table 3 measures it: not what is printed",
+            unit="m",
+        )
+
+
+def _path_facts() -> Iterator[Row]:
+    path = literal_path(Side.LEFT, 0.0)
+    for kmh in (40.0, 60.0, 80.0, 100.0):
+        yield Row(
+            item=f"literal path at {kmh:g} km/h: lateral peak",
+            published=None,
+            computed=peak_lateral_acceleration(path, kmh * KMH) / GRAVITY_MPS2,
+            reading="v^2 kappa at constant path speed, exact curvature, off = 0; eq 22 ignores speed",
+            unit="g",
+        )
+    for kmh in (40.0, 60.0, 80.0, 100.0):
+        yield Row(
+            item=f"literal path at K = {kmh:g} km/h: lateral peak",
+            published=None,
+            computed=(kmh * KMH) ** 2 * Y_MAX_M * 0.4**2 / (6.0 * math.sqrt(3.0)) / GRAVITY_MPS2,
+            reading="K^2 y'' at constant dx/dt = K, as eq 21 has it",
+            unit="g",
+        )
+    unit_peak = peak_lateral_acceleration(path, 1.0)
+    for share in (0.4, 0.8):
+        yield Row(
+            item=f"literal path: fastest speed at {share:g} g",
+            published=None,
+            computed=math.sqrt(share * GRAVITY_MPS2 / unit_peak) / KMH,
+            reading="v^2 kappa at constant path speed, off = 0",
+            unit="km/h",
+        )
+    speeds = np.linspace(20.0, 130.0, 111)
+    worst = max(peak_lateral_acceleration(corrected(0.0, 0.0, Y_MAX_M, v * KMH, BOUND_MPS2), v * KMH) for v in speeds)
+    yield Row(
+        item="corrected path, 20-130 km/h: peak / bound",
+        published=None,
+        computed=worst / BOUND_MPS2,
+        reading=f"a*(v), bound {BOUND_MPS2:g} m/s^2; 1 or less is kept",
+    )
+    time = 25.0 / ((published.REAR_KMH - published.HOST_KMH) * KMH)
+    a = 2.0 * math.log(50.0) / (time * published.HOST_KMH * KMH)
+    needed = (published.HOST_KMH * KMH) ** 2 * (Y_MAX_M * 51.0 / 49.0) * a**2 / (6.0 * math.sqrt(3.0))
+    yield Row(
+        item="corrected path in a 25 m gap's time: lateral peak",
+        published=None,
+        computed=needed / GRAVITY_MPS2,
+        reading=f"60 against 40 km/h leave {time:.2g} s; the whole of them used for one lane",
+        unit="g",
+    )
+    yield Row(
+        item="literal path: heading jump at the start",
+        published=None,
+        computed=math.degrees(starting_heading_jump(path)),
+        reading="atan of the slope at x = 0, off = 0",
+        unit="deg",
+    )
+    width = Vehicle().width_m
+    yield Row(
+        item="largest |off| on a three-lane road",
+        published=2.0,
+        computed=1.5 * Y_MAX_M - 0.5 * width - Y_MAX_M,
+        reading=f"from the middle lane, lanes of {Y_MAX_M:g} m, car {width:g} m wide; the paper draws up to 2 m",
+        unit="m",
+    )
+    yield Row(
+        item="eq 11: acceleration from 40 to 60 km/h",
+        published=None,
+        computed=implied_acceleration(published.HOST_KMH * KMH, published.REAR_KMH * KMH) / GRAVITY_MPS2,
+        reading=f"deadbeat, within one sample of {SAMPLE_S:g} s",
+        unit="g",
+    )
+    yield Row(
+        item="eq 24: commanded speed",
+        published=None,
+        computed=commanded_speed(published.REAR_KMH, published.HOST_KMH, published.FASTEST_KMH, published.HOST_KMH / published.FASTEST_KMH),
+        reading="V_VM read as the host's speed, 40 km/h; read as V_HM it is 60 km/h",
+        unit="km/h",
+    )
+    yield Row(
+        item="eq 5-7: speed of a front vehicle at 40 km/h",
+        published=None,
+        computed=float(target_speed_literal(60.0, 20.0)),
+        reading="host 60 km/h, closing 20 km/h: V_T = V_H + V_R has the sign of the rear vehicle",
+        unit="km/h",
+    )
+
+
+def _selector_facts() -> Iterator[Row]:
+    yield Row(
+        item="Table 1 at d_f = d_r = 25 m, 60/40/40 km/h",
+        published=None,
+        computed=literal_mode((25.0, 40.0), (25.0, 60.0), 40.0) or "no mode",
+        reading="the row of the curvilinear motion asks d_r < 25 m",
+    )
+    yield Row(
+        item="Table 1 with nothing known",
+        published=None,
+        computed=literal_mode(None, None, 40.0, known=False),
+        reading="row 5, literally: losing every track selects reverse parking",
+    )
+    n, generator = 1_000_000, np.random.default_rng(1)
+    d_f, d_r = generator.uniform(0.0, 100.0, (2, n))
+    v_f, v_r, v_h = generator.uniform(0.0, 40.0, (3, n))
+    dangerous = (d_f < 3.0 * (v_h - v_f)) | (d_r < 3.0 * (v_r - v_h))
+    rows = literal_rows(True, d_f, v_f, True, d_r, v_r, v_h)
+    yield Row(
+        item="Table 1: share of dangerous states with a mode",
+        published=None,
+        computed=100.0 * float(np.mean(rows[dangerous] > 0)),
+        reading="both vehicles present, time to collision under 3 s; uniform gaps to 100 m, speeds to 40 m/s",
+        unit="%",
+    )
+
+
+def _crash_facts(seed: int, choices: TrackingChoices) -> Iterator[Row]:
+    for zone in published.CRASH_ZONE_M:
+        gap = zone / 3.0
+        yield Row(
+            item=f"Fig 9: crash position at a gap of {gap:.1f} m",
+            published=zone,
+            computed=crash_position(gap, published.REAR_KMH * KMH, published.HOST_KMH * KMH),
+            reading="from the rear vehicle's start: 3 x gap at 60 against 40 km/h; so 100-120 m means a gap of 33-40 m",
+            unit="m",
+        )
+    for name, kmh in (("7", published.REAR_KMH), ("8", published.FRONT_KMH)):
+        yield Row(
+            item=f"Fig {name}: distance in 11 samples at {kmh:g} km/h",
+            published=published.SETTLED_AT_M,
+            computed=published.SAMPLES * published.SAMPLE_S * kmh * KMH,
+            reading="the 250 m of the text cannot be reached in 11 samples of 0.5 s",
+            unit="m",
+        )
+    result = study(seed, choices)
+    chosen = choices.in_words()
+    half = [0.5 * float(np.ptp(np.percentile(result.rear_error_y[:, k], [2.5, 97.5]))) for k in (0, -1)]
+    yield Row(
+        item="Fig 7: 95 % band of y at the start, half width",
+        published=published.FIRST_DEVIATION_M,
+        computed=half[0],
+        reading=chosen,
+        unit="m",
+    )
+    yield Row(item="Fig 7: 95 % band of y at the end, half width", published=None, computed=half[1], reading=chosen, unit="m")
+    for name, error in (("7", result.rear_error_x), ("8", result.front_error_x)):
+        yield Row(
+            item=f"Fig {name}: RMS error of x at the end",
+            published=None,
+            computed=float(np.sqrt(np.mean(error[:, -1] ** 2))),
+            reading=chosen,
+            unit="m",
+        )
+    for name, share in (("2.5 %", 2.5), ("median", 50.0), ("97.5 %", 97.5)):
+        yield Row(
+            item=f"Fig 9: crash position as predicted at 5.5 s, {name}",
+            published=None,
+            computed=float(np.percentile(result.crash_m[:, -1], share)),
+            reading=f"published zone 100-120 m; gap {choices.gap_m:.2f} m, truth {result.true_crash_m:.0f} m; {chosen}",
+            unit="m",
+        )
+
+
+def _draw(out: Path, seed: int, choices: TrackingChoices) -> tuple[str, ...]:
+    from mcdas_opt.plotting.reproduction import draw_figure_10, draw_figure_11, draw_figure_12, draw_figure_12_demand
+    from mcdas_opt.plotting.style import save_png
+    from mcdas_opt.plotting.tracking_bands import draw_figure_9, draw_trajectory_band
+
+    bands = study(seed, choices)
+    figures = {
+        "figure-07": draw_trajectory_band(bands, "rear"),
+        "figure-08": draw_trajectory_band(bands, "front"),
+        "figure-09": draw_figure_9(bands),
+        "figure-10": draw_figure_10(),
+        "figure-11": draw_figure_11(),
+        "figure-12": draw_figure_12(),
+        "figure-12-demand": draw_figure_12_demand(BOUND_MPS2),
+    }
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        return tuple(str(save_png(figure, out / f"{name}.png")) for name, figure in figures.items())
+    except OSError as error:
+        raise InputError(out, "", None, f"cannot be written: {error.strerror}") from None

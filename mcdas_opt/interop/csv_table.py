@@ -1,0 +1,71 @@
+"""CSV tables from outside: a header line, then numbers."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from mcdas_opt.errors import InputError, nearest
+from mcdas_opt.interop.tally import Tally
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Row:
+    """One line of a table: where it stands and its values in the order of the columns asked for (NaN: an empty cell)."""
+
+    line: int
+    values: tuple[float, ...]
+
+
+@dataclass(slots=True)
+class CsvTable:
+    """A table with a header. Raises `InputError` where the file cannot be read, is empty, or names a column twice."""
+
+    path: str | Path
+    header: tuple[str, ...] = ()
+    _lines: tuple[tuple[int, tuple[str, ...]], ...] = ()
+
+    def __post_init__(self) -> None:
+        try:
+            text = Path(self.path).read_bytes().decode("utf-8-sig", errors="replace")
+        except OSError as error:
+            raise InputError(self.path, "", None, f"cannot be read: {error.strerror}") from None
+        try:
+            reader = csv.reader(text.splitlines(), skipinitialspace=True)
+            lines = [(reader.line_num, tuple(cell.strip() for cell in cells)) for cells in reader if any(cells)]
+        except csv.Error as error:
+            raise InputError(self.path, "", None, f"is no CSV table: {error}") from None
+        if len(lines) < 2:
+            raise InputError(self.path, "", None, "must be a CSV table with a header line and rows")
+        self.header = lines[0][1]
+        twice = next((name for name in self.header if self.header.count(name) > 1), None)
+        if twice is not None:
+            raise InputError(self.path, "line 1", twice, "two columns of this name")
+        self._lines = tuple(lines[1:])
+
+    def column(self, *names: str) -> int:
+        """Index of the column of the first of `names` that there is; `InputError` names the file's columns when there is none."""
+        for name in names:
+            if name in self.header:
+                return self.header.index(name)
+        rule = f"no such column; {nearest(names[0], self.header)}"
+        raise InputError(self.path, "column", " or ".join(names), rule)
+
+    def rows(self, columns: Sequence[int], bad: Tally) -> Iterator[Row]:
+        """Rows with a number (or nothing) in each of `columns`; others are left out and counted in `bad`, by kind and column."""
+        for line, cells in self._lines:
+            if len(cells) != len(self.header):
+                bad.add(f"not {len(self.header)} cells", line)
+                continue
+            values = []
+            for column in columns:
+                try:
+                    values.append(float(cells[column]) if cells[column] else math.nan)
+                except ValueError:
+                    bad.add(f"{self.header[column]} is no number", line)
+                    break
+            else:
+                yield Row(line=line, values=tuple(values))

@@ -1,0 +1,183 @@
+"""Delphi ESR radars on CAN: candump logs to scans, and scans to candump logs, by one codec."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from mcdas_opt.catalogue.sensors import load_sensor
+from mcdas_opt.domain.measurement import RadarDetection, Scan
+from mcdas_opt.domain.sensor import Sensor
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.interop.candump import Frame, read_candump
+from mcdas_opt.interop.esr_codec import TRACKS, EsrCodec, EsrHealth, EsrMotion, EsrTarget, TargetStatus, WrongLengthError
+from mcdas_opt.interop.sensor_log import SensorLog, cycles, in_order_of_arrival, usual_period
+from mcdas_opt.interop.tally import Tally
+from mcdas_opt.simulation.sensors import mounting
+
+FORMAT = "esr-candump"
+FRAME_SPACING_S = 0.0003  # a classic frame of 8 bytes at 500 kbit/s takes about 0.25 ms
+
+
+def read_esr(
+    log: str | Path,
+    *,
+    rear: str | Path | None = None,
+    dbc: str | Path | None = None,
+    vehicle: Vehicle | None = None,
+    sensor: Sensor | None = None,
+) -> SensorLog:
+    """Scans of a front ESR and, where there is one, of a rear ESR: in a file of its own, or on a second bus of the same file.
+
+    Of two buses in one file the first by name is the front radar's. Both radars sit in the middle of their bumper. A slot whose
+    status says that the radar did not see its target in this cycle is gated and counted; bad frames are left out and counted.
+    The standard deviations are those of `sensor` (default the shipped `delphi_esr`): the CAN interface carries none.
+
+    Raises `InputError` for a file that is no candump log, holds none of the radar's frames, or holds more than two buses with
+    them; for a DBC without the messages; `MissingExtraError` without cantools or python-can.
+    """
+    codec = EsrCodec(dbc=dbc)
+    vehicle, sensor = vehicle or Vehicle(), sensor or load_sensor("delphi_esr")
+    first, bad, other = _decoded(log, codec, dbc)
+    buses = sorted({item.frame.channel for item in first})
+    if len(buses) > (2 if rear is None else 1):
+        rule = "at most a front and a rear bus may carry ESR tracks" if rear is None else "a log of two buses and --rear exclude each other"
+        raise InputError(log, "bus", ", ".join(buses), rule)
+    streams = {
+        sector: [i for i in first if i.frame.channel == bus] for sector, bus in zip((Sector.FRONT, Sector.REAR), buses, strict=False)
+    }
+    tally = Tally()
+    tally.absorb(bad, "" if rear is None else "front: ")
+    if rear is not None:
+        second, bad, more = _decoded(rear, codec, dbc)
+        buses = sorted({item.frame.channel for item in second})
+        if len(buses) > 1:
+            raise InputError(rear, "bus", ", ".join(buses), "the rear log must hold one bus with ESR tracks")
+        streams[Sector.REAR] = second
+        tally.absorb(bad, "rear: ")
+        other += more
+    gated: dict[str, int] = {}
+    arriving = [_scans(sector, items, vehicle, sensor, gated) for sector, items in streams.items()]
+    scans, arrivals = in_order_of_arrival(arriving)
+    spoken = [(i.frame.t_s, i.item.speed_mps) for i in next(iter(streams.values())) if isinstance(i.item, EsrMotion)]
+    speeds = _increasing(spoken)
+    good = sum(len(items) for items in streams.values())
+    host = np.array(speeds) if speeds else None
+    return SensorLog(format=FORMAT, scans=scans, arrivals_s=arrivals, good=good, bad=tally, other=other, gated=gated, host_speed=host)
+
+
+def write_esr(
+    scans: Iterable[Scan],
+    *,
+    buses: Mapping[Sector, str] | None = None,
+    dbc: str | Path | None = None,
+    slots: int = TRACKS,
+    speeds_mps: Sequence[float] | None = None,
+) -> list[Frame]:
+    """The frames that ESRs would have sent for `scans`, in time order: health, the host's speed where given, then every slot.
+
+    The first `slots` track messages are sent in every cycle; those without a target carry the radar's defaults, which look valid.
+    Raises `ParameterError` for a value that the message cannot carry, more detections than slots, or a sector without a bus.
+    """
+    codec = EsrCodec(dbc=dbc)
+    buses = buses or {Sector.FRONT: "can0", Sector.REAR: "can1"}
+    if not 1 <= slots <= TRACKS:
+        raise ParameterError("slots", slots, f"must lie in [1, {TRACKS}]")
+    frames: list[Frame] = []
+    for index, scan in enumerate(scans):
+        if scan.sector not in buses:
+            raise ParameterError("sector", scan.sector.value, "has no bus; known: " + ", ".join(s.value for s in buses))
+        if len(scan.radar) > slots:
+            raise ParameterError("radar", len(scan.radar), f"must be at most {slots} detections, the slots that are sent")
+        items: list[EsrTarget | EsrMotion | EsrHealth] = [EsrHealth(working=scan.working)]
+        if speeds_mps is not None:
+            items.append(EsrMotion(speed_mps=speeds_mps[index], scan_index=index % 65536))
+        items += [_target(slot, d) for slot, d in enumerate(scan.radar)]
+        items += [EsrTarget(slot=slot, status=TargetStatus.NO_TARGET) for slot in range(len(scan.radar), slots)]
+        for k, item in enumerate(items):
+            identifier, data = codec.encode(item)
+            frames.append(Frame(t_s=scan.t_s + k * FRAME_SPACING_S, channel=buses[scan.sector], identifier=identifier, data=data))
+    return sorted(frames, key=lambda frame: frame.t_s)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Decoded:
+    frame: Frame
+    item: EsrTarget | EsrMotion | EsrHealth
+
+
+def _decoded(path: str | Path, codec: EsrCodec, dbc: str | Path | None) -> tuple[list[_Decoded], Tally, int]:
+    """The radar's messages in a file, its bad frames, and how many sound lines were not the radar's."""
+    log = read_candump(path)
+    items, seen, other = [], set(), log.other
+    for frame in log.frames:
+        key = (frame.t_s, frame.channel, frame.identifier, frame.data)
+        try:
+            item = codec.decode(frame.identifier, frame.data)
+        except WrongLengthError as error:
+            log.bad.add("cut short" if error.short else "too long", frame.line)
+            continue
+        if item is None:
+            other += 1
+        elif key in seen:
+            log.bad.add("repeated", frame.line)
+        else:
+            seen.add(key)
+            items.append(_Decoded(frame=frame, item=item))
+    if not any(isinstance(i.item, EsrTarget) for i in items):
+        source = "the shipped DBC" if dbc is None else str(dbc)
+        raise InputError(path, "", None, f"holds no ESR track frame (0x500 to 0x53F by {source})")
+    return items, log.bad, other
+
+
+def _scans(sector: Sector, items: list[_Decoded], vehicle: Vehicle, sensor: Sensor, gated: dict[str, int]) -> list[tuple[float, Scan]]:
+    stamps, keys = [i.frame.t_s for i in items], [i.frame.identifier for i in items]
+    period = usual_period(stamps, keys)
+    place = mounting(sector, vehicle)
+    scans, working = [], True
+    for group in cycles(stamps, keys, period):
+        detections = []
+        for item in (items[k].item for k in group):
+            if isinstance(item, EsrHealth):
+                working = item.working
+            elif isinstance(item, EsrTarget):
+                if item.status.measured:
+                    detections.append(_detection(item, sensor))
+                else:
+                    reason = item.status.name.lower().replace("_", " ")
+                    gated[reason] = gated.get(reason, 0) + 1
+        scan = Scan(
+            sensor=f"esr-{sector.value}", sector=sector, t_s=stamps[group[0]], mounting=place, radar=tuple(detections),
+            working=working, period_s=period,
+        )  # fmt: skip
+        scans.append((max(stamps[k] for k in group), scan))
+    return scans
+
+
+def _detection(target: EsrTarget, sensor: Sensor) -> RadarDetection:
+    return RadarDetection(
+        range_m=target.range_m,
+        azimuth_rad=target.azimuth_rad,
+        range_rate_mps=target.range_rate_mps,
+        range_sd_m=sensor.range_sd_m,
+        azimuth_sd_rad=sensor.azimuth_sd_rad,
+        range_rate_sd_mps=sensor.range_rate_sd_mps,
+    )
+
+
+def _target(slot: int, detection: RadarDetection) -> EsrTarget:
+    plain = EsrTarget(slot=slot, status=TargetStatus.UPDATED)
+    return replace(plain, range_m=detection.range_m, azimuth_rad=detection.azimuth_rad, range_rate_mps=detection.range_rate_mps)
+
+
+def _increasing(pairs: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    kept: list[tuple[float, float]] = []
+    for pair in pairs:
+        if not kept or pair[0] > kept[-1][0]:
+            kept.append(pair)
+    return kept

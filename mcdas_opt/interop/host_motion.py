@@ -1,0 +1,82 @@
+"""The host's motion behind a recording: its speed over time, integrated along the road's lane."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.errors import InputError
+from mcdas_opt.interop.csv_table import CsvTable
+from mcdas_opt.interop.tally import Tally
+
+SLOPE_S = 0.5  # the acceleration is the slope of the speed over this much of the past
+HELD_S = 1.0  # beyond its ends the speed is held for so long at most
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HostMotion:
+    """Speeds (n,) [m/s] at increasing times (n,) [s]; `source` is where they come from, for messages.
+
+    The host keeps to the middle of the road's lane (d = 0, heading 0), its wheels along the road's curvature: a recording of one
+    speed says nothing of anything else.
+    """
+
+    t_s: Array
+    speed_mps: Array
+    source: str = "host speed"
+
+    @classmethod
+    def read(cls, path: str | Path) -> HostMotion:
+        """From a CSV with `t_s` (or `time_s`) and `speed_mps`; other columns are ignored.
+
+        Raises `InputError` with the line of a cell that is no finite number, a time that does not increase, or a speed beyond 100 m/s.
+        """
+        table, bad = CsvTable(path), Tally()
+        columns = [table.column("t_s", "time_s"), table.column("speed_mps")]
+        rows = list(table.rows(columns, bad))
+        if bad.total:
+            kind, entry = next(iter(bad.to_document().items()))
+            raise InputError(path, f"line {entry['first_line']}", None, kind)
+        for before, row in zip([None, *rows], rows, strict=False):
+            time, speed = row.values
+            key = f"line {row.line}: "
+            if not (math.isfinite(time) and math.isfinite(speed)):
+                raise InputError(path, key + "t_s, speed_mps", None, "must be finite numbers")
+            if before is not None and time <= before.values[0]:
+                raise InputError(path, key + "t_s", time, "must increase")
+            if abs(speed) > 100.0:
+                raise InputError(path, key + "speed_mps", speed, "exceeds 100 m/s (speeds are m/s, not km/h)")
+        if len(rows) < 2:
+            raise InputError(path, "", None, "needs at least two rows")
+        values = np.array([row.values for row in rows])
+        return cls(t_s=values[:, 0], speed_mps=values[:, 1], source=str(path))
+
+    def require(self, start_s: float, end_s: float) -> None:
+        """Raises `InputError` unless the speeds cover [start_s, end_s], give or take a second at either end."""
+        first, last = float(self.t_s[0]), float(self.t_s[-1])
+        if start_s < first - HELD_S or end_s > last + HELD_S:
+            rule = f"covers {first:g} s to {last:g} s, the log needs {start_s:g} s to {end_s:g} s"
+            raise InputError(self.source, "t_s", None, rule)
+
+    def state(self, t_s: float, start_s: float, road: Road, vehicle: Vehicle) -> HostState:
+        """The host at `t_s`, its s counted from `start_s` on. The acceleration looks at the past only."""
+        speed = float(np.interp(t_s, self.t_s, self.speed_mps))
+        s = self._distance(t_s) - self._distance(start_s)
+        past = float(np.interp(t_s - SLOPE_S, self.t_s, self.speed_mps))
+        slope = min(max((speed - past) / SLOPE_S, vehicle.acceleration_min_mps2), vehicle.acceleration_max_mps2)
+        steering = math.atan(vehicle.wheelbase_m * float(road.curvature_at(s)))
+        return HostState(s_m=s, speed_mps=speed, acceleration_mps2=slope, steering_rad=steering)
+
+    def _distance(self, t_s: float) -> float:
+        """Integral of the piecewise linear speed from the first sample to t [m]; before and after the samples the speed is held."""
+        t, v = self.t_s, self.speed_mps
+        whole = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t))])
+        k = min(max(int(np.searchsorted(t, t_s, side="right")) - 1, 0), t.size - 1)
+        return float(whole[k] + 0.5 * (v[k] + np.interp(t_s, t, v)) * (t_s - t[k]))

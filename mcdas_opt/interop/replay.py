@@ -1,0 +1,204 @@
+"""A recording through the whole pipeline: tracker, situation, planner, at the planner's own beat."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from mcdas_opt.catalogue.scenes import Scene
+from mcdas_opt.catalogue.shelf import find
+from mcdas_opt.domain.assessment import Assessment
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Role, Sector, Status
+from mcdas_opt.errors import InputError, nearest
+from mcdas_opt.interop import esr_can, radar_csv
+from mcdas_opt.interop.host_motion import HostMotion
+from mcdas_opt.interop.replay_record import Cycle, Percentiles, Replay, SeenTrack, Summary
+from mcdas_opt.interop.sensor_log import SensorLog
+from mcdas_opt.planning.planner import Planner
+from mcdas_opt.situation.assess import assess
+from mcdas_opt.tracking.tracker import Tracker
+
+FORMATS = (esr_can.FORMAT, radar_csv.FORMAT)
+LONGEST_S = 6.0 * 3600.0  # a longer recording is taken for one with a broken clock
+
+Progress = Callable[[int, int], None]
+
+
+def replay(
+    log: str | Path,
+    format: str,
+    *,
+    dbc: str | Path | None = None,
+    rear: str | Path | None = None,
+    host: str | Path | None = None,
+    road: Scene | None = None,
+    columns: radar_csv.Columns | Mapping[str, str] | None = None,
+    planner: str = "mpc",
+    plan: bool = True,
+    settings: Settings | None = None,
+    progress: Progress | None = None,
+) -> Replay:
+    """Runs a recording of radars through tracker, situation and (with `plan`) planner, every `settings.cycle_s`.
+
+    `log` is a path, or the name of a shipped ESR recording. `host` is a CSV of the host's speed (or that name); without it the speed
+    that an ESR was told is taken from its status frames. The host keeps to the middle of its lane. `road` is a scene whose road and
+    vehicle are used; default one straight lane, so that there is nowhere to steer out to, and a sedan. Sectors without a log are not
+    covered, that is occupied. `progress(done, of)` is called every cycle.
+
+    Raises `InputError` where a file is unusable, the host's speed is unknown or does not cover the log, or an option belongs to the
+    other format; `MissingExtraError` for ESR logs without cantools and python-can.
+    """
+    vehicle = road.vehicle if road is not None else Vehicle()
+    recording = _read(log, format, dbc, rear, columns, vehicle)
+    motion = _motion(log, host, recording)
+    lane = road.assumed_road if road is not None else Road()
+    settings = settings or Settings()
+    times = _beats(log, recording, settings.cycle_s)
+    motion.require(times[0], times[-1])
+    brain = Planner(vehicle, planner, settings=settings, road=lane) if plan else None
+    tracker = brain.tracker if brain is not None else Tracker()
+    cycles: list[Cycle] = []
+    taken: list[float] = []
+    before: Assessment | None = None
+    answer: Plan | None = None
+    handed = unverified = 0
+    for k, now in enumerate(times):
+        upto = handed
+        while upto < len(recording.scans) and recording.arrivals_s[upto] <= now + 1e-9:
+            upto += 1
+        scans, handed = recording.scans[handed:upto], upto
+        state = motion.state(now, times[0], lane, vehicle)
+        started = time.perf_counter()
+        for scan in scans:  # one by one, each with the host's pose at its own time: at 17 m/s a scan 0.05 s old is 0.85 m off
+            tracker.update((scan,), motion.state(scan.t_s, times[0], lane, vehicle), lane, now)
+        if brain is not None:
+            answer = brain.step((), state, now)
+            unverified += answer.status is not Status.UNAVOIDABLE and not answer.verdict.passed
+        elif not scans:
+            tracker.update((), state, lane, now)
+        situation = Situation(
+            time_s=now, host=state, tracks=tracker.tracks(now), coverage=tracker.coverage(now), road=lane, vehicle=vehicle.name
+        )  # fmt: skip
+        before = assess(situation, vehicle, settings.selector, before)
+        taken.append(1e3 * (time.perf_counter() - started))
+        cycles.append(_cycle(situation, before, answer))
+        if progress is not None:
+            progress(k + 1, len(times))
+    summary = _summary(recording, cycles, dict(tracker.counters), taken, 0 if answer is None else len(cycles), unverified)
+    name = planner if plan else None
+    return Replay(format=format, planner=name, cycles=tuple(cycles), summary=summary, road=lane, log=recording)
+
+
+def _read(
+    log: str | Path,
+    format: str,
+    dbc: str | Path | None,
+    rear: str | Path | None,
+    columns: radar_csv.Columns | Mapping[str, str] | None,
+    vehicle: Vehicle,
+) -> SensorLog:
+    if format == esr_can.FORMAT:
+        if columns is not None:
+            raise InputError("--columns", "", None, f"belongs to --format {radar_csv.FORMAT}")
+        return esr_can.read_esr(find("logs", str(log), ".log"), rear=rear, dbc=dbc, vehicle=vehicle)
+    if format == radar_csv.FORMAT:
+        for name, value in (("--dbc", dbc), ("--rear", rear)):
+            if value is not None:
+                raise InputError(name, "", None, f"belongs to --format {esr_can.FORMAT}")
+        return radar_csv.read_radar_csv(log, columns=columns, vehicle=vehicle)
+    raise InputError("--format", "", format, f"is not a known format; {nearest(format, FORMATS)}")
+
+
+def _motion(log: str | Path, host: str | Path | None, recording: SensorLog) -> HostMotion:
+    if host is not None:
+        return HostMotion.read(find("logs", str(host), ".host.csv"))
+    if recording.host_speed is None or len(recording.host_speed) < 2:
+        raise InputError(log, "", None, "does not say the host's speed: pass --host, a CSV of t_s, speed_mps")
+    return HostMotion(t_s=recording.host_speed[:, 0], speed_mps=recording.host_speed[:, 1], source=f"{log}: ESR_Status1")
+
+
+def _beats(log: str | Path, recording: SensorLog, cycle_s: float) -> list[float]:
+    """Times of the cycles, from the first scan's arrival to the last one's."""
+    first, last = recording.arrivals_s[0], recording.arrivals_s[-1]
+    if last - first > LONGEST_S:
+        raise InputError(log, "time", last - first, f"spans more than {LONGEST_S:g} s: is one of its time stamps broken?")
+    beats = math.ceil((last - first) / cycle_s - 1e-6) + 1
+    return [round(first + k * cycle_s, 9) for k in range(beats)]
+
+
+def _cycle(situation: Situation, assessment: Assessment, answer: Plan | None) -> Cycle:
+    host = situation.host
+    tracks = tuple(
+        SeenTrack(
+            id=track.id,
+            role=assessment.roles.get(track.id, Role.OTHER),
+            s_m=track.s_m - host.s_m,
+            d_m=track.d_m - host.d_m,
+            speed_s_mps=track.speed_s_mps,
+            speed_d_mps=track.speed_d_mps,
+            covariance=track.covariance,
+            length_m=track.length_m,
+            width_m=track.width_m,
+            coasting=track.coasting,
+        )
+        for track in situation.tracks
+    )
+    chosen = assessment if answer is None else answer
+    return Cycle(
+        t_s=situation.time_s,
+        host=host,
+        tracks=tracks,
+        covered=tuple(sector for sector in Sector if situation.coverage.sees(sector)),
+        mode=chosen.mode,
+        side=chosen.side,
+        warning=chosen.warning,
+        status=None if answer is None else answer.status,
+        reason=chosen.reason,
+    )
+
+
+def _summary(
+    recording: SensorLog, cycles: list[Cycle], counters: dict[str, int], taken: list[float], plans: int, unverified: int
+) -> Summary:
+    lives: dict[str, list[float]] = {}
+    for cycle in cycles:
+        for track in cycle.tracks:
+            lives.setdefault(track.id, []).append(cycle.t_s)
+    last = cycles[-1]
+    statuses = Counter(cycle.status.value for cycle in cycles if cycle.status is not None)
+    modes = Counter(cycle.mode.value for cycle in cycles)
+    sights = {sector.value: sum(sector in cycle.covered for cycle in cycles) / len(cycles) for sector in Sector}
+    p50, p99 = (float(q) for q in np.percentile(taken, [50, 99]))
+    return Summary(
+        cycles=len(cycles),
+        start_s=cycles[0].t_s,
+        end_s=last.t_s,
+        frames_good=recording.good,
+        frames_bad=recording.bad.total,
+        frames_other=recording.other,
+        bad=recording.bad.to_document(),
+        scans=len(recording.scans),
+        detections=recording.detections,
+        gated=dict(sorted(recording.gated.items())),
+        tracker={name: int(count) for name, count in sorted(counters.items())},
+        sensor_pieces=recording.pieces,
+        tracks_started=len(lives),
+        tracks_ended=len(lives) - len(last.tracks),
+        longest_track_s=max((times[-1] - times[0] for times in lives.values()), default=0.0),
+        covered=sights,
+        plans=plans,
+        unverified_plans=unverified,
+        statuses=dict(sorted(statuses.items())),
+        modes=dict(sorted(modes.items())),
+        cycle_ms=Percentiles(p50=p50, p99=p99, max=max(taken)),
+    )

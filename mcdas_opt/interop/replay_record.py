@@ -1,0 +1,111 @@
+"""What a replay leaves behind: every cycle's tracks, mode and status, and a summary."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.measurement import Mounting
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vocabulary import Mode, Role, Sector, Side, Status
+from mcdas_opt.interop.sensor_log import SensorLog
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SeenTrack:
+    """A track at a cycle. `s_m`, `d_m`: its body centre from the host's body centre at that time, along and across the road.
+
+    Speeds are over ground; `covariance` is 4 x 4 in the order (s, s speed, d, d speed).
+    """
+
+    id: str
+    role: Role
+    s_m: float
+    d_m: float
+    speed_s_mps: float
+    speed_d_mps: float
+    covariance: Array
+    length_m: float
+    width_m: float
+    coasting: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cycle:
+    """One step of the pipeline. `mode` is the plan's, or the selector's where nothing was planned; `status` is then None."""
+
+    t_s: float
+    host: HostState
+    tracks: tuple[SeenTrack, ...]
+    covered: tuple[Sector, ...]
+    mode: Mode
+    side: Side
+    warning: bool
+    status: Status | None
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Percentiles:
+    """Wall-clock milliseconds; the only part of a replay that does not repeat."""
+
+    p50: float = 0.0
+    p99: float = 0.0
+    max: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Summary:
+    """Counts over the whole replay.
+
+    `frames_good`, `frames_bad`, `frames_other`: sound records of the radar, faulty ones (`bad` says which, and where the first
+    stands), sound ones that are not the radar's. `gated`: slots that the reader did not pass on, by the radar's own status;
+    `tracker`: what the tracker counted. `sensor_pieces`: how many targets the sensor itself told apart. `tracks_started`
+    and `tracks_ended` count confirmed tracks. `covered`: share of the cycles in which a working sensor watched the sector.
+    `modes` and `statuses` count cycles.
+    """
+
+    cycles: int
+    start_s: float
+    end_s: float
+    frames_good: int
+    frames_bad: int
+    frames_other: int
+    bad: dict[str, dict[str, int]] = field(default_factory=dict)
+    scans: int = 0
+    detections: int = 0
+    gated: dict[str, int] = field(default_factory=dict)
+    tracker: dict[str, int] = field(default_factory=dict)
+    sensor_pieces: int | None = None
+    tracks_started: int = 0
+    tracks_ended: int = 0
+    longest_track_s: float = 0.0
+    covered: dict[str, float] = field(default_factory=dict)
+    plans: int = 0
+    unverified_plans: int = 0
+    statuses: dict[str, int] = field(default_factory=dict)
+    modes: dict[str, int] = field(default_factory=dict)
+    cycle_ms: Percentiles = field(default_factory=Percentiles)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Replay:
+    """A recording gone through the pipeline. `road` and `log` are what it was run with; they are not part of the document."""
+
+    format: str
+    planner: str | None
+    cycles: tuple[Cycle, ...]
+    summary: Summary
+    road: Road = field(repr=False)
+    log: SensorLog = field(repr=False)
+
+    def mounting(self, sector: Sector) -> Mounting:
+        """Where the radar of a sector sits on the host."""
+        return next(scan.mounting for scan in self.log.scans if scan.sector is sector)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON document of the contract."""
+        return {"schema_version": SCHEMA_VERSION, **to_document(self)}

@@ -1,0 +1,84 @@
+"""A recording of radars, whatever its format: scans in the order in which they arrived, and what was left out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field
+from statistics import median
+
+from mcdas_opt.domain.measurement import Scan
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.errors import ParameterError
+from mcdas_opt.interop.tally import Tally
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensorLog:
+    """What a reader hands to the replay.
+
+    `arrivals_s` is when each scan was complete: the largest stamp so far on its bus, so that a scan whose stamp goes back arrives
+    late instead of rewriting history. `gated` counts what the reader did not pass on, by reason. `host_speed` is (n, 2) of time and
+    speed where the log itself says it. `pieces` is how many targets the sensor's own bookkeeping told apart, where it says so.
+    """
+
+    format: str
+    scans: tuple[Scan, ...]
+    arrivals_s: tuple[float, ...]
+    good: int
+    bad: Tally
+    other: int = 0
+    gated: dict[str, int] = field(default_factory=dict)
+    host_speed: Array | None = None
+    pieces: int | None = None
+
+    def __post_init__(self) -> None:
+        if not self.scans or len(self.scans) != len(self.arrivals_s):
+            raise ParameterError("scans", len(self.scans), "must be at least one, each with its arrival time")
+
+    @property
+    def sectors(self) -> tuple[Sector, ...]:
+        """Sectors that have a log, in the order of the vocabulary."""
+        seen = {scan.sector for scan in self.scans}
+        return tuple(sector for sector in Sector if sector in seen)
+
+    @property
+    def detections(self) -> int:
+        return sum(len(scan.radar) for scan in self.scans)
+
+
+def usual_period(stamps: Sequence[float], keys: Sequence[Hashable], default: float = 0.1) -> float:
+    """Median time [s] between two records of the same key (a CAN identifier, a track slot); `default` where none comes twice."""
+    last: dict[Hashable, float] = {}
+    steps = []
+    for stamp, key in zip(stamps, keys, strict=True):
+        if key in last and stamp > last[key]:
+            steps.append(stamp - last[key])
+        last[key] = stamp
+    return round(median(steps), 6) if steps else default
+
+
+def cycles(stamps: Sequence[float], keys: Sequence[Hashable], period_s: float) -> list[list[int]]:
+    """Indices of the records of each radar cycle: stamps within half a period of the cycle's first, no key twice."""
+    groups: list[list[int]] = []
+    seen: set[Hashable] = set()
+    for k, (stamp, key) in enumerate(zip(stamps, keys, strict=True)):
+        if not groups or key in seen or not 0.0 <= stamp - stamps[groups[-1][0]] <= 0.5 * period_s:
+            groups.append([])
+            seen = set()
+        groups[-1].append(k)
+        seen.add(key)
+    return groups
+
+
+def in_order_of_arrival(streams: Sequence[Sequence[tuple[float, Scan]]]) -> tuple[tuple[Scan, ...], tuple[float, ...]]:
+    """Scans of several sensors, each given as (time when complete, scan) in its own order, merged by arrival; ties keep the order."""
+    arriving: list[tuple[float, Scan]] = []
+    for stream in streams:
+        latest = -math.inf
+        for complete, scan in stream:
+            latest = max(latest, complete)
+            arriving.append((latest, scan))
+    arriving.sort(key=lambda pair: pair[0])
+    return tuple(scan for _, scan in arriving), tuple(time for time, _ in arriving)

@@ -1,0 +1,149 @@
+"""The lane problem: kinematic bicycle along the road, the sigmoid offset path as reference, neighbours as moving bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.dynamics.bicycle import INPUTS, STATES, road_bicycle
+from mcdas_opt.dynamics.integrator import rk4
+from mcdas_opt.ocp.terms import (
+    Constraint,
+    Cost,
+    Effort,
+    FrictionCircle,
+    HeadingDeviation,
+    Headway,
+    MovingBody,
+    PathDeviation,
+    RoadEdges,
+    RoadEnd,
+    SpeedDeviation,
+    Stage,
+)
+from mcdas_opt.solvers.stage_problem import StageProblem
+
+ROAD_PARAMETERS = ("kappa", "kappa_slope", "kappa_s")
+
+
+def _costs() -> tuple[Cost, ...]:
+    return (
+        PathDeviation(weight=2.0, terminal_weight=10.0),
+        HeadingDeviation(weight=20.0, terminal_weight=100.0),
+        SpeedDeviation(weight=0.2, terminal_weight=1.0),
+        Effort(quantity="a", unit="m/s^2", weight=0.1),
+        Effort(quantity="jerk", unit="m/s^3", weight=0.01),
+        Effort(quantity="delta_rate", unit="rad/s", weight=5.0),
+        Effort(quantity="lateral_acceleration", unit="m/s^2", weight=0.02),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlackPrice:
+    """Exact penalty of a family of soft rows: linear per unit, and quadratic; `scale` is its order of magnitude."""
+
+    linear: float
+    quadratic: float
+    scale: float
+
+
+def _prices() -> dict[str, SlackPrice]:
+    return {
+        "friction": SlackPrice(linear=1000.0, quadratic=500.0, scale=0.05),
+        "road": SlackPrice(linear=1000.0, quadratic=500.0, scale=0.03),
+        "collision": SlackPrice(linear=400.0, quadratic=200.0, scale=0.05),
+        "headway": SlackPrice(linear=2.0, quadratic=1.0, scale=1.0),
+    }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LaneProblem:
+    """What is wanted of the host, and what binds it: read top to bottom. Weights are per node of 0.1 s."""
+
+    vehicle: Vehicle
+    neighbours: int
+    road_margin_m: float = 0.1
+    limit_margin: float = 0.995
+    costs: tuple[Cost, ...] = field(default_factory=_costs)
+    prices: dict[str, SlackPrice] = field(default_factory=_prices)
+
+    @property
+    def constraints(self) -> tuple[Constraint, ...]:
+        bodies = tuple(MovingBody(slot=i) for i in range(self.neighbours))
+        return (
+            FrictionCircle(),
+            RoadEdges(margin=self.road_margin_m),
+            RoadEnd(),
+            Headway(horizon_s=2.5, standstill_m=2.0),
+            *bodies,
+        )
+
+    def stage_problem(self) -> StageProblem:
+        vehicle, costs, constraints = self.vehicle, self.costs, self.constraints
+        asked = [p for cost in costs for p in cost.parameters] + [p for row in constraints for p in row.parameters]
+        parameters = tuple(dict.fromkeys([*ROAD_PARAMETERS, *asked]))
+        x, u = ca.SX.sym("x", len(STATES)), ca.SX.sym("u", len(INPUTS))
+        p, h = ca.SX.sym("p", len(parameters)), ca.SX.sym("h")
+        named = {name: p[i] for i, name in enumerate(parameters)}
+        values: dict[str, Any] = {name: x[i] for i, name in enumerate(STATES)}
+        values |= {name: u[i] for i, name in enumerate(INPUTS)}
+        stage = Stage(**values, p=named, m=ca, vehicle=vehicle)
+
+        def right_side(state: Any) -> list[Any]:
+            kappa = named["kappa"] + named["kappa_slope"] * (state[0] - named["kappa_s"])
+            return road_bicycle(state, ca.vertsplit(u), kappa, vehicle.wheelbase_m, vehicle.centre_m, ca)
+
+        step = rk4(right_side, ca.vertsplit(x), h)
+        running = [ca.sqrt(c.weight) * c.residual(stage) for c in costs]
+        terminal = [ca.sqrt(c.terminal_weight) * c.residual(stage) for c in costs if c.terminal_weight > 0.0]
+        families = tuple(self.prices)
+        rows = [(c.slack, c.name, row) for c in constraints for row in c.rows(stage)]
+        m = self.limit_margin
+        inf = np.inf
+        return StageProblem(
+            name="lane",
+            dynamics=ca.Function("dynamics", [x, u, p, h], [ca.vertcat(*step)]),
+            residual=ca.Function("residual", [x, u, p], [ca.vertcat(*running)]),
+            terminal_residual=ca.Function("terminal_residual", [x, p], [ca.vertcat(*terminal)]),
+            inequality=ca.Function("inequality", [x, u, p], [ca.vertcat(*(row for _, _, row in rows))]),
+            slack_of=tuple(families.index(slack) for slack, _, _ in rows),
+            slack_linear=np.array([self.prices[f].linear for f in families]),
+            slack_quadratic=np.array([self.prices[f].quadratic for f in families]),
+            x_lower=np.array([-inf, -inf, -1.2, 0.0, m * vehicle.acceleration_min_mps2, -m * vehicle.steering_max_rad]),
+            x_upper=np.array([inf, inf, 1.2, m * vehicle.speed_max_mps, m * vehicle.acceleration_max_mps2, m * vehicle.steering_max_rad]),
+            u_lower=np.array([m * vehicle.jerk_min_mps3, -m * vehicle.steering_rate_max_radps]),
+            u_upper=np.array([m * vehicle.jerk_max_mps3, m * vehicle.steering_rate_max_radps]),
+            x_scale=np.array([1.0, 0.3, 0.05, 0.5, 1.0, 0.02]),
+            u_scale=np.array([5.0, 0.2]),
+            s_scale=np.array([self.prices[f].scale for f in families]),
+            states=STATES,
+            inputs=INPUTS,
+            parameters=parameters,
+            rows=tuple(name for _, name, _ in rows),
+            slacks=families,
+        )
+
+
+FAR_M = 1.0e4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LaneParameters:
+    """Names to columns: fills the (N + 1, np) parameter matrix of a lane problem."""
+
+    names: tuple[str, ...]
+
+    def matrix(self, nodes: int, values: dict[str, Any]) -> Array:
+        """Each value a number or a vector of N + 1; a missing or unknown name is a programming error (KeyError)."""
+        unknown = set(values) - set(self.names)
+        if unknown:
+            raise KeyError(f"unknown parameters {sorted(unknown)}")
+        matrix = np.empty((nodes + 1, len(self.names)))
+        for i, name in enumerate(self.names):
+            matrix[:, i] = values[name]
+        return matrix

@@ -1,0 +1,246 @@
+"""The terms of the lane problem: costs and constraints as small objects with a name and a unit.
+
+A cost gives residuals (their squares, halved and weighted, are summed); a constraint gives rows g <= slack. Both read the stage's
+state, input and parameters by name from a `Stage`, and say which parameters they need.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.dynamics.bicycle import lateral_acceleration
+from mcdas_opt.dynamics.sigmoid import hump, renormalised
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stage:
+    """One stage in symbols (or numbers): state, input, parameters by name, the number system, the vehicle."""
+
+    s: Any
+    d: Any
+    psi: Any
+    v: Any
+    a: Any
+    delta: Any
+    jerk: Any
+    delta_rate: Any
+    p: Mapping[str, Any]
+    m: Any
+    vehicle: Vehicle
+
+    @property
+    def lateral_acceleration(self) -> Any:
+        return lateral_acceleration(self.v, self.delta, self.vehicle.wheelbase_m, self.m)
+
+    @property
+    def half_along(self) -> Any:
+        return 0.5 * self.vehicle.length_m
+
+    @property
+    def half_across(self) -> Any:
+        """Half the width that the turned body takes across the road, smooth at psi = 0."""
+        m = self.m
+        sine = m.sqrt(m.sin(self.psi) ** 2 + 1e-4) - 1e-2
+        return 0.5 * (self.vehicle.width_m * m.cos(self.psi) + self.vehicle.length_m * sine)
+
+
+class Cost(Protocol):
+    """`weight` multiplies the square of each residual, per node."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def parameters(self) -> Sequence[str]: ...
+    @property
+    def weight(self) -> float: ...
+    @property
+    def terminal_weight(self) -> float: ...
+    def residual(self, stage: Stage) -> Any: ...
+
+
+class Constraint(Protocol):
+    """Rows g(stage) <= slack of the family `slack`."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def parameters(self) -> Sequence[str]: ...
+    @property
+    def slack(self) -> str: ...
+    def rows(self, stage: Stage) -> list[Any]: ...
+
+
+REFERENCE = (
+    "ref_start_s",
+    "ref_start_d",
+    "ref_amplitude",
+    "ref_a",
+    "ref_b",
+    "ref_bend",
+    "ref_bend_s",
+    "ref_bend_width",
+)
+
+
+def reference_d(stage: Stage, s: Any) -> Any:
+    """The corrected sigmoid offset path d_ref(s) [m]: `reference.offset_path.OffsetPath` in the stage's number system."""
+    p, m = stage.p, stage.m
+    x = m.fmin(m.fmax(s - p["ref_start_s"], 0.0), -2.0 * m.log(p["ref_b"]) / p["ref_a"])
+    level = p["ref_amplitude"] + p["ref_bend"] * hump(s - p["ref_bend_s"], p["ref_bend_width"], m)
+    return p["ref_start_d"] + renormalised(x, p["ref_a"], p["ref_b"], m) * level
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PathDeviation:
+    """(d - d_ref(s))^2."""
+
+    weight: float
+    terminal_weight: float
+    name: str = "path deviation [m]"
+    parameters: Sequence[str] = REFERENCE
+
+    def residual(self, stage: Stage) -> Any:
+        return stage.d - reference_d(stage, stage.s)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HeadingDeviation:
+    """(psi - atan(d d_ref / ds))^2, the slope by a central difference over 2 m (it smooths the curve's ends)."""
+
+    weight: float
+    terminal_weight: float
+    name: str = "heading deviation [rad]"
+    parameters: Sequence[str] = REFERENCE
+
+    def residual(self, stage: Stage) -> Any:
+        slope = 0.5 * (reference_d(stage, stage.s + 1.0) - reference_d(stage, stage.s - 1.0))
+        return stage.psi - stage.m.atan(slope)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpeedDeviation:
+    """(v - v_ref)^2."""
+
+    weight: float
+    terminal_weight: float
+    name: str = "speed deviation [m/s]"
+    parameters: Sequence[str] = ("speed_ref",)
+
+    def residual(self, stage: Stage) -> Any:
+        return stage.v - stage.p["speed_ref"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Effort:
+    """The square of one quantity of the stage: 'a', 'jerk', 'delta_rate' or 'lateral_acceleration'."""
+
+    quantity: str
+    unit: str
+    weight: float
+    terminal_weight: float = 0.0
+    parameters: Sequence[str] = ()
+
+    @property
+    def name(self) -> str:
+        return f"{self.quantity} [{self.unit}]"
+
+    def residual(self, stage: Stage) -> Any:
+        return getattr(stage, self.quantity)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrictionCircle:
+    """sqrt(a^2 + (v^2 tan(delta) / L)^2) <= grip."""
+
+    name: str = "friction circle [m/s^2]"
+    slack: str = "friction"
+    parameters: Sequence[str] = ("grip",)
+
+    def rows(self, stage: Stage) -> list[Any]:
+        return [stage.m.sqrt(stage.a**2 + stage.lateral_acceleration**2 + 1e-2) - stage.p["grip"]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoadEdges:
+    """The turned body between the edges, `margin` [m] inside."""
+
+    margin: float
+    name: str = "road edge [m]"
+    slack: str = "road"
+    parameters: Sequence[str] = ("left_edge", "right_edge")
+
+    def rows(self, stage: Stage) -> list[Any]:
+        reach = stage.half_across + self.margin
+        return [stage.d + reach - stage.p["left_edge"], stage.p["right_edge"] - (stage.d - reach)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoadEnd:
+    """The front bumper short of the road's end; far away where there is none."""
+
+    name: str = "road end [m]"
+    slack: str = "road"
+    parameters: Sequence[str] = ("road_end",)
+
+    def rows(self, stage: Stage) -> list[Any]:
+        return [stage.s + stage.half_along - stage.p["road_end"]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MovingBody:
+    """A neighbour's inflated body, as the outside of a superellipse of power 4 around the Minkowski sum of both bodies.
+
+    Row: (1 - |(ds / A, dd / B)|_4) B <= slack, in metres across. A convex norm: its linearisation is on the safe side.
+    `roundness` enlarges the half axes towards circumscribing the rectangle (2^(1/4) = 1.19 does so fully).
+    """
+
+    slot: int
+    roundness: float = 1.1
+    slack: str = "collision"
+
+    @property
+    def name(self) -> str:
+        return f"neighbour {self.slot + 1} [m]"
+
+    @property
+    def parameters(self) -> Sequence[str]:
+        i = self.slot
+        return (f"body{i}_s", f"body{i}_d", f"body{i}_along", f"body{i}_across")
+
+    def rows(self, stage: Stage) -> list[Any]:
+        s, d, along, across = (stage.p[name] for name in self.parameters)
+        half_s = self.roundness * (stage.half_along + along)
+        half_d = self.roundness * (stage.half_across + across)
+        norm = ((((stage.s - s) / half_s) ** 4 + ((stage.d - d) / half_d) ** 4) + 1e-8) ** 0.25
+        return [(1.0 - norm) * half_d]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Headway:
+    """Room to the vehicle ahead and behind in the lane: gap >= standstill gap + horizon * closing speed.
+
+    `front_bumper` is s of the rear bumper ahead, `rear_bumper` s of the front bumper behind; far away where there is none or where
+    the row does not apply (the vehicle is of a lane that the host is leaving).
+    """
+
+    horizon_s: float
+    standstill_m: float
+    name: str = "headway [m]"
+    slack: str = "headway"
+    parameters: Sequence[str] = ("front_bumper", "front_speed", "rear_bumper", "rear_speed")
+
+    def rows(self, stage: Stage) -> list[Any]:
+        m, p = stage.m, stage.p
+
+        def closing(speed: Any) -> Any:
+            return 0.5 * (speed + m.sqrt(speed**2 + 0.25))
+
+        ahead = p["front_bumper"] - (stage.s + stage.half_along)
+        behind = (stage.s - stage.half_along) - p["rear_bumper"]
+        return [
+            self.standstill_m + self.horizon_s * closing(stage.v - p["front_speed"]) - ahead,
+            self.standstill_m + self.horizon_s * closing(p["rear_speed"] - stage.v) - behind,
+        ]

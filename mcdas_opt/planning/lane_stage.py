@@ -1,0 +1,209 @@
+"""A way out, posed as the lane problem and solved: warm start or guess, solve, roll-out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mcdas_opt.domain.prediction import PredictedBody, Prediction
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.dynamics.bicycle import road_bicycle
+from mcdas_opt.dynamics.integrator import rk4
+from mcdas_opt.errors import ParameterError
+from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
+from mcdas_opt.planning.lane_parameters import guessed_states, node_values
+from mcdas_opt.planning.ways import Way
+from mcdas_opt.solvers.ipopt_engine import IpoptEngine
+from mcdas_opt.solvers.osqp_engine import OsqpEngine
+from mcdas_opt.solvers.outcome import Ending, Outcome
+from mcdas_opt.solvers.stage_problem import StageGuess
+
+_IPOPT_ITERATIONS = 200
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StageSettings:
+    """Counted work and margins of one solve."""
+
+    seats: tuple[int, ...] = (1, 2, 4, 8)  # problems are built for these numbers of neighbours
+    iterations_warm: int = 3
+    iterations_event: int = 8
+    friction_share: float = 0.97
+    clearance_along_m: float = 0.5
+    clearance_across_m: float = 0.25
+    event_position_m: float = 0.5
+    event_speed_mps: float = 0.5
+    cold_start: str = "osqp"  # or "ipopt": converged, some 20 times slower
+
+    def __post_init__(self) -> None:
+        if self.cold_start not in ("osqp", "ipopt"):
+            raise ParameterError("cold_start", self.cold_start, "must be osqp or ipopt")
+
+
+@dataclass(frozen=True, slots=True)
+class _Memory:
+    """What a way's last solve leaves for the next: thrown away at an event."""
+
+    time_s: float
+    way: Way
+    outcome: Outcome
+    bodies: dict[str, PredictedBody]
+    seats: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Solved:
+    """A trajectory, or None with the reason in words."""
+
+    trajectory: Trajectory | None
+    reason: str
+    iterations: int
+
+
+class Posed:
+    """The lane problem for a number of neighbours, with its engines."""
+
+    def __init__(self, lane: LaneProblem, nodes: int) -> None:
+        self.seats, self.nodes = lane.neighbours, nodes
+        self.problem = lane.stage_problem()
+        self.parameters = LaneParameters(names=self.problem.parameters)
+        self.engine = OsqpEngine(self.problem, nodes)
+
+    @cached_property
+    def ipopt(self) -> IpoptEngine:
+        """The reference engine, built when first asked for."""
+        return IpoptEngine(self.problem, self.nodes)
+
+
+class LaneStage:
+    """Owns the engines (built once per number of seats) and the warm starts, one per way. Not shared between threads."""
+
+    def __init__(self, vehicle: Vehicle, settings: Settings, stage: StageSettings | None = None) -> None:
+        self.vehicle, self.settings, self.stage = vehicle, settings, stage or StageSettings()
+        self._posed: dict[int, Posed] = {}
+        self._memory: dict[str, _Memory] = {}
+
+    def posed(self, neighbours: int) -> Posed:
+        """The problem with the fewest seats that hold so many neighbours (at most the last), built when first asked for."""
+        seats = next((n for n in self.stage.seats if n >= neighbours), self.stage.seats[-1])
+        if seats not in self._posed:
+            self._posed[seats] = Posed(LaneProblem(vehicle=self.vehicle, neighbours=seats), self.settings.grid.nodes)
+        return self._posed[seats]
+
+    def forget(self) -> None:
+        """Throws every warm start away."""
+        self._memory.clear()
+        for posed in self._posed.values():
+            posed.engine.reset()
+
+    def solve(self, situation: Situation, prediction: Prediction, way: Way) -> Solved:
+        bodies = self.nearest(situation, prediction)
+        posed = self.posed(len(bodies))
+        memory = self._memory.get(way.name)
+        warm = memory is not None and memory.seats == posed.seats and not self._event(memory, situation, way, bodies)
+        guess = posed.engine.shifted(memory.outcome) if warm and memory is not None else self.guess(situation, way, posed)
+        iterations = self.stage.iterations_warm if warm else self.stage.iterations_event
+        if warm or self.stage.cold_start == "osqp":
+            outcome = self._outcome(situation, bodies, way, posed.engine, posed, guess, iterations)
+        else:
+            outcome = self._outcome(situation, bodies, way, posed.ipopt, posed, guess, _IPOPT_ITERATIONS)
+        if not outcome.usable and warm:  # the warm start may be what is wrong
+            posed.engine.reset()
+            guess = self.guess(situation, way, posed)
+            outcome = self._outcome(situation, bodies, way, posed.engine, posed, guess, self.stage.iterations_event)
+        if not outcome.usable:
+            self._memory.pop(way.name, None)
+            return Solved(trajectory=None, reason=outcome.message or outcome.ending.value, iterations=outcome.inner_iterations)
+        self._memory[way.name] = _Memory(situation.time_s, way, outcome, {b.id: b for b in bodies}, posed.seats)
+        reason = "" if outcome.ending is Ending.CONVERGED else outcome.ending.value
+        trajectory = self.roll_out(situation, posed, outcome.u)
+        return Solved(trajectory=trajectory, reason=reason, iterations=outcome.inner_iterations)
+
+    def _outcome(
+        self,
+        situation: Situation,
+        bodies: tuple[PredictedBody, ...],
+        way: Way,
+        engine: OsqpEngine | IpoptEngine,
+        posed: Posed,
+        guess: StageGuess,
+        iterations: int,
+    ) -> Outcome:
+        # a measured state a hair outside a hard bound (rounding, a limit just touched) is brought to it
+        x0 = np.clip(situation.host.to_vector(), posed.problem.x_lower, posed.problem.x_upper)
+        p = self.matrix(situation, bodies, way, posed, guess.x[:, 0])
+        return engine.solve(x0, p, self.settings.grid.steps_s, guess, iterations)
+
+    def nearest(self, situation: Situation, prediction: Prediction) -> tuple[PredictedBody, ...]:
+        """The bodies that come nearest over the horizon, at most as many as there are seats; in order of their ids, to keep seats."""
+        times = self.settings.grid.times_s[::5]
+        host = situation.host
+
+        def reach(body: PredictedBody) -> float:
+            return float(np.abs(body.at(times).s_m - host.s_m - host.speed_mps * times).min())
+
+        chosen = sorted(prediction.bodies, key=lambda body: (reach(body), body.id))[: self.stage.seats[-1]]
+        return tuple(sorted(chosen, key=lambda body: body.id))
+
+    def _event(self, memory: _Memory, situation: Situation, way: Way, bodies: tuple[PredictedBody, ...]) -> bool:
+        """Whether the last solve says little of this one: time jumped, another path or goal, somebody new or not where predicted."""
+        elapsed = situation.time_s - memory.time_s
+        if abs(elapsed - float(self.settings.grid.steps_s[0])) > 1e-6 or memory.outcome.ending is not Ending.CONVERGED:
+            return True
+        if way.manoeuvre != memory.way.manoeuvre or abs(way.speed_mps - memory.way.speed_mps) > 1.0:
+            return True
+        if {body.id for body in bodies} != set(memory.bodies):
+            return True
+        for body in bodies:
+            then, now = memory.bodies[body.id].at(np.array([elapsed])), body.at(np.zeros(1))
+            moved = max(abs(float(then.s_m[0] - now.s_m[0])), abs(float(then.d_m[0] - now.d_m[0])))
+            if moved > self.stage.event_position_m or abs(float(then.speed_s_mps[0] - now.speed_s_mps[0])) > self.stage.event_speed_mps:
+                return True
+        return False
+
+    def guess(self, situation: Situation, way: Way, posed: Posed) -> StageGuess:
+        """The cold start: the way's own path."""
+        n, problem = self.settings.grid.nodes, posed.problem
+        x = guessed_states(situation, way, self.vehicle, self.settings.grid.times_s)
+        return StageGuess(x=x, u=np.zeros((n, problem.nu)), s=np.zeros((n + 1, problem.ns)))
+
+    def matrix(self, situation: Situation, bodies: tuple[PredictedBody, ...], way: Way, posed: Posed, guess_s: Array) -> Array:
+        """(N + 1, np): the parameters of every node."""
+        values = node_values(
+            situation,
+            bodies,
+            way,
+            self.settings.grid.times_s,
+            guess_s,
+            seats=posed.seats,
+            friction_share=self.stage.friction_share,
+            clearance_along_m=self.stage.clearance_along_m,
+            clearance_across_m=self.stage.clearance_across_m,
+        )
+        return posed.parameters.matrix(self.settings.grid.nodes, values)
+
+    def roll_out(self, situation: Situation, posed: Posed, u: Array) -> Trajectory:
+        """The inputs, kept inside their limits, driven through the equations of motion from the measured state."""
+        vehicle, road, grid = self.vehicle, situation.road, self.settings.grid
+        u = np.clip(u, posed.problem.u_lower, posed.problem.u_upper)
+        x = [float(value) for value in situation.host.to_vector()]
+        states = [x]
+        straight = road.is_straight
+        for k in range(grid.nodes):
+            inputs = (float(u[k, 0]), float(u[k, 1]))
+
+            def right_side(state: Any, inputs: tuple[float, float] = inputs) -> list[Any]:
+                kappa = 0.0 if straight else float(road.curvature_at(state[0]))
+                return road_bicycle(state, inputs, kappa, vehicle.wheelbase_m, vehicle.centre_m, math)
+
+            x = rk4(right_side, x, float(grid.steps_s[k]))
+            states.append(x)
+        return Trajectory.from_states(grid.times_s, np.array(states), u)

@@ -1,0 +1,175 @@
+"""The MPC method: every way out is posed, solved and judged; the cheapest that the judge passes wins."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from mcdas_opt.domain.assessment import Assessment
+from mcdas_opt.domain.plan import Candidate, Plan, Refusal, Timing
+from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.verdict import Verdict
+from mcdas_opt.domain.vocabulary import Mode, Request, Side
+from mcdas_opt.planning.lane_stage import LaneStage, StageSettings
+from mcdas_opt.planning.selection import WorthSettings, worth
+from mcdas_opt.planning.ways import Manoeuvre, Way, continued, harder_ways, keeping_way, ways_out
+from mcdas_opt.situation.assess import assess
+from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.verification.judge import judge
+
+_STEADY_MPS2 = 0.3  # a plan that stays under it over its first second neither brakes nor accelerates
+
+
+def in_lane_mode(trajectory: Trajectory, way: Way) -> Mode:
+    """What a plan that keeps its lane does: named by its acceleration over the first second, not by what it was meant to be."""
+    if way.mode in (Mode.HOLD, Mode.CRUISE):
+        return way.mode
+    first = trajectory.acceleration_mps2[trajectory.t_s <= 1.0 + 1e-9]
+    strongest = float(first[int(np.argmax(np.abs(first)))])
+    if abs(strongest) < _STEADY_MPS2:
+        return Mode.HOLD
+    return Mode.ACCELERATE if strongest > 0.0 else Mode.BRAKE
+
+
+@dataclass(frozen=True, slots=True)
+class _Answer:
+    """A way that was solved and judged."""
+
+    way: Way
+    candidate: Candidate
+    trajectory: Trajectory
+    verdict: Verdict
+
+
+class MpcMethod:
+    """Kinematic-bicycle MPC on the sigmoid offset path; keeps its warm starts and its last assessment between calls."""
+
+    has_ladder = True
+
+    def __init__(self, vehicle: Vehicle, settings: Settings | None = None, stage: StageSettings | None = None) -> None:
+        self.vehicle, self.settings = vehicle, settings or Settings()
+        self.stage = LaneStage(vehicle, self.settings, stage)
+        self.worth = WorthSettings()
+        self._assessment: Assessment | None = None
+        self._solve_s = self._verify_s = 0.0
+        self._iterations = 0
+        self._chosen = ""
+        self.stop_at: float | None = None  # perf_counter after which no further candidate is begun
+
+    def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
+        self._solve_s = self._verify_s = 0.0
+        self._iterations = 0
+        if previous is None:
+            self.stage.forget()
+            self._assessment = None
+        assessment = assess(situation, self.vehicle, self.settings.selector, self._assessment)
+        self._assessment = assessment
+        prediction = predict(situation.tracks, self.settings.prediction)
+        if situation.request is Request.PARK:
+            return Refusal(reason="parking is planned by park, not by the lane planner")
+        going = self._going(situation, previous)
+        chosen, candidates = self._choose(situation, assessment, prediction, previous, going)
+        if chosen is None:
+            reason = "; ".join(f"{c.name}: {c.refusal}" for c in candidates)
+            return Refusal(reason=f"no way out passes ({reason})", candidates=candidates, iterations=self._iterations)
+        way = chosen.way
+        self._chosen = way.name
+        return Plan(
+            planner="mpc",
+            mode=way.mode if way.side is not Side.NONE else in_lane_mode(chosen.trajectory, way),
+            side=way.side,
+            warning=assessment.warning,
+            reason=assessment.reason,
+            verdict=chosen.verdict,
+            prediction=prediction.name,
+            trajectory=chosen.trajectory,
+            candidates=candidates,
+            timing_ms=Timing(solve=1e3 * self._solve_s, verify=1e3 * self._verify_s),
+            iterations=self._iterations,
+            literal_mode=assessment.literal_mode,
+            time_s=situation.time_s,
+            reference=way.manoeuvre,
+        )
+
+    def _going(self, situation: Situation, previous: Plan | None) -> Manoeuvre | None:
+        """The manoeuvre under way, unless it is finished."""
+        if previous is None or not isinstance(previous.reference, Manoeuvre) or previous.reference.finished(situation):
+            return None
+        return previous.reference
+
+    def _choose(
+        self,
+        situation: Situation,
+        assessment: Assessment,
+        prediction: Prediction,
+        previous: Plan | None,
+        going: Manoeuvre | None,
+    ) -> tuple[_Answer | None, tuple[Candidate, ...]]:
+        """The gentlest set of ways that holds one which passes: what is under way or nothing at all, the four ways out, the hard ones."""
+        tried: list[Candidate] = []
+        if not assessment.threatened:
+            quiet = Mode.CRUISE if assessment.mode is Mode.CRUISE else Mode.HOLD
+            first = continued(situation, going) if going is not None else keeping_way(situation, quiet)
+            answer = self._try(situation, prediction, first, tried)
+            if answer is not None:
+                return answer, tuple(tried)
+        sigmoid = self.settings.sigmoid
+        before = None if previous is None else self._chosen
+        gentle = ways_out(situation, assessment, self.vehicle, sigmoid, going)
+        if going is not None and going.half_done(situation):
+            # the lane that holds the car is the one that it steers for: keeping it is no way of its own
+            gentle = tuple(way for way in gentle if way.side is not Side.NONE)
+            hard = ways_out(situation, assessment, self.vehicle, sigmoid, going)[:2]
+        else:
+            hard = harder_ways(situation, assessment, self.vehicle, sigmoid)
+        for ways in (gentle, hard):
+            answers = [self._try(situation, prediction, way, tried) for way in ways]
+            passed = [a for a in answers if a is not None]
+            if passed:
+                return min(passed, key=lambda a: self._price(a, before)), tuple(tried)
+        return None, tuple(tried)
+
+    def _price(self, answer: _Answer, before: str | None) -> tuple[float, int]:
+        """Cost, cheaper for what was chosen before; equal costs (to 1e-6 of each other) go to the tie-break side."""
+        cost = answer.candidate.cost or 0.0
+        if before is not None and answer.candidate.name == before:
+            cost *= self.worth.persistence
+        tie = self.settings.selector.tie_break
+        return (round(cost, 5), 0 if answer.way.side is tie else 1)
+
+    def _try(self, situation: Situation, prediction: Prediction, way: Way, tried: list[Candidate]) -> _Answer | None:
+        """Solves and judges one way; records it among the tried."""
+        if way.refusal:
+            tried.append(Candidate(name=way.name, cost=None, passed=False, refusal=way.refusal))
+            return None
+        started = time.perf_counter()
+        if self.stop_at is not None and started > self.stop_at:
+            tried.append(Candidate(name=way.name, cost=None, passed=False, refusal="the deadline passed before it was tried"))
+            return None
+        solved = self.stage.solve(situation, prediction, way)
+        self._solve_s += time.perf_counter() - started
+        self._iterations += solved.iterations
+        if solved.trajectory is None:
+            tried.append(Candidate(name=way.name, cost=None, passed=False, refusal=f"not solved: {solved.reason}"))
+            return None
+        started = time.perf_counter()
+        verdict = judge(solved.trajectory, situation.host, self.vehicle, situation.road, prediction)
+        cost = worth(
+            solved.trajectory,
+            vehicle=self.vehicle,
+            road=situation.road,
+            prediction=prediction,
+            desired_speed_mps=situation.wanted_speed_mps,
+            changes_lane=way.side is not Side.NONE,
+            settings=self.worth,
+        )
+        self._verify_s += time.perf_counter() - started
+        candidate = Candidate(name=way.name, cost=cost, passed=verdict.passed, refusal="" if verdict.passed else verdict.reason)
+        tried.append(candidate)
+        return _Answer(way, candidate, solved.trajectory, verdict) if verdict.passed else None

@@ -1,0 +1,90 @@
+"""What a plan is worth, in one currency for every way, and how bad an unavoidable one is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.dynamics.bicycle import lateral_acceleration
+from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.geometry.rectangle import corners, separation
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorthSettings:
+    """Prices per second of plan, except where noted."""
+
+    acceleration: float = 0.04  # per (m/s^2)^2
+    lateral_acceleration: float = 0.08  # per (m/s^2)^2
+    jerk: float = 0.001  # per (m/s^3)^2
+    speed: float = 0.03  # per (m/s)^2 off the desired speed
+    lane_change: float = 2.0  # once
+    nearness: float = 6.0  # per exp(-gap / 0.7 m)
+    end_closing: float = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
+    end_room_m: float = 0.5  # whoever ends less than this beside the host's flank counts as before or behind it
+    persistence: float = 0.5  # factor on what was chosen before
+
+
+def gaps(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: Prediction) -> np.ndarray:
+    """(bodies, n): signed separation of the host's body from every predicted one [m]."""
+    frame = FrenetFrame(road=road)
+    host = corners(*frame.to_plane(trajectory.s_m, trajectory.d_m, trajectory.heading_rad), vehicle.length_m, vehicle.width_m)
+    rows = []
+    for body in prediction.bodies:
+        motion = body.at(trajectory.t_s)
+        x, y, yaw = frame.to_plane(motion.s_m, motion.d_m, motion.heading_rad)
+        rows.append(separation(host, corners(x, y, yaw, body.length_m, body.width_m)))
+    return np.array(rows).reshape(len(rows), len(trajectory))
+
+
+def worth(
+    trajectory: Trajectory,
+    *,
+    vehicle: Vehicle,
+    road: Road,
+    prediction: Prediction,
+    desired_speed_mps: float,
+    changes_lane: bool,
+    settings: WorthSettings,
+) -> float:
+    """The price of a plan: discomfort, departure from the desired speed, nearness to others, and how it leaves things at its end."""
+    t, v, a = trajectory.t_s, trajectory.speed_mps, trajectory.acceleration_mps2
+    lateral = lateral_acceleration(v, trajectory.steering_rad, vehicle.wheelbase_m, np)
+    rate = settings.acceleration * a**2 + settings.lateral_acceleration * lateral**2 + settings.jerk * trajectory.jerk_mps3**2
+    rate = rate + settings.speed * (v - desired_speed_mps) ** 2
+    separations = gaps(trajectory, vehicle, road, prediction)
+    if separations.size:
+        rate = rate + settings.nearness * np.exp(-np.maximum(separations, 0.0) / 0.7).max(axis=0)
+    total = float(np.sum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t)))
+    for body, gap in zip(prediction.bodies, separations, strict=True):
+        motion = body.at(t[-1:])
+        aside = abs(float(motion.d_m[0]) - float(trajectory.d_m[-1])) - 0.5 * (body.width_m + vehicle.width_m)
+        if aside > settings.end_room_m:
+            continue
+        ahead = float(motion.s_m[0]) > float(trajectory.s_m[-1])
+        relative = float(v[-1]) - float(motion.speed_s_mps[0])
+        closing = max(relative if ahead else -relative, 0.0)
+        total += settings.end_closing * closing**2 / max(float(gap[-1]), 1.0)
+    return total + (settings.lane_change if changes_lane else 0.0)
+
+
+def severity(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: Prediction) -> tuple[float, float]:
+    """(relative speed [m/s], minus the time [s]) at the first overlap; (0, -inf) when there is none. Leaving the road is worst of all."""
+    reach = 0.5 * vehicle.width_m
+    if np.any(trajectory.d_m + reach > road.left_edge_m + 0.02) or np.any(trajectory.d_m - reach < road.right_edge_m - 0.02):
+        return (1e3, 0.0)
+    separations = gaps(trajectory, vehicle, road, prediction)
+    hits = [(int(np.argmax(row <= 0.0)), i) for i, row in enumerate(separations) if np.any(row <= 0.0)]
+    if not hits:
+        return (0.0, float("-inf"))
+    k, index = min(hits)
+    motion = prediction.bodies[index].at(trajectory.t_s[k : k + 1])
+    psi, v = float(trajectory.heading_rad[k]), float(trajectory.speed_mps[k])
+    ds = v * np.cos(psi) - float(motion.speed_s_mps[0])
+    dd = v * np.sin(psi) - float(motion.speed_d_mps[0])
+    return (float(np.hypot(ds, dd)), -float(trajectory.t_s[k]))

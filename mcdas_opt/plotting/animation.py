@@ -1,0 +1,220 @@
+"""A drive as a moving picture, or as a sheet of moments."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.vocabulary import Status
+from mcdas_opt.errors import InputError
+from mcdas_opt.plotting import style
+from mcdas_opt.plotting.birdseye import BirdsEye, legend_handles
+from mcdas_opt.plotting.moments import Moment, View, moment_at, moments, view_of
+from mcdas_opt.plotting.strips import StripChart, mark_times, strips_of
+from mcdas_opt.simulation.record import Outcome, Simulation
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from PIL.Image import Image
+
+SUFFIXES = (".gif", ".png")
+MOST_FRAMES = 100
+_WIDTH_IN, _DPI = 9.6, 100
+_STATUS_COLOUR = {Status.PLANNED: style.GREEN, Status.FALLBACK: style.ORANGE, Status.UNAVOIDABLE: style.VERMILION}
+_LAST_FRAME_MS = 2000
+
+
+def check_suffix(path: Path) -> Path:
+    """`path`, if a picture can be written there. Raises `InputError` for a suffix other than .gif or .png, or a missing folder."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(path, "", None, f"a picture must end in {' or '.join(SUFFIXES)}")
+    if not path.parent.is_dir():
+        raise InputError(path, "", None, "no such folder")
+    return path
+
+
+def save(simulation: Simulation, path: str | Path) -> Path:
+    """Writes the drive as an animation (.gif) or a sheet of moments (.png). Raises `InputError` for another suffix."""
+    target = check_suffix(Path(path))
+    if target.suffix.lower() == ".png":
+        return style.save_png(sheet(simulation), target, dpi=130)
+    pictures, durations = frames(simulation)
+    pictures[0].save(target, save_all=True, append_images=pictures[1:], duration=durations, loop=0, optimize=False, disposal=1)
+    return target
+
+
+def frames(simulation: Simulation) -> tuple[list[Image], list[int]]:
+    """At most `MOST_FRAMES` palette images with their durations [ms], in real time; the last one stays for a while."""
+    with style.styled():
+        stage = _Stage(simulation)
+        scenes = moments(simulation, at_most=MOST_FRAMES)
+        pictures = [stage.picture(moment) for moment in scenes]
+    times = [moment.time_s for moment in scenes]
+    durations = [max(round(100.0 * (b - a)) * 10, 20) for a, b in pairwise(times)]
+    return _one_palette(pictures), [*durations, _LAST_FRAME_MS]
+
+
+def sheet(simulation: Simulation, count: int = 5) -> Figure:
+    """A figure: the drive at `count` moments, evenly spread and the end among them, over strip charts."""
+    view = view_of(simulation)
+    times = np.linspace(0.0, simulation.duration_s, count).tolist()
+    row = (_WIDTH_IN - 0.6) * view.aspect + 0.28
+    height = count * row + 2.65
+    with style.styled():
+        fig = style.figure(_WIDTH_IN, height)
+        fig.set_layout_engine("none")
+        fig.text(0.02, 1.0 - 0.2 / height, _heading(simulation), fontsize=11, fontweight="bold", va="center")
+        fig.text(
+            0.98, 1.0 - 0.2 / height, outcome_words(simulation), fontsize=10, ha="right", va="center", color=_outcome_colour(simulation)
+        )
+        for k, t in enumerate(times):
+            axes = fig.add_axes((0.03, 1.0 - (0.35 + (k + 1) * row) / height, 0.94, (row - 0.28) / height))
+            moment = moment_at(simulation, t)
+            BirdsEye(axes, simulation.scene.true_road, view, simulation.trajectory).show(moment)
+            axes.set(xticks=[], yticks=[])
+            axes.set_title(f"{t:.1f} s   {moment.action}: {plan_words(moment.plan)}", fontsize=9, fontweight="normal", pad=3)
+            _frame(axes)
+        _scale_bar(axes, view)
+        bottom = _charts(fig, simulation, 0.48 / height, 1.25 / height)
+        for axes, chart in bottom:
+            mark_times(axes, times)
+            chart.show(simulation.duration_s)
+        fig.legend(handles=legend_handles(), loc="lower center", bbox_to_anchor=(0.5, 1.95 / height), ncols=3, frameon=False)
+    return fig
+
+
+def plan_words(plan: Plan) -> str:
+    """Status, verdict and warning."""
+    judged = "" if plan.verdict.passed else ", failed by the judge"
+    return f"{plan.status.value}{judged}{', driver warned' if plan.warning else ''}"
+
+
+def outcome_words(simulation: Simulation) -> str:
+    """How the drive ended."""
+    if simulation.outcome is Outcome.COLLISION:
+        return f"collision with {simulation.collided_with} at {simulation.impact_speed_mps:.1f} m/s"
+    if simulation.outcome is Outcome.LEFT_ROAD:
+        return f"left the road at {simulation.duration_s:.1f} s"
+    return "safe" if simulation.min_clearance_m is None else f"safe, never nearer than {simulation.min_clearance_m:.2f} m"
+
+
+class _Stage:
+    """The animation's figure: what stands still is drawn once, what moves is drawn over it for every frame."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        view = view_of(simulation)
+        bird = (_WIDTH_IN - 0.3) * view.aspect
+        height = round((0.62 + bird + 0.5 + 1.75) * _DPI / 2) * 2 / _DPI
+        self._simulation = simulation
+        self._fig = style.figure(_WIDTH_IN, height)
+        self._fig.set_layout_engine("none")
+        self._fig.set_dpi(_DPI)
+        self._fig.text(0.016, 1.0 - 0.2 / height, _heading(simulation), fontsize=11, fontweight="bold", va="center")
+        axes = self._fig.add_axes((0.015, 1.0 - (0.62 + bird) / height, 0.97, bird / height))
+        self._bird = BirdsEye(axes, simulation.scene.true_road, view, simulation.trajectory)
+        axes.set(xticks=[], yticks=[])
+        _frame(axes)
+        _scale_bar(axes, view)
+        self._axes = axes
+        self._charts = _charts(self._fig, simulation, 0.45 / height, 1.2 / height)
+        self._fig.legend(handles=legend_handles(), loc="lower center", bbox_to_anchor=(0.5, 1.9 / height), ncols=3, frameon=False)
+        common: dict[str, Any] = {"va": "center", "fontsize": 10}
+        top = 1.0 - 0.2 / height
+        self._clock = self._fig.text(0.984, top, "", ha="right", family="DejaVu Sans Mono", **common)
+        low = 1.0 - 0.45 / height
+        self._badge = self._fig.text(
+            0.02, low, "", color="white", fontweight="bold", va="center", fontsize=9, bbox={"boxstyle": "round,pad=0.28", "lw": 0}
+        )
+        self._words = self._fig.text(0.984, low, "", ha="right", va="center", fontsize=9)
+        self._background: Any = None
+
+    def picture(self, moment: Moment) -> Image:
+        from PIL import Image
+
+        canvas: Any = self._fig.canvas
+        moving = [*self._bird.artists, self._clock, self._badge, self._words]
+        if self._background is None:
+            for artist in [*moving, *(a for _, chart in self._charts for a in chart.artists)]:
+                artist.set_animated(True)
+            canvas.draw()
+            self._background = canvas.copy_from_bbox(self._fig.bbox)
+        canvas.restore_region(self._background)
+        self._bird.show(moment)
+        self._say(moment)
+        renderer = canvas.get_renderer()
+        for artist in sorted(self._bird.artists, key=lambda a: a.get_zorder()):
+            self._axes.draw_artist(artist)
+        for axes, chart in self._charts:
+            chart.show(moment.time_s)
+            for artist in chart.artists:
+                axes.draw_artist(artist)
+        for artist in (self._clock, self._badge, self._words):
+            artist.draw(renderer)
+        return Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
+
+    def _say(self, moment: Moment) -> None:
+        plan = moment.plan
+        self._clock.set_text(f"t = {moment.time_s:.1f} s   {moment.speed_mps:4.1f} m/s ({3.6 * moment.speed_mps:.0f} km/h)")
+        self._badge.set_text(moment.action)
+        box: Any = self._badge.get_bbox_patch()
+        box.set_facecolor(_STATUS_COLOUR[plan.status] if plan.verdict.passed else style.VERMILION)
+        words = plan_words(plan) if moment.ended is None else outcome_words(self._simulation)
+        self._words.set_text(words)
+
+
+def _charts(fig: Figure, simulation: Simulation, bottom: float, height: float) -> list[tuple[Axes, StripChart]]:
+    left, gap = 0.045, 0.055
+    width = (0.985 - left - 2 * gap) / 3
+    charts = []
+    for k, strip in enumerate(strips_of(simulation)):
+        axes = fig.add_axes((left + k * (width + gap), bottom, width, height))
+        charts.append((axes, StripChart(axes, strip, simulation.duration_s)))
+    return charts
+
+
+def _frame(axes: Axes) -> None:
+    for spine in axes.spines.values():
+        spine.set(visible=True, color="#c8c8c8", lw=0.8)
+
+
+def _scale_bar(axes: Axes, view: View) -> None:
+    x, y = view.ahead_m - 13.0, view.right_m + 0.75
+    axes.plot([x, x + 10.0], [y, y], color=style.BLACK, lw=2.0, solid_capstyle="butt", zorder=8)
+    axes.annotate("10 m", (x, y), (-4, 0), textcoords="offset points", ha="right", va="center", fontsize=7, zorder=8)
+
+
+def _heading(simulation: Simulation) -> str:
+    return f"{simulation.name}  ·  {simulation.planner}"
+
+
+def _outcome_colour(simulation: Simulation) -> str:
+    return style.GREEN if simulation.outcome is Outcome.SAFE else style.VERMILION
+
+
+def _one_palette(pictures: Sequence[Image]) -> list[Image]:
+    """All frames in one palette, the 255 commonest colours: nothing flickers, and what stands still is stored once."""
+    from PIL import Image
+
+    counts: Counter[tuple[int, int, int]] = Counter()
+    for k in np.linspace(0, len(pictures) - 1, min(6, len(pictures))).astype(int):
+        for count, colour in pictures[k].getcolors(pictures[k].width * pictures[k].height) or []:
+            counts[colour] += count
+    palette = np.array([colour for colour, _ in counts.most_common(255)], dtype=np.int64)
+    index = np.full(1 << 24, -1, dtype=np.int16)  # of every colour met so far
+    painted = []
+    for picture in pictures:
+        packed = np.asarray(picture).astype(np.int64) @ np.array([1 << 16, 1 << 8, 1])
+        new = np.unique(packed[index[packed] < 0])
+        channels = np.stack([new >> 16, (new >> 8) & 255, new & 255], axis=-1)
+        index[new] = ((channels[:, None] - palette) ** 2).sum(axis=-1).argmin(axis=1)
+        frame = Image.fromarray(index[packed].astype(np.uint8), mode="P")
+        frame.putpalette(palette.astype(np.uint8).tobytes())
+        painted.append(frame)
+    return painted

@@ -1,0 +1,168 @@
+"""The corrected offset path: the paper's sigmoid (eq 20-23) scaled by speed, renormalised, bent around the front vehicle.
+
+Corrections of the published path: its length follows from the speed, so that a bound on lateral acceleration holds at every speed;
+the value removed at the start, y(0), is made up for, so that start and end are met exactly; and the front vehicle's offset bends the
+path beside that vehicle only, instead of moving its end out of the lane.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mcdas_opt.domain.rules import Array, finite, positive
+from mcdas_opt.dynamics.sigmoid import hump, renormalised, sigmoid
+from mcdas_opt.errors import ParameterError
+
+_PEAK_OF_SECOND_DERIVATIVE = 1.0 / (6.0 * math.sqrt(3.0))  # max |S''| / a^2
+_PEAK_OF_FIRST_DERIVATIVE = 0.25  # max |S'| / |a|
+_PEAK_OF_HUMP_SLOPE = math.sqrt(2.0 / math.e)  # max |hump'| * width
+_PEAK_OF_HUMP_BEND = 2.0  # max |hump''| * width^2
+_BEND_SHARE = 0.5  # of the lateral acceleration, that the bend alone may use
+_SHARPENING = 1.5  # a bend may at most make the path this much sharper than one without
+_SAMPLED_SHARE = 0.995  # of the bound, for the curvature between samples
+_LEAST_DISPLACEMENT_M = 0.1  # smaller ones are given the length of this one
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OffsetPath:
+    """d(s) = start_d + R(s - start_s) (amplitude + bend hump(s - bend_s)), left positive, on a straight road.
+
+    R rises from exactly 0 at `start_s_m` to exactly 1 at `start_s_m + length_m`. Before the start the path is straight at `start_d_m`;
+    beyond the end R stays 1, where the bare curve would overshoot by 1 / (b - 1) (2 % at b = 50). So d is continuous everywhere and its
+    slope jumps at both ends by the same amount, |amplitude a| b / (b^2 - 1): 0.84 degrees at 60 km/h and 4 m/s^2. A car cannot follow
+    that jump: what is *driven* is what the bicycle makes of this path.
+    """
+
+    start_s_m: float
+    start_d_m: float
+    amplitude_m: float
+    a_per_m: float
+    b: float
+    bend_m: float = 0.0
+    bend_s_m: float = 0.0
+    bend_width_m: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in self.__slots__:
+            object.__setattr__(self, name, finite(name, getattr(self, name)))
+        if self.a_per_m >= 0.0:
+            raise ParameterError("a_per_m", self.a_per_m, "must be less than 0", "1/m")
+        if self.b <= 1.0:
+            raise ParameterError("b", self.b, "must be greater than 1")
+        positive("bend_width_m", self.bend_width_m, "m")
+
+    @property
+    def length_m(self) -> float:
+        """Distance from the start to where the target is reached [m]."""
+        return -2.0 * math.log(self.b) / self.a_per_m
+
+    @property
+    def end_s_m(self) -> float:
+        return self.start_s_m + self.length_m
+
+    @property
+    def target_d_m(self) -> float:
+        """Lateral position that the path ends at, away from the bend [m]."""
+        return self.start_d_m + self.amplitude_m
+
+    def d(self, s: Any) -> Array:
+        """Lateral position [m] at s [m], of the shape of `s`."""
+        return self._derivatives(s)[0]
+
+    def slope(self, s: Any) -> Array:
+        """dd/ds [-] at s [m]; at a jump the value inside the path."""
+        return self._derivatives(s)[1]
+
+    def curvature(self, s: Any) -> Array:
+        """Exact curvature d'' / (1 + d'^2)^(3/2) [1/m] at s [m], on a straight road; the slope's jumps at the ends are not in it."""
+        _, first, second = self._derivatives(s)
+        return np.asarray(second / (1.0 + first**2) ** 1.5)
+
+    def _derivatives(self, s: Any) -> tuple[Array, Array, Array]:
+        s = np.asarray(s, dtype=np.float64)
+        offset = _offset(s - self.start_s_m, s - self.bend_s_m, self.a_per_m, self.b, self.amplitude_m, self.bend_m, self.bend_width_m)
+        return self.start_d_m + offset[0], offset[1], offset[2]
+
+
+def _offset(x: Array, z: Array, a: Any, b: float, amplitude: float, bend: float, width: float) -> tuple[Array, Array, Array]:
+    """R(x) (amplitude + bend hump(z)) and its first two derivatives by s; `a` may be an array that broadcasts against x and z."""
+    length, gain = -2.0 * math.log(b) / a, (b + 1.0) / (b - 1.0)
+    inside, beyond = (x >= 0.0) & (x <= length), x > length
+    on_path = np.clip(x, 0.0, length)
+    shape = sigmoid(on_path, a, b, np)
+    r = np.where(inside, renormalised(on_path, a, b, np), np.where(beyond, 1.0, 0.0))
+    r1 = np.where(inside, -gain * a * shape * (1.0 - shape), 0.0)
+    r2 = np.where(inside, gain * a**2 * shape * (1.0 - shape) * (1.0 - 2.0 * shape), 0.0)
+    w2 = width**2
+    h = bend * hump(z, width, np)
+    h1, h2 = -2.0 * z / w2 * h, (4.0 * z**2 / w2 - 2.0) / w2 * h
+    level = amplitude + h
+    return np.asarray(r * level), np.asarray(r1 * level + r * h1), np.asarray(r2 * level + 2.0 * r1 * h1 + r * h2)
+
+
+def corrected(
+    start_s_m: float,
+    start_d_m: float,
+    target_d_m: float,
+    speed_mps: float,
+    lateral_acceleration_mps2: float,
+    b: float = 50.0,
+    speed_floor_mps: float = 3.0,
+    bend_m: float = 0.0,
+    bend_s_m: float = 0.0,
+    bend_width_m: float = 10.0,
+) -> OffsetPath:
+    """The shortest path of this shape whose v^2 kappa stays at or under the bound at `speed_mps`, on a straight road.
+
+    Without a bend a*(v) = -sqrt(6 sqrt(3) a_lat / (Y' v^2)) with the renormalised amplitude Y' = Y / (S(X) - S(0)); Y under 0.1 m is
+    given the length of 0.1 m, v under the floor that of the floor. A bend so narrow that it would use more than half of the bound by
+    itself is widened; then a starts from the root of the quadratic that bounds the three terms of (R (Y + bend hump))'' apart, and
+    grows while the exact curvature, sampled, keeps the bound.
+    """
+    v = max(finite("speed_mps", speed_mps, "m/s"), positive("speed_floor_mps", speed_floor_mps, "m/s"))
+    sharpest = positive("lateral_acceleration_mps2", lateral_acceleration_mps2, "m/s^2") / v**2
+    if b <= 1.0:
+        raise ParameterError("b", b, "must be greater than 1")
+    amplitude = target_d_m - start_d_m
+    gain = (b + 1.0) / (b - 1.0)  # 1 / (S(X) - S(0))
+    width = max(positive("bend_width_m", bend_width_m, "m"), math.sqrt(_PEAK_OF_HUMP_BEND * abs(bend_m) / (_BEND_SHARE * sharpest)))
+    level = max(abs(amplitude), abs(amplitude + bend_m), _LEAST_DISPLACEMENT_M)
+    quadratic = gain * level * _PEAK_OF_SECOND_DERIVATIVE
+    linear = 2.0 * gain * _PEAK_OF_FIRST_DERIVATIVE * abs(bend_m) * _PEAK_OF_HUMP_SLOPE / width
+    constant = _PEAK_OF_HUMP_BEND * abs(bend_m) / width**2 - sharpest
+    a = (-linear + math.sqrt(linear**2 - 4.0 * quadratic * constant)) / (2.0 * quadratic)
+    if bend_m != 0.0:
+        bare = math.sqrt(sharpest / (gain * max(abs(amplitude), _LEAST_DISPLACEMENT_M) * _PEAK_OF_SECOND_DERIVATIVE))
+        a = _sharpest_within(a, max(_SHARPENING * bare, a), sharpest, b, amplitude, bend_m, bend_s_m - start_s_m, width)
+    return OffsetPath(
+        start_s_m=start_s_m,
+        start_d_m=start_d_m,
+        amplitude_m=amplitude,
+        a_per_m=-a,
+        b=b,
+        bend_m=bend_m,
+        bend_s_m=bend_s_m,
+        bend_width_m=width,
+    )
+
+
+def _sharpest_within(
+    low: float, high: float, curvature: float, b: float, amplitude: float, bend: float, bend_x: float, width: float
+) -> float:
+    """The largest -a from `low`, which keeps the bound, towards `high`, up to which every tried one keeps it: three rounds of a grid."""
+    around_bend = bend_x + width * np.linspace(-3.0, 3.0, 97)
+    for _ in range(3):
+        tried = np.linspace(low, high, 9)
+        along_path = np.linspace(0.0, 1.0, 129) * (2.0 * math.log(b) / tried[:, None])
+        x = np.concatenate([along_path, np.broadcast_to(around_bend, (tried.size, around_bend.size))], axis=1)
+        _, first, second = _offset(x, x - bend_x, -tried[:, None], b, amplitude, bend, width)
+        kept = np.max(np.abs(second) / (1.0 + first**2) ** 1.5, axis=1) <= _SAMPLED_SHARE * curvature
+        last = int(np.argmin(kept)) - 1 if not kept.all() else tried.size - 1
+        if last < 0:
+            return low
+        low, high = float(tried[last]), float(tried[min(last + 1, tried.size - 1)])
+    return low

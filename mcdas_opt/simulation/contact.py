@@ -1,0 +1,74 @@
+"""What ends a drive: touching somebody, leaving the road. And how near the others came."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mcdas_opt.domain.prediction import BodyMotion
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.geometry.rectangle import corners, distance, separation
+from mcdas_opt.geometry.window import REACH_M, frame_near
+
+EDGE_SLACK_M = 0.02
+TOUCH_WITHIN_M = 150.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Surroundings:
+    """At each of n instants: the distance to each of N neighbours (N, n) [m], whether they touch (N, n), and how far a corner of the
+    host is beyond the road's edge or end (n,) [m], negative inside."""
+
+    clearance_m: Array
+    touching: Array
+    beyond_edge_m: Array
+
+
+def surroundings(
+    host: Array, neighbours: tuple[BodyMotion, ...], sizes: tuple[tuple[float, float], ...], vehicle: Vehicle, road: Road
+) -> Surroundings:
+    """Of the host's states (n, 6) against neighbours that move over the same n instants.
+
+    Distances are those of the bodies in the plane, on a curved road too; there, somebody more than `REACH_M` away counts with the way
+    along the road, and nobody more than `TOUCH_WITHIN_M` away along the road touches (a ramp may pass over itself).
+    """
+    s, d, psi = host[:, 0], host[:, 1], host[:, 2]
+    frame = frame_near(road, float(s[0]))
+    own = corners(*frame.to_plane(s, d, psi), vehicle.length_m, vehicle.width_m)
+    clearance = np.zeros((len(neighbours), len(s)))
+    touching = np.zeros((len(neighbours), len(s)), dtype=bool)
+    for i, (motion, (length, width)) in enumerate(zip(neighbours, sizes, strict=True)):
+        apart = np.abs(motion.s_m - s)
+        clearance[i] = apart - 0.5 * (length + vehicle.length_m)
+        near = apart < (np.inf if road.is_straight else REACH_M - 50.0)
+        other = corners(*frame.to_plane(motion.s_m[near], motion.d_m[near], motion.heading_rad[near]), length, width)
+        clearance[i, near] = distance(own[near], other)
+        touching[i, near] = (separation(own[near], other) <= 0.0) & (apart[near] < TOUCH_WITHIN_M)
+    return Surroundings(clearance_m=clearance, touching=touching, beyond_edge_m=_beyond_edge(own, s, road))
+
+
+def _beyond_edge(own: Array, s: Array, road: Road) -> Array:
+    x, y = own[..., 0], own[..., 1]
+    guess = np.repeat(s[:, None], 4, axis=1)
+    along, across, _ = frame_near(road, float(s[0])).to_road(x, y, np.zeros_like(x), guess_s_m=guess)
+    beyond = np.maximum(across.max(axis=1) - road.left_edge_m, road.right_edge_m - across.min(axis=1))
+    if road.road_end_s_m is not None:
+        beyond = np.maximum(beyond, along.max(axis=1) - road.road_end_s_m)
+    return np.asarray(beyond)
+
+
+def relative_speed(host: Array, other: BodyMotion, vehicle: Vehicle, road: Road) -> float:
+    """Speed [m/s] of the host's body centre relative to another body's centre; `host` is one state (6,), `other` one instant."""
+    s, _, psi, v, _, delta = (float(q) for q in host)
+    frame = frame_near(road, s)
+    turn = vehicle.centre_m * np.tan(delta) / vehicle.wheelbase_m
+    yaw = psi + float(frame.road_heading(np.array(s)))
+    own = v * np.array([np.cos(yaw) - turn * np.sin(yaw), np.sin(yaw) + turn * np.cos(yaw)])
+    theta = float(frame.road_heading(other.s_m))
+    along = float(other.speed_s_mps) * (1.0 - float(other.d_m) * float(road.curvature_at(other.s_m)))
+    across = float(other.speed_d_mps)
+    theirs = np.array([along * np.cos(theta) - across * np.sin(theta), along * np.sin(theta) + across * np.cos(theta)])
+    return float(np.linalg.norm(own - theirs))

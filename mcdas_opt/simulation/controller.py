@@ -1,0 +1,35 @@
+"""The seat between plan and plant."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.trajectory import Trajectory
+
+
+class Controller(Protocol):
+    """Turns a plan into inputs, every step of the plant."""
+
+    def command(self, trajectory: Trajectory, since_s: float, state: HostState) -> tuple[float, float]:
+        """(jerk, steering rate) at `since_s` after the plan's time 0, for a car in `state`."""
+        ...
+
+
+class FeedForward:
+    """Takes acceleration and steering to the plan's next sample, on a straight line in time.
+
+    From the plan's own states these are the plan's own inputs. Where the car is elsewhere (an actuator saturated, or a plan that
+    jumps) the acceleration and the steering angle catch up; position and speed are left to the next plan. Beyond the plan's end
+    nothing changes any more.
+    """
+
+    def command(self, trajectory: Trajectory, since_s: float, state: HostState) -> tuple[float, float]:
+        after = int(np.searchsorted(trajectory.t_s, since_s + 1e-9, side="right"))
+        if after >= len(trajectory):
+            return 0.0, 0.0
+        left = float(trajectory.t_s[after]) - since_s
+        jerk = (float(trajectory.acceleration_mps2[after]) - state.acceleration_mps2) / left
+        return jerk, (float(trajectory.steering_rad[after]) - state.steering_rad) / left

@@ -1,0 +1,171 @@
+"""A drive under way: what happened so far, and what it amounts to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mcdas_opt.catalogue.scenes import Scene
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.prediction import BodyMotion
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vocabulary import Status
+from mcdas_opt.simulation.contact import EDGE_SLACK_M, relative_speed, surroundings
+from mcdas_opt.simulation.controller import Controller
+from mcdas_opt.simulation.idm import STEP_S, step_times
+from mcdas_opt.simulation.metrics import History, driven, lane_changed, times_to_collision
+from mcdas_opt.simulation.neighbours import Traffic, body_at
+from mcdas_opt.simulation.perception import Perception
+from mcdas_opt.simulation.plant import Plant
+from mcdas_opt.simulation.record import Cycle, CycleTimes, NeighbourHistory, Outcome, Simulation
+
+
+@dataclass(slots=True, kw_only=True)
+class Drive:
+    """Grows by `note` (a plan) and `roll` (one turn of plant and traffic); `outcome` other than safe ends it."""
+
+    scene: Scene
+    traffic: Traffic
+    car: Plant
+    outcome: Outcome = Outcome.SAFE
+    collided_with: str | None = None
+    impact_speed_mps: float = 0.0
+    states: list[Array] = field(default_factory=list)
+    inputs: list[tuple[float, float]] = field(default_factory=list)
+    lateral: list[float] = field(default_factory=list)
+    clearance_m: list[float] = field(default_factory=list)
+    cycles: list[Cycle] = field(default_factory=list)
+    took_ms: list[float] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.states.append(self.car.state.to_vector())
+
+    def note(self, now: float, plan: Plan, tracks: tuple[Track, ...], took_ms: float) -> None:
+        """A plan, what it knew of the others, and how long it took."""
+        self.cycles.append(Cycle(time_s=now, host=self.car.state, tracks=tracks, plan=plan))
+        self.took_ms.append(took_ms)
+
+    def roll(self, plan: Plan, controller: Controller, steps: int, eyes: Perception) -> None:
+        """The plant, then the traffic, through one turn; stops at the first touch or departure."""
+        first = len(self.states) - 1
+        times = step_times(first, steps + 1)
+        for k in range(steps):
+            jerk, rate = controller.command(plan.trajectory, k * STEP_S, self.car.state)
+            applied = self.car.step(jerk, rate)
+            self.inputs.append((applied.jerk_mps3, applied.steering_rate_radps))
+            self.lateral.append(applied.lateral_acceleration_mps2)
+            self.states.append(self.car.state.to_vector())
+        host = np.array(self.states[first:])
+        self.traffic.advance(self._as_motion(host[:-1]))
+        others = self.traffic.motions(times)
+        end = self._check(host, others)
+        for k in range(1, end + 1):
+            moments = [_moment(motion, k) for motion in others]
+            bodies = [
+                body_at(name, moment, *size, self.traffic.road)
+                for name, moment, size in zip(self.traffic.names, moments, self.traffic.sizes, strict=True)
+            ]
+            eyes.look(float(times[k]), HostState.from_vector(host[k]), bodies)
+
+    def _check(self, host: Array, others: tuple[BodyMotion, ...]) -> int:
+        """Index of the last instant driven; sets the outcome and cuts the history where the drive ends within this turn."""
+        scene, sizes = self.scene, self.traffic.sizes
+        around = surroundings(host, others, sizes, scene.vehicle, scene.true_road)
+        touched = np.asarray(around.touching.any(axis=0))
+        off = around.beyond_edge_m > EDGE_SLACK_M
+        ends = np.flatnonzero(touched | off)
+        end = int(ends[0]) if ends.size else len(host) - 1
+        if ends.size and touched[end]:
+            struck = int(np.flatnonzero(around.touching[:, end])[0])
+            self.outcome, self.collided_with = Outcome.COLLISION, self.traffic.names[struck]
+            self.impact_speed_mps = relative_speed(host[end], _moment(others[struck], end), scene.vehicle, scene.true_road)
+        elif ends.size:
+            self.outcome = Outcome.LEFT_ROAD
+        nearest = around.clearance_m.min(axis=0, initial=np.inf)
+        self.clearance_m.extend(nearest[len(self.clearance_m) > 0 : end + 1].tolist())
+        cut = len(host) - 1 - end
+        if cut:
+            del self.states[-cut:], self.inputs[-cut:], self.lateral[-cut:]
+        return end
+
+    def _as_motion(self, host: Array) -> BodyMotion:
+        s, d, psi, v = host[:, 0], host[:, 1], host[:, 2], host[:, 3]
+        along = v * np.cos(psi) / (1.0 - d * self.traffic.road.curvature_at(s))
+        return BodyMotion(s_m=s, d_m=d, heading_rad=psi, speed_s_mps=along, speed_d_mps=v * np.sin(psi))
+
+    def summary(self, *, planner: str, plant: str, seed: int) -> Simulation:
+        scene, sizes = self.scene, self.traffic.sizes
+        history = History(
+            states=np.array(self.states),
+            inputs=np.array(self.inputs).reshape(-1, 2),
+            lateral_acceleration_mps2=np.array(self.lateral),
+            clearance_m=np.array(self.clearance_m),
+        )
+        trajectory = driven(history)
+        front, rear = times_to_collision(history.states, self.traffic.motions(history.t_s), sizes, scene.vehicle, scene.true_road)
+        plans = [cycle.plan for cycle in self.cycles]
+        took = np.array(self.took_ms)
+        return Simulation(
+            name=scene.name,
+            planner=planner,
+            plant=plant,
+            seed=seed,
+            duration_s=float(history.t_s[-1]),
+            outcome=self.outcome,
+            collided_with=self.collided_with,
+            impact_speed_mps=self.impact_speed_mps,
+            min_clearance_m=min(self.clearance_m) if self.traffic.names else None,
+            min_ttc_front_s=front,
+            min_ttc_rear_s=rear,
+            max_lateral_acceleration_mps2=float(np.abs(history.lateral_acceleration_mps2).max(initial=0.0)),
+            max_jerk_mps3=float(np.abs(history.inputs[:, 0]).max(initial=0.0)),
+            max_steering_rate_radps=float(np.abs(history.inputs[:, 1]).max(initial=0.0)),
+            lane_change_completed=lane_changed(history.states, scene.true_road),
+            modes=self._modes(),
+            plans=len(plans),
+            fallbacks=sum(plan.status is Status.FALLBACK for plan in plans),
+            unavoidable=sum(plan.status is Status.UNAVOIDABLE for plan in plans),
+            unverified_plans=sum(plan.status is not Status.UNAVOIDABLE and not plan.verdict.passed for plan in plans),
+            cycle_ms=CycleTimes(p50=float(np.percentile(took, 50)), p99=float(np.percentile(took, 99)), max=float(took.max())),
+            trajectory=trajectory,
+            neighbours=self._neighbours(trajectory.t_s),
+            scene=scene,
+            cycles=tuple(self.cycles),
+            history=history,
+        )
+
+    def _modes(self) -> tuple[tuple[float, str], ...]:
+        """(time, mode) where the mode changes."""
+        modes: list[tuple[float, str]] = []
+        for cycle in self.cycles:
+            if not modes or modes[-1][1] != cycle.plan.mode.value:
+                modes.append((cycle.time_s, cycle.plan.mode.value))
+        return tuple(modes)
+
+    def _neighbours(self, t_s: Array) -> tuple[NeighbourHistory, ...]:
+        rows = zip(self.traffic.names, self.traffic.sizes, self.traffic.motions(t_s), strict=True)
+        return tuple(
+            NeighbourHistory(
+                name=name,
+                length_m=length,
+                width_m=width,
+                s_m=motion.s_m,
+                d_m=motion.d_m,
+                heading_rad=motion.heading_rad,
+                speed_mps=motion.speed_s_mps,
+            )
+            for name, (length, width), motion in rows
+        )
+
+
+def _moment(motion: BodyMotion, k: int) -> BodyMotion:
+    return BodyMotion(
+        s_m=motion.s_m[k],
+        d_m=motion.d_m[k],
+        heading_rad=motion.heading_rad[k],
+        speed_s_mps=motion.speed_s_mps[k],
+        speed_d_mps=motion.speed_d_mps[k],
+    )

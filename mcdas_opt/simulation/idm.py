@@ -1,0 +1,129 @@
+"""The Intelligent Driver Model, with a reaction time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mcdas_opt.domain.prediction import BodyMotion
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array, positive
+
+STEP_S = 0.01  # of plant and traffic
+
+
+def step_times(first: int, count: int) -> Array:
+    """Times [s] of `count` steps from step `first` on, rounded to a nanosecond."""
+    return np.asarray(np.round(STEP_S * np.arange(first, first + count), 9), dtype=np.float64)
+
+
+class Presence(NamedTuple):
+    """Somebody on the road at one instant: body centre, speed along the road, size."""
+
+    s_m: float
+    d_m: float
+    speed_s_mps: float
+    length_m: float
+    width_m: float
+
+
+class Leader(NamedTuple):
+    """What a follower sees ahead in its lane: the gap bumper to bumper, and how fast the other goes."""
+
+    gap_m: float
+    speed_mps: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IdmSettings:
+    """Parameters of Treiber, Hennecke, Helbing, Phys. Rev. E 62 (2000) 1805, table I; the desired speed is the driver's own.
+
+    `braking_limit_mps2` bounds what the formula may ask for (it has no bound of its own).
+    """
+
+    headway_s: float = 1.6
+    acceleration_mps2: float = 0.73
+    deceleration_mps2: float = 1.67
+    exponent: float = 4.0
+    jam_distance_m: float = 2.0
+    braking_limit_mps2: float = 8.0
+
+    def __post_init__(self) -> None:
+        for name in self.__slots__:
+            positive(name, getattr(self, name))
+
+
+def idm_acceleration(speed_mps: float, desired_mps: float, leader: Leader | None, settings: IdmSettings) -> float:
+    """Acceleration [m/s^2] by eq 1-3 of the source; a gap of nothing is braked for as hard as can be."""
+    s = settings
+    crowd = 0.0
+    if leader is not None:
+        urgency = speed_mps * (speed_mps - leader.speed_mps) / (2.0 * math.sqrt(s.acceleration_mps2 * s.deceleration_mps2))
+        wanted = s.jam_distance_m + max(speed_mps * s.headway_s + urgency, 0.0)
+        crowd = (wanted / max(leader.gap_m, 0.01)) ** 2
+    free = 1.0 - math.pow(speed_mps / desired_mps, s.exponent)
+    return max(s.acceleration_mps2 * (free - crowd), -s.braking_limit_mps2)
+
+
+@dataclass(slots=True, kw_only=True)
+class Follower:
+    """A driver by the IDM: wants `desired_mps`, stays at its d, follows whoever is ahead in its lane, the host included.
+
+    It answers the gap and the leader's speed of `delay_steps` steps ago with its own speed of now. Before t = 0 it has come at
+    constant speed. `s_m` and `speed_mps` hold its motion at t = 0, STEP_S, ...; `seen` what it saw, from t = -delay on.
+    """
+
+    start: Presence
+    desired_mps: float
+    delay_steps: int
+    road: Road
+    settings: IdmSettings
+    s_m: list[float] = field(init=False)
+    speed_mps: list[float] = field(init=False)
+    seen: list[Leader | None] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.s_m, self.speed_mps = [self.start.s_m], [self.start.speed_s_mps]
+
+    @property
+    def now(self) -> Presence:
+        return self.start._replace(s_m=self.s_m[-1], speed_s_mps=self.speed_mps[-1])
+
+    def before(self, t_s: float) -> Presence:
+        """At a time before the scene begins."""
+        return self.start._replace(s_m=self.start.s_m + self.start.speed_s_mps * t_s)
+
+    def look(self, own: Presence, others: Iterable[Presence]) -> None:
+        """Takes in the nearest body ahead whose centre is in its lane or whose body reaches over its width."""
+        lane = self.road.lane_of(own.d_m)
+        best: Leader | None = None
+        for other in others:
+            across = abs(other.d_m - own.d_m) < 0.5 * (other.width_m + own.width_m)
+            if other.s_m <= own.s_m or not (across or self.road.lane_of(other.d_m) == lane):
+                continue
+            gap = other.s_m - own.s_m - 0.5 * (other.length_m + own.length_m)
+            if best is None or gap < best.gap_m:
+                best = Leader(gap_m=gap, speed_mps=other.speed_s_mps)
+        self.seen.append(best)
+
+    def advance(self) -> None:
+        """One step of STEP_S, trapezoidal in the speed, which never falls below 0."""
+        speed = self.speed_mps[-1]
+        acceleration = idm_acceleration(speed, self.desired_mps, self.seen[len(self.s_m) - 1], self.settings)
+        after = max(speed + acceleration * STEP_S, 0.0)
+        self.s_m.append(self.s_m[-1] + 0.5 * (speed + after) * STEP_S)
+        self.speed_mps.append(after)
+
+    def __call__(self, t_s: Any) -> BodyMotion:
+        """Motion at times up to the one reached, linear between steps; at constant speed before t = 0 and beyond."""
+        t = np.asarray(t_s, dtype=np.float64)
+        times = step_times(0, len(self.s_m))
+        inside = np.clip(t, 0.0, times[-1])
+        speed = np.interp(inside, times, self.speed_mps)
+        s = np.interp(inside, times, self.s_m) + (t - inside) * speed
+        zero = np.zeros_like(t)
+        return BodyMotion(s_m=s, d_m=zero + self.start.d_m, heading_rad=zero, speed_s_mps=speed, speed_d_mps=zero)

@@ -1,0 +1,86 @@
+"""Anybody's trajectory against a scene or a situation, by the judge."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from mcdas_opt.catalogue.scenes import Scene, load_scene
+from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.settings import PredictionSettings
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.verdict import Verdict
+from mcdas_opt.errors import ParameterError, nearest
+from mcdas_opt.simulation.first_situation import situation_of
+from mcdas_opt.simulation.neighbours import Traffic, known_bodies
+from mcdas_opt.tracking.prediction import CONSTANT_VELOCITY, predict
+from mcdas_opt.verification.judge import judge
+
+SCENE = "scene"
+PREDICTIONS = (SCENE, CONSTANT_VELOCITY)
+
+
+def verify(
+    trajectory: Trajectory,
+    target: Scene | Situation,
+    prediction: str | None = None,
+    settings: PredictionSettings | None = None,
+    vehicle: Vehicle | None = None,
+) -> Verdict:
+    """The judge's verdict on a trajectory that begins at the start of a scene, or at the time of a situation.
+
+    `prediction` says how the neighbours move: "scene" as the scene's script has them (default there; followers react to the
+    trajectory), "constant-velocity" as a planner with perfect sensors believes at t = 0 (the only one for a situation, from its
+    tracks). Judged with the friction that plans are made with, and the target's vehicle unless another is given. Raises
+    `ParameterError` for another name.
+    """
+    foreseen = foresee(trajectory, target, prediction, settings)
+    if isinstance(target, Situation):
+        return judge(trajectory, target.host, vehicle or load_vehicle(target.vehicle), target.road, foreseen)
+    return judge(trajectory, target.host_state, vehicle or target.vehicle, target.assumed_road, foreseen)
+
+
+def target_of(name: str) -> tuple[Scene | Situation, Vehicle]:
+    """What to judge in: a scene (path or shipped name), or a situation saved as `.json`; and its vehicle. Raises `InputError`."""
+    if Path(name).suffix == ".json":
+        return situation_of(name)
+    scene = load_scene(name)
+    return scene, scene.vehicle
+
+
+def foresee(
+    trajectory: Trajectory, target: Scene | Situation, prediction: str | None = None, settings: PredictionSettings | None = None
+) -> Prediction:
+    """The prediction that `verify` judges against; its `name` is the one in use."""
+    if isinstance(target, Situation):
+        if prediction not in (None, CONSTANT_VELOCITY):
+            raise ParameterError("prediction", prediction, f"a situation knows only {CONSTANT_VELOCITY!r}")
+        return predict(target.tracks, settings)
+    if prediction in (None, SCENE):
+        return Prediction(name=SCENE, bodies=known_bodies(target, trajectory))
+    if prediction == CONSTANT_VELOCITY:
+        return predict(exact_tracks(target), settings)
+    raise ParameterError("prediction", prediction, nearest(str(prediction), PREDICTIONS))
+
+
+def exact_tracks(scene: Scene) -> tuple[Track, ...]:
+    """Every neighbour at t = 0 as a perfect sensor tells it."""
+    traffic = Traffic(scene)
+    moments = traffic.motions(np.array(0.0))
+    return tuple(
+        Track(
+            id=name,
+            s_m=float(moment.s_m),
+            d_m=float(moment.d_m),
+            speed_s_mps=float(moment.speed_s_mps),
+            speed_d_mps=float(moment.speed_d_mps),
+            length_m=length,
+            width_m=width,
+        )
+        for name, moment, (length, width) in zip(traffic.names, moments, traffic.sizes, strict=True)
+    )

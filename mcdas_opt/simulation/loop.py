@@ -1,0 +1,109 @@
+"""The closed loop: sensors, planner, controller, plant and traffic, turn by turn."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+from mcdas_opt.catalogue.scenes import Scene
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.measurement import Scan
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vocabulary import Request
+from mcdas_opt.errors import ParameterError
+from mcdas_opt.simulation.controller import Controller, FeedForward
+from mcdas_opt.simulation.drive import Drive
+from mcdas_opt.simulation.idm import STEP_S
+from mcdas_opt.simulation.neighbours import Traffic
+from mcdas_opt.simulation.perception import Perception
+from mcdas_opt.simulation.plant import make_plant
+from mcdas_opt.simulation.record import Outcome, Simulation
+
+
+class Driver(Protocol):
+    """Who plans, as `planning.planner.Planner`. With a `tracker` it also gets what the sensors saw between two plans; with a
+    `reset()` it is made to forget what came before the drive; the tracks of its `situation` are kept for drawing."""
+
+    def step(
+        self,
+        measurements: Sequence[Scan],
+        host: HostState,
+        now: float,
+        *,
+        road: Road | None = None,
+        desired_speed_mps: float | None = None,
+        request: Request = Request.DRIVE,
+    ) -> Plan: ...
+
+
+def simulate(
+    scene: Scene,
+    planner: str | Driver = "mpc",
+    plant: str = "kinematic",
+    seed: int | None = None,
+    settings: Settings | None = None,
+    controller: Controller | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Simulation:
+    """Drives a planner through a scene, and returns the drive with its figures.
+
+    Ends at the scene's duration, at the first touch of another body, or when a corner is more than 0.02 m off the road. `planner` is
+    a registered name, a `Driver`, or a method (an object with `plan(situation, previous)`). The planner gets the plant's true state.
+    `progress` is told after every turn how many are done, and of how many.
+    Without its `cycle_ms` the result repeats to the byte for the same scene and seed (default the scene's). Raises `InputError` or
+    `ParameterError` for a planner, plant or sensor that is not known.
+    """
+    settings = settings or Settings()
+    seed = scene.seed if seed is None else seed
+    driver, name = _driver(planner, scene, settings)
+    traffic, car = Traffic(scene), make_plant(plant, scene.vehicle, scene.true_road, scene.host_state)
+    eyes = Perception(scene, seed, driver)
+    eyes.warm_up(scene, traffic)
+    drive = Drive(scene=scene, traffic=traffic, car=car)
+    turns = _turns(scene.duration_s, settings.cycle_s)
+    for turn, (now, steps) in enumerate(turns, start=1):
+        started = time.perf_counter()
+        plan = driver.step(
+            eyes.arrived(now),
+            car.state,
+            now,
+            road=scene.assumed_road,
+            desired_speed_mps=scene.desired_speed_mps,
+            request=scene.request,
+        )
+        took_ms = 1e3 * (time.perf_counter() - started)
+        drive.note(now, plan, _tracks(driver), took_ms)
+        drive.roll(plan, controller or FeedForward(), steps, eyes)
+        if progress is not None:
+            progress(turn, len(turns))
+        if drive.outcome is not Outcome.SAFE:
+            break
+    return drive.summary(planner=name, plant=plant, seed=seed)
+
+
+def _tracks(driver: Driver) -> tuple[Track, ...]:
+    return tuple(getattr(getattr(driver, "situation", None), "tracks", ()))
+
+
+def _turns(duration_s: float, cycle_s: float) -> list[tuple[float, int]]:
+    """(time, plant steps) of each turn; the last may be shorter."""
+    each, total = round(cycle_s / STEP_S), max(round(duration_s / STEP_S), 1)
+    if each < 1 or abs(each * STEP_S - cycle_s) > 1e-9:
+        raise ParameterError("cycle_s", cycle_s, f"must be a whole number of {STEP_S:g} s steps", "s")
+    return [(round(k * STEP_S, 9), min(each, total - k)) for k in range(0, total, each)]
+
+
+def _driver(planner: Any, scene: Scene, settings: Settings) -> tuple[Driver, str]:
+    """The planner, fresh, and its name."""
+    if not isinstance(planner, str) and hasattr(planner, "step"):
+        if hasattr(planner, "reset"):
+            planner.reset()
+        return planner, str(getattr(planner, "name", type(planner).__name__))
+    from mcdas_opt.planning.planner import Planner
+
+    built = Planner(vehicle=scene.vehicle, method=planner, settings=settings, road=scene.assumed_road)
+    return built, built.name

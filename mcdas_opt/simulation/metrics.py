@@ -1,0 +1,84 @@
+"""Figures of a drive, from its fine history."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mcdas_opt.domain.prediction import BodyMotion
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.simulation.idm import STEP_S, step_times
+
+SETTLED_M, SETTLED_RAD = 0.3, 0.03
+_CLOSING_MPS = 0.05
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class History:
+    """A drive in steps of STEP_S: states (n + 1, 6), applied inputs (n, 2), lateral acceleration of the path (n,), and the distance to
+    the nearest other body (n + 1,), infinite where there is none."""
+
+    states: Array
+    inputs: Array
+    lateral_acceleration_mps2: Array
+    clearance_m: Array
+
+    @property
+    def t_s(self) -> Array:
+        return step_times(0, len(self.states))
+
+
+def times_to_collision(
+    host: Array, neighbours: tuple[BodyMotion, ...], sizes: tuple[tuple[float, float], ...], vehicle: Vehicle, road: Road
+) -> tuple[float | None, float | None]:
+    """Least time to collision [s] with anybody ahead and with anybody behind; None where nobody ever closes in.
+
+    Gap from bumper to bumper over closing speed, both along the road, with the neighbours whose centre is in the host's lane or whose
+    body reaches over its width. Somebody alongside does not count, nor does closing in by less than 0.05 m/s.
+    """
+    s, d, psi, v = (host[:, k] for k in (0, 1, 2, 3))
+    speed = v * np.cos(psi) / (1.0 - d * road.curvature_at(s))
+    lane = _lanes(d, road)
+    least = [np.inf, np.inf]
+    for motion, (length, width) in zip(neighbours, sizes, strict=True):
+        sharing = (np.abs(motion.d_m - d) < 0.5 * (width + vehicle.width_m)) | (_lanes(motion.d_m, road) == lane)
+        gap = np.abs(motion.s_m - s) - 0.5 * (length + vehicle.length_m)
+        ahead = motion.s_m > s
+        closing = np.where(ahead, speed - motion.speed_s_mps, motion.speed_s_mps - speed)
+        counts = sharing & (gap > 0.0) & (closing > _CLOSING_MPS)
+        time = np.where(counts, gap / np.where(counts, closing, 1.0), np.inf)
+        for k, side in enumerate((ahead, ~ahead)):
+            least[k] = min(least[k], float(time[side].min(initial=np.inf)))
+    front, rear = (value if np.isfinite(value) else None for value in least)
+    return front, rear
+
+
+def lane_changed(host: Array, road: Road) -> bool:
+    """Whether the drive ended settled in another lane than it began in: within 0.3 m of its centre and 0.03 rad of its direction."""
+    first, last = road.lane_of(float(host[0, 1])), road.lane_of(float(host[-1, 1]))
+    settled = abs(float(host[-1, 1]) - road.lane_centre_m(last)) < SETTLED_M and abs(float(host[-1, 2])) < SETTLED_RAD
+    return first != last and settled
+
+
+def driven(history: History, sample_s: float = 0.1) -> Trajectory:
+    """The drive as a trajectory: a sample where an applied input changes or a state jumps, and at least every `sample_s`."""
+    x, u = history.states, history.inputs
+    if len(u) == 0:
+        return Trajectory.from_states(history.t_s, x, np.zeros((1, 2)))
+    every = round(sample_s / STEP_S)
+    keep = [0]
+    for k in range(1, len(u)):
+        jumped = abs(x[k, 4] - x[k - 1, 4] - u[k - 1, 0] * STEP_S) > 1e-6
+        if k % every == 0 or jumped or np.abs(u[k] - u[keep[-1]]).max() > 1e-9:
+            keep.append(k)
+    rows = [*keep, len(u)]
+    return Trajectory.from_states(history.t_s[rows], x[rows], u[keep])
+
+
+def _lanes(d: Array, road: Road) -> Array:
+    lanes = np.floor(d / road.lane_width_m + 0.5)
+    return np.asarray(np.clip(lanes, -road.lanes_right, road.lanes_left))

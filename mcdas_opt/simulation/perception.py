@@ -1,0 +1,62 @@
+"""From the true world to the planner's tracker: sensors, their latency, and the pose that the host had when they looked."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from mcdas_opt.catalogue.scenes import Scene
+from mcdas_opt.domain.body import Body
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.measurement import Scan
+from mcdas_opt.simulation.idm import STEP_S, step_times
+from mcdas_opt.simulation.neighbours import Traffic, host_before
+from mcdas_opt.simulation.sensors import SensorSuite
+
+_ROUNDING_S = 1e-9
+
+
+class Perception:
+    """Looks at the world and hands scans on `latency_s` later, with the time stamps of the measurement.
+
+    Scans of the very instant of a plan go into the planner's step. Older ones are taken in by its tracker when they arrive, each with
+    the host's pose at its own time (a car knows where it was); a planner without a tracker gets them all with its step.
+    """
+
+    def __init__(self, scene: Scene, seed: int, driver: Any) -> None:
+        beside = Path(scene.file).parent
+        self._suite = SensorSuite(scene.sensors, scene.vehicle, scene.true_road, seed, beside)
+        self._road = scene.assumed_road
+        self._latency_s = scene.sensors.latency_s
+        self._driver = driver
+        self._pending: deque[tuple[Scan, HostState]] = deque()
+
+    def warm_up(self, scene: Scene, traffic: Traffic) -> None:
+        """What the sensors have seen by t = 0, when everybody had come at constant speed for `warmup_s`."""
+        steps = round(scene.sensors.warmup_s / STEP_S)
+        times = step_times(-steps, steps + 1)
+        host = host_before(scene, times)
+        start = scene.host_state
+        for t, s in zip(times.tolist(), host.s_m.tolist(), strict=True):
+            pose = HostState(
+                s_m=s, d_m=start.d_m, heading_rad=start.heading_rad, speed_mps=start.speed_mps, steering_rad=start.steering_rad
+            )
+            self.look(t, pose, traffic.bodies(t))
+
+    def look(self, t_s: float, host: HostState, bodies: Sequence[Body]) -> None:
+        """The scans that are due at t_s begin their way."""
+        self._pending.extend((scan, host) for scan in self._suite.scans(t_s, host, bodies))
+
+    def arrived(self, now: float) -> list[Scan]:
+        """Scans for the planner's step at `now`; older ones have gone to its tracker."""
+        tracker = getattr(self._driver, "tracker", None)
+        fresh: list[Scan] = []
+        while self._pending and self._pending[0][0].t_s + self._latency_s <= now + _ROUNDING_S:
+            scan, host = self._pending.popleft()
+            if tracker is None or scan.t_s > now - _ROUNDING_S:
+                fresh.append(scan)
+            else:
+                tracker.update([scan], host, self._road, scan.t_s + self._latency_s)
+        return fresh

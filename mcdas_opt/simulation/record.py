@@ -1,0 +1,96 @@
+"""What a closed-loop drive leaves behind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+from mcdas_opt.catalogue.scenes import Scene
+from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.simulation.metrics import History
+
+
+class Outcome(StrEnum):
+    SAFE = "safe"
+    COLLISION = "collision"
+    LEFT_ROAD = "left_road"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CycleTimes:
+    """Wall-clock milliseconds of the planner's step; the only part of a simulation that does not repeat."""
+
+    p50: float = 0.0
+    p99: float = 0.0
+    max: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NeighbourHistory:
+    """Where a neighbour truly was, at the times of the driven trajectory."""
+
+    name: str
+    length_m: float
+    width_m: float
+    s_m: Array
+    d_m: Array
+    heading_rad: Array
+    speed_mps: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cycle:
+    """One turn of the loop: where the host was, what the tracker believed, what the planner answered."""
+
+    time_s: float
+    host: HostState
+    tracks: tuple[Track, ...]
+    plan: Plan
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Simulation:
+    """A drive and its figures; attributes are the keys of the JSON document, but for `scene`, `cycles` and `history` (for drawing).
+
+    The drive ends at the scene's duration, at the first touch of another body, or where a corner leaves the road: `duration_s` is the
+    time driven. Distances and times are of the true bodies, 0.01 s apart. `impact_speed_mps` is the speed of one body's centre
+    relative to the other's; jerk and steering rate are the actuators', so that the jolt with which braking ends at standstill is not
+    counted.
+    """
+
+    name: str
+    planner: str
+    plant: str
+    seed: int
+    duration_s: float
+    outcome: Outcome
+    collided_with: str | None
+    impact_speed_mps: float
+    min_clearance_m: float | None
+    min_ttc_front_s: float | None
+    min_ttc_rear_s: float | None
+    max_lateral_acceleration_mps2: float
+    max_jerk_mps3: float
+    max_steering_rate_radps: float
+    lane_change_completed: bool
+    modes: tuple[tuple[float, str], ...]
+    plans: int
+    fallbacks: int
+    unavoidable: int
+    unverified_plans: int
+    cycle_ms: CycleTimes
+    trajectory: Trajectory
+    neighbours: tuple[NeighbourHistory, ...] = ()
+    scene: Scene = field(repr=False, compare=False)
+    cycles: tuple[Cycle, ...] = field(repr=False, compare=False)
+    history: History = field(repr=False, compare=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON document of the contract."""
+        return {"schema_version": SCHEMA_VERSION, **to_document(self)}

@@ -1,0 +1,137 @@
+"""Situation to assessment: the one function that the planner calls here."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from mcdas_opt.domain.assessment import Assessment
+from mcdas_opt.domain.settings import SelectorSettings
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Mode, Request, Sector, Side
+from mcdas_opt.situation.occupancy import blocked_sides
+from mcdas_opt.situation.roles import cast, gap_m
+from mcdas_opt.situation.rule_table import RULES
+from mcdas_opt.situation.selector import MODES, SIDES, Facts, closing_time, mode_code, select, side_code
+from mcdas_opt.situation.table1 import literal_mode
+
+_LEANING_M = 0.1  # a smaller difference between the sides is a tie
+_LANE_REACHED = 0.75  # of a lane's width: an evasion that came this far counts lanes anew
+
+
+class _Ahead(NamedTuple):
+    """What stands or drives next in line: a car, the end of the road (no id), or nobody (infinite gap)."""
+
+    id: str | None
+    gap_m: float
+    speed_mps: float | None
+
+
+def assess(situation: Situation, vehicle: Vehicle, settings: SelectorSettings, previous: Assessment | None = None) -> Assessment:
+    """Roles, gaps, times to collision, threats, open sides and the one mode; `previous` is the cycle before (hysteresis)."""
+    host, road, coverage, tracks = situation.host, situation.road, situation.coverage, situation.tracks
+    lane = _lane(situation, previous)
+    people = cast(tracks, lane, host, vehicle, road, settings)
+    front_car, rear_car = people.front, people.rear
+    front = _road_end(situation, vehicle, _car(front_car, situation, vehicle))
+    rear = _car(rear_car, situation, vehicle)
+    ttc_front = float(closing_time(front.gap_m, host.speed_mps - (front.speed_mps or 0.0)))
+    ttc_rear = float(closing_time(rear.gap_m, (rear.speed_mps or 0.0) - host.speed_mps))
+    before = previous or Assessment()
+    blocked = set(blocked_sides(tracks, coverage, lane, host, vehicle, road, settings, before.side))
+    if front.id is None and ttc_front < settings.ttc_warning_s:  # the end of the road: no lane goes on
+        blocked |= {Sector.LEFT, Sector.RIGHT}
+    offset = 0.0 if front_car is None else front_car.d_m - host.d_m
+    age = math.inf if previous is None or situation.time_s < previous.since_s else situation.time_s - previous.since_s
+    choice = select(
+        Facts(
+            host_speed=host.speed_mps,
+            desired_speed=situation.wanted_speed_mps,
+            front_seen=coverage.front,
+            front_gap=front.gap_m,
+            front_speed=front.speed_mps or 0.0,
+            rear_seen=coverage.rear,
+            rear_gap=rear.gap_m,
+            rear_speed=rear.speed_mps or 0.0,
+            left_open=Sector.LEFT not in blocked,
+            right_open=Sector.RIGHT not in blocked,
+            leaning=_leaning(-offset if front_car is not None else host.d_m - road.lane_centre_m(lane)),
+            park_requested=situation.request is Request.PARK,
+            acceleration_mps2=vehicle.acceleration_max_mps2,
+            previous_mode=mode_code(None if previous is None else previous.mode),
+            previous_side=side_code(before.side),
+            previous_front_threat=Sector.FRONT in before.threats,
+            previous_rear_threat=Sector.REAR in before.threats,
+            previous_warning=before.warning,
+            previous_age_s=age,
+        ),
+        settings,
+    )
+    if not coverage.front or choice.front_threat[0] or front.gap_m <= settings.distance_front_long_m:
+        blocked.add(Sector.FRONT)
+    if not coverage.rear or choice.rear_threat[0] or rear.gap_m <= settings.distance_rear_m:
+        blocked.add(Sector.REAR)
+    mode, side, rule = MODES[int(choice.mode[0])], SIDES[int(choice.side[0])], int(choice.rule[0])
+    threats = [s for s, there in ((Sector.FRONT, choice.front_threat), (Sector.REAR, choice.rear_threat)) if there[0]]
+    same = previous is not None and (previous.mode, previous.side) == (mode, side) and math.isfinite(age)
+    return Assessment(
+        roles=people.roles,
+        front_id=front.id,
+        rear_id=rear.id,
+        front_gap_m=front.gap_m,
+        rear_gap_m=rear.gap_m,
+        front_speed_mps=front.speed_mps,
+        rear_speed_mps=rear.speed_mps,
+        ttc_front_s=ttc_front,
+        ttc_rear_s=ttc_rear,
+        offset_m=offset,
+        occupied=frozenset(blocked),
+        threats=frozenset(threats),
+        mode=mode,
+        side=side,
+        warning=bool(choice.warning[0]),
+        literal_mode=_table_1(front_car, rear_car, situation, vehicle),
+        reason=RULES[rule].reason if rule >= 0 else f"{mode.value} goes on for {settings.hold_s:g} s",
+        lane=lane,
+        since_s=before.since_s if same else situation.time_s,
+    )
+
+
+def _lane(situation: Situation, previous: Assessment | None) -> int:
+    """The lane that the host is in; during an evasion the one that it began in, until the next lane's centre is near."""
+    road, d = situation.road, situation.host.d_m
+    if previous is not None and previous.mode is Mode.EVADE and road.has_lane(previous.lane):
+        moved = (d - road.lane_centre_m(previous.lane)) * (1.0 if previous.side is Side.LEFT else -1.0)
+        if -0.5 * road.lane_width_m <= moved < _LANE_REACHED * road.lane_width_m:
+            return previous.lane
+    return road.lane_of(d)
+
+
+def _car(track: Track | None, situation: Situation, vehicle: Vehicle) -> _Ahead:
+    if track is None:
+        return _Ahead(None, math.inf, None)
+    return _Ahead(track.id, gap_m(track, situation.host, vehicle), track.speed_s_mps)
+
+
+def _road_end(situation: Situation, vehicle: Vehicle, front: _Ahead) -> _Ahead:
+    """The end of the road is a wall, where it comes before the front vehicle."""
+    end = situation.road.road_end_s_m
+    if end is None:
+        return front
+    gap = end - situation.host.s_m - 0.5 * vehicle.length_m
+    return _Ahead(None, gap, 0.0) if gap < front.gap_m else front
+
+
+def _leaning(left_minus_right_m: float) -> int:
+    return 0 if abs(left_minus_right_m) <= _LEANING_M else int(math.copysign(1, left_minus_right_m))
+
+
+def _table_1(front: Track | None, rear: Track | None, situation: Situation, vehicle: Vehicle) -> str | None:
+    """Unknown is what nobody watches and no track tells; half-known states have no row."""
+    cars = [None if t is None else (gap_m(t, situation.host, vehicle), t.speed_s_mps) for t in (front, rear)]
+    unknown = [car is None and not seen for car, seen in zip(cars, (situation.coverage.front, situation.coverage.rear), strict=True)]
+    if any(unknown) and not all(unknown):
+        return None
+    return literal_mode(cars[0], cars[1], situation.host.speed_mps, known=not all(unknown))

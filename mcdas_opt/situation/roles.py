@@ -1,0 +1,67 @@
+"""Who is where: roles of the tracks by geometry alone, and gaps from bumper to bumper."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.settings import SelectorSettings
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Role
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cast:
+    """Everybody's role; `front` and `rear` are the nearest ahead and behind in the host's own lane, further ones are `other`."""
+
+    roles: dict[str, Role]
+    front: Track | None
+    rear: Track | None
+
+
+def gap_m(track: Track, host: HostState, vehicle: Vehicle) -> float:
+    """Distance along the road from bumper to bumper [m]; negative alongside."""
+    return abs(track.s_m - host.s_m) - 0.5 * (track.length_m + vehicle.length_m)
+
+
+def in_lane(track: Track, lane: int, road: Road, settings: SelectorSettings) -> bool:
+    """Whether the body reaches into the lane by the intrusion margin."""
+    return _overlap(track.d_m, track.width_m, road.lane_centre_m(lane), road.lane_width_m) >= settings.lane_intrusion_m
+
+
+def in_the_way(track: Track, lane: int, host: HostState, vehicle: Vehicle, road: Road, settings: SelectorSettings) -> bool:
+    """Whether the body is in the host's lane, or in the width that the host's body sweeps going straight on."""
+    swept = vehicle.width_m + 2.0 * settings.swept_margin_m
+    return in_lane(track, lane, road, settings) or _overlap(track.d_m, track.width_m, host.d_m, swept) > 0.0
+
+
+def cast(tracks: Sequence[Track], lane: int, host: HostState, vehicle: Vehicle, road: Road, settings: SelectorSettings) -> Cast:
+    """Roles of all tracks, the host being in `lane`. A car alongside is front or rear only if the bodies already overlap sideways."""
+    roles = {track.id: Role.OTHER for track in tracks}
+    ahead: list[tuple[float, str, Track]] = []
+    behind: list[tuple[float, str, Track]] = []
+    for track in tracks:
+        gap = gap_m(track, host, vehicle)
+        overlapping = _overlap(track.d_m, track.width_m, host.d_m, vehicle.width_m) > 0.0
+        if in_the_way(track, lane, host, vehicle, road, settings) and (gap >= 0.0 or overlapping):
+            (ahead if track.s_m > host.s_m else behind).append((gap, track.id, track))
+        elif abs(track.s_m - host.s_m) <= settings.beside_m:
+            if in_lane(track, lane + 1, road, settings) or (gap < 0.0 and track.d_m > host.d_m):
+                roles[track.id] = Role.LEFT
+            elif in_lane(track, lane - 1, road, settings) or (gap < 0.0 and track.d_m < host.d_m):
+                roles[track.id] = Role.RIGHT
+    front = min(ahead)[2] if ahead else None
+    rear = min(behind)[2] if behind else None
+    if front is not None:
+        roles[front.id] = Role.FRONT
+    if rear is not None:
+        roles[rear.id] = Role.REAR
+    return Cast(roles=roles, front=front, rear=rear)
+
+
+def _overlap(d1: float, width1: float, d2: float, width2: float) -> float:
+    """Width that two intervals share [m]; negative: the distance between them."""
+    return 0.5 * (width1 + width2) - max(abs(d1 - d2), 0.5 * abs(width1 - width2))

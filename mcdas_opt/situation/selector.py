@@ -1,0 +1,191 @@
+"""The total selector: every state has exactly one mode. One rule table for one state and for a million."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.settings import SelectorSettings
+from mcdas_opt.domain.vocabulary import Mode, Side
+from mcdas_opt.situation.rule_table import RULES, Conditions, Flags
+
+Codes = NDArray[np.int8]
+
+MODES = (Mode.HOLD, Mode.CRUISE, Mode.BRAKE, Mode.ACCELERATE, Mode.EVADE, Mode.PARK)
+SIDES = (Side.NONE, Side.LEFT, Side.RIGHT)
+NO_MODE = -1
+_CODE = {mode: code for code, mode in enumerate(MODES)}
+_SIDE = {side: code for code, side in enumerate(SIDES)}
+_HOLD, _CRUISE, _BRAKE, _ACCELERATE, _EVADE, _PARK = (_CODE[mode] for mode in MODES)
+_NONE, _LEFT, _RIGHT = (_SIDE[side] for side in SIDES)
+_URGENCY = np.array([0, 0, 1, 1, 2, 0], dtype=np.int8)  # by mode code
+_MODE_OF_RULE = np.array([_CODE[rule.mode] for rule in RULES], dtype=np.int8)
+_SLOWEST_MPS = 1e-6  # slower than this is not closing at all
+_NEAREST_M = 0.1  # a gap counts as at least this, so that the demand stays finite
+_ACCELERATION_DELAY_S = 0.15  # until the acceleration has built up
+
+
+def mode_code(mode: Mode | None) -> int:
+    return NO_MODE if mode is None else _CODE[mode]
+
+
+def side_code(side: Side) -> int:
+    return _SIDE[side]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Facts:
+    """What modes are chosen from: vectors over states, or scalars. Gaps [m] are infinite where nobody is, speeds [m/s] then unused.
+
+    `front_seen`, `rear_seen`: somebody watches there. `leaning`: +1 prefers left, -1 right, 0 leaves it to the tie-break.
+    The `previous_*` are of the cycle before (`NO_MODE` when there was none), `previous_age_s` since its mode began.
+    """
+
+    host_speed: Any
+    desired_speed: Any
+    front_seen: Any = True
+    front_gap: Any = np.inf
+    front_speed: Any = 0.0
+    rear_seen: Any = True
+    rear_gap: Any = np.inf
+    rear_speed: Any = 0.0
+    left_open: Any = False
+    right_open: Any = False
+    leaning: Any = 0
+    park_requested: Any = False
+    acceleration_mps2: Any = 3.0
+    previous_mode: Any = NO_MODE
+    previous_side: Any = 0
+    previous_front_threat: Any = False
+    previous_rear_threat: Any = False
+    previous_warning: Any = False
+    previous_age_s: Any = np.inf
+
+    def broadcast(self) -> Facts:
+        names = [f.name for f in fields(self)]
+        return Facts(**dict(zip(names, np.broadcast_arrays(*(np.atleast_1d(getattr(self, n)) for n in names)), strict=True)))
+
+
+class Selection(NamedTuple):
+    """Vectors over states; codes index `MODES` and `SIDES`; `rule` indexes `RULES`, -1 where the mode before is kept."""
+
+    mode: Codes
+    side: Codes
+    warning: Flags
+    front_threat: Flags
+    rear_threat: Flags
+    rule: Codes
+
+
+class Threat(NamedTuple):
+    """One direction: is it a threat, is it worth a warning, what change of speed [m/s^2] parts them within the gap, closing speed [m/s]."""
+
+    threat: Flags
+    warning: Flags
+    demand: Array
+    closing: Array
+
+
+def closing_time(gap: Any, closing: Any) -> Array:
+    """Time to collision [s]: gap / closing speed, infinite where not closing or nobody is there, 0 where already touching."""
+    gap, closing = np.broadcast_arrays(np.asarray(gap, dtype=np.float64), np.asarray(closing, dtype=np.float64))
+    positive = closing > _SLOWEST_MPS
+    return np.asarray(np.where(positive, np.maximum(gap, 0.0) / np.where(positive, closing, 1.0), np.inf))
+
+
+def conditions(f: Facts, front: Threat, rear: Threat, settings: SelectorSettings) -> Conditions:
+    """What the rule table asks, of broadcast facts; a choice once made gives way only past a margin."""
+    error = f.desired_speed - f.host_speed
+    band = settings.speed_band_mps * np.where(f.previous_mode == _CRUISE, 0.5, 1.0)
+    stay = np.where(f.previous_mode == _EVADE, settings.ttc_clear_s / settings.ttc_threat_s, 1.0)
+    followed = ~f.rear_seen | (f.rear_gap <= settings.distance_rear_m * stay)
+    needed = rear.closing**2 / (2.0 * f.acceleration_mps2) + rear.closing * _ACCELERATION_DELAY_S
+    clear_ahead = f.front_seen & (f.front_gap > settings.distance_front_long_m * stay)
+    return Conditions(
+        front=front.threat,
+        rear=rear.threat,
+        park=f.park_requested & _standing(f, settings),
+        blind=~f.front_seen & ~f.rear_seen,
+        at_speed=np.abs(error) <= band,
+        unseen_ahead=(error > 0.0) & ~f.front_seen,
+        brakes=front.demand * stay <= np.where(followed, settings.braking_followed_mps2, settings.braking_enough_mps2),
+        outruns=clear_ahead & (needed * stay <= f.rear_gap - settings.occupancy_gap_m),
+        side=(f.left_open | f.right_open) & (f.host_speed * stay >= settings.evading_speed_mps),
+        room=_room(f, settings),
+    )
+
+
+def select(facts: Facts, settings: SelectorSettings) -> Selection:
+    """Exactly one mode for every state. Hysteresis: relaxed thresholds while threatened, and a mode lives `hold_s` unless things worsen."""
+    f = facts.broadcast()
+    front = _threat(f.front_gap, f.host_speed - f.front_speed, settings.distance_front_short_m, f.previous_front_threat, f, settings)
+    rear = _threat(f.rear_gap, f.rear_speed - f.host_speed, settings.distance_rear_m, f.previous_rear_threat, f, settings)
+    state = conditions(f, front, rear, settings)
+    rule = np.full(f.host_speed.shape, -1, dtype=np.int8)
+    for number, row in enumerate(RULES):
+        rule[row.applies(state)] = number
+    mode = _MODE_OF_RULE[rule]
+    kept = (mode != f.previous_mode) & _lives_on(f, front.threat, rear.threat, mode, settings)
+    mode = np.where(kept, f.previous_mode, mode).astype(np.int8)
+    rule = np.where(kept, -1, rule).astype(np.int8)
+    sandwiched = (f.front_gap <= settings.distance_front_long_m) & (f.rear_gap <= settings.distance_rear_m)
+    warning = front.threat | rear.threat | front.warning | rear.warning | sandwiched
+    return Selection(mode, _side(f, mode, settings), warning, front.threat, rear.threat, rule)
+
+
+def _threat(gap: Array, closing: Array, distance: float, before: Flags, f: Facts, settings: SelectorSettings) -> Threat:
+    """Closing, and: soon there, or within Table 1's distance and not far from it, or avoidable only by a hard change of speed."""
+    ratio = settings.ttc_clear_s / settings.ttc_threat_s
+    relax = np.where(before, ratio, 1.0)
+    closing = np.where(np.isfinite(gap), np.maximum(closing, 0.0), 0.0)
+    time = closing_time(gap, closing)
+    demand = closing**2 / (2.0 * np.maximum(gap, _NEAREST_M))
+    near = (gap <= distance * relax) & (time < settings.ttc_warning_s * relax)
+    soon = (time < settings.ttc_threat_s * relax) | near | (demand > settings.demand_threat_mps2 / relax)
+    is_closing = closing > settings.closing_mps / relax
+    warned = time < settings.ttc_warning_s * np.where(f.previous_warning, ratio, 1.0)
+    return Threat(is_closing & soon, is_closing & warned, demand, closing)
+
+
+def _lives_on(f: Facts, front: Flags, rear: Flags, mode: Codes, settings: SelectorSettings) -> Flags:
+    """Whether the mode before is kept: young, still admissible, and neither a new threat nor a more urgent mode."""
+    before = f.previous_mode
+    young = (before >= 0) & (f.previous_age_s < settings.hold_s)
+    worse = (front & ~f.previous_front_threat) | (rear & ~f.previous_rear_threat) | (_URGENCY[mode] > _URGENCY[before])
+    side_open = np.where(f.previous_side == _LEFT, f.left_open, np.where(f.previous_side == _RIGHT, f.right_open, False))
+    admissible = np.select(
+        [before == code for code in (_HOLD, _CRUISE, _BRAKE, _ACCELERATE, _EVADE, _PARK)],
+        [
+            ~front & ~rear,
+            ~front & ~rear & (f.front_seen | (f.desired_speed < f.host_speed)),
+            np.ones_like(front),
+            ~front & _room(f, settings),
+            side_open & (f.host_speed >= settings.evading_speed_mps),
+            f.park_requested & _standing(f, settings) & ~front & ~rear,
+        ],
+        False,
+    )
+    return np.asarray(young & ~worse & admissible)
+
+
+def _side(f: Facts, mode: Codes, settings: SelectorSettings) -> Codes:
+    """The open side of an evasion; with both open the side before, else the leaning, else the tie-break."""
+    tie = _RIGHT if settings.tie_break is Side.RIGHT else _LEFT
+    preferred = np.where(f.leaning > 0, _LEFT, np.where(f.leaning < 0, _RIGHT, tie))
+    going = (f.previous_mode == _EVADE) & (f.previous_side != _NONE)
+    preferred = np.where(going, f.previous_side, preferred)
+    side = np.where(f.left_open & f.right_open, preferred, np.where(f.left_open, _LEFT, _RIGHT))
+    return np.where(mode == _EVADE, side, _NONE).astype(np.int8)
+
+
+def _standing(f: Facts, settings: SelectorSettings) -> Flags:
+    return np.asarray(np.abs(f.host_speed) <= settings.standstill_mps)
+
+
+def _room(f: Facts, settings: SelectorSettings) -> Flags:
+    stay = np.where(f.previous_mode == _ACCELERATE, settings.ttc_clear_s / settings.ttc_threat_s, 1.0)
+    return np.asarray(f.front_seen & (f.front_gap * stay > settings.accelerating_room_m))

@@ -1,0 +1,1 @@
+"""Measurements become tracks: screening, association, filtering, track life, coverage, prediction."""

@@ -1,0 +1,38 @@
+"""Which sectors a working sensor watches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from mcdas_opt.domain.measurement import Scan
+from mcdas_opt.domain.track import Coverage
+from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.tracking.screening import Source, source_of
+
+
+@dataclass(slots=True)
+class _Watch:
+    sector: Sector
+    period_s: float
+    arrival_s: float
+
+
+@dataclass(slots=True)
+class SectorWatch:
+    """Remembers when each working sensor was last heard of. Several sensors may watch one sector; one is enough."""
+
+    periods: float
+    _heard: dict[Source, _Watch] = field(default_factory=dict)
+
+    def heard(self, scan: Scan, now: float) -> None:
+        """A scan that vouches for its sector has arrived at `now` (whatever its age)."""
+        self._heard[source_of(scan)] = _Watch(scan.sector, scan.period_s, now)
+
+    def lost(self, scan: Scan) -> None:
+        """The sensor says itself that it does not work, or speaks nonsense."""
+        self._heard.pop(source_of(scan), None)
+
+    def coverage(self, now: float) -> Coverage:
+        """A sector is covered when one of its sensors was heard of within so many of its periods."""
+        seen = {w.sector for w in self._heard.values() if now - w.arrival_s <= self.periods * w.period_s + 1e-9}
+        return Coverage(**{sector.value: sector in seen for sector in Sector})

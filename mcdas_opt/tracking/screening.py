@@ -1,0 +1,65 @@
+"""What a sensor may not say: bad scans and bad detections are counted here and go no further."""
+
+from __future__ import annotations
+
+import math
+
+from mcdas_opt.domain.measurement import BodyDetection, RadarDetection, Scan
+from mcdas_opt.domain.tracker_settings import TrackerSettings
+
+SAME_TIME_S = 1e-6  # scans of one sensor closer than this are the same scan
+Source = tuple[str, str]  # sensor and sector: one product may sit at the front and at the rear
+
+COUNTERS = (
+    "scans",  # accepted scans
+    "associated",  # detections that found their track
+    "initiated",  # detections that began a track
+    "gated",  # sound detections that fitted no track there was (they may begin one)
+    "not_finite",  # NaN or infinite: detections, or scans with such a time or mounting
+    "negative_range",
+    "implausible",  # beyond the farthest range or the highest speed, no width, off any road
+    "duplicate",  # a scan of the same time as the last, a detection said twice in one scan
+    "out_of_order",  # scans older than the last of the same sensor, or too old beside another's
+    "future",  # scans ahead of the clock
+    "dead",  # scans that say that their sensor does not work
+)
+
+
+def source_of(scan: Scan) -> Source:
+    return scan.sensor, scan.sector.value
+
+
+def scan_fault(scan: Scan, now: float, last_s: float | None, clock_s: float | None, settings: TrackerSettings) -> str | None:
+    """Why a scan is refused, or None. `last_s` is the time of this sensor's last scan, `clock_s` the newest of all sensors'."""
+    mounting = scan.mounting
+    if not all(math.isfinite(q) for q in (scan.t_s, mounting.x_m, mounting.y_m, mounting.yaw_rad)):
+        return "not_finite"
+    if scan.t_s > now + settings.future_tolerance_s:
+        return "future"
+    if last_s is not None and abs(scan.t_s - last_s) <= SAME_TIME_S:
+        return "duplicate"
+    if (last_s is not None and scan.t_s < last_s) or (clock_s is not None and scan.t_s < clock_s - settings.lag_max_s):
+        return "out_of_order"
+    return None if scan.working else "dead"
+
+
+def radar_fault(point: RadarDetection, settings: TrackerSettings) -> str | None:
+    """Why a radar point is refused, or None."""
+    sds = (point.range_sd_m, point.azimuth_sd_rad, point.range_rate_sd_mps)
+    if not all(math.isfinite(q) for q in (point.range_m, point.azimuth_rad, point.range_rate_mps, *sds)):
+        return "not_finite"
+    if point.range_m < 0.0:
+        return "negative_range"
+    fast = abs(point.range_rate_mps) > settings.speed_max_mps
+    if point.range_m > settings.range_max_m or fast or abs(point.azimuth_rad) > math.pi or min(sds) <= 0.0:
+        return "implausible"
+    return None
+
+
+def body_fault(body: BodyDetection, settings: TrackerSettings) -> str | None:
+    """Why an ideal detection is refused, or None."""
+    values = (body.s_m, body.d_m, body.speed_s_mps, body.speed_d_mps, body.length_m, body.width_m)
+    if not all(math.isfinite(q) for q in values):
+        return "not_finite"
+    fast = math.hypot(body.speed_s_mps, body.speed_d_mps) > settings.speed_max_mps
+    return "implausible" if fast or min(body.length_m, body.width_m) <= 0.0 else None

@@ -1,0 +1,107 @@
+"""One track from its first detection to its end: tentative, confirmed by M of N, coasting, gone."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.measurement import BodyDetection, Scan
+from mcdas_opt.domain.motion import TargetMotion
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.tracker_settings import TrackerSettings
+from mcdas_opt.tracking.cv_filter import ConstantVelocityFilter
+from mcdas_opt.tracking.fix import Belief, Fix
+from mcdas_opt.tracking.screening import Source, source_of
+
+_ANYWHERE_M = 100.0  # sd of the position before the first detection: as good as unknown
+
+
+class TrackLife:
+    """A filter with its history. Built by `begin`; mutated by `hit` and `miss` only."""
+
+    def __init__(self, filter_: ConstantVelocityFilter, size: tuple[float, float], settings: TrackerSettings) -> None:
+        self._filter = filter_
+        self._settings = settings
+        self._hits: deque[bool] = deque(maxlen=settings.confirm_window)
+        self._sources: set[Source] = set()
+        self._born_s = filter_.time_s
+        self._arrival_s = -np.inf
+        self._period_s = 0.0
+        self.size = size
+        self.name: str | None = None
+        self.number = 0  # given when the update that began it ends
+        self.confirmed = False
+
+    @classmethod
+    def begin(
+        cls, fix: Fix, scan: Scan, host: HostState, now: float, size: tuple[float, float], motion: TargetMotion, settings: TrackerSettings
+    ) -> TrackLife:
+        """A new track: an ordinary update of a belief that knows no place and expects about the host's speed along the road."""
+        s, d = fix.place
+        state = np.array([s, host.speed_mps * np.cos(host.heading_rad), d, 0.0])
+        sds = [_ANYWHERE_M, settings.initial_speed_sd_mps, _ANYWHERE_M, settings.initial_lateral_speed_sd_mps]
+        life = cls(ConstantVelocityFilter(state, np.diag(np.square(sds)), scan.t_s, motion), size, settings)
+        life.hit(fix, scan, now)
+        return life
+
+    @property
+    def heard_s(self) -> float:
+        """When the last hit arrived."""
+        return self._arrival_s
+
+    def at(self, time_s: float) -> Belief:
+        """State (4,) and covariance (4, 4) believed at `time_s`."""
+        return self._filter.at(time_s)
+
+    def hit(self, fix: Fix, scan: Scan, now: float) -> None:
+        self._filter.correct(scan.t_s, *fix.read(self._filter.at(scan.t_s)))
+        self._sources.add(source_of(scan))
+        self._arrival_s, self._period_s = now, scan.period_s
+        self._hits.append(True)
+        self.confirmed = self.confirmed or sum(self._hits) >= self._settings.confirm_hits
+
+    def know(self, body: BodyDetection) -> None:
+        """An ideal sensor has told the name and the size: nothing is left to confirm."""
+        self.name, self.size, self.confirmed = body.name, (body.length_m, body.width_m), True
+
+    def miss(self, scan: Scan) -> None:
+        """A scan without this target counts against it if its sensor has seen it before."""
+        if source_of(scan) in self._sources:
+            self._hits.append(False)
+
+    def is_over(self, now: float) -> bool:
+        """Gone: unheard of for too long, or tentative and no longer able to be confirmed in its window."""
+        settings = self._settings
+        if now - self._arrival_s > (settings.coast_s if self.confirmed else settings.tentative_s) + 1e-9:
+            return True
+        misses = len(self._hits) - sum(self._hits)
+        return not self.confirmed and misses > settings.confirm_window - settings.confirm_hits
+
+    def place(self, time_s: float) -> tuple[float, float]:
+        """(s, d) at `time_s`."""
+        s, _, d, _ = self._filter.mean_at(time_s).tolist()
+        return s, d
+
+    def vagueness(self) -> float:
+        """Variance of the position, summed [m^2]."""
+        P: Array = self._filter.covariance
+        return float(P[0, 0] + P[2, 2])
+
+    def track(self, now: float) -> Track:
+        x, P = self._filter.at(now)
+        length, width = self.size
+        return Track(
+            id=str(self.number),
+            s_m=float(x[0]),
+            d_m=float(x[2]),
+            speed_s_mps=float(x[1]),
+            speed_d_mps=float(x[3]),
+            covariance=P,
+            length_m=length,
+            width_m=width,
+            age_s=max(now - self._born_s, 0.0),
+            coasting=bool(now - self._arrival_s > self._settings.coasting_periods * self._period_s + 1e-9),
+        )

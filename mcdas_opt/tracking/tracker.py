@@ -1,0 +1,247 @@
+"""From scans to tracks: screen, predict, gate, associate, update, live on or die."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mcdas_opt.catalogue.motion import load_motion
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.measurement import BodyDetection, RadarDetection, Scan
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import finite, positive
+from mcdas_opt.domain.track import Coverage, Track
+from mcdas_opt.domain.tracker_settings import TrackerSettings
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.geometry.window import frame_near
+from mcdas_opt.tracking.association import assign, gated_costs
+from mcdas_opt.tracking.coverage import SectorWatch
+from mcdas_opt.tracking.cv_filter import load_libraries
+from mcdas_opt.tracking.fix import BodyFix, Fix, RadarFix, Viewpoint, body_fix, radar_fixes
+from mcdas_opt.tracking.screening import COUNTERS, Source, body_fault, radar_fault, scan_fault, source_of
+from mcdas_opt.tracking.track_life import TrackLife
+
+Size = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """One sound scan on its way through: from where, when, and which tracks it has hit so far."""
+
+    scan: Scan
+    host: HostState
+    frame: FrenetFrame
+    now: float
+    hit: set[TrackLife] = field(default_factory=set)
+
+
+class Tracker:
+    """Any number of neighbours, from any number of radars and ideal sensors.
+
+    `body` is the (length, width) assumed of a car that only a radar has seen; `vehicle` is the host (its sensors turn with it).
+    `counters` says how many scans and detections went which way (see `screening.COUNTERS`).
+    """
+
+    def __init__(self, settings: TrackerSettings | None = None, body: Size = (4.5, 1.8), vehicle: Vehicle | None = None) -> None:
+        self.settings = TrackerSettings() if settings is None else settings
+        self._body = (positive("body length", body[0], "m"), positive("body width", body[1], "m"))
+        self._vehicle = Vehicle() if vehicle is None else vehicle
+        self._motion = load_motion(self.settings.motion)
+        load_libraries()
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything, the counters and the numbering too."""
+        self.counters: dict[str, int] = dict.fromkeys(COUNTERS, 0)
+        self._lives: list[TrackLife] = []
+        self._last: dict[Source, float] = {}
+        self._clock_s: float | None = None
+        self._numbered = 0
+        self._watch = SectorWatch(self.settings.coverage_periods)
+
+    def update(self, scans: Sequence[Scan], host: HostState, road: Road, now: float) -> None:
+        """Take in what has arrived at `now`; `host` is its pose at the scans' time. Scans are handled in the order of their times."""
+        now = finite("now", now, "s")
+        frame = frame_near(road, host.s_m)
+        for scan in sorted(scans, key=lambda scan: scan.t_s if math.isfinite(scan.t_s) else math.inf):
+            fault = scan_fault(scan, now, self._last.get(source_of(scan)), self._clock_s, self.settings)
+            if fault is not None:
+                self.counters[fault] += 1
+                if fault == "dead":
+                    self._watch.lost(scan)
+                continue
+            self._take(_Look(scan, host, frame, now))
+        self._bury(now)
+        self._number(now)
+
+    def tracks(self, now: float) -> tuple[Track, ...]:
+        """Confirmed tracks, predicted to `now` from the time of their last detection; oldest first."""
+        return tuple(life.track(now) for life in self._lives if life.confirmed and not life.is_over(now))
+
+    def coverage(self, now: float) -> Coverage:
+        """Which sectors a working sensor has watched of late."""
+        return self._watch.coverage(now)
+
+    def _take(self, look: _Look) -> None:
+        scan = look.scan
+        self.counters["scans"] += 1
+        self._last[source_of(scan)] = scan.t_s
+        self._clock_s = scan.t_s if self._clock_s is None else max(self._clock_s, scan.t_s)
+        points = self._sound_points(scan.radar)
+        bodies = self._sound_bodies(scan.bodies)
+        if points or bodies or not (scan.radar or scan.bodies):
+            self._watch.heard(scan, look.now)
+        else:
+            self._watch.lost(scan)  # nothing but nonsense: it vouches for nothing
+        self._take_bodies(bodies, look)
+        self._take_points(points, look)
+        for life in self._lives:
+            if life not in look.hit:
+                life.miss(scan)
+        self._merge(scan.t_s)
+
+    def _take_bodies(self, bodies: list[BodyDetection], look: _Look) -> None:
+        """Ideal detections: by name, else by overlap with a track that no name is known of, else a new track."""
+        settings, time_s = self.settings, look.scan.t_s
+        named = {life.name: life for life in self._lives if life.name is not None}
+        strangers: list[tuple[BodyDetection, BodyFix]] = []
+        for body in bodies:
+            fix = body_fix(body, look.frame, settings.body_position_sd_m, settings.body_speed_sd_mps)
+            if body.name not in named:
+                strangers.append((body, fix))
+                continue
+            life = named[body.name]
+            s, d = life.place(time_s)
+            if math.hypot(body.s_m - s, body.d_m - d) > settings.body_gate_m:
+                self.counters["gated"] += 1
+                continue
+            self._hit(life, fix, look)
+            life.know(body)
+        nameless = [life for life in self._lives if life.name is None]
+        costs = np.full((len(nameless), len(strangers)), np.inf)
+        for i, life in enumerate(nameless):
+            s, d = life.place(time_s)
+            for j, (body, _) in enumerate(strangers):
+                if _overlap((s, d), life.size, (body.s_m, body.d_m), (body.length_m, body.width_m), 1.0):
+                    costs[i, j] = (body.s_m - s) ** 2 + (body.d_m - d) ** 2
+        owners = {j: nameless[i] for i, j in assign(costs)}
+        for j, (body, fix) in enumerate(strangers):
+            if j in owners:
+                life = owners[j]
+                self._hit(life, fix, look)
+            else:
+                life = self._begin(fix, look)
+            life.know(body)
+
+    def _take_points(self, points: list[RadarDetection], look: _Look) -> None:
+        """Radar points: confirmed tracks choose first, then tentative ones; what is left begins new tracks."""
+        if not points:
+            return
+        time_s = look.scan.t_s
+        view = Viewpoint.of(look.scan.mounting, look.host, self._vehicle, look.frame)
+        reads: dict[Size | None, list[RadarFix | None]] = {}
+
+        def read(size: Size) -> list[RadarFix | None]:
+            key = size if self.settings.reflection == "face" else None
+            if key not in reads:
+                reads[key] = radar_fixes(points, view, look.frame, key)
+            return reads[key]
+
+        left = [j for j, fix in enumerate(read(self._body)) if fix is not None]
+        self.counters["implausible"] += len(points) - len(left)
+        fitted: set[int] = set()
+        for confirmed in (True, False):
+            lives = [life for life in self._lives if life.confirmed is confirmed and life not in look.hit]
+            rows = [[read(life.size)[j] for j in left] for life in lives]
+            costs = gated_costs([life.at(time_s) for life in lives], rows, self.settings.gate)
+            fitted.update(left[j] for j in np.flatnonzero(np.isfinite(costs).any(axis=0)))
+            pairs = assign(costs)
+            for i, j in pairs:
+                fix = rows[i][j]
+                assert fix is not None
+                self._hit(lives[i], fix, look)
+            taken = {left[j] for _, j in pairs}
+            left = [j for j in left if j not in taken]
+        self.counters["gated"] += sum(j not in fitted for j in left) if self._lives else 0
+        for j in left:
+            fix = read(self._body)[j]
+            assert fix is not None
+            # a second point of a car that has just been seen is no other car
+            if not any(_overlap(life.place(time_s), life.size, fix.place, self._body, 1.0) for life in look.hit):
+                self._begin(fix, look)
+
+    def _hit(self, life: TrackLife, fix: Fix, look: _Look) -> None:
+        life.hit(fix, look.scan, look.now)
+        look.hit.add(life)
+        self.counters["associated"] += 1
+
+    def _begin(self, fix: Fix, look: _Look) -> TrackLife:
+        life = TrackLife.begin(fix, look.scan, look.host, look.now, self._body, self._motion, self.settings)
+        self._lives.append(life)
+        look.hit.add(life)
+        self.counters["initiated"] += 1
+        return life
+
+    def _merge(self, time_s: float) -> None:
+        """Two tracks cannot be in one place: the named, else the latest heard, else the sharper one stays."""
+        if len(self._lives) < 2:
+            return
+        ranked = sorted(self._lives, key=lambda life: (life.name is None, not life.confirmed, -life.heard_s, life.vagueness()))
+        kept: list[tuple[TrackLife, tuple[float, float]]] = []
+        for life in ranked:
+            place = life.place(time_s)
+            rivals = (pair for pair in kept if life.name is None or pair[0].name is None)
+            if not any(_overlap(place, life.size, there, other.size, 0.5) for other, there in rivals):
+                kept.append((life, place))
+        if len(kept) < len(self._lives):
+            staying = {life for life, _ in kept}
+            self._lives = [life for life in self._lives if life in staying]
+
+    def _bury(self, now: float) -> None:
+        self._lives = [life for life in self._lives if not life.is_over(now)]
+
+    def _number(self, now: float) -> None:
+        """Names for the tracks begun in this update, from behind to ahead, so that a mirrored world has the same names."""
+        old = [life for life in self._lives if life.number]
+        new = [life for life in self._lives if not life.number]
+
+        def order(life: TrackLife) -> tuple[float, float]:
+            s, d = life.place(now)
+            return round(s, 6), round(abs(d), 6)
+
+        for life in sorted(new, key=order):
+            self._numbered += 1
+            life.number = self._numbered
+            old.append(life)
+        self._lives = old
+
+    def _sound_points(self, points: Sequence[RadarDetection]) -> list[RadarDetection]:
+        sound: list[RadarDetection] = []
+        for point in points:
+            fault = radar_fault(point, self.settings) or ("duplicate" if point in sound else None)
+            if fault is None:
+                sound.append(point)
+            else:
+                self.counters[fault] += 1
+        return sound
+
+    def _sound_bodies(self, bodies: Sequence[BodyDetection]) -> list[BodyDetection]:
+        sound: list[BodyDetection] = []
+        for body in bodies:
+            fault = body_fault(body, self.settings) or ("duplicate" if any(body.name == b.name for b in sound) else None)
+            if fault is None:
+                sound.append(body)
+            else:
+                self.counters[fault] += 1
+        return sound
+
+
+def _overlap(a: tuple[float, float], a_size: Size, b: tuple[float, float], b_size: Size, share: float) -> bool:
+    """Whether two bodies aligned with the road are nearer than `share` of touching in both directions."""
+    along = 0.5 * share * (a_size[0] + b_size[0])
+    across = 0.5 * share * (a_size[1] + b_size[1])
+    return abs(a[0] - b[0]) < along and abs(a[1] - b[1]) < across

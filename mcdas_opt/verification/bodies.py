@@ -1,0 +1,116 @@
+"""Swept bodies: the host's rectangle against every neighbour's, at and between the fine steps."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mcdas_opt.domain.prediction import BodyMotion, PredictedBody, Prediction
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.verdict import Violation
+from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.geometry.rectangle import corners, half_extent
+from mcdas_opt.geometry.sweep import swept_separation
+from mcdas_opt.verification.motion import Motion
+
+# Bodies farther apart along the road than this many times their reach cannot touch on a road that keeps |d kappa| < 0.9: on an arc of
+# radius R, seen at its innermost lane of radius 0.1 R, a half turn is pi R, and their chord exceeds the reach for R > 5 reaches. A road
+# that turns full circle and comes back to its own place (a ramp above itself) is not a collision.
+ALONG_REACHES = 16.0
+_TOUCH_M = 1e-9
+_PLAINLY_M = 0.05  # more than any corner's way bows out of its chord in 0.02 s (that is 1000 m/s^2)
+
+
+def collisions(motion: Motion, vehicle: Vehicle, frame: FrenetFrame, prediction: Prediction) -> list[Violation]:
+    """One violation for each neighbour that the host's body overlaps: `t_s` is the first contact, `value` the deepest separation [m]."""
+    found: list[Violation] = []
+    for body in prediction.bodies:
+        found += _collision(motion, vehicle, frame, body)
+    return found
+
+
+def _collision(motion: Motion, vehicle: Vehicle, frame: FrenetFrame, body: PredictedBody) -> list[Violation]:
+    path = body.at(motion.node_t_s)
+    found = _unknown(motion.node_t_s, path, body)
+    if found:
+        return found
+    steps = _near(motion, frame, path, body, vehicle)
+    if not steps.size:
+        return []
+    x, y, yaw = (
+        np.stack([node[steps], middle[steps], node[steps + 1]])
+        for node, middle in (
+            (motion.node_x_m, motion.middle_x_m),
+            (motion.node_y_m, motion.middle_y_m),
+            (motion.node_yaw_rad, motion.middle_yaw_rad),
+        )
+    )
+    host = corners(x, y, yaw, vehicle.length_m, vehicle.width_m)
+    half = body.at(motion.middle_t_s[steps])
+    found = _unknown(motion.middle_t_s[steps], half, body)
+    if found:
+        return found
+    s, d, psi = (
+        np.stack([node[steps], middle, node[steps + 1]])
+        for node, middle in ((path.s_m, half.s_m), (path.d_m, half.d_m), (path.heading_rad, half.heading_rad))
+    )
+    x, y, yaw = frame.to_plane(s, d, psi)
+    other = corners(x, y, yaw, body.length_m, body.width_m)
+    gap = swept_separation(host[0], host[2], other[0], other[2]) - _bow(host) - _bow(other)
+    hit = gap < -_TOUCH_M
+    if not hit.any():
+        return []
+    first = motion.node_t_s[steps[int(hit.argmax())]]
+    return [Violation(name=f"collision with {body.id}", t_s=float(first), value=float(gap.min()), limit=0.0, unit="m")]
+
+
+def _unknown(t: Array, path: BodyMotion, body: PredictedBody) -> list[Violation]:
+    """A neighbour that is predicted to be nowhere cannot be shown to be clear."""
+    lost = ~(np.isfinite(path.s_m) & np.isfinite(path.d_m) & np.isfinite(path.heading_rad))
+    if not lost.any():
+        return []
+    name = f"prediction of {body.id} not finite"
+    return [Violation(name=name, t_s=float(t[int(lost.argmax())]), value=float(lost.sum()), limit=0.0, unit="values")]
+
+
+def _near(motion: Motion, frame: FrenetFrame, path: BodyMotion, body: PredictedBody, vehicle: Vehicle) -> NDArray[np.intp]:
+    """Indices of the fine steps in which the bodies are not plainly apart: by the circles around them, then along the host's own axes."""
+    reach = 0.5 * (math.hypot(vehicle.length_m, vehicle.width_m) + math.hypot(body.length_m, body.width_m))
+    yaw = path.heading_rad
+    close: NDArray[np.bool_] | bool = True
+    if frame.road.is_straight:
+        apart_x, apart_y = path.s_m - motion.node_x_m, path.d_m - motion.node_y_m
+    else:
+        near = np.abs(path.s_m - motion.node_s_m) <= ALONG_REACHES * reach
+        close = near[:-1] & near[1:]
+        # the others are put at the host's own s, for the sake of the frame's bounds, and left out
+        x, y, yaw = frame.to_plane(np.where(near, path.s_m, motion.node_s_m), path.d_m, path.heading_rad)
+        apart_x, apart_y = x - motion.node_x_m, y - motion.node_y_m
+    apart = np.hypot(apart_x, apart_y)
+    moved = np.hypot(np.diff(apart_x), np.diff(apart_y))
+    steps = np.flatnonzero(close & (np.minimum(apart[:-1], apart[1:]) <= reach + moved))
+    if not steps.size:
+        return steps
+    ends = np.stack([steps, steps + 1])
+    host_yaw = motion.node_yaw_rad[ends]
+    c, s = np.cos(host_yaw[0]), np.sin(host_yaw[0])
+    ahead, aside = c * apart_x[ends] + s * apart_y[ends], c * apart_y[ends] - s * apart_x[ends]
+    host_long, host_wide = half_extent(host_yaw - host_yaw[0], vehicle.length_m, vehicle.width_m)
+    long, wide = half_extent(yaw[ends] - host_yaw[0], body.length_m, body.width_m)
+    gap = np.maximum(_kept(ahead, host_long + long), _kept(aside, host_wide + wide))
+    return np.asarray(steps[gap < _PLAINLY_M])
+
+
+def _kept(offset: Array, extent: Array) -> Array:
+    """The gap along one axis that is kept at both ends (first index) of a step, on one and the same side."""
+    return np.asarray(np.maximum((offset - extent).min(axis=0), (-offset - extent).min(axis=0)))
+
+
+def _bow(shape: Array) -> Array:
+    """How far a corner's way leaves its chord in a step, from corners at its start, middle, end (3, k, 4, 2): to third order the
+    largest distance is that of half time."""
+    off = shape[1] - 0.5 * (shape[0] + shape[2])
+    return np.asarray(np.sqrt((off * off).sum(-1).max(-1)))

@@ -1,0 +1,67 @@
+"""The judge: is this trajectory what a car can drive, from where it is, without touching anybody or leaving the road?"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.verdict import Verdict
+from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.verification.bodies import ALONG_REACHES, collisions
+from mcdas_opt.verification.limits import actuators, friction
+from mcdas_opt.verification.motion import drive
+from mcdas_opt.verification.record import sampling, started_elsewhere, unreadable
+from mcdas_opt.verification.surface import on_road
+from mcdas_opt.verification.tolerances import CONTRACT, Tolerances
+
+
+def judge(
+    trajectory: Trajectory,
+    start: HostState | None,
+    vehicle: Vehicle,
+    road: Road,
+    prediction: Prediction,
+    tolerances: Tolerances = CONTRACT,
+) -> Verdict:
+    """The verdict on anybody's trajectory, by the contract's rules and tolerances; at most one violation a rule and neighbour.
+
+    `start` is the measured state that the trajectory must begin with (None: any). `road.friction` is the friction to judge with.
+    Neighbours are the bare bodies of `prediction`, times counted from the trajectory's 0. A trajectory that cannot be driven at all
+    (numbers that are not finite, time that does not run) is convicted of that alone.
+    """
+    found = unreadable(trajectory, tolerances)
+    if found:
+        return Verdict(violations=tuple(found))
+    found = sampling(trajectory.t_s, np.diff(trajectory.t_s), tolerances)
+    if start is not None:
+        found += started_elsewhere(trajectory.states, start, tolerances)
+    frame = _frame(trajectory, vehicle, road, prediction)
+    motion, unsound = drive(trajectory, vehicle, frame, tolerances)
+    found += unsound
+    found += actuators(trajectory, motion, vehicle, tolerances)
+    found += friction(motion, vehicle, road, tolerances)
+    found += collisions(motion, vehicle, frame, prediction)
+    found += on_road(trajectory, motion, vehicle, frame, tolerances)
+    return Verdict(violations=tuple(found))
+
+
+def _frame(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: Prediction) -> FrenetFrame:
+    """The road's frame, long enough for the host and everybody who may touch it."""
+    if road.is_straight:
+        return FrenetFrame(road=road)
+    longest = max((math.hypot(b.length_m, b.width_m) for b in prediction.bodies), default=0.0)
+    pad = ALONG_REACHES * 0.5 * (math.hypot(vehicle.length_m, vehicle.width_m) + longest) + 50.0
+    low, high = float(trajectory.s_m.min()) - pad, float(trajectory.s_m.max()) + pad
+    return _tabulated(road, 100 * math.floor(low / 100.0), 100 * math.ceil(high / 100.0))
+
+
+@lru_cache(maxsize=32)
+def _tabulated(road: Road, s_min_m: int, s_max_m: int) -> FrenetFrame:
+    return FrenetFrame(road=road, s_min_m=min(s_min_m, 0), s_max_m=max(s_max_m, 0))

@@ -1,0 +1,66 @@
+"""The road under the host: edges for all four corners, and its end for the front bumper."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.verdict import Violation
+from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.geometry.rectangle import corners, half_extent
+from mcdas_opt.verification.finding import above, below
+from mcdas_opt.verification.motion import Motion
+from mcdas_opt.verification.tolerances import Tolerances
+
+_BETWEEN_SAMPLES_M = 0.05  # a lateral motion bows out of its samples' chords by a quarter of that at 1 g
+
+
+def on_road(trajectory: Trajectory, motion: Motion, vehicle: Vehicle, frame: FrenetFrame, tolerances: Tolerances) -> list[Violation]:
+    """Every corner between the road's edges, none beyond its end, at every fine step (and the samples' own d, whatever the frame)."""
+    road, slack = frame.road, tolerances.edge_m
+    left_edge, right_edge = road.left_edge_m, road.right_edge_m
+    front, left, right = _on_straight(motion, vehicle) if road.is_straight else _on_curve(trajectory, motion, vehicle, frame)
+    times, samples = motion.node_t_s, trajectory.t_s
+    found: list[Violation] = []
+    for t, highest, lowest in ((times, left, right), (samples, trajectory.d_m, trajectory.d_m)):
+        found += above("left road edge", t, highest, left_edge, left_edge + slack, "m")
+        found += below("right road edge", t, lowest, right_edge, right_edge - slack, "m")
+        if found:
+            break
+    if road.road_end_s_m is not None:
+        found += above("road end", times, front, road.road_end_s_m, road.road_end_s_m + slack, "m")
+    return found
+
+
+def _on_straight(motion: Motion, vehicle: Vehicle) -> tuple[Array, Array, Array]:
+    """Largest s, largest d and least d of the four corners at every fine time."""
+    ahead, aside = half_extent(motion.node_yaw_rad, vehicle.length_m, vehicle.width_m)
+    return motion.node_x_m + ahead, motion.node_y_m + aside, motion.node_y_m - aside
+
+
+def _on_curve(trajectory: Trajectory, motion: Motion, vehicle: Vehicle, frame: FrenetFrame) -> tuple[Array, Array, Array]:
+    """The same from the corners' feet on the road, sought where a corner may lie beyond an edge or the end; elsewhere an estimate.
+
+    A corner x ahead of the body centre lies kappa x^2 / (2 (1 - kappa d)) off the tangent's d; a road keeps kappa d < 0.9.
+    """
+    road = frame.road
+    t, s = motion.node_t_s, motion.node_s_m
+    radius = 0.5 * math.hypot(vehicle.length_m, vehicle.width_m)
+    margin = 5.0 * max(abs(kappa) for _, kappa in road.curvature) * radius**2 + _BETWEEN_SAMPLES_M
+    d = np.interp(t, trajectory.t_s, trajectory.d_m)
+    ahead, aside = half_extent(motion.node_yaw_rad - frame.road_heading(s), vehicle.length_m, vehicle.width_m)
+    front, left, right = s + ahead, d + aside, d - aside
+    doubtful = (left > road.left_edge_m - margin) | (right < road.right_edge_m + margin)
+    if road.road_end_s_m is not None:
+        doubtful |= s + 10.0 * radius > road.road_end_s_m
+    if doubtful.any():
+        x, y, yaw = (q[doubtful] for q in (motion.node_x_m, motion.node_y_m, motion.node_yaw_rad))
+        points = corners(x, y, yaw, vehicle.length_m, vehicle.width_m)
+        guess = np.repeat(s[doubtful, None], 4, axis=1)
+        feet, offset, _ = frame.to_road(points[..., 0], points[..., 1], np.zeros(guess.shape), guess_s_m=guess)
+        front[doubtful], left[doubtful], right[doubtful] = feet.max(axis=1), offset.max(axis=1), offset.min(axis=1)
+    return front, left, right

@@ -1,0 +1,170 @@
+"""Records cannot be born wrong, cannot be changed, and say what is wrong."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mcdas_opt.domain.body import Body
+from mcdas_opt.domain.grid import TimeGrid
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import covariance, vector, within
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Coverage, Track
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.verdict import Verdict, Violation
+from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.errors import ParameterError, nearest
+
+TRACK = {"id": "front", "s_m": 30.0, "d_m": 0.0, "speed_s_mps": 10.0}
+numbers = st.floats(-1e6, 1e6)
+
+
+@pytest.mark.parametrize(
+    ("build", "name", "words"),
+    [
+        (lambda: HostState(speed_mps=math.nan), "speed_mps", "finite"),
+        (lambda: HostState(d_m=True), "d_m", "number"),
+        (lambda: HostState(d_m="1"), "d_m", "number"),
+        (lambda: Vehicle(width_m=0.0), "width_m", "greater than 0"),
+        (lambda: Vehicle(steering_max_rad=30.0), "steering_max_rad", "must lie in"),
+        (lambda: Vehicle(acceleration_min_mps2=2.0), "acceleration_min_mps2", "less than 0"),
+        (lambda: Vehicle(jerk_min_mps3=math.nan), "jerk_min_mps3", "finite"),
+        (lambda: Vehicle(acceleration_min_mps2=-math.inf), "acceleration_min_mps2", "finite"),
+        (lambda: Road(lane_width_m=-1.0), "lane_width_m", "greater than 0"),
+        (lambda: Road(lanes_left=-1), "lanes_left", "whole number"),
+        (lambda: Road(lanes_left=True), "lanes_left", "whole number"),
+        (lambda: Road(friction=0.0), "friction", "greater than 0"),
+        (lambda: Road(shoulder_left_m=math.inf), "shoulder_left_m", "finite"),
+        (lambda: Road(curvature=()), "curvature", "at least one"),
+        (lambda: Road(curvature=((0.0, 0.0), (0.0, 0.1))), "curvature", "increase"),
+        (lambda: Road(curvature=((0.0, 0.49),)), "curvature", "too tight"),
+        (lambda: Road(curvature=(1.0,)), "curvature", "pairs"),
+        (lambda: Track(**{**TRACK, "s_m": math.inf}), "s_m", "finite"),
+        (lambda: Track(**TRACK, length_m=-1.0), "length_m", "greater than 0"),
+        (lambda: Track(**TRACK, covariance=np.eye(3)), "covariance", "4 x 4"),
+        (lambda: Track(**TRACK, covariance=-np.eye(4)), "covariance", "no negative variance"),
+        (lambda: Track(**TRACK, covariance=np.full((4, 4), math.nan)), "covariance", "finite"),
+        (lambda: Track(**TRACK, covariance=np.eye(4) + np.eye(4, k=1)), "covariance", "symmetric"),
+        (lambda: Body(name="x", s_m=math.nan), "s_m", "finite"),
+        (lambda: Body(name="x", s_m=0.0, width_m=0.0), "width_m", "greater than 0"),
+        (lambda: TimeGrid(steps_s=np.array([0.1])), "steps_s", "two positive steps"),
+        (lambda: TimeGrid(steps_s=np.array([0.1, 0.0])), "steps_s", "two positive steps"),
+        (lambda: TimeGrid(steps_s=np.array([0.1, 0.2])), "steps_s", "may exceed 0.1 s"),
+        (lambda: Situation(host=HostState(), desired_speed_mps=-1.0), "desired_speed_mps", "at least 0"),
+        (lambda: Situation(host=HostState(), tracks=(Track(**TRACK), Track(**TRACK))), "tracks.id", "unique"),
+        (lambda: vector("x", [1.0, math.nan]), "x[1]", "finite"),
+        (lambda: vector("x", [[1.0]]), "x", "list of numbers"),
+        (lambda: vector("x", [1.0], length=2), "x", "2 numbers"),
+        (lambda: vector("x", ["a"]), "x", "list of numbers"),
+        (lambda: covariance("p", "a", 2), "p", "2 x 2"),
+        (lambda: within("x", 3.0, 0.0, 1.0, "m"), "x", "[0, 1]"),
+    ],
+)
+def test_a_wrong_value_is_refused_by_name(build, name, words):
+    with pytest.raises(ParameterError) as caught:
+        build()
+    assert caught.value.name == name
+    assert words in caught.value.rule
+    assert name in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "record", [HostState(), Vehicle(), Road(), Track(**TRACK), Body(name="x", s_m=0.0), TimeGrid(), Coverage(), Verdict()]
+)
+def test_records_are_frozen_and_keyword_only(record):
+    name = dataclasses.fields(record)[0].name
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        setattr(record, name, 1.0)
+    with pytest.raises(TypeError):
+        type(record)(1.0)
+
+
+@given(values=st.lists(numbers, min_size=6, max_size=6))
+def test_a_host_state_is_its_vector(values):
+    state = HostState.from_vector(np.array(values))
+    assert state.to_vector().tolist() == values
+    assert HostState.from_vector(state.to_vector()) == state
+
+
+def test_whole_numbers_become_real_ones():
+    assert isinstance(HostState(speed_mps=10).speed_mps, float)
+    assert isinstance(Track(**{**TRACK, "s_m": 30}).s_m, float)
+
+
+def test_arrays_in_records_are_read_only():
+    grid, track = TimeGrid(), Track(**TRACK)
+    for array in (grid.steps_s, track.covariance, HostState().to_vector(), straight().s_m):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+
+
+def straight(count: int = 5) -> Trajectory:
+    t = 0.1 * np.arange(count)
+    x = np.zeros((count, 6))
+    x[:, 0], x[:, 3] = 10.0 * t, 10.0
+    return Trajectory.from_states(t, x, np.ones((count - 1, 2)))
+
+
+def test_a_trajectory_repeats_its_last_input_and_gives_its_states_back():
+    trajectory = straight()
+    assert len(trajectory) == 5
+    assert trajectory.inputs.shape == (5, 2)
+    again = Trajectory.from_states(trajectory.t_s, trajectory.states, trajectory.inputs)
+    assert again.to_dict() == trajectory.to_dict() == Trajectory.from_columns(trajectory.to_dict()).to_dict()
+
+
+def test_a_trajectorys_columns_are_equally_long():
+    with pytest.raises(ParameterError, match="must be a list of 5 numbers"):
+        dataclasses.replace(straight(), d_m=np.zeros(4))
+    with pytest.raises(ParameterError, match="must be a list of 5 numbers"):
+        dataclasses.replace(straight(), d_m=np.zeros((5, 1)))
+
+
+@given(left=st.integers(0, 3), right=st.integers(0, 3), width=st.floats(2.5, 4.0), d=st.floats(-20.0, 20.0))
+def test_every_place_across_the_road_is_in_the_lane_whose_centre_is_nearest(left, right, width, d):
+    road = Road(lanes_left=left, lanes_right=right, lane_width_m=width)
+    lane = road.lane_of(d)
+    assert road.has_lane(lane)
+    others = [k for k in range(-right, left + 1) if k != lane]
+    assert all(abs(d - road.lane_centre_m(lane)) <= abs(d - road.lane_centre_m(k)) + 1e-9 for k in others)
+    assert road.left_edge_m - road.right_edge_m == pytest.approx((1 + left + right) * width)
+
+
+@given(s=st.floats(-100.0, 100.0))
+def test_curvature_is_linear_between_knots_and_held_beyond(s):
+    road = Road(curvature=((-10.0, 0.01), (30.0, -0.03)))
+    inside = min(max(s, -10.0), 30.0)
+    assert float(road.curvature_at(s)) == pytest.approx(0.01 - 0.04 * (inside + 10.0) / 40.0)
+
+
+def test_a_verdict_passes_exactly_without_violations():
+    violation = Violation(name="speed", t_s=0.5, value=60.0, limit=50.0, unit="m/s")
+    failed = Verdict(violations=(violation,), passed=True)
+    assert not failed.passed
+    assert failed.reason == "speed 60 m/s at 0.50 s, limit 50"
+    assert Verdict(passed=False).passed
+    assert Verdict().reason == "passed"
+
+
+def test_coverage_answers_by_sector():
+    coverage = Coverage(rear=False)
+    assert [coverage.sees(sector) for sector in Sector] == [True, False, True, True]
+
+
+@given(speed=st.floats(-50.0, 50.0), heading=st.floats(-3.0, 3.0))
+def test_a_bodys_speed_has_its_components(speed, heading):
+    body = Body(name="x", s_m=0.0, speed_mps=speed, heading_rad=heading)
+    assert math.hypot(body.speed_along_mps, body.speed_across_mps) == pytest.approx(abs(speed))
+
+
+def test_an_unknown_name_is_answered_with_the_nearest_or_with_all():
+    assert nearest("sped", ["speed", "width"]) == "did you mean 'speed'?"
+    assert nearest("zzz", ["b", "a"]) == "known: a, b"

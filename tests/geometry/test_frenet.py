@@ -1,0 +1,118 @@
+"""The road's frame: there and back, against scipy's quadrature, and its own derivatives."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from mcdas_opt.domain.road import Road
+from mcdas_opt.geometry.frenet import FrenetFrame
+
+STRAIGHT = Road(curvature=((0.0, 0.0), (50.0, 0.0)))
+
+
+@st.composite
+def roads(draw):
+    count = draw(st.integers(1, 5))
+    gaps = draw(st.lists(st.floats(3.0, 80.0), min_size=count, max_size=count))
+    kappas = draw(st.lists(st.floats(-0.03, 0.03), min_size=count, max_size=count))
+    s = np.cumsum(gaps) - draw(st.floats(0.0, 60.0))
+    return Road(curvature=tuple(zip(s.tolist(), kappas, strict=True)))
+
+
+@settings(max_examples=40, deadline=None)
+@given(road=roads(), seed=st.integers(0, 10**6))
+def test_to_the_plane_and_back(road, seed):
+    rng = np.random.default_rng(seed)
+    frame = FrenetFrame(road=road, s_min_m=-60.0, s_max_m=160.0)
+    s, d, psi = rng.uniform(-50.0, 150.0, 12), rng.uniform(-6.0, 6.0, 12), rng.uniform(-1.5, 1.5, 12)
+    x, y, yaw = frame.to_plane(s, d, psi)
+    # the road may come near itself within 220 m at curvature 0.03: begin beside the truth
+    back = frame.to_road(x, y, yaw, guess_s_m=s + rng.uniform(-3.0, 3.0, 12))
+    for ours, truth in zip(back, (s, d, psi), strict=True):
+        assert ours == pytest.approx(truth, abs=1e-8)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10**6), kappa=st.floats(-0.01, 0.01))
+def test_the_search_finds_the_foot_without_a_guess(seed, kappa):
+    rng = np.random.default_rng(seed)
+    frame = FrenetFrame(road=Road(curvature=((0.0, 0.0), (60.0, kappa))), s_min_m=-50.0, s_max_m=250.0)
+    s, d, psi = rng.uniform(-40.0, 240.0, 12), rng.uniform(-6.0, 6.0, 12), rng.uniform(-1.5, 1.5, 12)
+    x, y, yaw = frame.to_plane(s, d, psi)
+    for near in (None, 100.0):
+        back = frame.to_road(x, y, yaw, near_s_m=near)
+        for ours, truth in zip(back, (s, d, psi), strict=True):
+            assert ours == pytest.approx(truth, abs=1e-8)
+
+
+@settings(max_examples=15, deadline=None)
+@given(road=roads())
+def test_the_reference_line_is_scipys(road):
+    frame = FrenetFrame(road=road, s_min_m=-60.0, s_max_m=160.0)
+    knots = np.array(road.curvature)
+
+    def right_side(s, q):
+        return [math.cos(q[2]), math.sin(q[2]), np.interp(s, knots[:, 0], knots[:, 1])]
+
+    for end in (-60.0, 160.0):
+        s = np.linspace(0.0, end, 9)
+        truth = solve_ivp(right_side, (0.0, end), [0.0, 0.0, 0.0], t_eval=s, rtol=1e-11, atol=1e-11, max_step=2.0).y
+        x, y, yaw = frame.to_plane(s, np.zeros(9), np.zeros(9))
+        assert x == pytest.approx(truth[0], abs=1e-6)
+        assert y == pytest.approx(truth[1], abs=1e-6)
+        assert yaw == pytest.approx(truth[2], abs=1e-7)
+        assert frame.road_heading(s) == pytest.approx(truth[2], abs=1e-7)
+
+
+@settings(max_examples=25, deadline=None)
+@given(road=roads(), s=st.floats(-40.0, 140.0), d=st.floats(-5.0, 5.0))
+def test_offset_lines_stretch_by_one_minus_d_kappa_and_turn_with_the_road(road, s, d):
+    frame = FrenetFrame(road=road, s_min_m=-60.0, s_max_m=160.0)
+    h = 1e-3
+    x, y, yaw = frame.to_plane(np.array([s - h, s, s + h]), np.full(3, d), np.zeros(3))
+    length = math.hypot(x[2] - x[0], y[2] - y[0]) / (2.0 * h)
+    assert length == pytest.approx(1.0 - d * float(road.curvature_at(s)), abs=1e-4)
+    assert math.atan2(y[2] - y[0], x[2] - x[0]) == pytest.approx(math.remainder(float(yaw[1]), math.tau), abs=1e-4)
+
+
+@settings(max_examples=25, deadline=None)
+@given(road=roads(), seed=st.integers(0, 10**6))
+def test_a_mirrored_road_mirrors_the_plane(road, seed):
+    mirrored = Road(curvature=tuple((s, -k) for s, k in road.curvature))
+    rng = np.random.default_rng(seed)
+    s, d, psi = rng.uniform(-50.0, 150.0, 8), rng.uniform(-6.0, 6.0, 8), rng.uniform(-1.0, 1.0, 8)
+    x, y, yaw = FrenetFrame(road=road, s_min_m=-60.0, s_max_m=160.0).to_plane(s, d, psi)
+    mx, my, myaw = FrenetFrame(road=mirrored, s_min_m=-60.0, s_max_m=160.0).to_plane(s, -d, -psi)
+    assert mx == pytest.approx(x, abs=1e-12)
+    assert my == pytest.approx(-y, abs=1e-12)
+    assert myaw == pytest.approx(-yaw, abs=1e-12)
+
+
+def test_a_circle_closes():
+    radius = 40.0
+    frame = FrenetFrame(road=Road(curvature=((0.0, 1.0 / radius),)), s_min_m=0.0, s_max_m=300.0)
+    s = np.array([0.0, 0.5, 1.0]) * math.pi * radius
+    x, y, yaw = frame.to_plane(s, np.full(3, 2.0), np.zeros(3))
+    assert x == pytest.approx([0.0, radius - 2.0, 0.0], abs=1e-8)
+    assert y == pytest.approx([2.0, radius, 2.0 * radius - 2.0], abs=1e-8)
+    assert yaw == pytest.approx([0.0, math.pi / 2, math.pi], abs=1e-10)
+
+
+def test_a_straight_road_is_the_plane():
+    frame = FrenetFrame(road=STRAIGHT)
+    s, d, psi = np.array([-1e4, 3.0, 1e5]), np.array([1.0, -2.0, 0.0]), np.array([0.1, 0.0, -0.3])
+    for there, back in zip(frame.to_plane(s, d, psi), frame.to_road(s, d, psi), strict=True):
+        assert there == pytest.approx(back)
+    assert frame.to_plane(s, d, psi)[0] == pytest.approx(s)
+
+
+def test_beyond_the_table_is_refused():
+    frame = FrenetFrame(road=Road(curvature=((0.0, 0.01),)), s_min_m=-10.0, s_max_m=100.0)
+    with pytest.raises(ValueError, match="outside the tabulated road"):
+        frame.to_plane(np.array([150.0]), np.zeros(1), np.zeros(1))

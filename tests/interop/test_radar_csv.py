@@ -1,0 +1,126 @@
+"""Track lists: any names of columns, either sign, bad rows counted, wrong files refused."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mcdas_opt.errors import InputError
+from mcdas_opt.interop.radar_csv import Columns, read_radar_csv
+
+COMMA = Path(__file__).resolve().parents[3] / "shared" / "data" / "comma2k19_radar"
+HEADER = "time_s,slot,x_m,y_m,range_rate_mps,new_track"
+
+
+def table(folder: Path, *rows: str, header: str = HEADER) -> Path:
+    path = folder / "radar.csv"
+    path.write_text("\n".join([header, *rows]) + "\n")
+    return path
+
+
+places = st.tuples(st.floats(0.5, 200.0), st.floats(-50.0, 50.0), st.floats(-60.0, 60.0))
+
+
+@given(st.lists(places, min_size=1, max_size=6))
+def test_positions_come_back_from_range_and_azimuth(
+    tmp_path_factory: pytest.TempPathFactory, found: list[tuple[float, float, float]]
+) -> None:
+    rows = [f"0.5,{slot},{x!r},{y!r},{rate!r},0" for slot, (x, y, rate) in enumerate(found)]
+    log = read_radar_csv(table(tmp_path_factory.mktemp("csv"), *rows))
+    (scan,) = log.scans
+    assert (scan.t_s, log.good, log.pieces) == (0.5, len(found), len(found))
+    for (x, y, rate), seen in zip(found, scan.radar, strict=True):
+        assert seen.range_m * math.cos(seen.azimuth_rad) == pytest.approx(x, abs=1e-9)
+        assert seen.range_m * math.sin(seen.azimuth_rad) == pytest.approx(y, abs=1e-9)
+        assert seen.range_rate_mps == rate
+
+
+def test_other_names_and_a_turned_sign_say_the_same(tmp_path: Path) -> None:
+    own = read_radar_csv(table(tmp_path, "0,1,10,2,-1,0", "0.1,1,9.9,2,-1,0"))
+    other = table(tmp_path, "2;0".replace(";", ",") + ",10,-1", "2,0.1,9.9,-1", header="right,clock,ahead,doppler")
+    text = "time_s=clock, x_m=ahead,y_m=right,range_rate_mps=doppler"
+    mirrored = read_radar_csv(other, columns=Columns.parse(text.replace("y_m=", "y_m=-")))
+    same = read_radar_csv(other, columns=Columns.parse(text))
+    assert same.scans == own.scans
+    assert same.pieces is None
+    assert [scan.radar[0].azimuth_rad for scan in mirrored.scans] == [-scan.radar[0].azimuth_rad for scan in own.scans]
+    assert (
+        read_radar_csv(other, columns={"time_s": "clock", "x_m": "ahead", "y_m": "right", "range_rate_mps": "doppler"}).scans == own.scans
+    )
+
+
+def test_rows_of_one_cycle_make_one_scan_even_when_their_stamps_differ(tmp_path: Path) -> None:
+    rows = [f"{0.05 * k + 0.003 * slot:.4f},{slot},{20 + slot},0,0,{int(k == 2)}" for k in range(4) for slot in range(3)]
+    log = read_radar_csv(table(tmp_path, *rows))
+    assert [len(scan.radar) for scan in log.scans] == [3] * 4
+    assert log.scans[0].period_s == pytest.approx(0.05)
+    assert log.pieces == 6
+    assert log.arrivals_s[0] == pytest.approx(0.006)
+
+
+def test_bad_rows_are_counted_by_kind_with_their_first_line(tmp_path: Path) -> None:
+    rows = ["0,1,10,0,0,0", "0.1,1,ten,0,0,0", "0.2,1,10,0", "nan,1,10,0,0,0", ",1,10,0,0,0", "0.3,1,10,0,,0", "0.4,1,nan,0,0,0"]
+    log = read_radar_csv(table(tmp_path, *rows))
+    assert log.bad.to_document() == {
+        "not 6 cells": {"count": 1, "first_line": 4},
+        "time_s is not finite": {"count": 2, "first_line": 5},
+        "x_m is no number": {"count": 1, "first_line": 3},
+    }
+    assert log.good == 3
+    values = [scan.radar[0] for scan in log.scans]
+    assert math.isnan(values[1].range_rate_mps)  # handed on: the tracker gates and counts it
+    assert math.isnan(values[2].range_m)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("x_m", "--columns: x_m: must be NAME=COLUMN"),
+        ("x_m=", "--columns: x_m=: must be NAME=COLUMN"),
+        ("xm=a", "xm = 'a': unknown name; did you mean 'x_m'"),
+        ("x_m=a,x_m=b", "x_m = 'b': given twice"),
+    ],
+)
+def test_a_mapping_that_is_none_is_refused(text: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Columns.parse(text)
+
+
+@pytest.mark.parametrize(
+    ("columns", "message"),
+    [
+        ("x_m=x_mm", "'x_mm': no such column; did you mean 'x_m'"),
+        ("slot=id", "'id': no such column"),
+        ("y_m=-left", "'left': no such column"),
+    ],
+)
+def test_a_column_that_is_not_there_is_named(tmp_path: Path, columns: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        read_radar_csv(table(tmp_path, "0,1,10,0,0,0"), columns=Columns.parse(columns))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "header line and rows"),
+        (HEADER + "\n", "header line and rows"),
+        (HEADER + "\nnan,1,2,3,4,5\n", "no row with a time"),
+        ("time_s,x_m,y_m\n0,1,2\n", "'range_rate_mps': no such column"),
+        ("time_s,x_m,x_m\n0,1,2\n", "two columns of this name"),
+    ],
+)
+def test_other_files_are_refused(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "radar.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message):
+        read_radar_csv(path)
+
+
+@pytest.mark.skipif(not COMMA.is_dir(), reason="the recordings are not here")
+def test_the_recorded_track_list() -> None:
+    log = read_radar_csv(COMMA / "radar_tracks.csv")
+    assert (log.good, log.bad.total, log.pieces, len(log.scans)) == (10100, 0, 144, 1200)

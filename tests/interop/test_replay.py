@@ -1,0 +1,271 @@
+"""Whole replays: the shipped recording, the real ones where they are, and options that do not fit."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.radar_log import NAME, recording
+from mcdas_opt.catalogue.scenes import load_scene
+from mcdas_opt.catalogue.shelf import models_folder
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Mode, Role, Sector, Side, Status
+from mcdas_opt.errors import InputError
+from mcdas_opt.interop.replay import replay
+from mcdas_opt.interop.replay_record import Replay
+from mcdas_opt.interop.truth import Comparison, TrueTarget, compare, read_truth
+from mcdas_opt.simulation.sensors import mounting
+
+LOGS = models_folder() / "logs"
+SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
+ESR = SHARED / "esr_candump"
+COMMA = SHARED / "comma2k19_radar"
+needs_shared = pytest.mark.skipif(not ESR.is_dir(), reason="the recordings are not here")
+
+
+@pytest.fixture(scope="module")
+def tracked() -> Replay:
+    return replay(NAME, "esr-candump", host=NAME, plan=False)
+
+
+@pytest.fixture(scope="module")
+def compared(tracked: Replay) -> Comparison:
+    return compare(tracked, NAME)
+
+
+def test_the_shipped_recording_is_what_the_script_writes() -> None:
+    for suffix, text in recording(load_scene(LOGS / f"{NAME}.toml")).items():
+        assert (LOGS / f"{NAME}{suffix}").read_text() == text, suffix
+
+
+def test_every_frame_is_accounted_for(tracked: Replay) -> None:
+    summary = tracked.summary
+    assert (summary.frames_good, summary.frames_bad, summary.frames_other) == (2010, 0, 0)
+    assert summary.detections + summary.gated["no target"] == 2 * 201 * 3
+    assert summary.tracker["scans"] == summary.scans == 402
+    assert summary.covered == {"front": 1.0, "rear": 1.0, "left": 0.0, "right": 0.0}
+    assert (summary.plans, summary.statuses) == (0, {})
+    assert sum(summary.modes.values()) == summary.cycles == len(tracked.cycles) == 101
+
+
+def test_the_tracks_stay_near_the_truth_and_nearer_than_the_detections(compared: Comparison) -> None:
+    assert set(compared.sectors) == {Sector.FRONT, Sector.REAR}
+    for found in compared.sectors.values():
+        assert found.breaks == 0
+        assert found.covered > 0.97
+        ours, raw = found.tracked, found.raw
+        assert ours.samples > 95
+        assert raw.samples > 190
+        for name, limit in (("along_rmse_m", 0.15), ("across_rmse_m", 0.15), ("range_rate_rmse_mps", 0.15)):
+            assert getattr(ours, name) < limit
+        assert ours.along_rmse_m < 0.5 * raw.along_rmse_m
+        assert ours.across_rmse_m < 0.7 * raw.across_rmse_m
+
+
+def test_the_car_on_the_left_has_its_role_and_passes(tracked: Replay) -> None:
+    seen = [(t.s_m, t.d_m) for c in tracked.cycles for t in c.tracks if t.role is Role.LEFT]
+    along, across = np.array(seen).T
+    assert along[0] < -20.0
+    assert along[-1] > 50.0
+    np.testing.assert_allclose(across, 3.7, atol=1.0)
+    assert np.all(np.diff(along) > 0.0)
+
+
+def test_a_replay_repeats_byte_for_byte_timings_aside(tracked: Replay) -> None:
+    def document(done: Replay) -> str:
+        whole = done.to_dict()
+        del whole["summary"]["cycle_ms"]
+        return json.dumps(whole, allow_nan=False)
+
+    assert document(tracked) == document(replay(NAME, "esr-candump", host=NAME, plan=False))
+
+
+def test_the_documents_keys_are_the_contracts(tracked: Replay) -> None:
+    whole = tracked.to_dict()
+    assert {"schema_version", "format", "planner", "cycles", "summary"} <= set(whole)
+    cycle = whole["cycles"][-1]
+    assert {"t_s", "tracks", "mode", "status"} <= set(cycle)
+    assert cycle["status"] is None
+    assert {"id", "role", "s_m", "d_m", "speed_s_mps", "speed_d_mps", "covariance"} <= set(cycle["tracks"][0])
+    assert np.shape(cycle["tracks"][0]["covariance"]) == (4, 4)
+
+
+def test_without_a_host_file_the_radar_says_the_speed(tracked: Replay) -> None:
+    spoken = replay(NAME, "esr-candump", plan=False)
+    for a, b in zip(tracked.cycles, spoken.cycles, strict=True):
+        assert a.host.speed_mps == pytest.approx(b.host.speed_mps, abs=0.05)
+        assert a.host.s_m == pytest.approx(b.host.s_m, abs=0.2)
+
+
+def shortened(folder: Path, seconds: float) -> Path:
+    path = folder / "short.log"
+    lines = (LOGS / f"{NAME}.log").read_text().splitlines()
+    path.write_text("\n".join(line for line in lines if float(line[1:9]) < seconds) + "\n")
+    return path
+
+
+def test_plans_are_judged_and_nobody_steers_out_of_one_lane(tmp_path: Path) -> None:
+    done = replay(shortened(tmp_path, 1.0), "esr-candump", planner="mpc")
+    summary = done.summary
+    assert (summary.plans, summary.unverified_plans) == (summary.cycles, 0)
+    assert sum(summary.statuses.values()) == summary.cycles
+    assert all(isinstance(cycle.status, Status) for cycle in done.cycles)
+    assert all(cycle.side is Side.NONE and cycle.mode is not Mode.EVADE for cycle in done.cycles)
+
+
+def test_a_scene_gives_road_and_vehicle(tmp_path: Path) -> None:
+    scene = load_scene(LOGS / f"{NAME}.toml")
+    done = replay(shortened(tmp_path, 0.5), "esr-candump", road=scene, plan=False)
+    assert done.road == scene.assumed_road
+    assert done.road.lanes_left == 1
+
+
+def test_a_cut_log_is_replayed_and_says_so(tmp_path: Path) -> None:
+    path = shortened(tmp_path, 1.0)
+    path.write_text(path.read_text()[:-8] + "\nnoise\n")
+    summary = replay(path, "esr-candump", plan=False).summary
+    assert summary.frames_bad == 2
+    assert set(summary.bad) == {"cut short", "not a candump line"}
+
+
+def test_a_dead_radar_covers_nothing(tmp_path: Path) -> None:
+    text = shortened(tmp_path, 1.0).read_text()
+    path = tmp_path / "dead.log"
+    path.write_text(text.replace("can1 4E1#0000000000000000", "can1 4E1#0020000000000000"))
+    done = replay(path, "esr-candump", plan=False)
+    assert done.summary.covered["rear"] == 0.0
+    assert done.summary.tracker["dead"] == 20
+    assert all(track.role is not Role.REAR for cycle in done.cycles for track in cycle.tracks)
+
+
+def test_broken_numbers_never_reach_a_track(tmp_path: Path) -> None:
+    rows = [f"{0.05 * k:.2f},1,30,0.5,0,0\n{0.05 * k:.2f},2,nan,0,0,0\n{0.05 * k:.2f},3,20,0,inf,0" for k in range(20)]
+    radar, host = tmp_path / "radar.csv", tmp_path / "host.csv"
+    radar.write_text("time_s,slot,x_m,y_m,range_rate_mps,new_track\n" + "\n".join(rows) + "\n")
+    host.write_text("t_s,speed_mps\n0,10\n1,10\n")
+    done = replay(radar, "radar-csv", host=host, plan=False)
+    assert done.summary.tracker["not_finite"] == 40
+    assert done.summary.covered == {"front": 1.0, "rear": 0.0, "left": 0.0, "right": 0.0}
+    (track,) = done.cycles[-1].tracks
+    assert track.s_m == pytest.approx(30.0 + 2.25 + 2.25, abs=0.3)
+    assert track.speed_s_mps == pytest.approx(10.0, abs=0.3)
+    json.dumps(done.to_dict(), allow_nan=False)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"format": "esr"}, "--format = 'esr': is not a known format; did you mean 'esr-candump'|known: esr-candump"),
+        ({"format": "esr-candump", "columns": {"x_m": "x"}}, "--columns: belongs to --format radar-csv"),
+        ({"format": "radar-csv", "dbc": "a.dbc"}, "--dbc: belongs to --format esr-candump"),
+        ({"format": "radar-csv", "rear": "a.log"}, "--rear: belongs to --format esr-candump"),
+        ({"format": "esr-candump", "host": "nowhere.csv"}, "nowhere.csv: no such file"),
+    ],
+)
+def test_options_that_do_not_fit_are_refused(options: dict[str, object], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        replay(NAME, **options)
+
+
+def test_an_unknown_speed_and_a_broken_clock_are_refused(tmp_path: Path) -> None:
+    silent, endless = tmp_path / "silent.log", tmp_path / "endless.log"
+    data = "can0 500#006079E210000251"
+    silent.write_text(f"(0.0) {data}\n(0.1) {data}\n")
+    with pytest.raises(InputError, match=r"silent\.log: does not say the host's speed: pass --host"):
+        replay(silent, "esr-candump")
+    endless.write_text("".join(f"({t}) {data}\n" for t in ("0.0", "0.1", "90000.0", "90000.1")))
+    with pytest.raises(InputError, match="spans more than 21600 s"):
+        replay(endless, "esr-candump", host=NAME)
+
+
+def truth_of(true: float, times: int = 101) -> dict[Sector, TrueTarget]:
+    t = np.linspace(0.0, 10.0, times)
+    still = np.full_like(t, true)
+    return {Sector.FRONT: TrueTarget(t_s=t, range_m=still, azimuth_rad=0.0 * t, range_rate_mps=0.0 * t)}
+
+
+def test_truth_elsewhere_is_not_covered_and_truth_at_another_time_is_refused(tracked: Replay) -> None:
+    (found,) = compare(tracked, truth_of(150.0)).sectors.values()
+    assert (found.covered, found.tracked.samples, found.tracked.along_rmse_m, found.first_covered_s) == (0.0, 0, None, None)
+    target = truth_of(27.5)[Sector.FRONT]
+    later = TrueTarget(t_s=target.t_s + 100.0, range_m=target.range_m, azimuth_rad=target.azimuth_rad, range_rate_mps=target.range_rate_mps)
+    with pytest.raises(InputError, match="no sector or no time in common"):
+        compare(tracked, {Sector.FRONT: later})
+
+
+def test_silent_truth_is_not_interpolated_over() -> None:
+    target = TrueTarget(
+        t_s=np.array([0.0, 0.1, 2.0, 2.1, 2.2]),
+        range_m=np.array([10.0, 10.0, 10.0, np.nan, 10.0]),
+        azimuth_rad=np.zeros(5),
+        range_rate_mps=np.zeros(5),
+    )
+    points, rates = target.at(np.array([-0.1, 0.05, 1.0, 2.05, 2.3]), mounting(Sector.REAR, Vehicle()))
+    np.testing.assert_array_equal(np.isfinite(rates), [False, True, False, False, False])
+    np.testing.assert_allclose(points[1], [-10.0, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("t,x\n0,1\n1,2\n", "front_range or rear_range"),
+        ("t,front_range,front_azimuth_deg\n0,1,2\n1,1,2\n", "'front_range_rate': no such column"),
+        ("t,front_range,front_azimuth_deg,front_range_rate\n0,1,2,3\n0,1,2,3\n", "line 3: .*times increase"),
+        ("t,front_range,front_azimuth_deg,front_range_rate\n0,1,2,3\n1,a,2,3\n", "line 3: front_range is no number"),
+    ],
+)
+def test_bad_truth_is_refused(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "truth.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message):
+        read_truth(path)
+
+
+def test_truth_azimuths_turn_their_sign(tmp_path: Path) -> None:
+    path = tmp_path / "truth.csv"
+    path.write_text("t,rear_range,rear_azimuth_deg,rear_range_rate\n0,10,30,0\n1,10,30,0\n")
+    points, _ = read_truth(path)[Sector.REAR].at(np.array([0.5]), mounting(Sector.REAR, Vehicle()))
+    assert not np.isfinite(points).any()  # a second without truth
+    points, _ = read_truth(path)[Sector.REAR].at(np.array([0.0, 1.0]), mounting(Sector.REAR, Vehicle()))
+    assert not np.isfinite(points).any()
+    path.write_text("t,rear_range,rear_azimuth_deg,rear_range_rate\n0,10,30,0\n0.1,10,30,0\n")
+    points, _ = read_truth(path)[Sector.REAR].at(np.array([0.05]), mounting(Sector.REAR, Vehicle()))
+    np.testing.assert_allclose(points, [[-10.0 * math.cos(math.pi / 6), 5.0]])
+
+
+@needs_shared
+def test_the_recorded_platoon_against_its_truth(tmp_path: Path) -> None:
+    cars = np.genfromtxt(SHARED / "cats_platoon" / "test1118_test3.csv", delimiter=",", names=True)
+    host = tmp_path / "host.csv"
+    host.write_text("t_s,speed_mps\n" + "".join(f"{t!r},{v!r}\n" for t, v in zip(cars["t"].tolist(), cars["veh3_v"].tolist(), strict=True)))
+    name = str(ESR / "test1118_test3_host3_{}.log")
+    done = replay(name.format("front"), "esr-candump", rear=name.format("rear"), host=host, dbc=ESR / "ESR.dbc", plan=False)
+    assert (done.summary.start_s, done.summary.end_s, done.summary.frames_good) == (15.0, 122.1, 2144)
+    for found in compare(done, ESR / "test1118_test3_host3_truth.csv").sectors.values():
+        ours, raw = found.tracked, found.raw
+        assert found.breaks == 0
+        assert found.covered > 0.99
+        assert ours.along_rmse_m < 0.15 < raw.along_rmse_m
+        assert ours.across_rmse_m < 0.25 < raw.across_rmse_m
+        assert ours.range_rate_rmse_mps < raw.range_rate_rmse_mps < 0.13
+
+
+@needs_shared
+def test_a_recorded_track_list_runs_through(tmp_path: Path) -> None:
+    """The first ten seconds: a front car all along, gaps of the sensor bridged, standing things standing."""
+    lines = (COMMA / "radar_tracks.csv").read_text().splitlines()
+    path = tmp_path / "radar.csv"
+    path.write_text("\n".join([lines[0], *(line for line in lines[1:] if float(line.split(",")[0]) < 10.0)]) + "\n")
+    done = replay(path, "radar-csv", host=COMMA / "host.csv", plan=False)
+    summary = done.summary
+    assert summary.sensor_pieces is not None
+    assert summary.tracks_started < summary.sensor_pieces
+    assert summary.longest_track_s > 9.0
+    assert all(any(track.role is Role.FRONT for track in cycle.tracks) for cycle in done.cycles[5:])
+    standing = [track for track in done.cycles[80].tracks if abs(track.speed_s_mps) < 1.0]
+    assert len(standing) >= 1
+    json.dumps(done.to_dict(), allow_nan=False)

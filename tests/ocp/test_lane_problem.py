@@ -1,0 +1,144 @@
+"""The lane problem against what it was made from: the equations, the reference, finite differences, a converged solution."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.dynamics.bicycle import road_bicycle
+from mcdas_opt.dynamics.integrator import rk4
+from mcdas_opt.errors import ParameterError
+from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
+from mcdas_opt.ocp.terms import MovingBody, Stage, reference_d
+from mcdas_opt.planning.lane_stage import LaneStage, StageSettings
+from mcdas_opt.planning.ways import ways_out
+from mcdas_opt.reference.offset_path import corrected
+from mcdas_opt.situation.assess import assess
+from mcdas_opt.solvers.linearisation import Linearisation
+from mcdas_opt.solvers.outcome import Ending
+from mcdas_opt.tracking.prediction import predict
+from tests.planning.situations import random_sandwich, sandwich
+
+VEHICLE = Vehicle()
+PROBLEM = LaneProblem(vehicle=VEHICLE, neighbours=2).stage_problem()
+NAMES = LaneParameters(names=PROBLEM.parameters)
+
+
+def _posed(seed: int):
+    situation = random_sandwich(seed)
+    config = Settings()
+    stage = LaneStage(VEHICLE, config)
+    prediction = predict(situation.tracks, config.prediction)
+    assessment = assess(situation, VEHICLE, config.selector)
+    way = ways_out(situation, assessment, VEHICLE, config.sigmoid, None)[2 + seed % 2]
+    bodies = stage.nearest(situation, prediction)
+    posed = stage.posed(len(bodies))
+    guess = stage.guess(situation, way, posed)
+    return situation, posed, guess, stage.matrix(situation, bodies, way, posed, guess.x[:, 0]), config.grid.steps_s
+
+
+def test_every_term_is_named_and_every_slack_has_a_price() -> None:
+    assert len(PROBLEM.rows) == PROBLEM.ng == len(PROBLEM.slack_of)
+    assert all("[" in row for row in PROBLEM.rows)
+    assert set(PROBLEM.slack_of) == set(range(PROBLEM.ns))
+    assert np.all(PROBLEM.slack_linear > 0.0)
+
+
+@settings(max_examples=30, deadline=None)
+@given(v=st.floats(3.0, 36.0), offset=st.floats(-1.0, 1.0), side=st.sampled_from([-3.7, 3.7]), s=st.floats(-5.0, 120.0))
+def test_reference_is_the_offset_path(v: float, offset: float, side: float, s: float) -> None:
+    path = corrected(0.0, 0.2, side, v, 4.0, bend_m=offset, bend_s_m=20.0, bend_width_m=12.0)
+    p = {
+        "ref_start_s": path.start_s_m,
+        "ref_start_d": path.start_d_m,
+        "ref_amplitude": path.amplitude_m,
+        "ref_a": path.a_per_m,
+        "ref_b": path.b,
+        "ref_bend": path.bend_m,
+        "ref_bend_s": path.bend_s_m,
+        "ref_bend_width": path.bend_width_m,
+    }
+    stage = Stage(s=s, d=0, psi=0, v=v, a=0, delta=0, jerk=0, delta_rate=0, p=p, m=np, vehicle=VEHICLE)
+    assert float(reference_d(stage, s)) == pytest.approx(float(path.d(s)), abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_linearisation_is_the_finite_difference(seed: int) -> None:
+    _, posed, guess, p, steps = _posed(seed)
+    rng = np.random.default_rng(seed)
+    x = guess.x + rng.normal(0.0, 0.05, guess.x.shape)
+    u = guess.u + rng.normal(0.0, 0.1, guess.u.shape)
+    lin = Linearisation(posed.problem, 40)
+    here = lin.at(x, u, p, steps)
+    h = 1e-6
+    for j in range(8):
+        step = np.zeros(8)
+        step[j] = h
+        plus = lin.at(x + step[:6], u + step[6:], p, steps)
+        minus = lin.at(x - step[:6], u - step[6:], p, steps)
+        for k in (1, 17, 39):
+            assert here.ab[k, :, j] == pytest.approx((plus.f[k] - minus.f[k]) / (2 * h), abs=1e-5)
+            slope = (plus.g[k] - minus.g[k]) / (2 * h)
+            assert here.jg[k, :, j] == pytest.approx(slope, abs=1e-4 * max(1.0, np.abs(slope).max()))
+
+
+@given(psi=st.floats(-0.5, 0.5), v=st.floats(0.0, 40.0), delta=st.floats(-0.4, 0.4), kappa=st.floats(-0.01, 0.01))
+@settings(max_examples=40, deadline=None)
+def test_dynamics_are_the_equations_of_motion(psi: float, v: float, delta: float, kappa: float) -> None:
+    values = dict.fromkeys(PROBLEM.parameters, 0.0) | {"kappa": kappa, "ref_a": -0.3, "ref_b": 50.0, "ref_bend_width": 1.0}
+    p = NAMES.matrix(0, values)[0]
+    x, u = [3.0, -0.4, psi, v, 1.0, delta], [2.0, 0.1]
+    ours = np.asarray(PROBLEM.dynamics(x, u, p, 0.1)).ravel()
+    expected = rk4(lambda z: road_bicycle(z, u, kappa, VEHICLE.wheelbase_m, VEHICLE.centre_m, np), x, 0.1)
+    assert ours == pytest.approx(expected, abs=1e-12)
+
+
+@settings(max_examples=60, deadline=None)
+@given(ds=st.floats(-12.0, 12.0), dd=st.floats(-6.0, 6.0))
+def test_a_body_row_that_holds_keeps_bodies_apart(ds: float, dd: float) -> None:
+    """With the margins of the planner, aligned bodies that satisfy the row never overlap."""
+    body = MovingBody(slot=0)
+    p = {"body0_s": ds, "body0_d": dd, "body0_along": 2.25 + 0.5, "body0_across": 0.9 + 0.25}
+    stage = Stage(s=0, d=0, psi=0, v=10, a=0, delta=0, jerk=0, delta_rate=0, p=p, m=np, vehicle=VEHICLE)
+    if body.rows(stage)[0] <= 0.0:
+        assert abs(ds) >= 4.5 or abs(dd) >= 1.8
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_real_time_iteration_is_near_the_converged_solution(seed: int) -> None:
+    situation, posed, guess, p, steps = _posed(seed)
+    x0 = situation.host.to_vector()
+    ours = posed.engine.solve(x0, p, steps, guess, 20)
+    exact = posed.ipopt.solve(x0, p, steps, guess)
+    assert exact.ending is Ending.CONVERGED
+    assert ours.usable
+    if ours.ending is Ending.CONVERGED:
+        assert ours.objective <= exact.objective * 1.02 + 0.05
+
+
+def test_planner_settings_reach_the_problem() -> None:
+    stage = LaneStage(VEHICLE, Settings())
+    assert stage.posed(0).seats == 1
+    assert stage.posed(3).seats == 4
+    assert stage.posed(99).seats == stage.stage.seats[-1]
+    assert stage.posed(3) is stage.posed(4)
+    assert len(stage.nearest(sandwich(), predict(sandwich().tracks, Settings().prediction))) == 2
+
+
+def test_a_cold_start_by_ipopt_ends_where_the_iteration_does() -> None:
+    situation, config = sandwich(0.3), Settings()
+    ends = []
+    for engine in ("osqp", "ipopt"):
+        stage = LaneStage(VEHICLE, config, StageSettings(cold_start=engine))
+        prediction = predict(situation.tracks, config.prediction)
+        way = ways_out(situation, assess(situation, VEHICLE, config.selector), VEHICLE, config.sigmoid, None)[2]
+        solved = stage.solve(situation, prediction, way)
+        assert solved.trajectory is not None
+        ends.append(solved.trajectory.states[-1])
+    assert ends[0] == pytest.approx(ends[1], abs=0.02)
+    with pytest.raises(ParameterError, match="cold_start"):
+        StageSettings(cold_start="newton")

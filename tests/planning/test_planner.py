@@ -1,0 +1,187 @@
+"""What holds for every plan of every planner."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.plan import Plan, Refusal
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.settings import SelectorSettings, Settings
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Coverage
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2
+from mcdas_opt.domain.vocabulary import Mode, Request, Side, Status
+from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.planning.planner import Planner
+from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.verification.judge import judge
+from tests.planning.situations import car, mirrored, random_sandwich, sandwich
+
+METHODS = ("mpc", "closed-form", "closed-form-corrected")
+MIRROR_OF = {Side.LEFT: Side.RIGHT, Side.RIGHT: Side.LEFT, Side.NONE: Side.NONE}
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("seed", range(8))
+def test_mirrored_situation_has_mirrored_plan(method: str, seed: int) -> None:
+    situation = random_sandwich(seed)
+    plan, image = Planner(method=method).plan(situation), Planner(method=method).plan(mirrored(situation))
+    assert (image.mode, image.side, image.status) == (plan.mode, MIRROR_OF[plan.side], plan.status)
+    a, b = plan.trajectory, image.trajectory
+    for name, sign in (("s_m", 1), ("d_m", -1), ("heading_rad", -1), ("speed_mps", 1), ("steering_rate_radps", -1), ("jerk_mps3", 1)):
+        assert np.abs(getattr(a, name) - sign * getattr(b, name)).max() < 1e-6, name
+
+
+@pytest.mark.parametrize("side", [Side.LEFT, Side.RIGHT])
+def test_symmetric_scene_has_mirrored_candidates_and_the_tie_break_decides(side: Side) -> None:
+    settings = Settings(selector=SelectorSettings(tie_break=side))
+    plan = Planner(settings=settings).plan(sandwich())
+    cost = {c.name: c.cost for c in plan.candidates}
+    assert cost["left"] == pytest.approx(cost["right"], abs=1e-6)
+    assert (plan.mode, plan.side) == (Mode.EVADE, side)
+
+
+@pytest.mark.parametrize("seed", range(20, 50))
+def test_no_plan_leaves_unverified(seed: int) -> None:
+    situation = random_sandwich(seed)
+    planner = Planner()
+    plan = planner.plan(situation)
+    verdict = judge(
+        plan.trajectory, situation.host, planner.vehicle, situation.road, predict(situation.tracks, planner.settings.prediction)
+    )
+    assert verdict == plan.verdict
+    assert plan.verdict.passed == (plan.status is not Status.UNAVOIDABLE)
+    assert plan.reason
+    for candidate in plan.candidates:
+        assert candidate.passed != bool(candidate.refusal), candidate
+
+
+def test_paper_sandwich_literal_fails_and_mpc_passes() -> None:
+    literal = Planner(method="closed-form").plan(sandwich())
+    assert not literal.verdict.passed
+    assert literal.literal_mode is None  # d_f = d_r = 25 m: no row of Table 1
+    worst = {v.name: v.value for v in literal.verdict.violations}
+    assert worst["acceleration"] == pytest.approx(1.13 * GRAVITY_MPS2, rel=0.01)
+    assert worst["friction circle"] > 1.48 * GRAVITY_MPS2
+    plan = Planner().plan(sandwich())
+    assert plan.verdict.passed
+    assert plan.status is Status.PLANNED
+
+
+@pytest.mark.parametrize("offset_m", [-2.0, -1.0, 0.0, 1.0, 2.0])
+def test_offset_bends_the_reference_but_the_plan_ends_in_the_lane(offset_m: float) -> None:
+    plan = Planner().plan(sandwich(offset_m))
+    assert plan.verdict.passed
+    if plan.side is not Side.NONE:
+        assert abs(plan.trajectory.d_m[-1]) == pytest.approx(3.7, abs=1.0)
+
+
+def test_same_input_same_bytes() -> None:
+    documents = []
+    for _ in range(2):
+        planner = Planner()
+        plans = [planner.plan(replace(sandwich(0.3), time_s=round(0.1 * k, 1))).to_dict() for k in range(3)]
+        for document in plans:
+            document.pop("timing_ms")
+        documents.append(json.dumps(plans))
+    assert documents[0] == documents[1]
+
+
+@pytest.mark.parametrize("sector", ["left", "right"])
+def test_a_side_that_nobody_watches_is_no_way_out(sector: str) -> None:
+    situation = replace(sandwich(), coverage=Coverage(**{sector: False}))
+    plan = Planner().plan(situation)
+    blind = next(c for c in plan.candidates if c.name == sector)
+    assert not blind.passed
+    assert "watches" in blind.refusal
+    assert plan.side.value != sector
+
+
+def test_blind_everywhere_holds_the_lane_and_speed() -> None:
+    nobody = Coverage(front=False, rear=False, left=False, right=False)
+    plan = Planner().plan(Situation(host=HostState(speed_mps=15.0), coverage=nobody, desired_speed_mps=25.0))
+    assert plan.mode is Mode.HOLD
+    assert np.abs(plan.trajectory.d_m).max() < 0.05
+
+
+def test_boxed_in_on_all_sides_is_labelled() -> None:
+    neighbours = [("front", 6.0, 0.0, 5.0), ("rear", -5.5, 0.0, 30.0), ("left", 0.0, 3.7, 20.0), ("right", 0.0, -3.7, 20.0)]
+    tracks = tuple(car(name, s, d, v) for name, s, d, v in neighbours)
+    plan = Planner().plan(Situation(host=HostState(speed_mps=20.0), tracks=tracks, road=Road(lanes_left=1, lanes_right=1)))
+    assert plan.status is Status.UNAVOIDABLE
+    assert not plan.verdict.passed
+    assert "least severe" in plan.reason
+
+
+def test_benign_following_is_not_disturbed() -> None:
+    tracks = (car("front", 50.0, 0.0, 25.0), car("rear", -45.0, 0.0, 25.0), car("left", 5.0, 3.7, 27.0))
+    plan = Planner().plan(Situation(host=HostState(speed_mps=25.0), tracks=tracks, road=Road(lanes_left=1)))
+    assert plan.mode in (Mode.HOLD, Mode.CRUISE)
+    assert not plan.warning
+    assert np.abs(plan.trajectory.acceleration_mps2).max() < 0.5
+
+
+class _Refusing:
+    """A method that never has an answer."""
+
+    has_ladder = True
+
+    def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
+        return Refusal(reason="it never does")
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_refusal_is_answered_by_the_ladder(seed: int) -> None:
+    plan = Planner(method=_Refusing()).plan(random_sandwich(seed))
+    assert plan.status in (Status.FALLBACK, Status.UNAVOIDABLE)
+    assert plan.verdict.passed == (plan.status is Status.FALLBACK)
+    assert "it never does" in plan.reason
+
+
+def test_parking_is_not_the_lane_planners_business() -> None:
+    plan = Planner().plan(Situation(host=HostState(), request=Request.PARK))
+    assert "parking" in plan.reason
+    assert plan.trajectory.speed_mps.max() < 0.1
+
+
+def test_unknown_names_are_refused() -> None:
+    with pytest.raises(ParameterError, match="closed-form"):
+        Planner(method="closed-from")
+    with pytest.raises(InputError, match="sedan"):
+        Planner(vehicle="seden")
+    with pytest.raises(ParameterError, match="deadline_s"):
+        Planner(deadline_s=0.0)
+
+
+def test_a_deadline_gone_by_leaves_the_answer_to_the_ladder() -> None:
+    plan = Planner(deadline_s=1e-9).plan(sandwich())
+    assert plan.status is Status.FALLBACK
+    assert plan.verdict.passed
+    assert any("deadline" in c.refusal for c in plan.candidates)
+
+
+@pytest.mark.parametrize("kmh", [20, 40, 60, 80, 100, 130])
+def test_the_corrected_path_is_driven_within_its_bound(kmh: int) -> None:
+    v = kmh / 3.6
+    tracks = (car("front", 20.0 + 1.2 * v, 0.0, 0.6 * v), car("rear", -8.0 - 0.6 * v, 0.0, 1.4 * v))
+    situation = Situation(host=HostState(speed_mps=v), tracks=tracks, road=Road(lanes_left=1, lanes_right=1))
+    planner = Planner(method="closed-form-corrected")
+    plan = planner.plan(situation)
+    assert plan.mode is Mode.EVADE
+    t = plan.trajectory
+    lateral = np.abs(t.speed_mps**2 * np.tan(t.steering_rad) / planner.vehicle.wheelbase_m)
+    assert lateral.max() <= planner.settings.sigmoid.lateral_acceleration_mps2 * 1.001
+
+
+def test_situation_survives_json() -> None:
+    situation = random_sandwich(3)
+    again = Situation.from_json(situation.to_json())
+    assert again.to_json() == situation.to_json()
+    a, b = Planner().plan(situation).to_dict(), Planner().plan(again).to_dict()
+    a.pop("timing_ms"), b.pop("timing_ms")
+    assert a == b

@@ -1,0 +1,120 @@
+"""Pictures of a drive: where things stand in them, and that the files are what they say."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.track import Track
+from mcdas_opt.errors import InputError
+from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.plotting.animation import MOST_FRAMES, check_suffix, frames, outcome_words, save, sheet
+from mcdas_opt.plotting.birdseye import Camera, ellipse
+from mcdas_opt.plotting.moments import moment_at, moments, view_of
+from mcdas_opt.simulation.loop import simulate
+from mcdas_opt.simulation.record import Simulation
+from tests.simulation.fake_driver import FakeDriver
+from tests.simulation.scene_maker import make_scene
+
+CURVED = Road(lanes_left=1, curvature=((0.0, 0.0), (50.0, 0.02), (200.0, -0.01)))
+
+
+@pytest.fixture(scope="module")
+def drive() -> Simulation:
+    cars = [{"name": "front", "s_m": 9.0, "speed_mps": 5.0}, {"name": "beside", "s_m": 1.0, "d_m": 3.7, "speed_mps": 11.1}]
+    return simulate(make_scene(*cars, duration_s=5.0), FakeDriver())
+
+
+@pytest.mark.parametrize("s", [0.0, 30.0, 120.0, 900.0])
+def test_the_camera_keeps_shapes_and_puts_the_road_level_at_the_host(s: float) -> None:
+    camera = Camera(CURVED, s)
+    x, y, angle = camera.place(s, 1.5, 0.1)
+    np.testing.assert_allclose([x, y, angle], [0.0, 1.5, 0.1], atol=1e-9)
+    around = s + np.linspace(-40.0, 60.0, 11)
+    seen = np.column_stack(camera.place(around, np.full(11, -1.0))[:2])
+    plane = np.column_stack(FrenetFrame(road=CURVED).to_plane(around, np.full(11, -1.0), np.zeros(11))[:2])
+    for k in range(10):
+        assert math.dist(seen[k], seen[k + 1]) == pytest.approx(math.dist(plane[k], plane[k + 1]), abs=1e-6)
+
+
+def test_the_ellipse_is_2_5_standard_deviations_away() -> None:
+    p = np.diag([4.0, 1.0, 0.25, 1.0])
+    p[0, 2] = p[2, 0] = 0.6
+    s, d = ellipse(Track(id="1", s_m=10.0, d_m=2.0, speed_s_mps=0.0, covariance=p))
+    off = np.stack([s - 10.0, d - 2.0])
+    distance = np.einsum("ik,ij,jk->k", off, np.linalg.inv(p[np.ix_([0, 2], [0, 2])]), off)
+    np.testing.assert_allclose(distance, 2.5**2, rtol=1e-9)
+
+
+def test_moments_show_the_truth_of_their_time(drive: Simulation) -> None:
+    moment = moment_at(drive, 0.53)
+    assert moment.host.pose[0] == pytest.approx(11.1 * 0.53)
+    assert moment.others[0].pose[0] == pytest.approx(9.0 + 5.0 * 0.53)
+    assert moment.plan.time_s == 0.5
+    assert moment.ended is None
+    last = moments(drive)[-1]
+    assert last.time_s == drive.duration_s
+    assert last.struck == {"host", "front"}
+    assert [m.time_s for m in moments(drive, at_most=3)] == [0.0, 0.5 * drive.duration_s, drive.duration_s]
+
+
+def test_neighbours_of_the_beginning_are_in_view(drive: Simulation) -> None:
+    view = view_of(drive)
+    assert view.ahead_m > 9.0 + 2.25
+    assert view.left_m > drive.scene.true_road.left_edge_m
+
+
+def test_a_gif_has_a_frame_a_cycle_and_one_for_the_end(drive: Simulation, tmp_path: Path) -> None:
+    path = save(drive, tmp_path / "drive.gif")
+    with Image.open(path) as picture:
+        assert picture.n_frames == len(drive.cycles) + 1
+        lengths = []
+        for k in range(picture.n_frames):
+            picture.seek(k)
+            lengths.append(picture.info["duration"])
+    assert sum(lengths[:-1]) == pytest.approx(1000.0 * drive.duration_s, abs=15.0)
+    assert path.stat().st_size < 4e6
+
+
+def test_a_long_drive_is_thinned(drive: Simulation) -> None:
+    cycles = tuple(replace(drive.cycles[0], time_s=0.1 * k) for k in range(250))
+    many: Any = replace(drive, cycles=cycles, duration_s=25.0)
+    assert len(moments(many, at_most=MOST_FRAMES)) == MOST_FRAMES
+
+
+def test_frames_differ_where_things_move_and_nowhere_else(drive: Simulation) -> None:
+    pictures, _ = frames(drive)
+    first, later = (np.asarray(p.convert("RGB")).astype(int) for p in (pictures[0], pictures[5]))
+    changed = np.abs(first - later).sum(axis=-1) > 0
+    assert changed.any()
+    labels = changed[-25:]  # the charts' axis labels stand still
+    assert not labels.any()
+
+
+def test_the_same_drive_is_the_same_bytes(drive: Simulation, tmp_path: Path) -> None:
+    for suffix in (".gif", ".png"):
+        a, b = save(drive, tmp_path / f"a{suffix}"), save(drive, tmp_path / f"b{suffix}")
+        assert a.read_bytes() == b.read_bytes()
+
+
+def test_the_sheet_has_a_row_a_moment_and_three_charts(drive: Simulation) -> None:
+    assert len(sheet(drive, count=3).axes) == 3 + 3
+    assert outcome_words(drive) == f"collision with front at {drive.impact_speed_mps:.1f} m/s"
+
+
+def test_an_empty_curved_road_can_be_drawn(tmp_path: Path) -> None:
+    scene = make_scene(duration_s=0.3, road={"curvature": [[0.0, 0.01]], "road_end_s_m": 30.0})
+    assert save(simulate(scene, FakeDriver()), tmp_path / "alone.png").stat().st_size > 1000
+
+
+@pytest.mark.parametrize("name", ["drive.mp4", "drive", "no/such/folder.gif"])
+def test_other_suffixes_and_missing_folders_are_refused(name: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"\.gif or \.png|no such folder"):
+        check_suffix(tmp_path / name)

@@ -1,0 +1,127 @@
+"""`simulate` and `judge` from the command line."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mcdas_opt.cli import main
+from mcdas_opt.domain.trajectory import Trajectory
+from tests.simulation.fake_driver import plan_of
+from tests.simulation.scene_maker import make_scene
+
+SCENE = """
+duration_s = 0.5
+[road]
+lanes_left = 1
+[host]
+speed_mps = 11.1
+[[neighbour]]
+name = "front"
+s_m = 24.5
+speed_mps = 11.1
+[[neighbour.motion]]
+start_s = 0.0
+acceleration_mps2 = -8.0
+"""
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> str:
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE)
+    return str(path)
+
+
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    monkeypatch.setattr(sys, "argv", ["mcdas-opt", *arguments])
+    code = 0
+    try:
+        main()
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def written(path: Path, trajectory: Trajectory, **more: Any) -> str:
+    path.write_text(json.dumps({"trajectory": trajectory.to_dict(), **more}))
+    return str(path)
+
+
+def test_simulate_prints_a_table_or_one_document_and_draws(
+    scene: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    planner = ("--planner", "closed-form-corrected")
+    code, out, _ = run(monkeypatch, capsys, "simulate", scene, *planner, "--out", str(tmp_path / "drive.gif"))
+    assert code == 0
+    assert "outcome" in out
+    assert (tmp_path / "drive.gif").read_bytes()[:6] == b"GIF89a"
+    code, out, _ = run(monkeypatch, capsys, "simulate", scene, *planner, "--seed", "7", "--json")
+    document = json.loads(out)
+    assert (code, document["seed"], document["plans"]) == (0, 7, 5)
+
+
+def test_a_drive_can_be_judged_afterwards(
+    scene: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _, out, _ = run(monkeypatch, capsys, "simulate", scene, "--planner", "closed-form-corrected", "--json")
+    (tmp_path / "drive.json").write_text(out)
+    code, out, _ = run(monkeypatch, capsys, "judge", scene, str(tmp_path / "drive.json"), "--json")
+    document = json.loads(out)
+    assert (code, document["prediction"]) == (0, "scene")
+    assert document["verdict"] == {"violations": [], "passed": True}
+
+
+def test_the_files_own_prediction_is_the_default(
+    scene: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    straight = plan_of(make_scene().host_state, [(0.0, 0.0)] * 40).trajectory
+    path = written(tmp_path / "plan.json", straight, prediction="constant-velocity")
+    for more, passed in (((), True), (("--prediction", "scene"), False)):
+        code, out, _ = run(monkeypatch, capsys, "judge", scene, path, *more, "--json")
+        assert (code, json.loads(out)["verdict"]["passed"]) == (0, passed)
+    code, out, _ = run(monkeypatch, capsys, "judge", scene, path, "--prediction", "scene")
+    assert "collision with front" in out
+
+
+def test_a_saved_situation_can_be_judged_in(
+    scene: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    situation = str(tmp_path / "situation.json")
+    planner = ("--planner", "closed-form-corrected")
+    _, out, _ = run(monkeypatch, capsys, "plan", scene, *planner, "--out", situation, "--json")
+    (tmp_path / "plan.json").write_text(out)
+    code, out, _ = run(monkeypatch, capsys, "judge", situation, str(tmp_path / "plan.json"), "--json")
+    assert (code, json.loads(out)["verdict"]["passed"], json.loads(out)["prediction"]) == (0, True, "constant-velocity")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("simulate", "no-such-scene"), ("no-such-scene", "known:")),
+        (("simulate", "SCENE", "--planner", "mcp"), ("mcp", "mpc")),
+        (("simulate", "SCENE", "--plant", "kinetic"), ("plant", "kinematic")),
+        (("simulate", "SCENE", "--out", "drive.mp4"), ("drive.mp4", ".gif")),
+        (("judge", "SCENE", "nothing.csv"), ("nothing.csv", "no such file")),
+        (("judge", "SCENE", "PLAN", "--prediction", "sceen"), ("prediction", "scene")),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_2(
+    arguments: tuple[str, ...],
+    words: tuple[str, ...],
+    scene: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    plan = written(tmp_path / "plan.json", plan_of(make_scene().host_state, [(0.0, 0.0)] * 3).trajectory)
+    code, out, err = run(monkeypatch, capsys, *({"SCENE": scene, "PLAN": plan}.get(a, a) for a in arguments))
+    assert (code, out) == (2, "")
+    assert len(err.strip().splitlines()) == 1
+    for word in words:
+        assert word in err
