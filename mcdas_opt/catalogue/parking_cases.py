@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from mcdas_opt.catalogue.shelf import checked, find, read_text, read_toml
+from mcdas_opt.catalogue.shelf import checked, find, models_folder, read_text, read_toml
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.parking import ParallelSlot, ParkingCase, ParkingLimits, ParkingTolerance
 from mcdas_opt.domain.rules import Array
@@ -101,10 +101,18 @@ def load_parking_case(name: str | Path, *, vehicle: str | None = None, clearance
 
     Raises `InputError` that names file, key (line and column of a CSV), value and rule. What could be repaired is in `notes`.
     """
-    path = find("parking", str(name))
+    path = find("cases", str(name))
     if path.suffix.lower() == ".csv":
         return _sound(_tpcap(path, vehicle, clearance_m), path)
     return parking_case_from_document(read_toml(path), path, vehicle=vehicle, clearance_m=clearance_m)
+
+
+def is_parking_case(name: str | Path) -> bool:
+    """True for a CSV, and for a TOML document (or a shipped name) that has a parking case's keys and no host."""
+    path = next((p for p in (Path(name), models_folder() / "cases" / f"{name}.toml") if p.is_file()), None)
+    if path is None or path.suffix.lower() not in (".csv", ".toml"):
+        return False
+    return path.suffix.lower() == ".csv" or bool({"slot", "goal", "obstacle"} & set(read_toml(path)))
 
 
 def parking_case_from_document(

@@ -22,7 +22,7 @@ def load_parking_trajectory(name: str | Path) -> ParkingTrajectory:
 
     In a published TPCAP table (columns x, y, theta, v, sigma, t) row k's `t` is the time of row k + 1, and row 0 is the start.
     """
-    path = find("parking", str(name))
+    path = find("cases", str(name))
     if path.suffix.lower() == ".json":
         return _from_json(path)
     columns = _table(path)

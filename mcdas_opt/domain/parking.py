@@ -192,7 +192,7 @@ class ParkingTrajectory:
         """From a mapping of columns; acceleration and steering rate are made from the slopes where they are missing."""
         t, v, delta = (np.asarray(columns[k], dtype=np.float64) for k in ("t_s", "speed_mps", "steering_rad"))
         made = cls.from_controls(t, np.column_stack([columns[k] for k in ("x_m", "y_m", "heading_rad")]), v, delta)
-        given = {k: columns[k] for k in ("acceleration_mps2", "steering_rate_radps") if k in columns}
+        given: dict[str, Any] = {k: columns[k] for k in ("acceleration_mps2", "steering_rate_radps") if k in columns}
         return cls(**{item.name: given.get(item.name, getattr(made, item.name)) for item in fields(cls)})
 
 

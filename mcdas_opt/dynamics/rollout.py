@@ -9,7 +9,9 @@ from mcdas_opt.dynamics.bicycle import bicycle
 from mcdas_opt.dynamics.integrator import rk4
 
 
-def roll_out(pose: Array, t_s: Array, speed_mps: Array, steering_rad: Array, wheelbase_m: float, step_s: float) -> tuple[Array, Array, Array]:
+def roll_out(
+    pose: Array, t_s: Array, speed_mps: Array, steering_rad: Array, wheelbase_m: float, step_s: float
+) -> tuple[Array, Array, Array]:
     """(times, poses (n, 3), index of each given time among them), from `pose` at t_s[0], in steps of at most `step_s`.
 
     Every step's increment is integrated in its own frame, all steps at once, and the increments are chained: the same numbers as a

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mcdas_opt.domain.rules import Array
 
@@ -49,7 +50,7 @@ class PolygonField:
     _tangents: Array
     _starts: Array
     _lengths: Array
-    _first: np.ndarray[tuple[int], np.dtype[np.intp]]
+    _first: NDArray[np.intp]
     _centres: Array
     _radii: Array
 
@@ -77,12 +78,12 @@ class PolygonField:
             radii,
         )
 
-    def near(self, x: float, y: float, radius: float) -> Array:
+    def near(self, x: float, y: float, radius: float) -> NDArray[np.intp]:
         """Indices of the polygons whose bounding circle comes within `radius` [m] of (x, y)."""
         gap = np.hypot(self._centres[:, 0] - x, self._centres[:, 1] - y) - self._radii
         return np.flatnonzero(gap <= radius)
 
-    def only(self, indices: Array) -> PolygonField:
+    def only(self, indices: NDArray[np.intp]) -> PolygonField:
         """The field of some of the polygons."""
         return PolygonField.of([self.polygons[int(i)] for i in indices])
 
@@ -120,7 +121,7 @@ class PolygonField:
 
     def clearance(self, poses: Array, body: Body) -> Array:
         """(n,) least signed distance to any polygon; infinite without polygons."""
-        return self.separation(poses, body).min(axis=1, initial=np.inf)
+        return np.asarray(self.separation(poses, body).min(axis=1, initial=np.inf))
 
 
 def separating_lines(poses: Array, body: Body, polygon: Array) -> tuple[Array, Array]:

@@ -91,7 +91,9 @@ def _ears(vertices: Array) -> list[tuple[int, int, int]]:
                 del rest[k]
                 break
         else:  # only slivers are left: drop the flattest corner
-            flat = min(range(len(rest)), key=lambda k: abs(_turn(vertices[rest[k - 1]], vertices[rest[k]], vertices[rest[(k + 1) % len(rest)]])))
+            flat = min(
+                range(len(rest)), key=lambda k: abs(_turn(vertices[rest[k - 1]], vertices[rest[k]], vertices[rest[(k + 1) % len(rest)]]))
+            )
             del rest[flat]
     triangles.append((rest[0], rest[1], rest[2]))
     return triangles

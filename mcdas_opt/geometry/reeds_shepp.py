@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mcdas_opt.domain.rules import Array
 
@@ -19,7 +20,7 @@ def _mod(angle: Array) -> Array:
     return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi)
 
 
-def _where(valid: Array, *parts: Array) -> _Solved:
+def _where(valid: NDArray[np.bool_], *parts: Array) -> _Solved:
     t, u, v = (np.where(valid, part, np.nan) for part in parts)
     return t, u, v
 
@@ -127,7 +128,11 @@ _FAMILIES: tuple[_Family, ...] = (
 )
 _TURN = {"L": 1.0, "S": 0.0, "R": -1.0}
 WORD_TURNS: Array = np.array(
-    [[mirror * _TURN[c] for c in letters] + [0.0] * (5 - len(letters)) for _, _, letters, _ in _FAMILIES for mirror in (1.0, 1.0, -1.0, -1.0)]
+    [
+        [mirror * _TURN[c] for c in letters] + [0.0] * (5 - len(letters))
+        for _, _, letters, _ in _FAMILIES
+        for mirror in (1.0, 1.0, -1.0, -1.0)
+    ]
 )
 
 

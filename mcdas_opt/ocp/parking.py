@@ -165,7 +165,7 @@ def _solver(intervals: int, at_nodes: tuple[int, ...], inside: tuple[int, ...], 
         "f": ca.sum2(costs),
         "g": ca.vertcat(*blocks),
     }
-    options = {
+    options: Any = {
         "print_time": False,
         "error_on_fail": False,
         "ipopt.print_level": 0,
@@ -216,7 +216,9 @@ def solve_parking(
     violation = float(np.max(np.maximum(low - g, g - high), initial=0.0)) if sound else np.inf
     nodes = x[: _STATE * (n + 1)].reshape(n + 1, _STATE)
     steps = x[_STATE * (n + 1) : _STATE * (n + 1) + n]
-    return ParkingSolution(nodes, steps, float(steps.sum()), violation, int(stats.get("iter_count", 0)), str(stats.get("return_status", "")))
+    return ParkingSolution(
+        nodes, steps, float(steps.sum()), violation, int(stats.get("iter_count", 0)), str(stats.get("return_status", ""))
+    )
 
 
 def _stacked(nodes: Array, steps: Array, lines: Array) -> Array:

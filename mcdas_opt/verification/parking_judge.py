@@ -45,7 +45,9 @@ def judge_parking(case: ParkingCase, trajectory: ParkingTrajectory) -> Judgement
     columns = np.column_stack([t, trajectory.poses, trajectory.speed_mps, trajectory.steering_rad]) if len(t) else np.zeros((0, 6))
     if len(t) < 2 or not np.all(np.isfinite(columns)):
         bad = float(np.sum(~np.isfinite(columns)))
-        return Judgement(Verdict(violations=(Violation(name="finite samples", t_s=0.0, value=bad, limit=0.0, unit=""),)), None, columns[:0, 1:4], t)
+        return Judgement(
+            Verdict(violations=(Violation(name="finite samples", t_s=0.0, value=bad, limit=0.0, unit=""),)), None, columns[:0, 1:4], t
+        )
     dt = np.diff(t)
     if dt.min() < 0.0 or t[-1] <= t[0]:
         k = int(np.argmin(dt))

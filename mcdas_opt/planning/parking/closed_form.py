@@ -83,7 +83,7 @@ def literal(case: ParkingCase) -> ParkingTrajectory:
             case.goal[2] + heading,
         ]
     )
-    return ParkingTrajectory.from_controls(t, poses, speed, steering)
+    return ParkingTrajectory.from_controls(np.asarray(t, dtype=np.float64), poses, speed, steering)
 
 
 CLOSED_FORMS: dict[str, Callable[[ParkingCase], ParkingTrajectory]] = {
@@ -107,7 +107,7 @@ def shortest_slot(name: str, longest_m: float = 20.0) -> float | None:
 
     def fits(length: float) -> bool:
         case = slot_case(length)
-        back = case.vehicle.rear_overhang_m + case.limits.clearance_m + (0.02 if name == "closed-form" else 0.002)  # it ends askew
+        back = case.vehicle.rear_overhang_m + case.limits.clearance_m + (0.03 if name == "closed-form" else 0.002)  # it ends askew
         goal = np.array([back, case.goal[1], 0.0])
         case = replace(case, obstacles=case.obstacles[:3], names=case.names[:3], goal=goal)
         if name == "closed-form":

@@ -56,7 +56,7 @@ class PathCost:
         way, kappa = 0.0, 0.0
         for arc in arcs:
             now = 1.0 if arc.length > 0.0 else -1.0
-            value += float(self.step(np.float64(way), np.float64(kappa), np.float64(now), np.float64(arc.curvature), np.float64(abs(arc.length))))
+            value += float(self.step(*(np.asarray(q) for q in (way, kappa, now, arc.curvature, abs(arc.length)))))
             way, kappa = now, arc.curvature
         return value
 
@@ -74,7 +74,7 @@ class PathCost:
 
     def learn_detours(self, case: ParkingCase, obstacles: PolygonField, body: Body) -> None:
         """Fill the table of a disc's shortest ways to the start around the obstacles (the disc fits inside the body)."""
-        from scipy.sparse import csr_array
+        from scipy.sparse import csr_matrix
         from scipy.sparse.csgraph import dijkstra
 
         ends = np.array([case.start[:2], case.goal[:2]])
@@ -93,7 +93,7 @@ class PathCost:
             rows.append(a[good])
             columns.append(b[good])
             lengths.append(np.full(int(good.sum()), _GRID_M * float(np.hypot(dx, dy))))
-        graph = csr_array((np.concatenate(lengths), (np.concatenate(rows), np.concatenate(columns))), shape=(x.size, x.size))
+        graph = csr_matrix((np.concatenate(lengths), (np.concatenate(rows), np.concatenate(columns))), shape=(x.size, x.size))
         cell = np.round((case.start[:2] - self._corner) / _GRID_M).astype(int)
-        away = dijkstra(graph, directed=False, indices=int(number[cell[0], cell[1]]))
+        away = dijkstra(graph, directed=False, indices=np.array([number[cell[0], cell[1]]]))[0]
         self._grid = np.asarray(away).reshape(shape)

@@ -53,7 +53,10 @@ def exchange(
     settings: ExchangeSettings,
     end_steering_rad: float | None = None,
 ) -> Exchanged:
-    """Improve a manoeuvre. Start and goal are held, the last steering angle where it is given; every round's solution is rolled out and measured between its nodes."""
+    """Improve a manoeuvre: every round's solution is rolled out and measured between its nodes.
+
+    Start and goal are held, the last steering angle where it is given.
+    """
     asked = case.limits.clearance_m
     car = case.vehicle
     physics = ParkingPhysics(

@@ -21,9 +21,7 @@ class Nodes:
         self.kappa, self.way, self.length, self.g, self.room = (np.zeros(capacity) for _ in range(5))
         self.contact, self.closed = (np.zeros(capacity, dtype=np.bool_) for _ in range(2))
 
-    def add(
-        self, pose: Array, parent: _Rows, kappa: Array, way: Array, length: Array, g: Array, room: Array, contact: Array
-    ) -> None:
+    def add(self, pose: Array, parent: _Rows, kappa: Array, way: Array, length: Array, g: Array, room: Array, contact: Array) -> None:
         n = len(pose)
         while self.count + n > len(self.g):
             for name in ("pose", "parent", "kappa", "way", "length", "g", "room", "contact", "closed"):

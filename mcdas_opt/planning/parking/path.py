@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -33,14 +34,14 @@ class ArcPath:
     @property
     def gear_changes(self) -> int:
         signs = [arc.length > 0.0 for arc in self.arcs]
-        return sum(a != b for a, b in zip(signs, signs[1:], strict=False))
+        return sum(a != b for a, b in pairwise(signs))
 
     @property
     def poses(self) -> Array:
         """(n + 1, 3): the start and the end of every arc."""
         poses = [np.asarray(self.start, dtype=np.float64)]
         for arc in self.arcs:
-            poses.append(along_arc(poses[-1], np.float64(arc.curvature), np.float64(arc.length)))
+            poses.append(along_arc(poses[-1], np.asarray(arc.curvature), np.asarray(arc.length)))
         return np.array(poses)
 
 
@@ -63,7 +64,7 @@ def reversed_path(path: ArcPath) -> ArcPath:
 
 
 def knots_of(case: ParkingCase, path: ArcPath) -> tuple[Array, Array, Array]:
-    """(t, speed, steering) at the corners of the profiles: rest to rest over each arc at the acceleration limit, steering while standing."""
+    """(t, speed, steering) at the corners of the profiles: every arc from rest to rest at the acceleration limit, steering between."""
     limits, car = case.limits, case.vehicle
     t, v, delta = [0.0], [0.0], [case.start_steering_rad]
 
@@ -97,7 +98,7 @@ def sampled(case: ParkingCase, t: Array, v: Array, delta: Array) -> ParkingTraje
     fine_t, poses, _ = roll_out(case.start, t, v, delta, case.vehicle.wheelbase_m, 0.005)
     counts = np.maximum(1, np.ceil(np.diff(t) / 0.005 - 1e-9).astype(np.int64))
     ends = np.concatenate([[0], np.cumsum(counts)])
-    picked = [np.arange(a, b, 10) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    picked = [np.arange(a, b, 10) for a, b in pairwise(ends)]
     index = np.concatenate([*picked, ends[-1:]])
     at = fine_t[index]
     return ParkingTrajectory.from_controls(at, poses[index], np.interp(at, t, v), np.interp(at, t, delta))

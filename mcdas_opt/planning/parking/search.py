@@ -11,6 +11,7 @@ import heapq
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.rules import Array
@@ -120,7 +121,7 @@ class _Search:
         pick = rows % free.size
         self._admit(parent[pick], kappa[pick], way[pick], length[rows], contact[rows])
 
-    def _walk(self, pose: Array, kappa: Array, way: Array, stretch: Array, room: Array) -> tuple[Array, Array]:
+    def _walk(self, pose: Array, kappa: Array, way: Array, stretch: Array, room: Array) -> tuple[Array, NDArray[np.bool_]]:
         """(free length, whether it ends in contact) of every arc."""
         s = self.settings
         step_min = 0.25 * s.cell_m
