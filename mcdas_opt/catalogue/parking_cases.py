@@ -223,12 +223,10 @@ def _slot_takes(slot: ParallelSlot | None, car: Vehicle, path: Path) -> None:
 def _sound(case: ParkingCase, path: Path) -> ParkingCase:
     """Rules that need the whole case: nobody starts or ends inside an obstacle, and the goal lies in its slot."""
     body = body_of(case.vehicle)
-    if case.slot is not None:
-        corners = body_corners(case.goal[None], body)[0]
-        out = max(-corners[:, 0].min(), corners[:, 0].max() - case.slot.length_m)
-        below = max(-case.slot.depth_m - corners[:, 1].min(), corners[:, 1].max())
-        if max(out, below) > 1e-6:
-            raise InputError(path, "goal", [float(q) for q in case.goal], f"the body stands out of the slot by {max(out, below):.2f} m")
+    if case.slot is not None and _out_of_slot(case.slot, body_corners(case.start[None], body)[0]) > 1e-6:  # else it is left
+        out = _out_of_slot(case.slot, body_corners(case.goal[None], body)[0])
+        if out > 1e-6:
+            raise InputError(path, "goal", [float(q) for q in case.goal], f"the body stands out of the slot by {out:.2f} m")
     parts, owner = obstacle_parts(case)
     field = PolygonField.of(parts)
     for key, pose in (("start", case.start), ("goal", case.goal)):
@@ -238,6 +236,12 @@ def _sound(case: ParkingCase, path: Path) -> ParkingCase:
             where = [float(q) for q in pose]
             raise InputError(path, key, where, f"the body overlaps {case.names[owner[worst]]} by {-apart[worst]:.2f} m")
     return case
+
+
+def _out_of_slot(slot: ParallelSlot, corners: Array) -> float:
+    """How far a body's corners stand out of the slot [m], negative inside."""
+    x, y = corners.T
+    return float(max(-x.min(), x.max() - slot.length_m, -slot.depth_m - y.min(), y.max()))
 
 
 def _tpcap(path: Path, vehicle: str | None, clearance_m: float | None) -> ParkingCase:

@@ -100,8 +100,6 @@ def park(case: ParkingCase, planner: str = "nlp", *, settings: ParkSettings | No
     if tight is not None:
         return _refused(run, planner, tight[0], tight[1])
     paths, exhausted = _searched(run, world)
-    for path in paths:
-        run.offer(f"search, {path.gear_changes} gear changes", drive(case, path), "stops for every change of steering", 0.0)
     if planner == "nlp":
         _programs(run, world, paths)
     if run.best is None:
@@ -111,7 +109,7 @@ def park(case: ParkingCase, planner: str = "nlp", *, settings: ParkSettings | No
 
 
 def _searched(run: _Run, world: World) -> tuple[list[ArcPath], bool]:
-    """Paths of the coarsest cells that give any, quickest first, and whether the last search saw everything."""
+    """Sound paths of the coarsest cells that give any, quickest first, and whether the last search saw everything."""
     begin = time.perf_counter()
     settings = run.settings
     backwards = _freedom(run.case, world, run.case.start) < _freedom(run.case, world, run.case.goal)
@@ -121,16 +119,26 @@ def _searched(run: _Run, world: World) -> tuple[list[ArcPath], bool]:
         cost.learn_detours(case, world.whole, world.body)
     paths: list[ArcPath] = []
     exhausted = False
+
+    def report(path: ArcPath) -> None:
+        path = reversed_path(path) if backwards else path
+        name = f"search, {path.gear_changes} gear changes"
+        if run.offer(name, drive(run.case, path), "stops for every change of steering", 0.0):
+            paths.append(path)
+
     for cell, nodes in zip(settings.cells_m, settings.nodes, strict=True):
-        outcome = search(case, world, replace(settings.search, cell_m=cell, cell_rad=0.5 * cell, max_nodes=nodes), cost)
+        outcome = search(case, world, replace(settings.search, cell_m=cell, cell_rad=0.5 * cell, max_nodes=nodes), cost, report)
         run.nodes += outcome.nodes
         exhausted = outcome.exhausted
-        found = [reversed_path(path) for path in outcome.paths] if backwards else list(outcome.paths)
-        paths = [path for path in found if judge_parking(run.case, drive(run.case, path)).verdict.passed]
         if paths or run.late():
             break
     run.timing["search"] += 1e3 * (time.perf_counter() - begin)
-    return sorted(paths, key=lambda path: drive(run.case, path).duration_s), exhausted
+    quickest: dict[int, tuple[float, ArcPath]] = {}
+    for path in paths:
+        duration = drive(run.case, path).duration_s
+        if duration < quickest.get(path.gear_changes, (np.inf, path))[0]:
+            quickest[path.gear_changes] = (duration, path)
+    return [path for _, path in sorted(quickest.values(), key=lambda entry: entry[0])], exhausted
 
 
 def _programs(run: _Run, world: World, paths: list[ArcPath]) -> None:

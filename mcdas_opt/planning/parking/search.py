@@ -8,6 +8,7 @@ room; the cheapest path for each number of gear changes is kept.
 from __future__ import annotations
 
 import heapq
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,8 @@ from mcdas_opt.planning.parking.world import World
 _SHOT_COARSE_M, _SHOT_FINE_M = 0.4, 0.05
 _LOOKAHEAD = 14  # advancement steps along one arc
 _LAST_PIECE = np.array([2] * 16 + [3] * 24 + [4] * 4)  # index of a word's last piece
+_SHARES = (0.6, 0.15, 0.25)  # of a batch, for the three queues
+_TURNED_M, _OUTWARD_S = 3.0, 0.4  # a radian counts as so many metres of way; a second of cost as so many metres of way back
 _WORTH_S = 6.0  # dearer than the best path by this much is still worth a shot
 _FIXED_M = (0.3, 0.8, 1.8)  # successors on the way, besides contact and half way
 
@@ -38,12 +41,12 @@ class SearchSettings:
     coarse: float = 6.0
     batch: int = 64
     max_nodes: int = 60_000
-    rounds_after_first: int = 4
+    rounds_after_first: int = 5  # and as many again as it took to the first, at most twice this
     reach_m: float = 3.0
     margin_m: float = 1e-3  # more clearance than asked
     greed: float = 1.3  # weight of the estimate
-    shots: int = 16  # nodes of a batch that shoot
-    words: int = 3  # Reeds-Shepp words tried per shot and gear at the far end
+    shots: int = 12  # words of a batch that are looked at closely
+    words: int = 2  # Reeds-Shepp words tried per shot and gear at the far end
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,14 +58,21 @@ class SearchOutcome:
     exhausted: bool
 
 
-def search(case: ParkingCase, world: World, settings: SearchSettings, cost: PathCost) -> SearchOutcome:
-    """Arc paths from the case's start to its goal; searched from the goal to the start, hence driven the other way round."""
-    return _Search(case, world, settings, cost).run()
+def search(
+    case: ParkingCase, world: World, settings: SearchSettings, cost: PathCost, report: Callable[[ArcPath], None] | None = None
+) -> SearchOutcome:
+    """Arc paths from the case's start to its goal; searched from the goal to the start, hence driven the other way round.
+
+    `report` is called with every path that is kept, as soon as there is one.
+    """
+    return _Search(case, world, settings, cost, report).run()
 
 
 class _Search:
-    def __init__(self, case: ParkingCase, world: World, settings: SearchSettings, cost: PathCost) -> None:
-        self.case, self.world, self.settings, self.cost = case, world, settings, cost
+    def __init__(
+        self, case: ParkingCase, world: World, settings: SearchSettings, cost: PathCost, report: Callable[[ArcPath], None] | None
+    ) -> None:
+        self.case, self.world, self.settings, self.cost, self.report = case, world, settings, cost, report
         self.asked = case.limits.clearance_m + settings.margin_m
         self.top = float(np.tan(case.vehicle.steering_max_rad)) / case.vehicle.wheelbase_m
         steers = np.array([1.0, 0.5, 0.0, -0.5, -1.0])
@@ -70,32 +80,37 @@ class _Search:
         self.direction = np.repeat([1.0, -1.0], steers.size)
         self.stretch = 1.0 + np.abs(self.curvature) * world.body.reach  # how far a body point moves per metre, at most
         self.nodes = Nodes(case.goal)
-        self.heap: list[tuple[float, int]] = [(0.0, 0)]
+        # Three queues share a batch: by cost and estimate; tight poses by how far they have come from the root, which leads out of a slot
+        # that the estimate knows nothing of; roomy poses by cost and estimate, so that those who came out are not starved by those inside.
+        self.queues: tuple[list[tuple[float, int]], ...] = ([(0.0, 0)], [], [])
         self.seen: dict[int, float] = {}
         self.found: dict[tuple[int, bool], tuple[float, ArcPath]] = {}  # by gear changes and first gear
 
     def run(self) -> SearchOutcome:
         s = self.settings
-        left = -1
-        while self.heap and self.nodes.count < s.max_nodes and left != 0:
+        left, rounds = -1, 0
+        while self.nodes.count < s.max_nodes and left != 0:
             batch = self._pop()
             if batch.size == 0:
                 break
             self._shoot(batch)
             if self.found and left < 0:
-                left = s.rounds_after_first
+                left = s.rounds_after_first + min(rounds, s.rounds_after_first)
             self._expand(batch)
+            rounds += 1
             left -= left > 0
         ranked = sorted(self.found.values(), key=lambda entry: entry[0])
-        return SearchOutcome(tuple(path for _, path in ranked), self.nodes.count, exhausted=not self.heap and not self.found)
+        return SearchOutcome(tuple(path for _, path in ranked), self.nodes.count, exhausted=not any(self.queues) and not self.found)
 
     def _pop(self) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
         batch: list[int] = []
-        while self.heap and len(batch) < self.settings.batch:
-            _, node = heapq.heappop(self.heap)
-            if not self.nodes.closed[node]:
-                self.nodes.closed[node] = True
-                batch.append(node)
+        for queue, share in zip(self.queues, _SHARES, strict=True):
+            room = len(batch) + int(share * self.settings.batch)
+            while queue and len(batch) < room:
+                _, node = heapq.heappop(queue)
+                if not self.nodes.closed[node]:
+                    self.nodes.closed[node] = True
+                    batch.append(node)
         return np.array(batch, dtype=np.int64)
 
     def _expand(self, batch: np.ndarray[tuple[int], np.dtype[np.int64]]) -> None:
@@ -170,35 +185,50 @@ class _Search:
         h = self.cost.estimate(pose[rows], self.case.start)
         first = nodes.count
         nodes.add(pose[rows], parent[rows], kappa[rows], way[rows], length[rows], g[rows], room[rows], contact[rows])
-        for offset, f in enumerate((g[rows] + s.greed * h).tolist()):
-            heapq.heappush(self.heap, (f, first + offset))
+        come = pose[rows] - self.case.goal
+        away = np.hypot(come[:, 0], come[:, 1]) + _TURNED_M * np.abs(come[:, 2])
+        outward = _OUTWARD_S * g[rows] - away
+        tight = room[rows] <= s.room_m
+        for offset, (f, out, inside) in enumerate(zip((g[rows] + s.greed * h).tolist(), outward.tolist(), tight.tolist(), strict=True)):
+            heapq.heappush(self.queues[0], (f, first + offset))
+            heapq.heappush(self.queues[1 if inside else 2], (out if inside else f, first + offset))
 
     def _shoot(self, batch: np.ndarray[tuple[int], np.dtype[np.int64]]) -> None:
-        """Reeds-Shepp words from the best of the batch to the case's start; whatever is free is an answer."""
+        """Reeds-Shepp words from the batch to the case's start; whatever is free is an answer."""
         s, nodes = self.settings, self.nodes
-        batch = batch[: s.shots]
         words = reeds_shepp(nodes.pose[batch], self.case.start, 1.0 / self.top)
         price = nodes.g[batch][:, None] + self.cost.words(words, nodes.way[batch], nodes.kappa[batch])
-        last = np.sign(words[np.arange(len(batch))[:, None], np.arange(words.shape[1]), _LAST_PIECE])
-        order = []
-        for sign in (1.0, -1.0):
-            order.append(np.argsort(np.where(last == sign, price, np.inf), axis=1, kind="stable")[:, : s.words])
+        rows = np.arange(len(batch))[:, None]
+        last = np.sign(words[rows, np.arange(words.shape[1]), _LAST_PIECE])
+        order = [np.argsort(np.where(last == sign, price, np.inf), axis=1, kind="stable")[:, : s.words] for sign in (1.0, -1.0)]
         choice = np.hstack(order)
         best = min((value for value, _ in self.found.values()), default=np.inf)
-        tries = []
-        for row in range(len(batch)):
-            for word in choice[row]:
-                value = float(price[row, word])
-                if np.isfinite(value) and value < best + _WORTH_S:
-                    tries.append((value, row, int(word)))
+        worth = np.isfinite(price[rows, choice]) & (price[rows, choice] < best + _WORTH_S)
+        row, column = np.nonzero(worth)
+        word = choice[row, column]
+        likely = self._likely(nodes.pose[batch[row]], WORD_TURNS[word] * self.top, words[row, word])
+        row, word = row[likely], word[likely]
+        ranked = np.argsort(price[row, word], kind="stable")[: s.shots]
         shots = []
-        for value, row, word in sorted(tries):
-            arcs = merged([Arc(t * self.top, float(q)) for t, q in zip(WORD_TURNS[word], words[row, word], strict=True)])
-            shots.append((value, nodes.pose[batch[row]], arcs, int(batch[row])))
-        free = self._free([(pose, arcs) for _, pose, arcs, _ in shots])
-        for (_, _, arcs, node), good in zip(shots, free, strict=True):
+        for k in ranked:
+            lengths = words[row[k], word[k]]
+            arcs = merged([Arc(float(t * self.top), float(q)) for t, q in zip(WORD_TURNS[word[k]], lengths, strict=True)])
+            shots.append((nodes.pose[batch[row[k]]], arcs, int(batch[row[k]])))
+        free = self._free([(pose, arcs) for pose, arcs, _ in shots])
+        for (_, arcs, node), good in zip(shots, free, strict=True):
             if good:
                 self._arrive(node, arcs)
+
+    def _likely(self, pose: Array, kappa: Array, length: Array) -> NDArray[np.bool_]:
+        """Which words are free at the middle and the end of each piece: most are not, and need no closer look."""
+        good = np.ones(len(pose), dtype=np.bool_)
+        for piece in range(length.shape[1]):
+            for share in (0.5, 1.0):
+                rows = np.flatnonzero(good)
+                there = along_arc(pose[rows], kappa[rows, piece], share * length[rows, piece])
+                good[rows] = self.world.clearance(there) >= self.asked
+            pose = along_arc(pose, kappa[:, piece], length[:, piece])
+        return good
 
     def _free(self, shots: list[tuple[Array, tuple[Arc, ...]]]) -> list[bool]:
         alive = list(range(len(shots)))
@@ -220,6 +250,8 @@ class _Search:
         known = self.found.get(kind)
         if known is None or value < known[0]:
             self.found[kind] = (value, path)
+            if self.report is not None:
+                self.report(path)
 
 
 def _poses_along(pose: Array, arcs: tuple[Arc, ...], step: float) -> Array:
