@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -68,9 +69,10 @@ def frames(case: ParkingCase, parking: Parking) -> tuple[list[Image], list[int]]
     changes = np.concatenate([[0], np.cumsum(np.diff(gears) != 0)])
     pictures = []
     with style.styled():
+        fig = style.figure(8.0, 4.2)
+        axes = fig.subplots()
         for k in at:
-            fig = style.figure(8.0, 4.2)
-            axes = fig.subplots()
+            axes.clear()
             _plane(axes, case, trajectory)
             _body(axes, corners[-1], style.GREEN, "goal", alpha=0.25)
             _path(axes, trajectory, gears, until=int(k) + 1)
@@ -79,9 +81,10 @@ def frames(case: ParkingCase, parking: Parking) -> tuple[list[Image], list[int]]
             axes.set_title(f"{t[k]:.1f} s, {word}, {abs(trajectory.speed_mps[k]):.1f} m/s, gear changes so far: {changes[k]}")
             store = io.BytesIO()
             fig.savefig(store, format="png", dpi=_FRAME_DPI)
+            fig.set_layout_engine("none")  # every frame keeps the first one's layout
             store.seek(0)
             pictures.append(Image.open(store).convert("P", palette=Image.Palette.ADAPTIVE, colors=64))
-    milliseconds = [max(20, int(1000.0 * (t[b] - t[a]))) for a, b in zip(at[:-1], at[1:], strict=True)]
+    milliseconds = [max(20, int(1000.0 * (t[b] - t[a]))) for a, b in pairwise(at)]
     return pictures, [*milliseconds, 2000]
 
 
