@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from mcdas_opt.geometry.clearance import Body, PolygonField, body_corners, separating_lines
 from mcdas_opt.geometry.polygon import convex_hull, convex_parts, is_convex, is_simple, signed_area
 from mcdas_opt.geometry.reeds_shepp import WORD_TURNS, along_arc, reeds_shepp

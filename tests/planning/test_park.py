@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from mcdas_opt.catalogue.parking_cases import load_parking_case, parking_case_from_document, slot_case
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.errors import ParameterError

@@ -1,6 +1,7 @@
 """Parking pictures are made, and closed forms have some too."""
 
 import pytest
+
 from mcdas_opt.catalogue.parking_cases import slot_case
 from mcdas_opt.planning.parking.park import park
 from mcdas_opt.plotting import parking as parking_pictures

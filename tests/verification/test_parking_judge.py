@@ -5,13 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+
 from mcdas_opt.catalogue.parking_cases import body_of, load_parking_case, slot_case
 from mcdas_opt.catalogue.parking_trajectories import load_parking_trajectory
 from mcdas_opt.domain.parking import ParkingTrajectory
 from mcdas_opt.geometry.clearance import body_corners
 from mcdas_opt.planning.parking.closed_form import two_arc
 from mcdas_opt.verification.parking_judge import judge_parking
-from scipy.integrate import solve_ivp
 
 TPCAP = Path(__file__).parents[2] / ".." / "shared" / "data" / "tpcap"
 CASE = slot_case(8.5)
