@@ -35,9 +35,9 @@ class ParkSettings:
     exchange: ExchangeSettings = field(default_factory=ExchangeSettings)
     windows: WindowSettings = field(default_factory=WindowSettings)
     cells_m: tuple[float, ...] = (0.04, 0.02, 0.01)  # finer when the coarser finds nothing
-    nodes: tuple[int, ...] = (40_000, 60_000, 250_000)
-    starts: int = 4  # guesses that the program is started from
-    starts_tight: int = 2  # the same, for paths with many gear changes
+    nodes: tuple[int, ...] = (30_000, 60_000, 150_000)
+    starts: int = 3  # guesses that the program is started from
+    starts_tight: int = 1  # the same, for paths with many gear changes
     time_budget_s: float | None = None
 
 
@@ -127,7 +127,10 @@ def _searched(run: _Run, world: World) -> tuple[list[ArcPath], bool]:
             paths.append(path)
 
     for cell, nodes in zip(settings.cells_m, settings.nodes, strict=True):
-        outcome = search(case, world, replace(settings.search, cell_m=cell, cell_rad=0.5 * cell, max_nodes=nodes), cost, report)
+        finer = replace(settings.search, cell_m=cell, cell_rad=0.5 * cell, max_nodes=nodes)
+        if cell < settings.cells_m[0]:  # a zigzag from contact to contact at full lock: fewer successors, ten times as deep
+            finer = replace(finer, steers=(1.0, 0.0, -1.0), half_way=False)
+        outcome = search(case, world, finer, cost, report)
         run.nodes += outcome.nodes
         exhausted = outcome.exhausted
         if paths or run.late():

@@ -22,7 +22,7 @@ from mcdas_opt.planning.parking.nodes import Nodes
 from mcdas_opt.planning.parking.path import Arc, ArcPath, merged
 from mcdas_opt.planning.parking.world import World
 
-_SHOT_COARSE_M, _SHOT_FINE_M = 0.4, 0.05
+_SHOT_STEPS_M = (0.4, 0.05, 0.008)  # corners that pass corners dip by half a centimetre between points 5 cm apart
 _LOOKAHEAD = 14  # advancement steps along one arc
 _LAST_PIECE = np.array([2] * 16 + [3] * 24 + [4] * 4)  # index of a word's last piece
 _SHARES = (0.6, 0.15, 0.25)  # of a batch, for the three queues
@@ -44,6 +44,8 @@ class SearchSettings:
     rounds_after_first: int = 5  # and as many again as it took to the first, at most twice this
     reach_m: float = 3.0
     margin_m: float = 1e-3  # more clearance than asked
+    steers: tuple[float, ...] = (1.0, 0.5, 0.0, -0.5, -1.0)  # shares of the largest curvature
+    half_way: bool = True  # half of each free arc is a successor too
     greed: float = 1.3  # weight of the estimate
     shots: int = 12  # words of a batch that are looked at closely
     words: int = 2  # Reeds-Shepp words tried per shot and gear at the far end
@@ -75,7 +77,7 @@ class _Search:
         self.case, self.world, self.settings, self.cost, self.report = case, world, settings, cost, report
         self.asked = case.limits.clearance_m + settings.margin_m
         self.top = float(np.tan(case.vehicle.steering_max_rad)) / case.vehicle.wheelbase_m
-        steers = np.array([1.0, 0.5, 0.0, -0.5, -1.0])
+        steers = np.array(settings.steers)
         self.curvature = np.tile(steers * self.top, 2)
         self.direction = np.repeat([1.0, -1.0], steers.size)
         self.stretch = 1.0 + np.abs(self.curvature) * world.body.reach  # how far a body point moves per metre, at most
@@ -124,12 +126,14 @@ class _Search:
         keep = ~(back | on)
         parent, kappa, way, stretch = parent[keep], kappa[keep], way[keep], stretch[keep]
         free, stopped = self._walk(nodes.pose[parent], kappa, way, stretch, nodes.room[parent])
-        choices = [(free, stopped), (0.5 * free, np.zeros_like(stopped))]
+        choices = [(free, stopped)]
+        if self.settings.half_way:
+            choices.append((0.5 * free, np.zeros_like(stopped)))
         choices += [(np.full_like(free, fixed), np.zeros_like(stopped)) for fixed in _FIXED_M]
         length = np.concatenate([c for c, _ in choices])
         contact = np.concatenate([k for _, k in choices])
         usable = length <= np.tile(free, len(choices)) + 1e-12
-        fixed_from = 2 * free.size
+        fixed_from = (len(choices) - len(_FIXED_M)) * free.size
         usable[fixed_from:] &= length[fixed_from:] < np.tile(free, len(_FIXED_M)) - 0.15
         usable &= length > 0.5 * self.settings.cell_m
         rows = np.flatnonzero(usable)
@@ -232,7 +236,7 @@ class _Search:
 
     def _free(self, shots: list[tuple[Array, tuple[Arc, ...]]]) -> list[bool]:
         alive = list(range(len(shots)))
-        for step in (_SHOT_COARSE_M, _SHOT_FINE_M):
+        for step in _SHOT_STEPS_M:
             if not alive:
                 break
             poses = [_poses_along(*shots[k], step) for k in alive]
