@@ -12,7 +12,7 @@ from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.parking.closed_form import shortest_slot, table_5, two_arc
 from mcdas_opt.planning.parking.costs import PathCost
 from mcdas_opt.planning.parking.manoeuvre import standing_start
-from mcdas_opt.planning.parking.park import ParkSettings, park
+from mcdas_opt.planning.parking.park import Level, ParkSettings, park
 from mcdas_opt.planning.parking.path import Arc, ArcPath, drive, merged, reversed_path
 from mcdas_opt.planning.parking.search import SearchSettings, search
 from mcdas_opt.planning.parking.world import World, turned_round
@@ -118,7 +118,7 @@ def test_impossible_slots_are_refused_with_what_would_help():
             {"vertices_m": [[-3.0, -3.0], [6.0, -3.0], [6.0, -1.5], [-3.0, -1.5]]},
         ],
     }
-    answer = park(parking_case_from_document(boxed), settings=ParkSettings(nodes=(4000, 4000, 4000)))
+    answer = park(parking_case_from_document(boxed), settings=ParkSettings(levels=(Level(0.04, 4000, False),)))
     assert answer.status == "refused"
     assert "every cell was searched" in answer.reason or "cap on nodes" in answer.reason
 

@@ -31,6 +31,7 @@ class ExchangeSettings:
     per_interval: int = 48  # roll-out points per interval
     margin_m: float = 4e-4  # more clearance than asked, for what lies between roll-out points
     max_iterations: int = 120
+    end_share: float = 0.9  # of the end tolerance that may be used: in narrow slots it is worth a tenth of the time
     gain: float = 0.01  # stop when a round gains less than this share
 
 
@@ -55,7 +56,7 @@ def exchange(
 ) -> Exchanged:
     """Improve a manoeuvre: every round's solution is rolled out and measured between its nodes.
 
-    Start and goal are held, the last steering angle where it is given.
+    The start is held; the goal within a share of its tolerance, or exactly, with the steering angle there, where that is given.
     """
     asked = case.limits.clearance_m
     car = case.vehicle
@@ -84,7 +85,11 @@ def exchange(
         if rounds > settings.rounds and best is not None:
             break
         program = _program(case, world, current, poses, fractions, apart, extra, settings, trust)
-        if end_steering_rad is not None:
+        if end_steering_rad is None:
+            slack = settings.end_share * _end_slack(case)
+            program.nodes_low[-1, :3] -= slack
+            program.nodes_high[-1, :3] += slack
+        else:
             program.nodes[-1, 4] = program.nodes_low[-1, 4] = program.nodes_high[-1, 4] = end_steering_rad
         solution = solve_parking(program, physics._replace(clearance_m=asked + margin), costs, settings.max_iterations, warm=rounds > 1)
         iterations += solution.iterations
@@ -197,6 +202,14 @@ def _node_bounds(case: ParkingCase, manoeuvre: Manoeuvre, room: Array, settings:
     turns = np.round((manoeuvre.nodes[-1, 2] - case.goal[2]) / (2.0 * np.pi)) * 2.0 * np.pi
     low[-1, :4] = high[-1, :4] = [case.goal[0], case.goal[1], case.goal[2] + turns, 0.0]
     return low, high
+
+
+def _end_slack(case: ParkingCase) -> Array:
+    """(x, y, heading): a box inside the circle of the end tolerance, longer across the goal's heading where that lies along an axis."""
+    across, along = 0.95, 0.3
+    c, s = abs(float(np.cos(case.goal[2]))), abs(float(np.sin(case.goal[2])))
+    shape = (along, across) if s < 0.05 else (across, along) if c < 0.05 else (0.7, 0.7)
+    return np.array([*(case.tolerance.position_m * q for q in shape), case.tolerance.heading_rad])
 
 
 def _gear_at_nodes(gears: Array) -> Array:

@@ -64,12 +64,13 @@ def standing_start(case: ParkingCase, path: ArcPath) -> Manoeuvre:
     for k, (arc, count, duration) in enumerate(zip(path.arcs, counts, durations, strict=True)):
         wanted_delta = float(np.clip(np.arctan(arc.curvature * car.wheelbase_m), -car.steering_max_rad, car.steering_max_rad))
         stands = 2 if k == 0 and spare else 1
+        turn_by = (wanted_delta - delta) / stands
         for _ in range(stands):
             nodes.append([*poses[k], 0.0, delta])
-            steps.append(max(abs(wanted_delta - delta) / car.steering_rate_max_radps / stands, 1e-3))
+            steps.append(max(abs(turn_by) / car.steering_rate_max_radps, 1e-3))
             gears.append(0.0)
             segments.append(2 * k)
-            delta += (wanted_delta - delta) / stands if stands > 1 and len(nodes) == 1 else wanted_delta - delta
+            delta += turn_by
         sign = 1.0 if arc.length > 0.0 else -1.0
         h = duration / count
         t = h * np.arange(count + 1)

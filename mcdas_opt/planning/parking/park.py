@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,17 @@ from mcdas_opt.verification.parking_judge import Judgement, judge_parking
 PLANNERS = ("nlp", "search", *CLOSED_FORMS)
 
 
+class Level(NamedTuple):
+    """One search: its cells [m] (half as many radians), its cap on nodes, and whether it goes from contact to contact at full lock
+
+    only, which needs a tenth of the nodes and is what zigzags in tight slots look like anyway.
+    """
+
+    cell_m: float
+    nodes: int
+    contacts_only: bool
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParkSettings:
     """All caps are counts, so that the same case gives the same answer; a time budget is an extra cap and is reported when it bit."""
@@ -34,8 +45,13 @@ class ParkSettings:
     search: SearchSettings = field(default_factory=SearchSettings)
     exchange: ExchangeSettings = field(default_factory=ExchangeSettings)
     windows: WindowSettings = field(default_factory=WindowSettings)
-    cells_m: tuple[float, ...] = (0.04, 0.02, 0.01)  # finer when the coarser finds nothing
-    nodes: tuple[int, ...] = (30_000, 60_000, 150_000)
+    levels: tuple[Level, ...] = (
+        Level(0.03, 20_000, True),
+        Level(0.04, 40_000, False),
+        Level(0.02, 60_000, True),
+        Level(0.01, 150_000, True),
+        Level(0.01, 220_000, False),
+    )
     starts: int = 3  # guesses that the program is started from
     starts_tight: int = 1  # the same, for paths with many gear changes
     time_budget_s: float | None = None
@@ -104,6 +120,8 @@ def park(case: ParkingCase, planner: str = "nlp", *, settings: ParkSettings | No
         _programs(run, world, paths)
     if run.best is None:
         reason = "every cell was searched and none leads home" if exhausted else "the search's cap on nodes was reached without a path"
+        if _beyond_the_wall(case):
+            reason += "; the slot is shorter than the car's diagonal and two clearances, so that only vanishing zigzags are left"
         return _refused(run, planner, f"{reason}; {_what_would_help(run)}", None)
     return _answer(run, planner, *run.best, status="planned", reason=_story(run))
 
@@ -126,9 +144,11 @@ def _searched(run: _Run, world: World) -> tuple[list[ArcPath], bool]:
         if run.offer(name, drive(run.case, path), "stops for every change of steering", 0.0):
             paths.append(path)
 
-    for cell, nodes in zip(settings.cells_m, settings.nodes, strict=True):
+    for number, (cell, nodes, contacts_only) in enumerate(settings.levels):
+        if number == len(settings.levels) - 1 and _beyond_the_wall(run.case):
+            break
         finer = replace(settings.search, cell_m=cell, cell_rad=0.5 * cell, max_nodes=nodes)
-        if cell < settings.cells_m[0]:  # a zigzag from contact to contact at full lock: fewer successors, ten times as deep
+        if contacts_only:
             finer = replace(finer, steers=(1.0, 0.0, -1.0), half_way=False)
         outcome = search(case, world, finer, cost, report)
         run.nodes += outcome.nodes
@@ -183,6 +203,12 @@ def _too_tight(case: ParkingCase, world: World) -> tuple[str, Violation] | None:
                 text += f": {200 * (asked - least):.0f} cm more length"
             return text, Violation(name=f"clearance at the {key}: distance to {name}", t_s=0.0, value=least, limit=asked, unit="m")
     return None
+
+
+def _beyond_the_wall(case: ParkingCase) -> bool:
+    """A slot in which not even a car that turns on the spot would find room: only vanishing zigzags are left there."""
+    car = case.vehicle
+    return case.slot is not None and case.slot.length_m < float(np.hypot(car.length_m, car.width_m)) + 2.0 * case.limits.clearance_m - 1e-3
 
 
 def _what_would_help(run: _Run) -> str:

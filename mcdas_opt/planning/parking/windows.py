@@ -20,7 +20,7 @@ class WindowSettings:
     whole_up_to: int = 14  # gear changes that are still solved in one piece
     phases: int = 10
     stride: int = 6
-    passes: int = 1
+    passes: int = 2
     rounds: int = 5
 
 
@@ -32,13 +32,13 @@ def improve(
         return exchange(case, world, first, costs, settings)
     current, iterations, rounds = first, 0, 0
     inner = replace(settings, rounds=windows.rounds)
-    for _ in range(windows.passes):
-        phase = 0
+    for number in range(windows.passes):
+        phase = 0 if number == 0 else -(windows.stride // 2)  # the second pass cuts elsewhere
         while True:
             cusps = _cusps(current)
             if phase >= len(cusps) - 1:
                 break
-            low, high = cusps[phase], cusps[min(phase + windows.phases, len(cusps) - 1)]
+            low, high = cusps[max(phase, 0)], cusps[min(phase + windows.phases, len(cusps) - 1)]
             part = Manoeuvre(
                 current.nodes[low : high + 1], current.steps[low:high], current.gears[low:high], current.segments[low:high], current.name
             )
