@@ -136,7 +136,7 @@ def _searched(run: _Run, world: World) -> tuple[list[ArcPath], bool]:
     if world.whole.polygons:
         cost.learn_detours(case, world.whole, world.body)
     paths: list[ArcPath] = []
-    exhausted = False
+    exhausted = found = False
 
     def report(path: ArcPath) -> None:
         path = reversed_path(path) if backwards else path
@@ -147,14 +147,18 @@ def _searched(run: _Run, world: World) -> tuple[list[ArcPath], bool]:
     for number, (cell, nodes, contacts_only) in enumerate(settings.levels):
         if number == len(settings.levels) - 1 and _beyond_the_wall(run.case):
             break
+        if found and not contacts_only:
+            continue
         finer = replace(settings.search, cell_m=cell, cell_rad=0.5 * cell, max_nodes=nodes)
         if contacts_only:
             finer = replace(finer, steers=(1.0, 0.0, -1.0), half_way=False)
         outcome = search(case, world, finer, cost, report)
         run.nodes += outcome.nodes
         exhausted = outcome.exhausted
-        if paths or run.late():
+        few = min((path.gear_changes for path in paths), default=0) <= settings.windows.whole_up_to
+        if run.late() or (paths and (few or found)):
             break
+        found = bool(paths)  # a long zigzag: one level finer may need fewer gears
     run.timing["search"] += 1e3 * (time.perf_counter() - begin)
     quickest: dict[int, tuple[float, ArcPath]] = {}
     for path in paths:

@@ -21,7 +21,9 @@ class WindowSettings:
     phases: int = 10
     stride: int = 6
     passes: int = 2
-    rounds: int = 5
+    twice_up_to: int = 30  # gear changes; beyond, one pass has to do
+    rounds: int = 4
+    rounds_unsound: int = 6
 
 
 def improve(
@@ -31,8 +33,9 @@ def improve(
     if first.gear_changes <= windows.whole_up_to:
         return exchange(case, world, first, costs, settings)
     current, iterations, rounds = first, 0, 0
-    inner = replace(settings, rounds=windows.rounds)
-    for number in range(windows.passes):
+    inner = replace(settings, rounds=windows.rounds, rounds_unsound=windows.rounds_unsound)
+    passes = windows.passes if first.gear_changes <= windows.twice_up_to else 1
+    for number in range(passes):
         phase = 0 if number == 0 else -(windows.stride // 2)  # the second pass cuts elsewhere
         while True:
             cusps = _cusps(current)
@@ -45,7 +48,7 @@ def improve(
             piece = replace(
                 case,
                 start=part.nodes[0, :3],
-                goal=part.nodes[-1, :3],
+                goal=case.goal if high == len(current.steps) else part.nodes[-1, :3],
                 start_steering_rad=float(np.clip(part.nodes[0, 4], -case.vehicle.steering_max_rad, case.vehicle.steering_max_rad)),
             )
             last = high == len(current.steps)
