@@ -11,8 +11,9 @@ from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.parking.closed_form import shortest_slot, table_5, two_arc
 from mcdas_opt.planning.parking.costs import PathCost
+from mcdas_opt.planning.parking.ladder import Level
 from mcdas_opt.planning.parking.manoeuvre import standing_start
-from mcdas_opt.planning.parking.park import Level, ParkSettings, park
+from mcdas_opt.planning.parking.park import ParkSettings, park
 from mcdas_opt.planning.parking.path import Arc, ArcPath, drive, merged, reversed_path
 from mcdas_opt.planning.parking.search import SearchSettings, search
 from mcdas_opt.planning.parking.world import World, turned_round

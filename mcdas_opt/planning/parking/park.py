@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,25 +15,15 @@ from mcdas_opt.ocp.parking import ParkingCosts
 from mcdas_opt.planning.parking.closed_form import CLOSED_FORMS
 from mcdas_opt.planning.parking.costs import PathCost
 from mcdas_opt.planning.parking.exchange import ExchangeSettings
+from mcdas_opt.planning.parking.ladder import LEVELS, Level, beyond_the_wall, climb
 from mcdas_opt.planning.parking.manoeuvre import standing_start
-from mcdas_opt.planning.parking.path import ArcPath, drive, reversed_path
+from mcdas_opt.planning.parking.path import ArcPath, drive
 from mcdas_opt.planning.parking.search import SearchSettings, search
 from mcdas_opt.planning.parking.windows import WindowSettings, improve
-from mcdas_opt.planning.parking.world import World, turned_round
+from mcdas_opt.planning.parking.world import World
 from mcdas_opt.verification.parking_judge import Judgement, judge_parking
 
 PLANNERS = ("nlp", "search", *CLOSED_FORMS)
-
-
-class Level(NamedTuple):
-    """One search: its cells [m] (half as many radians), its cap on nodes, and whether it goes from contact to contact at full lock
-
-    only, which needs a tenth of the nodes and is what zigzags in tight slots look like anyway.
-    """
-
-    cell_m: float
-    nodes: int
-    contacts_only: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,13 +34,7 @@ class ParkSettings:
     search: SearchSettings = field(default_factory=SearchSettings)
     exchange: ExchangeSettings = field(default_factory=ExchangeSettings)
     windows: WindowSettings = field(default_factory=WindowSettings)
-    levels: tuple[Level, ...] = (
-        Level(0.03, 20_000, True),
-        Level(0.04, 40_000, False),
-        Level(0.02, 60_000, True),
-        Level(0.01, 150_000, True),
-        Level(0.01, 220_000, False),
-    )
+    levels: tuple[Level, ...] = LEVELS
     starts: int = 3  # guesses that the program is started from
     starts_tight: int = 1  # the same, for paths with many gear changes
     time_budget_s: float | None = None
@@ -120,52 +103,29 @@ def park(case: ParkingCase, planner: str = "nlp", *, settings: ParkSettings | No
         _programs(run, world, paths)
     if run.best is None:
         reason = "every cell was searched and none leads home" if exhausted else "the search's cap on nodes was reached without a path"
-        if _beyond_the_wall(case):
+        if beyond_the_wall(case):
             reason += "; the slot is shorter than the car's diagonal and two clearances, so that only vanishing zigzags are left"
         return _refused(run, planner, f"{reason}; {_what_would_help(run)}", None)
     return _answer(run, planner, *run.best, status="planned", reason=_story(run))
 
 
 def _searched(run: _Run, world: World) -> tuple[list[ArcPath], bool]:
-    """Sound paths of the coarsest cells that give any, quickest first, and whether the last search saw everything."""
+    """Sound paths, quickest first, one for each number of gear changes, and whether the last search saw everything."""
     begin = time.perf_counter()
     settings = run.settings
-    backwards = _freedom(run.case, world, run.case.start) < _freedom(run.case, world, run.case.goal)
-    case = turned_round(run.case) if backwards else run.case
-    cost = PathCost.of(case)
-    if world.whole.polygons:
-        cost.learn_detours(case, world.whole, world.body)
-    paths: list[ArcPath] = []
-    exhausted = found = False
-
-    def report(path: ArcPath) -> None:
-        path = reversed_path(path) if backwards else path
-        name = f"search, {path.gear_changes} gear changes"
-        if run.offer(name, drive(run.case, path), "stops for every change of steering", 0.0):
-            paths.append(path)
-
-    for number, (cell, nodes, contacts_only) in enumerate(settings.levels):
-        if number == len(settings.levels) - 1 and _beyond_the_wall(run.case):
-            break
-        if found and not contacts_only:
-            continue
-        finer = replace(settings.search, cell_m=cell, cell_rad=0.5 * cell, max_nodes=nodes)
-        if contacts_only:
-            finer = replace(finer, steers=(1.0, 0.0, -1.0), half_way=False)
-        outcome = search(case, world, finer, cost, report)
-        run.nodes += outcome.nodes
-        exhausted = outcome.exhausted
-        few = min((path.gear_changes for path in paths), default=0) <= settings.windows.whole_up_to
-        if run.late() or (paths and (few or found)):
-            break
-        found = bool(paths)  # a long zigzag: one level finer may need fewer gears
-    run.timing["search"] += 1e3 * (time.perf_counter() - begin)
     quickest: dict[int, tuple[float, ArcPath]] = {}
-    for path in paths:
-        duration = drive(run.case, path).duration_s
-        if duration < quickest.get(path.gear_changes, (np.inf, path))[0]:
-            quickest[path.gear_changes] = (duration, path)
-    return [path for _, path in sorted(quickest.values(), key=lambda entry: entry[0])], exhausted
+
+    def offer(path: ArcPath) -> bool:
+        driven = drive(run.case, path)
+        sound = run.offer(f"search, {path.gear_changes} gear changes", driven, "stops for every change of steering", 0.0)
+        if sound and driven.duration_s < quickest.get(path.gear_changes, (np.inf, path))[0]:
+            quickest[path.gear_changes] = (driven.duration_s, path)
+        return sound
+
+    done = climb(run.case, world, settings.levels, settings.search, settings.windows.whole_up_to, offer, run.late)
+    run.nodes += done.nodes
+    run.timing["search"] += 1e3 * (time.perf_counter() - begin)
+    return [path for _, path in sorted(quickest.values(), key=lambda entry: entry[0])], done.exhausted
 
 
 def _programs(run: _Run, world: World, paths: list[ArcPath]) -> None:
@@ -185,12 +145,6 @@ def _programs(run: _Run, world: World, paths: list[ArcPath]) -> None:
         run.offer(f"nlp from {path.gear_changes} gear changes", outcome.trajectory(run.case), note, seconds)
 
 
-def _freedom(case: ParkingCase, world: World, pose: Any) -> float:
-    """Clearance of a pose [m], as a measure of how tight it stands."""
-    around = np.array([[dx, dy, 0.0] for dx in (-0.5, 0.0, 0.5) for dy in (-0.5, 0.0, 0.5)])
-    return float(np.maximum(world.clearance(pose + around), -0.5).sum())
-
-
 def _too_tight(case: ParkingCase, world: World) -> tuple[str, Violation] | None:
     """A proof that no path exists: the start or the goal itself is nearer to an obstacle than asked."""
     asked = case.limits.clearance_m
@@ -207,12 +161,6 @@ def _too_tight(case: ParkingCase, world: World) -> tuple[str, Violation] | None:
                 text += f": {200 * (asked - least):.0f} cm more length"
             return text, Violation(name=f"clearance at the {key}: distance to {name}", t_s=0.0, value=least, limit=asked, unit="m")
     return None
-
-
-def _beyond_the_wall(case: ParkingCase) -> bool:
-    """A slot in which not even a car that turns on the spot would find room: only vanishing zigzags are left there."""
-    car = case.vehicle
-    return case.slot is not None and case.slot.length_m < float(np.hypot(car.length_m, car.width_m)) + 2.0 * case.limits.clearance_m - 1e-3
 
 
 def _what_would_help(run: _Run) -> str:

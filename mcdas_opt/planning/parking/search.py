@@ -70,6 +70,15 @@ def search(
     return _Search(case, world, settings, cost, report).run()
 
 
+def free_lengths(case: ParkingCase, world: World, pose: Array) -> Array:
+    """(10,) how far [m] every arc leads from a pose before it comes too near to something."""
+    probe = _Search(case, world, SearchSettings(), PathCost.of(case), None)
+    count = probe.curvature.size
+    room = np.full(count, float(world.clearance(pose[None])[0]))
+    free, _ = probe.walk(np.tile(pose, (count, 1)), probe.curvature, probe.direction, probe.stretch, room)
+    return free
+
+
 class _Search:
     def __init__(
         self, case: ParkingCase, world: World, settings: SearchSettings, cost: PathCost, report: Callable[[ArcPath], None] | None
@@ -125,7 +134,7 @@ class _Search:
         on = nodes.contact[parent] & (nodes.way[parent] == way) & (nodes.kappa[parent] == kappa)
         keep = ~(back | on)
         parent, kappa, way, stretch = parent[keep], kappa[keep], way[keep], stretch[keep]
-        free, stopped = self._walk(nodes.pose[parent], kappa, way, stretch, nodes.room[parent])
+        free, stopped = self.walk(nodes.pose[parent], kappa, way, stretch, nodes.room[parent])
         choices = [(free, stopped)]
         if self.settings.half_way:
             choices.append((0.5 * free, np.zeros_like(stopped)))
@@ -140,7 +149,7 @@ class _Search:
         pick = rows % free.size
         self._admit(parent[pick], kappa[pick], way[pick], length[rows], contact[rows])
 
-    def _walk(self, pose: Array, kappa: Array, way: Array, stretch: Array, room: Array) -> tuple[Array, NDArray[np.bool_]]:
+    def walk(self, pose: Array, kappa: Array, way: Array, stretch: Array, room: Array) -> tuple[Array, NDArray[np.bool_]]:
         """(free length, whether it ends in contact) of every arc."""
         s = self.settings
         step_min = 0.25 * s.cell_m
