@@ -36,7 +36,8 @@ class ParkSettings:
     windows: WindowSettings = field(default_factory=WindowSettings)
     levels: tuple[Level, ...] = LEVELS
     starts: int = 3  # guesses that the program is started from
-    starts_tight: int = 1  # the same, for paths with many gear changes
+    starts_tight: int = 1  # the same, for paths with more gear changes than ...
+    tight_from: int = 7
     time_budget_s: float | None = None
 
 
@@ -131,7 +132,7 @@ def _searched(run: _Run, world: World) -> tuple[list[ArcPath], bool]:
 def _programs(run: _Run, world: World, paths: list[ArcPath]) -> None:
     """The nonlinear program from several paths; every sound result is offered."""
     settings = run.settings
-    many = bool(paths) and min(path.gear_changes for path in paths) > settings.windows.whole_up_to
+    many = bool(paths) and min(path.gear_changes for path in paths) > settings.tight_from
     for path in paths[: settings.starts_tight if many else settings.starts]:
         if run.late():
             break
