@@ -27,14 +27,18 @@ class FrenetFrame:
     _s: Array = field(init=False, repr=False)
     _x: Array = field(init=False, repr=False)
     _y: Array = field(init=False, repr=False)
+    _knots: Array = field(init=False, repr=False)  # (3, n): s, curvature, heading of the knots
 
     def __post_init__(self) -> None:
         if self.road.is_straight:
             empty = np.zeros(0)
-            for name in ("_s", "_x", "_y"):
+            for name in ("_s", "_x", "_y", "_knots"):
                 object.__setattr__(self, name, empty)
             return
-        knots = np.array([s for s, _ in self.road.curvature])
+        knots, kappa = np.asarray(self.road.curvature).T
+        heading = np.concatenate([[0.0], np.cumsum(0.5 * (kappa[1:] + kappa[:-1]) * np.diff(knots))])
+        object.__setattr__(self, "_knots", np.array([knots, kappa, heading]))
+        object.__setattr__(self, "_knots", np.array([knots, kappa, heading - self.road_heading(np.zeros(1))[0]]))
         even = np.arange(self.s_min_m, self.s_max_m + _STEP_M, _STEP_M)
         s = np.union1d(even, np.concatenate([knots[(knots > self.s_min_m) & (knots < self.s_max_m)], [0.0]]))
         half = 0.5 * np.diff(s)
@@ -52,16 +56,11 @@ class FrenetFrame:
         s = np.asarray(s, dtype=np.float64)
         if self.road.is_straight:
             return np.zeros_like(s)
-        knots = np.asarray(self.road.curvature)
-        ks, kk = knots[:, 0], knots[:, 1]
-        at_knots = np.concatenate([[0.0], np.cumsum(0.5 * (kk[1:] + kk[:-1]) * np.diff(ks))])
-
-        def integral(q: Array) -> Array:
-            i = np.clip(np.searchsorted(ks, q, side="right") - 1, 0, len(ks) - 1)
-            # beyond either end the curvature is held, so the integral goes on linearly
-            return np.asarray(np.where(q < ks[0], (q - ks[0]) * kk[0], at_knots[i] + 0.5 * (kk[i] + np.interp(q, ks, kk)) * (q - ks[i])))
-
-        return np.asarray(integral(s) - integral(np.zeros(1))[0])
+        ks, kk, headings = self._knots
+        i = np.maximum(np.searchsorted(ks, s, side="right") - 1, 0)
+        # beyond either end the curvature is held, so the integral goes on linearly
+        inside = headings[i] + 0.5 * (kk[i] + np.interp(s, ks, kk)) * (s - ks[i])
+        return np.asarray(np.where(s < ks[0], headings[0] + (s - ks[0]) * kk[0], inside))
 
     def _line(self, s: Array) -> tuple[Array, Array, Array]:
         if s.size and (s.min() < self._s[0] or s.max() > self._s[-1]):

@@ -7,6 +7,7 @@ and its range plus the half extent in that direction is the centre's range.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -23,9 +24,11 @@ def half_extent(bearing: Any, length: Any, width: Any) -> Array:
     return np.asarray(np.minimum(along, across))
 
 
-def half_extent_slope(bearing: Any, length: Any, width: Any) -> Array:
-    """d half_extent / d bearing [m/rad]: e tan(bearing) on a bumper, -e / tan(bearing) on a flank."""
-    c, s = np.cos(bearing), np.sin(bearing)
-    bumper = width * np.abs(c) >= length * np.abs(s)
-    ratio = np.where(bumper, s, -c) / np.where(bumper, c, s)
-    return np.asarray(half_extent(bearing, length, width) * ratio)
+def half_extent_and_slope(bearing: float, length: float, width: float) -> tuple[float, float]:
+    """`half_extent` of one bearing [m], and its derivative by it [m/rad]: e tan(bearing) on a bumper, -e / tan(bearing) on a flank."""
+    c, s = math.cos(bearing), math.sin(bearing)
+    if width * abs(c) >= length * abs(s):
+        extent = 0.5 * length / abs(c)
+        return extent, extent * s / c
+    extent = 0.5 * width / abs(s)
+    return extent, -extent * c / s

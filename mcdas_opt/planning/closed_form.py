@@ -19,7 +19,7 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Request, Side
 from mcdas_opt.planning.selection import WorthSettings, worth
-from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, lateral_bound_mps2, ways_out
+from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, lateral_bound_mps2, shorter_side, ways_out
 from mcdas_opt.reference.literal import LiteralPath, literal_path
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.prediction import predict
@@ -167,7 +167,7 @@ class CorrectedMethod:
         tried: list[Candidate] = []
         first: _Driven | None = None
         for group in self.groups(situation, assessment, going):
-            driven = [self.driven(situation, prediction, way) for way in group if not way.refusal]
+            driven = [self.driven(situation, prediction, way, shorter_side(assessment)) for way in group if not way.refusal]
             driven.sort(key=self._price)
             tried += [one.candidate for one in driven]
             best = next((one for one in driven if one.verdict.passed), None)
@@ -187,7 +187,7 @@ class CorrectedMethod:
             return [[keeping_way(situation, Mode.CRUISE if assessment.mode is Mode.CRUISE else Mode.HOLD)], *groups]
         return groups
 
-    def driven(self, situation: Situation, prediction: Prediction, way: Way) -> _Driven:
+    def driven(self, situation: Situation, prediction: Prediction, way: Way, leaning: Side) -> _Driven:
         """A way, driven and judged."""
         trajectory = self.drive(situation, way)
         verdict = judge(trajectory, situation.host, self.vehicle, situation.road, prediction)
@@ -197,7 +197,8 @@ class CorrectedMethod:
             road=situation.road,
             prediction=prediction,
             desired_speed_mps=situation.wanted_speed_mps,
-            changes_lane=way.side is not Side.NONE,
+            side=way.side,
+            leaning=leaning,
             settings=WorthSettings(),
         )
         refusal = "" if verdict.passed else verdict.reason

@@ -17,7 +17,7 @@ from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.selection import severity
-from mcdas_opt.planning.ways import keep_path
+from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.tracking.prediction import predict
 from mcdas_opt.verification.judge import judge
 
@@ -72,7 +72,7 @@ class Ladder:
         for name, mode, law in laws:
             trajectory = follow(
                 situation.host,
-                keep_path(situation),
+                LaneCentre(d_m=situation.road.lane_centre_m(situation.road.lane_of(situation.host.d_m))),
                 law,
                 vehicle=vehicle,
                 road=situation.road,

@@ -21,31 +21,41 @@ from mcdas_opt.errors import ParameterError
 from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
 from mcdas_opt.planning.lane_parameters import guessed_states, node_values
 from mcdas_opt.planning.ways import Way
+from mcdas_opt.solvers.interior_point import InteriorPointEngine
 from mcdas_opt.solvers.ipopt_engine import IpoptEngine
 from mcdas_opt.solvers.osqp_engine import OsqpEngine
 from mcdas_opt.solvers.outcome import Ending, Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess
 
 _IPOPT_ITERATIONS = 200
+Engine = InteriorPointEngine | OsqpEngine | IpoptEngine
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StageSettings:
-    """Counted work and margins of one solve."""
+    """Counted work and margins of one solve.
 
-    seats: tuple[int, ...] = (1, 2, 4, 8)  # problems are built for these numbers of neighbours
-    iterations_warm: int = 3
+    `solver` is "interior-point" or "osqp"; where the interior point does not converge, OSQP is asked before any fallback is. `cold_start`
+    "ipopt" gives every solve without a warm start to IPOPT: converged, and some hundred times slower.
+    """
+
+    solver: str = "interior-point"
+    cold_start: str = "same"
+    seats: tuple[int, ...] = (2, 4, 8)  # problems are built for these numbers of neighbours
+    newton_steps: int = 60  # of the interior point
+    iterations_warm: int = 3  # of OSQP's real-time iteration
     iterations_event: int = 8
+    iterations_second: int = 2  # of OSQP as a second opinion
     friction_share: float = 0.97
     clearance_along_m: float = 0.5
     clearance_across_m: float = 0.25
     event_position_m: float = 0.5
     event_speed_mps: float = 0.5
-    cold_start: str = "osqp"  # or "ipopt": converged, some 20 times slower
 
     def __post_init__(self) -> None:
-        if self.cold_start not in ("osqp", "ipopt"):
-            raise ParameterError("cold_start", self.cold_start, "must be osqp or ipopt")
+        for name, known in (("solver", ("interior-point", "osqp")), ("cold_start", ("same", "ipopt"))):
+            if getattr(self, name) not in known:
+                raise ParameterError(name, getattr(self, name), f"must be {' or '.join(known)}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +65,8 @@ class _Memory:
     time_s: float
     way: Way
     outcome: Outcome
+    engine: Engine
     bodies: dict[str, PredictedBody]
-    seats: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,17 +79,26 @@ class Solved:
 
 
 class Posed:
-    """The lane problem for a number of neighbours, with its engines."""
+    """The lane problem for a number of neighbours, with its engines, each built when first asked for."""
 
     def __init__(self, lane: LaneProblem, nodes: int) -> None:
         self.seats, self.nodes = lane.neighbours, nodes
         self.problem = lane.stage_problem()
         self.parameters = LaneParameters(names=self.problem.parameters)
-        self.engine = OsqpEngine(self.problem, nodes)
+
+    @cached_property
+    def interior_point(self) -> InteriorPointEngine:
+        """The engine of choice."""
+        return InteriorPointEngine(self.problem, self.nodes)
+
+    @cached_property
+    def osqp(self) -> OsqpEngine:
+        """The second opinion, and the engine of choice where the settings say so."""
+        return OsqpEngine(self.problem, self.nodes)
 
     @cached_property
     def ipopt(self) -> IpoptEngine:
-        """The reference engine, built when first asked for."""
+        """The reference."""
         return IpoptEngine(self.problem, self.nodes)
 
 
@@ -98,49 +117,60 @@ class LaneStage:
             self._posed[seats] = Posed(LaneProblem(vehicle=self.vehicle, neighbours=seats), self.settings.grid.nodes)
         return self._posed[seats]
 
+    @property
+    def solver(self) -> str:
+        """Which engine answers first, and in which form; known once it has solved."""
+        if self.stage.solver == "osqp":
+            return "osqp"
+        kinds = {posed.interior_point.kind for posed in self._posed.values()}
+        return f"interior-point ({', '.join(sorted(kinds))})"
+
     def forget(self) -> None:
         """Throws every warm start away."""
         self._memory.clear()
-        for posed in self._posed.values():
-            posed.engine.reset()
+        if self.stage.solver == "osqp":
+            for posed in self._posed.values():
+                posed.osqp.reset()
 
     def solve(self, situation: Situation, prediction: Prediction, way: Way) -> Solved:
+        """From the way's last solve when that says something of this one, else from the way's own path."""
         bodies = self.nearest(situation, prediction)
         posed = self.posed(len(bodies))
-        memory = self._memory.get(way.name)
-        warm = memory is not None and memory.seats == posed.seats and not self._event(memory, situation, way, bodies)
-        guess = posed.engine.shifted(memory.outcome) if warm and memory is not None else self.guess(situation, way, posed)
-        iterations = self.stage.iterations_warm if warm else self.stage.iterations_event
-        if warm or self.stage.cold_start == "osqp":
-            outcome = self._outcome(situation, bodies, way, posed.engine, posed, guess, iterations)
-        else:
-            outcome = self._outcome(situation, bodies, way, posed.ipopt, posed, guess, _IPOPT_ITERATIONS)
-        if not outcome.usable and warm:  # the warm start may be what is wrong
-            posed.engine.reset()
-            guess = self.guess(situation, way, posed)
-            outcome = self._outcome(situation, bodies, way, posed.engine, posed, guess, self.stage.iterations_event)
-        if not outcome.usable:
-            self._memory.pop(way.name, None)
-            return Solved(trajectory=None, reason=outcome.message or outcome.ending.value, iterations=outcome.inner_iterations)
-        self._memory[way.name] = _Memory(situation.time_s, way, outcome, {b.id: b for b in bodies}, posed.seats)
-        reason = "" if outcome.ending is Ending.CONVERGED else outcome.ending.value
-        trajectory = self.roll_out(situation, posed, outcome.u)
-        return Solved(trajectory=trajectory, reason=reason, iterations=outcome.inner_iterations)
-
-    def _outcome(
-        self,
-        situation: Situation,
-        bodies: tuple[PredictedBody, ...],
-        way: Way,
-        engine: OsqpEngine | IpoptEngine,
-        posed: Posed,
-        guess: StageGuess,
-        iterations: int,
-    ) -> Outcome:
+        cold = self.guess(situation, way, posed)
+        memory = self._memory.pop(way.name, None)
+        attempts = self._attempts(posed, cold)
+        engine = posed.interior_point if self.stage.solver == "interior-point" else posed.osqp
+        if memory is not None and memory.engine is engine and not self._event(memory, situation, way, bodies):
+            warm = engine.shifted(memory.outcome)
+            steps = self.stage.newton_steps if engine is posed.interior_point else self.stage.iterations_warm
+            attempts.insert(0, (engine, warm, steps))
         # a measured state a hair outside a hard bound (rounding, a limit just touched) is brought to it
         x0 = np.clip(situation.host.to_vector(), posed.problem.x_lower, posed.problem.x_upper)
-        p = self.matrix(situation, bodies, way, posed, guess.x[:, 0])
-        return engine.solve(x0, p, self.settings.grid.steps_s, guess, iterations)
+        best: Outcome | None = None
+        by: Engine = engine
+        iterations, reason = 0, ""
+        for trial, guess, cap in attempts:
+            p = self.matrix(situation, bodies, way, posed, guess.x[:, 0])
+            outcome = trial.solve(x0, p, self.settings.grid.steps_s, guess, cap)
+            iterations += outcome.inner_iterations
+            if outcome.usable and (best is None or outcome.ending is Ending.CONVERGED or outcome.objective < best.objective):
+                best, by = outcome, trial
+            if outcome.ending is Ending.CONVERGED:
+                break
+            reason = outcome.message or outcome.ending.value
+        if best is None:
+            return Solved(trajectory=None, reason=reason, iterations=iterations)
+        self._memory[way.name] = _Memory(situation.time_s, way, best, by, {b.id: b for b in bodies})
+        return Solved(trajectory=self.roll_out(situation, posed, best.u), reason=reason, iterations=iterations)
+
+    def _attempts(self, posed: Posed, cold: StageGuess) -> list[tuple[Engine, StageGuess, int]]:
+        """Engines in the order in which they are asked, from a cold start, with their iteration caps: the first that converges answers."""
+        second: tuple[Engine, StageGuess, int] = (posed.osqp, cold, self.stage.iterations_second)
+        if self.stage.cold_start == "ipopt":
+            return [(posed.ipopt, cold, _IPOPT_ITERATIONS), second]
+        if self.stage.solver == "osqp":
+            return [(posed.osqp, cold, self.stage.iterations_event)]
+        return [(posed.interior_point, cold, self.stage.newton_steps), second]
 
     def nearest(self, situation: Situation, prediction: Prediction) -> tuple[PredictedBody, ...]:
         """The bodies that come nearest over the horizon, at most as many as there are seats; in order of their ids, to keep seats."""
@@ -172,7 +202,7 @@ class LaneStage:
     def guess(self, situation: Situation, way: Way, posed: Posed) -> StageGuess:
         """The cold start: the way's own path."""
         n, problem = self.settings.grid.nodes, posed.problem
-        x = guessed_states(situation, way, self.vehicle, self.settings.grid.times_s)
+        x = guessed_states(situation, way, self.vehicle, self.settings.grid.times_s) if way.guess is None else way.guess
         return StageGuess(x=x, u=np.zeros((n, problem.nu)), s=np.zeros((n + 1, problem.ns)))
 
     def matrix(self, situation: Situation, bodies: tuple[PredictedBody, ...], way: Way, posed: Posed, guess_s: Array) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Request, Side
 from mcdas_opt.planning.lane_stage import LaneStage, StageSettings
 from mcdas_opt.planning.selection import WorthSettings, worth
-from mcdas_opt.planning.ways import Manoeuvre, Way, continued, harder_ways, keeping_way, ways_out
+from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, shorter_side, spread_ways, ways_out
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.prediction import predict
 from mcdas_opt.verification.judge import judge
@@ -92,6 +93,7 @@ class MpcMethod:
             candidates=candidates,
             timing_ms=Timing(solve=1e3 * self._solve_s, verify=1e3 * self._verify_s),
             iterations=self._iterations,
+            solver=self.stage.solver,
             literal_mode=assessment.literal_mode,
             time_s=situation.time_s,
             reference=way.manoeuvre,
@@ -111,25 +113,25 @@ class MpcMethod:
         previous: Plan | None,
         going: Manoeuvre | None,
     ) -> tuple[_Answer | None, tuple[Candidate, ...]]:
-        """The gentlest set of ways that holds one which passes: what is under way or nothing at all, the four ways out, the hard ones."""
+        """The gentlest set of ways that holds one which passes: what is under way, the four ways out, the family's best."""
         tried: list[Candidate] = []
         if not assessment.threatened:
             quiet = Mode.CRUISE if assessment.mode is Mode.CRUISE else Mode.HOLD
             first = continued(situation, going) if going is not None else keeping_way(situation, quiet)
-            answer = self._try(situation, prediction, first, tried)
+            answer = self._try(situation, prediction, first, Side.NONE, tried)
             if answer is not None:
                 return answer, tuple(tried)
-        sigmoid = self.settings.sigmoid
         before = None if previous is None else self._chosen
-        gentle = ways_out(situation, assessment, self.vehicle, sigmoid, going)
+        gentle = ways_out(situation, assessment, self.vehicle, self.settings.sigmoid, going)
         if going is not None and going.half_done(situation):
             # the lane that holds the car is the one that it steers for: keeping it is no way of its own
             gentle = tuple(way for way in gentle if way.side is not Side.NONE)
-            hard = ways_out(situation, assessment, self.vehicle, sigmoid, going)[:2]
-        else:
-            hard = harder_ways(situation, assessment, self.vehicle, sigmoid)
-        for ways in (gentle, hard):
-            answers = [self._try(situation, prediction, way, tried) for way in ways]
+        sets: tuple[Callable[[], tuple[Way, ...]], ...] = (
+            lambda: gentle,
+            lambda: spread_ways(situation, self.vehicle, prediction, self.settings.grid),
+        )
+        for ways in sets:
+            answers = [self._try(situation, prediction, way, shorter_side(assessment), tried) for way in ways()]
             passed = [a for a in answers if a is not None]
             if passed:
                 return min(passed, key=lambda a: self._price(a, before)), tuple(tried)
@@ -143,7 +145,7 @@ class MpcMethod:
         tie = self.settings.selector.tie_break
         return (round(cost, 5), 0 if answer.way.side is tie else 1)
 
-    def _try(self, situation: Situation, prediction: Prediction, way: Way, tried: list[Candidate]) -> _Answer | None:
+    def _try(self, situation: Situation, prediction: Prediction, way: Way, leaning: Side, tried: list[Candidate]) -> _Answer | None:
         """Solves and judges one way; records it among the tried."""
         if way.refusal:
             tried.append(Candidate(name=way.name, cost=None, passed=False, refusal=way.refusal))
@@ -166,7 +168,8 @@ class MpcMethod:
             road=situation.road,
             prediction=prediction,
             desired_speed_mps=situation.wanted_speed_mps,
-            changes_lane=way.side is not Side.NONE,
+            side=way.side,
+            leaning=leaning,
             settings=self.worth,
         )
         self._verify_s += time.perf_counter() - started

@@ -9,7 +9,7 @@ import numpy as np
 from mcdas_opt.domain.host import HostState
 
 _KEPT = 64  # states; at a cycle of 0.1 s more than any latency that is planned for
-_AT_ONCE_S = 1e-6
+_AT_ONCE_S = 1e-9
 
 
 class PoseHistory:

@@ -10,6 +10,7 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners, separation
@@ -24,6 +25,7 @@ class WorthSettings:
     jerk: float = 0.001  # per (m/s^3)^2
     speed: float = 0.03  # per (m/s)^2 off the desired speed
     lane_change: float = 2.0  # once
+    other_side: float = 0.3  # once, for steering to the side that the front vehicle's offset leans to
     nearness: float = 6.0  # per exp(-gap / 0.7 m)
     end_closing: float = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
     end_room_m: float = 0.5  # whoever ends less than this beside the host's flank counts as before or behind it
@@ -49,7 +51,8 @@ def worth(
     road: Road,
     prediction: Prediction,
     desired_speed_mps: float,
-    changes_lane: bool,
+    side: Side,
+    leaning: Side,
     settings: WorthSettings,
 ) -> float:
     """The price of a plan: discomfort, departure from the desired speed, nearness to others, and how it leaves things at its end."""
@@ -70,7 +73,10 @@ def worth(
         relative = float(v[-1]) - float(motion.speed_s_mps[0])
         closing = max(relative if ahead else -relative, 0.0)
         total += settings.end_closing * closing**2 / max(float(gap[-1]), 1.0)
-    return total + (settings.lane_change if changes_lane else 0.0)
+    if side is Side.NONE:
+        return total
+    other = leaning is not Side.NONE and side is not leaning
+    return total + settings.lane_change + (settings.other_side if other else 0.0)
 
 
 def severity(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: Prediction) -> tuple[float, float]:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from mcdas_opt.domain.assessment import Assessment
+from mcdas_opt.domain.grid import TimeGrid
+from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import SigmoidSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
+from mcdas_opt.manoeuvres.kinds import best_of_kind, next_lane_m
 from mcdas_opt.reference.offset_path import OffsetPath, corrected
 
+_LEANING_M = 0.1  # a smaller offset of the front vehicle leans to neither side
 BODY_ROOM_M = 0.25  # from the body's flank to the road's edge, for the targets of steering
 
 
@@ -23,6 +28,7 @@ class Manoeuvre:
     side: Side
     path: OffsetPath
     target_d_m: float
+    speed_mps: float
 
     def finished(self, situation: Situation) -> bool:
         """Past the path's end, or settled on its target."""
@@ -38,7 +44,10 @@ class Manoeuvre:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Way:
-    """One candidate: keep the lane towards a speed, or steer along a path. `refusal` says why it is not even tried."""
+    """One candidate: keep the lane towards a speed, or steer along a path. `refusal` says why it is not even tried.
+
+    `guess` (N + 1, 6) are states to begin from; None: those of the path.
+    """
 
     name: str
     mode: Mode
@@ -47,6 +56,14 @@ class Way:
     speed_mps: float
     manoeuvre: Manoeuvre | None = None
     refusal: str = ""
+    guess: Array | None = field(default=None, compare=False)
+
+
+def shorter_side(assessment: Assessment) -> Side:
+    """The side that asks for less lateral movement past the front vehicle (eq 22-23); none when that is straight ahead."""
+    if assessment.front_id is None or abs(assessment.offset_m) <= _LEANING_M:
+        return Side.NONE
+    return Side.RIGHT if assessment.offset_m > 0.0 else Side.LEFT
 
 
 def keep_path(situation: Situation) -> OffsetPath:
@@ -61,32 +78,15 @@ def lateral_bound_mps2(situation: Situation, sigmoid: SigmoidSettings) -> float:
     return min(sigmoid.lateral_acceleration_mps2, sigmoid.lateral_friction_share * situation.road.friction * GRAVITY_MPS2)
 
 
-def steering_target_m(situation: Situation, vehicle: Vehicle, side: Side) -> float | None:
-    """d of the next lane's centre, else of the shoulder's when the car fits on it; None when there is neither."""
-    road, host = situation.road, situation.host
-    sign = 1 if side is Side.LEFT else -1
-    lane = road.lane_of(host.d_m) + sign
-    if road.has_lane(lane):
-        return road.lane_centre_m(lane)
-    shoulder = road.shoulder_left_m if side is Side.LEFT else road.shoulder_right_m
-    edge = road.left_edge_m if side is Side.LEFT else road.right_edge_m
-    if shoulder >= vehicle.width_m + 2.0 * BODY_ROOM_M:
-        return edge - sign * 0.5 * shoulder
-    return None
-
-
 def steering_way(
     situation: Situation, assessment: Assessment, vehicle: Vehicle, sigmoid: SigmoidSettings, side: Side, *, lateral_mps2: float, name: str
 ) -> Way:
     """Out to `side` along the corrected sigmoid, bent by the front vehicle's offset where the road allows it."""
     host, road = situation.host, situation.road
-    target = steering_target_m(situation, vehicle, side)
-    sector = Sector.LEFT if side is Side.LEFT else Sector.RIGHT
-    refusal = ""
+    target = next_lane_m(situation, vehicle, side)
+    refusal = _unwatched(situation, side)
     if target is None:
         refusal, target = f"no lane and no shoulder to the {side}", host.d_m
-    elif not situation.coverage.sees(sector):
-        refusal = f"nobody watches the {side}"
     elif host.speed_mps < 0.5:
         refusal = "standing still"
     bend, bend_s = 0.0, host.s_m
@@ -116,7 +116,7 @@ def steering_way(
         side=side,
         path=path,
         speed_mps=situation.wanted_speed_mps,
-        manoeuvre=Manoeuvre(side=side, path=path, target_d_m=target),
+        manoeuvre=Manoeuvre(side=side, path=path, target_d_m=target, speed_mps=situation.wanted_speed_mps),
         refusal=refusal,
     )
 
@@ -148,13 +148,45 @@ def ways_out(
     return tuple(ways)
 
 
-def harder_ways(situation: Situation, assessment: Assessment, vehicle: Vehicle, sigmoid: SigmoidSettings) -> tuple[Way, ...]:
-    """Both sides with most of the road's grip, tried when nothing gentler passes."""
-    bound = 0.85 * situation.road.friction * GRAVITY_MPS2
-    return tuple(
-        steering_way(situation, assessment, vehicle, sigmoid, side, lateral_mps2=bound, name=f"{side.value}-hard")
-        for side in (Side.LEFT, Side.RIGHT)
-    )
+def spread_ways(situation: Situation, vehicle: Vehicle, prediction: Prediction, grid: TimeGrid) -> tuple[Way, ...]:
+    """The best few of different kind out of the sampled family: side, early or late, slower or faster, each with its own guess."""
+    host, ways = situation.host, []
+    for choice in best_of_kind(situation, vehicle, prediction, grid=grid):
+        name = f"{'keep' if choice.side is Side.NONE else choice.side.value}-{choice.pace}{'' if choice.early else '-late'}"
+        path, manoeuvre, mode = keep_path(situation), None, Mode.BRAKE
+        if choice.side is not Side.NONE:
+            mode = Mode.EVADE
+            path = corrected(
+                start_s_m=host.s_m + host.speed_mps * choice.delay_s,
+                start_d_m=host.d_m,
+                target_d_m=choice.target_d_m,
+                speed_mps=host.speed_mps,
+                lateral_acceleration_mps2=choice.lateral_mps2,
+                b=choice.softness,
+            )
+            manoeuvre = Manoeuvre(side=choice.side, path=path, target_d_m=choice.target_d_m, speed_mps=choice.end_speed_mps)
+        refusal = _unwatched(situation, choice.side)
+        if choice.side is Side.NONE and choice.pace == "faster" and not situation.coverage.sees(Sector.FRONT):
+            refusal = "nobody watches the front"
+        ways.append(
+            Way(
+                name=name,
+                mode=mode,
+                side=choice.side,
+                path=path,
+                speed_mps=choice.end_speed_mps,
+                manoeuvre=manoeuvre,
+                refusal=refusal,
+                guess=choice.states,
+            )
+        )
+    return tuple(ways)
+
+
+def _unwatched(situation: Situation, side: Side) -> str:
+    """Why a side that nobody watches is refused; empty for one that is watched."""
+    sector = {Side.LEFT: Sector.LEFT, Side.RIGHT: Sector.RIGHT}.get(side)
+    return "" if sector is None or situation.coverage.sees(sector) else f"nobody watches the {side}"
 
 
 def continued(situation: Situation, going: Manoeuvre) -> Way:
@@ -164,7 +196,7 @@ def continued(situation: Situation, going: Manoeuvre) -> Way:
         mode=Mode.EVADE,
         side=going.side,
         path=going.path,
-        speed_mps=situation.wanted_speed_mps,
+        speed_mps=going.speed_mps,
         manoeuvre=going,
     )
 

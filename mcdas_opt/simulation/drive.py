@@ -112,6 +112,7 @@ class Drive:
             name=scene.name,
             planner=planner,
             plant=plant,
+            solver=next((plan.solver for plan in plans if plan.solver), ""),
             seed=seed,
             duration_s=float(history.t_s[-1]),
             outcome=self.outcome,

@@ -67,6 +67,7 @@ class Simulation:
     name: str
     planner: str
     plant: str
+    solver: str
     seed: int
     duration_s: float
     outcome: Outcome

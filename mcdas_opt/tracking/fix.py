@@ -21,7 +21,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.radar import position, sensor_velocity
 from mcdas_opt.geometry.frenet import FrenetFrame
-from mcdas_opt.geometry.near_face import half_extent, half_extent_slope
+from mcdas_opt.geometry.near_face import half_extent, half_extent_and_slope
 
 Belief = tuple[Array, Array]  # state (s, vs, d, vd), covariance (4, 4)
 _LEAST_STRETCH = 0.2  # of 1 - d kappa
@@ -57,13 +57,14 @@ class BodyFix:
 class RadarFix:
     """A radar point as a body of `size` aligned with the road would have sent it (size None: the point is the centre).
 
-    `place` is the centre (s, d), `range_m` the centre's, `bearing_rad` the line of sight against the road there, `kappa` the road's
-    curvature and `stretch` 1 - d kappa; `relative` is the range rate plus the sensor's own speed on the line of sight, `sideways` the
-    sensor's speed to the left of it.
+    `place` is the centre (s, d), `range_m` its range, of which `extent_m` lies within the body; `bearing_rad` is the line of sight
+    against the road there, `kappa` the road's curvature, `stretch` 1 - d kappa; `relative` is the range rate plus the sensor's own speed
+    on the line of sight, `sideways` the sensor's speed to the left of it.
     """
 
     place: tuple[float, float]
     range_m: float
+    extent_m: float
     bearing_rad: float
     kappa: float
     stretch: float
@@ -75,7 +76,7 @@ class RadarFix:
     def read(self, belief: Belief) -> Reading:
         """The measurement for a target of that belief.
 
-        Its heading turns the face that was seen: the believed heading atan2(vd, vs) is trusted as far as its own variance says,
+        Its heading turns the face that was seen: the believed heading atan(vd / vs) is trusted as far as its own variance says,
         against cars' habit to follow the road (0.1 rad). What stays uncertain of it goes into R, and so does the speed across the
         line of sight that the azimuth's error mixes into the range rate (in a bend also by taking the road's direction elsewhere).
         """
@@ -86,9 +87,9 @@ class RadarFix:
         if self.size is not None:
             speed = max(abs(forward), _SLOWEST_MPS)
             trust = _HEADING_SD_RAD**2 / (_HEADING_SD_RAD**2 + float(belief[1][3, 3]) / speed**2)
-            seen = self.bearing_rad - trust * math.atan2(vd, speed)
-            shift = float(half_extent(seen, *self.size) - half_extent(self.bearing_rad, *self.size))
-            slope = float(half_extent_slope(seen, *self.size))
+            seen = self.bearing_rad - trust * math.atan(vd / math.copysign(speed, forward))
+            extent, slope = half_extent_and_slope(seen, *self.size)
+            shift = extent - self.extent_m
             doubt = slope**2 * _HEADING_SD_RAD**2 * (1.0 - trust)
         r = self.range_m + shift
         s, d = self.place
@@ -156,6 +157,7 @@ def radar_fixes(
         return []
     r, phi = np.array([(point.range_m, point.azimuth_rad) for point in detections]).T
     theta = view.yaw + phi
+    extent = np.zeros_like(r)
     if size is not None:  # the road's heading near the point is good enough for a first half extent
         extent = half_extent(theta - _heading_near(frame, view, r * np.cos(theta), r * np.sin(theta)), *size)
         r = r + extent
@@ -177,6 +179,7 @@ def radar_fixes(
         fix = RadarFix(
             place=(float(s[i]), float(d[i])),
             range_m=float(r[i]),
+            extent_m=float(extent[i]),
             bearing_rad=float(bearing[i]),
             kappa=float(kappa[i]),
             stretch=float(stretch[i]),

@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from mcdas_opt.domain.road import Road
-from mcdas_opt.geometry.near_face import half_extent, half_extent_slope
+from mcdas_opt.geometry.near_face import half_extent, half_extent_and_slope
 from mcdas_opt.geometry.window import REACH_M, frame_near
 
 sizes = {"bearing": st.floats(-7.0, 7.0), "length": st.floats(0.5, 20.0), "width": st.floats(0.5, 3.0)}
@@ -41,7 +41,9 @@ def test_slope_is_the_finite_difference(bearing: float, length: float, width: fl
     assume(abs(folded - corner) > 1e-3)
     h = 1e-6
     difference = (half_extent(bearing + h, length, width) - half_extent(bearing - h, length, width)) / (2.0 * h)
-    assert half_extent_slope(bearing, length, width) == pytest.approx(difference, rel=1e-4, abs=1e-6)
+    extent, slope = half_extent_and_slope(bearing, length, width)
+    assert extent == pytest.approx(float(half_extent(bearing, length, width)))
+    assert slope == pytest.approx(difference, rel=1e-4, abs=1e-6)
 
 
 @pytest.mark.parametrize("s", [-3333.0, -10.0, 0.0, 240.0, 260.0, 9876.5])

@@ -112,7 +112,7 @@ def test_a_body_row_that_holds_keeps_bodies_apart(ds: float, dd: float) -> None:
 def test_real_time_iteration_is_near_the_converged_solution(seed: int) -> None:
     situation, posed, guess, p, steps = _posed(seed)
     x0 = situation.host.to_vector()
-    ours = posed.engine.solve(x0, p, steps, guess, 20)
+    ours = posed.osqp.solve(x0, p, steps, guess, 20)
     exact = posed.ipopt.solve(x0, p, steps, guess)
     assert exact.ending is Ending.CONVERGED
     assert ours.usable
@@ -122,7 +122,7 @@ def test_real_time_iteration_is_near_the_converged_solution(seed: int) -> None:
 
 def test_planner_settings_reach_the_problem() -> None:
     stage = LaneStage(VEHICLE, Settings())
-    assert stage.posed(0).seats == 1
+    assert stage.posed(0).seats == 2
     assert stage.posed(3).seats == 4
     assert stage.posed(99).seats == stage.stage.seats[-1]
     assert stage.posed(3) is stage.posed(4)
@@ -132,13 +132,14 @@ def test_planner_settings_reach_the_problem() -> None:
 def test_a_cold_start_by_ipopt_ends_where_the_iteration_does() -> None:
     situation, config = sandwich(0.3), Settings()
     ends = []
-    for engine in ("osqp", "ipopt"):
-        stage = LaneStage(VEHICLE, config, StageSettings(cold_start=engine))
+    for choice in ({"solver": "osqp"}, {"cold_start": "ipopt"}, {}):
+        stage = LaneStage(VEHICLE, config, StageSettings(**choice))
         prediction = predict(situation.tracks, config.prediction)
         way = ways_out(situation, assess(situation, VEHICLE, config.selector), VEHICLE, config.sigmoid, None)[2]
         solved = stage.solve(situation, prediction, way)
         assert solved.trajectory is not None
         ends.append(solved.trajectory.states[-1])
     assert ends[0] == pytest.approx(ends[1], abs=0.02)
+    assert ends[2] == pytest.approx(ends[1], abs=0.02)
     with pytest.raises(ParameterError, match="cold_start"):
         StageSettings(cold_start="newton")

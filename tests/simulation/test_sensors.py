@@ -128,7 +128,7 @@ def test_ideal_sectors(s: float, d: float, heading: float, speed: float) -> None
             assert (detection.name, detection.s_m, detection.d_m) == ("x", body.s_m, body.d_m)
             assert (detection.length_m, detection.width_m) == (6.0, 2.0)
             assert math.hypot(detection.speed_s_mps, detection.speed_d_mps) == pytest.approx(speed)
-            assert math.atan2(detection.speed_d_mps, detection.speed_s_mps) == pytest.approx(heading if speed else 0.0, abs=1e-9)
+            assert detection.speed_d_mps == pytest.approx(speed * math.sin(heading))
 
 
 def look(body: Body, sector: Sector = Sector.FRONT, sensor: Sensor = ESR, others: tuple[Body, ...] = ()) -> RadarDetection | None:

@@ -15,11 +15,11 @@ from mcdas_opt.domain.body import Body
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import RadarDetection, Scan
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.track import Coverage, Track
+from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.tracker_settings import TrackerSettings
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, ParameterError
-from mcdas_opt.simulation.sensors import dead_scan, mounting
+from mcdas_opt.simulation.sensors import mounting
 from mcdas_opt.tracking.tracker import Tracker
 from tests.tracking.worlds import BEND, CAR, STRAIGHT, host_at, ideal_scan, radar_scan
 
@@ -304,25 +304,6 @@ def test_sensors_of_different_latency() -> None:
     assert tracker.counters["out_of_order"] == 0
     for track, (_, s, _, v) in zip(sorted(tracker.tracks(2.05), key=lambda track: -track.s_m), cars, strict=True):
         assert track.s_m == pytest.approx(s + v * 2.05, abs=0.01)
-
-
-def test_a_blind_or_dead_sector_is_not_covered() -> None:
-    tracker = Tracker()
-    assert tracker.coverage(0.0) == Coverage(front=False, rear=False, left=False, right=False)
-    tracker.update([radar_scan(0.0, lead(0.0)), radar_scan(0.0, [], sector=Sector.REAR)], host_at(0.0), STRAIGHT, 0.0)
-    assert tracker.coverage(0.0) == Coverage(front=True, rear=True, left=False, right=False)  # nothing there is not cannot see
-    assert tracker.coverage(0.15).front
-    assert not tracker.coverage(0.16).front  # three periods without a word
-    tracker.update([radar_scan(0.05, lead(0.05)), dead_scan(Sector.REAR, 0.05, "delphi_esr")], host_at(0.05), STRAIGHT, 0.05)
-    assert tracker.coverage(0.05) == Coverage(front=True, rear=False, left=False, right=False)
-    assert tracker.counters["dead"] == 1
-
-
-def test_one_of_two_sensors_is_enough_for_a_sector() -> None:
-    tracker = Tracker()
-    tracker.update([radar_scan(0.0, []), ideal_scan(0.0, [])], host_at(0.0), STRAIGHT, 0.0)
-    tracker.update([dead_scan(Sector.FRONT, 0.05, "delphi_esr"), ideal_scan(0.05, [])], host_at(0.05), STRAIGHT, 0.05)
-    assert tracker.coverage(0.05).front
 
 
 def test_point_targets_are_their_own_centres() -> None:

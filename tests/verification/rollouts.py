@@ -20,7 +20,7 @@ from mcdas_opt.verification.judge import judge
 SEDAN = Vehicle()
 NOBODY = Prediction(name="nobody")
 WIDE = Road(shoulder_left_m=80.0, shoulder_right_m=80.0)
-WIDE_CURVED = Road(shoulder_left_m=25.0, shoulder_right_m=25.0, curvature=((0.0, 0.0), (30.0, 0.012), (60.0, -0.01), (140.0, 0.008)))
+WIDE_CURVED = Road(shoulder_left_m=60.0, shoulder_right_m=60.0, curvature=((0.0, 0.0), (30.0, 0.012), (60.0, -0.01), (140.0, 0.008)))
 
 
 @dataclass(frozen=True, kw_only=True)

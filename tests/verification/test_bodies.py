@@ -86,8 +86,8 @@ def test_bumper_to_bumper_the_sign_of_the_gap_decides(gap, speed, ahead):
         assert verdict.passed
 
 
-@pytest.mark.parametrize("speed", [20.0, 100.0, 300.0])
-@pytest.mark.parametrize("offset", [0.0, 0.003, 0.006])
+@pytest.mark.parametrize("speed", [20.0, 100.0, 300.0, 1000.0])
+@pytest.mark.parametrize("offset", [0.0, 0.003, 0.006, 0.01])
 def test_a_thin_crosser_does_not_tunnel(speed, offset):
     """A post of 5 cm, crossing within less than a fine step, between the fine instants."""
     drive = straight_on(20.0)
@@ -95,6 +95,24 @@ def test_a_thin_crosser_does_not_tunnel(speed, offset):
     verdict = replace(drive, prediction=Prediction(name="one", bodies=(cross,))).verdict()
     assert names(verdict) == ["collision with post"]
     assert verdict.violations[0].t_s == pytest.approx(1.0 + offset, abs=0.12)
+
+
+def test_a_swerve_between_the_fine_instants_is_seen():
+    """Two centimetres clear at every fine instant, touching halfway between them."""
+    drive = straight_on(20.0)
+
+    def motion(t):
+        one = np.ones_like(t)
+        return BodyMotion(
+            s_m=20.0 * t,
+            d_m=1.82 - 0.03 * np.sin(np.pi * t / 0.02) ** 2,
+            heading_rad=0.0 * one,
+            speed_s_mps=20.0 * one,
+            speed_d_mps=0.0 * one,
+        )
+
+    swerving = KnownBody(id="swerving", length_m=4.5, width_m=1.8, motion=motion)
+    assert names(replace(drive, prediction=Prediction(name="one", bodies=(swerving,))).verdict()) == ["collision with swerving"]
 
 
 def test_the_first_contact_and_the_deepest_overlap_are_told():

@@ -1,0 +1,157 @@
+"""The witness half of the oracle: was there a way out that needed no knowledge of the future?"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from mcdas_opt.catalogue.scenes import NeighbourPart, Scene
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.prediction import BodyMotion, KnownBody, PredictedBody, Prediction
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.errors import ParameterError
+from mcdas_opt.evaluation.library import library
+from mcdas_opt.manoeuvres.clearance import clearance
+from mcdas_opt.manoeuvres.driven import driven
+from mcdas_opt.manoeuvres.family import Demand, roll_out
+from mcdas_opt.simulation.neighbours import known_bodies
+from mcdas_opt.verification.judge import judge
+
+REACTION_S = 0.2
+TTC_S = 4.0
+_COARSE_S, _FINE_S = 0.1, 0.05
+_NEVER_BRAKES = " (never brakes)"
+_DRIVEN_AT_ONCE = 8
+_DRIVEN_AT_MOST = 24
+_HOPEFUL_M = -0.15  # a coarse separation under this is not worth driving
+
+
+class Avoidable(StrEnum):
+    """`YES`: a witness is safe whether the rear car brakes later or not. `BY_KNOWING`: only if it does as its script says."""
+
+    YES = "avoidable"
+    BY_KNOWING = "avoidable only by knowing"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Label:
+    """A scene's class, and its witness: the whole drive from the scene's start, None where the library holds none."""
+
+    avoidable: Avoidable
+    onset_s: float
+    witness: Trajectory | None
+    tried: int
+
+
+def onset_s(scene: Scene) -> float:
+    """The first instant at which a neighbour's acceleration changes or a time to collision in the host's lane falls under 4 s; the
+    scene's end when there is none. The host keeps its lane and speed until then."""
+    found = scene.duration_s
+    for part in scene.neighbour:
+        starts = [piece.start_s for piece in part.motion if piece.acceleration_mps2]
+        found = min([found, *starts])
+    times = np.arange(0.0, scene.duration_s + 1e-9, 0.02)
+    vehicle, host = scene.vehicle, scene.host_state
+    for body in known_bodies(scene):
+        motion = body.at(times)
+        in_way = np.abs(motion.d_m - host.d_m) < 0.5 * (body.width_m + vehicle.width_m)
+        apart = motion.s_m - host.s_m - host.speed_mps * times
+        gap = np.abs(apart) - 0.5 * (body.length_m + vehicle.length_m)
+        closing = np.sign(apart) * (host.speed_mps - motion.speed_s_mps)
+        soon = in_way & (closing > 1e-9) & (gap < TTC_S * closing)
+        if soon.any():
+            found = min(found, float(times[int(soon.argmax())]))
+    return found
+
+
+def unbraked(scene: Scene) -> tuple[PredictedBody, ...]:
+    """The cars behind the host in its lane that brake in the scene, as they would go on if they never did."""
+    changed: list[KnownBody] = []
+    parts: list[NeighbourPart] = list(scene.neighbour)
+    for index, part in enumerate(scene.neighbour):
+        s, d, _, _ = part.initial
+        behind = s < 0.0 and abs(d - scene.host.d_m) < 0.5 * scene.road.lane_width_m
+        if behind and any((piece.acceleration_mps2 or 0.0) < 0.0 for piece in part.motion):
+            calm = [piece for piece in part.motion if (piece.acceleration_mps2 or 0.0) >= 0.0]
+            parts[index] = part.model_copy(update={"motion": calm})
+    if parts == list(scene.neighbour):
+        return ()
+    twin = scene.model_copy(update={"neighbour": parts})
+    for index, body in enumerate(known_bodies(twin)):
+        if parts[index] is not scene.neighbour[index]:
+            changed.append(replace(body, id=body.id + _NEVER_BRAKES))
+    return tuple(changed)
+
+
+def label(scene: Scene) -> Label:
+    """Tries the library on a scene of scripted neighbours. Raises `ParameterError` when one of them reacts to the host."""
+    if any(part.behaviour == "idm" for part in scene.neighbour):
+        raise ParameterError("neighbour.behaviour", "idm", "the oracle knows scripted neighbours only")
+    onset = onset_s(scene)
+    start = min(math.ceil((onset + REACTION_S) / _FINE_S - 1e-9) * _FINE_S, scene.duration_s)
+    scripted, never = known_bodies(scene), unbraked(scene)
+    tried = 0
+    for kind, bodies in ((Avoidable.YES, (*scripted, *never)), (Avoidable.BY_KNOWING, scripted)):
+        if kind is Avoidable.BY_KNOWING and not never:
+            break
+        witness, count = _witness(scene, start, bodies)
+        tried += count
+        if witness is not None:
+            return Label(avoidable=kind, onset_s=onset, witness=witness, tried=tried)
+    return Label(avoidable=Avoidable.UNKNOWN, onset_s=onset, witness=None, tried=tried)
+
+
+def _witness(scene: Scene, start_s: float, bodies: tuple[PredictedBody, ...]) -> tuple[Trajectory | None, int]:
+    """A drive that keeps its lane and speed until `start_s`, then does what the library has, and passes the judge; how many were tried."""
+    road, vehicle, host = scene.true_road, scene.vehicle, scene.host_state
+    begin = HostState(s_m=host.s_m + host.speed_mps * start_s, d_m=host.d_m, speed_mps=host.speed_mps)
+    left = max(scene.duration_s - start_s, 2.0 * _COARSE_S)
+    coarse = _grid(left, _COARSE_S)
+    later = tuple(_later(body, start_s) for body in bodies)
+    demand = Demand(friction=1.0, steering=1.0)
+    tried = 0
+    for phases, steps in library(road, vehicle, host.d_m):
+        rolled = roll_out(phases, steps, coarse, begin, vehicle, road, demand)
+        tried += rolled.possible.size
+        least = clearance(rolled.ways, coarse, later, vehicle, road).separation_m.min(-1)
+        least = np.where(rolled.possible & rolled.on_road, least, -np.inf)
+        order = np.argsort(-least, axis=None, kind="stable")[:_DRIVEN_AT_MOST]
+        order = order[least.reshape(-1)[order] > _HOPEFUL_M]
+        for part in range(0, order.size, _DRIVEN_AT_ONCE):
+            chosen = order[part : part + _DRIVEN_AT_ONCE]
+            p, q = np.unravel_index(chosen, least.shape)
+            fine = roll_out(phases[p, 0], steps[0, q], _grid(left, _FINE_S), begin, vehicle, road, demand)
+            for one in driven(fine, begin, vehicle, road):
+                drive = _with_hold(one, host, start_s)
+                if judge(drive, host, vehicle, road, Prediction(name="scene", bodies=bodies)).passed:
+                    return drive, tried
+    return None, tried
+
+
+def _grid(duration_s: float, step_s: float) -> Array:
+    return np.round(np.arange(max(math.floor(duration_s / step_s + 1e-9), 2) + 1) * step_s, 9)
+
+
+def _later(body: PredictedBody, start_s: float) -> KnownBody:
+    """The body with its clock set to 0 at `start_s`."""
+
+    def motion(t_s: Array) -> BodyMotion:
+        return body.at(t_s + start_s)
+
+    return KnownBody(id=body.id, length_m=body.length_m, width_m=body.width_m, motion=motion)
+
+
+def _with_hold(drive: Trajectory, host: HostState, start_s: float) -> Trajectory:
+    """The drive, preceded by lane and speed kept from time 0."""
+    count = round(start_s / _FINE_S)
+    before = np.tile(host.to_vector(), (count, 1))
+    before[:, 0] += host.speed_mps * np.arange(count) * _FINE_S
+    t = np.round(np.concatenate([np.arange(count) * _FINE_S, start_s + drive.t_s]), 9)
+    states = np.vstack([before, drive.states])
+    inputs = np.vstack([np.zeros((count, 2)), drive.inputs])
+    return Trajectory.from_states(t, states, inputs)

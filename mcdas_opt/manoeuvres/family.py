@@ -1,0 +1,162 @@
+"""A family of manoeuvres: sidesteps x speed phases, rolled out and scored against predicted bodies in one vectorised pass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.manoeuvres.clearance import Clearance, Margins, clearance
+from mcdas_opt.manoeuvres.phases import Phases, SpeedHistory, speed_history
+from mcdas_opt.manoeuvres.sidesteps import Sidesteps, Starts, Ways, ways
+
+EDGE_M = 0.02  # bodies keep this far from the road's edges
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prices:
+    """What a member costs, per second of its way, except where noted: the same currency as the choice among plans."""
+
+    acceleration: float = 0.04  # per (m/s^2)^2
+    lateral_acceleration: float = 0.08  # per (m/s^2)^2
+    speed: float = 0.03  # per (m/s)^2 off the desired speed
+    nearness: float = 6.0  # per exp(-gap / 0.7 m)
+    nearness_m: float = 0.7
+    lane_change: float = 2.0  # once
+    end_closing: float = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
+    end_room_m: float = 0.5  # whoever ends less than this beside the host's flank counts as before or behind it
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Demand:
+    """What may be asked of car and road, as shares of their limits."""
+
+    friction: float = 0.97
+    steering: float = 0.98
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rolled:
+    """Every member's motion (..., T) and whether the car and the road allow it (...)."""
+
+    times_s: Array
+    speeds: SpeedHistory
+    ways: Ways
+    steering_rad: Array
+    lateral_mps2: Array
+    possible: NDArray[np.bool_]
+    on_road: NDArray[np.bool_]
+
+    def states(self, member: tuple[int, ...]) -> Array:
+        """(T, 6): s, d, psi, v, a, delta of one member, given by its index in the members' broadcast shape."""
+        shape = self.ways.s_m.shape
+        v, a = (np.broadcast_to(q, shape)[member] for q in (self.speeds.speed_mps, self.speeds.acceleration_mps2))
+        return np.column_stack(
+            [self.ways.s_m[member], self.ways.d_m[member], self.ways.heading_rad[member], v, a, self.steering_rad[member]]
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scored:
+    """`separation_m`: the least of each member (at most `clearance.NEAR_M`); `contact_s`: its first contact, infinite without;
+    `contact_with`: the index of that body, -1 without; `feasible`: possible, on the road and clear; `cost`: the smaller the better.
+    """
+
+    separation_m: Array
+    contact_s: Array
+    contact_with: NDArray[np.intp]
+    feasible: NDArray[np.bool_]
+    cost: Array
+
+
+def roll_out(
+    phases: Phases, steps: Sidesteps, times_s: Array, host: HostState | Starts, vehicle: Vehicle, road: Road, demand: Demand | None = None
+) -> Rolled:
+    """Motions of the members, at the broadcast shape of `phases` and `steps`, on an even grid of times from 0.
+
+    Possible means: the friction circle with the exact v^2 kappa, the steering angle, and the steering rate between samples.
+    """
+    share = demand or Demand()
+    speeds = speed_history(phases, times_s, host.speed_mps, host.acceleration_mps2, vehicle)
+    members = ways(steps, speeds, times_s, host, vehicle, road)
+    v, a = speeds.speed_mps, speeds.acceleration_mps2
+    lateral = v * v * members.curvature_1pm
+    steering = np.arctan(vehicle.wheelbase_m * members.curvature_1pm)
+    grip = share.friction * road.friction * GRAVITY_MPS2
+    turned = np.abs(np.diff(steering, axis=-1)).max(-1) / float(times_s[1] - times_s[0])
+    possible = (
+        ((a * a + lateral * lateral).max(-1) <= grip * grip)
+        & (np.abs(steering).max(-1) <= share.steering * vehicle.steering_max_rad)
+        & (turned <= share.steering * vehicle.steering_rate_max_radps)
+    )
+    room = 0.5 * (vehicle.width_m * members.cosine + vehicle.length_m * np.abs(members.sine)) + EDGE_M
+    on_road = ((members.d_m + room).max(-1) <= road.left_edge_m) & ((members.d_m - room).min(-1) >= road.right_edge_m)
+    if road.road_end_s_m is not None:
+        on_road &= members.s_m.max(-1) + 0.5 * vehicle.length_m + EDGE_M <= road.road_end_s_m
+    return Rolled(
+        times_s=times_s, speeds=speeds, ways=members, steering_rad=steering, lateral_mps2=lateral, possible=possible, on_road=on_road
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scoring:
+    """How members are scored: the margins that bodies get, the separation left that makes one feasible [m], and the prices."""
+
+    margins: Margins = field(default_factory=Margins)
+    clear_m: float = 0.0
+    prices: Prices = field(default_factory=Prices)
+
+
+def score(
+    rolled: Rolled, prediction: Prediction, vehicle: Vehicle, road: Road, desired_speed_mps: float, host_lane_d_m: float, scoring: Scoring
+) -> Scored:
+    """Every member against everybody: separations, first contact, cost. `host_lane_d_m` is the middle of the lane it comes from."""
+    times, members = rolled.times_s, rolled.ways
+    near = clearance(members, times, prediction.bodies, vehicle, road, scoring.margins)
+    contact_s, contact_with = first_contact(near, times, scoring.clear_m)
+    least = near.separation_m.min(-1)
+    feasible = rolled.possible & rolled.on_road & (least > scoring.clear_m)
+    prices = scoring.prices
+    v, a = rolled.speeds.speed_mps, rolled.speeds.acceleration_mps2
+    h = float(times[1] - times[0])
+    along = h * (prices.acceleration * (a * a).sum(-1) + prices.speed * ((v - desired_speed_mps) ** 2).sum(-1))
+    lateral = rolled.lateral_mps2
+    across = h * prices.lateral_acceleration * np.einsum("...t,...t->...", lateral, lateral)
+    cost = np.asarray(across + along)
+    close = np.flatnonzero(near.nearest.max(-1) >= 0)
+    rows = near.separation_m.reshape(-1, times.size)[close]
+    cost.reshape(-1)[close] += h * prices.nearness * np.exp(np.maximum(rows, 0.0) * (-1.0 / prices.nearness_m)).sum(-1)
+    away = np.abs(members.d_m[..., -1] - host_lane_d_m) > 0.5 * road.lane_width_m
+    cost += prices.lane_change * away
+    cost += _end_closing(rolled, prediction, vehicle, prices)
+    return Scored(separation_m=least, contact_s=contact_s, contact_with=contact_with, feasible=feasible, cost=cost)
+
+
+def first_contact(near: Clearance, times_s: Array, clear_m: float) -> tuple[Array, NDArray[np.intp]]:
+    """When each member first has no more than `clear_m` of separation left, and from whom; infinite and -1 where it never has."""
+    hit = near.separation_m <= clear_m
+    first = hit.argmax(-1)
+    touched = hit.any(-1)
+    who = np.take_along_axis(near.nearest, first[..., None], axis=-1)[..., 0]
+    return np.where(touched, times_s[first], np.inf), np.where(touched, who, -1)
+
+
+def _end_closing(rolled: Rolled, prediction: Prediction, vehicle: Vehicle, prices: Prices) -> Array:
+    """The price of ending in front of somebody faster, or behind somebody slower."""
+    members, end = rolled.ways, rolled.times_s[-1:]
+    s, d, v = members.s_m[..., -1], members.d_m[..., -1], rolled.speeds.speed_mps[..., -1]
+    total = np.zeros(s.shape)
+    for body in prediction.bodies:
+        motion = body.at(end)
+        ahead = float(motion.s_m[0]) - s
+        gap = np.maximum(np.abs(ahead) - 0.5 * (vehicle.length_m + body.length_m), 1.0)
+        beside = np.abs(float(motion.d_m[0]) - d) - 0.5 * (body.width_m + vehicle.width_m) > prices.end_room_m
+        closing = np.maximum(np.sign(ahead) * (v - float(motion.speed_s_mps[0])), 0.0)
+        total += np.where(beside, 0.0, prices.end_closing * closing * closing / gap)
+    return total

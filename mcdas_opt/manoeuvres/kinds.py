@@ -1,0 +1,251 @@
+"""The best few of different kind: which side, early or late, slower or faster; what a local optimiser is told to begin with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mcdas_opt.domain.grid import TimeGrid
+from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.manoeuvres.clearance import Margins
+from mcdas_opt.manoeuvres.family import Rolled, Scored, Scoring, roll_out, score
+from mcdas_opt.manoeuvres.phases import Phases
+from mcdas_opt.manoeuvres.sidesteps import Sidesteps
+
+_STEP_S = 0.1
+_STEERABLE_MPS = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FamilySettings:
+    """What the family is spread over. Shares are of what car and road can do; a member "faster" or "slower" ends so by `apart_mps`."""
+
+    lateral_shares: tuple[float, ...] = (0.3, 0.5, 0.7, 0.88)  # of mu g
+    delays_s: tuple[float, ...] = (0.0, 0.3, 0.7, 1.2)
+    early_s: float = 0.5  # a delay up to this is early
+    braking_shares: tuple[float, ...] = (0.3, 0.6, 0.92)
+    accelerating_shares: tuple[float, ...] = (0.45, 0.95)
+    two_phases: tuple[tuple[float, float, float], ...] = (  # share, until [s], share; negative shares brake
+        (-0.92, 0.8, 0.0),
+        (-0.5, 1.2, 0.0),
+        (0.95, 1.0, 0.0),
+        (0.95, 1.2, -0.6),
+    )
+    keeping_mps2: float = 1.0  # how hard the car is brought back to the middle of its lane
+    dodge_room_m: float = 0.35  # from flank to flank, where no lane change is clear and the car only dodges the one ahead or behind
+    softness: float = 50.0  # b of the sigmoid
+    apart_mps: float = 1.5
+    clear_m: float = 0.05
+    margins: Margins = field(default_factory=lambda: Margins(along_m=0.5, across_m=0.25, share_of_prediction=1.0))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Choice:
+    """One member: numbers to build a reference from, and its sampled states (N + 1, 6) for a guess.
+
+    `feasible` false: nothing of this kind keeps clear; the one that has its first contact last, or the most room.
+    """
+
+    side: Side
+    early: bool
+    pace: str  # "slower", "same", "faster"
+    target_d_m: float
+    lateral_mps2: float
+    delay_s: float
+    softness: float
+    first_mps2: float
+    switch_s: float
+    then_mps2: float
+    end_speed_mps: float
+    cost: float
+    separation_m: float
+    contact_s: float
+    contact_with: str | None
+    feasible: bool
+    states: Array
+
+    @property
+    def kind(self) -> tuple[Side, bool, str]:
+        return self.side, self.early, self.pace
+
+
+def next_lane_m(situation: Situation, vehicle: Vehicle, side: Side) -> float | None:
+    """The middle of the next lane, else of a shoulder that holds the car; None when there is neither."""
+    road = situation.road
+    sign = 1 if side is Side.LEFT else -1
+    lane = road.lane_of(situation.host.d_m) + sign
+    if road.has_lane(lane):
+        return road.lane_centre_m(lane)
+    shoulder, edge = (road.shoulder_left_m, road.left_edge_m) if sign > 0 else (road.shoulder_right_m, road.right_edge_m)
+    return edge - sign * 0.5 * shoulder if shoulder >= vehicle.width_m + 0.5 else None
+
+
+def best_of_kind(
+    situation: Situation,
+    vehicle: Vehicle,
+    prediction: Prediction,
+    *,
+    most: int = 4,
+    grid: TimeGrid | None = None,
+    settings: FamilySettings | None = None,
+) -> tuple[Choice, ...]:
+    """The cheapest member of each kind that keeps clear of everybody, at most `most` of them, cheapest first.
+
+    Keeping the lane is a kind for each pace, without early or late. Where no member at all is clear: the ones that are so
+    for longest. Where no lane change or keeping is clear, members are tried that only dodge those in the way (`target_d_m` tells).
+    `grid` is the one that `states` are sampled on (the family itself is looked at every 0.1 s).
+    """
+    chosen = settings or FamilySettings()
+    duration = float((grid or TimeGrid()).times_s[-1])
+    times = np.round(np.arange(round(duration / _STEP_S) + 1) * _STEP_S, 9)
+    found = _scored(_steps(chosen, situation, _lane_changes(situation, vehicle)), times, situation, vehicle, prediction, chosen)
+    if not found.scored.feasible.any():
+        dodges = _dodges(situation, vehicle, prediction, chosen)
+        tried = _scored(_steps(chosen, situation, dodges), times, situation, vehicle, prediction, chosen) if dodges else found
+        found = tried if tried.scored.feasible.any() else found
+    best = _best_of_each(found, situation.host.speed_mps, chosen)[:most]
+    return tuple(_choice(p, q, found, chosen, prediction, grid, situation) for p, q in best)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Found:
+    """Phases (P, 1), sidesteps and their sides (1, Q: 1 left, -1 right, 0 keep), and what became of them (P, Q)."""
+
+    phases: Phases
+    steps: Sidesteps
+    sides: NDArray[np.intp]
+    rolled: Rolled
+    scored: Scored
+
+
+def _scored(
+    steps: tuple[Sidesteps, NDArray[np.intp]],
+    times: Array,
+    situation: Situation,
+    vehicle: Vehicle,
+    prediction: Prediction,
+    chosen: FamilySettings,
+) -> _Found:
+    host, road = situation.host, situation.road
+    phases = _phases(chosen, vehicle, road, host.speed_mps, situation.wanted_speed_mps)
+    rolled = roll_out(phases, steps[0], times, host, vehicle, road)
+    lane = road.lane_centre_m(road.lane_of(host.d_m))
+    scoring = Scoring(margins=chosen.margins, clear_m=chosen.clear_m)
+    scored = score(rolled, prediction, vehicle, road, situation.wanted_speed_mps, lane, scoring)
+    return _Found(phases=phases, steps=steps[0], sides=steps[1], rolled=rolled, scored=scored)
+
+
+def _lane_changes(situation: Situation, vehicle: Vehicle) -> list[tuple[float, float]]:
+    """(target d, side) of the next lanes or shoulders."""
+    ends = [(next_lane_m(situation, vehicle, side), sign) for side, sign in ((Side.LEFT, 1.0), (Side.RIGHT, -1.0))]
+    return [(target, sign) for target, sign in ends if target is not None]
+
+
+def _dodges(situation: Situation, vehicle: Vehicle, prediction: Prediction, chosen: FamilySettings) -> list[tuple[float, float]]:
+    """(target d, side) just past the flanks of those in the host's way, as far as the road goes."""
+    host, road, now = situation.host, situation.road, np.zeros(1)
+    half = 0.5 * vehicle.width_m
+    ends: list[tuple[float, float]] = []
+    for body in prediction.bodies:
+        d = float(body.at(now).d_m[0])
+        if abs(d - host.d_m) < half + 0.5 * body.width_m:
+            for sign in (1.0, -1.0):
+                target = d + sign * (half + 0.5 * body.width_m + chosen.dodge_room_m)
+                if road.right_edge_m + half < target < road.left_edge_m - half:
+                    ends.append((target, sign))
+    return ends
+
+
+def _best_of_each(found: _Found, speed_mps: float, chosen: FamilySettings) -> list[tuple[int, int]]:
+    """Indices of the best feasible member of each kind, cheapest first; without any, of the least bad of each."""
+    scored, rolled = found.scored, found.rolled
+    shape = scored.cost.shape
+    end = np.broadcast_to(rolled.speeds.speed_mps[..., -1], shape)
+    pace = np.where(end > speed_mps + chosen.apart_mps, 2, np.where(end < speed_mps - chosen.apart_mps, 0, 1))
+    early = (found.steps.delay_s <= chosen.early_s) | (found.sides == 0)
+    kind = pace + 3 * early + 6 * (found.sides + 1)
+    price = np.where(scored.feasible, scored.cost, np.inf)
+    if not scored.feasible.any():
+        lost = 1e6 * ~rolled.possible + 1e4 * ~rolled.on_road
+        price = lost - 10.0 * np.minimum(scored.contact_s, 100.0) - scored.separation_m + 1e-3 * scored.cost
+    order = np.argsort(price, axis=None, kind="stable")
+    order = order[np.isfinite(price.ravel()[order])]
+    _, first = np.unique(kind.ravel()[order], return_index=True)
+    rows, columns = np.unravel_index(order[np.sort(first)], shape)
+    return [(int(p), int(q)) for p, q in zip(rows, columns, strict=True)]
+
+
+def _phases(chosen: FamilySettings, vehicle: Vehicle, road: Road, speed_mps: float, wanted_mps: float) -> Phases:
+    """(P, 1): hold, one phase, two phases; and towards the wanted speed, when that is another."""
+    grip = road.friction * GRAVITY_MPS2
+    brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
+    rows = list(_shares(chosen))
+    levels = [tuple(x * (accelerate if x > 0.0 else brake) for x in (first, then)) for first, _, then in rows]
+    gap = wanted_mps - speed_mps
+    if abs(gap) > 0.5:
+        pull = float(np.clip(gap / 2.0, -0.3 * brake, 0.6 * accelerate))
+        rows.append((0.0, gap / pull, 0.0))
+        levels.append((pull, 0.0))
+    first, then = np.array(levels).T[..., None]
+    return Phases(first_mps2=first, switch_s=np.array([[t] for _, t, _ in rows]), then_mps2=then)
+
+
+@lru_cache(maxsize=8)
+def _shares(chosen: FamilySettings) -> tuple[tuple[float, float, float], ...]:
+    single = (0.0, *(-x for x in chosen.braking_shares), *chosen.accelerating_shares)
+    return (*((x, 0.0, x) for x in single), *chosen.two_phases)
+
+
+def _steps(chosen: FamilySettings, situation: Situation, ends: list[tuple[float, float]]) -> tuple[Sidesteps, NDArray[np.intp]]:
+    """(1, Q): keep the lane, and to each of the ends (target d, side)."""
+    host, road = situation.host, situation.road
+    grip = road.friction * GRAVITY_MPS2
+    rows = [(road.lane_centre_m(road.lane_of(host.d_m)), min(chosen.keeping_mps2, 0.5 * grip), 0.0, 0.0)]
+    if host.speed_mps >= _STEERABLE_MPS:
+        spread = tuple(product(chosen.lateral_shares, chosen.delays_s))
+        rows += [(target, share * grip, delay, sign) for target, sign in ends for share, delay in spread]
+    target_d, push, delay, sides = np.array(rows).T[:, None, :]
+    softness = np.full(target_d.shape, chosen.softness)
+    return Sidesteps(target_d_m=target_d, lateral_mps2=push, delay_s=delay, b=softness), sides.astype(np.intp)
+
+
+def _choice(
+    p: int, q: int, found: _Found, chosen: FamilySettings, prediction: Prediction, grid: TimeGrid | None, situation: Situation
+) -> Choice:
+    phases, steps, scored = found.phases, found.steps, found.scored
+    states, times = found.rolled.states((p, q)), found.rolled.times_s
+    wanted = times if grid is None else grid.times_s
+    if wanted.shape != times.shape or not np.allclose(wanted, times):
+        states = np.column_stack([np.interp(wanted, times, column) for column in states.T])
+    sign, delay = int(found.sides[0, q]), float(steps.delay_s[0, q])
+    gained = float(states[-1, 3]) - situation.host.speed_mps
+    pace = "faster" if gained > chosen.apart_mps else "slower" if gained < -chosen.apart_mps else "same"
+    who = int(scored.contact_with[p, q])
+    return Choice(
+        side={1: Side.LEFT, -1: Side.RIGHT, 0: Side.NONE}[sign],
+        early=sign == 0 or delay <= chosen.early_s,
+        pace=pace,
+        target_d_m=float(steps.target_d_m[0, q]),
+        lateral_mps2=float(steps.lateral_mps2[0, q]),
+        delay_s=delay,
+        softness=float(steps.b[0, q]),
+        first_mps2=float(phases.first_mps2[p, 0]),
+        switch_s=float(phases.switch_s[p, 0]),
+        then_mps2=float(phases.then_mps2[p, 0]),
+        end_speed_mps=float(states[-1, 3]),
+        cost=float(scored.cost[p, q]),
+        separation_m=float(scored.separation_m[p, q]),
+        contact_s=float(scored.contact_s[p, q]),
+        contact_with=prediction.bodies[who].id if who >= 0 else None,
+        feasible=bool(scored.feasible[p, q]),
+        states=states,
+    )

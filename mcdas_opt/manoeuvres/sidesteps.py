@@ -1,0 +1,159 @@
+"""The paper's sigmoid over the way driven, for many members at once, joined to the car's own heading and steering."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.manoeuvres.phases import SpeedHistory
+
+_PEAK = 6.0 * math.sqrt(3.0)  # max |S''| = a^2 / (6 sqrt 3)
+_SPEED_FLOOR_MPS = 3.0
+_LEAST_SHIFT_M = 0.1
+_JOIN_S = 0.35  # in so much time the car's own heading and curvature have gone over into the sigmoid's
+_JOIN_LEAST_M = 1.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sidesteps:
+    """Where to (d of the rear axle at the end [m]), at which peak of lateral acceleration [m/s^2], after which delay [s], and the
+    sigmoid's b (eq 22: the larger, the softer the start); arrays of one shape (members)."""
+
+    target_d_m: Array
+    lateral_mps2: Array
+    delay_s: Array
+    b: Array
+
+    def __getitem__(self, index: Any) -> Sidesteps:
+        parts = (self.target_d_m, self.lateral_mps2, self.delay_s, self.b)
+        target, lateral, delay, b = (q[index] for q in parts)
+        return Sidesteps(target_d_m=target, lateral_mps2=lateral, delay_s=delay, b=b)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Starts:
+    """Where members begin, as a `HostState` each: arrays that broadcast with the members."""
+
+    s_m: Array
+    d_m: Array
+    heading_rad: Array
+    speed_mps: Array
+    acceleration_mps2: Array
+    steering_rad: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ways:
+    """States of the members (..., T): body centre, heading relative to the road there, and the curvature [1/m] of the rear axle's way.
+
+    `sine` and `cosine` are those of the heading.
+    """
+
+    s_m: Array
+    d_m: Array
+    heading_rad: Array
+    sine: Array
+    cosine: Array
+    curvature_1pm: Array
+
+    def only(self, members: Any) -> Ways:
+        """Some members, by an index of their axes."""
+        parts = (self.s_m, self.d_m, self.heading_rad, self.sine, self.cosine, self.curvature_1pm)
+        s, d, heading, sine, cosine, curvature = (q[members] for q in parts)
+        return Ways(s_m=s, d_m=d, heading_rad=heading, sine=sine, cosine=cosine, curvature_1pm=curvature)
+
+
+def ways(steps: Sidesteps, speeds: SpeedHistory, times_s: Array, start: HostState | Starts, vehicle: Vehicle, road: Road) -> Ways:
+    """The rear axle's ways of sidesteps driven at these speeds; the shapes of both broadcast.
+
+    d is the sigmoid as a function of the way l, so that sin(psi) = d'(l), and kappa = d''(l) / cos(psi) + the road's part: the exact
+    kinematics of the bicycle's rear axle on the grid, no small angles. The sigmoid's steepness is the paper's, repaired by speed: a =
+    -sqrt(6 sqrt(3) a_lat / (Y v^2)) with v about where it is steepest. Of its start only d is kept; heading and curvature there are
+    the car's own, and go over into the sigmoid's by (m l + n l^2) exp(-l / l_join).
+    """
+    c, curved = vehicle.centre_m, not road.is_straight
+    kappa0 = road.curvature_at(start.s_m) if curved else np.zeros(1)
+    psi0 = start.heading_rad + kappa0 * c
+    sine0, cosine0 = np.sin(psi0), np.cos(psi0)
+    d0 = start.d_m - c * sine0 + 0.5 * kappa0 * (c * cosine0) ** 2
+    s0 = (start.s_m - c * cosine0 / (1.0 - kappa0 * d0))[..., None]
+    turn0 = np.tan(start.steering_rad) / vehicle.wheelbase_m
+    bend0 = (turn0 - kappa0 * cosine0 / (1.0 - kappa0 * d0)) * cosine0
+
+    shift = steps.target_d_m - d0
+    a, begin, height = _shape(steps, shift, speeds, times_s)
+    e = np.exp(a[..., None] * (speeds.way_m - begin[..., None]))
+    e *= steps.b[..., None]
+    s = 1.0 / (1.0 + e)
+    s_at_0 = 1.0 / (1.0 + steps.b * np.exp(-a * begin))
+    gain = height * a
+    slope0, curl0 = -gain * s_at_0 * (1.0 - s_at_0), gain * a * s_at_0 * (1.0 - s_at_0) * (1.0 - 2.0 * s_at_0)
+    # one product carries the sigmoid's derivatives: f = S (1 - S)
+    f = s * e
+    f *= s
+    d = height[..., None] * s
+    d += (d0 - height * s_at_0)[..., None]
+    slope = -gain[..., None] * f
+    curl = (-a)[..., None] * slope * (1.0 - 2.0 * s)
+
+    join = np.maximum(_JOIN_S * np.asarray(start.speed_mps, dtype=np.float64), _JOIN_LEAST_M)
+    m = sine0 - slope0
+    n = 0.5 * (bend0 - curl0) + m / join
+    join = join[..., None]
+    x = speeds.way_m / join
+    fade = np.exp(-x)
+    d += m[..., None] * (x * fade * join)
+    d += n[..., None] * (x * x * fade * join**2)
+    slope += m[..., None] * ((1.0 - x) * fade)
+    slope += n[..., None] * ((2.0 - x) * x * fade * join)
+    curl += m[..., None] * ((x - 2.0) * fade / join)
+    curl += n[..., None] * ((2.0 - 4.0 * x + x * x) * fade)
+
+    sine = np.clip(slope, -0.9, 0.9)
+    cosine = np.sqrt(1.0 - sine * sine)
+    moved = np.diff(speeds.way_m, axis=-1)
+    ratio = cosine
+    if curved:
+        kappa = road.curvature_at(s0 + speeds.way_m)
+        ratio = cosine / (1.0 - kappa * d)
+    sigma = np.empty_like(d)
+    sigma[...] = s0
+    sigma[..., 1:] += np.cumsum(0.5 * moved * (ratio[..., 1:] + ratio[..., :-1]), axis=-1)
+    curvature = curl / cosine
+    if not curved:
+        d += c * sine
+        sigma += c * cosine
+        return Ways(s_m=sigma, d_m=d, heading_rad=np.arcsin(sine), sine=sine, cosine=cosine, curvature_1pm=curvature)
+    kappa = road.curvature_at(sigma)
+    curvature += kappa * cosine / (1.0 - kappa * d)
+    psi = np.arcsin(sine) - kappa * c
+    sigma += c * cosine / (1.0 - kappa * d)
+    d += c * sine - 0.5 * kappa * (c * cosine) ** 2
+    return Ways(s_m=sigma, d_m=d, heading_rad=psi, sine=np.sin(psi), cosine=np.cos(psi), curvature_1pm=curvature)
+
+
+def _shape(steps: Sidesteps, shift: Array, speeds: SpeedHistory, times_s: Array) -> tuple[Array, Array, Array]:
+    """a [1/m], the way at which the sigmoid begins, and its height, each of the members' broadcast shape."""
+    size = np.maximum(np.abs(shift), _LEAST_SHIFT_M)
+    h = float(times_s[1] - times_s[0])
+    middle = steps.delay_s + 1.22 * np.sqrt(size / steps.lateral_mps2)
+    v = np.maximum(_at(speeds.speed_mps, middle / h), _SPEED_FLOOR_MPS)
+    a = -np.sqrt(_PEAK * steps.lateral_mps2 / size) / v
+    start = _at(speeds.way_m, steps.delay_s / h)
+    rest = steps.b * np.exp(-a * start)  # 1 / S(0) - 1
+    return a, start, shift * (1.0 + rest) / rest
+
+
+def _at(history: Array, index: Array) -> Array:
+    """History (..., T) at fractional indices (members), by the nearest sample."""
+    shape = np.broadcast_shapes(history.shape[:-1], index.shape)
+    nearest = np.clip(np.rint(index), 0, history.shape[-1] - 1).astype(np.intp)
+    rows = np.broadcast_to(history, (*shape, history.shape[-1]))
+    return np.asarray(np.take_along_axis(rows, np.broadcast_to(nearest, shape)[..., None], axis=-1)[..., 0])

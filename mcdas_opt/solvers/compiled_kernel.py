@@ -1,0 +1,60 @@
+"""The interior point's iteration as a compiled library: the same steps as the interpreted kernel, some forty times faster."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+import numpy as np
+
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.solvers.barrier_stage import BarrierStage
+from mcdas_opt.solvers.iterate import Iterate, Progress
+
+_ALIGNMENT = 64
+
+
+class CompiledKernel:
+    """Owns the library's working memory; what its methods do stands in `InterpretedKernel`. `measure` brings the iterate up to date."""
+
+    kind = "compiled"
+
+    def __init__(self, library: ctypes.CDLL, stage: BarrierStage, nodes: int) -> None:
+        self.iterate = it = Iterate(stage, nodes)
+        library.mcdas_size.restype = ctypes.c_long
+        self._memory = np.zeros(library.mcdas_size() + _ALIGNMENT, dtype=np.uint8)
+        self._work = ctypes.c_void_p(-(-self._memory.ctypes.data // _ALIGNMENT) * _ALIGNMENT)
+        self._numbers = np.zeros(len(Progress._fields))
+        self._to = _pointer(self._numbers)
+        z, p, steps, s, t, multiplier, least = map(_pointer, (it.z, it.p, it.steps, it.s, it.t, it.multiplier, it.least))
+        self._problem, self._start, self._all = (z, p, steps), (s, t, multiplier), (z, s, t, multiplier, least)
+        self._cold, self._warm, self._newton, self._measure = (
+            _procedure(library, f"mcdas_{name}") for name in ("cold", "warm", "newton", "measure")
+        )
+        _procedure(library, "mcdas_prepare")(self._work)
+
+    def cold(self, mu: float, least: float) -> None:
+        self._cold(self._work, *self._problem, ctypes.c_double(mu), ctypes.c_double(least))
+
+    def warm(self, mu: float, least: float) -> None:
+        self._warm(self._work, *self._problem, *self._start, ctypes.c_double(mu), ctypes.c_double(least))
+
+    def newton(self, *, corrected: bool, mu: float, boundary: float) -> Progress:
+        self._newton(self._work, int(corrected), ctypes.c_double(mu), ctypes.c_double(boundary), self._to)
+        return Progress(*self._numbers.tolist())
+
+    def measure(self) -> tuple[float, float]:
+        self._measure(self._work, self._to, *self._all)
+        return float(self._numbers[0]), float(self._numbers[1])
+
+
+def _pointer(array: Array) -> ctypes.c_void_p:
+    """Valid as long as the array lives: the iterate and the numbers live as long as the kernel."""
+    assert array.flags.c_contiguous
+    return ctypes.c_void_p(array.ctypes.data)
+
+
+def _procedure(library: ctypes.CDLL, name: str) -> Any:
+    function = getattr(library, name)
+    function.restype = None
+    return function

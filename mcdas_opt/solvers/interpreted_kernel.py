@@ -1,0 +1,138 @@
+"""The interior point's iteration as CasADi functions: needs no compiler, and is the reference for the compiled kernel."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.solvers.barrier_stage import BarrierStage
+from mcdas_opt.solvers.iterate import Iterate, Progress
+from mcdas_opt.solvers.stage_functions import StageFunctions
+
+CORRECTION = 10.0  # Mehrotra's second-order term is cut at so many times the target
+
+
+class InterpretedKernel:
+    """Works on an `Iterate`, in place. CasADi's matrices are its arrays transposed, so nothing is copied on the way in."""
+
+    kind = "interpreted"
+
+    def __init__(self, stage: BarrierStage, functions: StageFunctions, nodes: int) -> None:
+        self.iterate = Iterate(stage, nodes)
+        whole = _horizon(stage, functions, nodes)
+        it = self.iterate
+        point = [it.z, it.s, it.t, it.multiplier]
+        self._mu, self._boundary, self._least = np.zeros(1), np.zeros(1), np.zeros(1)
+        self._plain = _Call(whole["plain"], [*point, it.p, it.steps, self._mu, self._boundary])
+        self._corrected = _Call(whole["corrected"], [*point, it.p, it.steps, self._mu, self._boundary])
+        self._cold = _Call(whole["cold"], [it.z, it.p, it.steps, self._mu, self._least])
+        self._warm = _Call(whole["warm"], [*point, it.p, it.steps, self._mu, self._least])
+        self._measure = _Call(whole["measure"], [it.z, it.p, it.steps])
+
+    def cold(self, mu: float, least: float) -> None:
+        """Slacks, t and multipliers for the states and inputs there are."""
+        self._start(self._cold, mu, least)
+
+    def warm(self, mu: float, least: float) -> None:
+        """Brings those there are off the boundary."""
+        self._start(self._warm, mu, least)
+
+    def _start(self, call: _Call, mu: float, least: float) -> None:
+        self._mu[0], self._least[0] = mu, least
+        it = self.iterate
+        for kept, new in zip((it.s, it.t, it.multiplier), call(), strict=True):
+            kept.ravel()[:] = new
+
+    def newton(self, *, corrected: bool, mu: float, boundary: float) -> Progress:
+        """One step of the iterate towards complementarity `mu`; `corrected`: Mehrotra's predictor and corrector, not under `mu`."""
+        self._mu[0], self._boundary[0] = mu, boundary
+        z, s, t, multiplier, numbers = (self._corrected if corrected else self._plain)()
+        it = self.iterate
+        it.z.ravel()[:], it.s.ravel()[:], it.t.ravel()[:], it.multiplier.ravel()[:] = z, s, t, multiplier
+        return Progress(*numbers.tolist())
+
+    def measure(self) -> tuple[float, float]:
+        """Objective with the least slacks (which replace those of the iterate in `iterate.least`), and the largest scaled gap."""
+        cost, gap, least = self._measure()
+        self.iterate.least.ravel()[:] = least
+        return float(cost[0]), float(gap[0])
+
+
+class _Call:
+    """A CasADi function called on numpy memory; it keeps the arrays alive, which CasADi's buffer does not."""
+
+    def __init__(self, function: Any, arguments: list[Array]) -> None:
+        self._buffer, self._trigger = function.buffer()
+        self._arguments = arguments
+        self._results = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
+        for i, argument in enumerate(arguments):
+            assert argument.size == function.nnz_in(i)
+            assert argument.flags.c_contiguous
+            self._buffer.set_arg(i, argument.reshape(-1).data)
+        for i, result in enumerate(self._results):
+            self._buffer.set_res(i, result.data)
+
+    def __call__(self) -> list[Array]:
+        self._trigger()
+        return self._results
+
+
+def _horizon(stage: BarrierStage, f: StageFunctions, nodes: int) -> dict[str, Any]:
+    """The stage functions mapped and folded over the horizon."""
+    nx, nu, n = stage.nx, stage.nu, nodes + 1
+    z, s, t, lam = (ca.MX.sym(name, size, n) for name, size in (("z", stage.nz), ("s", stage.ns), ("t", stage.nc), ("lam", stage.nc)))
+    p, h, mu, boundary, least = ca.MX.sym("p", stage.np, n), ca.MX.sym("h", 1, n), *(ca.MX.sym(name) for name in ("mu", "tau", "least"))
+    flags_of, active_of, count = stage.over(nodes)
+    flags, active = ca.MX(ca.DM(flags_of)), ca.MX(ca.DM(active_of))
+    following = ca.horzcat(z[:nx, 1:], z[:nx, nodes])
+
+    def reverse(a: Any) -> Any:
+        return a[:, :nodes][:, ::-1]
+
+    data, t_now, reach = f.evaluate.map(n)(z, s, t, lam, p, h, flags, following)
+    residual, average = ca.mmax(reach), ca.dot(t_now * active, lam) / count
+    gradient_of, steps_of = f.gradient.map(n), f.steps.map(n)
+    backward, again, forward = f.backward.mapaccum(nodes), f.again.mapaccum(nodes), f.forward.mapaccum(nodes)
+
+    def step(target: Any, factor: Any = None) -> tuple[Any, Any]:
+        """Newton's step for a target of t l, and the factorisation, to be used again."""
+        gradient, slack = gradient_of(data, s, t_now, target, flags)
+        if factor is None:
+            value = f.terminal(data[:, nodes], gradient[:, nodes])
+            _, feedback, memory = backward(value, reverse(data), reverse(gradient))
+        else:
+            feedback, memory = factor
+            _, constant = again(gradient[:nx, nodes], reverse(data), memory, reverse(gradient))
+            feedback = ca.vertcat(feedback[: nu * nx, :], constant)
+        dx, dz = forward(ca.MX.zeros(nx), data[:, :nodes], feedback[:, ::-1])
+        dz = ca.horzcat(dz, ca.vertcat(dx[:, nodes - 1], ca.MX.zeros(nu)))
+        ds, dt, dlam, ratios = steps_of(data, slack, t_now, lam, target, flags, dz)
+        primal, dual = (1.0 / ca.fmax(ca.mmax(ratios[i, :]), 1e-9) for i in (0, 1))
+        return (dz, ds, dt, dlam, primal, dual, ca.mmax(ratios[2, :]), ca.sum2(ratios[3, :])), (feedback, memory)
+
+    def taken(newton: Any) -> list[Any]:
+        dz, ds, dt, dlam, primal, dual, size, total = newton
+        primal, dual = ca.fmin(1.0, boundary * primal), ca.fmin(1.0, boundary * dual)
+        t_new, lam_new = t_now + primal * dt, lam + dual * dlam
+        numbers = ca.vertcat(size, (1.0 - primal) * residual, ca.dot(t_new * active, lam_new) / count, primal, dual, total)
+        return [z + primal * dz, s + primal * ds, t_new, lam_new, numbers]
+
+    arguments = [z, s, t, lam, p, h, mu, boundary]
+    affine, factor = step(ca.MX.zeros(stage.nc, n))
+    primal, dual = ca.fmin(1.0, affine[4]), ca.fmin(1.0, affine[5])
+    reached = ca.dot((t_now + primal * affine[2]) * active, lam + dual * affine[3]) / count
+    centre = ca.fmax(mu, (reached / average) ** 3 * average)
+    second = ca.fmax(-CORRECTION * centre, ca.fmin(CORRECTION * centre, affine[2] * affine[3]))
+    cost, gap, slacks = f.measure.map(n)(z, p, h, flags, following)
+    price = stage.problem
+    paid = ca.mtimes(ca.DM(price.slack_linear).T, slacks) + 0.5 * ca.mtimes(ca.DM(price.slack_quadratic).T, slacks**2)
+    return {
+        "plain": ca.Function("plain", arguments, taken(step(mu * active)[0])),
+        "corrected": ca.Function("corrected", arguments, taken(step(active * (centre - second), factor)[0])),
+        "cold": ca.Function("cold", [z, p, h, mu, least], f.cold.map(n)(z, p, h, flags, mu, least)),
+        "warm": ca.Function("warm", [z, s, t, lam, p, h, mu, least], f.warm.map(n)(z, s, t, lam, p, h, flags, mu, least)),
+        "measure": ca.Function("measure", [z, p, h], [ca.sum2(cost + paid), ca.mmax(gap), slacks]),
+    }

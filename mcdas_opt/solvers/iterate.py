@@ -1,0 +1,49 @@
+"""Where an interior point stands: the arrays that a kernel works on, one row a node."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from mcdas_opt.solvers.barrier_stage import BarrierStage
+
+
+class Progress(NamedTuple):
+    """What one Newton step did: largest scaled change asked for, residual left of what was linearised, mean t l, step lengths taken.
+
+    `total` sums the changes: it is finite only when all of them are.
+    """
+
+    step: float = float("nan")
+    residual: float = float("nan")
+    complementarity: float = float("nan")
+    primal: float = float("nan")
+    dual: float = float("nan")
+    total: float = float("nan")
+
+
+class Iterate:
+    """States and inputs z (N + 1, nz), slacks s (N + 1, ns), t and multiplier (N + 1, nc); parameters p and step lengths beside them.
+
+    `least` (N + 1, ns) are the slacks that the rows need at z.
+    """
+
+    def __init__(self, stage: BarrierStage, nodes: int) -> None:
+        n = nodes + 1
+        self.z, self.s, self.least = np.zeros((n, stage.nz)), np.zeros((n, stage.ns)), np.zeros((n, stage.ns))
+        self.t, self.multiplier = np.ones((n, stage.nc)), np.zeros((n, stage.nc))
+        self.p, self.steps = np.zeros((n, stage.np)), np.zeros(n)
+
+
+class Kernel(Protocol):
+    """Moves an `Iterate`; see `InterpretedKernel` for what each method does."""
+
+    @property
+    def kind(self) -> str: ...
+    @property
+    def iterate(self) -> Iterate: ...
+    def cold(self, mu: float, least: float) -> None: ...
+    def warm(self, mu: float, least: float) -> None: ...
+    def newton(self, *, corrected: bool, mu: float, boundary: float) -> Progress: ...
+    def measure(self) -> tuple[float, float]: ...
