@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -26,7 +27,20 @@ from mcdas_opt.planning.parking.park import park
 CAR_M = 4.5
 RATIOS = (2.6, 2.2, 2.0, 1.8, 1.6, 1.5, 1.4, 1.35, 1.3, 1.25, 1.2, 1.15, 1.12, 1.1, 1.06)
 PLANNERS = ("nlp", "search", "closed-form-corrected", "two-arc", "closed-form")
-COLUMNS = ("case", "planner", "status", "duration_s", "gear_changes", "min_clearance_m", "first_s", "total_s", "sound", "tried", "reason")
+COLUMNS = (
+    "case",
+    "planner",
+    "status",
+    "duration_s",
+    "gear_changes",
+    "min_clearance_m",
+    "first_s",
+    "total_s",
+    "cpu_s",
+    "sound",
+    "tried",
+    "reason",
+)
 STUDY_VEHICLE = {
     "wheelbase_m": 2.7,
     "front_overhang_m": 1.0,
@@ -89,7 +103,7 @@ def random_cases(number: int, seed: int) -> Iterator[tuple[str, ParkingCase]]:
         yield f"{made}: {length / CAR_M:.2f} L", case
 
 
-def row(name: str, planner: str, answer: Parking) -> dict[str, object]:
+def row(name: str, planner: str, answer: Parking, cpu_s: float) -> dict[str, object]:
     programs = [a for a in answer.attempts if a.name.startswith("nlp")]
     return {
         "case": name,
@@ -100,6 +114,7 @@ def row(name: str, planner: str, answer: Parking) -> dict[str, object]:
         "min_clearance_m": None if answer.min_clearance_m is None else round(answer.min_clearance_m, 4),
         "first_s": round(answer.timing_ms["first"] / 1e3, 2),
         "total_s": round(answer.timing_ms["total"] / 1e3, 2),
+        "cpu_s": round(cpu_s, 2),
         "sound": sum(a.passed for a in programs),
         "tried": len(programs),
         "reason": answer.reason,
@@ -128,7 +143,9 @@ def main() -> None:
     rows = []
     for name, case in suites[arguments.suite]():
         for planner in (arguments.planners or default).split(","):
-            rows.append(row(name, planner, park(replace(case, name=name), planner)))
+            begin = time.process_time()
+            answer = park(replace(case, name=name), planner)
+            rows.append(row(name, planner, answer, time.process_time() - begin))
             print(*(rows[-1][column] for column in COLUMNS), sep=" | ", flush=True)
     solved = sum(r["status"] == "planned" for r in rows)
     print(f"{solved}/{len(rows)} planned")
