@@ -124,6 +124,17 @@ def test_impossible_slots_are_refused_with_what_would_help():
     assert "every cell was searched" in answer.reason or "cap on nodes" in answer.reason
 
 
+def test_a_plain_without_obstacles_and_a_car_that_is_there_already():
+    here = {"x_m": 1.0, "y_m": 2.0, "heading_rad": 0.3}
+    away = park(parking_case_from_document({"start": here, "goal": {"x_m": 9.0, "y_m": 2.0, "heading_rad": 0.0}}), settings=QUICK)
+    assert away.verdict.passed
+    assert away.min_clearance_m is None
+    assert away.gear_changes == 0
+    there = park(parking_case_from_document({"start": here, "goal": here}))
+    assert there.verdict.passed
+    assert there.path_m == pytest.approx(0.0, abs=1e-9)
+
+
 def test_turning_the_case_round_exchanges_the_gears():
     case = slot_case(6.3)
     turned = turned_round(case)

@@ -118,7 +118,7 @@ def exchange(
 def _apart(world: World, poses: Array) -> Array:
     """(n, m, polygons): distances along the roll-out."""
     n, m = poses.shape[:2]
-    return world.whole.separation(poses.reshape(-1, 3), world.body).reshape(n, m, -1)
+    return world.whole.separation(poses.reshape(-1, 3), world.body).reshape(n, m, len(world.whole.polygons))
 
 
 def _dips(apart: Array, asked: float) -> set[tuple[int, int, int]]:

@@ -134,7 +134,7 @@ def _programs(run: _Run, world: World, paths: list[ArcPath]) -> None:
     settings = run.settings
     many = bool(paths) and min(path.gear_changes for path in paths) > settings.tight_from
     for path in paths[: settings.starts_tight if many else settings.starts]:
-        if run.late():
+        if run.late() or not path.arcs:
             break
         begin = time.perf_counter()
         done = improve(run.case, world, standing_start(run.case, path), settings.costs, settings.exchange, settings.windows)

@@ -259,7 +259,7 @@ class _Search:
         arcs = tuple(Arc(arc.curvature, -arc.length) for arc in reversed(outwards))
         path = ArcPath(self.case.start, arcs)
         value = self.cost.path(arcs)
-        kind = (path.gear_changes, arcs[0].length > 0.0)
+        kind = (path.gear_changes, bool(arcs) and arcs[0].length > 0.0)
         known = self.found.get(kind)
         if known is None or value < known[0]:
             self.found[kind] = (value, path)
