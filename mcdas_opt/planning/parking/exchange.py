@@ -28,7 +28,7 @@ class ExchangeSettings:
     trust_m: float = 0.7
     trust_rad: float = 0.4
     trust_room: float = 0.7  # share of a pose's clearance that it may move, where that is more
-    per_interval: int = 48  # roll-out points per interval
+    per_interval: int = 96  # roll-out points per interval
     margin_m: float = 4e-4  # more clearance than asked, for what lies between roll-out points
     max_iterations: int = 120
     end_share: float = 0.9  # of the end tolerance that may be used: in narrow slots it is worth a tenth of the time

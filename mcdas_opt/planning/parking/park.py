@@ -23,6 +23,7 @@ from mcdas_opt.planning.parking.windows import WindowSettings, improve
 from mcdas_opt.planning.parking.world import World
 from mcdas_opt.verification.parking_judge import Judgement, judge_parking
 
+_SHORT_M = 5e-5
 PLANNERS = ("nlp", "search", *CLOSED_FORMS)
 
 
@@ -60,8 +61,10 @@ class _Run:
         begin = time.perf_counter()
         judgement = judge_parking(self.case, trajectory)
         self.timing["verify"] += 1e3 * (time.perf_counter() - begin)
-        passed = judgement.verdict.passed
-        said = note if passed else judgement.verdict.reason
+        least, asked = judgement.min_clearance_m, self.case.limits.clearance_m
+        short = least is not None and least < asked - _SHORT_M  # the judge's tolerance is not ours to use
+        passed = judgement.verdict.passed and not short
+        said = note if passed else f"clearance {least:.4f} m, {asked:g} m asked" if judgement.verdict.passed else judgement.verdict.reason
         self.attempts.append(
             ParkingAttempt(
                 name=name,
