@@ -48,8 +48,11 @@ def lane_problem(seats: int, vehicle: Vehicle | None = None) -> StageProblem:
     return LaneProblem(vehicle=vehicle or Vehicle(), neighbours=seats).stage_problem()
 
 
-def evasion(rng: np.random.Generator, neighbours: int = 3, *, side: Side | None = None) -> tuple[Situation, Way]:
-    """A front car at 1.2 to 2.5 s (at least 8 m), a rear car, `neighbours` - 2 more beside; the way leads into the open lane."""
+def evasion(rng: np.random.Generator, neighbours: int = 3, *, side: Side | None = None, urgency: float = 1.0) -> tuple[Situation, Way]:
+    """A front car at 1.2 to 2.5 s (at least 8 m), a rear car, `neighbours` - 2 more beside; the way leads into the open lane.
+
+    An `urgency` above 1 divides times and distances: at 2 many of them end in a scrape.
+    """
     v = rng.uniform(12.0, 30.0)
     friction = float(rng.choice([0.9, 0.9, 0.7, 0.5]))
     sign = (1 if side is Side.LEFT else -1) if side is not None else int(rng.choice([-1, 1]))
@@ -67,10 +70,10 @@ def evasion(rng: np.random.Generator, neighbours: int = 3, *, side: Side | None 
     cars = []
     if neighbours > 0:
         front_v = max(v - slower, 0.0)
-        gap = max(8.0, (v - front_v) * rng.uniform(1.2, 2.5) * (0.9 / friction) ** 0.5)
+        gap = max(8.0, (v - front_v) * rng.uniform(1.2, 2.5) * (0.9 / friction) ** 0.5) / urgency
         cars.append(Track(id="front", s_m=gap + length, d_m=rng.uniform(-0.3, 0.3), speed_s_mps=front_v, covariance=_COVARIANCE))
     if neighbours > 1:
-        rear_s = -length - rng.uniform(9.0, 25.0)
+        rear_s = -length - rng.uniform(9.0, 25.0) / urgency
         cars.append(Track(id="rear", s_m=rear_s, d_m=rng.uniform(-0.3, 0.3), speed_s_mps=v + rng.uniform(0.0, 6.0), covariance=_COVARIANCE))
     for i in range(neighbours - 2):  # the other side lane is taken; the open one has cars far ahead or far behind
         beside = rng.random() < 0.7
@@ -133,10 +136,10 @@ class NoisyLoop:
     Halfway a new car stands in the lane that the host has reached, and the way leads back: an event.
     """
 
-    def __init__(self, seed: int, neighbours: int = 3, steps: int = 100) -> None:
+    def __init__(self, seed: int, neighbours: int = 3, steps: int = 100, urgency: float = 1.0) -> None:
         self.rng = np.random.default_rng(seed)
-        self.situation, self.way = evasion(self.rng, neighbours)
-        self.steps, self.event = steps, True
+        self.situation, self.way = evasion(self.rng, neighbours, urgency=urgency)
+        self.steps, self.event, self.urgency = steps, True, urgency
 
     def run(self) -> Iterator[tuple[Situation, Way, bool]]:
         """Each step's situation, way and whether it is an event; `drive` must be called in between."""
@@ -165,7 +168,7 @@ class NoisyLoop:
         host, road = situation.host, situation.road
         lane = road.lane_of(host.d_m)
         speed = max(host.speed_mps - rng.uniform(3.0, 10.0), 0.0)
-        gap = max(8.0, (host.speed_mps - speed) * rng.uniform(1.5, 2.5) * (0.9 / road.friction) ** 0.5)
+        gap = max(8.0, (host.speed_mps - speed) * rng.uniform(1.5, 2.5) * (0.9 / road.friction) ** 0.5) / self.urgency
         car = Track(id="front", s_m=host.s_m + gap + 4.5, d_m=road.lane_centre_m(lane), speed_s_mps=speed, covariance=_COVARIANCE)
         back = Side.RIGHT if lane > 0 or (lane == 0 and rng.random() < 0.5) else Side.LEFT
         others = tuple(t for t in situation.tracks if t.id != "front" and abs(t.s_m - host.s_m) > 25.0)

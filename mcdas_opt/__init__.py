@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from mcdas_opt.domain.plan import Plan, Refusal
     from mcdas_opt.domain.settings import Settings
     from mcdas_opt.domain.situation import Situation
+    from mcdas_opt.planning.escape_map import escapes
     from mcdas_opt.planning.parking.park import park
     from mcdas_opt.planning.planner import Planner
     from mcdas_opt.simulation.judging import verify
@@ -28,6 +29,7 @@ _HOME = {
     "Scene": "mcdas_opt.catalogue.scenes",
     "Settings": "mcdas_opt.domain.settings",
     "Situation": "mcdas_opt.domain.situation",
+    "escapes": "mcdas_opt.planning.escape_map",
     "load_parking_case": "mcdas_opt.catalogue.parking_cases",
     "load_scene": "mcdas_opt.catalogue.scenes",
     "park": "mcdas_opt.planning.parking.park",
@@ -43,6 +45,7 @@ __all__ = [
     "Settings",
     "Situation",
     "__version__",
+    "escapes",
     "load_parking_case",
     "load_scene",
     "park",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -63,8 +63,8 @@ def clearance(
     for number, body in enumerate(bodies):
         motion = body.at(times_s)
         bow = bend * (body.length_m**2 + vehicle.length_m**2)
-        long = 0.5 * body.length_m + grown.along_m + grown.share_of_prediction * body.margin_along_m(times_s)
-        wide = 0.5 * body.width_m + grown.across_m + grown.share_of_prediction * body.margin_across_m(times_s)
+        long = _half(body.length_m, grown.along_m, grown.share_of_prediction, body.margin_along_m, times_s)
+        wide = _half(body.width_m, grown.across_m, grown.share_of_prediction, body.margin_across_m, times_s)
         span = (reach + np.hypot(long, wide) + NEAR_M) * (2.0 if bow else 1.0)
         apart = np.abs(members.s_m - motion.s_m)
         close = apart < span
@@ -87,6 +87,12 @@ def clearance(
         flat[near[nearer]] = gap[nearer]
         who.reshape(-1)[near[nearer]] = number
     return Clearance(separation_m=best, nearest=who)
+
+
+def _half(size_m: float, margin_m: float, share: float, predicted: Callable[[Array], Array], times_s: Array) -> Array:
+    """Half a grown size [m] at each time."""
+    fixed = np.full(times_s.shape, 0.5 * size_m + margin_m)
+    return fixed + share * predicted(times_s) if share else fixed
 
 
 def _places(host: list[Array], i: NDArray[np.intp], motion: BodyMotion, k: NDArray[np.intp], bent: Road | None) -> Place:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Any
 
 import numpy as np
 
@@ -29,18 +28,22 @@ class CompiledKernel:
         z, p, steps, s, t, multiplier, least = map(_pointer, (it.z, it.p, it.steps, it.s, it.t, it.multiplier, it.least))
         self._problem, self._start, self._all = (z, p, steps), (s, t, multiplier), (z, s, t, multiplier, least)
         self._cold, self._warm, self._newton, self._measure = (
-            _procedure(library, f"mcdas_{name}") for name in ("cold", "warm", "newton", "measure")
+            getattr(library, f"mcdas_{name}") for name in ("cold", "warm", "newton", "measure")
         )
-        _procedure(library, "mcdas_prepare")(self._work)
+        self._newton.restype = self._measure.restype = library.mcdas_prepare.restype = None
+        library.mcdas_prepare(self._work)
 
-    def cold(self, mu: float, least: float) -> None:
-        self._cold(self._work, *self._problem, ctypes.c_double(mu), ctypes.c_double(least))
+    def cold(self, mu: float, least: float) -> bool:
+        finite: int = self._cold(self._work, *self._problem, ctypes.c_double(mu), ctypes.c_double(least))
+        return finite == 1
 
-    def warm(self, mu: float, least: float) -> None:
-        self._warm(self._work, *self._problem, *self._start, ctypes.c_double(mu), ctypes.c_double(least))
+    def warm(self, mu: float, least: float) -> bool:
+        finite: int = self._warm(self._work, *self._problem, *self._start, ctypes.c_double(mu), ctypes.c_double(least))
+        return finite == 1
 
-    def newton(self, *, corrected: bool, mu: float, boundary: float) -> Progress:
-        self._newton(self._work, int(corrected), ctypes.c_double(mu), ctypes.c_double(boundary), self._to)
+    def newton(self, *, corrected: bool, mu: float, boundary: float, longest: float) -> Progress:
+        lengths = ctypes.c_double(boundary), ctypes.c_double(longest)
+        self._newton(self._work, int(corrected), ctypes.c_double(mu), *lengths, self._to)
         return Progress(*self._numbers.tolist())
 
     def measure(self) -> tuple[float, float]:
@@ -52,9 +55,3 @@ def _pointer(array: Array) -> ctypes.c_void_p:
     """Valid as long as the array lives: the iterate and the numbers live as long as the kernel."""
     assert array.flags.c_contiguous
     return ctypes.c_void_p(array.ctypes.data)
-
-
-def _procedure(library: ctypes.CDLL, name: str) -> Any:
-    function = getattr(library, name)
-    function.restype = None
-    return function

@@ -1,8 +1,8 @@
 """A primal-dual interior point that uses the stages: Newton steps on the nonlinear problem by a Riccati recursion.
 
-The cost's Hessian is Gauss-Newton's, to which the convex curvature of the rows is added; slacks are eliminated stage by stage; there is
-no line search and no merit function. A cold start runs Mehrotra's predictor and corrector from a large barrier; a warm start keeps
-a small, fixed one. Sources: Rao, Wright, Rawlings, JOTA 99 (1998) 723; Mehrotra, SIAM J. Optim. 2 (1992) 575.
+The cost's Hessian is Gauss-Newton's, to which the convex curvature of the rows is added; slacks are eliminated stage by stage. No line
+search and no merit function, but steps to and fro are halved. A cold start runs Mehrotra's predictor and corrector from a large barrier;
+a warm start keeps a small, fixed one. Sources: Rao, Wright, Rawlings, JOTA 99 (1998) 723; Mehrotra, SIAM J. Optim. 2 (1992) 575.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from mcdas_opt.solvers.stage_problem import StageGuess, StageProblem
 
 SWITCH = "MCDAS_OPT_COMPILE"  # environment variable: 0 forbids the compiler
 _STEP_LENGTH = 0.9  # a converged step was taken nearly whole
+_HALF, _SHRUNK = 0.5, 0.7  # steps that turn back and are longer than this share of the one before are taken by half
 _CENTRED = 10.0  # and its mean complementarity is at most so many times the barrier's
 _DIVERGED = 1e9  # scaled step that ends the solve
 _BLOCKED = 1e-3  # step length that, with multipliers growing without bound, tells an infeasible problem
@@ -79,28 +80,27 @@ class InteriorPointEngine:
     def solve(self, x0: Array, p: Array, steps: Array, guess: StageGuess, iterations: int | None = None) -> Outcome:
         """At most `iterations` Newton steps from `guess`, for the measured x0 (nx,), parameters p (N + 1, np), step lengths (N,)."""
         settings, kernel = self.settings, self._kernel
-        if not all(math.isfinite(float(a.sum())) for a in (x0, p, steps, guess.x, guess.u, guess.s, guess.multipliers)):
-            return self._failed(Ending.NOT_FINITE, guess, 0, "the problem's data are not finite")
         warm = self._load(x0, p, steps, guess)
-        if warm:
-            kernel.warm(settings.mu_end, settings.least_warm)
-        else:
-            kernel.cold(settings.mu_cold, settings.least_cold)
+        finite = kernel.warm(settings.mu_end, settings.least_warm) if warm else kernel.cold(settings.mu_cold, settings.least_cold)
+        if not finite:
+            return self._failed(Ending.NOT_FINITE, guess, 0, "the problem's data are not finite")
         progress, objective, gap = Progress(), math.nan, math.nan
-        ending, done = Ending.LIMIT, 0
+        ending, done, longest = Ending.LIMIT, 0, 1.0
         for done in range(1, (settings.iterations if iterations is None else iterations) + 1):
             corrected = not warm or done > settings.plain_iterations
-            progress = kernel.newton(corrected=corrected, mu=settings.mu_end, boundary=settings.boundary)
+            before = progress
+            progress = kernel.newton(corrected=corrected, mu=settings.mu_end, boundary=settings.boundary, longest=longest)
             if not (math.isfinite(progress.total) and progress.step < _DIVERGED):
                 return self._failed(Ending.NOT_FINITE, guess, done, "the step is not finite")
             if progress.complementarity > _UNBOUNDED * settings.mu_cold and progress.primal < _BLOCKED:
                 message = f"bounds and dynamics contradict each other: {progress.residual:.2g} is left"
                 return self._failed(Ending.INFEASIBLE, guess, done, message)
-            if self._settled(progress):
+            if self._settled(progress, longest):
                 objective, gap = kernel.measure()
                 if gap < settings.gap_tolerance:
                     ending = Ending.CONVERGED
                     break
+            longest = _HALF if self._turns_back(before, progress, longest) else 1.0
         message = ""
         if ending is Ending.LIMIT:
             objective, gap = kernel.measure()
@@ -153,14 +153,20 @@ class InteriorPointEngine:
         it.s[:], it.t[:], it.multiplier[:] = kept[:, :ns], kept[:, ns : ns + nc], kept[:, ns + nc :]
         return True
 
-    def _settled(self, progress: Progress) -> bool:
+    def _settled(self, progress: Progress, longest: float) -> bool:
         settings = self.settings
-        return (
-            progress.step < settings.step_tolerance
-            and progress.residual < settings.gap_tolerance
-            and progress.complementarity < _CENTRED * settings.mu_end
-            and progress.primal > _STEP_LENGTH
-        )
+        small = progress.step < settings.step_tolerance and progress.residual < settings.gap_tolerance
+        return small and self._centred(progress, longest)
+
+    def _turns_back(self, before: Progress, progress: Progress, longest: float) -> bool:
+        """Full steps to and fro about the answer: the curvature left out is as large as the one kept, and half a step hits it.
+
+        Seen near standstill, where only the dynamics' curvature says what steering does.
+        """
+        return self._centred(progress, longest) and progress.step > _SHRUNK * before.step and progress.total * before.total < 0.0
+
+    def _centred(self, progress: Progress, longest: float) -> bool:
+        return progress.complementarity < _CENTRED * self.settings.mu_end and progress.primal > _STEP_LENGTH * longest
 
     def _failed(self, ending: Ending, guess: StageGuess, done: int, message: str) -> Outcome:
         return Outcome(ending=ending, x=guess.x, u=guess.u, s=guess.s, iterations=done, inner_iterations=done, message=message)

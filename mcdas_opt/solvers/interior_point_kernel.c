@@ -39,10 +39,17 @@ static double complementarity(const Work *w, double primal, double dual)
     return (((m[0] + m[1]) + (m[2] + m[3])) + ((m[4] + m[5]) + (m[6] + m[7]))) / NACTIVE;
 }
 
-static void gather(double *to, const double *from, int size)
+/* returns 0, or NaN when an entry is not finite */
+static double gather(double *to, const double *from, int size)
 {
+    double nothing = 0.0;
     for (int k = 0; k < LD; k++)
-        for (int j = 0; j < size; j++) to[j * LD + k] = from[(k <= NODES ? k : NODES) * size + j];
+        for (int j = 0; j < size; j++) {
+            const double entry = from[(k <= NODES ? k : NODES) * size + j];
+            to[j * LD + k] = entry;
+            nothing += 0.0 * entry;
+        }
+    return nothing;
 }
 
 static void scatter(double *to, const double *from, int size)
@@ -83,31 +90,25 @@ PUBLIC void mcdas_prepare(Work *w)
     }
 }
 
-static void load(Work *w, const double *z, const double *p, const double *h)
+/* These two start the iterate; they return 0 when something that was handed in is not finite. */
+PUBLIC int mcdas_cold(Work *w, const double *z, const double *p, const double *h, double mu, double least)
 {
-    gather(w->z, z, NZ);
-    gather(w->p, p, NP);
-    gather(w->h, h, 1);
-}
-
-PUBLIC void mcdas_cold(Work *w, const double *z, const double *p, const double *h, double mu, double least)
-{
-    load(w, z, p, h);
+    const double nothing = gather(w->z, z, NZ) + gather(w->p, p, NP) + gather(w->h, h, 1);
     cold(w->z, w->p, w->h, w->flags, mu, least, w->s, w->t, w->lam);
+    return nothing == 0.0;
 }
 
-PUBLIC void mcdas_warm(Work *w, const double *z, const double *p, const double *h, const double *s, const double *t, const double *lam,
-                       double mu, double least)
+PUBLIC int mcdas_warm(Work *w, const double *z, const double *p, const double *h, const double *s, const double *t, const double *lam,
+                      double mu, double least)
 {
-    load(w, z, p, h);
-    gather(w->ds, s, NS);
-    gather(w->dt, t, NC);
-    gather(w->dlam, lam, NC);
+    const double nothing = gather(w->z, z, NZ) + gather(w->p, p, NP) + gather(w->h, h, 1);
+    const double more = gather(w->ds, s, NS) + gather(w->dt, t, NC) + gather(w->dlam, lam, NC);
     warm(w->z, w->ds, w->dt, w->dlam, w->p, w->h, w->flags, mu, least, w->s, w->t, w->lam);
+    return nothing + more == 0.0;
 }
 
 /* numbers: step, residual, complementarity, primal, dual, total (see Progress) */
-PUBLIC void mcdas_newton(Work *w, int corrected, double mu, double boundary, double *numbers)
+PUBLIC void mcdas_newton(Work *w, int corrected, double mu, double boundary, double longest, double *numbers)
 {
     double primal, dual;
     evaluate(w->z, w->s, w->t, w->lam, w->p, w->h, w->flags, w->z + 1, w->data, w->spare, w->reach);
@@ -131,8 +132,8 @@ PUBLIC void mcdas_newton(Work *w, int corrected, double mu, double boundary, dou
         for (int i = 0; i < NC * LD; i++) w->target[i] = w->active[i] * mu;
         newton_step(w, 1, &primal, &dual);
     }
-    primal = LESSER(1.0, boundary * primal);
-    dual = LESSER(1.0, boundary * dual);
+    primal = LESSER(longest, boundary * primal);
+    dual = LESSER(longest, boundary * dual);
     numbers[0] = largest(w->ratios + 2 * LD);
     numbers[1] = (1.0 - primal) * left;
     numbers[2] = complementarity(w, primal, dual);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import casadi as ca
@@ -25,20 +26,25 @@ class InterpretedKernel:
         whole = _horizon(stage, functions, nodes)
         it = self.iterate
         point = [it.z, it.s, it.t, it.multiplier]
-        self._mu, self._boundary, self._least = np.zeros(1), np.zeros(1), np.zeros(1)
-        self._plain = _Call(whole["plain"], [*point, it.p, it.steps, self._mu, self._boundary])
-        self._corrected = _Call(whole["corrected"], [*point, it.p, it.steps, self._mu, self._boundary])
+        self._mu, self._lengths, self._least = np.zeros(1), np.zeros(2), np.zeros(1)
+        self._plain = _Call(whole["plain"], [*point, it.p, it.steps, self._mu, self._lengths])
+        self._corrected = _Call(whole["corrected"], [*point, it.p, it.steps, self._mu, self._lengths])
         self._cold = _Call(whole["cold"], [it.z, it.p, it.steps, self._mu, self._least])
         self._warm = _Call(whole["warm"], [*point, it.p, it.steps, self._mu, self._least])
         self._measure = _Call(whole["measure"], [it.z, it.p, it.steps])
 
-    def cold(self, mu: float, least: float) -> None:
-        """Slacks, t and multipliers for the states and inputs there are."""
+    def cold(self, mu: float, least: float) -> bool:
+        """Slacks, t and multipliers for the states and inputs there are; whether all that is read is finite."""
+        it = self.iterate
         self._start(self._cold, mu, least)
+        return _finite(it.z, it.p, it.steps)
 
-    def warm(self, mu: float, least: float) -> None:
-        """Brings those there are off the boundary."""
+    def warm(self, mu: float, least: float) -> bool:
+        """Brings those there are off the boundary; whether all that is read is finite."""
+        it = self.iterate
+        finite = _finite(it.z, it.p, it.steps, it.s, it.t, it.multiplier)
         self._start(self._warm, mu, least)
+        return finite
 
     def _start(self, call: _Call, mu: float, least: float) -> None:
         self._mu[0], self._least[0] = mu, least
@@ -46,9 +52,9 @@ class InterpretedKernel:
         for kept, new in zip((it.s, it.t, it.multiplier), call(), strict=True):
             kept.ravel()[:] = new
 
-    def newton(self, *, corrected: bool, mu: float, boundary: float) -> Progress:
+    def newton(self, *, corrected: bool, mu: float, boundary: float, longest: float) -> Progress:
         """One step of the iterate towards complementarity `mu`; `corrected`: Mehrotra's predictor and corrector, not under `mu`."""
-        self._mu[0], self._boundary[0] = mu, boundary
+        self._mu[0], self._lengths[:] = mu, (boundary, longest)
         z, s, t, multiplier, numbers = (self._corrected if corrected else self._plain)()
         it = self.iterate
         it.z.ravel()[:], it.s.ravel()[:], it.t.ravel()[:], it.multiplier.ravel()[:] = z, s, t, multiplier
@@ -59,6 +65,10 @@ class InterpretedKernel:
         cost, gap, least = self._measure()
         self.iterate.least.ravel()[:] = least
         return float(cost[0]), float(gap[0])
+
+
+def _finite(*arrays: Array) -> bool:
+    return all(math.isfinite(float(array.sum())) for array in arrays)
 
 
 class _Call:
@@ -84,7 +94,13 @@ def _horizon(stage: BarrierStage, f: StageFunctions, nodes: int) -> dict[str, An
     """The stage functions mapped and folded over the horizon."""
     nx, nu, n = stage.nx, stage.nu, nodes + 1
     z, s, t, lam = (ca.MX.sym(name, size, n) for name, size in (("z", stage.nz), ("s", stage.ns), ("t", stage.nc), ("lam", stage.nc)))
-    p, h, mu, boundary, least = ca.MX.sym("p", stage.np, n), ca.MX.sym("h", 1, n), *(ca.MX.sym(name) for name in ("mu", "tau", "least"))
+    p, h, mu, lengths, least = (
+        ca.MX.sym("p", stage.np, n),
+        ca.MX.sym("h", 1, n),
+        ca.MX.sym("mu"),
+        ca.MX.sym("lengths", 2),
+        ca.MX.sym("least"),
+    )
     flags_of, active_of, count = stage.over(nodes)
     flags, active = ca.MX(ca.DM(flags_of)), ca.MX(ca.DM(active_of))
     following = ca.horzcat(z[:nx, 1:], z[:nx, nodes])
@@ -115,12 +131,12 @@ def _horizon(stage: BarrierStage, f: StageFunctions, nodes: int) -> dict[str, An
 
     def taken(newton: Any) -> list[Any]:
         dz, ds, dt, dlam, primal, dual, size, total = newton
-        primal, dual = ca.fmin(1.0, boundary * primal), ca.fmin(1.0, boundary * dual)
+        primal, dual = (ca.fmin(lengths[1], lengths[0] * reaching) for reaching in (primal, dual))
         t_new, lam_new = t_now + primal * dt, lam + dual * dlam
         numbers = ca.vertcat(size, (1.0 - primal) * residual, ca.dot(t_new * active, lam_new) / count, primal, dual, total)
         return [z + primal * dz, s + primal * ds, t_new, lam_new, numbers]
 
-    arguments = [z, s, t, lam, p, h, mu, boundary]
+    arguments = [z, s, t, lam, p, h, mu, lengths]
     affine, factor = step(ca.MX.zeros(stage.nc, n))
     primal, dual = ca.fmin(1.0, affine[4]), ca.fmin(1.0, affine[5])
     reached = ca.dot((t_now + primal * affine[2]) * active, lam + dual * affine[3]) / count

@@ -103,30 +103,33 @@ class OsqpEngine:
     def _qp(self, qp: _Qp, z: Array, y: Array) -> Any:
         import osqp
 
-        if self._solver is None:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                self._solver = osqp.OSQP()
-                self._solver.setup(
-                    self._pattern.p_matrix(qp.p_data),
-                    qp.q,
-                    self._pattern.a_matrix(qp.a_data),
-                    qp.lower,
-                    qp.upper,
-                    verbose=False,
-                    eps_abs=self.settings.tolerance,
-                    eps_rel=self.settings.tolerance,
-                    max_iter=self.settings.qp_iterations,
-                    rho=self.settings.rho,
-                    check_termination=10,
-                    adaptive_rho_interval=25,
-                    adaptive_rho_tolerance=2.0,
-                    polishing=False,
-                )
-        else:
-            self._solver.update(Px=qp.p_data, Ax=qp.a_data, q=qp.q, l=qp.lower, u=qp.upper)
-        self._solver.warm_start(x=z, y=y)
-        return self._solver.solve(raise_error=False)
+        try:
+            if self._solver is None:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")
+                    self._solver = osqp.OSQP()
+                    self._solver.setup(
+                        self._pattern.p_matrix(qp.p_data),
+                        qp.q,
+                        self._pattern.a_matrix(qp.a_data),
+                        qp.lower,
+                        qp.upper,
+                        verbose=False,
+                        eps_abs=self.settings.tolerance,
+                        eps_rel=self.settings.tolerance,
+                        max_iter=self.settings.qp_iterations,
+                        rho=self.settings.rho,
+                        check_termination=10,
+                        adaptive_rho_interval=25,
+                        adaptive_rho_tolerance=2.0,
+                        polishing=False,
+                    )
+            else:
+                self._solver.update(Px=qp.p_data, Ax=qp.a_data, q=qp.q, l=qp.lower, u=qp.upper)
+            self._solver.warm_start(x=z, y=y)
+            return self._solver.solve(raise_error=False)
+        except osqp.OSQPException as error:  # its base is Exception
+            raise RuntimeError(f"OSQP refuses the problem: error {error}") from error
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,8 +4,9 @@ import json
 from pathlib import Path
 
 import pytest
-from mcdas_opt.cli import app
 from typer.testing import CliRunner
+
+from mcdas_opt.cli import app
 
 runner = CliRunner()
 

@@ -1,0 +1,266 @@
+"""Engines against one another on the same lane problems, in one process: time, iterations, cost over converged IPOPT, growth.
+
+    python -m benchmarks.solver_race [--loops 3] [--neighbours 3] [--repeats 3] [--parts replay,closed,cold,growth]
+
+replay: noisy closed loops with two events each, recorded once; every engine solves all of their problems with its own warm starts.
+closed: every engine drives the loops itself (a replay alone would punish whoever prefers another way round).
+cold: random evasions from the cold guess, against the best of two IPOPT starts.
+growth: time of a Newton step over horizon and neighbours, with the slope of the logarithms.
+Cost of an answer: its inputs driven through the dynamics, with the least slacks. Times are a call's, from Python, with the warm start's
+shift; "cpu" is the thread's own time, which other processes do not disturb.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from benchmarks.fatrop_engine import FatropEngine
+from benchmarks.lane_situations import NoisyLoop, Posed, evasion, lane_problem, posed
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.planning.ways import Way
+from mcdas_opt.solvers.interior_point import InteriorPointEngine
+from mcdas_opt.solvers.ipopt_engine import IpoptEngine
+from mcdas_opt.solvers.linearisation import Linearisation
+from mcdas_opt.solvers.osqp_engine import OsqpEngine
+from mcdas_opt.solvers.outcome import Ending, Outcome
+from mcdas_opt.solvers.stage_problem import StageGuess, StageProblem
+
+NODES = 40
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """One timed solve."""
+
+    outcome: Outcome
+    wall_s: float
+    cpu_s: float
+
+
+class Route:
+    """An engine with its own warm start; cold at events and after a solve that did not converge."""
+
+    def __init__(self, name: str, engine: Any, problem: StageProblem, warm: int, event: int) -> None:
+        self.name, self.engine, self.problem = name, engine, problem
+        self.caps = warm, event
+        self._last: Outcome | None = None
+
+    def restart(self) -> None:
+        self._last = None
+        if hasattr(self.engine, "reset"):
+            self.engine.reset()
+
+    def step(self, situation: Situation, way: Way, event: bool) -> Answer:
+        last = self._last
+        warm = last is not None and not event and last.ending in (Ending.CONVERGED, Ending.LIMIT)
+        wall, cpu = time.perf_counter(), time.thread_time()
+        guess = self._shifted(last) if warm and last is not None else None
+        wall, cpu = time.perf_counter() - wall, time.thread_time() - cpu
+        q = posed(situation, way, self.problem, NODES, guess)
+        wall_from, cpu_from = time.perf_counter(), time.thread_time()
+        self._last = self.engine.solve(q.x0, q.p, q.steps, q.guess, self.caps[0 if warm else 1])
+        wall, cpu = wall + time.perf_counter() - wall_from, cpu + time.thread_time() - cpu_from
+        return Answer(self._last, wall, cpu)
+
+    def _shifted(self, last: Outcome) -> StageGuess:
+        if hasattr(self.engine, "shifted"):
+            return self.engine.shifted(last)
+        x, u, s = last.x, last.u, last.s
+        return StageGuess(x=np.vstack([x[1:], 2.0 * x[-1] - x[-2]]), u=np.vstack([u[1:], 0.0 * u[-1:]]), s=np.vstack([s[1:], s[-1:]]))
+
+
+class Price:
+    """What inputs cost when they are driven: no gap in the dynamics, least slacks."""
+
+    def __init__(self, problem: StageProblem, nodes: int) -> None:
+        x, u, p, h = ca.SX.sym("x", problem.nx), ca.SX.sym("u", problem.nu), ca.SX.sym("p", len(problem.parameters)), ca.SX.sym("h")
+        step = ca.Function("step", [x, u, p, h], [problem.dynamics(x, u, p, h)])
+        self._drive, self._own, self._problem = step.mapaccum(nodes), Linearisation(problem, nodes), problem
+
+    def of(self, u: Array, q: Posed) -> float:
+        u = np.clip(u, self._problem.u_lower, self._problem.u_upper)
+        x = np.vstack([q.x0, np.asarray(self._drive(q.x0, u.T, q.p[:-1].T, q.steps[None, :])).T])
+        return self._own.objective(x, u, self._own.slacks(x, u, q.p), q.p)
+
+    def realised(self, x: Array, u: Array, p: Array) -> float:
+        """Of the one stage that was really driven."""
+        problem = self._problem
+        r, g = (np.asarray(f(x, u, p)).ravel() for f in (problem.residual, problem.inequality))
+        s = np.zeros(problem.ns)
+        np.maximum.at(s, list(problem.slack_of), g)
+        return float(0.5 * r @ r + s @ problem.slack_linear + 0.5 * s**2 @ problem.slack_quadratic)
+
+
+def routes(problem: StageProblem, slow: bool = True) -> list[Route]:
+    made = [
+        Route("interior point, compiled", InteriorPointEngine(problem, NODES), problem, 60, 60),
+        Route("interior point, interpreted", InteriorPointEngine(problem, NODES, compiled=False), problem, 60, 60),
+        Route("OSQP, 3 steps, 8 at events", OsqpEngine(problem, NODES), problem, 3, 8),
+        Route("OSQP, 1 step, 8 at events", OsqpEngine(problem, NODES), problem, 1, 8),
+    ]
+    if slow:
+        made.append(Route("IPOPT", IpoptEngine(problem, NODES), problem, 300, 300))
+        try:
+            made.append(Route("fatrop", FatropEngine(problem, NODES), problem, 0, 0))
+        except RuntimeError as error:
+            print(f"fatrop is left out: {error}")
+    if made[0].engine.kind != "compiled":
+        print(f"not compiled: {made[0].engine.reason}")
+    return made
+
+
+def percentiles(seconds: list[float]) -> str:
+    return " ".join(f"{1e3 * v:8.3f}" for v in np.percentile(seconds, (50, 95, 99, 100)))
+
+
+def replay(problem: StageProblem, loops: int, neighbours: int, repeats: int) -> None:
+    price, driver, oracle = Price(problem, NODES), InteriorPointEngine(problem, NODES), IpoptEngine(problem, NODES)
+    recorded: list[tuple[Situation, Way, bool]] = []
+    best: list[tuple[Posed, float]] = []
+    for seed in range(loops):
+        loop, last = NoisyLoop(seed, neighbours), None
+        for situation, way, event in loop.run():
+            recorded.append((situation, way, event))
+            q = posed(situation, way, problem, NODES, driver.shifted(last) if last is not None and not event else None)
+            last = driver.solve(q.x0, q.p, q.steps, q.guess)
+            cold = posed(situation, way, problem, NODES)
+            near = StageGuess(x=last.x, u=last.u, s=last.s)
+            found = [oracle.solve(q.x0, q.p, q.steps, guess) for guess in (near, cold.guess)]
+            fair = posed(situation, way, problem, NODES, near)
+            costs = [price.of(o.u, fair) for o in found if o.ending is Ending.CONVERGED]
+            best.append((fair, min(costs, default=float("nan"))))
+            loop.drive(last.u[0])
+    known = np.array([cost for _, cost in best])
+    print(
+        f"\nreplay: {len(recorded)} problems of {loops} noisy loops, {neighbours} neighbours; IPOPT converged on {np.isfinite(known).sum()}"
+    )
+    print(f"{'':28}  ms median      p95      p99      max | cpu p99 | it med max | excess: sum %  worst step % | not converged")
+    for route in routes(problem):
+        answers: list[Answer] = []
+        for _ in range(repeats if route.name.startswith(("interior", "OSQP")) else 1):
+            route.restart()
+            answers += [route.step(*recorded_step) for recorded_step in recorded]
+        costs = np.array([price.of(a.outcome.u, q) for a, (q, _) in zip(answers, best, strict=False)])
+        ok = np.isfinite(known)
+        its = [a.outcome.iterations for a in answers]
+        print(
+            f"{route.name:28} {percentiles([a.wall_s for a in answers])} | {1e3 * np.percentile([a.cpu_s for a in answers], 99):7.3f} |"
+            f" {np.median(its):6.0f} {max(its):3d} | {100 * (costs[ok].sum() / known[ok].sum() - 1):13.4f} "
+            f"{100 * ((costs - known)[ok] / (0.1 + known[ok])).max():14.3f} |"
+            f" {sum(a.outcome.ending is not Ending.CONVERGED for a in answers)} of {len(answers)}"
+        )
+
+
+def closed(problem: StageProblem, loops: int, neighbours: int) -> None:
+    price = Price(problem, NODES)
+    print(f"\nclosed loop: cost really paid over {loops} loops; not converged; ms median p95 p99 max")
+    for route in routes(problem):
+        paid, bad, times = 0.0, 0, []
+        for seed in range(loops):
+            route.restart()
+            loop = NoisyLoop(seed, neighbours)
+            for situation, way, event in loop.run():
+                answer = route.step(situation, way, event)
+                u = np.clip(np.nan_to_num(answer.outcome.u[0]), problem.u_lower, problem.u_upper)
+                paid += price.realised(situation.host.to_vector(), u, posed(situation, way, problem, NODES).p[0])
+                bad += answer.outcome.ending is not Ending.CONVERGED
+                times.append(answer.wall_s)
+                loop.drive(u)
+        print(f"{route.name:28} {paid:12.4f}   {bad:4d} of {len(times)}   {percentiles(times)}")
+
+
+def cold(problem: StageProblem, count: int, neighbours: int) -> None:
+    price, oracle = Price(problem, NODES), IpoptEngine(problem, NODES)
+    rng = np.random.default_rng(2024)
+    problems = [posed(*evasion(rng, neighbours), problem, NODES) for _ in range(count)]
+    engines = [r for r in routes(problem, slow=False) if "1 step" not in r.name]
+    found: dict[str, list[Outcome]] = {}
+    times: dict[str, list[float]] = {}
+    for route in engines:
+        for q in problems:
+            route.restart()
+            started = time.perf_counter()
+            found.setdefault(route.name, []).append(route.engine.solve(q.x0, q.p, q.steps, q.guess, route.caps[1]))
+            times.setdefault(route.name, []).append(time.perf_counter() - started)
+    first = found[engines[0].name]
+    best = np.full(count, np.inf)
+    worse = 0
+    for i, (q, ours) in enumerate(zip(problems, first, strict=True)):
+        from_cold = oracle.solve(q.x0, q.p, q.steps, q.guess)
+        near = oracle.solve(q.x0, q.p, q.steps, StageGuess(x=ours.x, u=ours.u, s=ours.s))
+        best[i] = min([price.of(o.u, q) for o in (from_cold, near) if o.ending is Ending.CONVERGED], default=np.inf)
+        worse += price.of(from_cold.u, q) > 1.01 * best[i]
+    print(f"\ncold starts: {count} evasions; IPOPT from the same guess is more than 1 % above the best known in {worse}")
+    for route in engines:
+        costs = np.array([price.of(o.u, q) for o, q in zip(found[route.name], problems, strict=True)])
+        its = [o.iterations for o in found[route.name]]
+        converged = sum(o.ending is Ending.CONVERGED for o in found[route.name])
+        print(
+            f"{route.name:28} converged {converged} of {count}, within 0.1 % of the best {np.sum(costs <= 1.001 * best)}, within 1 % "
+            f"{np.sum(costs <= 1.01 * best)}; iterations median {np.median(its):.0f} max {max(its)}; ms {percentiles(times[route.name])}"
+        )
+
+
+def growth() -> None:
+    print("\ngrowth: us of a Newton step of a cold start (least of 20 solves, over its iterations)")
+
+    def each(name: str, values: list[int], make: Callable[[int], tuple[InteriorPointEngine, Posed]]) -> None:
+        cost = []
+        for value in values:
+            engine, q = make(value)
+            times = []
+            for _ in range(20):
+                started = time.perf_counter()
+                outcome = engine.solve(q.x0, q.p, q.steps, q.guess)
+                times.append((time.perf_counter() - started) / outcome.iterations)
+            cost.append(1e6 * min(times))
+        slope = np.polyfit(np.log(values), np.log(cost), 1)[0]
+        print(f"{name:28} " + "  ".join(f"{v}: {c:.1f}" for v, c in zip(values, cost, strict=True)) + f"   slope {slope:.2f}")
+
+    case = evasion(np.random.default_rng(4), 3)
+    for compiled in (True, False):
+        kind = "compiled" if compiled else "interpreted"
+
+        def by_nodes(nodes: int, compiled: bool = compiled) -> tuple[InteriorPointEngine, Posed]:
+            problem = lane_problem(3)
+            return InteriorPointEngine(problem, nodes, compiled=compiled), posed(*case, problem, nodes)
+
+        def by_seats(seats: int, compiled: bool = compiled) -> tuple[InteriorPointEngine, Posed]:
+            problem = lane_problem(seats)
+            rng = np.random.default_rng(4)
+            return InteriorPointEngine(problem, NODES, compiled=compiled), posed(*evasion(rng, seats), problem, NODES)
+
+        each(f"{kind}, N =", [20, 40, 80, 160], by_nodes)
+        each(f"{kind}, neighbours =", [1, 2, 4, 8, 12], by_seats)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--loops", type=int, default=2)
+    parser.add_argument("--cold", type=int, default=40, help="number of cold starts")
+    parser.add_argument("--neighbours", type=int, default=3)
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--parts", default="replay,closed,cold,growth")
+    asked = parser.parse_args()
+    problem = lane_problem(asked.neighbours)
+    parts = asked.parts.split(",")
+    if "replay" in parts:
+        replay(problem, asked.loops, asked.neighbours, asked.repeats)
+    if "closed" in parts:
+        closed(problem, asked.loops, asked.neighbours)
+    if "cold" in parts:
+        cold(problem, asked.cold, asked.neighbours)
+    if "growth" in parts:
+        growth()
+
+
+if __name__ == "__main__":
+    main()

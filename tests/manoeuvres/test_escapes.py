@@ -1,0 +1,148 @@
+"""The escape map: closed forms, symmetry, and brute force."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+import mcdas_opt
+from mcdas_opt.domain.escapes import Closer, Escapes
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Coverage, Track
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.manoeuvres.escapes import KINDS, EscapeSettings, escapes
+from mcdas_opt.tracking.prediction import predict
+from tests.manoeuvres.brute_force import sound
+from tests.planning.situations import mirrored, random_sandwich
+
+SEDAN = Vehicle()
+LENGTH = SEDAN.length_m
+
+
+def of(situation: Situation) -> Escapes:
+    return escapes(situation, SEDAN, predict(situation.tracks))
+
+
+def chased(closing_kmh: float, gap_m: float, speed: float = 20.0, **road: float) -> Situation:
+    rear = Track(id="rear", s_m=-gap_m - LENGTH, d_m=0.0, speed_s_mps=speed + closing_kmh / 3.6)
+    return Situation(host=HostState(speed_mps=speed), tracks=(rear,), road=Road(lanes_left=1, lanes_right=1, **road))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("closing_kmh", "needed_m"), [(20.0, 5.1), (40.0, 20.6), (60.0, 46.3)])
+def test_accelerating_away_needs_what_the_closed_form_says(closing_kmh: float, needed_m: float) -> None:
+    """v_rel^2 / (2 a): 5.1, 20.6, 46 m at 3 m/s^2; a little more for the jerk and the grid of starts."""
+    closing = closing_kmh / 3.6
+    answer = of(chased(closing_kmh, needed_m + 2.5 * closing)).accelerate
+    assert answer.open
+    assert answer.last_moment_s is not None
+    left = needed_m + (2.5 - answer.last_moment_s) * closing
+    assert 0.99 * needed_m <= left <= 1.08 * needed_m + 0.25 * closing
+    assert answer.closed_by is Closer.REAR
+
+
+@pytest.mark.parametrize(("closing_kmh", "needed_m"), [(20.0, 4.7), (40.0, 9.4), (60.0, 14.0)])
+def test_steering_out_needs_what_the_closed_form_says(closing_kmh: float, needed_m: float) -> None:
+    """2.1 m sideways at 0.6 g: 0.84 s. No car gets there sooner; the family gets there not much later."""
+    closing = closing_kmh / 3.6
+    for side in ("left", "right"):
+        answer = getattr(of(chased(closing_kmh, needed_m + 2.0 * closing, friction=0.6)), side)
+        assert answer.open
+        # accelerating meanwhile (the circle's other half) may win a little
+        left = needed_m + (2.0 - answer.last_moment_s) * closing
+        assert 0.9 * needed_m <= left <= needed_m + 0.4 * closing
+
+
+@pytest.mark.parametrize("speed", [10.0, 20.0, 30.0])
+@pytest.mark.parametrize("friction", [0.9, 0.4])
+def test_braking_for_a_wall_needs_the_stopping_distance(speed: float, friction: float) -> None:
+    most = min(8.0, friction * 9.80665)
+    stop = speed**2 / (2.0 * most)
+    wall = Track(id="wall", s_m=stop + 2.0 * speed + LENGTH, d_m=0.0, speed_s_mps=0.0)
+    answer = of(Situation(host=HostState(speed_mps=speed), tracks=(wall,), road=Road(friction=friction))).brake
+    assert answer.last_moment_s is not None
+    left = stop + (2.0 - answer.last_moment_s) * speed
+    assert stop <= left <= 1.06 * stop + 0.4 * speed
+    assert answer.closed_by is Closer.FRONT
+
+
+def test_nobody_around_closes_nothing_but_where_there_is_no_road() -> None:
+    answer = of(Situation(host=HostState(speed_mps=20.0), road=Road(lanes_left=1)))
+    for kind in ("brake", "accelerate", "left"):
+        way = getattr(answer, kind)
+        assert (way.open, way.last_moment_s, way.closed_by) == (True, 10.0, None)
+        assert way.demand_mps2 is not None
+        assert 0.0 < way.demand_mps2 < 3.0
+    assert (answer.right.open, answer.right.last_moment_s, answer.right.closed_by) == (False, None, Closer.EDGE)
+
+
+def test_a_car_beside_closes_its_side() -> None:
+    beside = Track(id="beside", s_m=0.0, d_m=3.7, speed_s_mps=20.0)
+    answer = of(Situation(host=HostState(speed_mps=20.0), tracks=(beside,), road=Road(lanes_left=1, lanes_right=1)))
+    assert not answer.left.open
+    assert answer.left.closed_by is Closer.SIDE
+    assert answer.right.open
+
+
+def test_a_side_that_nobody_watches_is_closed() -> None:
+    situation = Situation(host=HostState(speed_mps=20.0), road=Road(lanes_left=1, lanes_right=1), coverage=Coverage(left=False))
+    assert of(situation).left.closed_by is Closer.SIDE
+    assert of(situation).right.open
+
+
+def test_a_start_that_waits_may_open_what_is_closed_now() -> None:
+    """A faster car beside now is ahead and gone later: closed now, so without a demand, but still open."""
+    passing = Track(id="passing", s_m=-1.0, d_m=3.7, speed_s_mps=22.0)
+    left = of(Situation(host=HostState(speed_mps=20.0), tracks=(passing,), road=Road(lanes_left=1))).left
+    assert left.open
+    assert left.demand_mps2 is None
+    assert left.last_moment_s == 10.0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_mirrored_situation_has_the_mirrored_map(seed: int) -> None:
+    situation = random_sandwich(seed)
+    here, there = of(situation), of(mirrored(situation))
+    for kind, other in (("brake", "brake"), ("accelerate", "accelerate"), ("left", "right"), ("right", "left")):
+        one, two = getattr(here, kind), getattr(there, other)
+        assert (one.open, one.last_moment_s, one.closed_by) == (two.open, two.last_moment_s, two.closed_by)
+
+
+@pytest.mark.parametrize("seed", [2, 9, 13, 21])
+def test_no_way_out_is_called_open_that_is_not(seed: int) -> None:
+    """At the last moment, the brute force (a library ten times finer, driven and judged) still has a sound drive."""
+    situation = random_sandwich(seed)
+    prediction = predict(situation.tracks)
+    answer = escapes(situation, SEDAN, prediction)
+    looked = 0
+    for kind in KINDS:
+        way = getattr(answer, kind)
+        assert way.open == (way.last_moment_s is not None)
+        if way.open:
+            looked += 1
+            assert sound(kind, situation, SEDAN, prediction, way.last_moment_s) is not None
+            if way.last_moment_s < EscapeSettings().latest_s:
+                assert sound(kind, situation, SEDAN, prediction, way.last_moment_s + 0.5) is None
+    assert looked
+
+
+def test_less_grip_closes_sooner() -> None:
+    before = 11.0
+    for friction in (0.9, 0.6, 0.3):
+        moment = of(chased(40.0, 45.0, friction=friction)).left.last_moment_s
+        assert moment is not None
+        assert moment < before
+        before = moment
+
+
+def test_the_public_name_predicts_by_itself() -> None:
+    situation = chased(40.0, 45.0)
+    assert mcdas_opt.escapes(situation) == of(situation)
+
+
+def test_the_map_is_a_document() -> None:
+    document = of(replace(chased(20.0, 20.0), time_s=3.0)).to_dict()
+    assert set(document) == set(KINDS)
+    assert set(document["left"]) == {"open", "last_moment_s", "closed_by", "demand_mps2"}
