@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+    from mcdas_opt.domain.verdict import Verdict
+
 app = typer.Typer(
     name="mcdas-opt",
     help="Planner for the car in the middle: front and rear vehicles as constraints, every plan judged before it leaves.",
@@ -192,7 +194,12 @@ def judge(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """The judge alone, on anybody's trajectory."""
+    """The judge alone, on anybody's trajectory, in traffic or in a parking case."""
+    from mcdas_opt.catalogue.parking_cases import is_parking_case
+
+    if is_parking_case(scene):
+        _judge_parking(scene, trajectory, as_json)
+        return
     from mcdas_opt.catalogue.trajectories import load_trajectory
     from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
     from mcdas_opt.simulation.judging import foresee, target_of, verify
@@ -208,15 +215,102 @@ def judge(
     screen = console()
     rows: list[tuple[str, object]] = [("verdict", "passed" if verdict.passed else "failed"), ("prediction", name)]
     screen.print(facts_table(f"{trajectory} in {scene}", rows))
-    if verdict.violations:
-        from rich.table import Table
+    _print_violations(screen, verdict)
 
-        table = Table(title="violations", title_justify="left")
-        for heading in ("rule", "at", "value", "limit", "unit"):
-            table.add_column(heading)
-        for found in verdict.violations:
-            table.add_row(found.name, f"{found.t_s:.2f} s", f"{found.value:.4g}", f"{found.limit:.4g}", found.unit)
-        screen.print(table)
+
+def _judge_parking(name: str, file: Path, as_json: bool) -> None:
+    from mcdas_opt.catalogue.parking_cases import load_parking_case
+    from mcdas_opt.catalogue.parking_trajectories import load_parking_trajectory
+    from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+    from mcdas_opt.verification.parking_judge import judge_parking
+
+    case = load_parking_case(name)
+    driven = load_parking_trajectory(file).moved(-case.origin_m[0], -case.origin_m[1])
+    found = judge_parking(case, driven)
+    if as_json:
+        measured = {"min_clearance_m": found.min_clearance_m, "duration_s": driven.duration_s, "gear_changes": driven.gear_changes}
+        emit({"schema_version": SCHEMA_VERSION, "verdict": to_document(found.verdict), **measured})
+        return
+    screen = console()
+    rows: list[tuple[str, object]] = [
+        ("verdict", "passed" if found.verdict.passed else "failed"),
+        ("duration", number(driven.duration_s, "s")),
+        ("gear changes", driven.gear_changes),
+        ("least clearance", number(found.min_clearance_m, "m", 3)),
+    ]
+    screen.print(facts_table(f"{file} in {name}", rows))
+    _print_violations(screen, found.verdict)
+
+
+def _print_violations(screen: Console, verdict: Verdict) -> None:
+    if not verdict.violations:
+        return
+    from rich.table import Table
+
+    table = Table(title="violations", title_justify="left")
+    for heading in ("rule", "at", "value", "limit", "unit"):
+        table.add_column(heading)
+    for found in verdict.violations:
+        table.add_row(found.name, f"{found.t_s:.2f} s", f"{found.value:.4g}", f"{found.limit:.4g}", found.unit)
+    screen.print(table)
+
+
+@app.command()
+def park(
+    case: Annotated[str, typer.Argument(metavar="CASE", help="A case (TOML), a TPCAP CSV, or the name of a shipped case.")],
+    planner: Annotated[str, typer.Option("--planner", help="nlp, search, closed-form, closed-form-corrected, two-arc.")] = "nlp",
+    vehicle: Annotated[str | None, typer.Option("--vehicle", help="Instead of the case's vehicle.")] = None,
+    clearance: Annotated[float | None, typer.Option("--clearance", min=0.0, help="Instead of the case's clearance [m].")] = None,
+    budget: Annotated[float | None, typer.Option("--budget", min=0.0, help="Stop improving after so many seconds (an extra cap).")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Draw it: a sheet (.png) or an animation (.gif).")] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """One parking plan, judged."""
+    from mcdas_opt.catalogue.parking_cases import load_parking_case
+    from mcdas_opt.planning.parking.park import ParkSettings
+    from mcdas_opt.planning.parking.park import park as run
+
+    if out is not None:
+        from mcdas_opt.plotting.animation import check_suffix
+
+        check_suffix(out)
+    problem = load_parking_case(case, vehicle=vehicle, clearance_m=clearance)
+    answer = run(problem, planner, settings=ParkSettings(time_budget_s=budget))
+    if out is not None and answer.trajectory is not None:
+        from mcdas_opt.plotting.parking import save as draw
+
+        try:
+            draw(problem, answer, out)
+        except OSError as error:
+            raise InputError(out, "", None, f"cannot be written: {error.strerror}") from None
+    if as_json:
+        emit(answer.to_dict())
+        return
+    screen, timing = console(), answer.timing_ms
+    rows: list[tuple[str, object]] = [
+        ("status", answer.status),
+        ("reason", answer.reason),
+        ("verdict", answer.verdict.reason),
+        ("duration", number(answer.duration_s, "s")),
+        ("path", number(answer.path_m, "m")),
+        ("gear changes", "-" if answer.gear_changes is None else answer.gear_changes),
+        ("least clearance", number(answer.min_clearance_m, "m", 3)),
+        ("time", f"{timing['total'] / 1e3:.2f} s, first answer after {timing['first'] / 1e3:.2f} s"),
+        *(("note", note) for note in answer.notes),
+    ]
+    screen.print(facts_table(f"{planner}: {case}", rows))
+    from rich.table import Table
+
+    table = Table(title="attempts", title_justify="left")
+    for heading in ("way", "duration", "gear changes", "sound", "note"):
+        table.add_column(heading)
+    for attempt in answer.attempts:
+        table.add_row(
+            attempt.name, number(attempt.duration_s, "s"), str(attempt.gear_changes), "yes" if attempt.passed else "no", attempt.note
+        )
+    screen.print(table)
+    if out is not None:
+        screen.print(f"drawn: {out}" if answer.trajectory is not None else "nothing to draw")
 
 
 def _write(path: Path, text: str) -> None:

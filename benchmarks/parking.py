@@ -1,0 +1,160 @@
+"""Parking, measured: the slot sweep, the 84-start grid, TPCAP cases, random slots. Writes a CSV, prints a table.
+
+    python benchmarks/parking.py slots [--ratios 1.6,1.4] [--planners nlp,search] [--out FILE.csv]
+    python benchmarks/parking.py grid [--limits study|contract] [--every N]
+    python benchmarks/parking.py tpcap FOLDER
+    python benchmarks/parking.py random [--number 200] [--seed 1]
+
+Durations and paths repeat; seconds of computing are the machine's.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from mcdas_opt.catalogue.parking_cases import load_parking_case, parking_case_from_document, slot_case
+from mcdas_opt.domain.parking import Parking, ParkingCase
+from mcdas_opt.errors import InputError
+from mcdas_opt.planning.parking.park import park
+
+CAR_M = 4.5
+RATIOS = (2.6, 2.2, 2.0, 1.8, 1.6, 1.5, 1.4, 1.35, 1.3, 1.25, 1.2, 1.15, 1.12, 1.1, 1.06)
+PLANNERS = ("nlp", "search", "closed-form-corrected", "two-arc", "closed-form")
+COLUMNS = (
+    "case",
+    "planner",
+    "status",
+    "duration_s",
+    "gear_changes",
+    "min_clearance_m",
+    "first_s",
+    "total_s",
+    "cpu_s",
+    "sound",
+    "tried",
+    "reason",
+)
+STUDY_VEHICLE = {
+    "wheelbase_m": 2.7,
+    "front_overhang_m": 1.0,
+    "rear_overhang_m": 1.0,
+    "width_m": 2.0,
+    "steering_max_rad": 0.6,
+    "steering_rate_max_radps": 0.6,
+}
+
+
+def slots(ratios: tuple[float, ...]) -> Iterator[tuple[str, ParkingCase]]:
+    for ratio in ratios:
+        yield f"{ratio:.2f} L", slot_case(ratio * CAR_M)
+
+
+def grid(limits: str, every: int) -> Iterator[tuple[str, ParkingCase]]:
+    """The 84 starts of the published OBCA study (Zhang, Liniger and Borrelli, IEEE TCST 2021)."""
+    vehicle: dict[str, object] = dict(STUDY_VEHICLE)
+    bounds: dict[str, float] = {"forward_mps": 2.0, "reverse_mps": 1.0, "acceleration_mps2": 0.4}
+    if limits == "contract":
+        vehicle |= {"steering_max_rad": 0.55, "steering_rate_max_radps": 0.5}
+        bounds = {}
+    walls = [
+        [[-20.0, 0.0], [-3.0, 0.0], [-3.0, 5.0], [-20.0, 5.0]],
+        [[3.0, 0.0], [20.0, 0.0], [20.0, 5.0], [3.0, 5.0]],
+        [[-3.0, 0.0], [3.0, 0.0], [3.0, 2.5], [-3.0, 2.5]],
+        [[-20.0, 11.0], [20.0, 11.0], [20.0, 12.0], [-20.0, 12.0]],
+    ]
+    starts = [(float(x), float(y)) for x in range(-10, 11) for y in (6.5, 7.5, 8.5, 9.5)]
+    for x, y in starts[::every]:
+        document = {
+            "vehicle": vehicle,
+            "start": {"x_m": x, "y_m": y, "heading_rad": 0.0},
+            "goal": {"x_m": -1.35, "y_m": 4.0, "heading_rad": 0.0},
+            "obstacle": [{"vertices_m": wall} for wall in walls],
+            "limits": bounds,
+        }
+        yield f"({x:g}, {y:g})", parking_case_from_document(document)
+
+
+def tpcap(folder: Path) -> Iterator[tuple[str, ParkingCase]]:
+    for path in sorted(folder.glob("Case*.csv"), key=lambda p: int("".join(c for c in p.stem if c.isdigit()))):
+        yield path.stem, load_parking_case(path, clearance_m=0.05)
+
+
+def random_cases(number: int, seed: int) -> Iterator[tuple[str, ParkingCase]]:
+    """Slots of 1.12 to 2 car lengths, depths, streets and starts drawn at random; drawn again when the start stands in something."""
+    rng = np.random.default_rng(seed)
+    made = 0
+    while made < number:
+        length = CAR_M * rng.uniform(1.12, 2.0)
+        street = rng.uniform(3.5, 6.0)
+        start = {"x_m": rng.uniform(-3.0, length + 4.0), "y_m": rng.uniform(1.0, street - 1.0), "heading_rad": rng.uniform(-0.4, 0.4)}
+        slot = {"length_m": float(length), "depth_m": float(rng.uniform(2.0, 2.4)), "street_m": float(street)}
+        try:
+            case = parking_case_from_document({"slot": slot, "start": {k: float(v) for k, v in start.items()}})
+        except InputError:
+            continue
+        made += 1
+        yield f"{made}: {length / CAR_M:.2f} L", case
+
+
+def row(name: str, planner: str, answer: Parking, cpu_s: float) -> dict[str, object]:
+    programs = [a for a in answer.attempts if a.name.startswith("nlp")]
+    return {
+        "case": name,
+        "planner": planner,
+        "status": answer.status,
+        "duration_s": None if answer.duration_s is None else round(answer.duration_s, 2),
+        "gear_changes": answer.gear_changes,
+        "min_clearance_m": None if answer.min_clearance_m is None else round(answer.min_clearance_m, 4),
+        "first_s": round(answer.timing_ms["first"] / 1e3, 2),
+        "total_s": round(answer.timing_ms["total"] / 1e3, 2),
+        "cpu_s": round(cpu_s, 2),
+        "sound": sum(a.passed for a in programs),
+        "tried": len(programs),
+        "reason": answer.reason,
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("suite", choices=("slots", "grid", "tpcap", "random"))
+    parser.add_argument("folder", nargs="?", type=Path, default=Path("../shared/data/tpcap"))
+    parser.add_argument("--ratios", default=",".join(str(r) for r in RATIOS))
+    parser.add_argument("--planners", default=None)
+    parser.add_argument("--limits", choices=("study", "contract"), default="contract")
+    parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--number", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--out", type=Path, default=None)
+    arguments = parser.parse_args()
+    suites = {
+        "slots": lambda: slots(tuple(float(r) for r in arguments.ratios.split(","))),
+        "grid": lambda: grid(arguments.limits, arguments.every),
+        "tpcap": lambda: tpcap(arguments.folder),
+        "random": lambda: random_cases(arguments.number, arguments.seed),
+    }
+    default = ",".join(PLANNERS) if arguments.suite == "slots" else "nlp"
+    rows = []
+    for name, case in suites[arguments.suite]():
+        for planner in (arguments.planners or default).split(","):
+            begin = time.process_time()
+            answer = park(replace(case, name=name), planner)
+            rows.append(row(name, planner, answer, time.process_time() - begin))
+            print(*(rows[-1][column] for column in COLUMNS), sep=" | ", flush=True)
+    solved = sum(r["status"] == "planned" for r in rows)
+    print(f"{solved}/{len(rows)} planned")
+    if arguments.out is not None:
+        with arguments.out.open("w", newline="") as file:
+            writer = csv.DictWriter(file, COLUMNS)
+            writer.writeheader()
+            writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,237 @@
+"""Parking: the case, the trajectory, the answer. Poses are (x, y, heading) of the rear axle's midpoint, metres and radians."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+
+from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.rules import Array, finite, non_negative, positive, vector, within
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.verdict import Verdict
+from mcdas_opt.errors import ParameterError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ParkingLimits:
+    """What the judge enforces besides the vehicle's steering angle and rate. No jerk limit; steering at standstill is allowed."""
+
+    clearance_m: float = 0.05  # body to every obstacle, at all times
+    forward_mps: float = 2.5
+    reverse_mps: float = 2.0
+    acceleration_mps2: float = 1.5  # both signs, may step
+
+    def __post_init__(self) -> None:
+        non_negative("clearance_m", self.clearance_m, "m")
+        positive("forward_mps", self.forward_mps, "m/s")
+        positive("reverse_mps", self.reverse_mps, "m/s")
+        positive("acceleration_mps2", self.acceleration_mps2, "m/s^2")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ParkingTolerance:
+    """How near the end pose must be to the goal; the start is held to the same."""
+
+    position_m: float = 0.02
+    heading_rad: float = 0.01
+
+    def __post_init__(self) -> None:
+        positive("position_m", self.position_m, "m")
+        positive("heading_rad", self.heading_rad, "rad")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ParallelSlot:
+    """The contract's slot: 0 <= x <= length, -depth <= y <= 0, parked cars before and behind, kerb below, opposite side above."""
+
+    length_m: float
+    depth_m: float = 2.1
+    street_m: float = 4.5
+
+    def __post_init__(self) -> None:
+        positive("length_m", self.length_m, "m")
+        positive("depth_m", self.depth_m, "m")
+        positive("street_m", self.street_m, "m")
+
+    @property
+    def obstacles(self) -> tuple[Array, ...]:
+        """Rear car, front car, kerb, opposite side; counter-clockwise rectangles."""
+        end, beyond = self.length_m, 6.0
+        boxes = (
+            (-beyond, 0.0, -self.depth_m, 0.0),
+            (end, end + beyond, -self.depth_m, 0.0),
+            (-beyond, end + beyond, -self.depth_m - 0.5, -self.depth_m),
+            (-beyond, end + beyond, self.street_m, self.street_m + 0.5),
+        )
+        return tuple(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]) for x0, x1, y0, y1 in boxes)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ParkingCase:
+    """A parking problem. Coordinates are relative to `origin_m`, which the files' and the answers' coordinates include.
+
+    `obstacles` are simple counter-clockwise polygons (n, 2), `names` their names in messages.
+    """
+
+    name: str = "case"
+    vehicle: Vehicle = field(default_factory=Vehicle)
+    start: Array
+    goal: Array
+    obstacles: tuple[Array, ...] = ()
+    names: tuple[str, ...] = ()
+    start_steering_rad: float = 0.0
+    limits: ParkingLimits = field(default_factory=ParkingLimits)
+    tolerance: ParkingTolerance = field(default_factory=ParkingTolerance)
+    slot: ParallelSlot | None = None
+    origin_m: tuple[float, float] = (0.0, 0.0)
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "start", vector("start", self.start, length=3))
+        object.__setattr__(self, "goal", vector("goal", self.goal, length=3))
+        top = self.vehicle.steering_max_rad
+        within("start_steering_rad", self.start_steering_rad, -top, top, "rad")
+        for axis in self.origin_m:
+            finite("origin_m", axis, "m")
+        obstacles = []
+        for k, outline in enumerate(self.obstacles):
+            array = np.array(outline, dtype=np.float64)
+            if array.ndim != 2 or array.shape[0] < 3 or array.shape[1] != 2 or not np.all(np.isfinite(array)):
+                raise ParameterError(f"obstacles[{k}]", f"shape {array.shape}", "must be at least three finite vertices (x, y)", "m")
+            array.setflags(write=False)
+            obstacles.append(array)
+        object.__setattr__(self, "obstacles", tuple(obstacles))
+        if len(self.names) != len(obstacles):
+            object.__setattr__(self, "names", tuple(f"obstacle[{k}]" for k in range(len(obstacles))))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ParkingTrajectory:
+    """Equal-length vectors: poses of the rear axle's midpoint; speed negative in reverse. Speed and steering are linear in between,
+
+    poses are their integral; `acceleration_mps2` and `steering_rate_radps` at k hold over [t_k, t_k+1). Soundness is the judge's.
+    """
+
+    t_s: Array
+    x_m: Array
+    y_m: Array
+    heading_rad: Array
+    speed_mps: Array
+    acceleration_mps2: Array
+    steering_rad: Array
+    steering_rate_radps: Array
+
+    def __post_init__(self) -> None:
+        size = len(np.atleast_1d(self.t_s))
+        for item in fields(self):
+            value = np.array(getattr(self, item.name), dtype=np.float64)
+            if value.shape != (size,):
+                raise ParameterError(item.name, f"shape {value.shape}", f"must be a list of {size} numbers, as t_s")
+            value.setflags(write=False)
+            object.__setattr__(self, item.name, value)
+
+    def __len__(self) -> int:
+        return int(self.t_s.size)
+
+    @property
+    def poses(self) -> Array:
+        """(n, 3): x, y, heading."""
+        return np.column_stack([self.x_m, self.y_m, self.heading_rad])
+
+    @property
+    def duration_s(self) -> float:
+        return float(self.t_s[-1] - self.t_s[0]) if len(self) else 0.0
+
+    @property
+    def path_m(self) -> float:
+        """Distance driven, both ways added: the integral of |speed|, exact for speed linear in between."""
+        v, dt = self.speed_mps, np.diff(self.t_s)
+        a, b = v[:-1], v[1:]
+        crossing = a * b < 0.0
+        plain = 0.5 * np.abs(a + b)
+        gap = np.where(crossing, np.abs(b - a), 1.0)
+        return float(np.sum(np.where(crossing, 0.5 * (a * a + b * b) / gap, plain) * dt))
+
+    @property
+    def gear_changes(self) -> int:
+        """Reversals of the direction of travel; rests in between do not count."""
+        moving = self.speed_mps[np.abs(self.speed_mps) > 1e-3]
+        return int(np.sum(np.diff(np.sign(moving)) != 0.0))
+
+    @classmethod
+    def from_controls(cls, t_s: Array, poses: Array, speed_mps: Array, steering_rad: Array) -> ParkingTrajectory:
+        """From times, poses (n, 3), speeds and steering angles; acceleration and steering rate are their slopes."""
+        dt = np.diff(t_s)
+        slopes = [np.diff(q) / np.maximum(dt, 1e-12) for q in (speed_mps, steering_rad)]
+        held = [np.append(s, s[-1:] if s.size else [0.0]) for s in slopes]
+        x, y, psi = np.asarray(poses).T
+        return cls(
+            t_s=t_s,
+            x_m=x,
+            y_m=y,
+            heading_rad=psi,
+            speed_mps=speed_mps,
+            acceleration_mps2=held[0],
+            steering_rad=steering_rad,
+            steering_rate_radps=held[1],
+        )
+
+    def moved(self, dx: float, dy: float) -> ParkingTrajectory:
+        """The same trajectory in coordinates shifted by (dx, dy) [m]."""
+        columns = {item.name: getattr(self, item.name) for item in fields(self)}
+        return ParkingTrajectory(**{**columns, "x_m": self.x_m + dx, "y_m": self.y_m + dy})
+
+    def to_dict(self) -> dict[str, list[float]]:
+        document: dict[str, list[float]] = to_document(self)
+        return document
+
+    @classmethod
+    def from_columns(cls, columns: dict[str, Any]) -> ParkingTrajectory:
+        """From a mapping of columns; acceleration and steering rate are made from the slopes where they are missing."""
+        t, v, delta = (np.asarray(columns[k], dtype=np.float64) for k in ("t_s", "speed_mps", "steering_rad"))
+        made = cls.from_controls(t, np.column_stack([columns[k] for k in ("x_m", "y_m", "heading_rad")]), v, delta)
+        given: dict[str, Any] = {k: columns[k] for k in ("acceleration_mps2", "steering_rate_radps") if k in columns}
+        return cls(**{item.name: given.get(item.name, getattr(made, item.name)) for item in fields(cls)})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ParkingAttempt:
+    """One way that was tried: how long it drives (None when it has no path) and what the judge or the solver said."""
+
+    name: str
+    duration_s: float | None
+    gear_changes: int | None
+    passed: bool
+    note: str = ""
+    seconds: float = 0.0  # of computing; does not repeat
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parking:
+    """The answer to a case. `trajectory` is None when not even an infeasible attempt exists; coordinates are the case file's."""
+
+    planner: str
+    status: str  # planned | refused | budget (refused because a cap on nodes or iterations was reached)
+    reason: str
+    verdict: Verdict
+    duration_s: float | None
+    path_m: float | None
+    gear_changes: int | None
+    min_clearance_m: float | None
+    obstacles: tuple[Array, ...]
+    trajectory: ParkingTrajectory | None
+    attempts: tuple[ParkingAttempt, ...] = ()
+    notes: tuple[str, ...] = ()
+    timing_ms: dict[str, float] = field(default_factory=dict)
+    nodes: int = 0
+    iterations: int = 0
+
+    @property
+    def passed(self) -> bool:
+        return self.verdict.passed
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON document of the contract."""
+        return {"schema_version": SCHEMA_VERSION, **to_document(self)}

@@ -1,0 +1,222 @@
+"""The exchange loop: solve, roll the solution out, add collision checks where the clearance dips between nodes, solve again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mcdas_opt.domain.parking import ParkingCase
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.geometry.clearance import separating_lines
+from mcdas_opt.ocp.parking import CORNERS, Checks, ParkingCosts, ParkingPhysics, ParkingProgram, solve_parking
+from mcdas_opt.planning.parking.manoeuvre import Manoeuvre, node_poses, with_solution
+from mcdas_opt.planning.parking.world import World
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExchangeSettings:
+    """Caps are counts. Distances in metres, angles in radians."""
+
+    rounds: int = 9
+    rounds_unsound: int = 16  # as long as no round was sound
+    checks: int = 6  # per interval
+    close_m: float = 0.06  # passing nearer than this beyond the clearance asks for checks inside the interval ...
+    spacing_m: float = 0.1  # ... that the car passes at most so far apart
+    near_m: float = 0.7  # obstacles nearer than this are checked
+    trust_m: float = 0.7
+    trust_rad: float = 0.4
+    trust_room: float = 0.7  # share of a pose's clearance that it may move, where that is more
+    per_interval: int = 96  # roll-out points per interval
+    margin_m: float = 4e-4  # more clearance than asked, for what lies between roll-out points
+    max_iterations: int = 120
+    end_share: float = 0.9  # of the end tolerance that may be used: in narrow slots it is worth a tenth of the time
+    gain: float = 0.01  # stop when a round gains less than this share
+
+
+@dataclass(frozen=True, slots=True)
+class Exchanged:
+    """The best sound manoeuvre of the loop (None when no round gave one), and what the last round lacked."""
+
+    best: Manoeuvre | None
+    last: Manoeuvre
+    lacking_m: float
+    rounds: int
+    iterations: int
+
+
+def exchange(
+    case: ParkingCase,
+    world: World,
+    first: Manoeuvre,
+    costs: ParkingCosts,
+    settings: ExchangeSettings,
+    end_steering_rad: float | None = None,
+) -> Exchanged:
+    """Improve a manoeuvre: every round's solution is rolled out and measured between its nodes.
+
+    The start is held; the goal within a share of its tolerance, or exactly, with the steering angle there, where that is given.
+    """
+    asked = case.limits.clearance_m
+    car = case.vehicle
+    physics = ParkingPhysics(
+        car.wheelbase_m,
+        world.body.rear,
+        world.body.front,
+        world.body.half_width,
+        case.limits.acceleration_mps2,
+        car.steering_rate_max_radps,
+        asked + settings.margin_m,
+    )
+    whole = world.whole
+    centre = 0.5 * (first.nodes[:, :2].max(0) + first.nodes[:, :2].min(0))
+    spread = float(np.hypot(*(first.nodes[:, :2] - centre).T).max())
+    near = whole.near(float(centre[0]), float(centre[1]), spread + world.body.reach + 2.0)
+    if near.size < len(whole.polygons):
+        world = World(world.body, whole.only(near), [world.owner[int(k)] for k in near])
+    current, best = first, None
+    extra: set[tuple[int, int, int]] = set()
+    iterations, lacking, margin, trust = 0, np.inf, settings.margin_m, 1.0
+    rounds = 0
+    poses, fractions = node_poses(case, current, settings.per_interval)
+    apart = _apart(world, poses)
+    for rounds in range(1, settings.rounds_unsound + 1):
+        if rounds > settings.rounds and best is not None:
+            break
+        program = _program(case, world, current, poses, fractions, apart, extra, settings, trust)
+        if end_steering_rad is None:
+            slack = settings.end_share * _end_slack(case)
+            program.nodes_low[-1, :3] -= slack
+            program.nodes_high[-1, :3] += slack
+        else:
+            program.nodes[-1, 4] = program.nodes_low[-1, 4] = program.nodes_high[-1, 4] = end_steering_rad
+        solution = solve_parking(program, physics._replace(clearance_m=asked + margin), costs, settings.max_iterations, warm=rounds > 1)
+        iterations += solution.iterations
+        if not solution.violation <= 0.5:
+            break
+        current = with_solution(current, solution.nodes, solution.steps)
+        poses, fractions = node_poses(case, current, settings.per_interval)
+        apart = _apart(world, poses)
+        least = float(apart.min(initial=np.inf))
+        lacking = max(asked - least, solution.violation - 1e-5, 0.0)
+        extra |= _dips(apart, asked + margin)
+        if least >= asked - 1e-6 and solution.violation < 1e-5:
+            gained = (best.duration_s if best is not None else np.inf) - current.duration_s
+            if gained > 0.0:
+                best = current
+            margin = settings.margin_m
+            if gained < settings.gain * current.duration_s:
+                break
+        elif lacking < 0.01:
+            margin = min(margin + 0.5 * lacking, 0.01)
+        if rounds >= 4:
+            trust *= 0.6
+    return Exchanged(best, current, lacking, rounds, iterations)
+
+
+def _apart(world: World, poses: Array) -> Array:
+    """(n, m, polygons): distances along the roll-out."""
+    n, m = poses.shape[:2]
+    return world.whole.separation(poses.reshape(-1, 3), world.body).reshape(n, m, len(world.whole.polygons))
+
+
+def _dips(apart: Array, asked: float) -> set[tuple[int, int, int]]:
+    """(interval, polygon, point) where the clearance falls short inside an interval."""
+    found = set()
+    worst = apart.argmin(axis=1)
+    least = apart.min(axis=1)
+    for k, polygon in zip(*np.nonzero(least < asked - 5e-5), strict=True):
+        found.add((int(k), int(polygon), int(worst[k, polygon])))
+    return found
+
+
+def _program(
+    case: ParkingCase,
+    world: World,
+    manoeuvre: Manoeuvre,
+    poses: Array,
+    fractions: Array,
+    apart: Array,
+    extra: set[tuple[int, int, int]],
+    settings: ExchangeSettings,
+    trust: float,
+) -> ParkingProgram:
+    wanted: list[list[tuple[float, int, int]]] = [[] for _ in manoeuvre.steps]
+    for k, polygon in zip(*np.nonzero(apart[:, 0] < settings.near_m), strict=True):
+        if manoeuvre.gears[k] != 0.0:
+            wanted[k].append((float(apart[k, 0, polygon]), int(polygon), 0))
+    least = apart.min(axis=1)
+    for k, polygon in zip(*np.nonzero(least < case.limits.clearance_m + settings.close_m), strict=True):
+        pieces = int(np.ceil(abs(manoeuvre.nodes[k : k + 2, 3]).mean() * manoeuvre.steps[k] / settings.spacing_m))
+        for piece in range(1, pieces):
+            point = round(piece * settings.per_interval / pieces)
+            wanted[k].append((float(apart[k, point, polygon]), int(polygon), point))
+    for k, polygon, point in sorted(extra):
+        wanted[k].append((float(apart[k, point, polygon]) - 0.1, polygon, point))
+    places = [(k, polygon, point) for k, entries in enumerate(wanted) for _, polygon, point in sorted(set(entries))[: settings.checks]]
+    checks = _checks(world, np.array(places, dtype=np.int64).reshape(-1, 3), poses, fractions)
+    low, high = _node_bounds(case, manoeuvre, apart[:, 0].min(axis=1, initial=np.inf), settings, trust)
+    stands = manoeuvre.gears == 0.0
+    same = manoeuvre.segments[1:] == manoeuvre.segments[:-1]
+    return ParkingProgram(
+        nodes=np.clip(manoeuvre.nodes, low, high),
+        nodes_low=low,
+        nodes_high=high,
+        steps=manoeuvre.steps,
+        steps_low=np.where(stands, 0.0, 2e-3),
+        steps_high=np.where(stands, 2.0 * case.vehicle.steering_max_rad / case.vehicle.steering_rate_max_radps, 4.0),
+        step_change=np.where(same, 0.0, np.inf),
+        checks=checks,
+    )
+
+
+def _checks(world: World, places: NDArray[np.int64], poses: Array, fractions: Array) -> Checks:
+    """Lines and vertices for checks at (interval, polygon, point) rows."""
+    m = len(places)
+    angles, offsets, vertices = np.zeros(m), np.zeros(m), np.zeros((m, CORNERS, 2))
+    for polygon in np.unique(places[:, 1]):
+        rows = np.flatnonzero(places[:, 1] == polygon)
+        shape = world.whole.polygons[int(polygon)]
+        at = poses[places[rows, 0], places[rows, 2]]
+        angles[rows], offsets[rows] = separating_lines(at, world.body, shape)
+        depth = np.column_stack([np.cos(angles[rows]), np.sin(angles[rows])]) @ shape.T
+        order = np.argsort(-depth, axis=1, kind="stable")[:, np.arange(CORNERS) % min(CORNERS, len(shape))]
+        vertices[rows] = shape[order]
+    return Checks(intervals=places[:, 0], fractions=fractions[places[:, 2]], vertices=vertices, angles=angles, offsets=offsets)
+
+
+def _node_bounds(case: ParkingCase, manoeuvre: Manoeuvre, room: Array, settings: ExchangeSettings, share: float) -> tuple[Array, Array]:
+    """A box of trust around every pose, the gear's speeds, rest where the gear changes, and both ends held."""
+    limits, top = case.limits, case.vehicle.steering_max_rad
+    reach = share * np.append(np.clip(settings.trust_room * room, settings.trust_m, 4.0 * settings.trust_m), settings.trust_m)[:, None]
+    trust = reach * np.array([1.0, 1.0, settings.trust_rad / settings.trust_m])
+    low, high = manoeuvre.nodes.copy(), manoeuvre.nodes.copy()
+    low[:, :3] -= trust
+    high[:, :3] += trust
+    gears = _gear_at_nodes(manoeuvre.gears)
+    low[:, 3] = np.where(gears < 0.0, -limits.reverse_mps, 0.0)
+    high[:, 3] = np.where(gears > 0.0, limits.forward_mps, 0.0)
+    low[:, 4], high[:, 4] = -top, top
+    low[0], high[0] = [*case.start, 0.0, case.start_steering_rad], [*case.start, 0.0, case.start_steering_rad]
+    turns = np.round((manoeuvre.nodes[-1, 2] - case.goal[2]) / (2.0 * np.pi)) * 2.0 * np.pi
+    low[-1, :4] = high[-1, :4] = [case.goal[0], case.goal[1], case.goal[2] + turns, 0.0]
+    return low, high
+
+
+def _end_slack(case: ParkingCase) -> Array:
+    """(x, y, heading): a box inside the circle of the end tolerance, longer across the goal's heading where that lies along an axis."""
+    across, along = 0.95, 0.3
+    c, s = abs(float(np.cos(case.goal[2]))), abs(float(np.sin(case.goal[2])))
+    shape = (along, across) if s < 0.05 else (across, along) if c < 0.05 else (0.7, 0.7)
+    return np.array([*(case.tolerance.position_m * q for q in shape), case.tolerance.heading_rad])
+
+
+def _gear_at_nodes(gears: Array) -> Array:
+    """+1 or -1 where the intervals before and after a node go the same way (standstill looked through), else 0."""
+    n = len(gears)
+    before, after = np.zeros(n + 1), np.zeros(n + 1)
+    for k in range(n):
+        before[k + 1] = gears[k] if gears[k] != 0.0 else before[k]
+        after[n - 1 - k] = gears[n - 1 - k] if gears[n - 1 - k] != 0.0 else after[n - k]
+    return np.where(before == after, before, 0.0)

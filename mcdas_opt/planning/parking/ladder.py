@@ -1,0 +1,119 @@
+"""Searches of ever finer cells, from the tighter end first, until one of them finds a path."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from mcdas_opt.domain.parking import ParkingCase
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.planning.parking.costs import PathCost
+from mcdas_opt.planning.parking.path import ArcPath, reversed_path
+from mcdas_opt.planning.parking.search import SearchSettings, free_lengths, search
+from mcdas_opt.planning.parking.world import World, turned_round
+
+
+class Level(NamedTuple):
+    """One search: its cells [m] (half as many radians), its cap on nodes, and whether it goes from contact to contact at full lock
+
+    only, which needs a tenth of the nodes and is what zigzags in tight slots look like anyway.
+    """
+
+    cell_m: float
+    nodes: int
+    contacts_only: bool
+
+
+LEVELS = (
+    Level(0.03, 15_000, True),
+    Level(0.04, 30_000, False),
+    Level(0.02, 60_000, True),
+    Level(0.01, 150_000, True),
+    Level(0.01, 220_000, False),
+)
+
+
+@dataclass(slots=True)
+class Climb:
+    """What the ladder cost: poses seen, and whether the last search saw every cell that it could reach."""
+
+    nodes: int = 0
+    exhausted: bool = False
+
+
+def climb(
+    case: ParkingCase,
+    world: World,
+    levels: tuple[Level, ...],
+    settings: SearchSettings,
+    many: int,
+    offer: Callable[[ArcPath], bool],
+    late: Callable[[], bool],
+) -> Climb:
+    """Offer paths as they are found; `offer` says whether a path is sound.
+
+    Every level searches from the tighter end, and from the other one when that finds nothing. A path with more than `many` gear changes
+    asks for one finer level more.
+    """
+    done = Climb()
+    sound: list[int] = []
+    sides = [_Side(case, world, backwards) for backwards in _order(case, world)]
+    asked_again = False
+    for number, level in enumerate(levels):
+        if number == len(levels) - 1 and beyond_the_wall(case):
+            break
+        if asked_again and not level.contacts_only:
+            continue
+        steps = replace(settings, cell_m=level.cell_m, cell_rad=0.5 * level.cell_m, max_nodes=level.nodes)
+        if level.contacts_only:
+            steps = replace(steps, steers=(1.0, 0.0, -1.0), half_way=False)
+        for side in sides:
+            done.exhausted = side.search(steps, offer, sound, done)
+            if sound or late():
+                break
+        if late() or (sound and (min(sound) <= many or asked_again)):
+            break
+        asked_again = bool(sound)
+    return done
+
+
+def beyond_the_wall(case: ParkingCase) -> bool:
+    """A slot in which not even a car that turns on the spot would find room: only vanishing zigzags are left there."""
+    car = case.vehicle
+    return case.slot is not None and case.slot.length_m < float(np.hypot(car.length_m, car.width_m)) + 2.0 * case.limits.clearance_m - 1e-3
+
+
+class _Side:
+    """The search from one end: from the goal, or from the start of the case turned round."""
+
+    def __init__(self, case: ParkingCase, world: World, backwards: bool) -> None:
+        self.world, self.backwards = world, backwards
+        self.case = turned_round(case) if backwards else case
+        self.cost: PathCost | None = None
+
+    def search(self, steps: SearchSettings, offer: Callable[[ArcPath], bool], sound: list[int], done: Climb) -> bool:
+        if self.cost is None:
+            self.cost = PathCost.of(self.case)
+            if self.world.whole.polygons:
+                self.cost.learn_detours(self.case, self.world.whole, self.world.body)
+
+        def report(path: ArcPath) -> None:
+            if offer(reversed_path(path) if self.backwards else path):
+                sound.append(path.gear_changes)
+
+        outcome = search(self.case, self.world, steps, self.cost, report)
+        done.nodes += outcome.nodes
+        return outcome.exhausted
+
+
+def _order(case: ParkingCase, world: World) -> tuple[bool, bool]:
+    """Backwards or not, the tighter end first: the one from which less way is free."""
+
+    def room(pose: Array) -> float:
+        return float(free_lengths(case, world, pose).sum())
+
+    tight_start = room(case.start) < 0.7 * room(case.goal)
+    return tight_start, not tight_start

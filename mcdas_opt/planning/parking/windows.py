@@ -1,0 +1,83 @@
+"""Long zigzags, a window of phases at a time with its ends held; windows overlap, so that what one holds the next one frees."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mcdas_opt.domain.parking import ParkingCase
+from mcdas_opt.ocp.parking import ParkingCosts
+from mcdas_opt.planning.parking.exchange import Exchanged, ExchangeSettings, exchange
+from mcdas_opt.planning.parking.manoeuvre import Manoeuvre
+from mcdas_opt.planning.parking.world import World
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WindowSettings:
+    """A window holds `phases` gears and the next one starts `stride` gears later; `passes` over the whole."""
+
+    whole_up_to: int = 14  # gear changes that are still solved in one piece
+    phases: int = 10
+    stride: int = 6
+    passes: int = 2
+    twice_up_to: int = 30  # gear changes; beyond, one pass has to do
+    rounds: int = 4
+    rounds_unsound: int = 6
+
+
+def improve(
+    case: ParkingCase, world: World, first: Manoeuvre, costs: ParkingCosts, settings: ExchangeSettings, windows: WindowSettings
+) -> Exchanged:
+    """The exchange loop over the whole manoeuvre, or over windows of it when it has many gears."""
+    if first.gear_changes <= windows.whole_up_to:
+        return exchange(case, world, first, costs, settings)
+    current, iterations, rounds = first, 0, 0
+    inner = replace(settings, rounds=windows.rounds, rounds_unsound=windows.rounds_unsound)
+    passes = windows.passes if first.gear_changes <= windows.twice_up_to else 1
+    for number in range(passes):
+        phase = 0 if number == 0 else -(windows.stride // 2)  # the second pass cuts elsewhere
+        while True:
+            cusps = _cusps(current)
+            if phase >= len(cusps) - 1:
+                break
+            low, high = cusps[max(phase, 0)], cusps[min(phase + windows.phases, len(cusps) - 1)]
+            part = Manoeuvre(
+                current.nodes[low : high + 1], current.steps[low:high], current.gears[low:high], current.segments[low:high], current.name
+            )
+            piece = replace(
+                case,
+                start=part.nodes[0, :3],
+                goal=case.goal if high == len(current.steps) else part.nodes[-1, :3],
+                start_steering_rad=float(np.clip(part.nodes[0, 4], -case.vehicle.steering_max_rad, case.vehicle.steering_max_rad)),
+            )
+            last = high == len(current.steps)
+            done = exchange(piece, world, part, costs, inner, None if last else float(part.nodes[-1, 4]))
+            iterations += done.iterations
+            rounds += done.rounds
+            if done.best is not None and done.best.duration_s < part.duration_s:
+                current = _spliced(current, low, high, done.best)
+            if last:
+                break
+            phase += windows.stride
+    return Exchanged(current, current, 0.0, rounds, iterations)
+
+
+def _cusps(manoeuvre: Manoeuvre) -> list[int]:
+    """Nodes at rest where a gear ends: before the standstill that leads to the next gear; first and last node included."""
+    found = [0]
+    gear = 0.0
+    for k, now in enumerate(manoeuvre.gears):
+        if now != 0.0 and gear != 0.0 and now != gear:
+            at = k
+            while at > 0 and manoeuvre.gears[at - 1] == 0.0:
+                at -= 1
+            found.append(at)
+        gear = now if now != 0.0 else gear
+    return [*found, len(manoeuvre.steps)]
+
+
+def _spliced(whole: Manoeuvre, low: int, high: int, part: Manoeuvre) -> Manoeuvre:
+    nodes = np.concatenate([whole.nodes[:low], part.nodes, whole.nodes[high + 1 :]])
+    steps = np.concatenate([whole.steps[:low], part.steps, whole.steps[high:]])
+    return replace(whole, nodes=nodes, steps=steps)

@@ -1,0 +1,172 @@
+"""A parking manoeuvre drawn: the swept body among its obstacles, curvature and speed over the path, and as a moving picture."""
+
+from __future__ import annotations
+
+import io
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mcdas_opt.catalogue.parking_cases import body_of
+from mcdas_opt.domain.parking import Parking, ParkingCase, ParkingTrajectory
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.geometry.clearance import body_corners
+from mcdas_opt.plotting import style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from PIL.Image import Image
+
+_FORWARD, _REVERSE = style.BLUE, style.ORANGE
+_MOST_FRAMES, _FRAME_DPI = 90, 90
+
+
+def save(case: ParkingCase, parking: Parking, path: str | Path) -> Path:
+    """Writes a sheet (.png) or an animation (.gif); needs an answer with a trajectory."""
+    target = Path(path)
+    if target.suffix.lower() == ".png":
+        return style.save_png(sheet(case, parking), target, dpi=130)
+    pictures, milliseconds = frames(case, parking)
+    pictures[0].save(target, save_all=True, append_images=pictures[1:], duration=milliseconds, loop=0)
+    return target
+
+
+def sheet(case: ParkingCase, parking: Parking) -> Figure:
+    """The swept body above; curvature and speed over the path below."""
+    trajectory = _local(case, parking)
+    with style.styled():
+        fig = style.figure(9.6, 8.2)
+        above, curvature, speed = fig.subplots(3, 1, height_ratios=[2.6, 1.0, 1.0])
+        _plane(above, case, trajectory)
+        corners = body_corners(trajectory.poses, body_of(case.vehicle))
+        step = max(1, len(trajectory) // 60)
+        gears = _gears(trajectory)
+        for k in range(0, len(trajectory), step):
+            above.fill(*corners[k].T, facecolor="none", edgecolor=_FORWARD if gears[k] > 0 else _REVERSE, lw=0.5, alpha=0.45)
+        _body(above, corners[0], style.GREY, "start")
+        _body(above, corners[-1], style.GREEN, "goal")
+        _path(above, trajectory, gears)
+        title = f"{case.name}, {parking.planner}: {parking.duration_s:.1f} s, {parking.gear_changes} gear changes, "
+        above.set_title(title + f"least clearance {100.0 * (parking.min_clearance_m or 0.0):.1f} cm")
+        above.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        _profiles(curvature, speed, case, trajectory)
+    return fig
+
+
+def frames(case: ParkingCase, parking: Parking) -> tuple[list[Image], list[int]]:
+    """Palette images in real time, at most `_MOST_FRAMES` of them, with their durations [ms]; the gear is written on each."""
+    from PIL import Image
+
+    trajectory = _local(case, parking)
+    t = trajectory.t_s
+    count = min(_MOST_FRAMES, max(2, int(t[-1] / 0.1)))
+    at = np.searchsorted(t, np.linspace(t[0], t[-1], count)).clip(0, len(t) - 1)
+    corners = body_corners(trajectory.poses, body_of(case.vehicle))
+    gears = _gears(trajectory)
+    changes = np.concatenate([[0], np.cumsum(np.diff(gears) != 0)])
+    pictures = []
+    with style.styled():
+        fig = style.figure(8.0, 4.2)
+        axes = fig.subplots()
+        for k in at:
+            axes.clear()
+            _plane(axes, case, trajectory)
+            _body(axes, corners[-1], style.GREEN, "goal", alpha=0.25)
+            _path(axes, trajectory, gears, until=int(k) + 1)
+            _body(axes, corners[k], _FORWARD if gears[k] > 0 else _REVERSE, "car")
+            word = "forward" if gears[k] > 0 else "reverse"
+            axes.set_title(f"{t[k]:.1f} s, {word}, {abs(trajectory.speed_mps[k]):.1f} m/s, gear changes so far: {changes[k]}")
+            store = io.BytesIO()
+            fig.savefig(store, format="png", dpi=_FRAME_DPI)
+            fig.set_layout_engine("none")  # every frame keeps the first one's layout
+            store.seek(0)
+            pictures.append(Image.open(store).convert("P", palette=Image.Palette.ADAPTIVE, colors=64))
+    milliseconds = [max(20, int(1000.0 * (t[b] - t[a]))) for a, b in pairwise(at)]
+    return pictures, [*milliseconds, 2000]
+
+
+def slot_sweep(rows: list[dict[str, str]], shortest_m: dict[str, float | None], car_m: float) -> Figure:
+    """Driving time over slot length for each planner (rows of `benchmarks/parking.py`), and where each closed form gives up.
+
+    `shortest_m` is the shortest slot of each closed form; lengths are shown in car lengths.
+    """
+    colours = {"nlp": style.BLUE, "search": style.ORANGE, "two-arc": style.GREEN, "closed-form-corrected": style.PURPLE}
+    colours["closed-form"] = style.VERMILION
+    markers = {"nlp": "o", "search": "s"}
+    with style.styled():
+        fig = style.figure(8.4, 4.6)
+        axes = fig.subplots()
+        for planner in markers:
+            good = [r for r in rows if r["planner"] == planner and r["status"] == "planned"]
+            x = [float(r["case"].split()[0]) for r in good]
+            axes.plot(x, [float(r["duration_s"]) for r in good], marker=markers[planner], ms=5, color=colours[planner], label=planner)
+        for planner, length in shortest_m.items():
+            if length is not None:
+                axes.axvline(length / car_m, color=colours[planner], ls="--", lw=1.4, label=f"{planner} needs {length / car_m:.2f} L")
+        axes.set_yscale("log")
+        axes.set_xlabel("slot length [car lengths]")
+        axes.set_ylabel("driving time [s]")
+        axes.set_title("Parallel slots: who parks where, and how fast")
+        axes.legend(loc="upper center")
+    return fig
+
+
+def _local(case: ParkingCase, parking: Parking) -> ParkingTrajectory:
+    if parking.trajectory is None:
+        raise ValueError("a refusal has no trajectory to draw")
+    return parking.trajectory.moved(-case.origin_m[0], -case.origin_m[1])
+
+
+def _gears(trajectory: ParkingTrajectory) -> Array:
+    """+1 or -1 at every sample; rest counts to the motion that follows."""
+    sign = np.sign(np.where(np.abs(trajectory.speed_mps) > 1e-3, trajectory.speed_mps, 0.0))
+    for k in range(len(sign) - 2, -1, -1):
+        if sign[k] == 0.0:
+            sign[k] = sign[k + 1]
+    last = sign[np.flatnonzero(sign)[-1]] if np.any(sign) else 1.0
+    return np.where(sign == 0.0, last, sign)
+
+
+def _plane(axes: Axes, case: ParkingCase, trajectory: ParkingTrajectory) -> None:
+    corners = body_corners(trajectory.poses, body_of(case.vehicle)).reshape(-1, 2)
+    low, high = corners.min(0) - 1.0, corners.max(0) + 1.0
+    for outline in case.obstacles:
+        axes.fill(*outline.T, facecolor="#c9c9ce", edgecolor=style.EDGE, lw=1.0, zorder=1)
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    axes.set_aspect("equal")
+    axes.grid(False)
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+
+
+def _body(axes: Axes, corners: Array, colour: str, label: str, alpha: float = 0.55) -> None:
+    axes.fill(*corners.T, facecolor=colour, edgecolor=style.BLACK, lw=1.0, alpha=alpha, zorder=3, label=label)
+    axes.plot(*corners[[0, 3]].T, color=style.BLACK, lw=2.4, zorder=4)  # the front
+
+
+def _path(axes: Axes, trajectory: ParkingTrajectory, gears: Array, until: int | None = None) -> None:
+    for sign, colour, label in ((1.0, _FORWARD, "forward"), (-1.0, _REVERSE, "reverse")):
+        mask = np.where(gears == sign, 1.0, np.nan)[:until]
+        x, y = trajectory.x_m[:until] * mask, trajectory.y_m[:until] * mask
+        axes.plot(x, y, color=colour, lw=2.0, zorder=5, label=f"rear axle, {label}")
+
+
+def _profiles(curvature: Axes, speed: Axes, case: ParkingCase, trajectory: ParkingTrajectory) -> None:
+    v = trajectory.speed_mps
+    way = np.concatenate([[0.0], np.cumsum(0.5 * np.abs(v[1:] + v[:-1]) * np.diff(trajectory.t_s))])
+    top = np.tan(case.vehicle.steering_max_rad) / case.vehicle.wheelbase_m
+    curvature.plot(way, np.tan(trajectory.steering_rad) / case.vehicle.wheelbase_m, color=style.PURPLE)
+    for limit in (top, -top):
+        curvature.axhline(limit, color=style.GREY, ls="--", lw=1.0)
+    curvature.set_ylabel("curvature [1/m]")
+    speed.plot(way, v, color=style.BLUE)
+    for limit in (case.limits.forward_mps, -case.limits.reverse_mps):
+        speed.axhline(limit, color=style.GREY, ls="--", lw=1.0)
+    speed.axhline(0.0, color=style.BLACK, lw=0.8)
+    speed.set_ylabel("speed [m/s]")
+    speed.set_xlabel("distance driven [m] (dashed: limits)")
+    curvature.sharex(speed)
