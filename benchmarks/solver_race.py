@@ -1,9 +1,9 @@
 """Engines against one another on the same lane problems, in one process: time, iterations, cost over converged IPOPT, growth.
 
-    python -m benchmarks.solver_race [--loops 3] [--neighbours 3] [--repeats 3] [--parts replay,closed,cold,growth]
+    python -m benchmarks.solver_race [--loops 1] [--cold 20] [--neighbours 3] [--repeats 3] [--parts replay,closed,cold,growth]
 
 replay: noisy closed loops with two events each, recorded once; every engine solves all of their problems with its own warm starts.
-closed: every engine drives the loops itself (a replay alone would punish whoever prefers another way round).
+closed: every engine but IPOPT drives the loops itself (a replay alone would punish whoever prefers another way round).
 cold: random evasions from the cold guess, against the best of two IPOPT starts.
 growth: time of a Newton step over horizon and neighbours, with the slope of the logarithms.
 Cost of an answer: its inputs driven through the dynamics, with the least slacks. Times are a call's, from Python, with the warm start's
@@ -99,15 +99,16 @@ class Price:
         return float(0.5 * r @ r + s @ problem.slack_linear + 0.5 * s**2 @ problem.slack_quadratic)
 
 
-def routes(problem: StageProblem, slow: bool = True) -> list[Route]:
+def routes(problem: StageProblem, ipopt: bool = True, fatrop: bool = True) -> list[Route]:
     made = [
         Route("interior point, compiled", InteriorPointEngine(problem, NODES), problem, 60, 60),
         Route("interior point, interpreted", InteriorPointEngine(problem, NODES, compiled=False), problem, 60, 60),
         Route("OSQP, 3 steps, 8 at events", OsqpEngine(problem, NODES), problem, 3, 8),
         Route("OSQP, 1 step, 8 at events", OsqpEngine(problem, NODES), problem, 1, 8),
     ]
-    if slow:
+    if ipopt:
         made.append(Route("IPOPT", IpoptEngine(problem, NODES), problem, 300, 300))
+    if fatrop:
         try:
             made.append(Route("fatrop", FatropEngine(problem, NODES), problem, 0, 0))
         except RuntimeError as error:
@@ -162,7 +163,7 @@ def replay(problem: StageProblem, loops: int, neighbours: int, repeats: int) -> 
 def closed(problem: StageProblem, loops: int, neighbours: int) -> None:
     price = Price(problem, NODES)
     print(f"\nclosed loop: cost really paid over {loops} loops; not converged; ms median p95 p99 max")
-    for route in routes(problem):
+    for route in routes(problem, ipopt=False):
         paid, bad, times = 0.0, 0, []
         for seed in range(loops):
             route.restart()
@@ -181,7 +182,7 @@ def cold(problem: StageProblem, count: int, neighbours: int) -> None:
     price, oracle = Price(problem, NODES), IpoptEngine(problem, NODES)
     rng = np.random.default_rng(2024)
     problems = [posed(*evasion(rng, neighbours), problem, NODES) for _ in range(count)]
-    engines = [r for r in routes(problem, slow=False) if "1 step" not in r.name]
+    engines = [r for r in routes(problem, ipopt=False, fatrop=False) if "1 step" not in r.name]
     found: dict[str, list[Outcome]] = {}
     times: dict[str, list[float]] = {}
     for route in engines:
@@ -244,8 +245,8 @@ def growth() -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--loops", type=int, default=2)
-    parser.add_argument("--cold", type=int, default=40, help="number of cold starts")
+    parser.add_argument("--loops", type=int, default=1)
+    parser.add_argument("--cold", type=int, default=20, help="number of cold starts")
     parser.add_argument("--neighbours", type=int, default=3)
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--parts", default="replay,closed,cold,growth")
