@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,7 @@ _STEP_S = 0.1
 _HELD_STEP_S = 0.05
 _PARTS = 4
 _NEVER_S = 99.0
+_PRECISION: Any = np.float32
 _ROOM_SHARE = 0.95  # of the braking or accelerating that ends what still closes in at the end
 
 
@@ -241,7 +243,7 @@ def _look(
     chosen: EscapeSettings,
 ) -> _Looked:
     """Every member from every start (S, 1) or (S, M)."""
-    times = np.round(np.arange(round(chosen.clear_s / _STEP_S) + 1) * _STEP_S, 9)
+    times: Array = (np.arange(round(chosen.clear_s / _STEP_S) + 1) * _STEP_S).astype(_PRECISION)
     level = members.level_mps2
     gap = members.until_mps - begin.speed_mps
     until = np.where(np.isnan(members.until_mps), members.until_s, np.maximum(gap / np.where(level == 0.0, 1.0, level), 0.0))
@@ -252,7 +254,7 @@ def _look(
     rolled = roll_out(phases, steps, times, begin, vehicle, situation.road, chosen.demand)
     allowed = rolled.possible & rolled.on_road & ((first != 0.0) | (members.kind >= _SIDEWAYS))
     rows = np.nonzero(allowed)
-    clock = (np.broadcast_to(starts_s, size)[rows])[:, None] + times
+    clock: Array = (np.broadcast_to(starts_s, size)[rows])[:, None].astype(_PRECISION) + times
     some = rolled.ways.only(rows)
     near = clearance(some, clock, prediction.bodies, vehicle, situation.road, chosen.margins, parts=_PARTS)
     least, who = np.full(size, -np.inf), np.full(size, -1, dtype=np.intp)

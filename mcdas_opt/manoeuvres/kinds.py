@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import product
 from typing import Any
@@ -32,7 +32,7 @@ class FamilySettings:
     """What the family is spread over. Shares are of what car and road can do; a member "faster" or "slower" ends so by `apart_mps`."""
 
     lateral_shares: tuple[float, ...] = (0.3, 0.5, 0.7, 0.88)  # of mu g
-    delays_s: tuple[float, ...] = (0.0, 0.3, 0.7, 1.2)
+    delays_s: tuple[float, ...] = (0.0, 0.3, 0.7, 1.2, 1.9)
     early_s: float = 0.5  # a delay up to this is early
     braking_shares: tuple[float, ...] = (0.3, 0.6, 0.92)
     accelerating_shares: tuple[float, ...] = (0.45, 0.95)
@@ -48,6 +48,7 @@ class FamilySettings:
     apart_mps: float = 1.5
     clear_m: float = 0.05
     margins: Margins = field(default_factory=lambda: Margins(along_m=0.5, across_m=0.25, share_of_prediction=1.0))
+    tight: Margins = field(default_factory=lambda: Margins(along_m=0.1, across_m=0.1))  # where nothing is clear with those
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,7 +104,7 @@ def best_of_kind(
     """The cheapest member of each kind that keeps clear of everybody, at most `most` of them, cheapest first.
 
     Keeping the lane is a kind for each pace, without early or late. Where no member at all is clear: the ones that are so
-    for longest. Where no lane change or keeping is clear, members are tried that only dodge those in the way (`target_d_m` tells).
+    for longest. Where nothing is clear with the margins, `tight` ones do, and then members that only dodge those in the way (`target_d_m`).
     `grid` is the one that `states` are sampled on (the family itself is looked at every 0.1 s).
     """
     chosen = settings or FamilySettings()
@@ -111,8 +112,11 @@ def best_of_kind(
     times: Array = (np.arange(round(duration / _STEP_S) + 1) * _STEP_S).astype(_PRECISION)
     found = _scored(_steps(chosen, situation, _lane_changes(situation, vehicle)), times, situation, vehicle, prediction, chosen)
     if not found.scored.feasible.any():
+        tried = replace(found, scored=_score(found.rolled, situation, vehicle, prediction, chosen, chosen.tight))
         dodges = _dodges(situation, vehicle, prediction, chosen)
-        tried = _scored(_steps(chosen, situation, dodges), times, situation, vehicle, prediction, chosen) if dodges else found
+        if dodges and not tried.scored.feasible.any():
+            narrow = replace(chosen, margins=chosen.tight)
+            tried = _scored(_steps(chosen, situation, dodges), times, situation, vehicle, prediction, narrow)
         found = tried if tried.scored.feasible.any() else found
     best = _best_of_each(found, situation.host.speed_mps, chosen)[:most]
     return tuple(_choice(p, q, found, chosen, prediction, grid, situation) for p, q in best)
@@ -140,10 +144,17 @@ def _scored(
     host, road = situation.host, situation.road
     phases = _phases(chosen, vehicle, road, host.speed_mps, situation.wanted_speed_mps)
     rolled = roll_out(phases, steps[0], times, host, vehicle, road)
-    lane = road.lane_centre_m(road.lane_of(host.d_m))
-    scoring = Scoring(margins=chosen.margins, clear_m=chosen.clear_m)
-    scored = score(rolled, prediction, vehicle, road, situation.wanted_speed_mps, lane, scoring)
+    scored = _score(rolled, situation, vehicle, prediction, chosen, chosen.margins)
     return _Found(phases=phases, steps=steps[0], sides=steps[1], rolled=rolled, scored=scored)
+
+
+def _score(
+    rolled: Rolled, situation: Situation, vehicle: Vehicle, prediction: Prediction, chosen: FamilySettings, margins: Margins
+) -> Scored:
+    road = situation.road
+    lane = road.lane_centre_m(road.lane_of(situation.host.d_m))
+    scoring = Scoring(margins=margins, clear_m=chosen.clear_m)
+    return score(rolled, prediction, vehicle, road, situation.wanted_speed_mps, lane, scoring)
 
 
 def _lane_changes(situation: Situation, vehicle: Vehicle) -> list[tuple[float, float]]:
