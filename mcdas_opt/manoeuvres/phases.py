@@ -43,8 +43,8 @@ def speed_history(phases: Phases, times_s: Array, speed_mps: Any, acceleration_m
     """What the phases make of a car that has this speed and acceleration now (numbers, or arrays that broadcast with the phases).
 
     Acceleration is linear between the times of the even grid, ramped at most at the vehicle's jerk; the second phase begins when the
-    first one has been reached, at the earliest. A car that has come to rest stands; one at (0.98 of) top speed keeps it. The precision
-    is that of the times.
+    first one has been reached, at the earliest. A car that has come to rest stands; one that comes to (0.98 of) top speed keeps it.
+    The precision is that of the times.
     """
     rise, fall = _SHARE * vehicle.jerk_max_mps3, _SHARE * vehicle.jerk_min_mps3
     given = (phases.first_mps2, phases.then_mps2, phases.switch_s, speed_mps, acceleration_mps2)
@@ -54,14 +54,13 @@ def speed_history(phases: Phases, times_s: Array, speed_mps: Any, acceleration_m
     since = np.maximum(times_s - np.maximum(switch, reached), 0.0)
     a = a0 + _ramp(times_s, change, rise, fall) + _ramp(since, then - first, rise, fall)
     h = float(times_s[1] - times_s[0])
-    v = np.empty_like(a)
-    v[...] = v0
-    v[..., 1:] += np.cumsum(0.5 * h * (a[..., 1:] + a[..., :-1]), axis=-1)
-    top = np.maximum(_SHARE * vehicle.speed_max_mps, v0)
-    over = v > top
+    v = _summed(a, v0, h)
+    over = v > np.maximum(_SHARE * vehicle.speed_max_mps, v0)
     if over.any():
         over = np.logical_or.accumulate(over, axis=-1)
-        v, a = np.where(over, top, v), np.where(over, 0.0, a)
+        last = np.take_along_axis(a, np.maximum(over.argmax(-1) - 1, 0)[..., None], axis=-1)
+        a = np.where(over, np.maximum(last + fall * h * np.cumsum(over, axis=-1), 0.0), a).astype(times_s.dtype)
+        v = _summed(a, v0, h)
     standing = v <= 1e-6
     stepped = h * (v[..., :-1] + h * (2.0 * a[..., :-1] + a[..., 1:]) / 6.0)
     if standing.any():
@@ -73,6 +72,14 @@ def speed_history(phases: Phases, times_s: Array, speed_mps: Any, acceleration_m
     way = np.zeros_like(v)
     np.cumsum(stepped, axis=-1, out=way[..., 1:])
     return SpeedHistory(acceleration_mps2=a, speed_mps=v, way_m=way)
+
+
+def _summed(a: Array, v0: Array, h: float) -> Array:
+    """The speed (..., T) of an acceleration that is linear between samples."""
+    v = np.empty_like(a)
+    v[...] = v0
+    v[..., 1:] += np.cumsum(0.5 * h * (a[..., 1:] + a[..., :-1]), axis=-1)
+    return v
 
 
 def _ramp(t: Array, change: Array, rise: float, fall: float) -> Array:
