@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -15,11 +13,10 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.dynamics.bicycle import road_bicycle
-from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
 from mcdas_opt.planning.lane_parameters import guessed_states, node_values
+from mcdas_opt.planning.roll_out import roll_out, within_reach
 from mcdas_opt.planning.ways import Way
 from mcdas_opt.solvers.interior_point import InteriorPointEngine
 from mcdas_opt.solvers.ipopt_engine import IpoptEngine
@@ -145,7 +142,7 @@ class LaneStage:
             steps = self.stage.newton_steps if engine is posed.interior_point else self.stage.iterations_warm
             attempts.insert(0, (engine, warm, steps))
         # a measured state a hair outside a hard bound (rounding, a limit just touched) is brought to it
-        x0 = np.clip(situation.host.to_vector(), posed.problem.x_lower, posed.problem.x_upper)
+        x0 = np.clip(within_reach(situation.host, self.vehicle), posed.problem.x_lower, posed.problem.x_upper)
         best: Outcome | None = None
         by: Engine = engine
         iterations, reason = 0, ""
@@ -161,7 +158,7 @@ class LaneStage:
         if best is None:
             return Solved(trajectory=None, reason=reason, iterations=iterations)
         self._memory[way.name] = _Memory(situation.time_s, way, best, by, {b.id: b for b in bodies})
-        return Solved(trajectory=self.roll_out(situation, posed, best.u), reason=reason, iterations=iterations)
+        return Solved(trajectory=self._driven(situation, posed, best), reason=reason, iterations=iterations)
 
     def _attempts(self, posed: Posed, cold: StageGuess) -> list[tuple[Engine, StageGuess, int]]:
         """Engines in the order in which they are asked, from a cold start, with their iteration caps: the first that converges answers."""
@@ -171,6 +168,11 @@ class LaneStage:
         if self.stage.solver == "osqp":
             return [(posed.osqp, cold, self.stage.iterations_event)]
         return [(posed.interior_point, cold, self.stage.newton_steps), second]
+
+    def _driven(self, situation: Situation, posed: Posed, outcome: Outcome) -> Trajectory:
+        """The inputs, kept inside their limits, driven through the equations of motion from the measured state."""
+        u = np.clip(outcome.u, posed.problem.u_lower, posed.problem.u_upper)
+        return roll_out(situation.host, outcome.x[:, 3], u, self.settings.grid, self.vehicle, situation.road)
 
     def nearest(self, situation: Situation, prediction: Prediction) -> tuple[PredictedBody, ...]:
         """The bodies that come nearest over the horizon, at most as many as there are seats; in order of their ids, to keep seats."""
@@ -219,21 +221,3 @@ class LaneStage:
             clearance_across_m=self.stage.clearance_across_m,
         )
         return posed.parameters.matrix(self.settings.grid.nodes, values)
-
-    def roll_out(self, situation: Situation, posed: Posed, u: Array) -> Trajectory:
-        """The inputs, kept inside their limits, driven through the equations of motion from the measured state."""
-        vehicle, road, grid = self.vehicle, situation.road, self.settings.grid
-        u = np.clip(u, posed.problem.u_lower, posed.problem.u_upper)
-        x = [float(value) for value in situation.host.to_vector()]
-        states = [x]
-        straight = road.is_straight
-        for k in range(grid.nodes):
-            inputs = (float(u[k, 0]), float(u[k, 1]))
-
-            def right_side(state: Any, inputs: tuple[float, float] = inputs) -> list[Any]:
-                kappa = 0.0 if straight else float(road.curvature_at(state[0]))
-                return road_bicycle(state, inputs, kappa, vehicle.wheelbase_m, vehicle.centre_m, math)
-
-            x = rk4(right_side, x, float(grid.steps_s[k]))
-            states.append(x)
-        return Trajectory.from_states(grid.times_s, np.array(states), u)

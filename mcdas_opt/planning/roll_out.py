@@ -1,0 +1,79 @@
+"""What the optimiser's inputs make of the car: the equations of motion from the measured state, standstill included."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from mcdas_opt.domain.grid import TimeGrid
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.dynamics.bicycle import road_bicycle
+from mcdas_opt.dynamics.integrator import rk4
+
+_STARTS_MPS = 0.2  # a standing car drives off when the optimiser means it to go at least so fast
+_EASING = 0.95  # share of the jerk with which a stop, or the approach to top speed, can be eased
+
+
+def roll_out(host: HostState, planned_speed_mps: Array, inputs: Array, grid: TimeGrid, vehicle: Vehicle, road: Road) -> Trajectory:
+    """The trajectory (N + 1 samples) of inputs (N, 2) from the measured state.
+
+    Where the speed would fall through zero the brakes hold the car: it stands, with no acceleration, until the planned speed (N + 1) says
+    that it drives off. Road beyond its knots keeps its curvature.
+    """
+    u = np.array(inputs, dtype=np.float64)
+    straight = road.is_straight
+    x = [float(value) for value in host.to_vector()]
+    states = [x]
+    for k, h in enumerate(grid.steps_s.tolist()):
+        standing = x[3] <= 1e-9 and x[4] <= 0.0
+        if standing and planned_speed_mps[k + 1] < _STARTS_MPS:
+            u[k] = (0.0, 0.0)
+            x = [*x[:4], 0.0, x[5]]
+            states.append(x)
+            continue
+        jerk, rate = float(u[k, 0]), float(u[k, 1])
+
+        def right_side(state: Any, jerk: float = jerk, rate: float = rate) -> list[Any]:
+            kappa = 0.0 if straight else float(road.curvature_at(state[0]))
+            return road_bicycle(state, (jerk, rate), kappa, vehicle.wheelbase_m, vehicle.centre_m, math)
+
+        stop = _time_to_stop(x[3], x[4], jerk)
+        if stop < h:
+            x = rk4(right_side, x, stop)
+            x = [*x[:3], 0.0, 0.0, x[5] + rate * (h - stop)]
+        else:
+            x = rk4(right_side, x, h)
+        states.append(x)
+    return Trajectory.from_states(grid.times_s, np.array(states), u)
+
+
+def _time_to_stop(v: float, a: float, jerk: float) -> float:
+    """First t > 0 at which v + a t + jerk t^2 / 2 falls through zero; infinite when it does not."""
+    if a >= 0.0 and jerk >= 0.0:
+        return math.inf
+    if abs(jerk) < 1e-12:
+        return v / -a if a < 0.0 else math.inf
+    under = a * a - 2.0 * jerk * v
+    if under <= 0.0:
+        return math.inf
+    roots = [(-a - math.sqrt(under)) / jerk, (-a + math.sqrt(under)) / jerk]
+    falling = [t for t in roots if t > 0.0 and a + jerk * t < 0.0]
+    return min(falling, default=math.inf)
+
+
+def within_reach(host: HostState, vehicle: Vehicle) -> Array:
+    """The measured state (s, d, psi, v, a, delta) for the optimiser, whose bounds on speed are hard: with the acceleration that can still
+    be eased before standstill, or before top speed. What is cut off, the brakes' hold at standstill takes care of.
+    """
+    x = host.to_vector().copy()
+    v = max(x[3], 0.0)
+    easing = math.sqrt(2.0 * _EASING * vehicle.jerk_max_mps3 * v)
+    topping = math.sqrt(2.0 * _EASING * -vehicle.jerk_min_mps3 * max(0.99 * vehicle.speed_max_mps - v, 0.0))
+    x[4] = min(max(x[4], -easing), topping)
+    return np.asarray(x)

@@ -1,0 +1,53 @@
+"""The roll-out: what inputs make of the car, to a standstill and from it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mcdas_opt.domain.grid import TimeGrid
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Status
+from mcdas_opt.planning.planner import Planner
+from mcdas_opt.planning.roll_out import roll_out, within_reach
+from mcdas_opt.verification.judge import judge
+from tests.planning.situations import car
+
+CAR, GRID = Vehicle(), TimeGrid()
+NOBODY = Prediction(name="nobody")
+
+
+@given(v=st.floats(0.0, 6.0), a=st.floats(-7.5, -0.5))
+def test_braking_on_ends_in_a_standing_car_that_the_judge_passes(v: float, a: float) -> None:
+    host = HostState(speed_mps=v, acceleration_mps2=a if v > 0.05 else 0.0)
+    driven = roll_out(host, np.zeros(41), np.zeros((40, 2)), GRID, CAR, Road())
+    assert driven.speed_mps.min() >= 0.0
+    assert driven.speed_mps[-1] == pytest.approx(max(v + 4.0 * a, 0.0) if v > 0.05 else v, abs=1e-9)
+    assert np.all(np.diff(driven.s_m) >= -1e-12)
+    verdict = judge(driven, host, CAR, Road(), NOBODY)
+    assert verdict.passed, verdict.reason
+
+
+@given(v=st.floats(0.0, 49.9), a=st.floats(-8.0, 3.0))
+def test_the_optimisers_start_can_keep_the_bounds_on_speed(v: float, a: float) -> None:
+    x = within_reach(HostState(speed_mps=v, acceleration_mps2=a), CAR)
+    if x[4] < 0.0:
+        assert v - x[4] ** 2 / (2.0 * CAR.jerk_max_mps3) >= -1e-9
+    if x[4] > 0.0:
+        assert v + x[4] ** 2 / (2.0 * -CAR.jerk_min_mps3) <= CAR.speed_max_mps
+    assert abs(x[4]) <= abs(a) + 1e-12
+
+
+@pytest.mark.parametrize(("v", "a"), [(0.3, -6.0), (0.05, -2.0), (0.0, 0.0), (1.0, -7.9), (49.7, 3.0)])
+def test_there_is_a_plan_at_either_end_of_the_speeds(v: float, a: float) -> None:
+    wall = car("wall", 4.5 + 2.0 + 60.0 * (v > 10.0), 0.0, 0.0 if v < 10.0 else 50.0)
+    host = HostState(speed_mps=v, acceleration_mps2=a)
+    plan = Planner().plan(Situation(host=host, tracks=(wall,), desired_speed_mps=min(v, 40.0)))
+    assert plan.verdict.passed, plan.verdict.reason
+    assert plan.status is Status.PLANNED or v > 49.0  # at top speed, still accelerating: the ladder's
