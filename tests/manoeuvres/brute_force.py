@@ -79,7 +79,7 @@ def sound(kind: str, situation: Situation, vehicle: Vehicle, prediction: Predict
     phases = Phases(first_mps2=first, switch_s=until, then_mps2=then)
     steps = Sidesteps(target_d_m=target, lateral_mps2=push, delay_s=np.zeros(len(rows)), b=b)
     road = situation.road
-    rolled = roll_out(phases, steps, TIMES, begin, vehicle, road, Demand(friction=1.02, steering=1.0))
+    rolled = roll_out(phases, steps, TIMES, begin, vehicle, road, Demand(friction=1.02, steering=1.4))
     least = clearance(rolled.ways, TIMES, bodies, vehicle, road).separation_m.min(-1)
     least = np.where(rolled.possible & rolled.on_road, least, -np.inf)
     least = np.where(room_at_end(rolled, situation, vehicle, bodies), least, -np.inf)
