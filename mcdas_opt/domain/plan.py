@@ -22,6 +22,18 @@ class Candidate:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Attempt:
+    """A way out that was driven and judged, whatever the verdict; `reference` is the manoeuvre that it follows, if any."""
+
+    name: str
+    mode: Mode
+    side: Side
+    trajectory: Trajectory
+    verdict: Verdict
+    reference: Any = field(default=None, repr=False, compare=False)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Timing:
     """Wall-clock milliseconds; the only part of a plan that does not repeat."""
 
@@ -63,8 +75,9 @@ class Plan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Refusal:
-    """No plan, and why: in traffic a normal value, answered by the next rung of the ladder."""
+    """No plan, and why: in traffic a normal value. The ladder answers it, and may fall back on the failed `attempts`."""
 
     reason: str
     candidates: tuple[Candidate, ...] = ()
     iterations: int = 0
+    attempts: tuple[Attempt, ...] = field(default=(), repr=False)

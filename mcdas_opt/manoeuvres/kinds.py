@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.grid import TimeGrid
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.rules import Array, vector
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Side
@@ -119,7 +119,7 @@ def best_of_kind(
             tried = _scored(_steps(chosen, situation, dodges), times, situation, vehicle, prediction, narrow)
         found = tried if tried.scored.feasible.any() else found
     best = _best_of_each(found, situation.host.speed_mps, chosen)[:most]
-    return tuple(_choice(p, q, found, chosen, prediction, grid, situation) for p, q in best)
+    return tuple(_choice(p, q, found, chosen, prediction, grid, situation, vehicle) for p, q in best)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -232,10 +232,25 @@ def _steps(chosen: FamilySettings, situation: Situation, ends: list[tuple[float,
 
 
 def _choice(
-    p: int, q: int, found: _Found, chosen: FamilySettings, prediction: Prediction, grid: TimeGrid | None, situation: Situation
+    p: int,
+    q: int,
+    found: _Found,
+    chosen: FamilySettings,
+    prediction: Prediction,
+    grid: TimeGrid | None,
+    situation: Situation,
+    vehicle: Vehicle,
 ) -> Choice:
     phases, steps, scored = found.phases, found.steps, found.scored
-    states, times = found.rolled.states((p, q)).astype(np.float64), found.rolled.times_s
+    # what was chosen in single precision is driven again in double: a guess must mirror with its situation
+    times = vector("times_s", np.round(found.rolled.times_s, 6), "s")
+    first, switch, then = (value[p : p + 1].astype(np.float64) for value in (phases.first_mps2, phases.switch_s, phases.then_mps2))
+    target, push, wait, soft = (
+        value[:, q : q + 1].astype(np.float64) for value in (steps.target_d_m, steps.lateral_mps2, steps.delay_s, steps.b)
+    )
+    alone = Sidesteps(target_d_m=target, lateral_mps2=push, delay_s=wait, b=soft)
+    pace_of = Phases(first_mps2=first, switch_s=switch, then_mps2=then)
+    states = roll_out(pace_of, alone, times, situation.host, vehicle, situation.road).states((0, 0))
     states[0] = situation.host.to_vector()
     wanted = times if grid is None else grid.times_s
     if wanted.shape != times.shape or np.abs(wanted - times).max() > 1e-6:

@@ -199,6 +199,7 @@ class CorrectedMethod:
             desired_speed_mps=situation.wanted_speed_mps,
             side=way.side,
             leaning=leaning,
+            needless=False,
             settings=WorthSettings(),
         )
         refusal = "" if verdict.passed else verdict.reason

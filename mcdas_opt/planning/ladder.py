@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import replace
 
 from mcdas_opt.actuation.path_following import SpeedLaw, follow
-from mcdas_opt.domain.plan import Candidate, Plan, Timing
+from mcdas_opt.domain.plan import Attempt, Candidate, Plan, Refusal, Timing
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
-from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.selection import severity
@@ -31,33 +28,44 @@ class Ladder:
     def __init__(self, vehicle: Vehicle, settings: Settings) -> None:
         self.vehicle, self.settings = vehicle, settings
 
-    def answer(self, situation: Situation, previous: Plan | None, refusal: str) -> Plan:
-        """A plan that passed (status `fallback`), else the least severe (`unavoidable`); the reason says what was refused before."""
-        started = time.perf_counter()
-        corrected = CorrectedMethod(self.vehicle, self.settings).plan(situation, previous)
-        if isinstance(corrected, Plan) and corrected.verdict.passed:
-            why = f"corrected sigmoid, driven, instead of the planner's own: {refusal}"
-            return replace(corrected, status=Status.FALLBACK, reason=why)
-        prediction = predict(situation.tracks, self.settings.prediction)
-        tried: list[Candidate] = list(corrected.candidates)
-        failed: list[tuple[str, Mode, Trajectory, Verdict]] = []
-        for name, mode, trajectory in self._keeping(situation):
-            verdict = judge(trajectory, situation.host, self.vehicle, situation.road, prediction)
-            tried.append(Candidate(name=name, cost=None, passed=verdict.passed, refusal="" if verdict.passed else verdict.reason))
-            if verdict.passed:
-                why = f"{name} in the lane, instead of the planner's own: {refusal}"
-                return self._plan(situation, prediction, mode, Side.NONE, trajectory, verdict, Status.FALLBACK, why, tried, started)
-            failed.append((name, mode, trajectory, verdict))
-        # nothing passes: the lightest impact; of equals the latest; the corrected sigmoid's own first choice competes
-        options = [(severity(t, self.vehicle, situation.road, prediction), n, m, Side.NONE, t, v) for n, m, t, v in failed]
-        if isinstance(corrected, Plan):
-            hurt = severity(corrected.trajectory, self.vehicle, situation.road, prediction)
-            options.append((hurt, corrected.mode.value, corrected.mode, corrected.side, corrected.trajectory, corrected.verdict))
-        worst, name, mode, side, trajectory, verdict = min(options, key=lambda option: option[0])
-        why = f"nothing passes; least severe is {name}, impact at {worst[0]:.1f} m/s; before: {refusal}"
-        return self._plan(situation, prediction, mode, side, trajectory, verdict, Status.UNAVOIDABLE, why, tried, started)
+    def answer(self, situation: Situation, previous: Plan | None, refusal: Refusal) -> Plan:
+        """A plan that passed (status `fallback`), else the least severe (`unavoidable`); the reason says what was refused before.
 
-    def _keeping(self, situation: Situation) -> Iterator[tuple[str, Mode, Trajectory]]:
+        What the method itself drove and the judge failed for a collision alone competes for the least severe.
+        """
+        started = time.perf_counter()
+        prediction = predict(situation.tracks, self.settings.prediction)
+        corrected = CorrectedMethod(self.vehicle, self.settings).plan(situation, previous)
+        tried: list[Candidate] = list(corrected.candidates)
+        options: list[Attempt] = []
+        if isinstance(corrected, Plan):
+            drive = Attempt(
+                name="corrected sigmoid, driven,",
+                mode=corrected.mode,
+                side=corrected.side,
+                trajectory=corrected.trajectory,
+                verdict=corrected.verdict,
+                reference=corrected.reference,
+            )
+            if drive.verdict.passed:
+                return self._plan(
+                    situation, prediction, drive, Status.FALLBACK, f"{drive.name} instead of: {refusal.reason}", tried, started
+                )
+            options.append(drive)
+        for drive in self._keeping(situation, prediction):
+            verdict = drive.verdict
+            tried.append(Candidate(name=drive.name, cost=None, passed=verdict.passed, refusal="" if verdict.passed else verdict.reason))
+            if verdict.passed:
+                why = f"{drive.name} in the lane instead of: {refusal.reason}"
+                return self._plan(situation, prediction, drive, Status.FALLBACK, why, tried, started)
+            options.append(drive)
+        options += [a for a in refusal.attempts if all(v.name.startswith("collision with") for v in a.verdict.violations)]
+        hurt = [severity(option.trajectory, self.vehicle, situation.road, prediction) for option in options]
+        least = min(range(len(options)), key=lambda i: hurt[i])
+        why = f"nothing passes; least severe is {options[least].name} (equivalent to {hurt[least][0]:.1f} m/s); before: {refusal.reason}"
+        return self._plan(situation, prediction, options[least], Status.UNAVOIDABLE, why, tried, started)
+
+    def _keeping(self, situation: Situation, prediction: Prediction) -> Iterator[Attempt]:
         """In the lane: hold, brake ever harder to a stop, accelerate."""
         grip = situation.road.friction * GRAVITY_MPS2
         vehicle = self.vehicle
@@ -79,16 +87,14 @@ class Ladder:
                 duration_s=float(self.settings.grid.times_s[-1]),
                 lateral_acceleration_mps2=0.5 * grip,
             )
-            yield name, mode, trajectory
+            verdict = judge(trajectory, situation.host, vehicle, situation.road, prediction)
+            yield Attempt(name=name, mode=mode, side=Side.NONE, trajectory=trajectory, verdict=verdict)
 
     def _plan(
         self,
         situation: Situation,
         prediction: Prediction,
-        mode: Mode,
-        side: Side,
-        trajectory: Trajectory,
-        verdict: Verdict,
+        drive: Attempt,
         status: Status,
         reason: str,
         tried: list[Candidate],
@@ -96,15 +102,16 @@ class Ladder:
     ) -> Plan:
         return Plan(
             planner="ladder",
-            mode=mode,
-            side=side,
+            mode=drive.mode,
+            side=drive.side,
             warning=True,
             status=status,
             reason=reason,
-            verdict=verdict,
+            verdict=drive.verdict,
             prediction=prediction.name,
-            trajectory=trajectory,
+            trajectory=drive.trajectory,
             candidates=tuple(tried),
             timing_ms=Timing(solve=1e3 * (time.perf_counter() - started)),
             time_s=situation.time_s,
+            reference=drive.reference,
         )

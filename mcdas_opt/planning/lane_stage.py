@@ -16,6 +16,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
 from mcdas_opt.planning.lane_parameters import guessed_states, node_values
+from mcdas_opt.planning.mirror import is_turned, turned_guess, turned_inputs, turned_parameters, turned_states
 from mcdas_opt.planning.roll_out import roll_out, within_reach
 from mcdas_opt.planning.ways import Way
 from mcdas_opt.solvers.interior_point import InteriorPointEngine
@@ -63,6 +64,7 @@ class _Memory:
     way: Way
     outcome: Outcome
     engine: Engine
+    turned: bool
     bodies: dict[str, PredictedBody]
 
 
@@ -73,6 +75,7 @@ class Solved:
     trajectory: Trajectory | None
     reason: str
     iterations: int
+    converged: bool = False
 
 
 class Posed:
@@ -133,21 +136,26 @@ class LaneStage:
         """From the way's last solve when that says something of this one, else from the way's own path."""
         bodies = self.nearest(situation, prediction)
         posed = self.posed(len(bodies))
+        turned = is_turned(situation, bodies, way)
         cold = self.guess(situation, way, posed)
+        cold = turned_guess(cold) if turned else cold
         memory = self._memory.pop(way.name, None)
         attempts = self._attempts(posed, cold)
         engine = posed.interior_point if self.stage.solver == "interior-point" else posed.osqp
-        if memory is not None and memory.engine is engine and not self._event(memory, situation, way, bodies):
+        fits = memory is not None and memory.engine is engine and memory.turned == turned
+        if memory is not None and fits and not self._event(memory, situation, way, bodies):
             warm = engine.shifted(memory.outcome)
             steps = self.stage.newton_steps if engine is posed.interior_point else self.stage.iterations_warm
             attempts.insert(0, (engine, warm, steps))
         # a measured state a hair outside a hard bound (rounding, a limit just touched) is brought to it
         x0 = np.clip(within_reach(situation.host, self.vehicle), posed.problem.x_lower, posed.problem.x_upper)
+        x0 = turned_states(x0) if turned else x0
         best: Outcome | None = None
         by: Engine = engine
         iterations, reason = 0, ""
         for trial, guess, cap in attempts:
             p = self.matrix(situation, bodies, way, posed, guess.x[:, 0])
+            p = turned_parameters(p, posed.problem.parameters) if turned else p
             outcome = trial.solve(x0, p, self.settings.grid.steps_s, guess, cap)
             iterations += outcome.inner_iterations
             if outcome.usable and (best is None or outcome.ending is Ending.CONVERGED or outcome.objective < best.objective):
@@ -157,8 +165,10 @@ class LaneStage:
             reason = outcome.message or outcome.ending.value
         if best is None:
             return Solved(trajectory=None, reason=reason, iterations=iterations)
-        self._memory[way.name] = _Memory(situation.time_s, way, best, by, {b.id: b for b in bodies})
-        return Solved(trajectory=self._driven(situation, posed, best), reason=reason, iterations=iterations)
+        self._memory[way.name] = _Memory(situation.time_s, way, best, by, turned, {b.id: b for b in bodies})
+        u = turned_inputs(best.u) if turned else best.u
+        trajectory = self._driven(situation, posed, best.x[:, 3], u)
+        return Solved(trajectory=trajectory, reason=reason, iterations=iterations, converged=best.ending is Ending.CONVERGED)
 
     def _attempts(self, posed: Posed, cold: StageGuess) -> list[tuple[Engine, StageGuess, int]]:
         """Engines in the order in which they are asked, from a cold start, with their iteration caps: the first that converges answers."""
@@ -169,10 +179,10 @@ class LaneStage:
             return [(posed.osqp, cold, self.stage.iterations_event)]
         return [(posed.interior_point, cold, self.stage.newton_steps), second]
 
-    def _driven(self, situation: Situation, posed: Posed, outcome: Outcome) -> Trajectory:
+    def _driven(self, situation: Situation, posed: Posed, speed_mps: Array, u: Array) -> Trajectory:
         """The inputs, kept inside their limits, driven through the equations of motion from the measured state."""
-        u = np.clip(outcome.u, posed.problem.u_lower, posed.problem.u_upper)
-        return roll_out(situation.host, outcome.x[:, 3], u, self.settings.grid, self.vehicle, situation.road)
+        u = np.clip(u, posed.problem.u_lower, posed.problem.u_upper)
+        return roll_out(situation.host, speed_mps, u, self.settings.grid, self.vehicle, situation.road)
 
     def nearest(self, situation: Situation, prediction: Prediction) -> tuple[PredictedBody, ...]:
         """The bodies that come nearest over the horizon, at most as many as there are seats; in order of their ids, to keep seats."""

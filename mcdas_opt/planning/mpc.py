@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from mcdas_opt.domain.assessment import Assessment
-from mcdas_opt.domain.plan import Candidate, Plan, Refusal, Timing
+from mcdas_opt.domain.plan import Attempt, Candidate, Plan, Refusal, Timing
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
@@ -47,6 +46,20 @@ class _Answer:
     trajectory: Trajectory
     verdict: Verdict
 
+    @property
+    def mode(self) -> Mode:
+        return self.way.mode if self.way.side is not Side.NONE else in_lane_mode(self.trajectory, self.way)
+
+    def attempt(self) -> Attempt:
+        return Attempt(
+            name=self.way.name,
+            mode=self.mode,
+            side=self.way.side,
+            trajectory=self.trajectory,
+            verdict=self.verdict,
+            reference=self.way.manoeuvre,
+        )
+
 
 class MpcMethod:
     """Kinematic-bicycle MPC on the sigmoid offset path; keeps its warm starts and its last assessment between calls."""
@@ -61,6 +74,8 @@ class MpcMethod:
         self._solve_s = self._verify_s = 0.0
         self._iterations = 0
         self._chosen = ""
+        self._tried: list[Candidate] = []
+        self._failed: list[Attempt] = []
         self.stop_at: float | None = None  # perf_counter after which no further candidate is begun
 
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
@@ -75,15 +90,22 @@ class MpcMethod:
         if situation.request is Request.PARK:
             return Refusal(reason="parking is planned by park, not by the lane planner")
         going = self._going(situation, previous)
-        chosen, candidates = self._choose(situation, assessment, prediction, previous, going)
+        self._tried, self._failed = [], []
+        chosen = self._choose(situation, assessment, prediction, previous, going)
+        candidates = tuple(self._tried)
         if chosen is None:
             reason = "; ".join(f"{c.name}: {c.refusal}" for c in candidates)
-            return Refusal(reason=f"no way out passes ({reason})", candidates=candidates, iterations=self._iterations)
+            return Refusal(
+                reason=f"no way out passes ({reason})",
+                candidates=candidates,
+                iterations=self._iterations,
+                attempts=tuple(self._failed),
+            )
         way = chosen.way
         self._chosen = way.name
         return Plan(
             planner="mpc",
-            mode=way.mode if way.side is not Side.NONE else in_lane_mode(chosen.trajectory, way),
+            mode=chosen.mode,
             side=way.side,
             warning=assessment.warning,
             reason=assessment.reason,
@@ -112,41 +134,43 @@ class MpcMethod:
         prediction: Prediction,
         previous: Plan | None,
         going: Manoeuvre | None,
-    ) -> tuple[_Answer | None, tuple[Candidate, ...]]:
-        """The gentlest set of ways that holds one which passes: what is under way, the four ways out, the family's best."""
-        tried: list[Candidate] = []
+    ) -> _Answer | None:
+        """The gentlest set of ways that holds one which passes.
+
+        When nothing threatens: what is under way, or the lane. At a threat: the four ways out and the best of the sampled family; while
+        a manoeuvre is under way the family waits until nothing else passes.
+        """
         if not assessment.threatened:
             quiet = Mode.CRUISE if assessment.mode is Mode.CRUISE else Mode.HOLD
             first = continued(situation, going) if going is not None else keeping_way(situation, quiet)
-            answer = self._try(situation, prediction, first, Side.NONE, tried)
+            answer = self._try(situation, prediction, first, assessment)
             if answer is not None:
-                return answer, tuple(tried)
-        before = None if previous is None else self._chosen
-        gentle = ways_out(situation, assessment, self.vehicle, self.settings.sigmoid, going)
+                return answer
+        four = ways_out(situation, assessment, self.vehicle, self.settings.sigmoid, going)
         if going is not None and going.half_done(situation):
             # the lane that holds the car is the one that it steers for: keeping it is no way of its own
-            gentle = tuple(way for way in gentle if way.side is not Side.NONE)
-        sets: tuple[Callable[[], tuple[Way, ...]], ...] = (
-            lambda: gentle,
-            lambda: spread_ways(situation, self.vehicle, prediction, self.settings.grid),
-        )
-        for ways in sets:
-            answers = [self._try(situation, prediction, way, shorter_side(assessment), tried) for way in ways()]
-            passed = [a for a in answers if a is not None]
-            if passed:
-                return min(passed, key=lambda a: self._price(a, before)), tuple(tried)
-        return None, tuple(tried)
+            four = tuple(way for way in four if way.side is not Side.NONE)
+        before = None if previous is None else self._chosen
+        passed = self._passed(situation, prediction, four, assessment)
+        if going is None or not passed:
+            passed += self._passed(situation, prediction, spread_ways(situation, self.vehicle, prediction, self.settings.grid), assessment)
+        return min(passed, key=lambda answer: self._price(answer, before, going), default=None)
 
-    def _price(self, answer: _Answer, before: str | None) -> tuple[float, int]:
-        """Cost, cheaper for what was chosen before; equal costs (to 1e-6 of each other) go to the tie-break side."""
+    def _passed(self, situation: Situation, prediction: Prediction, ways: tuple[Way, ...], assessment: Assessment) -> list[_Answer]:
+        answers = [self._try(situation, prediction, way, assessment) for way in ways]
+        return [answer for answer in answers if answer is not None]
+
+    def _price(self, answer: _Answer, before: str | None, going: Manoeuvre | None) -> tuple[float, int]:
+        """Cost, cheaper for what was chosen before; equal costs (to 1e-5 of each other) go to the tie-break side."""
         cost = answer.candidate.cost or 0.0
-        if before is not None and answer.candidate.name == before:
+        if answer.way.manoeuvre == going if going is not None else answer.way.name == before:
             cost *= self.worth.persistence
         tie = self.settings.selector.tie_break
         return (round(cost, 5), 0 if answer.way.side is tie else 1)
 
-    def _try(self, situation: Situation, prediction: Prediction, way: Way, leaning: Side, tried: list[Candidate]) -> _Answer | None:
-        """Solves and judges one way; records it among the tried."""
+    def _try(self, situation: Situation, prediction: Prediction, way: Way, assessment: Assessment) -> _Answer | None:
+        """Solves and judges one way; records it among the tried, and its drive among the failed."""
+        tried = self._tried
         if way.refusal:
             tried.append(Candidate(name=way.name, cost=None, passed=False, refusal=way.refusal))
             return None
@@ -169,10 +193,16 @@ class MpcMethod:
             prediction=prediction,
             desired_speed_mps=situation.wanted_speed_mps,
             side=way.side,
-            leaning=leaning,
+            leaning=shorter_side(assessment),
+            needless=assessment.mode in (Mode.BRAKE, Mode.ACCELERATE),
             settings=self.worth,
         )
         self._verify_s += time.perf_counter() - started
         candidate = Candidate(name=way.name, cost=cost, passed=verdict.passed, refusal="" if verdict.passed else verdict.reason)
         tried.append(candidate)
-        return _Answer(way, candidate, solved.trajectory, verdict) if verdict.passed else None
+        answer = _Answer(way, candidate, solved.trajectory, verdict)
+        if verdict.passed:
+            return answer
+        if solved.converged:  # what was cut short is no plan to fall back on: it would not even mirror with its situation
+            self._failed.append(answer.attempt())
+        return None

@@ -70,10 +70,10 @@ class Planner:
         answer = self.method.plan(situation, self.previous)
         has_ladder = getattr(self.method, "has_ladder", True)
         if isinstance(answer, Refusal):
-            fallback = self.ladder.answer(situation, self.previous, answer.reason)
+            fallback = self.ladder.answer(situation, self.previous, answer)
             answer = replace(fallback, candidates=answer.candidates + fallback.candidates, iterations=answer.iterations)
         elif has_ladder and not answer.verdict.passed:
-            answer = self.ladder.answer(situation, self.previous, answer.verdict.reason)
+            answer = self.ladder.answer(situation, self.previous, Refusal(reason=answer.verdict.reason))
         timing = replace(answer.timing_ms, total=1e3 * (time.perf_counter() - started))
         self.previous = replace(answer, planner=self.name, timing_ms=timing)
         self.situation = situation

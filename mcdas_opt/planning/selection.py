@@ -26,6 +26,7 @@ class WorthSettings:
     speed: float = 0.03  # per (m/s)^2 off the desired speed
     lane_change: float = 2.0  # once
     other_side: float = 0.3  # once, for steering to the side that the front vehicle's offset leans to
+    needless: float = 3.0  # once, for steering out where the selector finds braking or accelerating enough
     nearness: float = 6.0  # per exp(-gap / 0.7 m)
     end_closing: float = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
     end_room_m: float = 0.5  # whoever ends less than this beside the host's flank counts as before or behind it
@@ -53,6 +54,7 @@ def worth(
     desired_speed_mps: float,
     side: Side,
     leaning: Side,
+    needless: bool,
     settings: WorthSettings,
 ) -> float:
     """The price of a plan: discomfort, departure from the desired speed, nearness to others, and how it leaves things at its end."""
@@ -76,11 +78,15 @@ def worth(
     if side is Side.NONE:
         return total
     other = leaning is not Side.NONE and side is not leaning
-    return total + settings.lane_change + (settings.other_side if other else 0.0)
+    return total + settings.lane_change + (settings.other_side if other else 0.0) + (settings.needless if needless else 0.0)
 
 
 def severity(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: Prediction) -> tuple[float, float]:
-    """(relative speed [m/s], minus the time [s]) at the first overlap; (0, -inf) when there is none. Leaving the road is worst of all."""
+    """(equivalent impact speed [m/s], minus the time [s]) of the first overlap; (0, -inf) when there is none. Leaving the road is worst.
+
+    The equivalent speed is the relative speed times the square root of the share of the narrower body's width that overlaps (at least a
+    tenth): the energy is taken as absorbed over that share. A model of this project, to rank ways out, not to predict injuries.
+    """
     reach = 0.5 * vehicle.width_m
     if np.any(trajectory.d_m + reach > road.left_edge_m + 0.02) or np.any(trajectory.d_m - reach < road.right_edge_m - 0.02):
         return (1e3, 0.0)
@@ -89,8 +95,11 @@ def severity(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: P
     if not hits:
         return (0.0, float("-inf"))
     k, index = min(hits)
-    motion = prediction.bodies[index].at(trajectory.t_s[k : k + 1])
+    body = prediction.bodies[index]
+    motion = body.at(trajectory.t_s[k : k + 1])
     psi, v = float(trajectory.heading_rad[k]), float(trajectory.speed_mps[k])
     ds = v * np.cos(psi) - float(motion.speed_s_mps[0])
     dd = v * np.sin(psi) - float(motion.speed_d_mps[0])
-    return (float(np.hypot(ds, dd)), -float(trajectory.t_s[k]))
+    overlap = 0.5 * (vehicle.width_m + body.width_m) - abs(float(trajectory.d_m[k]) - float(motion.d_m[0]))
+    share = min(max(overlap / min(vehicle.width_m, body.width_m), 0.1), 1.0)
+    return (float(np.hypot(ds, dd)) * share**0.5, -float(trajectory.t_s[k]))

@@ -1,0 +1,69 @@
+"""Left and right are solved as one: what steers right is turned about, so that a mirrored scene has the mirrored plan to the bit.
+
+Without it the order in which rows are summed differs between a scene and its mirror image, and a badly conditioned problem makes of the
+last bit of a sum the sixth digit of a plan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mcdas_opt.domain.prediction import PredictedBody
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.planning.ways import Way
+from mcdas_opt.solvers.stage_problem import StageGuess
+
+_ODD_STATES = np.array([1.0, -1.0, -1.0, 1.0, 1.0, -1.0])  # s, d, psi, v, a, delta
+_ODD_INPUTS = np.array([1.0, -1.0])  # jerk, steering rate
+_ODD_PARAMETERS = frozenset({"kappa", "kappa_slope", "ref_start_d", "ref_amplitude", "ref_bend"})
+_NOTHING = 1e-9
+
+
+def is_turned(situation: Situation, bodies: Sequence[PredictedBody], way: Way) -> bool:
+    """Whether this is solved in the mirror: steering right, or keeping the lane with more on the right than on the left."""
+    if way.side is not Side.NONE:
+        return way.side is Side.RIGHT
+    host, road, now = situation.host, situation.road, np.zeros(1)
+    offset = host.d_m - way.path.start_d_m
+    lateral = [float(body.at(now).d_m[0]) - way.path.start_d_m for body in bodies]
+    for oddness in (
+        offset,
+        host.heading_rad,
+        host.steering_rad,
+        sum(sorted(lateral, key=abs)),
+        road.left_edge_m + road.right_edge_m - 2.0 * way.path.start_d_m,
+        sum(kappa for _, kappa in road.curvature),
+    ):
+        if abs(oddness) > _NOTHING:
+            return oddness < 0.0
+    return False
+
+
+def turned_states(x: Array) -> Array:
+    """States (..., 6) in the mirror."""
+    return np.asarray(x * _ODD_STATES)
+
+
+def turned_inputs(u: Array) -> Array:
+    """Inputs (..., 2) in the mirror."""
+    return np.asarray(u * _ODD_INPUTS)
+
+
+def turned_guess(guess: StageGuess) -> StageGuess:
+    """A cold guess in the mirror."""
+    return StageGuess(x=turned_states(guess.x), u=turned_inputs(guess.u), s=guess.s)
+
+
+def turned_parameters(p: Array, names: Sequence[str]) -> Array:
+    """(N + 1, np) in the mirror: lateral positions and curvatures change sign, the road's edges change places too."""
+    out = p.copy()
+    for i, name in enumerate(names):
+        if name in _ODD_PARAMETERS or (name.startswith("body") and name.endswith("_d")):
+            out[:, i] = -p[:, i]
+    left, right = names.index("left_edge"), names.index("right_edge")
+    out[:, left], out[:, right] = -p[:, right], -p[:, left]
+    return out
