@@ -37,23 +37,30 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON documen
 PlannerOption = Annotated[str, typer.Option("--planner", help="mpc, closed-form, closed-form-corrected, or a registered method.")]
 
 
+_INTERRUPTED = 130
+
+
 def main() -> None:
     """Entry point: turns our own errors into one line on stderr and the exit code of the contract."""
     try:
-        app(standalone_mode=False)
+        code = app(standalone_mode=False)  # an interrupt comes back as the exit code 130
     except McdasError as error:
         print(f"mcdas-opt: {error}", file=sys.stderr)  # noqa: T201
         sys.exit(2)
     except typer.Exit as stop:
         sys.exit(stop.exit_code)
     except typer.Abort:
-        sys.exit(130)
+        sys.exit(_INTERRUPTED)
     except Exception as error:
         show = getattr(error, "show", None)  # click's usage errors show themselves
         if show is not None:
             show()
             sys.exit(2)
         raise
+    if isinstance(code, int) and code:
+        if code == _INTERRUPTED:
+            print("mcdas-opt: interrupted; what was not yet written is lost", file=sys.stderr)  # noqa: T201
+        sys.exit(code)
 
 
 def emit(document: dict[str, Any]) -> None:

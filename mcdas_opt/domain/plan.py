@@ -46,7 +46,8 @@ class Timing:
 class Plan:
     """A trajectory with its verdict. Time 0 of the trajectory is the situation's time.
 
-    `solver` says which engine the method runs and in which form (compiled and interpreted agree to 1e-6, not to the byte).
+    `chosen` is the name of the candidate that it is. `solver` says which engine the method runs and in which form (compiled and
+    interpreted agree to 1e-6, not to the byte).
     `reference` is the manoeuvre that the plan follows (a record of `reference/`), handed back as `previous` so that a manoeuvre
     once begun goes on instead of beginning anew.
     """
@@ -63,6 +64,7 @@ class Plan:
     candidates: tuple[Candidate, ...] = ()
     timing_ms: Timing = field(default_factory=Timing)
     iterations: int = 0
+    chosen: str = ""
     solver: str = ""
     literal_mode: str | None = None
     time_s: float = 0.0

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.rules import Array, covariance, finite, positive
 from mcdas_opt.domain.vocabulary import Sector
 
@@ -27,6 +28,13 @@ class Track:
     width_m: float = 1.8
     age_s: float = 0.0
     coasting: bool = False
+
+    def __eq__(self, other: object) -> bool:
+        """Every number the same, the covariance's too."""
+        return isinstance(other, Track) and to_document(self) == to_document(other)
+
+    def __hash__(self) -> int:
+        return hash((self.id, self.s_m, self.d_m, self.speed_s_mps, self.speed_d_mps))
 
     def __post_init__(self) -> None:
         for name, unit in (("s_m", "m"), ("d_m", "m"), ("speed_s_mps", "m/s"), ("speed_d_mps", "m/s"), ("age_s", "s")):

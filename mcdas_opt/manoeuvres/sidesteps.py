@@ -102,6 +102,7 @@ def ways(steps: Sidesteps, speeds: SpeedHistory, times_s: Array, start: HostStat
     a, begin, b, height, base, gain, m, n, join, s0 = (np.asarray(q, dtype=precision)[..., None] for q in small)
     e = speeds.way_m - begin
     e *= a
+    np.minimum(e, 80.0, out=e)  # far before the start; beyond it single precision overflows
     np.exp(e, out=e)
     e *= b
     s = 1.0 / (1.0 + e)

@@ -33,6 +33,7 @@ def node_values(
 ) -> dict[str, Any]:
     """Name to number or vector (N + 1); the road's curvature is linearised around `guess_s` (N + 1)."""
     road, path = situation.road, way.path
+    left_edge, right_edge = _bounds(situation, way)
     values: dict[str, Any] = {
         "kappa": road.curvature_at(guess_s),
         "kappa_slope": (road.curvature_at(guess_s + 1.0) - road.curvature_at(guess_s - 1.0)) / 2.0,
@@ -47,8 +48,8 @@ def node_values(
         "ref_bend_width": path.bend_width_m,
         "speed_ref": way.speed_mps,
         "grip": friction_share * road.friction * GRAVITY_MPS2,
-        "left_edge": road.left_edge_m,
-        "right_edge": road.right_edge_m,
+        "left_edge": left_edge,
+        "right_edge": right_edge,
         "road_end": FAR_M if road.road_end_s_m is None else road.road_end_s_m - _ROAD_END_GAP_M,
         **_bumpers(situation, bodies, way, times_s),
     }
@@ -61,6 +62,17 @@ def node_values(
             seat = (motion.s_m, motion.d_m, along, across)
         values |= dict(zip((f"body{i}_s", f"body{i}_d", f"body{i}_along", f"body{i}_across"), seat, strict=True))
     return values
+
+
+def _bounds(situation: Situation, way: Way) -> tuple[float, float]:
+    """The road's edges; for a way that keeps its lane, the lane's own edge on a side that nobody watches."""
+    road, seen = situation.road, situation.coverage
+    left, right = road.left_edge_m, road.right_edge_m
+    if way.manoeuvre is None:
+        centre, half = way.path.start_d_m, 0.5 * road.lane_width_m
+        left = left if seen.left else min(left, centre + half)
+        right = right if seen.right else max(right, centre - half)
+    return left, right
 
 
 def _bumpers(situation: Situation, bodies: Sequence[PredictedBody], way: Way, times_s: Array) -> dict[str, Array]:

@@ -15,10 +15,10 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
-from mcdas_opt.domain.vocabulary import Mode, Request, Side
+from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.planning.lane_stage import LaneStage, StageSettings
 from mcdas_opt.planning.selection import WorthSettings, worth
-from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, shorter_side, spread_ways, ways_out
+from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, shorter_side, spread_ways, strays, ways_out
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.prediction import predict
 from mcdas_opt.verification.judge import judge
@@ -28,7 +28,7 @@ _STEADY_MPS2 = 0.3  # a plan that stays under it over its first second neither b
 
 def in_lane_mode(trajectory: Trajectory, way: Way) -> Mode:
     """What a plan that keeps its lane does: named by its acceleration over the first second, not by what it was meant to be."""
-    if way.mode in (Mode.HOLD, Mode.CRUISE):
+    if way.mode in (Mode.HOLD, Mode.CRUISE, Mode.PARK):
         return way.mode
     first = trajectory.acceleration_mps2[trajectory.t_s <= 1.0 + 1e-9]
     strongest = float(first[int(np.argmax(np.abs(first)))])
@@ -87,8 +87,6 @@ class MpcMethod:
         assessment = assess(situation, self.vehicle, self.settings.selector, self._assessment)
         self._assessment = assessment
         prediction = predict(situation.tracks, self.settings.prediction)
-        if situation.request is Request.PARK:
-            return Refusal(reason="parking is planned by park, not by the lane planner")
         going = self._going(situation, previous)
         self._tried, self._failed = [], []
         chosen = self._choose(situation, assessment, prediction, previous, going)
@@ -108,7 +106,8 @@ class MpcMethod:
             mode=chosen.mode,
             side=way.side,
             warning=assessment.warning,
-            reason=assessment.reason,
+            reason=f"{assessment.reason}; {way.name} is the cheapest way that passes",
+            chosen=way.name,
             verdict=chosen.verdict,
             prediction=prediction.name,
             trajectory=chosen.trajectory,
@@ -141,7 +140,7 @@ class MpcMethod:
         a manoeuvre is under way the family waits until nothing else passes.
         """
         if not assessment.threatened:
-            quiet = Mode.CRUISE if assessment.mode is Mode.CRUISE else Mode.HOLD
+            quiet = assessment.mode if assessment.mode in (Mode.CRUISE, Mode.PARK) else Mode.HOLD
             first = continued(situation, going) if going is not None else keeping_way(situation, quiet)
             answer = self._try(situation, prediction, first, assessment)
             if answer is not None:
@@ -198,11 +197,14 @@ class MpcMethod:
             settings=self.worth,
         )
         self._verify_s += time.perf_counter() - started
-        candidate = Candidate(name=way.name, cost=cost, passed=verdict.passed, refusal="" if verdict.passed else verdict.reason)
+        refusal = strays(solved.trajectory, situation, way, self.vehicle) or ("" if verdict.passed else verdict.reason)
+        candidate = Candidate(name=way.name, cost=cost, passed=not refusal, refusal=refusal)
         tried.append(candidate)
         answer = _Answer(way, candidate, solved.trajectory, verdict)
-        if verdict.passed:
+        if candidate.passed:
             return answer
-        if solved.converged:  # what was cut short is no plan to fall back on: it would not even mirror with its situation
+        if (
+            solved.converged and not verdict.passed
+        ):  # what was cut short is no plan to fall back on: it would not even mirror with its situation
             self._failed.append(answer.attempt())
         return None

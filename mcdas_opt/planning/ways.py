@@ -12,11 +12,13 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import SigmoidSettings
 from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.manoeuvres.kinds import best_of_kind, next_lane_m
 from mcdas_opt.reference.offset_path import OffsetPath, corrected
 
+_MARKING_M = 0.15  # a body that crosses the marking by less still keeps its lane
 _LEANING_M = 0.1  # a smaller offset of the front vehicle leans to neither side
 BODY_ROOM_M = 0.25  # from the body's flank to the road's edge, for the targets of steering
 
@@ -202,5 +204,23 @@ def continued(situation: Situation, going: Manoeuvre) -> Way:
 
 
 def keeping_way(situation: Situation, mode: Mode) -> Way:
-    """Nothing threatens: keep the lane at the desired speed."""
-    return Way(name="keep", mode=mode, side=Side.NONE, path=keep_path(situation), speed_mps=situation.wanted_speed_mps)
+    """Nothing threatens: keep the lane at the desired speed; asked to park, stand until `park` takes over."""
+    speed = 0.0 if mode is Mode.PARK else situation.wanted_speed_mps
+    return Way(name="keep", mode=mode, side=Side.NONE, path=keep_path(situation), speed_mps=speed)
+
+
+def strays(trajectory: Trajectory, situation: Situation, way: Way, vehicle: Vehicle) -> str:
+    """Why a drive that was to keep its lane does not: its body crosses the marking to a side that nobody watches, or by half its width.
+
+    Empty where it keeps the lane, or was to leave it. A car that begins beyond the marking is let back in.
+    """
+    if way.side is not Side.NONE:
+        return ""
+    reach = 0.5 * vehicle.width_m * np.cos(trajectory.heading_rad) + 0.5 * vehicle.length_m * np.abs(np.sin(trajectory.heading_rad))
+    half, offset = 0.5 * situation.road.lane_width_m, trajectory.d_m - way.path.start_d_m
+    for side, sector, over in ((Side.LEFT, Sector.LEFT, offset + reach - half), (Side.RIGHT, Sector.RIGHT, reach - offset - half)):
+        room = 0.5 * vehicle.width_m if situation.coverage.sees(sector) else _MARKING_M
+        if float(over.max()) > max(room, float(over[0]) + _MARKING_M):
+            unwatched = "" if situation.coverage.sees(sector) else ", where nobody watches"
+            return f"leaves its lane to the {side}{unwatched}"
+    return ""

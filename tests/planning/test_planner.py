@@ -143,10 +143,41 @@ def test_a_refusal_is_answered_by_the_ladder(seed: int) -> None:
     assert "it never does" in plan.reason
 
 
-def test_parking_is_not_the_lane_planners_business() -> None:
+def test_asked_to_park_it_stands_until_parking_takes_over() -> None:
     plan = Planner().plan(Situation(host=HostState(), request=Request.PARK))
-    assert "parking" in plan.reason
+    assert (plan.mode, plan.status) == (Mode.PARK, Status.PLANNED)
     assert plan.trajectory.speed_mps.max() < 0.1
+
+
+def test_asked_to_park_it_still_escapes_from_behind() -> None:
+    tracks = (car("rear", -60.0, 0.0, 15.0),)
+    plan = Planner().plan(Situation(host=HostState(), tracks=tracks, request=Request.PARK, road=Road(lanes_left=1)))
+    assert plan.verdict.passed
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_nobody_is_steered_into_a_lane_that_nobody_watches(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    tracks = (car("front", 30.0, rng.uniform(-0.5, 0.5), 8.0), car("rear", -20.0, 0.0, 25.0))
+    road, unseen = Road(lanes_left=1, lanes_right=1), Coverage(left=False, right=False)
+    plan = Planner().plan(Situation(host=HostState(speed_mps=20.0), tracks=tracks, road=road, coverage=unseen))
+    assert np.abs(plan.trajectory.d_m).max() + 0.9 < 0.5 * road.lane_width_m + 0.35
+
+
+def test_before_the_end_of_the_road_the_least_severe_brakes() -> None:
+    plan = Planner().plan(Situation(host=HostState(speed_mps=15.0), road=Road(road_end_s_m=15.0)))
+    assert (plan.status, plan.mode) == (Status.UNAVOIDABLE, Mode.BRAKE)
+    assert plan.trajectory.acceleration_mps2.min() < -6.0
+
+
+def test_a_plan_names_the_candidate_that_it_is() -> None:
+    plan = Planner().plan(sandwich(0.3))
+    assert any(c.name == plan.chosen and c.passed for c in plan.candidates)
+
+
+def test_equal_situations_are_equal() -> None:
+    situation = random_sandwich(5)
+    assert Situation.from_json(situation.to_json()) == situation
 
 
 def test_unknown_names_are_refused() -> None:
