@@ -28,16 +28,14 @@ class Chassis:
     cornering_stiffness_rear_nprad: float
 
     def __post_init__(self) -> None:
-        units = {
-            "wheelbase_m": "m", "mass_kg": "kg", "yaw_inertia_kgm2": "kg m^2", "cog_to_front_axle_m": "m",
-            "cornering_stiffness_front_nprad": "N/rad", "cornering_stiffness_rear_nprad": "N/rad",
-        }  # fmt: skip
-        for name, unit in units.items():
+        for name, unit in (("wheelbase_m", "m"), ("mass_kg", "kg"), ("cog_to_front_axle_m", "m")):
             positive(name, getattr(self, name), unit)
         if not self.cog_to_front_axle_m < self.wheelbase_m:
-            raise ParameterError(
-                "cog_to_front_axle_m", self.cog_to_front_axle_m, f"must be less than the wheelbase {self.wheelbase_m:g}", "m"
-            )
+            rule = f"must be less than the wheelbase {self.wheelbase_m:g}"
+            raise ParameterError("cog_to_front_axle_m", self.cog_to_front_axle_m, rule, "m")
+        positive("yaw_inertia_kgm2", self.yaw_inertia_kgm2, "kg m^2")
+        for name in ("cornering_stiffness_front_nprad", "cornering_stiffness_rear_nprad"):
+            positive(name, getattr(self, name), "N/rad")
         non_negative("cog_height_m", self.cog_height_m, "m")
 
     @classmethod
@@ -55,7 +53,7 @@ class Chassis:
         return cls(
             wheelbase_m=vehicle.wheelbase_m,
             mass_kg=mass,
-            yaw_inertia_kgm2=_first(vehicle.yaw_inertia_kgm2, mass * front * max(rear, 0.0)),
+            yaw_inertia_kgm2=_first(vehicle.yaw_inertia_kgm2, mass * front * rear),
             cog_to_front_axle_m=front,
             cog_height_m=_first(vehicle.cog_height_m, TYPICAL_HEIGHT_M),
             cornering_stiffness_front_nprad=_first(vehicle.cornering_stiffness_front_nprad, TYPICAL_STIFFNESS_FRONT * weight * rear),
