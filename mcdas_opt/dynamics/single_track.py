@@ -30,7 +30,7 @@ def fiala(slip_rad: float, stiffness: float, limit: float) -> float:
     if limit <= 0.0:
         return 0.0
     q = min(stiffness * abs(z) / (3.0 * limit), 1.0)  # 1: the whole contact slides
-    return math.copysign(limit * q * (3.0 - 3.0 * q + q * q), z)
+    return math.copysign(limit * min(q * (3.0 - 3.0 * q + q * q), 1.0), z)
 
 
 def axle_loads(chassis: Chassis, acceleration: float) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.bicycle import lateral_acceleration, road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
-from mcdas_opt.errors import ParameterError, nearest
+from mcdas_opt.errors import ParameterError
 from mcdas_opt.simulation.actuators import Actuators, Applied, clip, standstill_after
 from mcdas_opt.simulation.dynamic_plant import DynamicPlant
 from mcdas_opt.simulation.idm import STEP_S
@@ -105,5 +105,5 @@ PLANTS: dict[str, Callable[[Vehicle, Road, HostState], Plant]] = {"kinematic": K
 def make_plant(name: str, vehicle: Vehicle, road: Road, state: HostState) -> Plant:
     """The plant of that name. Raises `ParameterError` that lists the known ones."""
     if name not in PLANTS:
-        raise ParameterError("plant", name, nearest(name, PLANTS))
+        raise ParameterError("plant", name, "must be one of " + ", ".join(PLANTS))
     return PLANTS[name](vehicle, road, state)
