@@ -143,7 +143,7 @@ def plan(
 def simulate(
     scene: SceneArgument,
     planner: PlannerOption = "mpc",
-    plant: Annotated[str, typer.Option("--plant", help="The car that is driven: kinematic.")] = "kinematic",
+    plant: Annotated[str, typer.Option("--plant", help="The car that is driven: kinematic, or dynamic (with tyres).")] = "kinematic",
     seed: Annotated[int | None, typer.Option("--seed", min=0, help="Of the measurement noise; default the scene's.")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Draw the drive: an animation (.gif) or a sheet of moments (.png).")] = None,
     as_json: JsonOption = False,

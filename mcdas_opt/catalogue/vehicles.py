@@ -7,12 +7,13 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict
 
 from mcdas_opt.catalogue.shelf import checked, find, read_toml
+from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError, ParameterError
 
 
 class VehicleFile(BaseModel):
-    """The keys of a vehicle file; the limits are the contract's, the rest says where the numbers come from."""
+    """The keys of a vehicle file; the limits are the contract's, the chassis is optional, the rest says where the numbers come from."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
@@ -30,14 +31,21 @@ class VehicleFile(BaseModel):
     source: str = ""
     sources: dict[str, str] = {}
     mass_kg: float | None = None
+    yaw_inertia_kgm2: float | None = None
+    cog_to_front_axle_m: float | None = None
+    cog_height_m: float | None = None
+    cornering_stiffness_front_nprad: float | None = None
+    cornering_stiffness_rear_nprad: float | None = None
 
 
 def load_vehicle(name: str, beside: Path | None = None) -> Vehicle:
     """The vehicle behind a shipped name or a path. Raises `InputError` that names the file, the key and the known vehicles."""
     path = find("vehicles", name, beside=beside)
     entry = checked(VehicleFile, read_toml(path), path)
-    limits = entry.model_dump(exclude={"source", "sources", "mass_kg"})
+    limits = entry.model_dump(exclude={"source", "sources"})
     try:
-        return Vehicle(name=path.stem, **limits)
+        vehicle = Vehicle(name=path.stem, **limits)
+        Chassis.of(vehicle)
     except ParameterError as error:
         raise InputError(path, error.name, error.value, error.rule) from None
+    return vehicle

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from mcdas_opt.domain.rules import Array, finite, vector
@@ -19,7 +20,7 @@ class HostState:
     steering_rad: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in self.__slots__:
+        for name in self.__dataclass_fields__:
             object.__setattr__(self, name, finite(name, getattr(self, name)))
 
     def to_vector(self) -> Array:
@@ -34,3 +35,29 @@ class HostState:
         """From (s, d, psi, v, a, delta)."""
         s, d, psi, v, a, delta = (float(value) for value in x)
         return cls(s_m=s, d_m=d, heading_rad=psi, speed_mps=v, acceleration_mps2=a, steering_rad=delta)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlidingState(HostState):
+    """A host whose tyres slip: `steering_rad` is the angle of the wheels, and the rear axle moves sideways too.
+
+    `lateral_speed_mps` is the rear axle's, to the left of the body; without slip it is 0 and the yaw rate is v tan(delta) / L.
+    """
+
+    lateral_speed_mps: float = 0.0
+    yaw_rate_radps: float = 0.0
+
+    def without_slip(self, wheelbase_m: float) -> HostState:
+        """The state of the no-slip bicycle that moves as this car does now: the heading is the rear axle's course, the steering the
+        one that turns the car at its yaw rate. At rest, the state itself."""
+        v = self.speed_mps
+        if v <= 0.0:
+            return HostState.from_vector(self.to_vector())
+        return HostState(
+            s_m=self.s_m,
+            d_m=self.d_m,
+            heading_rad=self.heading_rad + math.atan2(self.lateral_speed_mps, v),
+            speed_mps=v,
+            acceleration_mps2=self.acceleration_mps2,
+            steering_rad=math.atan(wheelbase_m * self.yaw_rate_radps / v),
+        )

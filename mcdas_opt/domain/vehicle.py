@@ -12,7 +12,10 @@ GRAVITY_MPS2 = 9.80665
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Vehicle:
-    """Size and actuator limits of a car; the limits are what the judge enforces, comfort is a cost."""
+    """Size and actuator limits of a car; the limits are what the judge enforces, comfort is a cost.
+
+    What the dynamic plant needs besides may stay open: `Chassis.of` fills in typical figures.
+    """
 
     name: str = "sedan"
     wheelbase_m: float = 2.7
@@ -26,6 +29,12 @@ class Vehicle:
     jerk_min_mps3: float = -40.0
     jerk_max_mps3: float = 20.0
     speed_max_mps: float = 50.0
+    mass_kg: float | None = None
+    yaw_inertia_kgm2: float | None = None
+    cog_to_front_axle_m: float | None = None
+    cog_height_m: float | None = None
+    cornering_stiffness_front_nprad: float | None = None
+    cornering_stiffness_rear_nprad: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("wheelbase_m", "front_overhang_m", "rear_overhang_m", "width_m"):

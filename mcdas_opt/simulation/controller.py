@@ -6,8 +6,10 @@ from typing import Protocol
 
 import numpy as np
 
+from mcdas_opt.actuation.lateral_lqr import LqrTracking
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import Vehicle
 
 
 class Controller(Protocol):
@@ -33,3 +35,8 @@ class FeedForward:
         left = float(trajectory.t_s[after]) - since_s
         jerk = (float(trajectory.acceleration_mps2[after]) - state.acceleration_mps2) / left
         return jerk, (float(trajectory.steering_rad[after]) - state.steering_rad) / left
+
+
+def default_controller(plant: str, vehicle: Vehicle) -> Controller:
+    """Feed-forward alone suffices for the plant the plans are made with; a car that slips is tracked with feedback."""
+    return LqrTracking.design(vehicle) if plant == "dynamic" else FeedForward()

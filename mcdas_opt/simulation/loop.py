@@ -15,7 +15,7 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.simulation.controller import Controller, FeedForward
+from mcdas_opt.simulation.controller import Controller, default_controller
 from mcdas_opt.simulation.drive import Drive
 from mcdas_opt.simulation.idm import STEP_S
 from mcdas_opt.simulation.neighbours import Traffic
@@ -52,7 +52,8 @@ def simulate(
     """Drives a planner through a scene, and returns the drive with its figures.
 
     Ends at the scene's duration, at the first touch of another body, or when a corner is more than 0.02 m off the road. `planner` is
-    a registered name, a `Driver`, or a method (an object with `plan(situation, previous)`). The planner gets the plant's true state.
+    a registered name, a `Driver`, or a method (an object with `plan(situation, previous)`). The planner gets the plant's true state,
+    of a car that slips the no-slip state that moves alike. The default controller is the plant's: `default_controller`.
     `progress` is told after every turn how many are done, and of how many.
     Without its `cycle_ms` the result repeats to the byte for the same scene and seed (default the scene's). Raises `InputError` or
     `ParameterError` for a planner, plant or sensor that is not known.
@@ -61,6 +62,7 @@ def simulate(
     seed = scene.seed if seed is None else seed
     driver, name = _driver(planner, scene, settings)
     traffic, car = Traffic(scene), make_plant(plant, scene.vehicle, scene.true_road, scene.host_state)
+    controller = controller or default_controller(plant, scene.vehicle)
     eyes = Perception(scene, seed, driver)
     eyes.warm_up(scene, traffic)
     drive = Drive(scene=scene, traffic=traffic, car=car)
@@ -69,7 +71,7 @@ def simulate(
         started = time.perf_counter()
         plan = driver.step(
             eyes.arrived(now),
-            car.state,
+            car.equivalent,
             now,
             road=scene.assumed_road,
             desired_speed_mps=scene.desired_speed_mps,
@@ -77,7 +79,7 @@ def simulate(
         )
         took_ms = 1e3 * (time.perf_counter() - started)
         drive.note(now, plan, _tracks(driver), took_ms)
-        drive.roll(plan, controller or FeedForward(), steps, eyes)
+        drive.roll(plan, controller, steps, eyes)
         if progress is not None:
             progress(turn, len(turns))
         if drive.outcome is not Outcome.SAFE:

@@ -1,0 +1,75 @@
+"""What the forces act on: mass, inertia, centre of gravity and the stiffness of the tyres."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mcdas_opt.domain.rules import non_negative, positive
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.errors import ParameterError
+
+TYPICAL_MASS_KG = 1500.0
+TYPICAL_FRONT_SHARE = 4.0 / 9.0  # centre of gravity behind the front axle, in wheelbases
+TYPICAL_HEIGHT_M = 0.55
+TYPICAL_STIFFNESS_FRONT = 14.7  # cornering stiffness over the axle's static load [1/rad]
+TYPICAL_STIFFNESS_REAR = 21.4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Chassis:
+    """A rigid body on two axles. Stiffness is of a whole axle (both tyres), positive, at zero slip."""
+
+    wheelbase_m: float
+    mass_kg: float
+    yaw_inertia_kgm2: float
+    cog_to_front_axle_m: float
+    cog_height_m: float
+    cornering_stiffness_front_nprad: float
+    cornering_stiffness_rear_nprad: float
+
+    def __post_init__(self) -> None:
+        for name, unit in (("wheelbase_m", "m"), ("mass_kg", "kg"), ("cog_to_front_axle_m", "m")):
+            positive(name, getattr(self, name), unit)
+        if not self.cog_to_front_axle_m < self.wheelbase_m:
+            rule = f"must be less than the wheelbase {self.wheelbase_m:g}"
+            raise ParameterError("cog_to_front_axle_m", self.cog_to_front_axle_m, rule, "m")
+        positive("yaw_inertia_kgm2", self.yaw_inertia_kgm2, "kg m^2")
+        for name in ("cornering_stiffness_front_nprad", "cornering_stiffness_rear_nprad"):
+            positive(name, getattr(self, name), "N/rad")
+        non_negative("cog_height_m", self.cog_height_m, "m")
+
+    @classmethod
+    def of(cls, vehicle: Vehicle) -> Chassis:
+        """The vehicle's figures; those it does not give are typical ones.
+
+        Chosen, after the ranges of passenger cars in Rajamani, Vehicle Dynamics and Control, 2nd ed. 2012: 1500 kg, 5/9 of the load on
+        the front axle, yaw inertia m a b (radius of gyration sqrt(a b)), a centre of gravity 0.55 m high, and axles of 14.7 and 21.4 N/rad
+        per N of static load, which understeer by 1.2 degrees per g.
+        """
+        mass = _first(vehicle.mass_kg, TYPICAL_MASS_KG)
+        front = _first(vehicle.cog_to_front_axle_m, TYPICAL_FRONT_SHARE * vehicle.wheelbase_m)
+        rear = vehicle.wheelbase_m - front
+        weight = mass * GRAVITY_MPS2 / vehicle.wheelbase_m
+        return cls(
+            wheelbase_m=vehicle.wheelbase_m,
+            mass_kg=mass,
+            yaw_inertia_kgm2=_first(vehicle.yaw_inertia_kgm2, mass * front * rear),
+            cog_to_front_axle_m=front,
+            cog_height_m=_first(vehicle.cog_height_m, TYPICAL_HEIGHT_M),
+            cornering_stiffness_front_nprad=_first(vehicle.cornering_stiffness_front_nprad, TYPICAL_STIFFNESS_FRONT * weight * rear),
+            cornering_stiffness_rear_nprad=_first(vehicle.cornering_stiffness_rear_nprad, TYPICAL_STIFFNESS_REAR * weight * front),
+        )
+
+    @property
+    def cog_to_rear_axle_m(self) -> float:
+        return self.wheelbase_m - self.cog_to_front_axle_m
+
+    @property
+    def understeer_gradient(self) -> float:
+        """K_us [rad / (m/s^2)]: steady cornering needs delta = L / R + K_us a_y (Rajamani 2012, eq 3.3)."""
+        a, b = self.cog_to_front_axle_m, self.cog_to_rear_axle_m
+        return self.mass_kg / self.wheelbase_m * (b / self.cornering_stiffness_front_nprad - a / self.cornering_stiffness_rear_nprad)
+
+
+def _first(given: float | None, typical: float) -> float:
+    return typical if given is None else given

@@ -1,0 +1,108 @@
+"""Single-track car with tyres that saturate: forces, and the equations of motion at the centre of gravity.
+
+Sources: Rajamani, Vehicle Dynamics and Control, 2nd ed. 2012, sections 2.3 and 13.5 (single track, Fiala's tyre); slip while a longitudinal
+force is carried: Hindiyeh and Gerdes, J. Dyn. Sys. Meas. Control 136(4) 2014 (the lateral force keeps what the friction circle leaves).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from mcdas_opt.domain.chassis import Chassis
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2
+
+_SLOWEST_MPS = 0.1  # below, slip angles are taken at this speed
+
+
+class AxleForces(NamedTuple):
+    """Forces of one axle [N] along and across its wheels, and the load that presses it on the road."""
+
+    along: float
+    across: float
+    load: float
+
+
+def fiala(slip_rad: float, stiffness: float, limit: float) -> float:
+    """Lateral force [N] for a slip angle (positive: force to the left): slope `stiffness` at zero, `limit` once the whole contact
+    slides (Fiala 1954, with one coefficient of friction)."""
+    z = math.tan(min(max(slip_rad, -1.5), 1.5))
+    if limit <= 0.0:
+        return 0.0
+    q = min(stiffness * abs(z) / (3.0 * limit), 1.0)  # 1: the whole contact slides
+    return math.copysign(limit * min(q * (3.0 - 3.0 * q + q * q), 1.0), z)
+
+
+def axle_loads(chassis: Chassis, acceleration: float) -> tuple[float, float]:
+    """Loads of front and rear axle [N] at a steady longitudinal acceleration; no axle pulls on the road."""
+    c = chassis
+    total, shift = c.mass_kg * GRAVITY_MPS2, c.mass_kg * acceleration * c.cog_height_m / c.wheelbase_m
+    front = min(max(total * c.cog_to_rear_axle_m / c.wheelbase_m - shift, 0.0), total)
+    return front, total - front
+
+
+def axle_forces(
+    vx: float, vy: float, yaw_rate: float, acceleration: float, steering: float, chassis: Chassis, friction: float
+) -> tuple[AxleForces, AxleForces]:
+    """Front and rear: the wanted acceleration is shared by load, and the rest of each circle is for turning."""
+    c = chassis
+    v = max(vx, _SLOWEST_MPS)
+    slip = (
+        steering - math.atan2(vy + c.cog_to_front_axle_m * yaw_rate, v),
+        -math.atan2(vy - c.cog_to_rear_axle_m * yaw_rate, v),
+    )
+    stiffness = (c.cornering_stiffness_front_nprad, c.cornering_stiffness_rear_nprad)
+    forces = []
+    for load, angle, stiff in zip(axle_loads(c, acceleration), slip, stiffness, strict=True):
+        most = friction * load
+        along = min(max(acceleration / GRAVITY_MPS2 * load, -most), most)
+        forces.append(AxleForces(along, fiala(angle, stiff, math.sqrt(max(most**2 - along**2, 0.0))), load))
+    return forces[0], forces[1]
+
+
+def body_accelerations(front: AxleForces, rear: AxleForces, steering: float, chassis: Chassis) -> tuple[float, float, float]:
+    """(forward, to the left [m/s^2], yaw [rad/s^2]) of the centre of gravity, from the forces."""
+    c, cos, sin = chassis, math.cos(steering), math.sin(steering)
+    aside = front.across * cos + front.along * sin
+    return (
+        (front.along * cos - front.across * sin + rear.along) / c.mass_kg,
+        (aside + rear.across) / c.mass_kg,
+        (c.cog_to_front_axle_m * aside - c.cog_to_rear_axle_m * rear.across) / c.yaw_inertia_kgm2,
+    )
+
+
+class LateralModel(NamedTuple):
+    """d(vy, r)/dt = A (vy, r) + B delta at a constant speed, for small slip (Rajamani 2012, eq 2.31 in velocities)."""
+
+    a11: float
+    a12: float
+    a21: float
+    a22: float
+    b1: float
+    b2: float
+
+    @property
+    def yaw_lag_s(self) -> float:
+        """Delay of the yaw rate behind slow steering, less what its zero wins back: -d(phase)/d(omega) at 0. Where the car is unstable
+        (oversteer beyond its critical speed) no delay is defined, and it is 0."""
+        determinant = self.a11 * self.a22 - self.a12 * self.a21
+        if determinant <= 0.0:
+            return 0.0
+        still = self.a21 * self.b1 - self.a11 * self.b2  # yaw rate = (b2 s + still) / (s^2 - trace s + determinant) delta
+        return -(self.a11 + self.a22) / determinant - self.b2 / still
+
+
+def lateral_model(chassis: Chassis, speed: float) -> LateralModel:
+    """The linear model at `speed` > 0 [m/s]."""
+    c = chassis
+    a, b, m, i = c.cog_to_front_axle_m, c.cog_to_rear_axle_m, c.mass_kg, c.yaw_inertia_kgm2
+    front, rear = c.cornering_stiffness_front_nprad, c.cornering_stiffness_rear_nprad
+    cross = b * rear - a * front
+    return LateralModel(
+        a11=-(front + rear) / (m * speed),
+        a12=cross / (m * speed) - speed,
+        a21=cross / (i * speed),
+        a22=-(a * a * front + b * b * rear) / (i * speed),
+        b1=front / m,
+        b2=a * front / i,
+    )

@@ -1,0 +1,132 @@
+"""The car that slips: a single-track model with saturating tyres, in the plant's seat."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from mcdas_opt.domain.chassis import Chassis
+from mcdas_opt.domain.host import HostState, SlidingState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.dynamics.integrator import rk4
+from mcdas_opt.dynamics.single_track import axle_forces, body_accelerations
+from mcdas_opt.simulation.actuators import Actuators, Applied, clip, standstill_after
+from mcdas_opt.simulation.idm import STEP_S
+
+NO_SLIP_BELOW_MPS, SLIPS_ABOVE_MPS = 1.0, 3.0
+_RELAXATION_S = 0.05
+
+
+class DynamicPlant:
+    """Forward, sideways and yaw speed follow the forces of two axles (`dynamics.single_track`), by fourth-order Runge-Kutta, STEP_S each.
+
+    Actuators as the kinematic plant's: jerk, steering rate, acceleration and steering angle keep their limits, the wanted acceleration
+    mu g as well. The longitudinal force is m a, shared by axle load; what is left of each axle's friction circle is for turning. So the
+    acceleration in the state is the one asked of brakes and engine; turning drags the speed down besides.
+
+    Below 3 m/s, where slip angles lose their meaning, the car goes over to the no-slip bicycle, and is one below 1 m/s (blended by
+    speed: Kabzan et al., AMZ Driverless, J. Field Robotics 37(7) 2020, section 5.3; here with a smooth blend, and a relaxation that
+    takes what slip there is to zero). Nobody reverses.
+    """
+
+    def __init__(self, vehicle: Vehicle, road: Road, state: HostState) -> None:
+        self._vehicle, self._road, self._straight = vehicle, road, road.is_straight
+        self._chassis = Chassis.of(vehicle)
+        self._actuators = Actuators(vehicle=vehicle, friction=road.friction)
+        s, d, psi, v, a, delta = (float(q) for q in state.to_vector())
+        a, delta = self._actuators.hold(v, a, delta)
+        aside, yaw_rate = 0.0, v * math.tan(self._actuators.steering_held(v, a, delta)) / vehicle.wheelbase_m
+        if isinstance(state, SlidingState):
+            aside, yaw_rate = state.lateral_speed_mps, state.yaw_rate_radps
+        self._x = [s, d, psi, v, aside + self._chassis.cog_to_rear_axle_m * yaw_rate, yaw_rate, a, delta]
+
+    @property
+    def state(self) -> SlidingState:
+        s, d, psi, v, vy, yaw_rate, a, delta = self._x
+        return SlidingState(
+            s_m=s,
+            d_m=d,
+            heading_rad=psi,
+            speed_mps=v,
+            acceleration_mps2=a,
+            steering_rad=delta,
+            lateral_speed_mps=vy - self._chassis.cog_to_rear_axle_m * yaw_rate,
+            yaw_rate_radps=yaw_rate,
+        )
+
+    @property
+    def equivalent(self) -> HostState:
+        return self.state.without_slip(self._vehicle.wheelbase_m)
+
+    @property
+    def kinetic_energy_j(self) -> float:
+        """Of the motion in the plane: m (vx^2 + vy^2) / 2 + I r^2 / 2."""
+        _, _, _, v, vy, yaw_rate, _, _ = self._x
+        return 0.5 * self._chassis.mass_kg * (v * v + vy * vy) + 0.5 * self._chassis.yaw_inertia_kgm2 * yaw_rate**2
+
+    def step(self, jerk_mps3: float, steering_rate_radps: float) -> Applied:
+        v, a, delta = self._x[3], self._x[6], self._x[7]
+        jerk, rate = self._actuators.follow(jerk_mps3, steering_rate_radps, v, a, delta)
+        applied = Applied(jerk_mps3=jerk, steering_rate_radps=rate, lateral_acceleration_mps2=self._lateral_acceleration())
+        stop = standstill_after(v, a, jerk) if v < NO_SLIP_BELOW_MPS else STEP_S
+        self._integrate(jerk, rate, stop)
+        if stop < STEP_S or self._x[3] < 0.0:
+            self._x[3:7] = [0.0, 0.0, 0.0, 0.0]
+            self._x[7] += rate * (STEP_S - stop)
+        elif self._x[3] > self._vehicle.speed_max_mps:
+            self._x[3], self._x[6] = self._vehicle.speed_max_mps, min(self._x[6], 0.0)
+        self._x[6:] = self._actuators.hold(self._x[3], self._x[6], self._x[7])  # rounding
+        return applied
+
+    def _integrate(self, jerk: float, rate: float, h: float) -> None:
+        offset = self._vehicle.centre_m - self._chassis.cog_to_rear_axle_m  # of the body centre ahead of the centre of gravity
+
+        def motion(x: Sequence[float]) -> list[float]:
+            s, d, psi, v, vy, yaw_rate, _, _ = x
+            kappa = 0.0 if self._straight else float(self._road.curvature_at(s))
+            aside = vy + offset * yaw_rate
+            s_dot = (v * math.cos(psi) - aside * math.sin(psi)) / (1.0 - d * kappa)
+            d_dot = v * math.sin(psi) + aside * math.cos(psi)
+            return [s_dot, d_dot, yaw_rate - kappa * s_dot, *self._velocity_rates(x, rate), jerk, rate]
+
+        self._x = rk4(motion, self._x, h)
+
+    def _velocity_rates(self, x: Sequence[float], rate: float) -> tuple[float, float, float]:
+        """d/dt of forward, sideways (at the centre of gravity) and yaw speed."""
+        _, _, _, v, vy, yaw_rate, a, delta = x
+        share, chassis = _slipping(v), self._chassis
+        slipping = no_slip = (0.0, 0.0, 0.0)
+        if share > 0.0:
+            front, rear = axle_forces(v, vy, yaw_rate, a, delta, chassis, self._road.friction)
+            forward, aside, turning = body_accelerations(front, rear, delta, chassis)
+            slipping = (forward + vy * yaw_rate, aside - v * yaw_rate, turning)
+        if share < 1.0:
+            held, behind = self._actuators.steering_held(v, a, delta), chassis.cog_to_rear_axle_m
+            turn = math.tan(held) / chassis.wheelbase_m
+            change = v * rate * (1.0 / chassis.wheelbase_m + chassis.wheelbase_m * turn**2) if held == delta else 0.0
+            turning = a * turn + change
+            no_slip = (
+                a,
+                behind * turning + (behind * v * turn - vy) / _RELAXATION_S,
+                turning + (v * turn - yaw_rate) / _RELAXATION_S,
+            )
+        return (
+            no_slip[0] + share * (slipping[0] - no_slip[0]),
+            no_slip[1] + share * (slipping[1] - no_slip[1]),
+            no_slip[2] + share * (slipping[2] - no_slip[2]),
+        )
+
+    def _lateral_acceleration(self) -> float:
+        _, _, _, v, vy, yaw_rate, a, delta = self._x
+        share = _slipping(v)
+        front, rear = axle_forces(v, vy, yaw_rate, a, delta, self._chassis, self._road.friction)
+        held = self._actuators.steering_held(v, a, delta)
+        of_forces = body_accelerations(front, rear, delta, self._chassis)[1]
+        return share * of_forces + (1.0 - share) * v**2 * math.tan(held) / self._vehicle.wheelbase_m
+
+
+def _slipping(v: float) -> float:
+    """Share of the slipping car in the blend: 0 up to NO_SLIP_BELOW_MPS, 1 from SLIPS_ABOVE_MPS on, smooth between."""
+    q = clip((v - NO_SLIP_BELOW_MPS) / (SLIPS_ABOVE_MPS - NO_SLIP_BELOW_MPS), 0.0, 1.0)
+    return q * q * (3.0 - 2.0 * q)

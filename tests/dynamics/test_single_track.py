@@ -1,0 +1,82 @@
+"""Fiala's tyre and the forces of two axles: never beyond friction, linear at zero slip, mirror images."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mcdas_opt.domain.chassis import Chassis
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.dynamics.single_track import axle_forces, axle_loads, body_accelerations, fiala, lateral_model
+
+CHASSIS = Chassis.of(Vehicle())
+WEIGHT = CHASSIS.mass_kg * GRAVITY_MPS2
+MOTION = st.tuples(st.floats(0.0, 50.0), st.floats(-15.0, 15.0), st.floats(-3.0, 3.0), st.floats(-12.0, 12.0), st.floats(-0.6, 0.6))
+
+
+@given(st.floats(1e3, 3e5), st.floats(10.0, 2e4))
+def test_the_tyre_starts_at_its_stiffness_grows_and_ends_smoothly_at_the_limit(stiffness: float, limit: float) -> None:
+    assert fiala(1e-7, stiffness, limit) == pytest.approx(1e-7 * stiffness, rel=1e-3)
+    slides = math.atan(3.0 * limit / stiffness)
+    forces = [fiala(float(slip), stiffness, limit) for slip in np.linspace(0.0, min(slides, 1.4), 200)]
+    assert np.diff(forces).min() >= -1e-12 * limit
+    assert max(forces) <= limit
+    if slides < 1.4:
+        assert fiala(slides, stiffness, limit) == fiala(1.45, stiffness, limit) == pytest.approx(limit)
+        assert limit - fiala(0.99 * slides, stiffness, limit) < 1e-3 * limit
+
+
+@given(MOTION, st.floats(0.05, 1.5))
+def test_no_axle_asks_for_more_than_friction_gives(motion: tuple[float, ...], friction: float) -> None:
+    front, rear = axle_forces(*motion, CHASSIS, friction)
+    assert front.load + rear.load == pytest.approx(WEIGHT)
+    for axle in (front, rear):
+        assert axle.load >= 0.0
+        assert math.hypot(axle.along, axle.across) <= friction * axle.load * (1.0 + 1e-12)
+    forward, aside, _ = body_accelerations(front, rear, motion[4], CHASSIS)
+    assert math.hypot(forward, aside) <= friction * GRAVITY_MPS2 * (1.0 + 1e-12)
+
+
+@given(MOTION, st.floats(0.05, 1.5))
+def test_mirrored_motion_has_mirrored_forces(motion: tuple[float, ...], friction: float) -> None:
+    v, vy, r, a, delta = motion
+    for axle, other in zip(
+        axle_forces(v, vy, r, a, delta, CHASSIS, friction), axle_forces(v, -vy, -r, a, -delta, CHASSIS, friction), strict=True
+    ):
+        assert (other.along, other.across, other.load) == pytest.approx((axle.along, -axle.across, axle.load))
+
+
+@given(MOTION)
+def test_sliding_tyres_take_power_out_of_the_car(motion: tuple[float, ...]) -> None:
+    v, vy, r, _, delta = motion
+    v = v + 1.0
+    front, rear = axle_forces(v, vy, r, 0.0, delta, CHASSIS, 0.8)
+    forward, aside, turning = body_accelerations(front, rear, delta, CHASSIS)
+    power = CHASSIS.mass_kg * (forward * v + aside * vy) + CHASSIS.yaw_inertia_kgm2 * turning * r
+    assert power <= 1e-6 * WEIGHT or abs(math.atan2(vy + CHASSIS.cog_to_front_axle_m * r, v) - delta) > math.pi / 2
+
+
+@given(st.floats(-8.0, 3.0))
+def test_braking_leans_on_the_front(acceleration: float) -> None:
+    front, rear = axle_loads(CHASSIS, acceleration)
+    leaning = CHASSIS.cog_to_front_axle_m * front - CHASSIS.cog_to_rear_axle_m * rear
+    assert leaning == pytest.approx(-CHASSIS.mass_kg * acceleration * CHASSIS.cog_height_m, abs=1e-6)
+
+
+@pytest.mark.parametrize("speed", [2.0, 9.0, 30.0])
+def test_the_linear_model_is_the_slope_of_the_forces_and_its_lag_the_slope_of_its_phase(speed: float) -> None:
+    def rates(vy: float, r: float, delta: float) -> np.ndarray:
+        front, rear = axle_forces(speed, vy, r, 0.0, delta, CHASSIS, 0.9)
+        _, aside, turning = body_accelerations(front, rear, delta, CHASSIS)
+        return np.array([aside - speed * r, turning])
+
+    h, q = 1e-6, lateral_model(CHASSIS, speed)
+    slopes = [(rates(*(h * e)) - rates(*(-h * e))) / (2.0 * h) for e in np.eye(3)]
+    np.testing.assert_allclose(np.array(slopes).T, [[q.a11, q.a12, q.b1], [q.a21, q.a22, q.b2]], rtol=1e-4, atol=1e-6)
+    a, b, omega = np.array([[q.a11, q.a12], [q.a21, q.a22]]), np.array([q.b1, q.b2]), 1e-3
+    yaw_rate = np.linalg.solve(1j * omega * np.eye(2) - a, b)[1]
+    assert q.yaw_lag_s == pytest.approx(-np.angle(yaw_rate) / omega, rel=1e-3)

@@ -1,0 +1,45 @@
+"""The shipped scenes with the real planner, driven by the car that rolls and by the car that slips."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mcdas_opt.catalogue.scenes import load_scene
+from mcdas_opt.errors import ParameterError
+from mcdas_opt.simulation.loop import simulate
+from mcdas_opt.simulation.record import Simulation
+from tests.simulation.fake_driver import FakeDriver
+from tests.simulation.scene_maker import make_scene
+
+
+@pytest.mark.parametrize("name", ["curved-road", "low-friction"])
+def test_both_cars_come_to_the_same_end(name: str) -> None:
+    scene = load_scene(name)
+    rolls, slips = (simulate(scene, plant=plant) for plant in ("kinematic", "dynamic"))
+    assert (rolls.plant, slips.plant) == ("kinematic", "dynamic")
+    assert slips.outcome == rolls.outcome
+    assert slips.lane_change_completed == rolls.lane_change_completed
+    assert slips.unverified_plans == 0
+    assert slips.max_lateral_acceleration_mps2 <= scene.true_road.friction * 9.80665
+    assert slips.max_steering_rate_radps <= scene.vehicle.steering_rate_max_radps + 1e-9
+    if slips.lane_change_completed:
+        assert slips.max_lateral_acceleration_mps2 != rolls.max_lateral_acceleration_mps2
+        assert np.abs(last(slips) - last(rolls)).max() < 0.3
+
+
+def last(drive: Simulation) -> np.ndarray:
+    return drive.history.states[-1][1:4]
+
+
+def test_a_drive_with_tyres_repeats() -> None:
+    scene = make_scene()
+    first, second = (simulate(scene, FakeDriver(), plant="dynamic", seed=3) for _ in range(2))
+    assert first.history.states.tobytes() == second.history.states.tobytes()
+
+
+def test_an_unknown_plant_is_refused_with_both_names() -> None:
+    with pytest.raises(ParameterError) as caught:
+        simulate(make_scene(), FakeDriver(), plant="boat")
+    assert "kinematic" in str(caught.value)
+    assert "dynamic" in str(caught.value)
