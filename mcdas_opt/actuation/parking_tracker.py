@@ -135,11 +135,14 @@ def _regulator(
 
 
 class ParkingTracker:
-    """Commands (acceleration, steering angle) once every `gains.step_s`; remembers what is under way in the dead time."""
+    """Commands (acceleration, steering angle) once every `gains.step_s`; remembers what is under way in the dead time.
+
+    `acceleration_mps2` bounds what is commanded either way and may be changed between commands.
+    """
 
     def __init__(self, gains: TrackingGains, actuators: ParkingActuators, vehicle: Vehicle, acceleration_mps2: float) -> None:
         self._gains, self._actuators, self._vehicle = gains, actuators, vehicle
-        self._most = acceleration_mps2
+        self.acceleration_mps2 = acceleration_mps2
         self._bends = deque([0.0] * gains.waiting)
         self._pushes = deque([0.0] * gains.waiting)
         self._pushed = 0.0  # acceleration by corrections, from the model
@@ -201,7 +204,7 @@ class ParkingTracker:
         plain = min(max(plain, -car.steering_max_rad), car.steering_max_rad)
         steering = math.atan(math.tan(plain) + car.wheelbase_m * bend)
         steering = min(max(steering, -car.steering_max_rad), car.steering_max_rad)
-        acceleration = min(max(lead.acceleration + push, -self._most), self._most)
+        acceleration = min(max(lead.acceleration + push, -self.acceleration_mps2), self.acceleration_mps2)
         self._bends.append((math.tan(steering) - math.tan(plain)) / car.wheelbase_m)
         self._pushes.append(acceleration - lead.acceleration)
         self._bends.popleft()

@@ -2,77 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
-from mcdas_opt.actuation.parking_tracker import (
-    ParkingActuators,
-    ParkingTracker,
-    TrackingError,
-    TrackingWeights,
-    design_parking_tracker,
-)
+from mcdas_opt.actuation.parking_tracker import ParkingTracker, TrackingError, design_parking_tracker
 from mcdas_opt.actuation.pose_filter import PoseFilter
 from mcdas_opt.catalogue.parking_cases import body_of, obstacle_parts
 from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
-from mcdas_opt.domain.rules import Array, non_negative, positive, within
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.dynamics.rollout import roll_out
 from mcdas_opt.geometry.clearance import PolygonField
-from mcdas_opt.planning.parking.replanning import Reserve, plan_from
+from mcdas_opt.planning.parking.replanning import plan_from
 from mcdas_opt.planning.parking.stopping import braking
 from mcdas_opt.simulation.parking_plant import HOLD_BELOW_MPS, STEP_S, ParkingPlant
 from mcdas_opt.simulation.parking_record import ParkingDrive, ParkingEvent, ParkingOutcome
+from mcdas_opt.simulation.parking_settings import FollowSettings
 from mcdas_opt.simulation.parking_sight import Sight, Visitor, standing_by
 from mcdas_opt.verification.parking_judge import wrapped
 from mcdas_opt.verification.parking_stop import judge_stop
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ParkingNoise:
-    """Standard deviations: white on every measured pose, speed and angle; once a drive for what stays wrong. Assumed figures."""
-
-    position_m: float = 0.02
-    heading_rad: float = 0.005
-    speed_mps: float = 0.01
-    steering_rad: float = 0.002
-    speed_scale: float = 0.005  # stays
-    steering_offset_rad: float = 0.002  # stays
-
-    def __post_init__(self) -> None:
-        for name in self.__slots__:
-            non_negative(name, getattr(self, name))
-
-
-SILENCE = ParkingNoise(position_m=0.0, heading_rad=0.0, speed_mps=0.0, steering_rad=0.0, speed_scale=0.0, steering_offset_rad=0.0)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FollowSettings:
-    """Everything about the loop that is not the case. `tracked_m` and beyond is no longer tracking: stop and plan anew."""
-
-    actuators: ParkingActuators = field(default_factory=ParkingActuators)
-    weights: TrackingWeights = field(default_factory=TrackingWeights)
-    noise: ParkingNoise = field(default_factory=ParkingNoise)
-    reserve: Reserve = field(default_factory=Reserve)
-    step_s: float = 0.02
-    cycle_s: float = 0.1
-    pose_gain: float = 0.06
-    stop_clearance_m: float = 0.02
-    berth_m: float = 0.2  # kept to people besides the clearance
-    sight_m: float = 1.5
-    tracked_m: float = 0.15
-    pause_s: float = 1.0  # at rest, while a new plan is made
-    patience_s: float = 10.0  # at rest without a plan
-    replans: int = 3
-    longest_s: float = 900.0
-
-    def __post_init__(self) -> None:
-        for name in ("step_s", "cycle_s", "sight_m", "tracked_m", "longest_s"):
-            positive(name, getattr(self, name))
-        for name in ("stop_clearance_m", "berth_m", "pause_s", "patience_s"):
-            non_negative(name, getattr(self, name))
-        within("pose_gain", self.pose_gain, 0.0, 1.0)
 
 
 def follow_parking(
@@ -178,6 +127,7 @@ class _Drive:
         self.reference, self.since, self.stopping, self.standby = trajectory, -lead, stopping, None
         self.references.append(trajectory)
         self.tracker.aim_at(trajectory)
+        self.tracker.acceleration_mps2 = self.case.limits.acceleration_mps2
 
     def _at_rest(self) -> bool:
         assert self.reference is not None
@@ -189,46 +139,60 @@ class _Drive:
         assert reference is not None
         news = self.sight.look(self.now, self.filter.pose)
         self._note("sees", news)
-        over = self.since >= reference.duration_s
-        if not self.stopping and not over:
-            self._keep_a_stop(bool(news) and not self._still_clear(reference))
+        if self.since < reference.duration_s:
+            if news and (self.stopping or not self._still_clear(reference)):
+                self._stop_now("the way is blocked")
+            elif not self.stopping:
+                self._keep_a_stop(fresh=bool(news))
         for _ in range(round(cfg.cycle_s / cfg.step_s)):
             self._control(drive=True)
             if self.struck is not None:
                 return
 
-    def _keep_a_stop(self, blocked: bool) -> None:
-        """Judge the stop that would begin after this cycle. Blocked, lost or without one: the last sound one begins now."""
+    def _keep_a_stop(self, fresh: bool) -> None:
+        """Judge the stop that would begin after this cycle. Lost or without one: the last sound one begins now, if it still counts."""
+        cfg, reference = self.settings, self.reference
+        assert reference is not None
+        off = self.tracker.error(self.tracker.aim(self.since), self.filter.pose, self.measured_speed)
+        lost = max(abs(off.across_m), abs(off.along_m)) > cfg.tracked_m
+        stop, verdict = self._judged_stop(self.case.limits.acceleration_mps2, cfg.cycle_s)
+        if lost:
+            self._stop_now("the path is lost")
+        elif verdict.passed:
+            self.standby = stop
+        elif fresh or self.standby is None:
+            self._stop_now("no stop after this cycle")
+        else:
+            self._say(f"no stop after this cycle: {verdict.reason}")
+            self._stop(self.standby, cfg.cycle_s, self.case.limits.acceleration_mps2)
+
+    def _stop_now(self, why: str) -> None:
+        """The case's braking where that is sound, hard braking otherwise: it is never later at rest."""
+        hard = max(self.settings.hard_braking_mps2, self.case.limits.acceleration_mps2)
+        for braking_mps2 in dict.fromkeys((self.case.limits.acceleration_mps2, hard)):
+            stop, verdict = self._judged_stop(braking_mps2, 0.0)
+            if verdict.passed or braking_mps2 == hard:
+                self._say(f"{why}: stops with {braking_mps2:g} m/s^2, {'sound' if verdict.passed else verdict.reason}")
+                self._stop(stop, 0.0, braking_mps2)
+                return
+
+    def _judged_stop(self, braking_mps2: float, after_s: float) -> tuple[ParkingTrajectory, Verdict]:
+        """The stop from here that begins `after_s` from now, in what is believed now."""
         cfg, reference = self.settings, self.reference
         assert reference is not None
         belief = self.sight.with_visitors(0.0)
-        late = cfg.actuators.delay_s + cfg.actuators.drive_lag_s
-        here = (self.filter.pose, self.measured_speed, self.measured_steering)
-        if blocked:
-            stop = braking(belief, reference, self.since, late, *here)
-            self._judge(belief, stop, "the way is blocked")
-            self._stop(stop)
-            return
-        off = self.tracker.error(self.tracker.aim(self.since), here[0], here[1])
-        stop = braking(belief, reference, self.since, late + cfg.cycle_s, *here)
-        sound = self._judge(belief, stop, "")
-        if sound and max(abs(off.across_m), abs(off.along_m)) < cfg.tracked_m:
-            self.standby = stop
-            return
-        self._say("the path is lost" if sound else "no sound stop after this cycle")
-        self._stop(stop if sound or self.standby is None else self.standby, 0.0 if sound or self.standby is None else cfg.cycle_s)
-
-    def _judge(self, belief: ParkingCase, stop: ParkingTrajectory, why: str) -> bool:
-        verdict = judge_stop(belief, stop, self.settings.stop_clearance_m).verdict
+        belief = replace(belief, limits=replace(belief.limits, acceleration_mps2=braking_mps2))
+        late = cfg.actuators.delay_s + cfg.actuators.drive_lag_s + after_s
+        stop = braking(belief, reference, self.since, late, self.filter.pose, self.measured_speed, self.measured_steering)
+        verdict = judge_stop(belief, stop, cfg.stop_clearance_m).verdict
         self.judged += 1
         self.unsound += not verdict.passed
-        if why or not verdict.passed:
-            self._say(f"{why or 'stop'}: {'a sound stop' if verdict.passed else verdict.reason}")
-        return verdict.passed
+        return stop, verdict
 
-    def _stop(self, stop: ParkingTrajectory, since_s: float = 0.0) -> None:
+    def _stop(self, stop: ParkingTrajectory, since_s: float, braking_mps2: float) -> None:
         self.driven += 1
         self._follow(stop, stopping=True)
+        self.tracker.acceleration_mps2 = braking_mps2
         self.since = since_s
 
     def _still_clear(self, reference: ParkingTrajectory) -> bool:

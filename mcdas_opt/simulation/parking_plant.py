@@ -22,7 +22,8 @@ HOLD_BELOW_MPS = 0.05
 class ParkingPlant:
     """Steps of STEP_S. Commands take effect after the dead time; then steering angle and acceleration follow them by first-order lags,
 
-    the steering at most at the vehicle's rate and within its angle, the acceleration and both speeds within the case's limits.
+    the steering at most at the vehicle's rate and within its angle, the acceleration and both speeds within the case's limits, braking
+    within the vehicle's.
     """
 
     def __init__(self, vehicle: Vehicle, limits: ParkingLimits, actuators: ParkingActuators, pose: Array, steering_rad: float) -> None:
@@ -49,7 +50,8 @@ class ParkingPlant:
         car, lags, limits = self._vehicle, self._actuators, self._limits
         self._line.append((acceleration_mps2, steering_rad))
         pushed, turned = self._line.popleft()
-        most = limits.acceleration_mps2
+        brakes = pushed * self._x[3] < 0.0
+        most = max(limits.acceleration_mps2, -car.acceleration_min_mps2) if brakes else limits.acceleration_mps2
         self._a += (min(max(pushed, -most), most) - self._a) * (1.0 - math.exp(-STEP_S / lags.drive_lag_s))
         v, delta = self._x[3], self._x[4]
         top, fastest = car.steering_max_rad, car.steering_rate_max_radps

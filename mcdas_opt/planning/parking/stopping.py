@@ -23,7 +23,7 @@ def braking(
     car, limits = case.vehicle, case.limits
     zero = float(path.t_s[0]) + since_s
     count = max(int(np.ceil(reaction_s / STEP_S - 1e-9)), 0)
-    times = zero + STEP_S * np.arange(count + 1)
+    times: Array = zero + STEP_S * np.arange(count + 1, dtype=np.float64)
     planned = _speed_at(path, times)
     speed = np.clip(planned + (speed_mps - planned[0]), -limits.reverse_mps, limits.forward_mps)
     speed[0] = min(max(speed_mps, -limits.reverse_mps), limits.forward_mps)
@@ -43,13 +43,14 @@ def braking(
     wanted[0] = steering_rad
     top = car.steering_max_rad
     steering = np.clip(_within_rate(wanted, car.steering_rate_max_radps * STEP_S), -top, top)
-    t = STEP_S * np.arange(len(speed))
+    t: Array = STEP_S * np.arange(len(speed), dtype=np.float64)
     _, poses, at = roll_out(np.asarray(pose, dtype=np.float64), t, speed, steering, car.wheelbase_m, 0.005)
     return ParkingTrajectory.from_controls(t, poses[at], speed, steering)
 
 
 def _speed_at(path: ParkingTrajectory, times: Array) -> Array:
-    return np.asarray(np.interp(times, path.t_s, path.speed_mps, right=0.0))
+    found: Array = np.interp(times, path.t_s, path.speed_mps, right=0.0)
+    return found
 
 
 def _within_rate(values: Array, most: float) -> Array:
