@@ -42,8 +42,8 @@ class ParkingActuators:
 class TrackingWeights:
     """Deviations that weigh the same: errors on one side, corrections on the other."""
 
-    across_m: float = 0.02
-    heading_rad: float = 0.02
+    across_m: float = 0.03
+    heading_rad: float = 0.01
     curvature_per_m: float = 0.06  # correction
     along_m: float = 0.03
     speed_mps: float = 0.1

@@ -23,6 +23,8 @@ from mcdas_opt.simulation.parking_sight import Sight, Visitor, standing_by
 from mcdas_opt.verification.parking_judge import wrapped
 from mcdas_opt.verification.parking_stop import judge_stop
 
+_ROOM_TO_BRAKE = 1.5
+
 
 def follow_parking(
     case: ParkingCase,
@@ -192,7 +194,7 @@ class _Drive:
     def _stop(self, stop: ParkingTrajectory, since_s: float, braking_mps2: float) -> None:
         self.driven += 1
         self._follow(stop, stopping=True)
-        self.tracker.acceleration_mps2 = braking_mps2
+        self.tracker.acceleration_mps2 = _ROOM_TO_BRAKE * braking_mps2  # or nothing is left for the feedback
         self.since = since_s
 
     def _still_clear(self, reference: ParkingTrajectory) -> bool:

@@ -7,9 +7,10 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from mcdas_opt.catalogue.parking_cases import slot_case
+from mcdas_opt.catalogue.parking_cases import body_of, slot_case
 from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.geometry.clearance import PolygonField
 from mcdas_opt.planning.parking.replanning import Reserve, plan_from
 from mcdas_opt.simulation.parking_loop import follow_parking
 from mcdas_opt.simulation.parking_record import ParkingDrive, ParkingOutcome
@@ -44,11 +45,18 @@ def mirrored_plan(plan: ParkingTrajectory) -> ParkingTrajectory:
 
 
 def in_the_way(time_s: float, ahead_s: float) -> Visitor:
-    """Somebody who stands, from `time_s` on, where the body's middle will be `ahead_s` later."""
-    plan = the_plan()
-    pose = [float(np.interp(time_s + ahead_s, plan.t_s, q)) for q in plan.poses.T]
-    middle = CASE.vehicle.centre_m
-    return Visitor(x_m=pose[0] + middle * np.cos(pose[2]), y_m=pose[1] + middle * np.sin(pose[2]), from_s=time_s)
+    """Somebody who stands, from `time_s` on, where the end of the body that leads will touch about `ahead_s` later."""
+    plan, car = the_plan(), CASE.vehicle
+    x, y, psi = (float(np.interp(time_s + ahead_s, plan.t_s, q)) for q in plan.poses.T)
+    forward = float(np.interp(time_s + ahead_s, plan.t_s, plan.speed_mps)) > 0.0
+    end = car.wheelbase_m + car.front_overhang_m + 0.3 if forward else -car.rear_overhang_m - 0.3
+    return Visitor(x_m=x + end * float(np.cos(psi)), y_m=y + end * float(np.sin(psi)), from_s=time_s)
+
+
+def apart_at(visitor: Visitor) -> float:
+    """Distance of the body to the visitor at the moment of appearance [m]."""
+    pose = np.array([[float(np.interp(visitor.from_s, the_plan().t_s, q)) for q in the_plan().poses.T]])
+    return float(PolygonField.of([visitor.outline()]).clearance(pose, body_of(CASE.vehicle))[0])
 
 
 def test_plans_keep_a_reserve_and_pass_the_judge():
@@ -61,7 +69,7 @@ def test_plans_keep_a_reserve_and_pass_the_judge():
     assert np.abs(plan.steering_rate_radps).max() <= reserve.steering_rate * CASE.vehicle.steering_rate_max_radps * 1.001
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(6))
 def test_parked_for_every_noise_with_a_sound_stop_in_every_cycle(seed):
     drive = seeded(seed)
     assert drive.outcome is ParkingOutcome.PARKED, drive.reason
@@ -122,24 +130,30 @@ def test_a_slot_that_turns_out_too_short_ends_at_rest():
     assert drive.min_clearance_m > 0.0
 
 
-@pytest.mark.parametrize("time_s", [0.5, 1.5, 2.5, 4.0, 6.0])
-def test_nobody_is_run_over_who_was_seen_in_time(time_s):
-    for seed, ahead in enumerate((1.5, 2.5, 4.0, 6.0)):
-        visitor = in_the_way(time_s, ahead)
-        drive = follow_parking(CASE, "search", seed, plan=the_plan(), visitors=(visitor,), settings=ONCE)
-        if drive.stops_driven and not drive.stops_unsound:
-            assert drive.outcome is ParkingOutcome.STOPPED, (drive.reason, drive.events)
-            assert drive.trajectory.speed_mps[-1] == 0.0
-            assert drive.min_clearance_m is not None
-            assert drive.min_clearance_m > 0.0
-        else:
-            assert drive.outcome is not ParkingOutcome.PARKED
+def test_nobody_is_run_over_who_was_seen_in_time():
+    plan, sound, late = the_plan(), 0, 0
+    for seed, time_s in enumerate(np.arange(1.0, plan.duration_s - 1.0, 2.0)):
+        for ahead in (0.3, 0.8):
+            visitor = in_the_way(float(time_s), ahead)
+            if apart_at(visitor) < 0.02:
+                continue
+            drive = follow_parking(CASE, "search", seed, plan=plan, visitors=(visitor,), settings=ONCE)
+            unsound = any("clearance: " in event.text for event in drive.events)
+            late += unsound
+            speed = abs(float(np.interp(time_s, plan.t_s, plan.speed_mps)))
+            if not unsound:
+                assert drive.outcome is not ParkingOutcome.COLLISION, (time_s, ahead, drive.events)
+                sound += drive.stops_driven
+            else:  # then it was truly too late: nearer than hard braking needs, and its margin
+                assert apart_at(visitor) < 0.35 * speed + speed**2 / (2.0 * ONCE.hard_braking_mps2) + 0.08
+            assert drive.trajectory.speed_mps[-1] == 0.0 or drive.outcome is ParkingOutcome.COLLISION
+    assert sound >= 5
+    assert late <= sound
 
 
 def test_who_walks_away_is_waited_for():
-    visitor = replace(in_the_way(1.0, 30.0), until_s=9.0)
-    parked = CASE.goal + [CASE.vehicle.centre_m, 0.0, 0.0]
-    visitor = replace(visitor, x_m=float(parked[0]), y_m=float(parked[1]))
+    on_the_goal = CASE.goal[0] + CASE.vehicle.centre_m
+    visitor = Visitor(x_m=float(on_the_goal), y_m=float(CASE.goal[1]), from_s=1.0, until_s=9.0)
     drive = follow_parking(CASE, "search", 2, plan=the_plan(), visitors=(visitor,))
     assert drive.outcome is ParkingOutcome.PARKED, drive.events
     assert drive.replans >= 2  # the first ones are refused: somebody stands on the goal
