@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -89,10 +90,14 @@ class TrackingError(NamedTuple):
     speed_mps: float
 
 
+@lru_cache(maxsize=16)
 def design_parking_tracker(
     actuators: ParkingActuators | None = None, weights: TrackingWeights | None = None, step_s: float = 0.02
 ) -> TrackingGains:
-    """The regulators for both ways of driving. Raises `ParameterError` when the dead time is no whole number of samples."""
+    """The regulators for both ways of driving, designed once for the same arguments.
+
+    Raises `ParameterError` when the dead time is no whole number of samples.
+    """
     actuators, weights = actuators or ParkingActuators(), weights or TrackingWeights()
     waiting = round(actuators.delay_s / positive("step_s", step_s, "s"))
     if abs(waiting * step_s - actuators.delay_s) > 1e-9:
@@ -102,11 +107,14 @@ def design_parking_tracker(
     designs = [_regulator(v, v, actuators.steering_lag_s, waiting, step_s, cost, weights.curvature_per_m**-2) for v in speeds]
     cost = (weights.along_m**-2, weights.speed_mps**-2)
     along, pole = _regulator(1.0, 1.0, actuators.drive_lag_s, waiting, step_s, cost, weights.acceleration_mps2**-2)
+    across = np.array([gain for gain, _ in designs])
+    for table in (speeds, across, along):
+        table.setflags(write=False)
     return TrackingGains(
         step_s=step_s,
         waiting=waiting,
         speed_mps=speeds,
-        across=np.array([gain for gain, _ in designs]),
+        across=across,
         along=along,
         slowest_pole=max(pole, *(p for _, p in designs)),
     )
