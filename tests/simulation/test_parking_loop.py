@@ -172,3 +172,17 @@ def test_records_and_settings_refuse_what_makes_no_sense():
         follow_parking(CASE, plan=the_plan(), truth=replace(CASE, obstacles=CASE.obstacles[:2], names=CASE.names[:2], slot=None))
     with pytest.raises(ParameterError, match="slot"):
         shorter_slot(mirrored(CASE), 0.1)
+
+
+@pytest.mark.parametrize(
+    ("strict", "why"), [({"tracked_m": 0.004}, "the path is lost"), ({"stop_clearance_m": 0.12}, "no stop after this cycle")]
+)
+def test_a_car_that_loses_its_path_or_its_stop_comes_to_rest(strict, why):
+    drive = follow_parking(CASE, "search", 5, plan=the_plan(), settings=replace(ONCE, **strict))
+    assert drive.outcome is ParkingOutcome.STOPPED
+    assert drive.stops_driven == 1
+    assert [event.text for event in drive.events if event.text.startswith(why)]
+    assert drive.trajectory.speed_mps[-1] == 0.0
+    assert drive.duration_s < seeded(5).duration_s
+    assert drive.min_clearance_m is not None
+    assert drive.min_clearance_m >= CASE.limits.clearance_m
