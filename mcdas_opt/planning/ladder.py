@@ -61,7 +61,14 @@ class Ladder:
             options.append(drive)
         options += [a for a in refusal.attempts if all(v.name.startswith("collision with") for v in a.verdict.violations)]
         hurt = [severity(option.trajectory, self.vehicle, situation.road, prediction) for option in options]
-        least = min(range(len(options)), key=lambda i: hurt[i])
+        going = Side.NONE if previous is None else previous.side
+
+        def rank(i: int) -> tuple[float, float]:
+            """Steering out must be better by a quarter than staying in the lane, unless it has begun: dithering is worst of all."""
+            speed, when = hurt[i]
+            return (speed if options[i].side in (Side.NONE, going) else 1.25 * speed, when)
+
+        least = min(range(len(options)), key=rank)
         why = f"nothing passes; least severe is {options[least].name} (equivalent to {hurt[least][0]:.1f} m/s); before: {refusal.reason}"
         return self._plan(situation, prediction, options[least], Status.UNAVOIDABLE, why, tried, started)
 

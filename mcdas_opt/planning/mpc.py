@@ -196,6 +196,7 @@ class MpcMethod:
             needless=assessment.mode in (Mode.BRAKE, Mode.ACCELERATE),
             settings=self.worth,
         )
+        cost += self.worth.waiting if way.waits else 0.0
         self._verify_s += time.perf_counter() - started
         refusal = strays(solved.trajectory, situation, way, self.vehicle) or ("" if verdict.passed else verdict.reason)
         candidate = Candidate(name=way.name, cost=cost, passed=not refusal, refusal=refusal)

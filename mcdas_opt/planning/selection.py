@@ -26,6 +26,7 @@ class WorthSettings:
     speed: float = 0.03  # per (m/s)^2 off the desired speed
     lane_change: float = 2.0  # once
     other_side: float = 0.3  # once, for steering to the side that the front vehicle's offset leans to
+    waiting: float = 1.5  # once, for a way that begins later: what is left open now may close
     needless: float = 1.5  # once, for steering out where the selector finds braking or accelerating enough
     nearness: float = 6.0  # per exp(-gap / 0.7 m)
     end_closing: float = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
@@ -84,12 +85,16 @@ def worth(
 _OFF_THE_ROAD, _THIRD_VEHICLE = 1e3, 1e2  # m/s added: worse than any impact with the vehicles that threaten
 
 
+_LEAST_SHARE = 0.5
+
+
 def severity(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: Prediction) -> tuple[float, float]:
     """(equivalent impact speed [m/s], minus the time [s]) of the first overlap; (0, -inf) when there is none. Leaving the road is worst.
 
-    The equivalent speed is the relative speed times the square root of the share of the narrower body's width that overlaps (at least a
-    tenth): the energy is taken as absorbed over that share. Whoever was not in the host's lane is a third vehicle, not to be hit to
-    spare oneself; the road's end is a wall. A model of this project, to rank ways out, not to predict injuries.
+    The equivalent speed is the relative speed times the square root of the share of the narrower body's width that overlaps: the energy is
+    taken as absorbed over that share. At least a half counts: a graze is not to be bought with braking that a moment later is missed.
+    Whoever was not in the host's lane is a third vehicle, not to be hit to spare oneself; the road's end is a wall. A model of this
+    project, to rank ways out, not to predict injuries.
     """
     reach = 0.5 * vehicle.width_m
     if np.any(trajectory.d_m + reach > road.left_edge_m + 0.02) or np.any(trajectory.d_m - reach < road.right_edge_m - 0.02):
@@ -110,7 +115,7 @@ def severity(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: P
     ds = v * np.cos(psi) - float(motion.speed_s_mps[0])
     dd = v * np.sin(psi) - float(motion.speed_d_mps[0])
     overlap = 0.5 * (vehicle.width_m + body.width_m) - abs(float(trajectory.d_m[k]) - float(motion.d_m[0]))
-    share = min(max(overlap / min(vehicle.width_m, body.width_m), 0.1), 1.0)
+    share = min(max(overlap / min(vehicle.width_m, body.width_m), _LEAST_SHARE), 1.0)
     beside = abs(float(body.at(np.zeros(1)).d_m[0]) - float(trajectory.d_m[0])) - 0.5 * body.width_m
     third = _THIRD_VEHICLE if beside > 0.5 * road.lane_width_m - 0.2 else 0.0
     return (third + float(np.hypot(ds, dd)) * share**0.5, -float(trajectory.t_s[k]))

@@ -48,7 +48,7 @@ class Manoeuvre:
 class Way:
     """One candidate: keep the lane towards a speed, or steer along a path. `refusal` says why it is not even tried.
 
-    `guess` (N + 1, 6) are states to begin from; None: those of the path.
+    `guess` (N + 1, 6) are states to begin from; None: those of the path. `waits`: it begins later.
     """
 
     name: str
@@ -59,6 +59,7 @@ class Way:
     manoeuvre: Manoeuvre | None = None
     refusal: str = ""
     guess: Array | None = field(default=None, compare=False)
+    waits: bool = False
 
 
 def shorter_side(assessment: Assessment) -> Side:
@@ -180,6 +181,7 @@ def spread_ways(situation: Situation, vehicle: Vehicle, prediction: Prediction, 
                 manoeuvre=manoeuvre,
                 refusal=refusal,
                 guess=choice.states,
+                waits=not choice.early,
             )
         )
     return tuple(ways)
