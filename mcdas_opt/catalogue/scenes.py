@@ -39,7 +39,7 @@ class RoadPart(_Part):
     shoulder_left_m: NonNegative = 0.0
     shoulder_right_m: NonNegative = 0.0
     friction: Annotated[float, Field(gt=0.0, le=1.5)] = 0.9
-    speed_limit_mps: Positive = 36.0
+    speed_limit_mps: Annotated[float, Field(gt=0.0, le=100.0)] = 36.0  # more is km/h by mistake
     curvature: Annotated[list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=1)] = [[0.0, 0.0]]
     road_end_s_m: float | None = None
 
@@ -293,6 +293,9 @@ def _check_values(scene: Scene, path: Path) -> None:
     for key, value in (("host.speed_mps", host.speed_mps), ("host.desired_speed_mps", host.desired_speed_mps)):
         if value is not None and value > top:
             raise InputError(path, key, value, f"exceeds the vehicle's maximum {top:g} m/s (speeds are m/s, not km/h)")
+    end, bumper = road.road_end_s_m, 0.5 * vehicle.length_m
+    if end is not None and end <= bumper:
+        raise InputError(path, "road.road_end_s_m", end, f"is not ahead of the host's front bumper at {bumper:g} m")
     if host.request == "park" and host.speed_mps > 0.0:
         raise InputError(path, "host.request", "park", "parking is granted only at standstill")
     low, high = vehicle.acceleration_min_mps2, vehicle.acceleration_max_mps2

@@ -49,7 +49,7 @@ def find(kind: str, name: str, suffix: str = ".toml", beside: Path | None = None
 
 def read_text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")  # spreadsheets write a byte order mark
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(path, "", None, f"cannot be read: {error}") from None
 

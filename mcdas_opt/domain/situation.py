@@ -33,6 +33,7 @@ class Situation:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time_s", finite("time_s", self.time_s, "s"))
+        non_negative("host.speed_mps", self.host.speed_mps, "m/s")
         wanted = self.host.speed_mps if self.desired_speed_mps is None else self.desired_speed_mps
         object.__setattr__(self, "desired_speed_mps", non_negative("desired_speed_mps", wanted, "m/s"))
         ids = [track.id for track in self.tracks]

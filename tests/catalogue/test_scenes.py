@@ -270,3 +270,17 @@ def test_the_assumed_friction_is_the_planners_alone(tmp_path):
     (tmp_path / "scene.toml").write_text(after("[host]", "assumed_friction = 0.5"))
     scene = load_scene(tmp_path / "scene.toml")
     assert (scene.assumed_road.friction, scene.true_road.friction) == (0.5, 0.9)
+
+
+@pytest.mark.parametrize(("key", "value"), [("speed_limit_mps", 130.0), ("road_end_s_m", -5.0), ("road_end_s_m", 2.0)])
+def test_a_limit_in_kmh_and_a_road_that_ends_under_the_host_are_refused(tmp_path, key, value):
+    path = tmp_path / "scene.toml"
+    path.write_text(f"[road]\n{key} = {value}\n[host]\nspeed_mps = 10.0\n", encoding="utf-8")
+    with pytest.raises(InputError, match=f"road.{key}"):
+        load_scene(path)
+
+
+def test_a_byte_order_mark_is_no_fault(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text("\ufeff[host]\nspeed_mps = 10.0\n", encoding="utf-8")
+    assert load_scene(path).host.speed_mps == 10.0
