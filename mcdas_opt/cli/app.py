@@ -1,0 +1,65 @@
+"""The program: every command on one application, our own errors as one line on stderr, and the exit codes of the contract.
+
+Exit 0: done (a refused plan or a collision is a result). 2: bad input, one message that names file, key, value and rule. 1: our fault.
+With --json stdout holds one JSON document and nothing else; progress and tables go to stderr or are left out.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from mcdas_opt.cli.judge import judge
+from mcdas_opt.cli.park import park
+from mcdas_opt.cli.plan import plan
+from mcdas_opt.cli.replay import replay
+from mcdas_opt.cli.reproduce import reproduce
+from mcdas_opt.cli.simulate import simulate
+from mcdas_opt.errors import McdasError
+
+app = typer.Typer(
+    name="mcdas-opt",
+    help="Planner for the car in the middle: front and rear vehicles as constraints, every plan judged before it leaves.",
+    no_args_is_help=True,
+    add_completion=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+)
+for command in (plan, simulate, judge, park, replay, reproduce):
+    app.command()(command)
+
+_INTERRUPTED = 130
+
+
+def main() -> None:
+    """Entry point: turns our own errors into one line on stderr and the exit code of the contract."""
+    try:
+        code = app(standalone_mode=False)  # an interrupt comes back as the exit code 130
+    except McdasError as error:
+        print(f"mcdas-opt: {error}", file=sys.stderr)  # noqa: T201
+        sys.exit(2)
+    except typer.Exit as stop:
+        sys.exit(stop.exit_code)
+    except typer.Abort:
+        sys.exit(_INTERRUPTED)
+    except Exception as error:
+        show = getattr(error, "show", None)  # click's usage errors show themselves
+        if show is not None:
+            show()
+            sys.exit(2)
+        raise
+    if isinstance(code, int) and code:
+        if code == _INTERRUPTED:
+            print("mcdas-opt: interrupted; what was not yet written is lost", file=sys.stderr)  # noqa: T201
+        sys.exit(code)
+
+
+@app.callback(invoke_without_command=True)
+def _root(version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False) -> None:
+    if version:
+        from mcdas_opt import __version__
+
+        typer.echo(f"mcdas-opt {__version__}")
+        raise typer.Exit

@@ -1,0 +1,68 @@
+"""`mcdas-opt park`: one parking plan, judged."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, number
+from mcdas_opt.errors import InputError
+
+
+def park(
+    case: Annotated[str, typer.Argument(metavar="CASE", help="A case (TOML), a TPCAP CSV, or the name of a shipped case.")],
+    planner: Annotated[str, typer.Option("--planner", help="nlp, search, closed-form, closed-form-corrected, two-arc.")] = "nlp",
+    vehicle: Annotated[str | None, typer.Option("--vehicle", help="Instead of the case's vehicle.")] = None,
+    clearance: Annotated[float | None, typer.Option("--clearance", min=0.0, help="Instead of the case's clearance [m].")] = None,
+    budget: Annotated[float | None, typer.Option("--budget", min=0.0, help="Stop improving after so many seconds (an extra cap).")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Draw it: a sheet (.png) or an animation (.gif).")] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """One parking plan, judged."""
+    from mcdas_opt.catalogue.parking_cases import load_parking_case
+    from mcdas_opt.planning.parking.park import ParkSettings
+    from mcdas_opt.planning.parking.park import park as run
+
+    if out is not None:
+        from mcdas_opt.plotting.animation import check_suffix
+
+        check_suffix(out)
+    problem = load_parking_case(case, vehicle=vehicle, clearance_m=clearance)
+    answer = run(problem, planner, settings=ParkSettings(time_budget_s=budget))
+    if out is not None and answer.trajectory is not None:
+        from mcdas_opt.plotting.parking import save as draw
+
+        try:
+            draw(problem, answer, out)
+        except OSError as error:
+            raise InputError(out, "", None, f"cannot be written: {error.strerror}") from None
+    if as_json:
+        emit(answer.to_dict())
+        return
+    screen, timing = console(), answer.timing_ms
+    rows: list[tuple[str, object]] = [
+        ("status", answer.status),
+        ("reason", answer.reason),
+        ("verdict", answer.verdict.reason),
+        ("duration", number(answer.duration_s, "s")),
+        ("path", number(answer.path_m, "m")),
+        ("gear changes", "-" if answer.gear_changes is None else answer.gear_changes),
+        ("least clearance", number(answer.min_clearance_m, "m", 3)),
+        ("time", f"{timing['total'] / 1e3:.2f} s, first answer after {timing['first'] / 1e3:.2f} s"),
+        *(("note", note) for note in answer.notes),
+    ]
+    screen.print(facts_table(f"{planner}: {case}", rows))
+    from rich.table import Table
+
+    table = Table(title="attempts", title_justify="left")
+    for heading in ("way", "duration", "gear changes", "sound", "note"):
+        table.add_column(heading)
+    for attempt in answer.attempts:
+        table.add_row(
+            attempt.name, number(attempt.duration_s, "s"), str(attempt.gear_changes), "yes" if attempt.passed else "no", attempt.note
+        )
+    screen.print(table)
+    if out is not None:
+        screen.print(f"drawn: {out}" if answer.trajectory is not None else "nothing to draw")

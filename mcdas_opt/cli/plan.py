@@ -1,0 +1,48 @@
+"""`mcdas-opt plan`: one plan, judged."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mcdas_opt.cli.screen import JsonOption, PlannerOption, console, emit, facts_table, number, write_text
+
+
+def plan(
+    scene: Annotated[str, typer.Argument(metavar="SCENE|SITUATION.json", help="A scene, or a saved situation (JSON).")],
+    planner: PlannerOption = "mpc",
+    out: Annotated[Path | None, typer.Option("--out", help="Save the situation that was planned, as JSON.")] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """One plan at t = 0, judged."""
+    from mcdas_opt.simulation.first_situation import plan_once, situation_of
+
+    situation, vehicle = situation_of(scene)
+    if out is not None:
+        write_text(out, situation.to_json())
+    answer = plan_once(situation, vehicle, planner)
+    if as_json:
+        emit(answer.to_dict())
+        return
+    screen = console()
+    rows: list[tuple[str, object]] = [
+        ("mode", f"{answer.mode} {answer.side if answer.side != 'none' else ''}".strip()),
+        ("status", answer.status),
+        ("warning", "yes" if answer.warning else "no"),
+        ("reason", answer.reason),
+        ("verdict", answer.verdict.reason),
+        ("prediction", answer.prediction),
+        ("Table 1, literally", answer.literal_mode or "no mode"),
+        ("time", f"{answer.timing_ms.total:.1f} ms ({answer.iterations} solver iterations)"),
+    ]
+    screen.print(facts_table(f"{planner}: {scene}", rows))
+    from rich.table import Table
+
+    table = Table(title="candidates", title_justify="left")
+    for heading in ("way", "cost", "passed", "refusal"):
+        table.add_column(heading)
+    for candidate in answer.candidates:
+        table.add_row(candidate.name, number(candidate.cost), "yes" if candidate.passed else "no", candidate.refusal)
+    screen.print(table)

@@ -1,0 +1,91 @@
+"""`mcdas-opt replay`: recorded sensor data through the pipeline."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mcdas_opt.cli.screen import JsonOption, PlannerOption, console, emit, facts_table, number, progress_bar
+from mcdas_opt.errors import InputError
+
+
+def replay(
+    log: Annotated[str, typer.Argument(metavar="LOG", help="A recording, or the name of a shipped one (front_and_rear).")],
+    log_format: Annotated[str, typer.Option("--format", help="esr-candump (Delphi ESR on CAN) or radar-csv (a front radar's track list).")],
+    dbc: Annotated[Path | None, typer.Option("--dbc", help="The DBC to decode by; default the shipped minimal one.")] = None,
+    rear: Annotated[Path | None, typer.Option("--rear", help="The rear radar's log, where it is a file of its own.")] = None,
+    host: Annotated[str | None, typer.Option("--host", help="The host's speed: a CSV of t_s, speed_mps.")] = None,
+    road: Annotated[str | None, typer.Option("--road", help="A scene whose road and vehicle to drive; default one straight lane.")] = None,
+    columns: Annotated[
+        str | None, typer.Option("--columns", help="radar-csv: time_s=t,x_m=dx,y_m=-right ... (a minus turns the sign).")
+    ] = None,
+    truth: Annotated[str | None, typer.Option("--truth", help="Compare with a truth file: t, front_range, front_azimuth_deg ...")] = None,
+    planner: PlannerOption = "mpc",
+    planning: Annotated[bool, typer.Option("--plan/--no-plan", help="Plan every cycle, or only track and assess.")] = True,
+    out: Annotated[Path | None, typer.Option("--out", help="Draw the tracks (against the truth, if given) into a PNG.")] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Recorded sensor data through tracker, situation and planner."""
+    from mcdas_opt.interop.radar_csv import Columns
+    from mcdas_opt.interop.replay import replay as run
+    from mcdas_opt.interop.truth import compare
+
+    if out is not None and not out.parent.is_dir():
+        raise InputError(out, "", None, "cannot be written: no such folder")
+    scene = None
+    if road is not None:
+        from mcdas_opt.catalogue.scenes import load_scene
+
+        scene = load_scene(road)
+    mapping = None if columns is None else Columns.parse(columns)
+    with progress_bar("replay") as progress:
+        done = run(
+            log, log_format, dbc=dbc, rear=rear, host=host, road=scene, columns=mapping, planner=planner, plan=planning, progress=progress
+        )  # fmt: skip
+    comparison = None if truth is None else compare(done, truth)
+    if out is not None:
+        from mcdas_opt.plotting.replay import draw_against_truth, draw_tracks
+        from mcdas_opt.plotting.style import save_png
+
+        figure = draw_tracks(done.cycles) if comparison is None else draw_against_truth(comparison.sectors)
+        try:
+            save_png(figure, out)
+        except OSError as error:
+            raise InputError(out, "", None, f"cannot be written: {error.strerror}") from None
+    if as_json:
+        emit({**done.to_dict(), "truth": None if comparison is None else comparison.to_dict()})
+        return
+    screen, summary = console(), done.summary
+    bad = ", ".join(f"{entry['count']} {kind} (first in line {entry['first_line']})" for kind, entry in summary.bad.items())
+    left_out = {**summary.gated, **{k: v for k, v in summary.tracker.items() if v and k not in ("scans", "associated", "initiated")}}
+    rows: list[tuple[str, object]] = [
+        ("cycles", f"{summary.cycles}, {summary.start_s:g} s to {summary.end_s:g} s"),
+        ("frames", f"{summary.frames_good} good, {summary.frames_bad} bad, {summary.frames_other} other"),
+        ("bad", bad or "-"),
+        ("scans, detections", f"{summary.scans}, {summary.detections}"),
+        ("gated", ", ".join(f"{count} {kind}" for kind, count in left_out.items()) or "-"),
+        ("tracks", f"{summary.tracks_started} started, {summary.tracks_ended} ended, longest {summary.longest_track_s:.1f} s"),
+        ("covered", ", ".join(f"{sector} {100.0 * share:.0f} %" for sector, share in summary.covered.items())),
+        ("modes", ", ".join(f"{mode} {count}" for mode, count in summary.modes.items())),
+        ("plans", ", ".join(f"{count} {status}" for status, count in summary.statuses.items()) or "none asked for"),
+        ("unverified plans", summary.unverified_plans),
+        ("cycle", f"p50 {summary.cycle_ms.p50:.1f} ms, p99 {summary.cycle_ms.p99:.1f} ms, max {summary.cycle_ms.max:.1f} ms"),
+    ]
+    screen.print(facts_table(f"replay: {log}", rows))
+    if comparison is not None:
+        from rich.table import Table
+
+        table = Table(title="against the truth: root mean squares in m, m and m/s over n instants", title_justify="left")
+        for heading in ("sector", "of", "along", "across", "rate", "n", "breaks", "covered"):
+            table.add_column(heading)
+        for sector, found in comparison.sectors.items():
+            for name, errors in (("tracks", found.tracked), ("raw", found.raw)):
+                roots = (errors.along_rmse_m, errors.across_rmse_m, errors.range_rate_rmse_mps)
+                shown = [*(number(root, digits=3) for root in roots), str(errors.samples)]
+                last = [str(found.breaks), f"{100.0 * found.covered:.1f} %"] if name == "tracks" else ["", ""]
+                table.add_row(sector.value, name, *shown, *last)
+        screen.print(table)
+    if out is not None:
+        screen.print(f"drawn: {out}")

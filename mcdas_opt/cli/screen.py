@@ -1,0 +1,83 @@
+"""What the commands share: their common options, tables, progress on stderr, and one JSON document on stdout."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from mcdas_opt.errors import InputError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from mcdas_opt.domain.verdict import Verdict
+
+SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="A scene file (TOML), or the name of a shipped scene.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout, nothing else.")]
+PlannerOption = Annotated[str, typer.Option("--planner", help="mpc, closed-form, closed-form-corrected, or a registered method.")]
+
+
+def emit(document: dict[str, Any]) -> None:
+    """One JSON document on stdout; refuses NaN rather than printing it."""
+    sys.stdout.write(json.dumps(document, allow_nan=False) + "\n")
+
+
+def console() -> Console:
+    from rich.console import Console
+
+    return Console(highlight=False)
+
+
+def facts_table(title: str, rows: list[tuple[str, object]]) -> Table:
+    """Two columns, name and value."""
+    from rich.table import Table
+
+    table = Table(title=title, show_header=False, title_justify="left")
+    table.add_column(style="bold")
+    table.add_column()
+    for name, value in rows:
+        table.add_row(name, str(value))
+    return table
+
+
+def number(value: float | None, unit: str = "", digits: int = 2) -> str:
+    """A value for a table; a dash where there is none."""
+    return "-" if value is None else f"{value:.{digits}f} {unit}".rstrip()
+
+
+def print_violations(screen: Console, verdict: Verdict) -> None:
+    if not verdict.violations:
+        return
+    from rich.table import Table
+
+    table = Table(title="violations", title_justify="left")
+    for heading in ("rule", "at", "value", "limit", "unit"):
+        table.add_column(heading)
+    for found in verdict.violations:
+        table.add_row(found.name, f"{found.t_s:.2f} s", f"{found.value:.4g}", f"{found.limit:.4g}", found.unit)
+    screen.print(table)
+
+
+def write_text(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(path, "", None, f"cannot be written: {error.strerror}") from None
+
+
+@contextmanager
+def progress_bar(title: str) -> Iterator[Callable[[int, int], None]]:
+    """A bar on stderr where that is a terminal: call what this yields with (done, of)."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
+        task = bar.add_task(title, total=None)
+        yield lambda done, of: bar.update(task, completed=done, total=of)

@@ -1,0 +1,63 @@
+"""`mcdas-opt simulate`: a drive in closed loop."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mcdas_opt.cli.screen import JsonOption, PlannerOption, SceneArgument, console, emit, facts_table, number, progress_bar
+from mcdas_opt.errors import InputError
+
+
+def simulate(
+    scene: SceneArgument,
+    planner: PlannerOption = "mpc",
+    plant: Annotated[str, typer.Option("--plant", help="The car that is driven: kinematic, or dynamic (with tyres).")] = "kinematic",
+    seed: Annotated[int | None, typer.Option("--seed", min=0, help="Of the measurement noise; default the scene's.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Draw the drive: an animation (.gif) or a sheet of moments (.png).")] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """The closed loop: sensors, tracker, planner, plant and traffic until the scene's end, a collision, or the road's edge."""
+    from mcdas_opt.catalogue.scenes import load_scene
+    from mcdas_opt.simulation.loop import simulate as run
+
+    if out is not None:
+        from mcdas_opt.plotting.animation import check_suffix
+
+        check_suffix(out)
+    with progress_bar("drive") as progress:
+        drive = run(load_scene(scene), planner, plant, seed, progress=progress)
+    if out is not None:
+        from mcdas_opt.plotting.animation import save
+
+        try:
+            save(drive, out)
+        except OSError as error:
+            raise InputError(out, "", None, f"cannot be written: {error.strerror}") from None
+    if as_json:
+        emit(drive.to_dict())
+        return
+    ended = f"{drive.outcome} after {drive.duration_s:.2f} s"
+    if drive.collided_with is not None:
+        ended += f", with {drive.collided_with} at {drive.impact_speed_mps:.1f} m/s"
+    others = [f"{count} {word}" for count, word in ((drive.fallbacks, "fallback"), (drive.unavoidable, "unavoidable")) if count]
+    rows: list[tuple[str, object]] = [
+        ("outcome", ended),
+        ("modes", ", ".join(f"{t:.1f} s {mode}" for t, mode in drive.modes)),
+        ("lane change", "completed" if drive.lane_change_completed else "none completed"),
+        ("least clearance", number(drive.min_clearance_m, "m")),
+        ("least time to collision", f"front {number(drive.min_ttc_front_s, 's')}, rear {number(drive.min_ttc_rear_s, 's')}"),
+        ("largest lateral acceleration", f"{drive.max_lateral_acceleration_mps2:.2f} m/s^2"),
+        ("largest jerk", f"{drive.max_jerk_mps3:.1f} m/s^3"),
+        ("largest steering rate", f"{drive.max_steering_rate_radps:.3f} rad/s"),
+        ("plans", ", ".join([str(drive.plans), *others])),
+        ("unverified plans", drive.unverified_plans),
+        ("cycle", f"p50 {drive.cycle_ms.p50:.1f} ms, p99 {drive.cycle_ms.p99:.1f} ms, max {drive.cycle_ms.max:.1f} ms"),
+        ("seed", drive.seed),
+    ]
+    screen = console()
+    screen.print(facts_table(f"{planner}: {scene}", rows))
+    if out is not None:
+        screen.print(f"drawn: {out}")
