@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from mcdas_opt.cli.export_c import export_c
 from mcdas_opt.cli.judge import judge
 from mcdas_opt.cli.park import park
 from mcdas_opt.cli.plan import plan
@@ -27,7 +28,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
 )
-for command in (plan, simulate, judge, park, replay, reproduce):
+for command in (plan, simulate, judge, park, replay, reproduce, export_c):
     app.command()(command)
 
 _INTERRUPTED = 130
