@@ -36,7 +36,7 @@ def write_design(design: Design, out: Path) -> tuple[Path, Path]:
 
 def design_text(design: Design) -> str:
     """The TOML: `sigmoid` is what `plan --params` takes, the rest says where it comes from."""
-    from mcdas_opt import __version__
+    from importlib.metadata import version
 
     request = to_document(design.request)
     vehicle = request.pop("vehicle")["name"]
@@ -52,7 +52,7 @@ def design_text(design: Design) -> str:
         },
         "design": {key: to_document(getattr(design, key)) for key in facts},
         "provenance": {
-            "made_by": f"mcdas-opt {__version__} tune",
+            "made_by": f"mcdas-opt {version('mcdas-opt')} tune",
             "method": design.method,
             "evaluations": design.evaluations,
             "vehicle": vehicle,
