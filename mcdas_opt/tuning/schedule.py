@@ -63,8 +63,6 @@ def schedule_text(schedule: GainSchedule, base: DesignRequest | None = None) -> 
     """The file of `models/tuned`: tables by friction, offset, speed, and where they come from."""
     from importlib.metadata import version
 
-    import casadi
-
     request = base or DesignRequest()
     limits = ("lateral_acceleration_mps2", "lateral_jerk_mps3", "heading_jump_rad", "settling_m", "curvature_1pm", "lane_width_m")
     document: dict[str, Any] = {
@@ -74,7 +72,7 @@ def schedule_text(schedule: GainSchedule, base: DesignRequest | None = None) -> 
         **{key: getattr(schedule, key).tolist() for key in ("a_per_m", "b", "y_max_m", "length_m")},
         "provenance": {
             "made_by": f"mcdas-opt {version('mcdas-opt')}, tuning.schedule.build_schedule; python benchmarks/tuning.py schedule",
-            "method": f"nlp (IPOPT of casadi {casadi.__version__}, exact derivatives), every crossing its own optimum",
+            "method": f"nlp (IPOPT of casadi {version('casadi')}, exact derivatives), every crossing its own optimum",
             "objective": request.objective,
             "vehicle": request.vehicle.name,
             "lateral_friction_share": SigmoidSettings().lateral_friction_share,

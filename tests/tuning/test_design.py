@@ -31,12 +31,12 @@ LAX: dict[str, Any] = {
 
 
 @settings(max_examples=15, deadline=None)
-@given(speed=SPEEDS, limit=st.floats(1.0, 8.0), offset=st.floats(-2.0, 2.0), b=st.floats(5.0, 200.0))
+@given(speed=st.floats(8.0, 40.0), limit=st.floats(1.0, 8.0), offset=st.floats(-2.0, 2.0), b=st.floats(5.0, 200.0))
 def test_where_only_lateral_acceleration_binds_a_is_the_closed_form(speed: float, limit: float, offset: float, b: float) -> None:
     found = design(DesignRequest(speed_mps=speed, lateral_acceleration_mps2=limit, offset_m=offset, **LAX | {"b_bounds": (b, b)}))
     gain = (found.y_max_m + offset) * (b + 1.0) / (b - 1.0)
     assert found.a_per_m == pytest.approx(-math.sqrt(6.0 * math.sqrt(3.0) * limit / (gain * speed**2)), rel=1e-6)
-    assert found.active[0].startswith("lateral acceleration binds")
+    assert any(words.startswith("lateral acceleration binds") for words in found.active)
 
 
 @settings(max_examples=10, deadline=None)
