@@ -13,6 +13,7 @@ import typer
 
 from mcdas_opt.cli.export_c import export_c
 from mcdas_opt.cli.judge import judge
+from mcdas_opt.cli.live import live
 from mcdas_opt.cli.park import park
 from mcdas_opt.cli.plan import plan
 from mcdas_opt.cli.replay import replay
@@ -29,7 +30,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
 )
-for command in (plan, simulate, judge, park, replay, reproduce, export_c, tune):
+for command in (plan, simulate, judge, park, replay, reproduce, export_c, live, tune):
     app.command()(command)
 
 _INTERRUPTED = 130
