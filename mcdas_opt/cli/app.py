@@ -19,6 +19,7 @@ from mcdas_opt.cli.plan import plan
 from mcdas_opt.cli.replay import replay
 from mcdas_opt.cli.reproduce import reproduce
 from mcdas_opt.cli.simulate import simulate
+from mcdas_opt.cli.studio import studio
 from mcdas_opt.cli.tune import tune
 from mcdas_opt.errors import McdasError
 
@@ -30,7 +31,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
 )
-for command in (plan, simulate, judge, park, replay, reproduce, export_c, live, tune):
+for command in (plan, simulate, judge, park, replay, reproduce, export_c, live, tune, studio):
     app.command()(command)
 
 _INTERRUPTED = 130

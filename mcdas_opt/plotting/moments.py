@@ -86,7 +86,7 @@ def moment_at(simulation: Simulation, time_s: float) -> Moment:
             width_m=other.width_m,
             colour=colour,
         )
-        for other, colour in zip(simulation.neighbours, _colours(simulation), strict=True)
+        for other, colour in zip(simulation.neighbours, neighbour_colours(simulation), strict=True)
     )
     return Moment(
         time_s=time_s,
@@ -120,7 +120,7 @@ def _curvatures(simulation: Simulation, road: Road) -> list[float]:
     return [float(k) for k in road.curvature_at(np.linspace(float(s.min()) - 20.0, float(s.max()) + 40.0, 200))]
 
 
-def _colours(simulation: Simulation) -> list[str]:
+def neighbour_colours(simulation: Simulation) -> list[str]:
     """Orange for whoever is next ahead in the host's lane at the start, vermilion for whoever is next behind, grey for the rest."""
     d0, s0 = float(simulation.trajectory.d_m[0]), float(simulation.trajectory.s_m[0])
     colours = [style.NEIGHBOUR] * len(simulation.neighbours)

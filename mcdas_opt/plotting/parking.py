@@ -43,7 +43,7 @@ def sheet(case: ParkingCase, parking: Parking) -> Figure:
         _plane(above, case, trajectory)
         corners = body_corners(trajectory.poses, body_of(case.vehicle))
         step = max(1, len(trajectory) // 60)
-        gears = _gears(trajectory)
+        gears = gears_of(trajectory)
         for k in range(0, len(trajectory), step):
             above.fill(*corners[k].T, facecolor="none", edgecolor=_FORWARD if gears[k] > 0 else _REVERSE, lw=0.5, alpha=0.45)
         _body(above, corners[0], style.GREY, "start")
@@ -65,7 +65,7 @@ def frames(case: ParkingCase, parking: Parking) -> tuple[list[Image], list[int]]
     count = min(_MOST_FRAMES, max(2, int(t[-1] / 0.1)))
     at = np.searchsorted(t, np.linspace(t[0], t[-1], count)).clip(0, len(t) - 1)
     corners = body_corners(trajectory.poses, body_of(case.vehicle))
-    gears = _gears(trajectory)
+    gears = gears_of(trajectory)
     changes = np.concatenate([[0], np.cumsum(np.diff(gears) != 0)])
     pictures = []
     with style.styled():
@@ -120,7 +120,7 @@ def _local(case: ParkingCase, parking: Parking) -> ParkingTrajectory:
     return parking.trajectory.moved(-case.origin_m[0], -case.origin_m[1])
 
 
-def _gears(trajectory: ParkingTrajectory) -> Array:
+def gears_of(trajectory: ParkingTrajectory) -> Array:
     """+1 or -1 at every sample; rest counts to the motion that follows."""
     sign = np.sign(np.where(np.abs(trajectory.speed_mps) > 1e-3, trajectory.speed_mps, 0.0))
     for k in range(len(sign) - 2, -1, -1):

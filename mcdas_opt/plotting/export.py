@@ -1,0 +1,59 @@
+"""What a command draws, by the suffix of the file that it is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from mcdas_opt.domain.parking import Parking, ParkingCase
+from mcdas_opt.errors import InputError
+from mcdas_opt.simulation.record import Simulation
+
+MOVING = (".gif", ".png", ".html")
+STILL = (".png", ".html")
+
+
+def check_picture(path: Path, suffixes: tuple[str, ...] = MOVING) -> Path:
+    """`path`, if a picture can be written there. Raises `InputError` for another suffix, or a missing folder."""
+    if path.suffix.lower() not in suffixes:
+        raise InputError(path, "", None, f"a picture must end in {', '.join(suffixes[:-1])} or {suffixes[-1]}")
+    if not path.parent.is_dir():
+        raise InputError(path, "", None, "no such folder")
+    return path
+
+
+def save_drive(simulation: Simulation, path: Path) -> Path:
+    """A drive as an animation (.gif), a sheet of moments (.png) or a page that plays and scrubs (.html)."""
+    check_picture(path)
+    with _writing(path):
+        if path.suffix.lower() == ".html":
+            from mcdas_opt.plotting.player import save_drive as save_page
+
+            return save_page(simulation, path)
+        from mcdas_opt.plotting.animation import save
+
+        return save(simulation, path)
+
+
+def save_parking(case: ParkingCase, parking: Parking, path: Path) -> Path | None:
+    """A manoeuvre as an animation (.gif), a sheet (.png) or a page (.html); None for a refusal, of which only a page shows anything."""
+    check_picture(path)
+    with _writing(path):
+        if path.suffix.lower() == ".html":
+            from mcdas_opt.plotting.player import save_parking as save_page
+
+            return save_page(case, parking, path)
+        if parking.trajectory is None:
+            return None
+        from mcdas_opt.plotting.parking import save
+
+        return save(case, parking, path)
+
+
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise InputError(path, "", None, f"cannot be written: {error.strerror}") from None

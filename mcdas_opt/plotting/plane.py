@@ -1,0 +1,74 @@
+"""Roads and poses as the browser's scripts take them: coordinates of the plane, rounded, in plain lists."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.track import Track
+from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.plotting.moments import View
+
+_EVERY_M = 2.0  # between the points of a bent road's edges
+_DASH_PERIOD_M = 9.0
+SIGMAS = 2.5
+
+
+def rounded(values: Any, digits: int = 2) -> list[Any]:
+    """Plain numbers of so many digits; what is not finite becomes None."""
+    array = np.asarray(values, dtype=np.float64)
+    if array.ndim > 1:
+        return [rounded(row, digits) for row in array]
+    return [round(float(v), digits) if math.isfinite(v) else None for v in array]
+
+
+class Ground:
+    """A road's plane between two places along it: every pose on it, and its edges and markings."""
+
+    def __init__(self, road: Road, s_from_m: float, s_to_m: float) -> None:
+        self.road = road
+        low = math.floor(s_from_m / _DASH_PERIOD_M) * _DASH_PERIOD_M
+        self.low_m, self.high_m = low, s_to_m
+        self._frame = FrenetFrame(road=road, s_min_m=min(low, 0.0) - 10.0, s_max_m=max(s_to_m, 0.0) + 10.0)
+
+    def place(self, s: Any, d: Any, psi: Any = 0.0) -> Array:
+        """(n, 3): x, y, yaw of poses in the road's frame; what lies beyond this piece of road is put at its end."""
+        s, d, psi = np.broadcast_arrays(*(np.atleast_1d(np.asarray(q, dtype=np.float64)) for q in (s, d, psi)))
+        if not self.road.is_straight:
+            s = np.clip(s, self.low_m, self.high_m)
+        return np.stack(self._frame.to_plane(s, d, psi), axis=-1)
+
+    def document(self) -> dict[str, Any]:
+        """Edges, lane markings and the road's end as polylines; `low` and `high` are the d of the edges where it is straight."""
+        road, low = self.road, self.low_m
+        high = self.high_m if road.road_end_s_m is None else min(self.high_m, road.road_end_s_m)
+        s = np.array([low, high]) if road.is_straight else np.append(np.arange(low, high, _EVERY_M), high)
+        lanes = [(lane + 0.5) * road.lane_width_m for lane in range(-road.lanes_right, road.lanes_left)]
+        ends = self.place(high, np.array([road.right_edge_m, road.left_edge_m]))[:, :2] if road.road_end_s_m is not None else None
+        return {
+            "left": rounded(self.place(s, road.left_edge_m)[:, :2]),
+            "right": rounded(self.place(s, road.right_edge_m)[:, :2]),
+            "marks": [rounded(self.place(s, d)[:, :2]) for d in lanes],
+            "end": None if ends is None or road.road_end_s_m is None or road.road_end_s_m > self.high_m else rounded(ends),
+            "low": road.right_edge_m,
+            "high": road.left_edge_m,
+        }
+
+    def track(self, track: Track) -> list[float]:
+        """x, y, their speeds, and the ellipse of the position's uncertainty: semi-axes along and across it, its angle."""
+        ((x, y, yaw),) = self.place(track.s_m, track.d_m)
+        spread = track.covariance[np.ix_([0, 2], [0, 2])]
+        values, vectors = np.linalg.eigh(spread)
+        along, across = SIGMAS * np.sqrt(np.maximum(values[::-1], 0.0))
+        angle = math.atan2(float(vectors[1, 1]), float(vectors[0, 1])) + yaw
+        c, n = math.cos(yaw), math.sin(yaw)
+        vx, vy = c * track.speed_s_mps - n * track.speed_d_mps, n * track.speed_s_mps + c * track.speed_d_mps
+        return [round(float(q), 3) for q in (x, y, vx, vy, along, across, angle)]
+
+
+def view_document(view: View) -> dict[str, float]:
+    return {"back": view.back_m, "ahead": view.ahead_m, "right": view.right_m, "left": view.left_m}

@@ -1,0 +1,186 @@
+"""A drive or a parking manoeuvre as a page that plays and scrubs: one self-contained HTML file, no network."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mcdas_opt.catalogue.parking_cases import body_of
+from mcdas_opt.domain.parking import Parking, ParkingCase
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.errors import InputError
+from mcdas_opt.geometry.clearance import body_corners
+from mcdas_opt.plotting import style, web
+from mcdas_opt.plotting.animation import outcome_words, plan_words
+from mcdas_opt.plotting.moments import HOST, Moment, moment_at, neighbour_colours, view_of
+from mcdas_opt.plotting.parking import gears_of
+from mcdas_opt.plotting.plane import Ground, rounded, view_document
+from mcdas_opt.plotting.strips import Strip, strips_of
+from mcdas_opt.simulation.record import Outcome, Simulation
+
+SUFFIX = ".html"
+_BEYOND_M = 110.0  # road drawn before the first and beyond the last place of the host
+_POSE_EVERY_S = 0.05
+_CHART_EVERY_S = 0.02
+_PLAN_EVERY = 2  # of a plan's samples
+
+
+def save_drive(simulation: Simulation, path: str | Path) -> Path:
+    """Writes the drive as a page. Raises `InputError` for another suffix than .html."""
+    return _write(path, web.page(f"{simulation.name} · {simulation.planner}", "Drive", drive_document(simulation)))
+
+
+def save_parking(case: ParkingCase, parking: Parking, path: str | Path) -> Path:
+    """Writes the manoeuvre, or the refusal, as a page. Raises `InputError` for another suffix than .html."""
+    return _write(path, web.page(f"{case.name} · {parking.planner}", "Parking", parking_document(case, parking)))
+
+
+def drive_document(simulation: Simulation) -> dict[str, Any]:
+    """Everything that the script's `Drive` shows: poses in the plane, tracks and plans of every cycle, charts with their limits."""
+    x, road = simulation.trajectory, simulation.scene.true_road
+    ground = Ground(road, float(x.s_m.min()) - _BEYOND_M, float(x.s_m.max()) + _BEYOND_M)
+    t = np.append(np.arange(0.0, simulation.duration_s, _POSE_EVERY_S), simulation.duration_s)
+
+    def over(column: Array) -> Array:
+        return np.asarray(np.interp(t, x.t_s, column))
+
+    car = simulation.scene.vehicle
+    host = ground.place(over(x.s_m), over(x.d_m), over(x.heading_rad))
+    colours = neighbour_colours(simulation)
+    others = [
+        {
+            "name": other.name,
+            "length": other.length_m,
+            "width": other.width_m,
+            "colour": colour,
+            "poses": rounded(ground.place(over(other.s_m), over(other.d_m), over(other.heading_rad)), 3),
+        }
+        for other, colour in zip(simulation.neighbours, colours, strict=True)
+    ]
+    struck = [HOST, simulation.collided_with] if simulation.collided_with is not None else []
+    times = [cycle.time_s for cycle in simulation.cycles]
+    return {
+        "duration": simulation.duration_s,
+        "road": ground.document(),
+        "view": view_document(view_of(simulation)),
+        "poses_t": rounded(t, 3),
+        "camera": rounded(ground.place(over(x.s_m), 0.0), 4),
+        "speed": rounded(over(x.speed_mps)),
+        "host": {"name": HOST, "length": car.length_m, "width": car.width_m, "colour": style.HOST, "poses": rounded(host, 3)},
+        "others": others,
+        "t": rounded(times, 3),
+        "cycles": [_cycle(ground, moment_at(simulation, t)) for t in times],
+        "charts": [_chart(strip, simulation.duration_s) for strip in strips_of(simulation)],
+        "outcome": outcome_words(simulation),
+        "safe": simulation.outcome is Outcome.SAFE,
+        "struck": struck,
+    }
+
+
+def parking_document(case: ParkingCase, parking: Parking) -> dict[str, Any]:
+    """Everything that the script's `Parking` shows; without a trajectory, only the place and the reason."""
+    car, body = case.vehicle, body_of(case.vehicle)
+    driven = None if parking.trajectory is None else parking.trajectory.moved(-case.origin_m[0], -case.origin_m[1])
+    poses = np.array([case.start, case.goal]) if driven is None else np.vstack([driven.poses, case.start, case.goal])
+    swept = body_corners(poses, body).reshape(-1, 2)
+    (x0, y0), (x1, y1) = swept.min(axis=0) - 1.2, swept.max(axis=0) + 1.2
+    document: dict[str, Any] = {
+        "yard": {
+            "obstacles": [rounded(outline, 3) for outline in case.obstacles],
+            "bounds": rounded([x0, y0, x1, y1]),
+            "car": {"length": car.length_m, "width": car.width_m, "centre": car.centre_m},
+            "start": rounded(case.start, 4),
+            "goal": rounded(case.goal, 4),
+        },
+        "status": parking.status,
+        "sound": parking.passed,
+        "words": parking_words(parking),
+        "manoeuvre": None,
+    }
+    if driven is None:
+        return document
+    t, gears = driven.t_s - driven.t_s[0], gears_of(driven)
+    curvature = np.tan(driven.steering_rad) / car.wheelbase_m
+    top = float(np.tan(car.steering_max_rad) / car.wheelbase_m)
+    forward, reverse = case.limits.forward_mps, -case.limits.reverse_mps
+    speed = driven.speed_mps
+    return {
+        **document,
+        "duration": driven.duration_s,
+        "manoeuvre": {
+            "t": rounded(t, 3),
+            "poses": rounded(driven.poses, 4),
+            "gears": [int(g) for g in gears],
+            "changes": [0, *np.cumsum(np.diff(gears) != 0).tolist()],
+            "speed": rounded(speed),
+        },
+        "charts": [
+            {
+                "title": "speed",
+                "unit": "m/s",
+                "low": 1.15 * min(reverse, float(speed.min())),
+                "high": 1.15 * max(forward, float(speed.max())),
+                "duration": driven.duration_s,
+                "limits": [[forward, "forward", True], [reverse, "reverse", True]],
+                "lines": [{"t": rounded(t, 3), "v": rounded(speed, 3), "colour": style.HOST}],
+            },
+            {
+                "title": "curvature",
+                "unit": "1/m",
+                "low": -1.2 * top,
+                "high": 1.2 * top,
+                "duration": driven.duration_s,
+                "limits": [[top, "steering lock", True], [-top, "steering lock", True]],
+                "lines": [{"t": rounded(t, 3), "v": rounded(curvature, 4), "colour": style.PURPLE}],
+            },
+        ],
+    }  # fmt: skip
+
+
+def parking_words(parking: Parking) -> str:
+    """The answer in a sentence."""
+    if parking.trajectory is None or not parking.passed:
+        return parking.reason
+    clearance = "" if parking.min_clearance_m is None else f", never nearer than {100.0 * parking.min_clearance_m:.1f} cm"
+    changes = f"{parking.gear_changes} gear change{'' if parking.gear_changes == 1 else 's'}"
+    return f"{parking.duration_s:.1f} s, {parking.path_m:.1f} m driven, {changes}{clearance}; passed by the judge"
+
+
+def _cycle(ground: Ground, moment: Moment) -> dict[str, Any]:
+    plan = moment.plan
+    x = plan.trajectory
+    known = np.flatnonzero(np.isfinite(x.s_m) & np.isfinite(x.d_m))
+    marks = np.arange(1.0, float(x.t_s[-1]) + 1e-9)
+    return {
+        "action": moment.action,
+        "status": plan.status.value,
+        "sound": plan.verdict.passed,
+        "words": plan_words(plan),
+        "plan": rounded(ground.place(x.s_m[known][::_PLAN_EVERY], x.d_m[known][::_PLAN_EVERY])[:, :2]),
+        "seconds": rounded(ground.place(np.interp(marks, x.t_s, x.s_m), np.interp(marks, x.t_s, x.d_m))[:, :2]),
+        "tracks": [ground.track(track) for track in moment.tracks],
+    }
+
+
+def _chart(strip: Strip, duration_s: float) -> dict[str, Any]:
+    title, _, unit = strip.title.partition(" [")
+    every = max(1, round(_CHART_EVERY_S / max(float(strip.t_s[1] - strip.t_s[0]), 1e-9))) if len(strip.t_s) > 1 else 1
+    return {
+        "title": title,
+        "unit": unit.removesuffix("]"),
+        "low": strip.low,
+        "high": strip.high,
+        "duration": duration_s,
+        "limits": [[value, word, word != "desired"] for value, word in strip.limits],
+        "lines": [{"t": rounded(strip.t_s[::every], 3), "v": rounded(strip.values[::every], 3), "colour": style.HOST}],
+    }
+
+
+def _write(path: str | Path, text: str) -> Path:
+    target = Path(path)
+    if target.suffix.lower() != SUFFIX:
+        raise InputError(target, "", None, f"a page must end in {SUFFIX}")
+    target.write_text(text, encoding="utf-8")
+    return target

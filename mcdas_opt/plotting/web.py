@@ -1,0 +1,116 @@
+"""The visual language in a browser: the same colours by meaning, a line style for every planner, and the drawing scripts.
+
+The scripts and the style sheet are files of this package (`web/`), served by the studio and written into self-contained pages alike:
+neither needs a network.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from mcdas_opt.plotting import style
+
+_FOLDER = Path(__file__).resolve().parent / "web"
+_POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
+_SCRIPTS = ("draw.js", "bird.js", "strip.js", "transport.js", "drive.js", "parking.js")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Look:
+    """How a planner's line looks: its colour, and its dashes (SVG), so that colour alone never tells."""
+
+    label: str
+    colour: str
+    dash: str
+
+
+PLANNERS = {
+    "closed-form": Look(label="literal", colour=style.PURPLE, dash="2 4"),
+    "closed-form-corrected": Look(label="corrected", colour=style.GREEN, dash="9 5"),
+    "closed-form-tuned": Look(label="tuned", colour=style.BLACK, dash="8 3 2 3"),
+    "mpc": Look(label="MPC", colour=style.PLAN, dash=""),
+}
+OTHER = Look(label="", colour=style.ORANGE, dash="14 4")
+
+
+def look_of(planner: str) -> dict[str, str]:
+    """Label, colour and dashes of a planner, also of one that is not ours."""
+    look = PLANNERS.get(planner)
+    return asdict(look) if look is not None else {**asdict(OTHER), "label": planner}
+
+
+def palette() -> dict[str, str]:
+    """Colours by meaning, for the scripts."""
+    return {
+        "asphalt": style.ASPHALT,
+        "edge": style.EDGE,
+        "marking": style.MARKING,
+        "obstacle": "#c9c9ce",
+        "black": style.BLACK,
+        "grey": "#5f5f5f",
+        "host": style.HOST,
+        "front": style.FRONT,
+        "rear": style.REAR,
+        "plan": style.PLAN,
+        "track": style.PURPLE,
+        "danger": style.VERMILION,
+        "safe": style.GREEN,
+        "forward": style.BLUE,
+        "reverse": style.ORANGE,
+    }
+
+
+def script() -> str:
+    """The drawing scripts, in the order in which they build on one another; they make one global, `mcdas`."""
+    return "\n".join((_FOLDER / name).read_text(encoding="utf-8") for name in _SCRIPTS)
+
+
+def style_sheet() -> str:
+    return (_FOLDER / "pictures.css").read_text(encoding="utf-8")
+
+
+def in_script(document: Any) -> str:
+    """JSON that may stand inside a script element whatever its texts hold: no '<' is left, so no tag can begin or end in it.
+
+    Raises `ValueError` for NaN and infinity.
+    """
+    text = json.dumps(document, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def page(title: str, view: str, document: Any) -> str:
+    """A self-contained HTML page that shows `document` in the script's class `view` (`Drive` or `Parking`)."""
+    return f"""<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
+<title>{escape(title)}</title>
+<style>
+{style_sheet()}
+body {{ margin: 0; padding: 12px 16px; }}
+main {{ max-width: 1280px; margin: 0 auto; }}
+h1 {{ font-size: 18px; margin: 0 0 4px; overflow-wrap: anywhere; }}
+footer {{ color: #555; font-size: 12px; margin-top: 10px; }}
+</style>
+</head>
+<body class="mcdas">
+<main id="view"><h1>{escape(title)}</h1></main>
+<script>
+{script()}
+</script>
+<script>
+const view = new mcdas.{view}(document.getElementById("view"), {in_script(palette())});
+view.load({in_script(document)});
+view.transport.listen(() => true);
+const foot = mcdas.html("footer", "", document.getElementById("view"));
+foot.textContent = "Space plays and pauses, the arrow keys step by 0.1 s (with Shift by 1 s), Home and End jump. Charts can be dragged.";
+</script>
+</body>
+</html>
+"""

@@ -1,0 +1,104 @@
+"""The folder that the studio was given: the only place whose files it reads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from mcdas_opt.catalogue.shelf import models_folder, read_toml, shipped
+from mcdas_opt.errors import InputError
+
+_MOST_FILES = 400
+_OUTSIDE = "lies outside of the folder that the studio was started with"
+_LARGEST_TABLE = 64_000_000  # bytes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Folder:
+    """Names of files relative to `root`; symbolic links that lead out of it are out of it."""
+
+    root: Path
+
+    def __post_init__(self) -> None:
+        root = self.root.resolve()
+        if not root.is_dir():
+            raise InputError(self.root, "", None, "no such folder")
+        object.__setattr__(self, "root", root)
+
+    def file(self, name: str) -> Path:
+        """The file of that name. Raises `InputError` for one outside of the folder, or that is none."""
+        path = self.root / name
+        if not self._inside(path):
+            raise InputError(name, "", None, _OUTSIDE)
+        if not path.is_file():
+            raise InputError(name, "", None, "no such file in the folder that the studio was started with")
+        return path.resolve()
+
+    def _inside(self, path: Path) -> bool:
+        try:
+            return path.resolve().is_relative_to(self.root)
+        except (OSError, ValueError):
+            return False
+
+    def names(self, *suffixes: str) -> list[str]:
+        """Files with one of these suffixes, at most `_MOST_FILES`; hidden folders are left out."""
+        found = []
+        for path in sorted(self.root.rglob("*")):
+            relative = path.relative_to(self.root)
+            if any(part.startswith(".") for part in relative.parts) or path.suffix.lower() not in suffixes:
+                continue
+            if path.is_file() and path.resolve().is_relative_to(self.root) and path.stat().st_size < _LARGEST_TABLE:
+                found.append(relative.as_posix())
+            if len(found) == _MOST_FILES:
+                break
+        return found
+
+    def scenes(self) -> list[str]:
+        """Files that hold a scene: those with a host."""
+        return [name for name in self.names(".toml") if self._holds(name, "host")]
+
+    def cases(self) -> list[str]:
+        """Files that hold a parking case."""
+        return [name for name in self.names(".toml") if self._holds(name, "slot", "goal", "obstacle") and not self._holds(name, "host")]
+
+    def _holds(self, name: str, *keys: str) -> bool:
+        try:
+            return bool(set(keys) & set(read_toml(self.root / name)))
+        except InputError:
+            return False
+
+    def confine(self, document: object, source: Path) -> None:
+        """Refuses a scene that names files outside of the folder: its vehicle, its sensors, its recorded trajectories.
+
+        Shipped names are always allowed; others are sought beside `source`. Raises `InputError` that names the key.
+        """
+        if not isinstance(document, dict):
+            return
+        beside = source.parent
+        for key, kind, name in _named(document):
+            if kind is not None and "/" not in name and name in (*shipped(kind), "ideal", "none"):
+                continue
+            if not self._inside(beside / name) or (Path(name).exists() and not self._inside(Path(name))):
+                raise InputError(source.name, key, name, _OUTSIDE)
+
+
+def _named(document: dict[str, object]) -> list[tuple[str, str | None, str]]:
+    """(key, kind of shipped file, name) of every file that a scene names."""
+    found: list[tuple[str, str | None, str]] = []
+    host, sensors, cars = document.get("host"), document.get("sensors"), document.get("neighbour")
+    if isinstance(host, dict) and isinstance(host.get("vehicle"), str):
+        found.append(("host.vehicle", "vehicles", host["vehicle"]))
+    if isinstance(sensors, dict):
+        found += [(f"sensors.{key}", "sensors", name) for key, name in sensors.items() if isinstance(name, str)]
+    if isinstance(cars, list):
+        for k, car in enumerate(cars):
+            if isinstance(car, dict) and isinstance(car.get("trajectory"), str):
+                found.append((f"neighbour[{k}].trajectory", None, car["trajectory"]))
+    return found
+
+
+def shipped_file(kind: str, name: str, suffix: str = ".toml") -> Path:
+    """A shipped file by its bare name. Raises `InputError`; a path is none."""
+    if name not in shipped(kind, suffix):
+        raise InputError(name, "", None, f"no shipped {kind[:-1]} of that name")
+    return models_folder() / kind / f"{name}{suffix}"

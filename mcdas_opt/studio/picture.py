@@ -1,0 +1,162 @@
+"""One answer as the browser draws it: poses in the plane, and what every plan would do to the limits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.plotting import style
+from mcdas_opt.plotting.plane import Ground, rounded
+from mcdas_opt.plotting.web import look_of
+from mcdas_opt.simulation.contact import surroundings
+from mcdas_opt.studio.words import doing, judged, sentence
+from mcdas_opt.tracking.prediction import predict
+
+_BEHIND_M, _AHEAD_M = 130.0, 330.0  # of road around the host
+_EVERY_S = 0.1
+_LONGEST_S = 8.0  # of a plan that is drawn
+_FAR_M = 30.0
+
+
+class Picture:
+    """A situation in the plane; `plan` puts a plan into it."""
+
+    def __init__(self, situation: Situation, vehicle: Vehicle) -> None:
+        self.situation, self.vehicle = situation, vehicle
+        host = situation.host
+        self._ground = Ground(situation.road, host.s_m - _BEHIND_M, host.s_m + _AHEAD_M)
+        self._bodies = predict(situation.tracks).bodies
+
+    def document(self) -> dict[str, Any]:
+        """Road, bodies with their predicted poses over time, charts with their limits; where the camera stands."""
+        situation, ground, car = self.situation, self._ground, self.vehicle
+        host = situation.host
+        t = np.arange(0.0, _LONGEST_S + 1e-9, _EVERY_S)
+        bodies = []
+        for body, colour in zip(self._bodies, self._colours(), strict=True):
+            motion = body.at(t)
+            poses = ground.place(motion.s_m, motion.d_m, motion.heading_rad)
+            bodies.append({"name": body.id, "length": body.length_m, "width": body.width_m, "colour": colour, "poses": rounded(poses)})
+        own = rounded(ground.place(host.s_m, host.d_m, host.heading_rad)[0], 3)
+        return {
+            "road": ground.document(),
+            "view": self._view(),
+            "camera": rounded(ground.place(host.s_m, 0.0)[0], 4),
+            "host": {"name": "host", "length": car.length_m, "width": car.width_m, "colour": style.HOST, "pose": own},
+            "bodies": bodies,
+            "every": _EVERY_S,
+            "charts": self._charts(),
+        }  # fmt: skip
+
+    def plan(self, plan: Plan) -> dict[str, Any]:
+        """A plan's look, its poses, its quantities over time, and its words."""
+        x = plan.trajectory
+        known = np.flatnonzero(np.isfinite(x.s_m) & np.isfinite(x.d_m) & (x.t_s <= _LONGEST_S + 1e-9))
+        t = x.t_s[known]
+        marks = np.arange(1.0, float(t[-1]) + 1e-9) if known.size else np.zeros(0)
+        at = [np.interp(marks, t, column[known]) for column in (x.s_m, x.d_m)] if known.size else [marks, marks]
+        return {
+            **look_of(plan.planner),
+            "t": rounded(t, 3),
+            "poses": rounded(self._ground.place(x.s_m[known], x.d_m[known], x.heading_rad[known])),
+            "seconds": rounded(self._ground.place(*at)[:, :2]),
+            "lines": {key: rounded(values[known]) for key, values in self._quantities(x).items()},
+            "passed": plan.verdict.passed,
+            "status": plan.status.value,
+            "doing": doing(plan),
+            "words": sentence(plan),
+            "verdict": judged(plan.verdict),
+            "reason": plan.reason,
+            "warning": plan.warning,
+            "took_ms": round(plan.timing_ms.total, 1),
+            "candidates": [
+                {"name": c.name, "cost": None if c.cost is None else round(c.cost, 2), "passed": c.passed, "refusal": c.refusal}
+                for c in plan.candidates
+            ],
+        }
+
+    def _quantities(self, x: Trajectory) -> dict[str, Array]:
+        """Speed, acceleration, lateral acceleration v^2 tan(delta) / L, and the distance to the nearest predicted body."""
+        lateral = x.speed_mps**2 * np.tan(x.steering_rad) / self.vehicle.wheelbase_m
+        clearance = np.full(len(x), np.nan)
+        finite = np.isfinite(x.states).all(axis=1)
+        if self._bodies and finite.all():
+            motions = tuple(body.at(x.t_s) for body in self._bodies)
+            sizes = tuple((body.length_m, body.width_m) for body in self._bodies)
+            around = surroundings(x.states, motions, sizes, self.vehicle, self.situation.road)
+            clearance = np.where(around.touching, 0.0, around.clearance_m).min(axis=0)
+        return {"speed": x.speed_mps, "acceleration": x.acceleration_mps2, "lateral": lateral, "clearance": clearance}
+
+    def _charts(self) -> list[dict[str, Any]]:
+        car, grip = self.vehicle, self.situation.road.friction * GRAVITY_MPS2
+        v, wanted, limit = self.situation.host.speed_mps, self.situation.wanted_speed_mps, self.situation.road.speed_limit_mps
+        fastest = max([v, wanted, *(abs(body.at(0.0).speed_s_mps.item()) for body in self._bodies)])
+        low, high = max(car.acceleration_min_mps2, -grip), min(car.acceleration_max_mps2, grip)
+        slowest = min([v, wanted, *(abs(body.at(0.0).speed_s_mps.item()) for body in self._bodies)])
+        return [
+            {
+                "key": "speed",
+                "title": "speed",
+                "unit": "m/s",
+                "low": max(slowest - 4.0, 0.0),
+                "high": fastest + 4.0,
+                "limits": [[wanted, "desired", False], [limit, "speed limit", False]],
+            },
+            {
+                "key": "acceleration",
+                "title": "acceleration",
+                "unit": "m/s²",
+                "low": 1.2 * low,
+                "high": 1.5 * high,
+                "limits": [[low, "least", True], [high, "most", True]],
+            },
+            {
+                "key": "lateral",
+                "title": "lateral acceleration",
+                "unit": "m/s²",
+                "low": -1.3 * grip,
+                "high": 1.3 * grip,
+                "limits": [[grip, "grip", True], [-grip, "grip", True]],
+            },
+            {
+                "key": "clearance",
+                "title": "clearance, as predicted",
+                "unit": "m",
+                "low": -0.06 * _FAR_M,
+                "high": _FAR_M,
+                "limits": [[0.0, "touch", True]],
+            },
+        ]
+
+    def _view(self) -> dict[str, float]:
+        """A window that holds the neighbours where it can, and the road's bend across its length."""
+        host, road = self.situation.host, self.situation.road
+        away = [track.s_m - host.s_m for track in self.situation.tracks]
+        back = min(max([-s + 7.0 for s in away] + [15.0]), 60.0)
+        ahead = min(max([s + 9.0 for s in away] + [3.2 * host.speed_mps, 40.0]), 85.0)
+        right, left = road.right_edge_m - 1.2, road.left_edge_m + 2.2
+        kappa = road.curvature_at(np.linspace(host.s_m - back, host.s_m + ahead, 100))
+        for reach in (back, ahead):
+            left = max(left, min(road.left_edge_m + 2.2 + 0.5 * reach**2 * float(kappa.max()), 24.0))
+            right = min(right, max(road.right_edge_m - 1.2 + 0.5 * reach**2 * float(kappa.min()), -24.0))
+        return {"back": back, "ahead": ahead, "right": right, "left": left}
+
+    def _colours(self) -> list[str]:
+        """Orange for the next ahead in the host's lane, vermilion for the next behind, grey for the rest."""
+        host, road = self.situation.host, self.situation.road
+        colours = [style.NEIGHBOUR] * len(self.situation.tracks)
+        near: dict[str, tuple[float, int]] = {}
+        for k, track in enumerate(self.situation.tracks):
+            away = track.s_m - host.s_m
+            if abs(track.d_m - host.d_m) < 0.65 * road.lane_width_m:
+                colour = style.FRONT if away > 0.0 else style.REAR
+                near[colour] = min(near.get(colour, (np.inf, k)), (abs(away), k))
+        for colour, (_, k) in near.items():
+            colours[k] = colour
+        return colours

@@ -1,0 +1,52 @@
+// Sliders in groups. Every turn tells the new value and when the hand moved.
+(function () {
+  "use strict";
+  const { html } = window.mcdas;
+
+  class Knobs {
+    constructor(parent, knobs, tell) {
+      this.rows = {};
+      const groups = {};
+      for (const knob of knobs) {
+        if (!groups[knob.group]) {
+          groups[knob.group] = html("fieldset", "", parent);
+          html("legend", "", groups[knob.group], knob.group);
+        }
+        const row = html("label", "mcdas-knob", groups[knob.group]);
+        html("span", "name", row, knob.label);
+        const shown = html("output", "", row);
+        const slider = html("input", "", row);
+        Object.assign(slider, { type: "range", min: knob.low, max: knob.high, step: knob.step, name: knob.key });
+        slider.setAttribute("aria-label", `${knob.label} [${knob.unit}]`);
+        slider.addEventListener("input", () => {
+          this.face(knob.key);
+          tell(knob.key, Number(slider.value), performance.now());
+        });
+        this.rows[knob.key] = { knob, slider, shown, row };
+      }
+    }
+
+    // Where every knob stands; null greys one out.
+    put(positions) {
+      for (const key in this.rows) {
+        const { slider, row } = this.rows[key], value = positions[key];
+        slider.disabled = value === null || value === undefined;
+        row.classList.toggle("off", slider.disabled);
+        row.title = slider.disabled ? "this scene has no such car to move" : "";
+        if (!slider.disabled) slider.value = value;
+        this.face(key);
+      }
+    }
+
+    face(key) {
+      const { knob, slider, shown } = this.rows[key];
+      const value = Number(slider.value), digits = knob.step < 0.1 ? 2 : knob.step < 1 ? 1 : 0;
+      const unit = knob.unit === "-" ? "" : ` ${knob.unit}`;
+      const text = slider.disabled ? "–" : `${value.toFixed(digits)}${unit}${knob.kmh ? ` (${(3.6 * value).toFixed(0)} km/h)` : ""}`;
+      shown.textContent = text;
+      slider.setAttribute("aria-valuetext", text);
+    }
+  }
+
+  window.mcdas.Knobs = Knobs;
+})();

@@ -1,0 +1,369 @@
+// The tab of the sandwich: sliders, the road from above with every planner's path, ways out, charts, words; and the closed loop.
+(function () {
+  "use strict";
+  const { html, clear, shape, Bird, Strip, Drive, Knobs, Escapes, Asking } = window.mcdas;
+
+  class Sandwich {
+    // setup: { knobs, planners, shelf, upload }; emit(name, payload) tells the server
+    constructor(root, look, setup, emit) {
+      Object.assign(this, { root, look, setup, emit });
+      this.values = {};
+      this.plans = {};
+      this.hidden = new Set();
+      this.time = 0;
+      this.side = html("div", "mcdas-side", root);
+      this.main = html("div", "mcdas-main", root);
+      this.fillSide();
+      this.fillMain();
+      this.asking = new Asking((question) => emit("ask", question), () => this.tellLatency());
+      window.mcdas.studio = this;
+    }
+
+    fillSide() {
+      const open = html("fieldset", "", this.side);
+      html("legend", "", open, "what is looked at");
+      this.shelf = html("select", "mcdas-shelf", open);
+      this.shelf.setAttribute("aria-label", "scene, log or benchmark row");
+      this.fillShelf(this.setup.shelf);
+      this.shelf.addEventListener("change", () => {
+        const chosen = this.shelf.selectedOptions[0];
+        this.open({ kind: chosen.dataset.kind, name: chosen.dataset.name });
+      });
+      const row = html("div", "mcdas-row", open);
+      const pick = html("label", "mcdas-button", row, "Load a file…");
+      const file = html("input", "mcdas-file", pick);
+      Object.assign(file, { type: "file", accept: ".toml,.log,.csv,.json,.jsonl" });
+      file.addEventListener("change", () => { if (file.files[0]) this.upload(file.files[0]); file.value = ""; });
+      this.saveToml = html("button", "", row, "Scene (TOML)");
+      this.savePng = html("button", "", row, "View (PNG)");
+      for (const button of [this.saveToml, this.savePng]) button.type = "button";
+      this.saveToml.title = "download this scene with the sliders' values";
+      this.savePng.title = "download what is shown as a picture";
+      this.saveToml.addEventListener("click", () => this.emit("save", {}));
+      this.savePng.addEventListener("click", () => this.png());
+      this.rows = html("select", "mcdas-shelf", open);
+      this.rows.hidden = true;
+      this.rows.setAttribute("aria-label", "row of the benchmark");
+      this.rows.addEventListener("change", () => this.open({ kind: "row", name: this.rows.value }));
+      this.moment = html("label", "mcdas-knob", open);
+      html("span", "name", this.moment, "moment of the log");
+      this.momentShown = html("output", "", this.moment);
+      this.momentSlider = html("input", "", this.moment);
+      Object.assign(this.momentSlider, { type: "range", step: 1, min: 0 });
+      this.momentSlider.setAttribute("aria-label", "moment of the log");
+      this.momentSlider.addEventListener("input", () => {
+        this.faceMoment();
+        this.ask(performance.now());
+      });
+      this.moment.hidden = true;
+      this.knobs = new Knobs(this.side, this.setup.knobs, (key, value, stamp) => {
+        this.values[key] = value;
+        this.showPaths();
+        this.ask(stamp);
+      });
+      this.reset = html("button", "", this.side, "Sliders back");
+      this.reset.type = "button";
+      this.reset.addEventListener("click", () => { this.values = {}; this.knobs.put(this.positions); this.showPaths(); this.ask(performance.now()); });
+    }
+
+    fillShelf(shelf) {
+      clear(this.shelf);
+      for (const { label, kind, names } of shelf) {
+        if (!names.length) continue;
+        const group = html("optgroup", "", this.shelf);
+        group.label = label;
+        for (const name of names) {
+          const option = html("option", "", group, name);
+          Object.assign(option.dataset, { kind, name });
+        }
+      }
+    }
+
+    fillMain() {
+      this.problem = html("div", "mcdas-problem", this.main);
+      this.problem.setAttribute("role", "alert");
+      this.problem.hidden = true;
+      const bar = html("div", "mcdas-row mcdas-bar", this.main);
+      this.title = html("h2", "", bar);
+      this.latency = html("span", "mcdas-latency", bar);
+      this.driver = html("select", "", bar);
+      this.driver.setAttribute("aria-label", "who drives the closed loop");
+      for (const planner of this.setup.planners) {
+        const option = html("option", "", this.driver, `${planner.label} drives`);
+        option.value = planner.name;
+        option.selected = planner.name === "mpc";
+      }
+      this.go = html("button", "mcdas-strong", bar, "▶ Drive the closed loop");
+      this.back = html("button", "", bar, "Back to the paths");
+      this.stop = html("button", "", bar, "Stop");
+      for (const button of [this.go, this.back, this.stop]) button.type = "button";
+      this.stop.hidden = this.back.hidden = true;
+      this.go.addEventListener("click", () => {
+        this.stop.hidden = false;
+        this.go.disabled = true;
+        this.emit("drive", { planner: this.driver.value, values: this.values });
+      });
+      this.back.addEventListener("click", () => this.showPaths());
+      this.stop.addEventListener("click", () => this.emit("stop", {}));
+      this.progress = html("progress", "", bar);
+      this.progress.hidden = true;
+
+      this.paths = html("div", "mcdas-paths", this.main);
+      const head = html("div", "mcdas-head", this.paths);
+      this.badge = html("span", "mcdas-badge", head);
+      this.words = html("span", "mcdas-words", head);
+      this.words.setAttribute("aria-live", "polite");
+      this.bird = new Bird(this.paths, this.look, "the road from above with every planner's path");
+      const ahead = html("label", "mcdas-ahead", this.paths);
+      html("span", "", ahead, "look ahead");
+      this.scrub = html("input", "", ahead);
+      Object.assign(this.scrub, { type: "range", min: 0, max: 4, step: 0.05, value: 0 });
+      this.scrub.setAttribute("aria-label", "look ahead in time, as predicted");
+      this.scrubShown = html("output", "mcdas-clock", ahead);
+      this.scrub.addEventListener("input", () => this.lookAhead(Number(this.scrub.value)));
+      this.table = html("table", "mcdas-verdicts", this.paths);
+      html("caption", "", this.table, "who does what, and what the judge says");
+      this.body = html("tbody", "", this.table);
+      this.escapes = new Escapes(this.paths, this.look);
+      const strips = html("div", "mcdas-strips", this.paths);
+      this.strips = [0, 1, 2, 3].map(() => new Strip(strips, this.look, (t) => this.lookAhead(t)));
+      this.details = html("details", "", this.paths);
+      html("summary", "", this.details, "what the MPC tried");
+      this.tried = html("ul", "", this.details);
+
+      this.loop = html("div", "mcdas-loop", this.main);
+      this.loop.hidden = true;
+      this.drive = new Drive(this.loop, this.look);
+      this.drive.transport.listen(() => !this.loop.hidden && this.loop.offsetParent !== null);
+    }
+
+    open(what) {
+      this.values = {};
+      this.emit("open", what);
+    }
+
+    async upload(file) {
+      if (file.size > this.setup.upload.most) { this.complain(`${file.name}: larger than ${this.setup.upload.most} bytes`); return; }
+      try {
+        const url = `${this.setup.upload.url}&name=${encodeURIComponent(file.name)}`;
+        const answer = await fetch(url, { method: "POST", body: file });
+        const said = await answer.json();
+        if (said.error) this.complain(said.error);
+        else { this.values = {}; this.emit("uploaded", { name: said.name }); }
+      } catch (error) {
+        this.complain(`${file.name}: could not be sent`);
+      }
+    }
+
+    complain(text) {
+      this.problem.textContent = text;
+      this.problem.hidden = !text;
+    }
+
+    ask(stamp) {
+      const question = { values: this.values };
+      if (!this.moment.hidden) question.moment = Number(this.momentSlider.value);
+      this.asking.ask(question, stamp);
+    }
+
+    // What the server says, a part at a time.
+    hear(part) {
+      if (part.part === "opened") this.opened(part);
+      else if (part.part === "picture") this.pictured(part);
+      else if (part.part === "plan") { this.plans[part.planner] = part; this.soon(); }
+      else if (part.part === "escapes") this.escapes.show(part.escapes);
+      else if (part.part === "done") { this.draw(); this.asking.done(part.token); }
+      else if (part.part === "progress") this.driving(part.done, part.of);
+      else if (part.part === "drive") this.driven(part.drive);
+      else if (part.part === "stopped") this.idle();
+      else if (part.part === "shelf") this.fillShelf(part.shelf);
+      else if (part.part === "problem") { this.complain(part.text); this.idle(); }
+    }
+
+    opened(part) {
+      this.complain("");
+      this.title.textContent = part.name;
+      this.positions = part.positions;
+      this.knobs.put(part.positions);
+      this.plans = {};
+      const log = Boolean(part.moments);
+      this.moment.hidden = !log;
+      this.go.hidden = this.driver.hidden = log;
+      this.saveToml.disabled = log;
+      if (log) {
+        this.moments = part.moments;
+        this.momentSlider.max = part.moments.length - 1;
+        this.momentSlider.value = part.moment;
+        this.faceMoment();
+      }
+      this.rows.hidden = !part.rows;
+      if (part.rows && part.rows !== this.shownRows) {
+        clear(this.rows);
+        for (const [value, text] of part.rows) html("option", "", this.rows, text).value = value;
+        this.shownRows = part.rows;
+      }
+      if (part.rows) this.rows.value = part.row;
+      this.showPaths();
+      this.ask(null);
+    }
+
+    faceMoment() {
+      this.momentShown.textContent = `${this.moments[Number(this.momentSlider.value)].toFixed(1)} s`;
+      this.momentSlider.setAttribute("aria-valuetext", this.momentShown.textContent);
+    }
+
+    pictured(part) {
+      this.complain("");
+      const before = this.picture;
+      this.picture = part;
+      if (!before || JSON.stringify([before.road, before.view]) !== JSON.stringify([part.road, part.view])) this.bird.setRoad(part.road, part.view);
+      this.soon();
+    }
+
+    // Draws once before the next frame, however many parts have come.
+    soon() {
+      if (this.pending) return;
+      this.pending = requestAnimationFrame(() => { this.pending = 0; this.draw(); });
+    }
+
+    draw() {
+      if (this.pending) { cancelAnimationFrame(this.pending); this.pending = 0; }
+      if (!this.picture) return;
+      const plans = this.shown();
+      this.duration = Math.max(1, ...plans.map((plan) => plan.t[plan.t.length - 1] || 0));
+      this.scrub.max = this.duration;
+      this.time = Math.min(this.time, this.duration);
+      this.see();
+      this.picture.charts.forEach((chart, k) => this.strips[k].show({
+        ...chart, duration: this.duration,
+        lines: plans.map((plan) => ({ t: plan.t, v: plan.lines[chart.key], colour: plan.colour, dash: plan.dash })),
+      }));
+      this.tell();
+    }
+
+    shown() {
+      return this.setup.planners.map((planner) => this.plans[planner.name]).filter((plan) => plan && !this.hidden.has(plan.planner));
+    }
+
+    lookAhead(time) {
+      this.time = Math.min(Math.max(time, 0), this.duration || 4);
+      this.scrub.value = this.time;
+      this.see();
+    }
+
+    // The bird's eye at the chosen time: everybody where they are believed to be, a ghost of the host for every path.
+    see() {
+      const { picture, time } = this;
+      if (!picture) return;
+      const k = Math.round(time / picture.every);
+      const bodies = picture.bodies.map((body) => ({ ...body, pose: body.poses[Math.min(k, body.poses.length - 1)] }));
+      const plans = this.shown();
+      const ghosts = time < 0.025 ? [] : plans.map((plan) => ({
+        ...picture.host, name: "", colour: plan.colour, pose: plan.poses[window.mcdas.at(plan.t, time)],
+      }));
+      this.bird.show({
+        camera: picture.camera,
+        bodies: [...bodies, picture.host],
+        ghosts: ghosts.filter((ghost) => ghost.pose),
+        paths: plans.map((plan) => ({ points: plan.poses, seconds: plan.seconds, colour: plan.colour, dash: plan.dash })),
+      });
+      this.scrubShown.textContent = time < 0.025 ? "now" : `in ${time.toFixed(2)} s, as predicted`;
+      this.scrub.setAttribute("aria-valuetext", this.scrubShown.textContent);
+      for (const strip of this.strips) strip.mark(time < 0.025 ? null : time);
+    }
+
+    tell() {
+      const best = this.plans.mpc || Object.values(this.plans)[0];
+      if (best) {
+        this.badge.textContent = best.doing;
+        this.badge.className = `mcdas-badge ${best.passed ? best.status : "failed"}`;
+        const said = `${best.label}: ${best.words}${best.warning ? "; the driver is warned" : ""}. Why: ${best.reason}.`;
+        if (this.words.textContent !== said) this.words.textContent = said;
+      }
+      this.setup.planners.forEach((planner, k) => {
+        const row = this.body.children[k] || this.addRow(planner), plan = this.plans[planner.name];
+        row.hidden = !plan;
+        if (!plan) return;
+        const [, , doing, verdict, took] = row.children;
+        doing.textContent = plan.doing;
+        verdict.textContent = plan.words;
+        verdict.className = plan.passed ? "good" : "bad";
+        took.textContent = `${plan.took_ms.toFixed(0)} ms`;
+      });
+      const tried = this.plans.mpc ? this.plans.mpc.candidates : [];
+      this.details.hidden = !tried.length;
+      const lines = tried.map((c) => `${c.name}: ${c.passed ? "passed" : c.refusal || "not needed"}${c.cost === null ? "" : `, cost ${c.cost}`}`);
+      if (lines.join() !== this.triedLines) {
+        this.triedLines = lines.join();
+        clear(this.tried);
+        for (const line of lines) html("li", "", this.tried, line);
+      }
+    }
+
+    addRow(planner) {
+      const row = html("tr", "", this.body);
+      const check = html("input", "", html("td", "", row));
+      check.type = "checkbox";
+      check.checked = true;
+      check.setAttribute("aria-label", `show ${planner.label}`);
+      check.addEventListener("change", () => {
+        if (check.checked) this.hidden.delete(planner.name); else this.hidden.add(planner.name);
+        this.draw();
+      });
+      const name = html("th", "", row);
+      name.scope = "row";
+      const sample = shape("svg", { width: 34, height: 8, "aria-hidden": "true" }, name);
+      shape("path", { d: "M0 4H34", stroke: planner.colour, "stroke-width": 3, "stroke-dasharray": planner.dash || null }, sample);
+      html("span", "", name, planner.label);
+      for (let k = 0; k < 3; k++) html("td", "", row);
+      return row;
+    }
+
+    tellLatency() {
+      const median = this.asking.median;
+      this.latency.textContent = median === null ? "" : `answers in ${median.toFixed(0)} ms (median)`;
+    }
+
+    driving(done, of) {
+      this.progress.hidden = false;
+      this.progress.max = of;
+      this.progress.value = done;
+    }
+
+    idle() {
+      this.progress.hidden = this.stop.hidden = true;
+      this.go.disabled = false;
+    }
+
+    driven(drive) {
+      this.idle();
+      this.paths.hidden = true;
+      this.loop.hidden = this.back.hidden = false;
+      this.drive.load(drive);
+      if (!window.matchMedia("(prefers-reduced-motion: reduce)").matches) this.drive.transport.play();
+    }
+
+    showPaths() {
+      this.drive.transport.pause();
+      this.loop.hidden = this.back.hidden = true;
+      this.paths.hidden = false;
+    }
+
+    png() {
+      const strip = (one) => ({ svg: one.svg, caption: one.title.textContent });
+      const name = `${this.title.textContent.replace(/[^\w.-]+/g, "-") || "scene"}.png`;
+      if (!this.loop.hidden) {
+        window.mcdas.savePng(name, this.title.textContent, this.drive.words.textContent, [], [[{ svg: this.drive.bird.svg }], this.drive.strips.map(strip)]);
+        return;
+      }
+      const legend = this.shown().map((plan) => [`${plan.label}: ${plan.doing}, ${plan.passed ? "passed" : "failed"}`, plan.colour, plan.dash]);
+      window.mcdas.savePng(name, this.title.textContent, this.words.textContent, legend, [
+        [{ svg: this.bird.svg }],
+        [{ svg: this.escapes.svg, caption: "ways out: the last moment to begin [s]" }],
+        this.strips.map(strip),
+      ]);
+    }
+  }
+
+  window.mcdas.Sandwich = Sandwich;
+})();

@@ -1,0 +1,57 @@
+"""Plans and verdicts in plain words."""
+
+from __future__ import annotations
+
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.verdict import Verdict, Violation
+from mcdas_opt.domain.vocabulary import Mode, Side, Status
+
+_DOING = {
+    Mode.HOLD: "keeps its lane and speed",
+    Mode.CRUISE: "keeps its lane, towards the desired speed",
+    Mode.BRAKE: "brakes in its lane",
+    Mode.ACCELERATE: "accelerates in its lane",
+    Mode.EVADE: "steers out",
+    Mode.PARK: "stands and waits to be parked",
+}
+_TOLD = 2
+_STATUS = {
+    Status.PLANNED: "",
+    Status.FALLBACK: "a lower rung of the ladder",
+    Status.UNAVOIDABLE: "nothing passes: the least severe",
+}
+
+
+def doing(plan: Plan) -> str:
+    """What the plan does: 'steers out to the left'."""
+    side = "" if plan.side is Side.NONE else f" to the {plan.side.value}"
+    return f"{_DOING[plan.mode]}{side}"
+
+
+def judged(verdict: Verdict) -> str:
+    """What the judge says: 'passed by the judge', or the two gravest rules that it found broken, and how many more."""
+    if verdict.passed:
+        return "passed by the judge"
+    found = sorted(verdict.violations, key=_grave)
+    more = f" and {len(found) - _TOLD} more" if len(found) > _TOLD else ""
+    return "failed by the judge: " + "; ".join(broken(v) for v in found[:_TOLD]) + more
+
+
+def _grave(violation: Violation) -> int:
+    """Who is hit comes before where the car leaves the road, what it cannot do, and how badly the record begins or fits together."""
+    order = ("collision", "left road", "right road", "road end", "friction", "acceleration", "jerk", "steering rate", "speed", "steering")
+    name = violation.name
+    return next((k for k, word in enumerate(order) if name.startswith(word)), len(order))
+
+
+def broken(violation: Violation) -> str:
+    """One broken rule: 'collision with rear at 2.1 s', 'friction 31.3 m/s^2 at 0.6 s (limit 8.8)'."""
+    if violation.name.startswith("collision"):
+        return f"{violation.name} at {violation.t_s:.1f} s"
+    unit = violation.unit.replace("^2", "²").replace("^3", "³")
+    return f"{violation.name} {violation.value:.3g} {unit} at {violation.t_s:.1f} s (limit {violation.limit:.3g})"
+
+
+def sentence(plan: Plan) -> str:
+    """Status and verdict together."""
+    return "; ".join(part for part in (_STATUS[plan.status], judged(plan.verdict)) if part)
