@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from mcdas_opt.cli.benchmark import benchmark
 from mcdas_opt.cli.export_c import export_c
 from mcdas_opt.cli.judge import judge
 from mcdas_opt.cli.live import live
@@ -31,7 +32,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
 )
-for command in (plan, simulate, judge, park, replay, reproduce, export_c, live, tune, studio):
+for command in (plan, simulate, judge, park, replay, reproduce, export_c, live, tune, studio, benchmark):
     app.command()(command)
 
 _INTERRUPTED = 130

@@ -45,7 +45,7 @@ class Drive:
 
     def note(self, now: float, plan: Plan, tracks: tuple[Track, ...], took_ms: float) -> None:
         """A plan, what it knew of the others, and how long it took."""
-        self.cycles.append(Cycle(time_s=now, host=self.car.state, tracks=tracks, plan=plan))
+        self.cycles.append(Cycle(time_s=now, host=self.car.state, tracks=tracks, plan=plan, took_ms=took_ms))
         self.took_ms.append(took_ms)
 
     def roll(self, plan: Plan, controller: Controller, steps: int, eyes: Perception) -> None:

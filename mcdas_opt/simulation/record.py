@@ -46,12 +46,13 @@ class NeighbourHistory:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cycle:
-    """One turn of the loop: where the host was, what the tracker believed, what the planner answered."""
+    """One turn of the loop: where the host was, what the tracker believed, what the planner answered, and how long it took."""
 
     time_s: float
     host: HostState
     tracks: tuple[Track, ...]
     plan: Plan
+    took_ms: float = field(default=0.0, compare=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,0 +1,174 @@
+"""`mcdas-opt benchmark`: planners side by side on a suite of scenes."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from mcdas_opt.cli.screen import JsonOption, console, emit
+
+if TYPE_CHECKING:
+    from mcdas_opt.evaluation.running.executor import Executor
+
+_LINE_S = 30.0  # between two lines of progress where stderr is no terminal
+_ABREAST = 3  # planners in one table
+_ROWS = (
+    ("collisions on A", "collisions_on_A"),
+    ("lost on A", "lost_on_A"),
+    ("collisions", "collisions"),
+    ("hit from behind", "rear_hits"),
+    ("left the road", "road_departures"),
+    ("false interventions", "false_interventions"),
+    ("unverified plans", "unverified_plans"),
+    ("failures", "failures"),
+)
+
+
+def benchmark(
+    suite: Annotated[str, typer.Argument(metavar="SUITE", help="A suite file (TOML), or the name of a shipped suite.")],
+    planners: Annotated[str, typer.Option("--planners", help="Names, with commas between.")] = "mpc,closed-form,closed-form-corrected",
+    scenes: Annotated[int | None, typer.Option("--scenes", min=1, help="How many; default what the suite says.")] = None,
+    seed: Annotated[int | None, typer.Option("--seed", min=0, help="Of the scenes; default the suite's.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for the results; default benchmark-SUITE-SEED.")] = None,
+    workers: Annotated[int, typer.Option("--workers", min=1, help="Processes on this machine, a thread each.")] = 2,
+    scheduler: Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, instead of --workers.")] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on where a run into the same folder was stopped.")] = False,
+    plant: Annotated[str, typer.Option("--plant", help="The car that is driven: kinematic, or dynamic (with tyres).")] = "kinematic",
+    limit: Annotated[float, typer.Option("--limit", min=1.0, help="Seconds for one drive; what takes longer is marked.")] = 300.0,
+    as_json: JsonOption = False,
+) -> None:
+    """Every planner on the same scenes: labels by the oracle, a row for each drive, statistics and a report.
+
+    Example: mcdas-opt benchmark sandwich --planners mpc,closed-form --scenes 40 --out results
+    """
+    from mcdas_opt.evaluation.benchmark import run
+    from mcdas_opt.evaluation.publish import publish
+    from mcdas_opt.evaluation.running.journal import StoppedError
+    from mcdas_opt.evaluation.suites import expand
+    from mcdas_opt.evaluation.summary import contradictions
+
+    names = [name.strip() for name in planners.split(",") if name.strip()]
+    chosen = expand(suite, scenes, seed)
+    folder = out if out is not None else Path(f"benchmark-{chosen.name}-{chosen.seed}")
+    executor = _executor(workers, scheduler)
+    try:
+        with _progress() as progress:
+            results = run(chosen, names, folder, executor, plant=plant, limit_s=limit, resume=resume, progress=progress)
+            done = publish(chosen, results, folder, executor, progress)
+    except StoppedError as error:
+        print(f"mcdas-opt: {error}", file=sys.stderr)  # noqa: T201
+        raise typer.Exit(1) from None
+    finally:
+        executor.close()
+    if as_json:
+        emit(done.document)
+    else:
+        _show(done.document)
+    wrong = contradictions(results.rows)
+    if wrong:
+        told = ", ".join(f"{row['scene']} ({row['planner']})" for row in wrong[:5])
+        print(f"mcdas-opt: the oracle calls {len(wrong)} safe drives unavoidable: {told}", file=sys.stderr)  # noqa: T201
+        raise typer.Exit(1)
+
+
+def _executor(workers: int, scheduler: str | None) -> Executor:
+    if scheduler is not None:
+        from mcdas_opt.evaluation.running.dask_cluster import DaskCluster
+
+        return DaskCluster(scheduler)
+    from mcdas_opt.evaluation.running.executor import ProcessPool
+
+    return ProcessPool(workers)
+
+
+def _show(document: dict[str, Any]) -> None:
+    """A table for each kind of traffic, planners side by side, a few at a time so that it fits."""
+    from rich import box
+    from rich.table import Table
+
+    screen = console()
+    summary: dict[str, Any] = document["summary"]
+    planners = list(summary)
+    kinds = [key for key in summary[planners[0]] if key != "cycle_ms"]
+    for kind in kinds:
+        shown = [(title, key) for title, key in _ROWS if any(summary[planner][kind][key]["n"] for planner in planners)]
+        for few in (planners[k : k + _ABREAST] for k in range(0, len(planners), _ABREAST)):
+            title = f"{document['suite']}, {kind} traffic, {summary[planners[0]][kind]['scenes']} scenes"
+            table = Table(title=title, title_justify="left", box=box.SIMPLE, pad_edge=False)
+            for heading in ("", *few):
+                table.add_column(heading, justify="right" if heading else "left", overflow="fold")
+            for title, key in shown:
+                table.add_row(title, *(_share(summary[planner][kind][key]) for planner in few))
+            if kind == kinds[-1]:
+                table.add_row("cycle p50 / p99 [ms]", *(_cycle(summary[planner]["cycle_ms"]) for planner in few))
+            screen.print(table)
+    screen.print(f"rows: {document['rows']} (hash {document['rows_hash'][:12]}), report: {document['report']}", soft_wrap=True)
+
+
+def _share(found: dict[str, Any]) -> str:
+    if not found["n"]:
+        return "-"
+    return f"{found['k']}/{found['n']} [{100.0 * found['low']:.1f}, {100.0 * found['high']:.1f}] %"
+
+
+def _cycle(found: dict[str, Any]) -> str:
+    return "-" if found["p50"] is None else f"{found['p50']:.1f} / {found['p99']:.1f}"
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str, int, int], None]]:
+    """A bar for each stage with rate and remaining time on stderr; where that is no terminal, a line now and then."""
+    if not sys.stderr.isatty():
+        yield _Lines()
+        return
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        ProgressColumn,
+        Task,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+    from rich.text import Text
+
+    class Rate(ProgressColumn):
+        def render(self, task: Task) -> Text:
+            return Text(f"{task.speed:.2f}/s" if task.speed else "-/s", style="progress.data.speed")
+
+    shown = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), Rate(), TimeElapsedColumn(), TimeRemainingColumn())
+    with Progress(*shown, console=Console(stderr=True), transient=True) as bar:
+        stages: dict[str, Any] = {}
+
+        def tell(stage: str, done: int, of: int) -> None:
+            if stage not in stages:
+                stages[stage] = bar.add_task(stage, total=of, completed=done)
+            bar.update(stages[stage], completed=done, total=of)
+
+        yield tell
+
+
+class _Lines:
+    """Progress for a log: stage, how many of how many, rate and remaining time."""
+
+    def __init__(self) -> None:
+        self._stage, self._first, self._started, self._told = "", 0, 0.0, 0.0
+
+    def __call__(self, stage: str, done: int, of: int) -> None:
+        now = time.monotonic()
+        if stage != self._stage:
+            self._stage, self._first, self._started, self._told = stage, done, now, now
+        if done < of and now - self._told < _LINE_S:
+            return
+        self._told = now
+        rate = (done - self._first) / max(now - self._started, 1e-9)
+        left = f", {(of - done) / rate:.0f} s left" if rate > 0.0 and done < of else ""
+        print(f"{stage}: {done} of {of}, {rate:.2f}/s{left}", file=sys.stderr)  # noqa: T201

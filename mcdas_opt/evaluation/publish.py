@@ -1,0 +1,100 @@
+"""From the finished rows to files: table, summary, worst scenes and report."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mcdas_opt.catalogue.scene_file import scene_file
+from mcdas_opt.evaluation.benchmark import Progress, Results
+from mcdas_opt.evaluation.case import Case
+from mcdas_opt.evaluation.reporting.contents import card, report
+from mcdas_opt.evaluation.reporting.document import Card
+from mcdas_opt.evaluation.reporting.html import html
+from mcdas_opt.evaluation.reporting.markdown import FIGURES, markdown
+from mcdas_opt.evaluation.running.executor import Executor
+from mcdas_opt.evaluation.running.journal import write_whole
+from mcdas_opt.evaluation.running.messages import Ended, Task
+from mcdas_opt.evaluation.suites import Suite
+from mcdas_opt.evaluation.summary import pairs, summarise, worst
+from mcdas_opt.evaluation.table import write_table
+
+WORST = "worst"
+SCHEMA_VERSION = 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Published:
+    """The document of the command, and where everything is."""
+
+    document: dict[str, Any]
+    rows: Path
+    report: Path
+
+
+def publish(suite: Suite, results: Results, folder: Path, executor: Executor, progress: Progress) -> Published:
+    """Writes `rows.csv` (and Parquet), `timings.csv`, `summary.json`, `report.html`, `report.md`, `figures/` and `worst/` into `folder`."""
+    planners = results.manifest["planners"]
+    origin = {**results.manifest, "rows_hash": results.rows_hash}
+    table = write_table(folder, results.rows, results.cycles_ms, origin)
+    summary = summarise(results.rows, results.cycles_ms, planners)
+    cards = _worst(suite, results, folder, executor, progress)
+    document = report(origin, results.rows, results.cycles_ms, summary, cards, suite.about)
+    (folder / FIGURES).mkdir(exist_ok=True)
+    for picture in document.pictures:
+        write_whole(folder / FIGURES / picture.name, picture.png)
+    write_whole(folder / "report.html", html(document))
+    write_whole(folder / "report.md", markdown(document))
+    answer = {
+        "schema_version": SCHEMA_VERSION,
+        **{key: value for key, value in origin.items() if key != "schema_version"},
+        "rows": str(table),
+        "summary": summary,
+        "pairs": pairs(results.rows, planners),
+        "report": str(folder / "report.html"),
+    }
+    write_whole(folder / "summary.json", json.dumps(answer, allow_nan=False, indent=1) + "\n")
+    return Published(document=answer, rows=table, report=folder / "report.html")
+
+
+def portrait(case: Case, planner: str, plant: str) -> bytes:
+    """The drive once more, as a picture."""
+    from mcdas_opt.plotting.thumbnail import draw_thumbnail, png_bytes
+    from mcdas_opt.simulation.loop import simulate
+
+    return png_bytes(draw_thumbnail(simulate(case.scene, planner, plant)))
+
+
+def _worst(suite: Suite, results: Results, folder: Path, executor: Executor, progress: Progress) -> list[Card]:
+    """The first planner's worst drives: each scene as a file, its picture, and how to see it again."""
+    planner, plant = results.manifest["planners"][0], results.manifest["plant"]
+    chosen = worst(results.rows, planner)
+    cases = {case.index: case for case in suite.cases}
+    (folder / WORST).mkdir(exist_ok=True)
+    tasks = [Task(portrait, (cases[row["index"]], planner, plant), results.manifest["limit_s"]) for row in chosen]
+    pictures: dict[int, bytes] = {}
+    progress("pictures", 0, len(tasks))
+    for number, answer in executor.run(tasks):
+        pictures[number] = answer.value if answer.ended is Ended.RETURNED else _blank(answer.reason)
+        progress("pictures", len(pictures), len(tasks))
+    cards = []
+    for number, row in enumerate(chosen):
+        path = folder / WORST / f"{row['scene']}.toml"
+        write_whole(path, scene_file(cases[row["index"]].scene))
+        how = f"--planner {planner} --plant {plant} --out {row['scene']}.gif"
+        cards.append(card(row, pictures[number], f"mcdas-opt simulate {shlex.quote(str(path))} {how}"))
+    return cards
+
+
+def _blank(reason: str) -> bytes:
+    """A picture of why there is none."""
+    from mcdas_opt.plotting.style import figure, styled
+    from mcdas_opt.plotting.thumbnail import png_bytes
+
+    with styled():
+        fig = figure(5.6, 1.2)
+        fig.text(0.02, 0.5, f"not driven again: {reason}", va="center", fontsize=9, wrap=True)
+    return png_bytes(fig)

@@ -1,0 +1,216 @@
+"""What stands in a benchmark's report, and in which order."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mcdas_opt.evaluation.reporting.document import Block, Card, Cards, Heading, Paragraph, Picture, Report, Table
+from mcdas_opt.evaluation.summary import collided, kinds, lost, pairs
+from mcdas_opt.plotting.benchmark import draw_cycle_times, draw_families, draw_scatter
+from mcdas_opt.plotting.thumbnail import png_bytes
+
+Record = dict[str, Any]
+Cell = str | tuple[str, str]
+
+_HEADLINE = (
+    ("collisions on A", "collisions_on_A"),
+    ("lost on A", "lost_on_A"),
+    ("collisions on A or undecided", "collisions_on_A_or_undecided"),
+    ("hit in front, on A", "front_hits_on_A"),
+    ("hit from behind, on A", "rear_hits_on_A"),
+    ("left the road, on A", "road_departures_on_A"),
+    ("collisions, every scene", "collisions"),
+    ("lost, every scene", "lost"),
+    ("false interventions", "false_interventions"),
+    ("unverified plans", "unverified_plans"),
+)
+_DISTRIBUTIONS = (
+    ("least clearance [m]", "min_clearance_m"),
+    ("least time to collision, front [s]", "min_ttc_front_s"),
+    ("least time to collision, rear [s]", "min_ttc_rear_s"),
+    ("largest lateral acceleration [m/s²]", "max_lateral_acceleration_mps2"),
+    ("largest braking [m/s²]", "max_deceleration_mps2"),
+    ("largest jerk [m/s³]", "max_jerk_mps3"),
+    ("settling error [m]", "settling_error_m"),
+    ("impact speed on U [m/s]", "impact_speed_on_U_mps"),
+)
+_MEANINGS = (
+    "A scene is avoidable (A) if the oracle holds a drive, beginning no earlier than 0.2 s after the onset, that is safe whether the rear "
+    "car brakes later or not, and that the judge passes. C: avoidable only by knowing what the rear car will do. U: nobody can avoid it, "
+    "not even a car with more grip that changes lanes at once. ?: undecided. A dash: not asked, because the traffic reacts to the host.",
+    "Rates are k of n with the interval of Clopper and Pearson at 95 %. Lost: a collision, a departure from the road, or a planner that "
+    "raised, hung or took its process with it; such a failure counts as a collision too. Scripted, reacting and recorded traffic are "
+    "never counted together.",
+    "False interventions: of the scenes that need none, those in which the planner steered out (evaded, left its lane, or had over 2 "
+    "m/s² of lateral acceleration beyond the road's bend) or braked harder than 3.5 m/s². Unverified plans: plans that left without "
+    "the judge's pass. Settling error: distance from the new lane's centre when the sideways motion of a lane change ended.",
+)
+
+
+def report(
+    manifest: Record,
+    rows: Sequence[Record],
+    cycles_ms: Sequence[Sequence[float]],
+    summary: Mapping[str, Any],
+    cards: Sequence[Card],
+    about: Sequence[str] = (),
+) -> Report:
+    """The whole report; `about` is what the suite says of itself."""
+    planners = list(manifest["planners"])
+    blocks: list[Block] = [Paragraph(text=text) for text in about]
+    for kind in kinds(rows):
+        blocks += _traffic(kind, [row for row in rows if row["traffic"] == kind], planners, summary)
+    blocks += _times(rows, cycles_ms, planners, summary)
+    blocks += [Heading(text="Planners compared on the same scenes"), _pairs(pairs(rows, planners))]
+    if cards:
+        blocks += [Heading(text=f"The {len(cards)} worst scenes of {planners[0]}"), Cards(cards=cards)]
+    blocks += [Heading(text="How to read this"), *(Paragraph(text=text) for text in _MEANINGS)]
+    return Report(
+        title=f"Mid-vehicle benchmark: {manifest['suite']}",
+        subtitle=f"{manifest['scenes']} scenes, {len(planners)} planners, {manifest['plant']} plant, seed {manifest['seed']}",
+        blocks=blocks,
+        origin=_origin(manifest),
+    )
+
+
+def _traffic(kind: str, rows: Sequence[Record], planners: Sequence[str], summary: Mapping[str, Any]) -> list[Block]:
+    found = {planner: summary[planner][kind] for planner in planners}
+    first = found[planners[0]]
+    labels = ", ".join(f"{count} {letter}" for letter, count in first["labels"].items() if count)
+    shown = [(title, key) for title, key in _HEADLINE if any(figures[key]["n"] for figures in found.values())]
+    blocks: list[Block] = [
+        Heading(text=f"{kind.capitalize()} traffic"),
+        Paragraph(text=f"{first['scenes']} scenes ({labels})."),
+        _shares(shown, found),
+        Heading(text="Distributions", level=3),
+        _distributions(found),
+    ]
+    measure = "lost_on_A" if any(part["lost_on_A"]["n"] for part in first["families"].values()) else "lost"
+    says = {"lost_on_A": "lost, of the avoidable scenes [%]", "lost": "lost [%]"}[measure]
+    bars = {
+        family: {planner: _interval(found[planner]["families"][family][measure]) for planner in planners}
+        for family, part in first["families"].items()
+        if part[measure]["n"]
+    }
+    if bars:
+        png = png_bytes(draw_families(bars, planners, says))
+        blocks += [
+            Heading(text="By family", level=3),
+            Picture(name=f"families-{kind}.png", png=png, says=f"Share {says} by family and planner, with 95 % intervals."),
+        ]
+    points = {planner: _points([row for row in rows if row["planner"] == planner]) for planner in planners}
+    says = "Each drive: how near it came to anybody, against how hard it accelerated sideways or braked."
+    blocks += [
+        Heading(text="Clearance against comfort", level=3),
+        Picture(name=f"scatter-{kind}.png", png=png_bytes(draw_scatter(points)), says=says),
+    ]
+    return blocks
+
+
+def _shares(shown: Sequence[tuple[str, str]], found: Mapping[str, Any]) -> Table:
+    rows: list[list[Cell]] = [[planner, *(_share(figures[key]) for _, key in shown)] for planner, figures in found.items()]
+    best = set()
+    for column, (_, key) in enumerate(shown, start=1):
+        rates = [figures[key]["rate"] for figures in found.values()]
+        least = min((rate for rate in rates if rate is not None), default=None)
+        best |= {(r, column) for r, rate in enumerate(rates) if rate is not None and rate == least and len(set(rates)) > 1}
+    return Table(columns=["planner", *(title for title, _ in shown)], rows=rows, best=frozenset(best), caption="Fewest in blue.")
+
+
+def _distributions(found: Mapping[str, Any]) -> Table:
+    shown = [(title, key) for title, key in _DISTRIBUTIONS if any(figures[key]["n"] for figures in found.values())]
+    rows = [[planner, *(_spread(figures[key]) for _, key in shown)] for planner, figures in found.items()]
+    columns = ["planner", *(title for title, _ in shown)]
+    return Table(columns=columns, rows=rows, caption="Median, and below it the 5 % and 95 % quantiles and n.")
+
+
+def _times(
+    rows: Sequence[Record], cycles_ms: Sequence[Sequence[float]], planners: Sequence[str], summary: Mapping[str, Any]
+) -> list[Block]:
+    found = [(planner, summary[planner]["cycle_ms"]) for planner in planners]
+    names = ("p50", "p99", "p99.9", "max")
+    table = Table(
+        columns=["planner", "plans", *(f"{name} [ms]" for name in names), "plans per second"],
+        rows=[[p, str(f["n"]), *(_number(f[name], 2) for name in names), _number(f["plans_per_s"], 0)] for p, f in found],
+        caption="Wall-clock time of the whole step (tracker, situation, planner, judge) on the machine that ran this, loaded as it was.",
+    )
+    times = {
+        planner: np.array([ms for row, cycles in zip(rows, cycles_ms, strict=True) if row["planner"] == planner for ms in cycles])
+        for planner in planners
+    }
+    says = "Share of plans that took longer than so many milliseconds."
+    return [Heading(text="Cycle time"), table, Picture(name="cycle-times.png", png=png_bytes(draw_cycle_times(times)), says=says)]
+
+
+def _pairs(found: Sequence[Record]) -> Table:
+    rows = []
+    for pair in found:
+        counts = (str(pair[key]) for key in ("n", "only_first", "only_second"))
+        rows.append([f"{pair['first']} against {pair['second']}", pair["traffic"], pair["measure"], *counts, _p(pair["p"])])
+    return Table(
+        columns=["pair", "traffic", "measure", "scenes", "only the first lost", "only the second lost", "p"],
+        rows=rows,
+        caption="Exact McNemar test, two-sided; not corrected for the number of pairs.",
+    )
+
+
+def _origin(manifest: Record) -> list[tuple[str, str]]:
+    versions = ", ".join(f"{name} {version}" for name, version in manifest["versions"].items())
+    return [
+        ("suite hash", manifest["suite_hash"]),
+        ("labels hash", manifest["labels_hash"]),
+        ("rows hash", manifest["rows_hash"]),
+        ("seed", str(manifest["seed"])),
+        ("versions", versions),
+        ("commit", manifest["commit"] or "none (not a checkout)"),
+    ]
+
+
+def _points(rows: Sequence[Record]) -> Any:
+    found = [
+        (row["min_clearance_m"], max(row["max_lateral_acceleration_mps2"], row["max_deceleration_mps2"]), float(lost(row)))
+        for row in rows
+        if row["min_clearance_m"] is not None and row["max_deceleration_mps2"] is not None
+    ]
+    return np.array(found, dtype=np.float64).reshape(-1, 3)
+
+
+def card(row: Record, png: bytes, command: str) -> Card:
+    """One of the worst scenes."""
+    fate = row["outcome"].replace("_", " ") or f"{row['ended']}: {row['error']}"
+    if row["collided_with"]:
+        other = row["collided_with"]
+        fate = f"hit from behind by {other}" if row["hit"] == "rear" else f"collision with {other} ({row['hit']})"
+        fate += f" at {row['impact_speed_mps']:.1f} m/s, {row['duration_s']:.2f} s"
+    elif not collided(row) and row["min_clearance_m"] is not None:
+        fate += f", never nearer than {row['min_clearance_m']:.2f} m"
+    words = [f"label {row['label']}" if row["label"] != "-" else "", row["modes"], row["first_reason"][:180]]
+    picture = Picture(name=f"worst-{row['scene']}.png", png=png, says=f"{row['scene']}: {fate}")
+    return Card(title=f"{row['scene']}: {fate}", facts="; ".join(word for word in words if word), picture=picture, command=command)
+
+
+def _interval(share: Record) -> tuple[float, float, float, int]:
+    return share["rate"] or 0.0, share["low"], share["high"], share["n"]
+
+
+def _share(share: Record) -> Cell:
+    if not share["n"]:
+        return "-"
+    return f"{100.0 * share['rate']:.1f} %", f"{share['k']}/{share['n']} [{100.0 * share['low']:.1f}, {100.0 * share['high']:.1f}]"
+
+
+def _spread(found: Record) -> Cell:
+    if not found["n"]:
+        return "-"
+    return f"{found['p50']:.2f}", f"{found['p5']:.2f} .. {found['p95']:.2f} (n {found['n']})"
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "-" if value is None else f"{value:.{digits}f}"
+
+
+def _p(value: float) -> str:
+    return f"{value:.3f}" if value >= 1e-3 else f"{value:.0e}"

@@ -1,0 +1,52 @@
+"""A folder of results: who made it, the frozen labels, and the journal of rows."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from mcdas_opt.catalogue.shelf import read_json
+from mcdas_opt.errors import InputError
+from mcdas_opt.evaluation.running.journal import write_whole
+
+MANIFEST, LABELS, LABELLING, JOURNAL = "run.json", "labels.json", "labelling.journal", "rows.journal"
+_IDENTITY = ("suite", "suite_hash", "seed", "scenes", "planners", "plant", "reactions_s", "limit_s", "versions", "commit")
+
+
+def open_folder(folder: Path, manifest: dict[str, Any], resume: bool) -> None:
+    """Makes the folder and writes its manifest, or checks that it is of the same run.
+
+    Raises `InputError`, and touches nothing, where it holds results and `resume` is false, or results of anything else than `manifest`.
+    """
+    path = folder / MANIFEST
+    if not path.is_file():
+        if folder.exists() and not folder.is_dir():
+            raise InputError(folder, "", None, "is not a folder")
+        if folder.is_dir() and any(not entry.name.startswith(".") for entry in folder.iterdir()):
+            raise InputError(folder, "", None, "is not empty and holds no benchmark: name another --out")
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(folder, "", None, f"cannot be made: {error.strerror}") from None
+        write_whole(path, json.dumps(manifest, indent=1) + "\n")
+        return
+    found = read_json(path)
+    if not isinstance(found, dict):
+        raise InputError(path, "", None, "is not the manifest of a benchmark")
+    for key in _IDENTITY:
+        if found.get(key) != manifest[key]:
+            raise InputError(path, key, found.get(key), f"is of another run, this one has {manifest[key]!r}: name another --out")
+    if not resume:
+        raise InputError(path, "", None, "holds results of this very run: add --resume to go on, or name another --out")
+
+
+def frozen_labels(folder: Path, suite_hash: str) -> dict[str, Any] | None:
+    """The labels as they were frozen; None before that. Raises `InputError` where they are of another suite."""
+    path = folder / LABELS
+    if not path.is_file():
+        return None
+    found = read_json(path)
+    if not isinstance(found, dict) or found.get("suite_hash") != suite_hash:
+        raise InputError(path, "suite_hash", None, "labels of another suite")
+    return found

@@ -1,0 +1,164 @@
+"""One drive of one planner as one row of the table, and the time that its plans took, which is no part of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mcdas_opt.domain.document import to_document
+from mcdas_opt.domain.vocabulary import Mode, Status
+from mcdas_opt.evaluation.case import Case
+from mcdas_opt.simulation.idm import STEP_S
+from mcdas_opt.simulation.record import Outcome, Simulation
+
+HARD_BRAKING_MPS2 = 3.5  # in ordinary following nobody needs as much
+SHARP_STEERING_MPS2 = 2.0  # lateral acceleration beyond what the road's bend asks for
+_BUMPER_M = 0.6  # bodies that overlap along the road by no more than this at the touch met bumper to bumper
+_REASON = 240  # characters
+_STILL_MPS = 0.05  # sideways; slower than this a lane change has ended
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Row:
+    """A row. `ended`: drove, raised, too long or died; where it did not drive, everything from `outcome` on is empty.
+
+    `hit`: on which face of the host (front, rear, side). `intervention`: steering or braking beyond ordinary driving.
+    `settling_error_m`: distance to the target lane's centre when a lane change ended (sideways motion stopped or turned).
+    """
+
+    index: int
+    scene: str
+    family: str
+    traffic: str
+    nominal: bool
+    seed: int
+    planner: str
+    plant: str
+    ended: str = "drove"
+    outcome: str = ""
+    collided_with: str = ""
+    hit: str = ""
+    impact_speed_mps: float | None = None
+    duration_s: float | None = None
+    min_clearance_m: float | None = None
+    min_ttc_front_s: float | None = None
+    min_ttc_rear_s: float | None = None
+    max_lateral_acceleration_mps2: float | None = None
+    max_deceleration_mps2: float | None = None
+    max_jerk_mps3: float | None = None
+    max_steering_rate_radps: float | None = None
+    lane_change_completed: bool | None = None
+    settling_error_m: float | None = None
+    intervention: str = ""
+    modes: str = ""
+    plans: int = 0
+    fallbacks: int = 0
+    unavoidable: int = 0
+    unverified_plans: int = 0
+    first_reason: str = ""
+    solver: str = ""
+    error: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        document: dict[str, Any] = to_document(self)
+        return document
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Driven:
+    """A row, and the milliseconds of each of its plans."""
+
+    row: Row
+    cycles_ms: tuple[float, ...] = ()
+
+
+def head(case: Case, planner: str, plant: str) -> dict[str, Any]:
+    """The columns that are known before anybody drives."""
+    return {
+        "index": case.index,
+        "scene": case.scene.name,
+        "family": case.family,
+        "traffic": case.traffic.value,
+        "nominal": case.nominal,
+        "seed": case.scene.seed,
+        "planner": planner,
+        "plant": plant,
+    }
+
+
+def drive(case: Case, planner: str, plant: str) -> Driven:
+    """Drives one planner through one case."""
+    from mcdas_opt.simulation.loop import simulate
+
+    run = simulate(case.scene, planner, plant)
+    return Driven(row=row_of(case, run), cycles_ms=tuple(round(cycle.took_ms, 3) for cycle in run.cycles))
+
+
+def row_of(case: Case, run: Simulation) -> Row:
+    """The figures of a drive."""
+    emergencies = [cycle.plan.reason for cycle in run.cycles if cycle.plan.status is not Status.PLANNED]
+    return Row(
+        **head(case, run.planner, run.plant),
+        outcome=run.outcome.value,
+        collided_with=run.collided_with or "",
+        hit=_face(run),
+        impact_speed_mps=run.impact_speed_mps,
+        duration_s=run.duration_s,
+        min_clearance_m=run.min_clearance_m,
+        min_ttc_front_s=run.min_ttc_front_s,
+        min_ttc_rear_s=run.min_ttc_rear_s,
+        max_lateral_acceleration_mps2=run.max_lateral_acceleration_mps2,
+        max_deceleration_mps2=float(np.maximum(-run.history.states[:, 4], 0.0).max()),
+        max_jerk_mps3=run.max_jerk_mps3,
+        max_steering_rate_radps=run.max_steering_rate_radps,
+        lane_change_completed=run.lane_change_completed,
+        settling_error_m=settling_error_m(run),
+        intervention=_intervention(run),
+        modes=" ".join(f"{t:g}:{mode}" for t, mode in run.modes),
+        plans=run.plans,
+        fallbacks=run.fallbacks,
+        unavoidable=run.unavoidable,
+        unverified_plans=run.unverified_plans,
+        first_reason=emergencies[0][:_REASON] if emergencies else "",
+        solver=run.solver,
+    )
+
+
+def settling_error_m(run: Simulation) -> float | None:
+    """How far from the centre of its new lane the host was when its sideways motion first stopped or turned after it had crossed into
+    that lane, in a drive that ended there; None without a lane change or where it never stopped. (The paper's Tables 3 and 4 take the
+    distance from the target at the end of the path.)"""
+    road, d = run.scene.true_road, run.history.states[:, 1]
+    lane = road.lane_of(float(d[-1]))
+    if lane == road.lane_of(float(d[0])) or run.outcome is not Outcome.SAFE:
+        return None
+    lanes = np.array([road.lane_of(float(value)) for value in d])
+    crossed = int(np.flatnonzero(lanes != lane)[-1]) + 1
+    heading = np.sign(road.lane_centre_m(lane) - road.lane_centre_m(road.lane_of(float(d[0]))))
+    sideways = heading * np.diff(d) / STEP_S
+    stopped = np.flatnonzero(sideways[crossed:] < _STILL_MPS)
+    return abs(float(d[crossed + int(stopped[0])]) - road.lane_centre_m(lane)) if stopped.size else None
+
+
+def _face(run: Simulation) -> str:
+    """Which face of the host was hit."""
+    if run.collided_with is None:
+        return ""
+    other = next(other for other in run.neighbours if other.name == run.collided_with)
+    apart = float(other.s_m[-1]) - float(run.trajectory.s_m[-1])
+    if abs(apart) < 0.5 * (other.length_m + run.scene.vehicle.length_m) - _BUMPER_M:
+        return "side"
+    return "front" if apart > 0.0 else "rear"
+
+
+def _intervention(run: Simulation) -> str:
+    """What went beyond ordinary driving: steering out, or hard braking."""
+    road, states = run.scene.true_road, run.history.states
+    bend = states[:-1, 3] ** 2 * np.asarray(road.curvature_at(states[:-1, 0]))
+    sharp = np.abs(run.history.lateral_acceleration_mps2 - bend).max(initial=0.0) > SHARP_STEERING_MPS2
+    left_lane = road.lane_of(float(states[-1, 1])) != road.lane_of(float(states[0, 1]))
+    evaded = any(mode == Mode.EVADE.value for _, mode in run.modes)
+    braked = float(states[:, 4].min()) < -HARD_BRAKING_MPS2
+    return "+".join(word for word, true in (("steering", evaded or sharp or left_lane), ("braking", braked)) if true)

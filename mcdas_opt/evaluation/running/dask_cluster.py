@@ -1,0 +1,65 @@
+"""The executor on a Dask cluster: each Dask worker drives through a child process of its own, under the same time limit."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator, Sequence
+
+from mcdas_opt.errors import InputError, MissingExtraError
+from mcdas_opt.evaluation.running.hand import Hand
+from mcdas_opt.evaluation.running.messages import Answer, Ended, Task
+
+_CONNECT_S = 30.0
+_AT_ONCE = 4  # tasks in one message to a worker
+_held = threading.local()
+
+
+def do_chunk(tasks: Sequence[Task]) -> list[Answer]:
+    """On a Dask worker: the tasks one after another, in a child process that the worker's thread keeps."""
+    hand: Hand | None = getattr(_held, "hand", None)
+    if hand is None:
+        hand = _held.hand = Hand()
+    return [hand.do(task) for task in tasks]
+
+
+class DaskCluster:
+    """Whoever is connected to a scheduler. A worker that dies is replaced by the others: its chunk is done again elsewhere.
+
+    Raises `MissingExtraError` without the package, `InputError` where nobody answers at the address or no worker is there.
+    """
+
+    def __init__(self, address: str) -> None:
+        try:
+            import distributed
+        except ImportError:
+            raise MissingExtraError("distributed", "dask") from None
+        try:
+            self._client = distributed.Client(address, timeout=_CONNECT_S, set_as_default=False)
+        except (OSError, ValueError, TimeoutError) as error:
+            raise InputError("--scheduler", "", address, f"no Dask scheduler answers there: {error}") from None
+        try:
+            self._client.wait_for_workers(1, timeout=_CONNECT_S)
+        except TimeoutError:
+            self._client.close()
+            raise InputError("--scheduler", "", address, "has no workers") from None
+
+    def run(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Answer]]:
+        from distributed import as_completed
+
+        chunks = [list(range(first, min(first + _AT_ONCE, len(tasks)))) for first in range(0, len(tasks), _AT_ONCE)]
+        futures = [self._client.submit(do_chunk, [tasks[k] for k in chunk], pure=False) for chunk in chunks]
+        places = {future.key: chunk for future, chunk in zip(futures, chunks, strict=True)}
+        try:
+            for future in as_completed(futures):
+                chunk = places[future.key]
+                if future.status == "finished":
+                    answers = future.result()
+                else:  # its workers died one after another, or what they sent cannot be read
+                    answers = [Answer(Ended.DIED, reason=str(future.exception()))] * len(chunk)
+                yield from zip(chunk, answers, strict=True)
+                future.release()
+        finally:
+            self._client.cancel(futures)
+
+    def close(self) -> None:
+        self._client.close()

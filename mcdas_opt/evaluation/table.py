@@ -1,0 +1,59 @@
+"""The table of rows as files: CSV always, Parquet where pyarrow is there."""
+
+from __future__ import annotations
+
+import csv
+import importlib.util
+import io
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from mcdas_opt.evaluation.running.journal import write_whole
+
+CSV, PARQUET, TIMINGS = "rows.csv", "rows.parquet", "timings.csv"
+
+
+def write_table(folder: Path, rows: Sequence[dict[str, Any]], cycles_ms: Sequence[Sequence[float]], origin: dict[str, Any]) -> Path:
+    """`rows.csv`, `timings.csv` (milliseconds of every plan), and `rows.parquet` if there is pyarrow; the path of the first.
+
+    `origin` (suite hash, seed, versions, commit ...) stands in the CSV's first line, behind a #, and in the Parquet file's metadata.
+    """
+    columns = list(rows[0]) if rows else []
+    text = io.StringIO()
+    text.write(f"# {json.dumps(origin)}\n")
+    table = csv.DictWriter(text, columns, lineterminator="\n")
+    table.writeheader()
+    table.writerows({name: _cell(row[name]) for name in columns} for row in rows)
+    write_whole(folder / CSV, text.getvalue())
+    lines = [f"# {json.dumps(origin)}", "index,planner,cycles_ms"]
+    for row, cycles in zip(rows, cycles_ms, strict=True):
+        lines.append(f"{row['index']},{row['planner']},{' '.join(f'{ms:g}' for ms in cycles)}")
+    write_whole(folder / TIMINGS, "\n".join(lines) + "\n")
+    if importlib.util.find_spec("pyarrow") is not None:
+        _write_parquet(folder / PARQUET, rows, origin)
+    return folder / CSV
+
+
+def read_table(path: Path) -> tuple[dict[str, Any], list[dict[str, str]]]:
+    """(origin, rows as text) of a `rows.csv`."""
+    first, _, rest = path.read_text(encoding="utf-8").partition("\n")
+    origin: dict[str, Any] = json.loads(first.removeprefix("# "))
+    return origin, list(csv.DictReader(io.StringIO(rest)))
+
+
+def _cell(value: Any) -> Any:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(value) if isinstance(value, float) else value
+
+
+def _write_parquet(path: Path, rows: Sequence[dict[str, Any]], origin: dict[str, Any]) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    table = pa.Table.from_pylist(list(rows)).replace_schema_metadata({"mcdas_opt": json.dumps(origin)})
+    sink = pa.BufferOutputStream()
+    pq.write_table(table, sink)
+    write_whole(path, sink.getvalue().to_pybytes())
