@@ -16,6 +16,7 @@ from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.continuation import Ended, to_safe_end
 from mcdas_opt.planning.selection import severity
+from mcdas_opt.planning.simple_policies import simple_policies
 from mcdas_opt.planning.tail import tail
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.tracking.prediction import predict
@@ -23,12 +24,12 @@ from mcdas_opt.verification.judge import judge
 
 _BRAKING_SHARES = (0.25, 0.5, 0.75, 1.0)
 _ACCELERATING_SHARES = (0.5, 1.0)
+_STEERING_OUT_MPS = 0.5
 
 
 class Ladder:
-    """The rest of the last judged plan -> the corrected sigmoid, driven -> keep the lane, braking or accelerating -> the least severe.
-
-    Keeps no memory of its own.
+    """The rest of the last judged plan -> the corrected sigmoid, driven -> keep the lane, braking or accelerating -> steer out hard -> the
+    least severe. Keeps no memory of its own.
     """
 
     def __init__(self, vehicle: Vehicle, settings: Settings) -> None:
@@ -60,9 +61,9 @@ class Ladder:
         going = Side.NONE if previous is None else previous.side
 
         def rank(i: int) -> tuple[float, float]:
-            """Steering out must be better by a quarter than staying in the lane, unless it has begun: dithering is worst of all."""
+            """Steering out must be better than staying in the lane by a margin, unless it has begun: dithering is worst of all."""
             speed, when = hurt[i]
-            return (speed if options[i].side in (Side.NONE, going) else 1.25 * speed, when)
+            return (speed if options[i].side in (Side.NONE, going) else speed + _STEERING_OUT_MPS, when)
 
         least = min(range(len(options)), key=rank)
         why = f"nothing passes; least severe is {options[least].name} (equivalent to {hurt[least][0]:.1f} m/s); before: {refusal.reason}"
@@ -114,6 +115,12 @@ class Ladder:
         for drive in self._keeping(situation, prediction):
             tried.append(_candidate(drive))
             yield replace(drive, name=f"{drive.name} in the lane")
+        for policy, trajectory in simple_policies(situation, self.vehicle, self.settings):
+            if policy.side is not Side.NONE:
+                verdict = judge(trajectory, situation.host, self.vehicle, situation.road, prediction)
+                drive = Attempt(name=policy.name, mode=policy.mode, side=policy.side, trajectory=trajectory, verdict=verdict)
+                tried.append(_candidate(drive))
+                yield drive
 
     def _tail(self, situation: Situation, previous: Plan | None, prediction: Prediction) -> Attempt | None:
         trajectory = tail(previous, situation, self.vehicle)

@@ -20,6 +20,7 @@ from mcdas_opt.domain.vocabulary import Request, Status
 from mcdas_opt.planning.ladder import Ladder
 from mcdas_opt.planning.method import Method, build_method
 from mcdas_opt.planning.pose_history import PoseHistory
+from mcdas_opt.situation.consistency import contradiction
 from mcdas_opt.tracking.tracker import Tracker
 
 
@@ -67,8 +68,12 @@ class Planner:
         started = time.perf_counter()
         if self.deadline_s is not None and hasattr(self.method, "stop_at"):
             self.method.stop_at = started + self.deadline_s
-        answer = self.method.plan(situation, self.previous)
         has_ladder = getattr(self.method, "has_ladder", True)
+        wrong = contradiction(situation, self.situation, self.vehicle) if has_ladder else ""
+        if wrong:
+            answer: Plan | Refusal = Refusal(reason=f"the situation contradicts itself: {wrong}")
+        else:
+            answer = self.method.plan(situation, self.previous)
         if isinstance(answer, Refusal):
             fallback = self.ladder.answer(situation, self.previous, answer)
             answer = replace(fallback, candidates=answer.candidates + fallback.candidates, iterations=answer.iterations)
