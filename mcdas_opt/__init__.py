@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from mcdas_opt.planning.planner import Planner
     from mcdas_opt.simulation.judging import verify
     from mcdas_opt.simulation.loop import simulate
+    from mcdas_opt.tuning.tune import tune
 
 __version__ = "0.1.0"
 
@@ -34,6 +35,7 @@ _HOME = {
     "load_scene": "mcdas_opt.catalogue.scenes",
     "park": "mcdas_opt.planning.parking.park",
     "simulate": "mcdas_opt.simulation.loop",
+    "tune": "mcdas_opt.tuning.tune",
     "verify": "mcdas_opt.simulation.judging",
 }
 
@@ -50,6 +52,7 @@ __all__ = [
     "load_scene",
     "park",
     "simulate",
+    "tune",
     "verify",
 ]
 

@@ -11,12 +11,15 @@ from typing import Annotated
 
 import typer
 
+from mcdas_opt.cli.export_c import export_c
 from mcdas_opt.cli.judge import judge
+from mcdas_opt.cli.live import live
 from mcdas_opt.cli.park import park
 from mcdas_opt.cli.plan import plan
 from mcdas_opt.cli.replay import replay
 from mcdas_opt.cli.reproduce import reproduce
 from mcdas_opt.cli.simulate import simulate
+from mcdas_opt.cli.tune import tune
 from mcdas_opt.errors import McdasError
 
 app = typer.Typer(
@@ -27,7 +30,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
 )
-for command in (plan, simulate, judge, park, replay, reproduce):
+for command in (plan, simulate, judge, park, replay, reproduce, export_c, live, tune):
     app.command()(command)
 
 _INTERRUPTED = 130

@@ -13,16 +13,19 @@ from mcdas_opt.cli.screen import JsonOption, PlannerOption, console, emit, facts
 def plan(
     scene: Annotated[str, typer.Argument(metavar="SCENE|SITUATION.json", help="A scene, or a saved situation (JSON).")],
     planner: PlannerOption = "mpc",
+    params: Annotated[Path | None, typer.Option("--params", help="Sigmoid parameters to plan with: a TOML of `tune`.")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Save the situation that was planned, as JSON.")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """One plan at t = 0, judged."""
+    from mcdas_opt.catalogue.designs import planner_settings
     from mcdas_opt.simulation.first_situation import plan_once, situation_of
 
+    settings = None if params is None else planner_settings(params)
     situation, vehicle = situation_of(scene)
     if out is not None:
         write_text(out, situation.to_json())
-    answer = plan_once(situation, vehicle, planner)
+    answer = plan_once(situation, vehicle, planner, settings)
     if as_json:
         emit(answer.to_dict())
         return

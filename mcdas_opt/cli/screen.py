@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="A scene file (TOML), or the name of a shipped scene.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout, nothing else.")]
-PlannerOption = Annotated[str, typer.Option("--planner", help="mpc, closed-form, closed-form-corrected, or a registered method.")]
+PlannerOption = Annotated[str, typer.Option("--planner", help="mpc, closed-form, -corrected, -tuned, or a registered method.")]
 
 
 def emit(document: dict[str, Any]) -> None:

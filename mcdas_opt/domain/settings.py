@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from mcdas_opt.domain.grid import TimeGrid
 from mcdas_opt.domain.safe_end import SafeEndSettings
+from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.domain.vocabulary import Side
 
 
@@ -52,7 +53,10 @@ class PredictionSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SigmoidSettings:
-    """The closed form. Literal values are the paper's Table 4; the corrected a follows from speed and `lateral_acceleration_mps2`."""
+    """The closed form. Literal values are the paper's Table 4; the corrected a follows from speed and `lateral_acceleration_mps2`.
+
+    A `given` design takes the place of the corrected path that would follow from the speed: its a, b and reach stand as they are.
+    """
 
     a_per_m: float = -0.4
     b: float = 50.0
@@ -60,6 +64,7 @@ class SigmoidSettings:
     lateral_acceleration_mps2: float = 4.0
     lateral_friction_share: float = 0.6  # of mu g, where that is less
     speed_floor_mps: float = 3.0  # a*(v) below this speed is that of this speed
+    given: SigmoidDesign | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

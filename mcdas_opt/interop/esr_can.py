@@ -147,7 +147,7 @@ def _scans(sector: Sector, items: list[_Decoded], vehicle: Vehicle, sensor: Sens
                 working = item.working
             elif isinstance(item, EsrTarget):
                 if item.status.measured:
-                    detections.append(_detection(item, sensor))
+                    detections.append(detection_of(item, sensor))
                 else:
                     reason = item.status.name.lower().replace("_", " ")
                     gated[reason] = gated.get(reason, 0) + 1
@@ -159,7 +159,8 @@ def _scans(sector: Sector, items: list[_Decoded], vehicle: Vehicle, sensor: Sens
     return scans
 
 
-def _detection(target: EsrTarget, sensor: Sensor) -> RadarDetection:
+def detection_of(target: EsrTarget, sensor: Sensor) -> RadarDetection:
+    """What a slot says, with the standard deviations of `sensor`: the CAN interface carries none."""
     return RadarDetection(
         range_m=target.range_m,
         azimuth_rad=target.azimuth_rad,

@@ -18,6 +18,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Request, Side
+from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.selection import WorthSettings, worth
 from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, lateral_bound_mps2, shorter_side, ways_out
 from mcdas_opt.reference.literal import LiteralPath, literal_path
@@ -43,6 +44,8 @@ class LiteralMethod:
 
     def __init__(self, vehicle: Vehicle, settings: Settings | None = None) -> None:
         self.vehicle, self.settings = vehicle, settings or Settings()
+        if self.settings.sigmoid.given is not None:
+            raise ParameterError("planner", "closed-form", "is the paper as published: it takes no parameters")
         self._assessment: Assessment | None = None
 
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:

@@ -17,6 +17,7 @@ _OWN = {
     "mpc": "mcdas_opt.planning.mpc:MpcMethod",
     "closed-form": "mcdas_opt.planning.closed_form:LiteralMethod",
     "closed-form-corrected": "mcdas_opt.planning.closed_form:CorrectedMethod",
+    "closed-form-tuned": "mcdas_opt.planning.tuned_form:TunedMethod",
 }
 
 

@@ -11,6 +11,7 @@ from mcdas_opt.domain.grid import TimeGrid
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import SigmoidSettings
+from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
@@ -81,17 +82,11 @@ def lateral_bound_mps2(situation: Situation, sigmoid: SigmoidSettings) -> float:
     return min(sigmoid.lateral_acceleration_mps2, sigmoid.lateral_friction_share * situation.road.friction * GRAVITY_MPS2)
 
 
-def steering_way(
-    situation: Situation, assessment: Assessment, vehicle: Vehicle, sigmoid: SigmoidSettings, side: Side, *, lateral_mps2: float, name: str
-) -> Way:
-    """Out to `side` along the corrected sigmoid, bent by the front vehicle's offset where the road allows it."""
+def _bent_path(
+    situation: Situation, assessment: Assessment, vehicle: Vehicle, sigmoid: SigmoidSettings, target: float, lateral_mps2: float
+) -> OffsetPath:
+    """The corrected sigmoid to `target`, bent by the front vehicle's offset where the road allows it."""
     host, road = situation.host, situation.road
-    target = next_lane_m(situation, vehicle, side)
-    refusal = _unwatched(situation, side)
-    if target is None:
-        refusal, target = f"no lane and no shoulder to the {side}", host.d_m
-    elif host.speed_mps < 0.5:
-        refusal = "standing still"
     bend, bend_s = 0.0, host.s_m
     front = next((t for t in situation.tracks if t.id == assessment.front_id), None)
     if front is not None:
@@ -101,7 +96,7 @@ def steering_way(
         bend = float(np.clip(assessment.offset_m, -half_lane_room, half_lane_room))
         bend = float(np.clip(target + bend, min(low, target), max(high, target)) - target)
         bend_s = front.s_m + front.speed_s_mps * 2.5
-    path = corrected(
+    return corrected(
         start_s_m=host.s_m,
         start_d_m=host.d_m,
         target_d_m=target,
@@ -113,6 +108,34 @@ def steering_way(
         bend_s_m=bend_s,
         bend_width_m=12.0,
     )
+
+
+def given_path(situation: Situation, vehicle: Vehicle, design: SigmoidDesign, side: Side) -> OffsetPath:
+    """A designed sigmoid from where the host is: a and b as given, its reach counted from the middle of the host's lane."""
+    host, road = situation.host, situation.road
+    room = 0.5 * vehicle.width_m + BODY_ROOM_M
+    reach = design.reach_m if side is Side.LEFT else -design.reach_m
+    centre = road.lane_centre_m(road.lane_of(host.d_m))
+    target = float(np.clip(centre + reach, min(road.right_edge_m + room, centre), max(road.left_edge_m - room, centre)))
+    return OffsetPath(start_s_m=host.s_m, start_d_m=host.d_m, amplitude_m=target - host.d_m, a_per_m=design.a_per_m, b=design.b)
+
+
+def steering_way(
+    situation: Situation, assessment: Assessment, vehicle: Vehicle, sigmoid: SigmoidSettings, side: Side, *, lateral_mps2: float, name: str
+) -> Way:
+    """Out to `side` along the corrected sigmoid, or along the one that the settings give."""
+    host = situation.host
+    target = next_lane_m(situation, vehicle, side)
+    refusal = _unwatched(situation, side)
+    if target is None:
+        refusal, target = f"no lane and no shoulder to the {side}", host.d_m
+    elif host.speed_mps < 0.5:
+        refusal = "standing still"
+    if sigmoid.given is not None:
+        path = given_path(situation, vehicle, sigmoid.given, side)
+        target = path.target_d_m
+    else:
+        path = _bent_path(situation, assessment, vehicle, sigmoid, target, lateral_mps2)
     return Way(
         name=name,
         mode=Mode.EVADE,

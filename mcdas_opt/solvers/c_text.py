@@ -72,6 +72,7 @@ def c_function(function: Any, *, loop: bool, shared: Sequence[int] = ()) -> str:
     arguments += [f"double *restrict r{i}" for i in range(n_out)]
     lines: list[str] = []
     work: dict[int, str] = {}
+    read: set[int] = set()
     for k in range(function.n_instructions()):
         op = function.instruction_id(k)
         inputs, outputs = function.instruction_input(k), function.instruction_output(k)
@@ -82,6 +83,7 @@ def c_function(function: Any, *, loop: bool, shared: Sequence[int] = ()) -> str:
         if op == ca.OP_CONST:
             text = _number(function.instruction_constant(k))
         elif op == ca.OP_INPUT:
+            read.add(inputs[0])
             text = f"a{inputs[0]}" if inputs[0] in shared else f"a{inputs[0]}[{inputs[1]} * LD + k]"
         elif op in _BINARY:
             text = _BINARY[op].format(work[inputs[0]], work[inputs[1]])
@@ -94,7 +96,8 @@ def c_function(function: Any, *, loop: bool, shared: Sequence[int] = ()) -> str:
     body = "\n".join(lines)
     if loop:
         body = f"#pragma GCC ivdep\nfor (int k = 0; k < LD; k++) {{\n{body}\n}}"
-    return f"static void {function.name()}({', '.join(arguments)})\n{{\n{body}\n}}\n"
+    unread = "".join(f"(void)a{i};\n" for i in range(n_in) if i not in read)  # said, so that no compiler warns
+    return f"static void {function.name()}({', '.join(arguments)})\n{{\n{unread}{body}\n}}\n"
 
 
 def _number(value: float) -> str:

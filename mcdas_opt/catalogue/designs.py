@@ -1,0 +1,93 @@
+"""Files of a designed sigmoid: what `tune` writes and `plan --params` reads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict
+
+from mcdas_opt.catalogue.shelf import checked, read_toml
+from mcdas_opt.domain.settings import Settings, SigmoidSettings
+from mcdas_opt.domain.sigmoid_design import SigmoidDesign
+from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.errors import InputError, ParameterError
+
+
+class _SigmoidPart(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+    a_per_m: float
+    b: float
+    y_max_m: float
+    offset_m: float = 0.0
+    side: Literal["left", "right"] = "left"
+    lateral_acceleration_mps2: float | None = None
+
+
+class DesignFile(BaseModel):
+    """`sigmoid` is what a planner takes; the other tables say where it comes from."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+    sigmoid: _SigmoidPart
+    design: dict[str, Any] = {}
+    provenance: dict[str, Any] = {}
+    constraint: list[dict[str, Any]] = []
+
+
+def load_sigmoid(path: Path) -> SigmoidSettings:
+    """The sigmoid's settings of a file. Raises `InputError` that names file, key, value and rule."""
+    if not path.is_file():
+        raise InputError(path, "", None, "no such file")
+    part = checked(DesignFile, read_toml(path), path).sigmoid
+    if part.lateral_acceleration_mps2 is not None and part.lateral_acceleration_mps2 <= 0.0:
+        raise InputError(path, "sigmoid.lateral_acceleration_mps2", part.lateral_acceleration_mps2, "must be greater than 0")
+    try:
+        given = SigmoidDesign(a_per_m=part.a_per_m, b=part.b, y_max_m=part.y_max_m, offset_m=part.offset_m, side=Side(part.side))
+    except ParameterError as error:
+        raise InputError(path, f"sigmoid.{error.name}", error.value, error.rule) from None
+    settings = SigmoidSettings(given=given)
+    if part.lateral_acceleration_mps2 is not None:
+        settings = replace(settings, lateral_acceleration_mps2=part.lateral_acceleration_mps2)
+    return settings
+
+
+def planner_settings(path: Path) -> Settings:
+    """Default settings with the sigmoid of a file."""
+    return Settings(sigmoid=load_sigmoid(path))
+
+
+def toml_text(document: Mapping[str, Any]) -> str:
+    """A document of tables, lists of tables and plain values as TOML; None and non-finite numbers are left out."""
+    plain = [f"{key} = {_toml_value(value)}" for key, value in document.items() if _is_plain(value)]
+    parts = ["\n".join(plain)] if plain else []
+    for key, value in document.items():
+        if isinstance(value, Mapping):
+            parts.append(_table(f"[{key}]", value))
+        elif isinstance(value, Sequence) and value and isinstance(value[0], Mapping):
+            parts += [_table(f"[[{key}]]", row) for row in value]
+    return "\n\n".join(parts) + "\n"
+
+
+def _table(heading: str, rows: Mapping[str, Any]) -> str:
+    return "\n".join([heading, *(f"{key} = {_toml_value(value)}" for key, value in rows.items() if _is_plain(value))])
+
+
+def _is_plain(value: Any) -> bool:
+    if value is None or isinstance(value, Mapping) or (isinstance(value, float) and not math.isfinite(value)):
+        return False
+    return not (isinstance(value, (list, tuple)) and any(isinstance(v, Mapping) for v in value))
+
+
+def _toml_value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_toml_value(v) for v in value) + "]"
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
+    return repr(value)

@@ -1,0 +1,55 @@
+"""Gain schedules of the sigmoid: `models/tuned`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict
+
+from mcdas_opt.catalogue.shelf import checked, find, read_toml, shipped
+from mcdas_opt.domain.gain_schedule import GainSchedule
+from mcdas_opt.errors import InputError, ParameterError
+
+Table = list[list[list[float]]]
+DEFAULT = "sedan"
+
+
+class ScheduleFile(BaseModel):
+    """Axes, tables (friction, offset, speed), and where they come from."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+    speed_mps: list[float]
+    offset_m: list[float]
+    friction: list[float]
+    a_per_m: Table
+    b: Table
+    y_max_m: Table
+    length_m: Table
+    provenance: dict[str, Any] = {}
+
+
+def load_schedule(name: str | Path) -> GainSchedule:
+    """The schedule behind a shipped name or a path. Raises `InputError` that names file, key, value and rule."""
+    path = find("tuned", str(name))
+    entry = checked(ScheduleFile, read_toml(path), path)
+    try:
+        return GainSchedule(
+            name=path.stem,
+            speed_mps=tuple(entry.speed_mps),
+            offset_m=tuple(entry.offset_m),
+            friction=tuple(entry.friction),
+            a_per_m=np.array(entry.a_per_m),
+            b=np.array(entry.b),
+            y_max_m=np.array(entry.y_max_m),
+            length_m=np.array(entry.length_m),
+        )
+    except ParameterError as error:
+        raise InputError(path, error.name, error.value, error.rule) from None
+
+
+def schedule_of(vehicle: str) -> GainSchedule:
+    """The vehicle's own schedule where one is shipped, else the sedan's: the bound on lateral acceleration holds for any car."""
+    return load_schedule(vehicle if vehicle in shipped("tuned") else DEFAULT)

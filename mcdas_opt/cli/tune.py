@@ -1,0 +1,107 @@
+"""`mcdas-opt tune`: the sigmoid's a, b, y_max, designed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, number
+
+if TYPE_CHECKING:
+    from mcdas_opt.tuning.design import Design
+
+_BOUNDS = "LOW HIGH"
+
+
+def tune(
+    speed: Annotated[float, typer.Option("--speed", help="Speed K [m/s].")] = 60.0 / 3.6,
+    offset: Annotated[float, typer.Option("--offset", help="Front vehicle's offset d_front - d_host, left positive [m].")] = 0.0,
+    objective: Annotated[str, typer.Option("--objective", help="shortest, clearance or jerk.")] = "shortest",
+    side: Annotated[str, typer.Option("--side", help="left or right.")] = "left",
+    lateral_acceleration: Annotated[float, typer.Option("--lateral-acceleration", help="Limit [m/s^2].")] = 4.0,
+    lateral_jerk: Annotated[float, typer.Option("--lateral-jerk", help="Limit [m/s^3].")] = 20.0,
+    friction: Annotated[float, typer.Option("--friction", help="Friction of the road.")] = 0.9,
+    length: Annotated[float | None, typer.Option("--length", help="The path must settle within this length [m].")] = None,
+    settling: Annotated[float, typer.Option("--settling", help="Limit of the error against the lane centre [m].")] = 0.01,
+    heading_jump: Annotated[float, typer.Option("--heading-jump", help="Limit of the jump at the start [rad].")] = 0.015,
+    clearance: Annotated[float, typer.Option("--clearance", help="Least clearance to whoever is passed [m].")] = 0.25,
+    front_gap: Annotated[float | None, typer.Option("--front-gap", help="Bumper to bumper to the vehicle ahead [m].")] = None,
+    front_speed: Annotated[float | None, typer.Option("--front-speed", help="Its speed [m/s]; default 20 km/h less.")] = None,
+    rear_gap: Annotated[float | None, typer.Option("--rear-gap", help="Bumper to bumper to the vehicle behind [m].")] = None,
+    rear_speed: Annotated[float | None, typer.Option("--rear-speed", help="Its speed [m/s]; default 20 km/h more.")] = None,
+    a_bounds: Annotated[tuple[float, float] | None, typer.Option("--a-bounds", metavar=_BOUNDS, help="Of a [1/m].")] = None,
+    b_bounds: Annotated[tuple[float, float] | None, typer.Option("--b-bounds", metavar=_BOUNDS, help="Of b.")] = None,
+    y_max_bounds: Annotated[tuple[float, float] | None, typer.Option("--y-max-bounds", metavar=_BOUNDS, help="Of y_max [m].")] = None,
+    speed_bounds: Annotated[tuple[float, float] | None, typer.Option("--speed-bounds", metavar=_BOUNDS, help="K is chosen too.")] = None,
+    lane_width: Annotated[float, typer.Option("--lane-width", help="To the centre of the next lane [m].")] = 3.7,
+    vehicle: Annotated[str, typer.Option("--vehicle", help="A shipped vehicle or a file.")] = "sedan",
+    out: Annotated[Path | None, typer.Option("--out", help="Writes FILE's stem as .toml (for `plan --params`) and as .png.")] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """The best sigmoid for a speed: shortest, clearest or smoothest within every limit, with what binds it."""
+    from mcdas_opt.catalogue.vehicles import load_vehicle
+    from mcdas_opt.domain.vocabulary import Side
+    from mcdas_opt.errors import ParameterError
+    from mcdas_opt.tuning.tune import tune as run
+
+    if side not in ("left", "right"):
+        raise ParameterError("side", side, "must be left or right")
+    chosen: dict[str, Any] = {
+        "a_bounds_per_m": a_bounds,
+        "b_bounds": b_bounds,
+        "y_max_bounds_m": y_max_bounds,
+        "speed_bounds_mps": speed_bounds,
+    }
+    found = run(
+        speed_mps=speed,
+        offset_m=offset,
+        objective=objective,
+        lateral_acceleration_mps2=lateral_acceleration,
+        lateral_jerk_mps3=lateral_jerk,
+        friction=friction,
+        out=out,
+        side=Side(side),
+        length_max_m=length,
+        settling_m=settling,
+        heading_jump_rad=heading_jump,
+        clearance_m=clearance,
+        front_gap_m=front_gap,
+        front_speed_mps=front_speed,
+        rear_gap_m=rear_gap,
+        rear_speed_mps=rear_speed,
+        lane_width_m=lane_width,
+        vehicle=load_vehicle(vehicle),
+        **{name: value for name, value in chosen.items() if value is not None},
+    )
+    if as_json:
+        emit(found.to_dict())
+        return
+    _print(found, out)
+
+
+def _print(found: Design, out: Path | None) -> None:
+    from rich.table import Table
+
+    screen = console()
+    rows: list[tuple[str, object]] = [
+        ("a", f"{found.a_per_m:.5f} 1/m"),
+        ("b", number(found.b, "", 3)),
+        ("y_max", f"{found.y_max_m:.4f} m (offset {found.offset_m:g} m, to the {found.side})"),
+        ("length", f"{found.length_m:.2f} m, {found.duration_s:.2f} s (path ends at {found.end_m:.2f} m)"),
+        ("objective", f"{found.objective}: {found.value:.4g} {found.unit}"),
+        *(("active", words) for words in found.active),
+        ("method", f"{found.method}, {found.evaluations} evaluations"),
+    ]
+    screen.print(facts_table(f"sigmoid at {3.6 * found.speed_mps:.0f} km/h", rows))
+    table = Table(title="constraints", title_justify="left")
+    for heading in ("name", "value", "", "limit", "unit", "multiplier"):
+        table.add_column(heading)
+    for row in found.constraints:
+        sense = ">=" if row.sense == "at least" else "<="
+        multiplier = f"{row.multiplier:.4g} {found.unit} per {row.unit}" if row.binds else "-"
+        table.add_row(row.name, f"{row.value:.4g}", sense, f"{row.limit:.4g}", row.unit, multiplier)
+    screen.print(table)
+    if out is not None:
+        screen.print(f"written: {out.with_suffix('.toml')}, {out.with_suffix('.png')}")

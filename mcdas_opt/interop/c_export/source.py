@@ -1,0 +1,139 @@
+"""The exported files as text: generated header and solver, the shipped replay program, and the recording in bytes."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from importlib import resources
+
+import numpy as np
+
+from mcdas_opt import __version__
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.interop.c_export.recording import ENDINGS, SLOTS, Recording
+from mcdas_opt.solvers import interior_point as engine
+from mcdas_opt.solvers.interior_point import InteriorPointSettings
+from mcdas_opt.solvers.interpreted_kernel import CORRECTION
+from mcdas_opt.solvers.kernel_source import kernel_source
+from mcdas_opt.solvers.stage_functions import stage_functions
+from mcdas_opt.solvers.stage_problem import StageProblem
+
+MAGIC = 20261.5  # a recording begins with it: another byte order reads something else
+_UNBOUNDED = 1e300  # a bound that does not bind
+
+_MAKEFILE = """\
+CC ?= gcc
+CFLAGS ?= -O3 -Wall -Wextra
+
+replay: replay.c mcdas_mpc.c mcdas_mpc.h
+\t$(CC) -std=c99 $(CFLAGS) -o $@ replay.c mcdas_mpc.c -lm
+
+check: replay
+\t./replay replay.bin
+
+clean:
+\trm -f replay
+
+.PHONY: check clean
+"""
+
+
+def header(recording: Recording) -> str:
+    """`mcdas_mpc.h`."""
+    problem, sizes = recording.posed.problem, _sizes(recording)
+    lines = [f"#define MCDAS_{name} {size}" for name, size in sizes.items()]
+    lines += [f"#define MCDAS_SLOTS {SLOTS} /* of a recording */", f"#define MCDAS_MAGIC {MAGIC!r}"]
+    parts = {
+        "title": f"Written by mcdas-opt {__version__}: the lane problem for {recording.posed.seats} neighbours",
+        "sizes": "\n".join(lines),
+        "states": _enum("X", problem.states),
+        "inputs": _enum("U", problem.inputs),
+        "parameters": _enum("P", problem.parameters),
+    }
+    text = _shipped("mcdas_mpc.h.in")
+    for name, part in parts.items():
+        text = text.replace(f"@{name}@", part)
+    return text
+
+
+def solver(recording: Recording) -> str:
+    """`mcdas_mpc.c`: the stage functions, the kernel, and the step around them."""
+    problem = recording.posed.problem
+    stage, functions = stage_functions(problem)
+    kernel = kernel_source(stage, functions, recording.posed.nodes, CORRECTION)
+    chosen = InteriorPointSettings()
+    numbers = {
+        "STEP_TOLERANCE": chosen.step_tolerance,
+        "GAP_TOLERANCE": chosen.gap_tolerance,
+        "MU_COLD": chosen.mu_cold,
+        "MU_END": chosen.mu_end,
+        "LEAST_COLD": chosen.least_cold,
+        "LEAST_WARM": chosen.least_warm,
+        "BOUNDARY": chosen.boundary,
+        "STEP_LENGTH": engine._STEP_LENGTH,
+        "HALF": engine._HALF,
+        "SHRUNK": engine._SHRUNK,
+        "CENTRED": engine._CENTRED,
+        "DIVERGED": engine._DIVERGED,
+        "BLOCKED": engine._BLOCKED,
+        "UNBOUNDED": engine._UNBOUNDED,
+    }
+    return "\n".join(
+        [
+            f"/* Written by mcdas-opt {__version__}. */",
+            "#include <stddef.h>",
+            "#include <stdint.h>",
+            kernel,
+            '#include "mcdas_mpc.h"',
+            f"#define PLAIN_ITERATIONS {chosen.plain_iterations}",
+            *(f"#define {name} {value!r}" for name, value in numbers.items()),
+            f"static const double X_LOWER[] = {_vector(problem.x_lower)};",
+            f"static const double X_UPPER[] = {_vector(problem.x_upper)};",
+            _shipped("mpc_step.c"),
+        ]
+    )
+
+
+def replay_bytes(recording: Recording) -> bytes:
+    """`replay.bin`, as `replay.c` reads it: little-endian doubles and 32-bit integers."""
+    posed = recording.posed
+    problem = posed.problem
+    parts = [struct.pack("<d6i", MAGIC, posed.nodes, problem.nx, problem.nu, len(problem.parameters), SLOTS, 0), _raw(recording.steps_s)]
+    for step in recording.steps:
+        outcome = step.outcome
+        parts.append(struct.pack("<5i", step.slot, step.warm, step.cap, ENDINGS.index(outcome.ending), outcome.iterations))
+        parts += [_raw(step.x0), _raw(step.p)]
+        if not step.warm:
+            parts += [_raw(step.guess_x), _raw(step.guess_u)]
+        parts += [_raw(outcome.x), _raw(outcome.u)]
+    return b"".join(parts)
+
+
+def files(recording: Recording) -> dict[str, bytes]:
+    """Every file of an export by its name."""
+    texts = {"mcdas_mpc.h": header(recording), "mcdas_mpc.c": solver(recording), "replay.c": _shipped("replay.c"), "Makefile": _MAKEFILE}
+    return {**{name: text.encode() for name, text in texts.items()}, "replay.bin": replay_bytes(recording)}
+
+
+def _sizes(recording: Recording) -> dict[str, int]:
+    problem: StageProblem = recording.posed.problem
+    stage, _ = stage_functions(problem)
+    sizes = {"NODES": recording.posed.nodes, "NX": stage.nx, "NU": stage.nu, "NS": stage.ns, "NC": stage.nc, "NP": stage.np}
+    return {**sizes, "ITERATIONS": InteriorPointSettings().iterations}
+
+
+def _enum(kind: str, names: Sequence[str]) -> str:
+    entries = [f"    MCDAS_{kind}_{name.upper()}," for name in names]
+    return "\n".join(["enum {", *entries, "};"])
+
+
+def _vector(values: Array) -> str:
+    return "{" + ", ".join(repr(float(v)) for v in np.clip(values, -_UNBOUNDED, _UNBOUNDED)) + "}"
+
+
+def _raw(values: Array) -> bytes:
+    return np.ascontiguousarray(values, dtype="<f8").tobytes()
+
+
+def _shipped(name: str) -> str:
+    return resources.files("mcdas_opt.interop.c_export").joinpath(name).read_text("utf-8")

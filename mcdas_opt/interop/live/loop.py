@@ -1,0 +1,248 @@
+"""The live loop: frames that arrived, scans, tracks, a judged plan and a line, twenty times a second."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.rules import positive
+from mcdas_opt.domain.sensor import Sensor
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vocabulary import Role, Sector, Status
+from mcdas_opt.errors import InputError
+from mcdas_opt.interop.esr_codec import EsrCodec
+from mcdas_opt.interop.live.assembler import Drops, ScanAssembler
+from mcdas_opt.interop.live.host import LiveHost
+from mcdas_opt.interop.live.inbox import Inbox
+from mcdas_opt.interop.live.record import LATE, WAITING, Line, LiveSummary
+from mcdas_opt.interop.live.watchdog import Watchdog
+from mcdas_opt.interop.replay_record import Percentiles, SeenTrack
+from mcdas_opt.planning.planner import Planner
+from mcdas_opt.situation.roles import cast
+
+Publish = Callable[[Line], None]
+
+
+class SilentBusError(InputError):
+    """No bus says anything any more, or what it says is no radar's, or nobody says the host's speed."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LiveSettings:
+    """Beats and patience. `speed_mps` replaces the speed that the radars are told (for a bench where nobody tells them)."""
+
+    cycle_s: float = 0.05
+    silence_s: float = 1.0
+    speed_mps: float | None = None
+    trajectories: bool = False  # whether lines hold the plan's whole trajectory
+
+    def __post_init__(self) -> None:
+        positive("cycle_s", self.cycle_s, "s")
+        positive("silence_s", self.silence_s, "s")
+
+
+@dataclass(slots=True)
+class _Run:
+    """What a run has come to."""
+
+    began_s: float
+    statuses: Counter[str] = field(default_factory=Counter)
+    took_ms: list[float] = field(default_factory=list)
+    cycles: int = 0
+    late: int = 0
+    missed: int = 0
+    unverified: int = 0
+    now_s: float = 0.0
+
+
+class LiveLoop:
+    """Belongs to one thread. `publish` is called once a cycle, and from the watchdog's thread when a plan is late.
+
+    `radars`: which channel of the inbox carries which sector's ESR. `clock` is the inbox's; a watchdog needs real time, so that a loop
+    on another clock is given none.
+    """
+
+    def __init__(
+        self,
+        inbox: Inbox,
+        radars: Mapping[str, Sector],
+        planner: Planner,
+        publish: Publish,
+        *,
+        codec: EsrCodec,
+        sensor: Sensor,
+        settings: LiveSettings | None = None,
+        clock: Callable[[], float] = time.monotonic,
+        watchdog: Watchdog | None = None,
+    ) -> None:
+        self.settings = settings or LiveSettings()
+        self._inbox, self._planner, self._publish, self._clock, self._watchdog = inbox, planner, publish, clock, watchdog
+        self._radars = {name: ScanAssembler(sector, codec, planner.vehicle, sensor) for name, sector in radars.items()}
+        self._host = LiveHost(planner.road, planner.vehicle)
+        self._run = _Run(began_s=clock())
+
+    def run(self, cycles: int | None = None) -> LiveSummary:
+        """So many cycles, or until interrupted. Raises `SilentBusError` when nothing (more) is heard for `silence_s`."""
+        run, cycle_s = self._run, self.settings.cycle_s
+        beat = 0
+        while cycles is None or run.cycles < cycles:
+            beat += 1
+            due = run.began_s + beat * cycle_s
+            for arrival in self._inbox.wait(due):
+                self._radars[arrival.channel].take(arrival)
+            now = self._clock()
+            silent = self._silent(now)
+            line = self._cycle(now, due, silent)
+            self._publish(line)
+            run.cycles += 1
+            run.statuses[line.status] += 1
+            run.now_s = self._clock()
+            run.took_ms.append(1e3 * (run.now_s - now))
+            passed = int((run.now_s - run.began_s) / cycle_s + 1e-9)
+            run.missed += max(passed - beat, 0)
+            beat = max(beat, passed)
+        return self.summary
+
+    @property
+    def summary(self) -> LiveSummary:
+        """Of what has been run so far."""
+        run = self._run
+        took = run.took_ms or [0.0]
+        p50, p99 = (float(q) for q in np.percentile(took, [50, 99]))
+        return LiveSummary(
+            cycles=run.cycles,
+            duration_s=max(run.now_s - run.began_s, 0.0),
+            statuses=dict(sorted(run.statuses.items())),
+            late_cycles=run.late,
+            missed_cycles=run.missed,
+            unverified_plans=run.unverified,
+            drops={name: radar.drops for name, radar in self._radars.items()},
+            cycle_ms=Percentiles(p50=p50, p99=p99, max=max(took)),
+        )
+
+    def _cycle(self, now: float, due: float, silent: tuple[str, ...]) -> Line:
+        scans = [scan for radar in self._radars.values() for scan in radar.ready(now)]
+        for radar in self._radars.values():
+            if radar.speed is not None and self.settings.speed_mps is None:
+                self._host.note(*radar.speed)
+        if self.settings.speed_mps is not None:
+            self._host.note(now, self.settings.speed_mps)
+        late_s = max(now - due, 0.0)
+        if self._host.heard_s is None:
+            return self._line(WAITING, now, None, scans=len(scans), silent=silent, late_s=late_s)
+        before = self._planner.previous
+        cycle, late_at = self._run.cycles, due + self.settings.cycle_s
+
+        def bark() -> None:
+            self._run.late += 1
+            self._publish(self._line(LATE, self._clock(), before, scans=len(scans), silent=silent, late_s=late_s, cycle=cycle))
+
+        if self._watchdog is not None:
+            self._watchdog.arm(late_at, bark)
+        try:
+            plan = self._planner.step(scans, self._host.state(now), now)
+        finally:
+            if self._watchdog is not None:
+                self._watchdog.disarm()
+        done = self._clock()
+        if self._watchdog is None and done > late_at:
+            self._run.late += 1
+        self._run.unverified += plan.status is not Status.UNAVOIDABLE and not plan.verdict.passed
+        return self._line(plan.status.value, done, plan, scans=len(scans), silent=silent, late_s=late_s, took_ms=1e3 * (done - now))
+
+    def _line(
+        self,
+        status: str,
+        t_s: float,
+        plan: Plan | None,
+        *,
+        scans: int,
+        silent: tuple[str, ...],
+        late_s: float,
+        took_ms: float = 0.0,
+        cycle: int | None = None,
+    ) -> Line:
+        situation = self._planner.situation if plan is not None and plan is self._planner.previous else None
+        age = None if plan is None else t_s - plan.time_s
+        asked = None if plan is None or age is None else _asked(plan, age)
+        drops = Drops()
+        for radar in self._radars.values():
+            drops = drops.plus(radar.drops)
+        return Line(
+            cycle=self._run.cycles if cycle is None else cycle,
+            t_s=t_s - self._run.began_s,
+            status=status,
+            mode=None if plan is None else plan.mode.value,
+            side=None if plan is None else plan.side.value,
+            warning=plan is not None and plan.warning,
+            passed=None if plan is None else plan.verdict.passed,
+            reason="" if plan is None else plan.reason,
+            plan_age_s=age,
+            acceleration_mps2=None if asked is None else asked[0],
+            steering_rad=None if asked is None else asked[1],
+            host=None if situation is None else situation.host,
+            covered=() if situation is None else tuple(sector.value for sector in Sector if situation.coverage.sees(sector)),
+            silent=silent,
+            tracks=() if situation is None else self._seen(situation),
+            scans=scans,
+            late_s=late_s,
+            took_ms=took_ms,
+            late_cycles=self._run.late,
+            missed_cycles=self._run.missed,
+            drops=drops,
+            trajectory=plan.trajectory if plan is not None and self.settings.trajectories else None,
+        )
+
+    def _seen(self, situation: Situation) -> tuple[SeenTrack, ...]:
+        host, road = situation.host, situation.road
+        roles = cast(situation.tracks, road.lane_of(host.d_m), host, self._planner.vehicle, road, self._planner.settings.selector).roles
+        return tuple(
+            SeenTrack(
+                id=track.id,
+                role=roles.get(track.id, Role.OTHER),
+                s_m=track.s_m - host.s_m,
+                d_m=track.d_m - host.d_m,
+                speed_s_mps=track.speed_s_mps,
+                speed_d_mps=track.speed_d_mps,
+                covariance=track.covariance,
+                length_m=track.length_m,
+                width_m=track.width_m,
+                coasting=track.coasting,
+            )
+            for track in situation.tracks
+        )
+
+    def _silent(self, now: float) -> tuple[str, ...]:
+        """Channels on which no radar was heard of late; raises when that is all of them, or the host's speed has ended."""
+        patience, began = self.settings.silence_s, self._run.began_s
+
+        def quiet(heard_s: float | None) -> bool:
+            return now - (began if heard_s is None else heard_s) > patience
+
+        silent = tuple(name for name, radar in self._radars.items() if quiet(radar.radar_heard_s))
+        names = ", ".join(self._radars)
+        if len(silent) == len(self._radars):
+            if all(quiet(radar.heard_s) for radar in self._radars.values()):
+                said = "no frame" if all(radar.heard_s is None for radar in self._radars.values()) else "no frame any more"
+            else:
+                said = "frames, but no ESR track frame (0x500 to 0x53F)"
+            raise SilentBusError(names, "", None, f"is silent: {said} for {patience:g} s")
+        if self.settings.speed_mps is None and quiet(self._host.heard_s):
+            raise SilentBusError(names, "", None, f"says no host speed (ESR_Status1, 0x4E0) for {patience:g} s: pass --speed")
+        return silent
+
+
+def _asked(plan: Plan, age_s: float) -> tuple[float, float] | None:
+    """(acceleration, steering angle) that a plan asks for at its age; None past its end."""
+    driven = plan.trajectory
+    if age_s > float(driven.t_s[-1]):
+        return None
+    return (
+        float(np.interp(age_s, driven.t_s, driven.acceleration_mps2)),
+        float(np.interp(age_s, driven.t_s, driven.steering_rad)),
+    )

@@ -1,0 +1,67 @@
+"""What the live loop says: a line a cycle, and a summary."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.interop.live.assembler import Drops
+from mcdas_opt.interop.replay_record import Percentiles, SeenTrack
+
+WAITING, LATE = "waiting", "late"  # statuses beside those of a plan
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Line:
+    """One cycle. `status` is the plan's, "waiting" (no host speed yet), or "late": no plan in time, so that the last one goes on.
+
+    `acceleration_mps2` and `steering_rad` are what the plan asks for at the line's own time; None where there is none, or it has run
+    out. `plan_age_s`: since the situation that was planned. `late_s`: how long after its beat the cycle began. `late_cycles`,
+    `missed_cycles` and `drops` count from the start.
+    """
+
+    cycle: int
+    t_s: float
+    status: str
+    mode: str | None = None
+    side: str | None = None
+    warning: bool = False
+    passed: bool | None = None
+    reason: str = ""
+    plan_age_s: float | None = None
+    acceleration_mps2: float | None = None
+    steering_rad: float | None = None
+    host: HostState | None = None
+    covered: tuple[str, ...] = ()
+    silent: tuple[str, ...] = ()
+    tracks: tuple[SeenTrack, ...] = ()
+    scans: int = 0
+    late_s: float = 0.0
+    took_ms: float = 0.0
+    late_cycles: int = 0
+    missed_cycles: int = 0
+    drops: Drops = field(default_factory=Drops)
+    trajectory: Trajectory | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"schema_version": SCHEMA_VERSION, **to_document(self)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LiveSummary:
+    """Counts over a whole run. `late_cycles`: lines that said "late"; `missed_cycles`: beats that passed while one was worked on."""
+
+    cycles: int
+    duration_s: float
+    statuses: dict[str, int]
+    late_cycles: int
+    missed_cycles: int
+    unverified_plans: int
+    drops: dict[str, Drops]
+    cycle_ms: Percentiles
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"schema_version": SCHEMA_VERSION, **to_document(self)}

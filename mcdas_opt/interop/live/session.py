@@ -1,0 +1,100 @@
+"""A live session: buses opened, the loop run on them, everything closed again."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+from pathlib import Path
+
+from mcdas_opt.catalogue.scenes import Scene
+from mcdas_opt.catalogue.sensors import load_sensor
+from mcdas_opt.catalogue.shelf import find
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import positive
+from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.errors import InputError
+from mcdas_opt.interop.candump import read_candump
+from mcdas_opt.interop.esr_codec import EsrCodec
+from mcdas_opt.interop.live.inbox import BusInbox, open_bus
+from mcdas_opt.interop.live.loop import LiveLoop, LiveSettings, Publish
+from mcdas_opt.interop.live.player import LogPlayer
+from mcdas_opt.interop.live.record import LiveSummary
+from mcdas_opt.interop.live.watchdog import Watchdog
+from mcdas_opt.planning.planner import Planner
+
+DEADLINE_SHARE = 0.6  # of the cycle: after it the planner begins no further candidate
+VIRTUAL = "virtual"
+_CROWDS = (1, 3, 8)  # neighbours: each is a problem of its own size
+
+
+def live(
+    publish: Publish,
+    *,
+    bus: str = "can0",
+    rear: str | None = None,
+    interface: str = "socketcan",
+    play: str | Path | None = None,
+    dbc: str | Path | None = None,
+    road: Scene | None = None,
+    planner: str = "mpc",
+    settings: LiveSettings | None = None,
+    deadline_s: float | None = None,
+    cycles: int | None = None,
+    ended: Callable[[LiveSummary], None] | None = None,
+) -> LiveSummary:
+    """Reads a front ESR on `bus` and a rear one on `rear`, plans every `settings.cycle_s`, hands a line a cycle to `publish`.
+
+    `play` is a candump log (a path or a shipped name) that is played onto virtual buses of the names `bus` and `rear`, which are then
+    the log's own. `road` is a scene whose road and vehicle are used; default one straight lane, so that there is nowhere to steer out
+    to. `deadline_s`: the planner begins no further candidate after so much time in a cycle (default 0.6 cycles); a plan that is not
+    there when the next cycle is due is announced by a line "late". Runs for `cycles`, or until interrupted; `ended` gets the summary
+    however it ended.
+
+    Raises `SilentBusError` when the buses are or go silent, `InputError` for a bus that cannot be opened, a DBC without the messages or
+    a log that is none, `ParameterError` for a setting out of range, `MissingExtraError` without python-can and cantools.
+    """
+    settings = settings or LiveSettings()
+    if cycles is not None:
+        positive("cycles", cycles)
+    if bus == rear:
+        raise InputError("--rear", "", rear, "is the front radar's bus")
+    vehicle = "sedan" if road is None else road.vehicle
+    brain = Planner(
+        vehicle,
+        planner,
+        settings=Settings(cycle_s=settings.cycle_s),
+        road=Road() if road is None else road.assumed_road,
+        deadline_s=DEADLINE_SHARE * settings.cycle_s if deadline_s is None else deadline_s,
+    )
+    warm_up(brain)
+    codec, sensor = EsrCodec(dbc=dbc), load_sensor("delphi_esr")
+    radars = {bus: Sector.FRONT} if rear is None else {bus: Sector.FRONT, rear: Sector.REAR}
+    frames = None if play is None else read_candump(find("logs", str(play), ".log")).frames
+    opened = {name: open_bus(name, VIRTUAL if play is not None else interface) for name in radars}
+    with contextlib.ExitStack() as stack:
+        inbox = stack.enter_context(BusInbox(opened))
+        watchdog = Watchdog()
+        stack.callback(watchdog.close)
+        if frames is not None:
+            player = LogPlayer(frames, {name: open_bus(name, VIRTUAL) for name in radars})
+            stack.callback(player.close)
+            player.start()
+        loop = LiveLoop(inbox, radars, brain, publish, codec=codec, sensor=sensor, settings=settings, watchdog=watchdog)
+        try:
+            return loop.run(cycles)
+        finally:
+            if ended is not None:
+                ended(loop.summary)
+
+
+def warm_up(planner: Planner) -> None:
+    """Lets a planner build what it builds when first needed, for few and for many neighbours, and forget what it planned: seconds that
+    a live cycle does not have."""
+    for count in _CROWDS:
+        tracks = tuple(Track(id=str(k), s_m=40.0 + 12.0 * k, d_m=0.0, speed_s_mps=10.0) for k in range(count))
+        planner.plan(Situation(host=HostState(speed_mps=15.0), tracks=tracks, road=planner.road, vehicle=planner.vehicle.name))
+        planner.reset()

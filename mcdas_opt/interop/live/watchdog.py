@@ -1,0 +1,51 @@
+"""Barks when a planning step is not done in time: whoever listens hears something every cycle, even when the planner is late."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+
+
+class Watchdog:
+    """`armed(at_s, bark)`, then the work, then `disarm()`. When the clock passes `at_s` before that, `bark()` is called, once, in
+    the watchdog's thread. Real time: not for a loop on a clock of its own."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._changed = threading.Condition()
+        self._at_s: float | None = None
+        self._bark: Callable[[], None] = _silence
+        self._ended = False
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+        self._thread.start()
+
+    def arm(self, at_s: float, bark: Callable[[], None]) -> None:
+        with self._changed:
+            self._at_s, self._bark = at_s, bark
+            self._changed.notify()
+
+    def disarm(self) -> None:
+        """When this returns nobody barks any more."""
+        with self._changed:
+            self._at_s = None
+
+    def close(self) -> None:
+        with self._changed:
+            self._ended = True
+            self._changed.notify()
+        self._thread.join()
+
+    def _watch(self) -> None:
+        with self._changed:
+            while not self._ended:
+                left = None if self._at_s is None else self._at_s - self._clock()
+                if left is not None and left <= 0.0:
+                    self._at_s = None
+                    self._bark()
+                    continue
+                self._changed.wait(left)
+
+
+def _silence() -> None:
+    """What nobody armed does not bark."""

@@ -1,0 +1,205 @@
+"""One design: posed, solved, checked, and said in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.sigmoid_design import SigmoidDesign
+from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.dynamics.sigmoid import renormalised
+from mcdas_opt.errors import ParameterError
+from mcdas_opt.ocp.sigmoid_design import OBJECTIVES, SigmoidSolution, solve_sigmoid
+from mcdas_opt.tuning.request import DesignRequest
+
+STEP_M = 0.1
+_BINDS = 1e-4  # share of the value that relaxing a limit by its whole self would gain, at first order
+_STEPS = {"m/s^2": 1.0, "m/s^3": 1.0, "rad": 0.005, "rad/s": 0.1, "1/m": 0.01, "m": 0.1}  # of "so much more would save"
+_FAR_M = 500.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConstraintReport:
+    """`value` against `limit`; `multiplier` is what `value` of the design gains per unit that the limit is relaxed."""
+
+    name: str
+    value: float
+    limit: float
+    unit: str
+    multiplier: float
+    sense: str
+
+    @property
+    def binds(self) -> bool:
+        return self.multiplier > 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PathSamples:
+    """x forward, y left [m], 0.1 m apart from the start of steering; the end, where the target is reached, is included."""
+
+    x_m: Array
+    y_m: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Design:
+    """The best sigmoid for a request; attributes are the keys of the JSON document."""
+
+    a_per_m: float
+    b: float
+    y_max_m: float
+    speed_mps: float
+    offset_m: float
+    side: Side
+    length_m: float
+    end_m: float
+    duration_s: float
+    objective: str
+    value: float
+    unit: str
+    constraints: tuple[ConstraintReport, ...]
+    active: tuple[str, ...]
+    method: str
+    evaluations: int
+    path: PathSamples
+    request: DesignRequest = field(repr=False)
+
+    @property
+    def sigmoid(self) -> SigmoidDesign:
+        return SigmoidDesign(a_per_m=self.a_per_m, b=self.b, y_max_m=self.y_max_m, offset_m=self.offset_m, side=self.side)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON document of the contract."""
+        return {"schema_version": SCHEMA_VERSION, **to_document(self), "request": to_document(self.request)}
+
+
+def design(request: DesignRequest) -> Design:
+    """The optimum of the request. Raises `ParameterError` where there is none, and says what the shortest would be."""
+    solution = solve_sigmoid(request.problem())
+    if not solution.feasible:
+        raise _refused(request, solution)
+    return _design(request, solution)
+
+
+def sampled(sigmoid: SigmoidDesign) -> PathSamples:
+    """The path of a design, in the project's frame."""
+    end = sigmoid.end_m
+    x = np.append(np.arange(0.0, end, STEP_M), end)
+    if x[-1] - x[-2] < 1e-6:
+        x = np.delete(x, -2)
+    y = sigmoid.reach_m * renormalised(x, sigmoid.a_per_m, sigmoid.b, np)
+    return PathSamples(x_m=x, y_m=y if sigmoid.side is Side.LEFT else -y)
+
+
+def _design(request: DesignRequest, found: SigmoidSolution) -> Design:
+    scale = max(abs(found.value), 1e-3)
+    reports = tuple(
+        ConstraintReport(
+            name=term.name,
+            value=term.value,
+            limit=term.limit,
+            unit=term.unit,
+            multiplier=term.multiplier if term.multiplier * abs(term.limit) > _BINDS * scale else 0.0,
+            sense="at least" if term.at_least else "at most",
+        )
+        for term in found.terms
+        if not (term.at_least and request.objective == "clearance")
+    )
+    sigmoid = SigmoidDesign(a_per_m=found.a_per_m, b=found.b, y_max_m=found.y_max_m, offset_m=request.offset_m, side=request.side)
+    return Design(
+        a_per_m=found.a_per_m,
+        b=found.b,
+        y_max_m=found.y_max_m,
+        speed_mps=found.speed_mps,
+        offset_m=request.offset_m,
+        side=request.side,
+        length_m=found.length_m,
+        end_m=sigmoid.end_m,
+        duration_s=found.length_m / found.speed_mps,
+        objective=request.objective,
+        value=found.value,
+        unit=OBJECTIVES[request.objective],
+        constraints=reports,
+        active=_words(request.objective, reports, found.at_bounds),
+        method="nlp (IPOPT, exact derivatives)",
+        evaluations=found.evaluations,
+        path=sampled(sigmoid),
+        request=request,
+    )
+
+
+def _words(objective: str, reports: tuple[ConstraintReport, ...], at_bounds: tuple[str, ...]) -> tuple[str, ...]:
+    """The active set, strongest first: what binds, and what a little more would be worth."""
+    unit = OBJECTIVES[objective]
+    gain = {"shortest": "save", "clearance": "gain", "jerk": "save"}[objective]
+
+    def worth(report: ConstraintReport) -> float:
+        return report.multiplier * _STEPS[report.unit]
+
+    said = []
+    for report in sorted((r for r in reports if r.binds), key=worth, reverse=True):
+        step, more = _STEPS[report.unit], "less" if report.sense == "at least" else "more"
+        said.append(f"{report.name} binds; {step:g} {report.unit} {more} would {gain} {worth(report):.2g} {unit}")
+    return (*said, *at_bounds)
+
+
+def _refused(request: DesignRequest, last: SigmoidSolution) -> ParameterError:
+    """Why nothing satisfies the request, in figures that could be had."""
+    km_h = f"{3.6 * request.speed_mps:.0f} km/h"
+    under = f"at {km_h} under {_tightest(request):.3g} m/s^2"
+    eased = solve_sigmoid(request.eased().problem())
+    if not eased.feasible:
+        worst = max(last.terms, key=lambda t: (t.limit - t.value if t.at_least else t.value - t.limit) / max(abs(t.limit), 1e-6))
+        rule = (
+            f"no sigmoid {under} keeps the limit of {worst.limit:.3g} {worst.unit} within the bounds: the nearest reaches {worst.value:.3g}"
+        )
+        return ParameterError(worst.name, worst.limit, rule, worst.unit)
+    if request.length_max_m is not None and eased.length_m > request.length_max_m:
+        rule = f"no sigmoid settles within {request.length_max_m:g} m {under}: the shortest is {eased.length_m:.3g} m"
+        return ParameterError("length_max_m", request.length_max_m, rule, "m")
+    for who, other in (("front", request.front), ("rear", request.rear)):
+        if other is None or _clearance(request, who, other[0]) >= request.clearance_m:
+            continue
+        least = _least_gap(request, who)
+        clear = f"no sigmoid clears the {who} vehicle by {request.clearance_m:g} m from a gap of {other[0]:.3g} m {under}"
+        if least is None:
+            across = "right" if request.side is Side.LEFT else "left"
+            return ParameterError("offset_m", request.offset_m, f"{clear}, nor from any other gap: it stands in the way; try {across}", "m")
+        rule = f"{clear}: the least gap is {least:.3g} m (the shortest sigmoid is {eased.length_m:.3g} m)"
+        return ParameterError(f"{who}_gap_m", other[0], rule, "m")
+    rule = f"no sigmoid {under} satisfies all limits at once: the shortest with nobody near is {eased.length_m:.3g} m"
+    return ParameterError("objective", request.objective, rule)
+
+
+def _tightest(request: DesignRequest) -> float:
+    """The bound on lateral acceleration that counts: the one asked for, or friction's."""
+    return min(term.limit for term in request.problem().terms if term.unit == "m/s^2")
+
+
+def _clearance(request: DesignRequest, who: str, gap_m: float) -> float:
+    """The most clearance [m] that any sigmoid has of one vehicle alone, at another gap."""
+    alone = replace(request.eased(), objective="clearance")
+    if who == "front" and request.front is not None:
+        alone = replace(alone, front_gap_m=gap_m, front_speed_mps=request.front[1])
+    if who == "rear" and request.rear is not None:
+        alone = replace(alone, rear_gap_m=gap_m, rear_speed_mps=request.rear[1])
+    return solve_sigmoid(alone.problem()).value
+
+
+def _least_gap(request: DesignRequest, who: str) -> float | None:
+    """By halving, to a centimetre; None where 500 m do not suffice."""
+    low, high = 0.0, _FAR_M
+    if _clearance(request, who, high) < request.clearance_m:
+        return None
+    while high - low > 0.01:
+        middle = 0.5 * (low + high)
+        if _clearance(request, who, middle) < request.clearance_m:
+            low = middle
+        else:
+            high = middle
+    return high

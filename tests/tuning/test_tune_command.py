@@ -1,0 +1,94 @@
+"""The command, its files, and planning with them."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from mcdas_opt import tune
+from mcdas_opt.catalogue.designs import load_sigmoid, planner_settings
+from mcdas_opt.cli import app
+from mcdas_opt.errors import InputError, McdasError
+from mcdas_opt.simulation.first_situation import plan_once, situation_of
+
+RUN = CliRunner()
+
+
+def test_json_holds_what_the_contract_says() -> None:
+    answer = RUN.invoke(app, ["tune", "--speed", "20", "--lateral-acceleration", "3", "--json"])
+    assert answer.exit_code == 0
+    document = json.loads(answer.stdout)
+    keys = {"a_per_m", "b", "y_max_m", "length_m", "objective", "value", "constraints", "method", "evaluations", "path", "schema_version"}
+    assert keys <= set(document)
+    assert all({"name", "value", "limit", "unit", "multiplier"} <= set(row) for row in document["constraints"])
+    x, y = document["path"]["x_m"], document["path"]["y_m"]
+    assert len(x) == len(y)
+    assert x[1] == pytest.approx(0.1)
+    assert abs(y[-1] - 3.7) <= 0.1
+    inside = [abs(value - 3.7) <= 0.1 for value in y]
+    first = len(inside) - inside[::-1].index(False)
+    assert x[first] == pytest.approx(document["length_m"], abs=0.11)
+
+
+def test_a_design_is_planned_with(tmp_path: Path) -> None:
+    out = tmp_path / "gentle.toml"
+    answer = RUN.invoke(app, ["tune", "--speed", "11.1", "--lateral-acceleration", "1.5", "--out", str(out)])
+    assert answer.exit_code == 0
+    assert out.with_suffix(".png").stat().st_size > 10_000
+    kept = tomllib.loads(out.read_text(encoding="utf-8"))
+    found = tune(speed_mps=11.1, lateral_acceleration_mps2=1.5)
+    assert kept["sigmoid"]["a_per_m"] == found.a_per_m
+    situation, vehicle = situation_of("sandwich-60-40")
+    given = planner_settings(out).sigmoid.given
+    assert given == found.sigmoid
+    for planner in ("closed-form-corrected", "mpc"):
+        plain, tuned = plan_once(situation, vehicle, planner), plan_once(situation, vehicle, planner, planner_settings(out))
+        assert tuned.to_dict()["trajectory"] != plain.to_dict()["trajectory"]
+    document = RUN.invoke(app, ["plan", "sandwich-60-40", "--planner", "closed-form-corrected", "--params", str(out), "--json"])
+    assert document.exit_code == 0
+
+
+def test_the_same_request_writes_the_same_bytes(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        tune(out=tmp_path / f"{name}.png")
+    assert (tmp_path / "one.toml").read_bytes() == (tmp_path / "two.toml").read_bytes()
+    assert (tmp_path / "one.png").read_bytes() == (tmp_path / "two.png").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[sigmoid]\na_per_m = 0.2\nb = 50.0\ny_max_m = 3.7\n", "a_per_m = 0.2: must be less than 0"),
+        ("[sigmoid]\na_per_m = -0.2\nb = 0.5\ny_max_m = 3.7\n", "b = 0.5: must be greater than 1"),
+        ("[sigmoid]\na_per_m = -0.2\nb = 50.0\n", "y_max_m: missing key"),
+        ("[sigmoid]\na_per_m = -0.2\nb = 50.0\ny_max = 3.7\ny_max_m = 3.7\n", "did you mean 'y_max_m'"),
+        ("[sigmoid]\na_per_m = -0.2\nb = nan\ny_max_m = 3.7\n", "b"),
+        ("[sigmoid\n", "is not TOML"),
+    ],
+)
+def test_bad_files_are_told_key_value_and_rule(tmp_path: Path, text: str, words: str) -> None:
+    file = tmp_path / "bad.toml"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as refused:
+        load_sigmoid(file)
+    assert words in str(refused.value)
+    assert "bad.toml" in str(refused.value)
+
+
+def test_the_paper_takes_no_parameters(tmp_path: Path) -> None:
+    tune(out=tmp_path / "design.toml")
+    situation, vehicle = situation_of("sandwich-60-40")
+    with pytest.raises(McdasError, match="takes no parameters"):
+        plan_once(situation, vehicle, "closed-form", planner_settings(tmp_path / "design.toml"))
+
+
+def test_nothing_is_written_where_nothing_is_found(tmp_path: Path) -> None:
+    with pytest.raises(McdasError, match="the shortest is"):
+        tune(length_max_m=5.0, out=tmp_path / "none.toml")
+    with pytest.raises(InputError, match=r"must end in \.toml or \.png"):
+        tune(out=tmp_path / "none.csv")
+    assert list(tmp_path.iterdir()) == []
