@@ -19,7 +19,6 @@ from mcdas_opt.planning.lane_parameters import guessed_states, node_values
 from mcdas_opt.planning.mirror import is_turned, turned_guess, turned_inputs, turned_parameters, turned_states
 from mcdas_opt.planning.roll_out import roll_out, within_reach
 from mcdas_opt.planning.ways import Way
-from mcdas_opt.solvers.guarded import ask
 from mcdas_opt.solvers.interior_point import InteriorPointEngine
 from mcdas_opt.solvers.ipopt_engine import IpoptEngine
 from mcdas_opt.solvers.osqp_engine import OsqpEngine
@@ -157,7 +156,7 @@ class LaneStage:
         for trial, guess, cap in attempts:
             p = self.matrix(situation, bodies, way, posed, guess.x[:, 0])
             p = turned_parameters(p, posed.problem.parameters) if turned else p
-            outcome = ask(trial, x0, p, self.settings.grid.steps_s, guess, cap)
+            outcome = trial.solve(x0, p, self.settings.grid.steps_s, guess, cap)
             iterations += outcome.inner_iterations
             if outcome.usable and (best is None or outcome.ending is Ending.CONVERGED or outcome.objective < best.objective):
                 best, by = outcome, trial
