@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.safe_end import SafeEnd
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Side, Status
@@ -47,7 +48,7 @@ class Plan:
     """A trajectory with its verdict. Time 0 of the trajectory is the situation's time.
 
     `chosen` is the name of the candidate that it is. `solver` says which engine the method runs and in which form (compiled and
-    interpreted agree to 1e-6, not to the byte).
+    interpreted agree to 1e-6, not to the byte). `safe_end` says how it ends (None: nobody looked, as with the bare closed forms).
     `reference` is the manoeuvre that the plan follows (a record of `reference/`), handed back as `previous` so that a manoeuvre
     once begun goes on instead of beginning anew.
     """
@@ -67,6 +68,7 @@ class Plan:
     chosen: str = ""
     solver: str = ""
     literal_mode: str | None = None
+    safe_end: SafeEnd | None = None
     time_s: float = 0.0
     reference: Any = field(default=None, repr=False, compare=False)
 

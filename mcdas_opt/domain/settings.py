@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from mcdas_opt.domain.grid import TimeGrid
+from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.domain.vocabulary import Side
 
@@ -75,3 +76,4 @@ class Settings:
     selector: SelectorSettings = field(default_factory=SelectorSettings)
     prediction: PredictionSettings = field(default_factory=PredictionSettings)
     sigmoid: SigmoidSettings = field(default_factory=SigmoidSettings)
+    safe_end: SafeEndSettings = field(default_factory=SafeEndSettings)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 
 from mcdas_opt.actuation.path_following import SpeedLaw, follow
 from mcdas_opt.domain.plan import Attempt, Candidate, Plan, Refusal, Timing
@@ -13,17 +14,23 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.planning.closed_form import CorrectedMethod
+from mcdas_opt.planning.continuation import Ended, to_safe_end
 from mcdas_opt.planning.selection import severity
+from mcdas_opt.planning.simple_policies import simple_policies
+from mcdas_opt.planning.tail import tail
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.tracking.prediction import predict
 from mcdas_opt.verification.judge import judge
 
 _BRAKING_SHARES = (0.25, 0.5, 0.75, 1.0)
 _ACCELERATING_SHARES = (0.5, 1.0)
+_STEERING_OUT_MPS = 0.5
 
 
 class Ladder:
-    """Corrected sigmoid, driven -> keep the lane, braking or accelerating -> the least severe. Keeps no memory of its own."""
+    """The rest of the last judged plan -> the corrected sigmoid, driven -> keep the lane, braking or accelerating -> steer out hard -> the
+    least severe. Keeps no memory of its own.
+    """
 
     def __init__(self, vehicle: Vehicle, settings: Settings) -> None:
         self.vehicle, self.settings = vehicle, settings
@@ -31,15 +38,73 @@ class Ladder:
     def answer(self, situation: Situation, previous: Plan | None, refusal: Refusal) -> Plan:
         """A plan that passed (status `fallback`), else the least severe (`unavoidable`); the reason says what was refused before.
 
-        What the method itself drove and the judge failed for a collision alone competes for the least severe.
+        Of the drives that pass, the first that comes to a safe end; where none does, the first. What the method itself drove and the
+        judge failed for a collision alone competes for the least severe.
         """
         started = time.perf_counter()
         prediction = predict(situation.tracks, self.settings.prediction)
-        corrected = CorrectedMethod(self.vehicle, self.settings).plan(situation, previous)
-        tried: list[Candidate] = list(corrected.candidates)
+        tried: list[Candidate] = []
         options: list[Attempt] = []
+        first: tuple[Attempt, Ended] | None = None
+        for drive in self._drives(situation, previous, prediction, tried):
+            ended = to_safe_end(drive.trajectory, drive.verdict, situation, self.vehicle, prediction, self.settings.safe_end)
+            if ended.sound:
+                return self._passed(situation, prediction, drive, ended, refusal, tried, started)
+            if drive.verdict.passed:
+                first = first or (drive, ended)
+            else:
+                options.append(drive)
+        if first is not None:
+            return self._passed(situation, prediction, *first, refusal, tried, started)
+        options += [a for a in refusal.attempts if all(v.name.startswith("collision with") for v in a.verdict.violations)]
+        hurt = [severity(option.trajectory, self.vehicle, situation.road, prediction) for option in options]
+        going = Side.NONE if previous is None else previous.side
+
+        def rank(i: int) -> tuple[float, float]:
+            """Steering out must be better than staying in the lane by a margin, unless it has begun: dithering is worst of all."""
+            speed, when = hurt[i]
+            return (speed if options[i].side in (Side.NONE, going) else speed + _STEERING_OUT_MPS, when)
+
+        least = min(range(len(options)), key=rank)
+        why = f"nothing passes; least severe is {options[least].name} (equivalent to {hurt[least][0]:.1f} m/s); before: {refusal.reason}"
+        return self._plan(situation, prediction, options[least], None, Status.UNAVOIDABLE, why, tried, started)
+
+    def rest_of(self, situation: Situation, previous: Plan | None) -> Plan | None:
+        """What is left of the last judged plan, where it still passes and comes to a safe end."""
+        started = time.perf_counter()
+        prediction = predict(situation.tracks, self.settings.prediction)
+        drive = self._tail(situation, previous, prediction)
+        if drive is None:
+            return None
+        ended = to_safe_end(drive.trajectory, drive.verdict, situation, self.vehicle, prediction, self.settings.safe_end)
+        if not ended.sound:
+            return None
+        tried = [_candidate(drive)]
+        return self._passed(situation, prediction, drive, ended, Refusal(reason="no way out with a safe end"), tried, started)
+
+    def _passed(
+        self,
+        situation: Situation,
+        prediction: Prediction,
+        drive: Attempt,
+        ended: Ended,
+        refusal: Refusal,
+        tried: list[Candidate],
+        started: float,
+    ) -> Plan:
+        why = f"{drive.name} instead of: {refusal.reason}"
+        return self._plan(situation, prediction, drive, ended, Status.FALLBACK, why, tried, started)
+
+    def _drives(self, situation: Situation, previous: Plan | None, prediction: Prediction, tried: list[Candidate]) -> Iterator[Attempt]:
+        """The rungs, each driven only when it is reached: the last plan's tail, the corrected sigmoid, keeping the lane."""
+        rest = self._tail(situation, previous, prediction)
+        if rest is not None:
+            tried.append(_candidate(rest))
+            yield rest
+        corrected = CorrectedMethod(self.vehicle, self.settings).plan(situation, previous)
+        tried.extend(corrected.candidates)
         if isinstance(corrected, Plan):
-            drive = Attempt(
+            yield Attempt(
                 name="corrected sigmoid, driven,",
                 mode=corrected.mode,
                 side=corrected.side,
@@ -47,30 +112,28 @@ class Ladder:
                 verdict=corrected.verdict,
                 reference=corrected.reference,
             )
-            if drive.verdict.passed:
-                return self._plan(
-                    situation, prediction, drive, Status.FALLBACK, f"{drive.name} instead of: {refusal.reason}", tried, started
-                )
-            options.append(drive)
         for drive in self._keeping(situation, prediction):
-            verdict = drive.verdict
-            tried.append(Candidate(name=drive.name, cost=None, passed=verdict.passed, refusal="" if verdict.passed else verdict.reason))
-            if verdict.passed:
-                why = f"{drive.name} in the lane instead of: {refusal.reason}"
-                return self._plan(situation, prediction, drive, Status.FALLBACK, why, tried, started)
-            options.append(drive)
-        options += [a for a in refusal.attempts if all(v.name.startswith("collision with") for v in a.verdict.violations)]
-        hurt = [severity(option.trajectory, self.vehicle, situation.road, prediction) for option in options]
-        going = Side.NONE if previous is None else previous.side
+            tried.append(_candidate(drive))
+            yield replace(drive, name=f"{drive.name} in the lane")
+        for policy, trajectory in simple_policies(situation, self.vehicle, self.settings):
+            if policy.side is not Side.NONE:
+                verdict = judge(trajectory, situation.host, self.vehicle, situation.road, prediction)
+                drive = Attempt(name=policy.name, mode=policy.mode, side=policy.side, trajectory=trajectory, verdict=verdict)
+                tried.append(_candidate(drive))
+                yield drive
 
-        def rank(i: int) -> tuple[float, float]:
-            """Steering out must be better by a quarter than staying in the lane, unless it has begun: dithering is worst of all."""
-            speed, when = hurt[i]
-            return (speed if options[i].side in (Side.NONE, going) else 1.25 * speed, when)
-
-        least = min(range(len(options)), key=rank)
-        why = f"nothing passes; least severe is {options[least].name} (equivalent to {hurt[least][0]:.1f} m/s); before: {refusal.reason}"
-        return self._plan(situation, prediction, options[least], Status.UNAVOIDABLE, why, tried, started)
+    def _tail(self, situation: Situation, previous: Plan | None, prediction: Prediction) -> Attempt | None:
+        trajectory = tail(previous, situation, self.vehicle)
+        if trajectory is None or previous is None:
+            return None
+        return Attempt(
+            name="the rest of the last plan",
+            mode=previous.mode,
+            side=previous.side,
+            trajectory=trajectory,
+            verdict=judge(trajectory, situation.host, self.vehicle, situation.road, prediction),
+            reference=previous.reference,
+        )
 
     def _keeping(self, situation: Situation, prediction: Prediction) -> Iterator[Attempt]:
         """In the lane: hold, brake ever harder to a stop, accelerate."""
@@ -102,6 +165,7 @@ class Ladder:
         situation: Situation,
         prediction: Prediction,
         drive: Attempt,
+        ended: Ended | None,
         status: Status,
         reason: str,
         tried: list[Candidate],
@@ -114,11 +178,17 @@ class Ladder:
             warning=True,
             status=status,
             reason=reason,
-            verdict=drive.verdict,
+            verdict=drive.verdict if ended is None else ended.verdict,
             prediction=prediction.name,
-            trajectory=drive.trajectory,
+            trajectory=drive.trajectory if ended is None else ended.trajectory,
+            safe_end=None if ended is None else ended.end,
             candidates=tuple(tried),
             timing_ms=Timing(solve=1e3 * (time.perf_counter() - started)),
             time_s=situation.time_s,
             reference=drive.reference,
         )
+
+
+def _candidate(drive: Attempt) -> Candidate:
+    passed = drive.verdict.passed
+    return Candidate(name=drive.name, cost=None, passed=passed, refusal="" if passed else drive.verdict.reason)

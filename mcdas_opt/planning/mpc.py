@@ -16,6 +16,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Side
+from mcdas_opt.planning.continuation import Ended, to_safe_end
 from mcdas_opt.planning.lane_stage import LaneStage, StageSettings
 from mcdas_opt.planning.selection import WorthSettings, worth
 from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, shorter_side, spread_ways, strays, ways_out
@@ -99,23 +100,25 @@ class MpcMethod:
                 iterations=self._iterations,
                 attempts=tuple(self._failed),
             )
-        way = chosen.way
+        answer, ended = chosen
+        way = answer.way
         self._chosen = way.name
         return Plan(
             planner="mpc",
-            mode=chosen.mode,
+            mode=answer.mode,
             side=way.side,
             warning=assessment.warning,
             reason=f"{assessment.reason}; {way.name} is the cheapest way that passes",
             chosen=way.name,
-            verdict=chosen.verdict,
+            verdict=ended.verdict,
             prediction=prediction.name,
-            trajectory=chosen.trajectory,
+            trajectory=ended.trajectory,
             candidates=candidates,
             timing_ms=Timing(solve=1e3 * self._solve_s, verify=1e3 * self._verify_s),
             iterations=self._iterations,
             solver=self.stage.solver,
             literal_mode=assessment.literal_mode,
+            safe_end=ended.end,
             time_s=situation.time_s,
             reference=way.manoeuvre,
         )
@@ -133,27 +136,47 @@ class MpcMethod:
         prediction: Prediction,
         previous: Plan | None,
         going: Manoeuvre | None,
-    ) -> _Answer | None:
+    ) -> tuple[_Answer, Ended] | None:
         """The gentlest set of ways that holds one which passes.
 
         When nothing threatens: what is under way, or the lane. At a threat: the four ways out and the best of the sampled family; while
-        a manoeuvre is under way the family waits until nothing else passes.
+        a manoeuvre is under way the family waits until nothing else passes to a safe end.
         """
         if not assessment.threatened:
             quiet = assessment.mode if assessment.mode in (Mode.CRUISE, Mode.PARK) else Mode.HOLD
             first = continued(situation, going) if going is not None else keeping_way(situation, quiet)
             answer = self._try(situation, prediction, first, assessment)
             if answer is not None:
-                return answer
+                ended = self._ended(answer, situation, prediction)
+                if ended.sound:
+                    return answer, ended
         four = ways_out(situation, assessment, self.vehicle, self.settings.sigmoid, going)
         if going is not None and going.half_done(situation):
             # the lane that holds the car is the one that it steers for: keeping it is no way of its own
             four = tuple(way for way in four if way.side is not Side.NONE)
         before = None if previous is None else self._chosen
         passed = self._passed(situation, prediction, four, assessment)
-        if going is None or not passed:
-            passed += self._passed(situation, prediction, spread_ways(situation, self.vehicle, prediction, self.settings.grid), assessment)
-        return min(passed, key=lambda answer: self._price(answer, before, going), default=None)
+        if going is not None and passed:
+            best = self._cheapest(passed, situation, prediction, before, going)
+            if best is not None and best[1].sound:
+                return best
+        passed += self._passed(situation, prediction, spread_ways(situation, self.vehicle, prediction, self.settings.grid), assessment)
+        return self._cheapest(passed, situation, prediction, before, going)
+
+    def _cheapest(
+        self, passed: list[_Answer], situation: Situation, prediction: Prediction, before: str | None, going: Manoeuvre | None
+    ) -> tuple[_Answer, Ended] | None:
+        """The cheapest that comes to a safe end; where none does, the cheapest, with its open end."""
+        cheapest = None
+        for answer in sorted(passed, key=lambda answer: self._price(answer, before, going)):
+            ended = self._ended(answer, situation, prediction)
+            if ended.sound:
+                return answer, ended
+            cheapest = cheapest or (answer, ended)
+        return cheapest
+
+    def _ended(self, answer: _Answer, situation: Situation, prediction: Prediction) -> Ended:
+        return to_safe_end(answer.trajectory, answer.verdict, situation, self.vehicle, prediction, self.settings.safe_end)
 
     def _passed(self, situation: Situation, prediction: Prediction, ways: tuple[Way, ...], assessment: Assessment) -> list[_Answer]:
         answers = [self._try(situation, prediction, way, assessment) for way in ways]

@@ -16,10 +16,11 @@ from mcdas_opt.domain.rules import positive
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Request
+from mcdas_opt.domain.vocabulary import Request, Status
 from mcdas_opt.planning.ladder import Ladder
 from mcdas_opt.planning.method import Method, build_method
 from mcdas_opt.planning.pose_history import PoseHistory
+from mcdas_opt.situation.consistency import contradiction
 from mcdas_opt.tracking.tracker import Tracker
 
 
@@ -67,17 +68,31 @@ class Planner:
         started = time.perf_counter()
         if self.deadline_s is not None and hasattr(self.method, "stop_at"):
             self.method.stop_at = started + self.deadline_s
-        answer = self.method.plan(situation, self.previous)
         has_ladder = getattr(self.method, "has_ladder", True)
+        wrong = contradiction(situation, self.situation, self.vehicle) if has_ladder else ""
+        if wrong:
+            answer: Plan | Refusal = Refusal(reason=f"the situation contradicts itself: {wrong}")
+        else:
+            answer = self.method.plan(situation, self.previous)
         if isinstance(answer, Refusal):
             fallback = self.ladder.answer(situation, self.previous, answer)
             answer = replace(fallback, candidates=answer.candidates + fallback.candidates, iterations=answer.iterations)
         elif has_ladder and not answer.verdict.passed:
             answer = self.ladder.answer(situation, self.previous, Refusal(reason=answer.verdict.reason))
+        elif has_ladder and answer.safe_end is not None and not answer.safe_end.safe:
+            answer = self._without_safe_end(situation, answer)
         timing = replace(answer.timing_ms, total=1e3 * (time.perf_counter() - started))
         self.previous = replace(answer, planner=self.name, timing_ms=timing)
         self.situation = situation
         return self.previous
+
+    def _without_safe_end(self, situation: Situation, answer: Plan) -> Plan:
+        """The rest of the last plan where that still comes to a safe end, else the answer as a fallback that says that it does not."""
+        rest = self.ladder.rest_of(situation, self.previous)
+        if rest is not None:
+            return replace(rest, candidates=answer.candidates + rest.candidates, iterations=answer.iterations)
+        reason = f"{answer.reason}; passes for {answer.trajectory.t_s[-1]:.1f} s, but comes to no safe end"
+        return replace(answer, status=Status.FALLBACK, reason=reason)
 
     def step(
         self,

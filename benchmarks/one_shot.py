@@ -1,0 +1,226 @@
+"""Random single situations: nothing raises, no NaN leaves, every plan is judged, and none is worse than the corrected closed form.
+
+    python benchmarks/one_shot.py --situations 2000 --seed 1 --workers 2
+
+A plan is compared with the corrected closed form's by (passed, severity of the first impact, safe end, worth), in this order, and where
+nothing passes with five simple policies: full braking, full acceleration, hold, and steering out to either side as hard as the tyres
+allow. Each situation is planned by a planner that remembers nothing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Coverage, Track
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vocabulary import Status
+from mcdas_opt.planning.closed_form import CorrectedMethod
+from mcdas_opt.planning.continuation import to_safe_end
+from mcdas_opt.planning.planner import Planner
+from mcdas_opt.planning.selection import WorthSettings, severity, worth
+from mcdas_opt.planning.simple_policies import simple_policies
+from mcdas_opt.planning.ways import shorter_side
+from mcdas_opt.situation.assess import assess
+from mcdas_opt.tracking.prediction import predict
+
+_SEVERITY_MPS, _WORTH_SHARE, _WORTH = 0.5, 0.02, 0.05  # differences that count as none; steering out costs 2
+_BEST_SIMPLE_MPS = 0.5
+
+
+def random_situation(seed: int) -> Situation:
+    """Harsh and wide: any speed from rest, friction 0.2 to 1, curves, shoulders, up to six cars, blind sides, a road's end."""
+    r = np.random.default_rng(seed)
+    v = 0.0 if r.random() < 0.03 else float(r.uniform(0.5, 36.0))
+    friction = float(r.choice([1.0, 0.9, 0.7, 0.5, 0.35, 0.25, 0.2]))
+    left, right = int(r.integers(0, 3)), int(r.integers(0, 3))
+    most = min(0.3 * friction * 9.81 / max(v, 8.0) ** 2, 0.01)
+    bends = r.uniform(-most, most, 2) if r.random() < 0.4 else np.zeros(2)
+    road = Road(
+        lanes_left=left,
+        lanes_right=right,
+        shoulder_left_m=float(r.choice([0.0, 0.0, 1.5, 2.5])),
+        shoulder_right_m=float(r.choice([0.0, 0.0, 2.5])),
+        friction=friction,
+        curvature=((0.0, float(bends[0])), (120.0, float(bends[1]))),
+        road_end_s_m=float(r.uniform(60.0, 300.0)) if r.random() < 0.05 else None,
+    )
+    host = HostState(
+        d_m=float(r.normal(0.0, 0.2)),
+        heading_rad=float(r.normal(0.0, 0.01)),
+        speed_mps=v,
+        acceleration_mps2=float(r.uniform(-0.5, 0.5)) if v > 1.0 else 0.0,
+    )
+    spread = np.diag([0.15, 0.1, 0.1, 0.05]) ** 2
+    tracks = []
+    if r.random() < 0.9:
+        tracks.append(("front", 4.5 + r.uniform(2.0, 70.0), r.normal(0.0, 0.4), max(v - r.uniform(-2.0, 15.0), 0.0)))
+    if r.random() < 0.9:
+        tracks.append(("rear", -4.5 - r.uniform(2.0, 50.0), r.normal(0.0, 0.3), v + r.uniform(-2.0, 15.0)))
+    for side, lanes in ((1.0, left), (-1.0, right)):
+        for lane in range(1, lanes + 1):
+            for k in range(int(r.integers(0, 3))):
+                tracks.append((f"{side:+.0f}{lane}{k}", r.uniform(-35.0, 35.0) + 40.0 * k, side * lane * 3.7, v * r.uniform(0.6, 1.3)))
+    seen = r.random(4) > 0.08
+    return Situation(
+        host=host,
+        tracks=tuple(Track(id=name, s_m=float(s), d_m=float(d), speed_s_mps=float(u), covariance=spread) for name, s, d, u in tracks[:6]),
+        coverage=Coverage(front=bool(seen[0]), rear=bool(seen[1]), left=bool(seen[2]), right=bool(seen[3])),
+        road=road,
+        desired_speed_mps=max(v, 5.0),
+    )
+
+
+@dataclass
+class Tally:
+    """What was counted, and the seeds of whatever was not as it should be."""
+
+    counts: Counter[str] = field(default_factory=Counter)
+    seeds: dict[str, list[int]] = field(default_factory=dict)
+    iterations: list[int] = field(default_factory=list)
+    beyond_simple_mps: list[float] = field(default_factory=list)
+
+    def fault(self, kind: str, seed: int) -> None:
+        self.counts[kind] += 1
+        self.seeds.setdefault(kind, []).append(seed)
+
+    def __iadd__(self, other: Tally) -> Tally:
+        self.counts += other.counts
+        for kind, seeds in other.seeds.items():
+            self.seeds.setdefault(kind, []).extend(seeds)
+        self.iterations += other.iterations
+        self.beyond_simple_mps += other.beyond_simple_mps
+        return self
+
+
+def examine(seed: int, planner: Planner, corrected: CorrectedMethod, tally: Tally) -> None:
+    """Plans one situation and counts what there is to count."""
+    situation = random_situation(seed)
+    planner.reset()
+    try:
+        plan = planner.plan(situation)
+    except Exception as error:
+        tally.fault(f"exception {type(error).__name__}", seed)
+        return
+    tally.counts["situations"] += 1
+    tally.counts[f"status {plan.status.value}"] += 1
+    if plan.safe_end is not None:
+        tally.counts[f"end {plan.safe_end.kind.value}"] += 1
+    tally.iterations.append(plan.iterations)
+    if not all(np.isfinite(column).all() for column in (plan.trajectory.t_s, plan.trajectory.states, plan.trajectory.inputs)):
+        tally.fault("NaN in a plan", seed)
+    if plan.verdict.passed == (plan.status is Status.UNAVOIDABLE):
+        tally.fault("unverified plan", seed)
+    _against_corrected(seed, situation, plan, planner, corrected, tally)
+    if plan.status is Status.UNAVOIDABLE:
+        _against_simple(seed, situation, plan, planner, tally)
+
+
+def _against_corrected(seed: int, situation: Situation, plan: Plan, planner: Planner, corrected: CorrectedMethod, tally: Tally) -> None:
+    other = corrected.plan(situation, None)
+    if not isinstance(other, Plan):
+        return
+    prediction = predict(situation.tracks, planner.settings.prediction)
+    if other.verdict.passed != plan.verdict.passed:
+        tally.counts["better than corrected: passed" if plan.verdict.passed else "worse than corrected: passed"] += 1
+        if other.verdict.passed:
+            tally.fault("worse than corrected: passed", seed)
+        return
+    if not plan.verdict.passed:
+        ours, theirs = (severity(p.trajectory, planner.vehicle, situation.road, prediction)[0] for p in (plan, other))
+        kept = all(v.name.startswith("collision") for v in other.verdict.violations)
+        if kept and ours > theirs + _SEVERITY_MPS:
+            tally.fault("worse than corrected: severity", seed)
+        return
+    end = to_safe_end(other.trajectory, other.verdict, situation, planner.vehicle, prediction, planner.settings.safe_end).end
+    safe = plan.safe_end is not None and plan.safe_end.safe
+    if safe != end.safe:
+        if end.safe:
+            tally.fault("worse than corrected: safe end", seed)
+        return
+    assessment = assess(situation, planner.vehicle, planner.settings.selector, None)
+
+    def value(of: Plan) -> float:
+        return worth(
+            _horizon(of, planner),
+            vehicle=planner.vehicle,
+            road=situation.road,
+            prediction=prediction,
+            desired_speed_mps=situation.wanted_speed_mps,
+            side=of.side,
+            leaning=shorter_side(assessment),
+            needless=False,
+            settings=WorthSettings(),
+        )
+
+    ours, theirs = value(plan), value(other)
+    tally.counts["both pass"] += 1
+    if ours > theirs * (1.0 + _WORTH_SHARE) + _WORTH:
+        tally.fault("worse than corrected: worth", seed)
+
+
+def _horizon(plan: Plan, planner: Planner) -> Trajectory:
+    drive, last = plan.trajectory, float(planner.settings.grid.times_s[-1])
+    n = int(np.searchsorted(drive.t_s, last + 1e-6))
+    return type(drive).from_states(drive.t_s[:n], drive.states[:n], drive.inputs[: n - 1])
+
+
+def _against_simple(seed: int, situation: Situation, plan: Plan, planner: Planner, tally: Tally) -> None:
+    prediction = predict(situation.tracks, planner.settings.prediction)
+    ours = severity(plan.trajectory, planner.vehicle, situation.road, prediction)[0]
+    best = min(
+        severity(drive, planner.vehicle, situation.road, prediction)[0]
+        for _, drive in simple_policies(situation, planner.vehicle, planner.settings)
+    )
+    tally.beyond_simple_mps.append(ours - best)
+    if ours > best + _BEST_SIMPLE_MPS:
+        tally.fault("more severe than a simple policy", seed)
+
+
+def run(task: tuple[int, int]) -> Tally:
+    """Situations `first` to `last` of the numbering."""
+    planner, corrected, tally = Planner(), None, Tally()
+    corrected = CorrectedMethod(planner.vehicle, planner.settings)
+    for seed in range(*task):
+        examine(seed, planner, corrected, tally)
+    return tally
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--situations", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=1, help="situations are numbered from 10^6 times this")
+    parser.add_argument("--workers", type=int, default=2)
+    arguments = parser.parse_args()
+    first, n = 1_000_000 * arguments.seed, arguments.situations
+    size = max(min(n // arguments.workers, 500), 1)
+    tasks = [(a, min(a + size, first + n)) for a in range(first, first + n, size)]
+    total = Tally()
+    with multiprocessing.get_context("spawn").Pool(arguments.workers) as pool:
+        for part in pool.imap(run, tasks):
+            total += part
+    for kind, count in sorted(total.counts.items()):
+        examples = f"   seeds {total.seeds[kind][:8]}" if kind in total.seeds else ""
+        print(f"{kind:>36} {count:>8}{examples}")
+    print(
+        f"{'solver iterations':>36} median {np.median(total.iterations):.0f}, p99 {np.percentile(total.iterations, 99):.0f}, "
+        f"max {max(total.iterations)}"
+    )
+    if total.beyond_simple_mps:
+        beyond = np.array(total.beyond_simple_mps)
+        print(
+            f"{'severity beyond the best simple':>36} p99 {np.percentile(beyond, 99):.2f} m/s, within 0.5 m/s "
+            f"{int((beyond <= _BEST_SIMPLE_MPS).sum())}/{beyond.size}"
+        )
+
+
+if __name__ == "__main__":
+    main()

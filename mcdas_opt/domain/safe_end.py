@@ -1,0 +1,55 @@
+"""How a plan ends: what the car may still do when the plan is over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from mcdas_opt.domain.rules import positive, within
+
+
+class EndKind(StrEnum):
+    """`clear`: nobody in its way; `held`: at a distance that can be held; `stopped`: at rest in its lane; `open`: none of these."""
+
+    CLEAR = "clear"
+    HELD = "held"
+    STOPPED = "stopped"
+    OPEN = "open"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SafeEndSettings:
+    """What an end must survive: the front car braking fully, and the follower not braking for a while.
+
+    The distance to the front car is the longitudinal one of Responsibility-Sensitive Safety (Shalev-Shwartz, Shammah and Shashua, 2017,
+    lemma 2), with the host holding its speed during `response_s`, then braking with `braking_share` of what tyres and brakes give.
+    """
+
+    response_s: float = 0.2
+    braking_share: float = 0.97
+    front_braking_mps2: float = 8.0  # of the front car, never beyond the road's grip
+    follower_demand_mps2: float = 4.0  # what may be asked of who is behind ...
+    follower_response_s: float = 1.0  # ... after so long
+    settled_rad: float = 0.05  # a heading at the end within this is along the road
+    longest_s: float = 12.0  # that a plan is continued by, to reach a safe end
+
+    def __post_init__(self) -> None:
+        for name in ("response_s", "front_braking_mps2", "follower_demand_mps2", "follower_response_s", "settled_rad", "longest_s"):
+            positive(name, getattr(self, name))
+        within("braking_share", self.braking_share, 0.1, 1.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SafeEnd:
+    """`front_margin_m`: the gap to whoever is ahead less the distance that can be held (None: nobody); `follower_demand_mps2`: what whoever
+    is behind must brake with (None: nobody). Who was already closer at the plan's beginning is no worse off at its end.
+    """
+
+    kind: EndKind
+    t_s: float
+    front_margin_m: float | None = None
+    follower_demand_mps2: float | None = None
+
+    @property
+    def safe(self) -> bool:
+        return self.kind is not EndKind.OPEN

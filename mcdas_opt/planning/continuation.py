@@ -1,0 +1,114 @@
+"""A plan continued to a safe end: beyond its horizon it brakes behind the front car, or to a stop, or away from the follower."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mcdas_opt.actuation.path_following import FollowingSettings, SpeedLaw, follow
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.safe_end import SafeEnd, SafeEndSettings
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.verdict import Verdict
+from mcdas_opt.manoeuvres.safe_end import Ends, ends
+from mcdas_opt.reference.lane_centre import LaneCentre
+from mcdas_opt.verification.judge import judge
+
+_COMFORT_MPS2 = 3.0
+_PIECE_S = 3.0  # continued so far at a time, so that little is driven beyond the end that is found
+_FOLLOWING = FollowingSettings(step_s=0.05)
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """A drive with the judge's verdict on all of it, and how it ends."""
+
+    trajectory: Trajectory
+    verdict: Verdict
+    end: SafeEnd
+
+    @property
+    def sound(self) -> bool:
+        """Judged, to an end that is safe."""
+        return self.verdict.passed and self.end.safe
+
+
+def to_safe_end(
+    plan: Trajectory, verdict: Verdict, situation: Situation, vehicle: Vehicle, prediction: Prediction, settings: SafeEndSettings
+) -> Ended:
+    """The plan as it is where it failed or its end is safe, else continued to the first safe end that the judge passes.
+
+    Where no such end is found: as it is, with its open end. The continuation keeps the lane that the plan ends in (or its offset, on a
+    shoulder), gently first.
+    """
+
+    def meaning(drive: Trajectory, samples: slice) -> Ends:
+        return ends(drive, samples, situation.host, vehicle, situation.road, prediction, settings)
+
+    last = meaning(plan, slice(-1, None))
+    as_it_is = Ended(plan, verdict, last.at(0, float(plan.t_s[-1])))
+    if not verdict.passed or as_it_is.end.safe:
+        return as_it_is
+    for law in _laws(plan, situation.road, vehicle, follower_fails=bool(last.follower_fails[0]), front_fails=bool(last.front_fails[0])):
+        drive = plan
+        while float(drive.t_s[-1] - plan.t_s[-1]) < settings.longest_s:
+            known = len(drive)
+            drive = _joined(drive, _driven(drive, law, situation.road, vehicle))
+            found = meaning(drive, slice(known, None))
+            if found.safe.any():
+                k = int(np.argmax(found.safe))
+                drive = _cut(drive, known + k + 1)
+                judged = judge(drive, situation.host, vehicle, situation.road, prediction)
+                if judged.passed:
+                    return Ended(drive, judged, found.at(k, float(drive.t_s[-1])))
+                break
+            if found.standing[-1]:
+                break
+    return as_it_is
+
+
+def _laws(plan: Trajectory, road: Road, vehicle: Vehicle, *, follower_fails: bool, front_fails: bool) -> list[SpeedLaw]:
+    """Comfortably first. Away from a follower where the front allows, else braking to a stop: whoever is behind a safe gap can too."""
+    grip = road.friction * GRAVITY_MPS2
+    laws = []
+    if follower_fails and not front_fails:
+        most = min(vehicle.acceleration_max_mps2, 0.9 * grip)
+        laws.append(SpeedLaw(speed_mps=0.98 * vehicle.speed_max_mps, acceleration_mps2=most))
+    for most in (_COMFORT_MPS2, -vehicle.acceleration_min_mps2):
+        laws.append(SpeedLaw(speed_mps=0.0, acceleration_mps2=min(most, 0.9 * grip)))
+    return laws
+
+
+def _driven(drive: Trajectory, law: SpeedLaw, road: Road, vehicle: Vehicle) -> Trajectory:
+    """The next piece, from the drive's last state, along the lane."""
+    end = HostState.from_vector(drive.states[-1])
+    centre = road.lane_centre_m(road.lane_of(end.d_m))
+    if abs(end.d_m - centre) > 0.5 * road.lane_width_m:
+        centre = end.d_m  # on a shoulder
+    return follow(
+        replace(end, speed_mps=max(end.speed_mps, 0.0)),
+        LaneCentre(d_m=centre),
+        law,
+        vehicle=vehicle,
+        road=road,
+        duration_s=_PIECE_S,
+        lateral_acceleration_mps2=0.5 * road.friction * GRAVITY_MPS2,
+        settings=_FOLLOWING,
+    )
+
+
+def _joined(first: Trajectory, then: Trajectory) -> Trajectory:
+    """One after the other; the second begins in the first's last state."""
+    t = np.concatenate([first.t_s, np.round(first.t_s[-1] + then.t_s[1:], 9)])
+    x = np.vstack([first.states, then.states[1:]])
+    return Trajectory.from_states(t, x, np.vstack([first.inputs[:-1], then.inputs]))
+
+
+def _cut(drive: Trajectory, samples: int) -> Trajectory:
+    """The first so many samples."""
+    return Trajectory.from_states(drive.t_s[:samples], drive.states[:samples], drive.inputs[: samples - 1])

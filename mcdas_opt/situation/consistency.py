@@ -1,0 +1,62 @@
+"""Whether what is believed can be: bodies that overlap, cars that jump."""
+
+from __future__ import annotations
+
+import math
+
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vehicle import Vehicle
+
+_SIGMAS = 3.0
+_OVERLAP_M = 0.5  # bodies that overlap by more, beyond their uncertainty, cannot both be there
+_JUMP_M, _JUMP_MPS = 3.0, 8.0  # farther from where it was going, within a cycle, no car gets
+_HARDEST_MPS2 = 12.0
+_MEMORY_S = 1.0  # an older situation says nothing of this one
+
+
+def contradiction(situation: Situation, before: Situation | None, vehicle: Vehicle) -> str:
+    """Why the tracks cannot all be true, in words; empty where they can.
+
+    Two bodies, or one and the host, that overlap deeply; a track that is not where it was going, or whose speed has jumped, since the
+    situation `before` (at most a second older). Who is believed without uncertainty is taken at its word.
+    """
+    for i, one in enumerate(situation.tracks):
+        host = situation.host
+        apart = (abs(one.s_m - host.s_m), abs(one.d_m - host.d_m))
+        if _overlap(one, None, apart, (0.5 * (one.length_m + vehicle.length_m), 0.5 * (one.width_m + vehicle.width_m))):
+            return f"track {one.id} is where the host is"
+        for other in situation.tracks[i + 1 :]:
+            apart = (abs(one.s_m - other.s_m), abs(one.d_m - other.d_m))
+            if _overlap(one, other, apart, (0.5 * (one.length_m + other.length_m), 0.5 * (one.width_m + other.width_m))):
+                return f"tracks {one.id} and {other.id} are in one place"
+    if before is None:
+        return ""
+    elapsed = situation.time_s - before.time_s
+    if not 0.0 < elapsed <= _MEMORY_S:
+        return ""
+    known = {track.id: track for track in before.tracks}
+    for track in situation.tracks:
+        last = known.get(track.id)
+        if last is None:
+            continue
+        spread = _SIGMAS * math.sqrt(max(float(last.covariance[0, 0] + track.covariance[0, 0]), 0.0))
+        spread_d = _SIGMAS * math.sqrt(max(float(last.covariance[2, 2] + track.covariance[2, 2]), 0.0))
+        along = abs(track.s_m - last.s_m - 0.5 * elapsed * (last.speed_s_mps + track.speed_s_mps))
+        across = abs(track.d_m - last.d_m - 0.5 * elapsed * (last.speed_d_mps + track.speed_d_mps))
+        if along > _JUMP_M + spread or across > _JUMP_M + spread_d:
+            return f"track {track.id} jumped by {math.hypot(along, across):.1f} m in {elapsed:.2g} s"
+        faster = abs(track.speed_s_mps - last.speed_s_mps)
+        spread = _SIGMAS * math.sqrt(max(float(last.covariance[1, 1] + track.covariance[1, 1]), 0.0))
+        if faster > _JUMP_MPS + _HARDEST_MPS2 * elapsed + spread:
+            return f"the speed of track {track.id} jumped by {faster:.1f} m/s in {elapsed:.2g} s"
+    return ""
+
+
+def _overlap(one: Track, other: Track | None, apart: tuple[float, float], reach: tuple[float, float]) -> bool:
+    """Whether the bodies overlap, along and across the road, by more than they can be mistaken."""
+    for axis, (distance, most) in enumerate(zip(apart, reach, strict=True)):
+        variance = float(one.covariance[2 * axis, 2 * axis]) + (0.0 if other is None else float(other.covariance[2 * axis, 2 * axis]))
+        if most - distance - _SIGMAS * math.sqrt(max(variance, 0.0)) < _OVERLAP_M:
+            return False
+    return True

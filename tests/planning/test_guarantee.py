@@ -1,0 +1,204 @@
+"""What a plan promises beyond its verdict: a safe end, the rest of the last plan, and an answer whatever the engines do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.safe_end import EndKind
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vocabulary import Side, Status
+from mcdas_opt.manoeuvres.safe_end import ends
+from mcdas_opt.planning.lane_stage import Posed
+from mcdas_opt.planning.planner import Planner
+from mcdas_opt.planning.selection import severity
+from mcdas_opt.planning.simple_policies import simple_policies
+from mcdas_opt.planning.tail import tail
+from mcdas_opt.solvers.outcome import Ending, Outcome
+from mcdas_opt.solvers.stage_problem import StageGuess
+from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.verification.judge import judge
+from tests.planning.situations import car, random_sandwich, sandwich
+
+SEEDS = range(60, 100)
+
+
+def later(situation: Situation, plan: Plan, seconds: float) -> Situation:
+    """The situation when everybody has done as predicted and the host as planned."""
+    k = int(np.argmin(np.abs(plan.trajectory.t_s - seconds)))
+    tracks = tuple(replace(t, s_m=t.s_m + t.speed_s_mps * seconds) for t in situation.tracks)
+    return replace(situation, time_s=situation.time_s + seconds, host=HostState.from_vector(plan.trajectory.states[k]), tracks=tracks)
+
+
+@pytest.fixture(scope="module")
+def planner() -> Planner:
+    return Planner()
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_planned_comes_to_a_safe_end_and_what_does_not_says_so(planner: Planner, seed: int) -> None:
+    situation = random_sandwich(seed)
+    planner.reset()
+    plan = planner.plan(situation)
+    if plan.status is Status.UNAVOIDABLE:
+        assert plan.safe_end is None
+        return
+    assert plan.safe_end is not None
+    assert plan.safe_end.t_s == plan.trajectory.t_s[-1]
+    prediction = predict(situation.tracks, planner.settings.prediction)
+    again = ends(plan.trajectory, slice(-1, None), situation.host, planner.vehicle, situation.road, prediction)
+    assert bool(again.safe[0]) == plan.safe_end.safe
+    if plan.status is Status.PLANNED:
+        assert plan.safe_end.safe
+    if not plan.safe_end.safe:
+        assert "no safe end" in plan.reason or "instead of" in plan.reason
+
+
+def test_rest_of_a_plan_is_the_plan_where_everybody_does_as_foreseen(planner: Planner) -> None:
+    planner.reset()
+    situation = sandwich()
+    plan = planner.plan(situation)
+    for seconds in (0.1, 0.5, 1.0):
+        rest = tail(plan, later(situation, plan, seconds), planner.vehicle)
+        assert rest is not None
+        n = min(len(rest), len(plan.trajectory) - round(seconds / 0.1))
+        assert np.abs(rest.states[1:n] - plan.trajectory.states[round(seconds / 0.1) + 1 :][: n - 1]).max() < 1e-9
+    assert tail(plan, replace(situation, time_s=situation.time_s + 60.0), planner.vehicle) is None
+    assert tail(None, situation, planner.vehicle) is None
+    assert tail(replace(plan, status=Status.UNAVOIDABLE), later(situation, plan, 0.1), planner.vehicle) is None
+
+
+class _Forced:
+    """An engine that answers as it is told."""
+
+    kind = "forced"
+
+    def __init__(self, answer: Callable[[StageGuess], Outcome]) -> None:
+        self.answer = answer
+
+    def solve(self, x0: Any, p: Any, steps_s: Any, guess: StageGuess, iterations: int | None = None) -> Outcome:
+        return self.answer(guess)
+
+    def shifted(self, outcome: Outcome) -> StageGuess:
+        return StageGuess(x=outcome.x, u=outcome.u, s=outcome.s)
+
+    def reset(self) -> None: ...
+
+
+def _raising(guess: StageGuess) -> Outcome:
+    raise RuntimeError("the engine is on fire")
+
+
+def _ending(ending: Ending, **change: Any) -> Callable[[StageGuess], Outcome]:
+    def answer(guess: StageGuess) -> Outcome:
+        return replace(Outcome(ending=ending, x=guess.x, u=guess.u, s=guess.s, objective=0.0), **change)
+
+    return answer
+
+
+def _with_nan(guess: StageGuess) -> Outcome:
+    return Outcome(ending=Ending.CONVERGED, x=np.full_like(guess.x, np.nan), u=guess.u, s=guess.s, objective=0.0)
+
+
+def _huge(guess: StageGuess) -> Outcome:
+    return Outcome(ending=Ending.CONVERGED, x=np.full_like(guess.x, 1e12), u=np.full_like(guess.u, -1e12), s=guess.s, objective=0.0)
+
+
+FORCED = {
+    **{ending.value: _ending(ending) for ending in Ending},
+    "raises": _raising,
+    "NaN called converged": _with_nan,
+    "huge": _huge,
+    "wrong shape": _ending(Ending.CONVERGED, x=np.zeros((2, 6))),
+    "empty": _ending(Ending.CONVERGED, x=np.zeros((0, 0)), u=np.zeros((0, 0))),
+}
+
+
+@pytest.mark.parametrize("kind", FORCED)
+def test_whatever_the_engines_answer_a_judged_plan_leaves(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    engine = _Forced(FORCED[kind])
+    monkeypatch.setattr(Posed, "interior_point", engine)
+    monkeypatch.setattr(Posed, "osqp", engine)
+    planner = Planner()
+    for seed in range(12):
+        situation = random_sandwich(seed)
+        planner.reset()
+        for _ in range(3):
+            plan = planner.plan(situation)
+            assert np.isfinite(plan.trajectory.states).all()
+            assert np.isfinite(plan.trajectory.inputs).all()
+            prediction = predict(situation.tracks, planner.settings.prediction)
+            verdict = judge(plan.trajectory, situation.host, planner.vehicle, situation.road, prediction)
+            assert verdict == plan.verdict
+            assert verdict.passed == (plan.status is not Status.UNAVOIDABLE)
+            if kind in ("infeasible", "not finite", "failed", "raises", "wrong shape", "empty", "NaN called converged"):
+                assert plan.status is not Status.PLANNED
+            situation = later(situation, plan, 0.1)
+
+
+def test_rest_of_the_last_plan_answers_when_the_engines_fall_silent(monkeypatch: pytest.MonkeyPatch) -> None:
+    planner = Planner()
+    situation = sandwich()
+    first = planner.plan(situation)
+    assert (first.status, first.side is not Side.NONE) == (Status.PLANNED, True)
+    silent = property(lambda posed: _Forced(_raising))  # takes the place of engines that are built already, too
+    monkeypatch.setattr(Posed, "interior_point", silent)
+    monkeypatch.setattr(Posed, "osqp", silent)
+    for _ in range(10):
+        plan = planner.plan(situation := later(situation, planner.previous or first, 0.1))
+        assert plan.status is Status.FALLBACK
+        assert "the rest of the last plan" in plan.reason
+        assert plan.safe_end is not None
+        assert plan.safe_end.safe
+        assert plan.side is first.side
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_unavoidable_is_no_more_severe_than_what_anybody_would_try(planner: Planner, seed: int) -> None:
+    situation = random_sandwich(seed)
+    planner.reset()
+    plan = planner.plan(situation)
+    if plan.status is not Status.UNAVOIDABLE:
+        assert plan.verdict.passed
+        return
+    prediction: Prediction = predict(situation.tracks, planner.settings.prediction)
+    simple = [
+        severity(drive, planner.vehicle, situation.road, prediction)[0]
+        for _, drive in simple_policies(situation, planner.vehicle, planner.settings)
+    ]
+    assert severity(plan.trajectory, planner.vehicle, situation.road, prediction)[0] <= min(simple) + 0.5 + 1e-9
+
+
+def test_contradiction_is_refused_with_its_reason_and_answered(planner: Planner) -> None:
+    twice = sandwich()
+    twice = replace(twice, tracks=(*twice.tracks, car("ghost", twice.tracks[0].s_m + 0.2, 0.1, 10.0)))
+    planner.reset()
+    plan = planner.plan(twice)
+    assert plan.status is not Status.PLANNED
+    assert "tracks front and ghost are in one place" in plan.reason
+    planner.reset()
+    before = sandwich()
+    planner.plan(before)
+    front, rear = before.tracks
+    jumped = replace(before, time_s=0.1, tracks=(replace(front, s_m=front.s_m + 12.0), rear))
+    plan = planner.plan(jumped)
+    assert plan.status is Status.FALLBACK
+    assert "track front jumped by" in plan.reason
+    assert planner.plan(replace(jumped, time_s=0.2)).status is Status.PLANNED  # once told, it is where it is
+    planner.reset()
+    inside = replace(before, tracks=(car("inside", 0.5, 0.2, 12.0), rear))
+    assert "track inside is where the host is" in planner.plan(inside).reason
+
+
+def test_end_kinds_are_reported_in_the_document(planner: Planner) -> None:
+    planner.reset()
+    document = planner.plan(sandwich()).to_dict()
+    assert document["safe_end"]["kind"] in {kind.value for kind in EndKind}
+    assert document["safe_end"]["t_s"] == document["trajectory"]["t_s"][-1]
