@@ -15,6 +15,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.evaluation.library import library
+from mcdas_opt.evaluation.swerves import swerve, swerves
 from mcdas_opt.manoeuvres.clearance import clearance
 from mcdas_opt.manoeuvres.driven import driven
 from mcdas_opt.manoeuvres.family import Demand, roll_out
@@ -28,6 +29,7 @@ _NEVER_BRAKES = " (never brakes)"
 _DRIVEN_AT_ONCE = 8
 _DRIVEN_AT_MOST = 24
 _HOPEFUL_M = -0.15  # a coarse separation under this is not worth driving
+_HOPELESS_M = -0.02  # the same where the members are driven already
 
 
 class Avoidable(StrEnum):
@@ -49,11 +51,11 @@ class Label:
 
 
 def onset_s(scene: Scene) -> float:
-    """The first instant at which a neighbour's acceleration changes or a time to collision in the host's lane falls under 4 s; the
-    scene's end when there is none. The host keeps its lane and speed until then."""
+    """The first instant at which a neighbour's acceleration changes, its move aside begins, or a time to collision in the host's lane
+    falls under 4 s; the scene's end when there is none. The host keeps its lane and speed until then."""
     found = scene.duration_s
     for part in scene.neighbour:
-        starts = [piece.start_s for piece in part.motion if piece.acceleration_mps2]
+        starts = [piece.start_s for piece in part.motion if piece.acceleration_mps2 or piece.lateral_to_m is not None]
         found = min([found, *starts])
     times = np.arange(0.0, scene.duration_s + 1e-9, 0.02)
     vehicle, host = scene.vehicle, scene.host_state
@@ -88,34 +90,43 @@ def unbraked(scene: Scene) -> tuple[PredictedBody, ...]:
     return tuple(changed)
 
 
-def label(scene: Scene) -> Label:
-    """Tries the library on a scene of scripted neighbours. Raises `ParameterError` when one of them reacts to the host."""
+def refuse_reacting(scene: Scene) -> None:
+    """Raises `ParameterError` when a neighbour reacts to the host: what would have happened is not known then."""
     if any(part.behaviour == "idm" for part in scene.neighbour):
         raise ParameterError("neighbour.behaviour", "idm", "the oracle knows scripted neighbours only")
+
+
+def start_s(scene: Scene, onset: float, reaction_s: float) -> float:
+    """The first instant on the grid of drives at which somebody who needs `reaction_s` may act."""
+    return min(round(math.ceil((onset + reaction_s) / _FINE_S - 1e-9) * _FINE_S, 9), scene.duration_s)
+
+
+def label(scene: Scene) -> Label:
+    """Tries the library on a scene of scripted neighbours. Raises `ParameterError` when one of them reacts to the host."""
+    refuse_reacting(scene)
     onset = onset_s(scene)
-    start = min(math.ceil((onset + REACTION_S) / _FINE_S - 1e-9) * _FINE_S, scene.duration_s)
+    start = start_s(scene, onset, REACTION_S)
     scripted, never = known_bodies(scene), unbraked(scene)
     tried = 0
     for kind, bodies in ((Avoidable.YES, (*scripted, *never)), (Avoidable.BY_KNOWING, scripted)):
         if kind is Avoidable.BY_KNOWING and not never:
             break
-        witness, count = _witness(scene, start, bodies)
+        witness, count = witness_from(scene, start, bodies)
         tried += count
         if witness is not None:
             return Label(avoidable=kind, onset_s=onset, witness=witness, tried=tried)
     return Label(avoidable=Avoidable.UNKNOWN, onset_s=onset, witness=None, tried=tried)
 
 
-def _witness(scene: Scene, start_s: float, bodies: tuple[PredictedBody, ...]) -> tuple[Trajectory | None, int]:
+def witness_from(scene: Scene, start_s: float, bodies: tuple[PredictedBody, ...]) -> tuple[Trajectory | None, int]:
     """A drive that keeps its lane and speed until `start_s`, then does what the library has, and passes the judge; how many were tried."""
-    road, vehicle, host = scene.true_road, scene.vehicle, scene.host_state
-    begin = HostState(s_m=host.s_m + host.speed_mps * start_s, d_m=host.d_m, speed_mps=host.speed_mps)
+    road, vehicle, begin = scene.true_road, scene.vehicle, held(scene, start_s)
     left = max(scene.duration_s - start_s, 2.0 * _COARSE_S)
     coarse = _grid(left, _COARSE_S)
-    later = tuple(_later(body, start_s) for body in bodies)
+    later = seen_from(bodies, start_s)
     demand = Demand(friction=1.0, steering=1.0)
     tried = 0
-    for phases, steps in library(road, vehicle, host.d_m):
+    for phases, steps in library(road, vehicle, begin.d_m):
         rolled = roll_out(phases, steps, coarse, begin, vehicle, road, demand)
         tried += rolled.possible.size
         least = clearance(rolled.ways, coarse, later, vehicle, road).separation_m.min(-1)
@@ -127,19 +138,51 @@ def _witness(scene: Scene, start_s: float, bodies: tuple[PredictedBody, ...]) ->
             p, q = np.unravel_index(chosen, least.shape)
             fine = roll_out(phases[p, 0], steps[0, q], _grid(left, _FINE_S), begin, vehicle, road, demand)
             for one in driven(fine, begin, vehicle, road):
-                drive = _with_hold(one, host, start_s)
-                if judge(drive, host, vehicle, road, Prediction(name="scene", bodies=bodies)).passed:
+                drive = passed(scene, one, start_s, bodies)
+                if drive is not None:
                     return drive, tried
     return None, tried
+
+
+def finer_witness_from(scene: Scene, start_s: float, bodies: tuple[PredictedBody, ...]) -> tuple[Trajectory | None, int]:
+    """The same from the finer library of swerves, those with the most room first."""
+    road, vehicle, begin = scene.true_road, scene.vehicle, held(scene, start_s)
+    grid = _grid(max(scene.duration_s - start_s, 2.0 * _COARSE_S), _FINE_S)
+    members = swerves(road, vehicle, begin.d_m)
+    tried = swerve(members, grid, begin, vehicle, road)
+    least = clearance(tried.ways(), grid, seen_from(bodies, start_s), vehicle, road).separation_m.min(-1)
+    least = np.where(tried.on_road(vehicle, road), least, -np.inf)
+    for member in np.argsort(-least, kind="stable")[:_DRIVEN_AT_MOST]:
+        if least[member] > _HOPELESS_M:
+            drive = passed(scene, tried.trajectory(int(member)), start_s, bodies)
+            if drive is not None:
+                return drive, len(least)
+    return None, len(least)
+
+
+def held(scene: Scene, start_s: float) -> HostState:
+    """The host at `start_s`, having kept its lane and speed."""
+    host = scene.host_state
+    return HostState(s_m=host.s_m + host.speed_mps * start_s, d_m=host.d_m, speed_mps=host.speed_mps)
+
+
+def passed(scene: Scene, drive: Trajectory, start_s: float, bodies: tuple[PredictedBody, ...]) -> Trajectory | None:
+    """The whole drive, lane and speed kept until `start_s`, if the judge passes it."""
+    whole = _with_hold(drive, scene.host_state, start_s)
+    verdict = judge(whole, scene.host_state, scene.vehicle, scene.true_road, Prediction(name="scene", bodies=bodies))
+    return whole if verdict.passed else None
 
 
 def _grid(duration_s: float, step_s: float) -> Array:
     return np.round(np.arange(max(math.floor(duration_s / step_s + 1e-9), 2) + 1) * step_s, 9)
 
 
-def _later(body: PredictedBody, start_s: float) -> KnownBody:
-    """The body with its clock set to 0 at `start_s`."""
+def seen_from(bodies: tuple[PredictedBody, ...], start_s: float) -> tuple[KnownBody, ...]:
+    """The bodies with their clocks set to 0 at `start_s`."""
+    return tuple(_later(body, start_s) for body in bodies)
 
+
+def _later(body: PredictedBody, start_s: float) -> KnownBody:
     def motion(t_s: Array) -> BodyMotion:
         return body.at(t_s + start_s)
 

@@ -1,0 +1,79 @@
+"""Sets of (place, speed) that a car under bounded acceleration may be in: convex polygons, moved and cut."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mcdas_opt.domain.rules import Array
+
+EMPTY: Array = np.zeros((0, 2))
+_ROUND = 9  # decimals below which two corners are one
+
+
+def moved(corners: Array, step_s: float, least_mps2: float, most_mps2: float, slower: float = 0.0, faster: float = 0.0) -> Array:
+    """The corners (m, 2) of (s, v) after a step, whatever the acceleration between its bounds has been within it.
+
+    The pairs (gain in s, gain in v) that such an acceleration can make lie between two parabolas; they are replaced by the
+    parallelogram of the parabolas' tangents at the ends, which errs outwards. `slower` and `faster` are shares by which ds/dt may
+    fall short of the speed, or exceed it.
+    """
+    h, span = step_s, most_mps2 - least_mps2
+    held = corners + np.column_stack([corners[:, 1] * h, np.zeros(len(corners))]) + np.array([0.5 * least_mps2 * h * h, least_mps2 * h])
+    late, early = np.array([0.0, 0.5 * span * h]), np.array([0.5 * span * h * h, 0.5 * span * h])
+    cloud = [held, held + late, held + early, held + late + early]
+    forward = np.maximum(corners[:, 1], 0.0) + max(most_mps2, 0.0) * h
+    for share in (-slower, faster):
+        if share:
+            shift = np.column_stack([share * np.tile(forward, 4) * h, np.zeros(4 * len(corners))])
+            cloud.append(np.vstack(cloud[:4]) + shift)
+    return hull(np.vstack(cloud))
+
+
+def hull(points: Array) -> Array:
+    """Corners of the convex hull, counter-clockwise (Andrew's monotone chain, 1979); one or two points are their own hull."""
+    rows = np.unique(np.round(points, _ROUND), axis=0)
+    if len(rows) < 3:
+        return rows
+    ordered = rows.tolist()
+    lower, upper = _chain(ordered), _chain(ordered[::-1])
+    return np.array(lower[:-1] + upper[:-1])
+
+
+def _chain(points: list[list[float]]) -> list[list[float]]:
+    out: list[list[float]] = []
+    for x, y in points:
+        while len(out) > 1:
+            (x0, y0), (x1, y1) = out[-2], out[-1]
+            if (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0) > 0.0:
+                break
+            out.pop()
+        out.append([x, y])
+    return out
+
+
+def at_most(corners: Array, column: int, value: float) -> Array:
+    """What of the polygon has its place (column 0) or its speed (column 1) at most at `value`."""
+    return _cut(corners, corners[:, column] - value) if len(corners) else corners
+
+
+def at_least(corners: Array, column: int, value: float) -> Array:
+    """What of the polygon has its place (column 0) or its speed (column 1) at least at `value`."""
+    return _cut(corners, value - corners[:, column]) if len(corners) else corners
+
+
+def _cut(corners: Array, beyond: Array) -> Array:
+    """The part where `beyond` (one value a corner, affine) is not positive (Sutherland and Hodgman 1974)."""
+    inside = beyond <= 0.0
+    if inside.all():
+        return corners
+    if not inside.any():
+        return EMPTY
+    out: list[Array] = []
+    for i in range(len(corners)):
+        j = (i + 1) % len(corners)
+        if inside[i]:
+            out.append(corners[i])
+        if inside[i] != inside[j]:
+            share = beyond[i] / (beyond[i] - beyond[j])
+            out.append(corners[i] + share * (corners[j] - corners[i]))
+    return np.array(out)
