@@ -25,13 +25,15 @@ class Escape:
 
     `last_moment_s` is the latest start, if the host keeps its acceleration and steering until then; None when there is none, at most
     10. `closed_by` ends it (None where nothing does within 10 s). `demand_mps2` is what it asks of the tyres when it begins now
-    (the gentlest that was found); None when it cannot begin now.
+    (the gentlest that was found); None when it cannot begin now. `last_comfortable_s` is the latest start of one that is comfortable;
+    None when there is none.
     """
 
     open: bool = False
     last_moment_s: float | None = None
     closed_by: Closer | None = None
     demand_mps2: float | None = None
+    last_comfortable_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

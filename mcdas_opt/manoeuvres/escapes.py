@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from itertools import product
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,136 +13,301 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.domain.vocabulary import Sector, Side
-from mcdas_opt.manoeuvres.clearance import Margins, clearance
-from mcdas_opt.manoeuvres.family import EDGE_M, Demand, first_contact, roll_out
+from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.manoeuvres.escape_library import KINDS, SIDEWAYS, EscapeSettings, members
+from mcdas_opt.manoeuvres.family import EDGE_M
 from mcdas_opt.manoeuvres.held import held
-from mcdas_opt.manoeuvres.kinds import next_lane_m
-from mcdas_opt.manoeuvres.phases import Phases
-from mcdas_opt.manoeuvres.sidesteps import Sidesteps, Starts, Ways
+from mcdas_opt.manoeuvres.parting import LATTICE_S, NOWHERE_M, Company, Rows, blocked, blocked_in_lane, doomed, touched
+from mcdas_opt.manoeuvres.sidesteps import Starts
+from mcdas_opt.manoeuvres.swerves import Motions, swerve
 
-KINDS = ("brake", "accelerate", "left", "right")
-_SIDEWAYS = 2  # kinds from here on steer
-_STEP_S = 0.1
-_HELD_STEP_S = 0.05
-_PARTS = 4
-_NEVER_S = 99.0
-_PRECISION: Any = np.float32
-_ROOM_SHARE = 0.95  # of the braking or accelerating that ends what still closes in at the end
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EscapeSettings:
-    """`clear_s`: a way out counts when it stays clear for so long after its start, and ends with room for what still closes in.
-    `latest_s`: starts are not sought beyond it.
-
-    In the lane: levels as shares of what the car can do, each held, or for a while, or until the front (rear) car's speed is reached;
-    less than the least level for the shortest while is no braking (accelerating). Sideways:
-    (share of mu g across, b of the sigmoid, share of braking (-) or accelerating (+), until [s]).
-    """
-
-    clear_s: float = 4.0
-    latest_s: float = 10.0
-    levels: tuple[float, ...] = (0.97, 0.75, 0.5, 0.3, 0.12)
-    phases_s: tuple[float, ...] = (0.5, 1.0, 1.6, 2.6)
-    sideways: tuple[tuple[float, float, float, float], ...] = (
-        (0.97, 8.0, 0.0, 0.0),
-        (0.9, 20.0, 0.0, 0.0),
-        (0.72, 20.0, 0.0, 0.0),
-        (0.65, 8.0, 0.0, 0.0),
-        (0.4, 12.0, 0.0, 0.0),
-        (0.2, 12.0, 0.0, 0.0),
-        (0.2, 50.0, 0.0, 0.0),
-        (0.9, 8.0, 0.4, 9.0),
-        (0.72, 20.0, 0.4, 9.0),
-        (0.55, 12.0, 0.4, 9.0),
-        (0.93, 8.0, 0.9, 1.2),
-        (0.93, 8.0, 0.9, 9.0),
-        (0.55, 20.0, 0.9, 1.0),
-        (0.35, 20.0, 0.9, 1.0),
-        (0.35, 12.0, 0.9, 9.0),
-        (0.88, 8.0, -0.4, 9.0),
-        (0.76, 8.0, -0.6, 9.0),
-        (0.7, 20.0, -0.2, 0.8),
-        (0.65, 20.0, -0.4, 0.8),
-        (0.55, 12.0, -0.6, 0.8),
-        (0.35, 12.0, -0.6, 0.8),
-        (0.25, 20.0, -0.75, 0.8),
-        (0.72, 50.0, -0.4, 9.0),
-        (0.55, 20.0, -0.4, 9.0),
-        (0.6, 8.0, -0.76, 1.5),
-    )
-    coarse: int = 11
-    fine: int = 12
-    clear_m: float = 0.02
-    demand: Demand = field(default_factory=lambda: Demand(friction=1.0, steering=1.0))
-    margins: Margins = field(default_factory=Margins)
+_HELD_STEPS = 5  # of the lattice
+_ANCHORS = 3
+_STARTS = 41
+_GUESS_NODES = np.concatenate([np.arange(0, 75, 3), np.arange(75, 201, 15)])  # on the lattice: 0.06 s apart, later 0.3 s
+_EXACT_NODES = np.concatenate([np.arange(0, 100, 2), np.arange(100, 201, 5)])  # 0.04 s, later 0.1 s
+_BEST = 4  # members of each kind that are looked at exactly ...
+_TRIED = (3, 1, 0, -2, -5)  # ... at these steps of the lattice from where their last start was guessed
+_DOWN, _UP, _CLOSE, _ROUNDS = (6, 15, 40, 100), (4, 10), 2, 4
+_GENTLEST = 3
+_ABILITY_M = 10.0  # a share of the car's limits as a distance: only where it changes sign matters
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Members:
-    """Columns (M,): which kind, and what it does."""
+class _Guess:
+    """Starts (N,) by members (N, M): by how many metres a start misses everybody, negative when it does not, and whom it misses least; the
+    room to the road's edges, the share of the car's limits and of what is comfortable [m/s^2] that it leaves."""
 
-    kind: NDArray[np.intp]
-    level_mps2: Array
-    until_s: Array
-    until_mps: Array  # the phase ends where this speed is reached; NaN for a phase that ends by the clock
-    target_d_m: Array
-    lateral_mps2: Array
-    b: Array
+    starts_s: Array
+    free_m: Array
+    nearest: Rows
+    edge_m: Array
+    ability: Array
+    ease_mps2: Array
+
+    @property
+    def open_m(self) -> Array:
+        return np.minimum(np.minimum(self.free_m, self.edge_m), _ABILITY_M * self.ability)
+
+    def last(self, open_m: Array) -> Array:
+        """(M,) The last start [s] at which this (N, M) is positive; -1 without."""
+        opened = open_m > 0.0
+        last = opened.shape[0] - 1 - opened[::-1].argmax(0)
+        after = np.minimum(last + 1, opened.shape[0] - 1)
+        columns = np.arange(opened.shape[1])
+        here, there = open_m[last, columns], open_m[after, columns]
+        share = here / np.maximum(here - there, 1e-9)
+        moment = self.starts_s[last] + share * (self.starts_s[after] - self.starts_s[last])
+        return np.where(opened.any(0), moment, -1.0)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Looked:
-    """(S, M): starts by members."""
+class _Case:
+    """One situation, with what is needed again and again."""
 
-    open: NDArray[np.bool_]
-    possible: NDArray[np.bool_]
-    on_road: NDArray[np.bool_]
-    separation_m: Array
-    contact_with: NDArray[np.intp]
-    demand_mps2: Array
+    def __init__(self, situation: Situation, vehicle: Vehicle, prediction: Prediction, chosen: EscapeSettings) -> None:
+        self.situation, self.vehicle, self.chosen = situation, vehicle, chosen
+        self.comfort_mps2 = chosen.comfort_on(situation.road.friction)
+        self.company = Company.of(prediction.bodies, chosen.latest_s + chosen.clear_s, chosen.margins)
+        self.times_s = _seconds(np.arange(0, round(chosen.latest_s / LATTICE_S) + 1, _HELD_STEPS))
+        self.path = held(situation.host, self.times_s, vehicle, situation.road)
+        self.members = members(situation, vehicle, prediction, chosen)
+
+    def at(self, starts: Rows) -> Starts:
+        """The host after keeping on until these steps (R,) of the lattice."""
+        moments = _seconds(starts)
+        path = self.path
+        columns = (path.s_m, path.d_m, path.heading_rad, path.speed_mps, path.acceleration_mps2, path.steering_rad)
+        s, d, heading, speed, acceleration, steering = (np.interp(moments, self.times_s, q) for q in columns)
+        return Starts(s_m=s, d_m=d, heading_rad=heading, speed_mps=speed, acceleration_mps2=acceleration, steering_rad=steering)
+
+    def driven(self, member: Any, starts: Rows, nodes: Rows) -> tuple[Motions, Rows, NDArray[np.bool_]]:
+        """Members from starts (R,), on the nodes (T,) of the lattice; their clocks (R, T); which of them do anything."""
+        begin = self.at(starts)
+        rows, acts = self.members.rows(member, begin.speed_mps)
+        motions = swerve(rows, _seconds(nodes), begin, self.vehicle, self.situation.road, self.chosen.demand)
+        return motions, starts[:, None] + nodes, acts
+
+    def end_of_keeping_on(self) -> tuple[float, Closer | None]:
+        """When keeping on ends, and by what; the latest start that is sought when it does not."""
+        path, road, vehicle = self.path, self.situation.road, self.vehicle
+        sine, cosine = np.sin(path.heading_rad), np.cos(path.heading_rad)
+        nothing = np.zeros(1)
+        way = Motions(
+            s_m=path.s_m[None],
+            d_m=path.d_m[None],
+            sine=sine[None],
+            cosine=cosine[None],
+            speed_mps=path.speed_mps[None],
+            acceleration_mps2=path.acceleration_mps2[None],
+            curvature_1pm=sine[None],
+            demand_mps2=nothing,
+            ability=nothing,
+            edge_m=nothing,
+        )
+        clock = np.rint(self.times_s / LATTICE_S).astype(np.intp)
+        step, who = (int(q[0]) for q in touched(way, clock[None], self.company, vehicle, road, 0.0))
+        moment = self.times_s[step] if step >= 0 else np.inf
+        room = 0.5 * (vehicle.width_m * cosine + vehicle.length_m * np.abs(sine)) + EDGE_M
+        off = (path.d_m + room > road.left_edge_m) | (path.d_m - room < road.right_edge_m)
+        if road.road_end_s_m is not None:
+            off |= path.s_m + 0.5 * vehicle.length_m + EDGE_M > road.road_end_s_m
+        leaves = float(self.times_s[int(off.argmax())]) if off.any() else np.inf
+        if min(moment, leaves) >= self.chosen.latest_s:
+            return self.chosen.latest_s, None
+        if leaves < moment:
+            return leaves, Closer.EDGE
+        return float(moment), self.closer(who, float(moment))
+
+    def closer(self, who: int, moment_s: float) -> Closer:
+        """Front or rear for bodies in the host's way then, else a side car."""
+        k = min(round(moment_s / LATTICE_S), self.company.s_m.shape[1] - 1)
+        if abs(self.company.d_m[who, k] - self.situation.host.d_m) > 0.5 * self.situation.road.lane_width_m + 0.5:
+            return Closer.SIDE
+        return Closer.FRONT if self.company.s_m[who, k] > np.interp(moment_s, self.times_s, self.path.s_m) else Closer.REAR
+
+    def guess(self, end_s: float) -> _Guess:
+        """Every member from a few starts, all other starts in between by the gaps that it needs."""
+        anchors = np.unique(np.rint(np.linspace(0.0, end_s, _ANCHORS) / LATTICE_S).astype(np.intp))
+        moments = np.linspace(0.0, end_s, _STARTS)
+        weights = _hats(moments, _seconds(anchors))
+        parts = [self._in_lane(anchors)]
+        if self.members.kind[-1] >= SIDEWAYS:
+            parts.append(self._sideways(anchors))
+        low, high, slack = (weights @ np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
+        k = np.rint(moments / LATTICE_S).astype(np.intp)
+        apart = (self.company.s_m[:, k] - np.interp(_seconds(k), self.times_s, self.path.s_m))[..., None]
+        free = np.maximum(low - apart, apart - high)
+        edge, ability, ease = slack
+        nearest = free.argmin(0) if free.shape[0] else np.zeros(edge.shape, dtype=np.intp)
+        free_m = free.min(0, initial=NOWHERE_M)
+        return _Guess(starts_s=moments, free_m=free_m, nearest=nearest, edge_m=edge, ability=ability, ease_mps2=ease)
+
+    def _sideways(self, anchors: Rows) -> tuple[Array, Array, Array]:
+        """Of the members that steer, from the anchors: below and above which distances (J, K, M) bodies are met; the slacks (3, K, M)."""
+        mine = np.flatnonzero(self.members.kind >= SIDEWAYS)
+        motions, clock, acts = self.driven(np.tile(mine, anchors.size), np.repeat(anchors, mine.size), _GUESS_NODES)
+        low, high = blocked(motions, clock, self.company, self.vehicle, self.situation.road)
+        slack = np.stack([motions.edge_m, np.where(acts, motions.ability, -1.0), self.comfort_mps2 - motions.demand_mps2])
+        shape = (-1, anchors.size, mine.size)
+        return low.reshape(shape), high.reshape(shape), slack.reshape(shape)
+
+    def _in_lane(self, anchors: Rows) -> tuple[Array, Array, Array]:
+        """The same of the members that keep the lane: across, all of them do as one that keeps its speed."""
+        mine = np.flatnonzero(self.members.kind < SIDEWAYS)
+        road, chosen = self.situation.road, self.chosen
+        starts = np.repeat(anchors, mine.size)
+        begin = self.at(starts)
+        rows, acts = self.members.rows(np.tile(mine, anchors.size), begin.speed_mps)
+        low, high = blocked_in_lane(rows, begin, starts, chosen.clear_s, self.company, self.vehicle, road)
+        each = np.arange(anchors.size) * mine.size
+        straight = replace(rows[each], level_mps2=np.zeros(each.size))
+        lone = swerve(straight, _seconds(_GUESS_NODES), self.at(anchors), self.vehicle, road, chosen.demand)
+        shape = (-1, anchors.size, mine.size)
+        level = rows.level_mps2.reshape(shape[1:])
+        across = lone.demand_mps2[:, None]
+        if not road.is_straight:  # faster, the same bend asks for more
+            speed = begin.speed_mps.reshape(level.shape)
+            gained = level * np.minimum(rows.until_s, chosen.clear_s).reshape(level.shape)
+            across = across * np.maximum(1.0 + gained / np.maximum(speed, 1.0), 1.0) ** 2
+        effort = np.hypot(level, across)
+        left = np.minimum(lone.ability[:, None], 1.0 - effort / (chosen.demand.friction * road.friction * GRAVITY_MPS2))
+        edge = np.broadcast_to(lone.edge_m[:, None], level.shape)
+        slack = np.stack([edge, np.where(acts.reshape(shape[1:]), left, -1.0), self.comfort_mps2 - effort])
+        return low.reshape(shape), high.reshape(shape), slack
+
+    def sound(self, member: Rows, starts: Rows) -> tuple[NDArray[np.bool_], Array]:
+        """Exactly: which members from these starts are ways out, and what they ask of the tyres [m/s^2]."""
+        motions, clock, acts = self.driven(member, starts, _EXACT_NODES)
+        step, _ = touched(motions, clock, self.company, self.vehicle, self.situation.road, self.chosen.clear_m)
+        ends = doomed(motions, clock, self.company, self.vehicle, self.situation.road, self.chosen.clear_m)
+        return acts & motions.possible & motions.on_road & (step < 0) & (ends < 0), motions.demand_mps2
 
 
 def escapes(situation: Situation, vehicle: Vehicle, prediction: Prediction, settings: EscapeSettings | None = None) -> Escapes:
-    """The four ways out, each judged by the best of a few manoeuvres of its kind, for all starts at once.
+    """The four ways out, each the best of some dozens of manoeuvres of its kind, for all starts at once.
 
-    First on a coarse grid of starts up to the moment at which keeping on ends in somebody or off the road; then between the last open
-    start and the next. Bodies are parted throughout the steps by a lower bound, so that a way called open is one.
+    Each manoeuvre from a few starts says which gaps it needs, and so until when each gap lasts; the best few are then driven from
+    about that moment and parted from everybody exactly, so that a way called open is one.
     """
     chosen = settings or EscapeSettings()
-    times = np.round(np.arange(0.0, chosen.latest_s + 1e-9, _HELD_STEP_S), 9)
-    path = held(situation.host, times, vehicle, situation.road)
-    end, ender = _end_of_keeping_on(path, times, situation, vehicle, prediction, chosen)
-    members = _members(situation, vehicle, prediction, chosen)
-    coarse = np.linspace(0.0, end, chosen.coarse)
-    first = _look(_at(path, times, coarse[:, None]), coarse[:, None], members, situation, vehicle, prediction, chosen)
-    found = [first.open[:, members.kind == kind].any(axis=1) for kind in range(len(KINDS))]
-    last = np.array([np.flatnonzero(row)[-1] if row.any() else 0 for row in found])
-    low = coarse[last]
-    high = coarse[np.minimum(last + 1, chosen.coarse - 1)]
-    share = np.linspace(0.0, 1.0, chosen.fine)[:, None]
-    starts = (low + share * (high - low))[:, members.kind]
-    second = _look(_at(path, times, starts), starts, members, situation, vehicle, prediction, chosen)
+    case = _Case(situation, vehicle, prediction, chosen)
+    end_s, ender = case.end_of_keeping_on()
+    guess = case.guess(end_s)
+    opened = guess.open_m
+    last, gentle = guess.last(opened), guess.last(np.minimum(opened, guess.ease_mps2))
+    kinds = [np.flatnonzero(case.members.kind == kind) for kind in range(len(KINDS))]
+    latest = int(np.floor(end_s / LATTICE_S + 1e-9))
+    found = _last_sound(case, kinds, (last, gentle), latest)
+    now = _gentlest_now(case, guess, opened[0] > 0.0, kinds)
     answers: dict[str, Escape] = {}
     for kind, name in enumerate(KINDS):
-        mine = members.kind == kind
         refusal = _refusal(name, situation)
-        if refusal is not None or not (mine.any() and found[kind].any()):
-            closer = refusal or (_closer(first, 0, mine, path, situation, prediction) if mine.any() else Closer.EDGE)
+        start = found[0][kind]
+        if refusal is not None or start < 0:
+            closer = refusal or (_closer(case, guess, kinds[kind], 0) if kinds[kind].size else Closer.EDGE)
             answers[name] = Escape(closed_by=closer)
             continue
-        rows = second.open[:, mine].any(axis=1)
-        k = int(np.flatnonzero(rows)[-1]) if rows.any() else 0
-        moment = float(low[kind] + share[k, 0] * (high[kind] - low[kind]))
-        now = first.open[0] & mine
         closed_by = None
-        if moment < chosen.latest_s - 1e-9:
-            at_end = last[kind] == chosen.coarse - 1
-            closed_by = ender if at_end or k + 1 >= chosen.fine else _closer(second, k + 1, mine, path, situation, prediction)
-        demand = float(first.demand_mps2[0, now].min()) if now.any() else None
-        answers[name] = Escape(open=True, last_moment_s=round(moment, 4), closed_by=closed_by, demand_mps2=demand)
+        if start < latest:
+            after = int(np.searchsorted(guess.starts_s, LATTICE_S * start, side="right"))
+            closed_by = _closer(case, guess, kinds[kind], min(after, _STARTS - 1))
+        elif latest * LATTICE_S < chosen.latest_s - 1e-9:
+            closed_by = ender
+        answers[name] = Escape(
+            open=True,
+            last_moment_s=round(LATTICE_S * start, 4),
+            closed_by=closed_by,
+            demand_mps2=now[kind],
+            last_comfortable_s=round(LATTICE_S * found[1][kind], 4) if found[1][kind] >= 0 else None,
+        )
     return Escapes(**answers)
+
+
+def _last_sound(case: _Case, kinds: list[Rows], guesses: tuple[Array, Array], latest: int) -> list[list[int]]:
+    """The last start (on the lattice, -1 without) of each kind that is found sound: of any demand, and of a comfortable one."""
+    tasks = [
+        _Search(wanted=g, kind=kind, best=_latest(mine, last))
+        for g, last in enumerate(guesses)
+        for kind, mine in enumerate(kinds)
+        if mine.size and last[mine].max() >= 0.0
+    ]
+    for task in tasks:
+        near = np.floor(guesses[task.wanted][task.best] / LATTICE_S + 1e-9).astype(np.intp)
+        task.ask = np.clip(near[:, None] + np.array(_TRIED), 0, latest)
+    for _ in range(_ROUNDS):
+        pending = [task for task in tasks if task.ask.size]
+        if not pending:
+            break
+        members = np.concatenate([np.repeat(task.best, task.ask.shape[1]) for task in pending])
+        starts = np.concatenate([task.ask.reshape(-1) for task in pending])
+        sound, demand = case.sound(members, starts)
+        begin = 0
+        for task in pending:
+            rows = slice(begin, begin + task.ask.size)
+            good = sound[rows] & (demand[rows] <= case.comfort_mps2) if task.wanted else sound[rows]
+            task.learn(good, starts[rows], latest)
+            begin = rows.stop
+    answer = [[-1] * len(KINDS) for _ in guesses]
+    for task in tasks:
+        answer[task.wanted][task.kind] = task.sound
+    return answer
+
+
+def _latest(mine: Rows, last_s: Array) -> Rows:
+    """The members whose last start was guessed the latest."""
+    best = mine[np.argsort(-last_s[mine], kind="stable")[:_BEST]]
+    return best[last_s[best] >= 0.0]
+
+
+@dataclass(slots=True)
+class _Search:
+    """For the last sound start of a few members: the latest found so far, the earliest after it that was not, and what to try next."""
+
+    wanted: int
+    kind: int
+    best: Rows
+    sound: int = -1
+    ask: Rows = field(default_factory=lambda: np.zeros((0, 0), dtype=np.intp))
+
+    def learn(self, good: NDArray[np.bool_], starts: Rows, latest: int) -> None:
+        if good.any():
+            self.sound = max(self.sound, int(starts[good].max()))
+        beyond = starts[starts > self.sound]
+        limit = int(beyond.min()) if beyond.size else latest + 1
+        if self.sound < 0:
+            wanted = limit - np.array(_DOWN)
+        elif not beyond.size:
+            wanted = self.sound + np.array(_UP)
+        elif limit - self.sound > _CLOSE:
+            wanted = self.sound + ((limit - self.sound) * np.array([0.25, 0.5, 0.75])).astype(np.intp)
+        else:
+            wanted = np.zeros(0, dtype=np.intp)
+        wanted = np.unique(wanted[(wanted > self.sound) & (wanted >= 0) & (wanted <= latest)])
+        self.ask = np.broadcast_to(wanted, (self.best.size, wanted.size)) if wanted.size else self.ask[:, :0]
+
+
+def _gentlest_now(case: _Case, guess: _Guess, ready: NDArray[np.bool_], kinds: list[Rows]) -> list[float | None]:
+    """What each kind asks of the tyres when it begins now; None where it cannot. `ready` (M,): what is worth looking at."""
+    chosen = []
+    for mine in kinds:
+        mine = mine[ready[mine]]
+        chosen.append(mine[np.argsort(-guess.ease_mps2[0, mine], kind="stable")[:_GENTLEST]])
+    member = np.concatenate(chosen)
+    if not member.size:
+        return [None] * len(kinds)
+    sound, demand = case.sound(member, np.zeros(member.size, dtype=np.intp))
+    kind = case.members.kind[member]
+    return [float(demand[rows].min()) if (rows := sound & (kind == k)).any() else None for k in range(len(kinds))]
+
+
+def _closer(case: _Case, guess: _Guess, mine: Rows, n: int) -> Closer:
+    """What is in the way of a kind at the start `n`: of its members that car and road allow, the one that comes nearest to being clear."""
+    possible = guess.ability[n, mine] >= 0.0
+    allowed = possible & (guess.edge_m[n, mine] >= 0.0)
+    if not allowed.any() or not case.company.s_m.shape[0]:
+        return Closer.EDGE if possible.any() else Closer.FRICTION
+    best = mine[int(np.where(allowed, guess.free_m[n, mine], -np.inf).argmax())]
+    return case.closer(int(guess.nearest[n, best]), 0.0)
 
 
 def _refusal(name: str, situation: Situation) -> Closer | None:
@@ -157,155 +321,11 @@ def _refusal(name: str, situation: Situation) -> Closer | None:
     return closer if sector is not None and not situation.coverage.sees(sector) else None
 
 
-def _end_of_keeping_on(
-    path: Starts, times: Array, situation: Situation, vehicle: Vehicle, prediction: Prediction, chosen: EscapeSettings
-) -> tuple[float, Closer | None]:
-    """When keeping on ends, and by what; the latest start that is sought when it does not."""
-    road = situation.road
-    sine, cosine = np.sin(path.heading_rad), np.cos(path.heading_rad)
-    way = Ways(s_m=path.s_m, d_m=path.d_m, heading_rad=path.heading_rad, sine=sine, cosine=cosine, curvature_1pm=np.zeros_like(sine))
-    near = clearance(way, times, prediction.bodies, vehicle, road, chosen.margins, parts=_PARTS)
-    moment, who = (q.item() for q in first_contact(near, times, 0.0))
-    room = 0.5 * (vehicle.width_m * cosine + vehicle.length_m * np.abs(sine)) + EDGE_M
-    off = (path.d_m + room > road.left_edge_m) | (path.d_m - room < road.right_edge_m)
-    if road.road_end_s_m is not None:
-        off |= path.s_m + 0.5 * vehicle.length_m + EDGE_M > road.road_end_s_m
-    leaves = float(times[int(off.argmax())]) if off.any() else np.inf
-    if min(moment, leaves) >= chosen.latest_s:
-        return chosen.latest_s, None
-    if leaves < moment:
-        return leaves, Closer.EDGE
-    return float(moment), _closer_of(int(who), situation, prediction, float(np.interp(moment, times, path.s_m)), float(moment))
+def _hats(at: Array, knots: Array) -> Array:
+    """Weights (N, K) of linear interpolation."""
+    return np.stack([np.interp(at, knots, row) for row in np.eye(knots.size)], axis=1)
 
 
-def _members(situation: Situation, vehicle: Vehicle, prediction: Prediction, chosen: EscapeSettings) -> _Members:
-    host, road = situation.host, situation.road
-    grip = road.friction * GRAVITY_MPS2
-    brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
-    keep = road.lane_centre_m(road.lane_of(host.d_m))
-    front, rear = _speed_of_nearest(situation, prediction, 1.0), _speed_of_nearest(situation, prediction, -1.0)
-    gentle = min(1.0, 0.2 * grip)
-    rows: list[tuple[float, ...]] = []
-    for level in chosen.levels:
-        for kind, most, speed in ((0, -brake, front), (1, accelerate, rear)):
-            ends = [(until, np.nan) for until in (_NEVER_S, *chosen.phases_s)] + ([(0.0, speed)] if speed is not None else [])
-            rows += [(kind, level * most, *end, keep, gentle, 50.0) for end in ends]
-    for (share, b, pace, until), (kind, side) in product(chosen.sideways, ((2, Side.LEFT), (3, Side.RIGHT))):
-        target = next_lane_m(situation, vehicle, side)
-        if target is not None:
-            level = pace * (accelerate if pace > 0.0 else brake)
-            rows.append((kind, level, until, np.nan, target, share * grip, b))
-    columns = np.array(rows).T
-    return _Members(
-        kind=columns[0].astype(np.intp),
-        level_mps2=columns[1],
-        until_s=columns[2],
-        until_mps=columns[3],
-        target_d_m=columns[4],
-        lateral_mps2=columns[5],
-        b=columns[6],
-    )
-
-
-def _speed_of_nearest(situation: Situation, prediction: Prediction, sign: float) -> float | None:
-    """Speed of the nearest body ahead (1) or behind (-1) in the host's way; None when there is nobody."""
-    host, now = situation.host, np.zeros(1)
-    best, speed = np.inf, None
-    for body in prediction.bodies:
-        motion = body.at(now)
-        apart = sign * (float(motion.s_m[0]) - host.s_m)
-        if 0.0 < apart < best and abs(float(motion.d_m[0]) - host.d_m) < 0.5 * situation.road.lane_width_m + 0.5:
-            best, speed = apart, float(motion.speed_s_mps[0])
-    return speed
-
-
-def _at(path: Starts, times: Array, starts: Array) -> Starts:
-    def column(values: Array) -> Array:
-        return np.interp(starts, times, values)
-
-    return Starts(
-        s_m=column(path.s_m),
-        d_m=column(path.d_m),
-        heading_rad=column(path.heading_rad),
-        speed_mps=column(path.speed_mps),
-        acceleration_mps2=column(path.acceleration_mps2),
-        steering_rad=column(path.steering_rad),
-    )
-
-
-def _look(
-    begin: Starts,
-    starts_s: Array,
-    members: _Members,
-    situation: Situation,
-    vehicle: Vehicle,
-    prediction: Prediction,
-    chosen: EscapeSettings,
-) -> _Looked:
-    """Every member from every start (S, 1) or (S, M)."""
-    times: Array = (np.arange(round(chosen.clear_s / _STEP_S) + 1) * _STEP_S).astype(_PRECISION)
-    level = members.level_mps2
-    gap = members.until_mps - begin.speed_mps
-    until = np.where(np.isnan(members.until_mps), members.until_s, np.maximum(gap / np.where(level == 0.0, 1.0, level), 0.0))
-    size = np.broadcast_shapes(until.shape, starts_s.shape, members.kind.shape)
-    first = np.where(np.isnan(members.until_mps) | (until >= min(chosen.phases_s)), level, 0.0)
-    phases = Phases(first_mps2=np.broadcast_to(first, size), switch_s=np.broadcast_to(until, size), then_mps2=np.zeros(size))
-    steps = Sidesteps(target_d_m=members.target_d_m, lateral_mps2=members.lateral_mps2, delay_s=np.zeros(members.kind.size), b=members.b)
-    rolled = roll_out(phases, steps, times, begin, vehicle, situation.road, chosen.demand)
-    allowed = rolled.possible & rolled.on_road & ((first != 0.0) | (members.kind >= _SIDEWAYS))
-    rows = np.nonzero(allowed)
-    clock: Array = (np.broadcast_to(starts_s, size)[rows])[:, None].astype(_PRECISION) + times
-    some = rolled.ways.only(rows)
-    near = clearance(some, clock, prediction.bodies, vehicle, situation.road, chosen.margins, parts=_PARTS)
-    least, who = np.full(size, -np.inf), np.full(size, -1, dtype=np.intp)
-    least[rows] = near.separation_m.min(-1)
-    speed = np.broadcast_to(rolled.speeds.speed_mps[..., -1], size)[rows]
-    doomed_by = _doomed_by(some, speed, clock[:, -1], situation, vehicle, prediction)
-    _, touched = first_contact(near, times, chosen.clear_m)
-    who[rows] = np.where(touched >= 0, touched, doomed_by)
-    effort = np.sqrt(rolled.speeds.acceleration_mps2**2 + rolled.lateral_mps2**2).max(-1)
-    return _Looked(
-        open=allowed & (least > chosen.clear_m) & (who < 0),
-        possible=rolled.possible,
-        on_road=rolled.on_road,
-        separation_m=least,
-        contact_with=who,
-        demand_mps2=np.broadcast_to(effort, size),
-    )
-
-
-def _doomed_by(
-    ways: Ways, speed_mps: Array, clock_s: Array, situation: Situation, vehicle: Vehicle, prediction: Prediction
-) -> NDArray[np.intp]:
-    """For each member the body that it ends up with no room for: closing in on it at its end, in its way, and too near for braking (one
-    ahead) or accelerating (one behind) to end that; -1 without. What only puts a collision off is no way out."""
-    grip = situation.road.friction * GRAVITY_MPS2
-    brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
-    who = np.full(speed_mps.shape, -1, dtype=np.intp)
-    s, d = ways.s_m[:, -1], ways.d_m[:, -1]
-    for number, body in enumerate(prediction.bodies):
-        motion = body.at(clock_s)
-        apart = motion.s_m - s
-        gap = np.maximum(np.abs(apart) - 0.5 * (body.length_m + vehicle.length_m), 0.0)
-        in_way = np.abs(motion.d_m - d) < 0.5 * (body.width_m + vehicle.width_m)
-        closing = np.maximum(np.sign(apart) * (speed_mps - motion.speed_s_mps), 0.0)
-        late = closing**2 > 2.0 * _ROOM_SHARE * gap * np.where(apart > 0.0, brake, accelerate)
-        who[in_way & late] = number
-    return who
-
-
-def _closer(looked: _Looked, k: int, mine: NDArray[np.bool_], path: Starts, situation: Situation, prediction: Prediction) -> Closer:
-    """What is in the way of the start `k` of a kind: of its members that car and road allow, the one that comes nearest to being clear."""
-    allowed = mine & looked.possible[k] & looked.on_road[k]
-    if not allowed.any():
-        return Closer.EDGE if (mine & looked.possible[k]).any() else Closer.FRICTION
-    best = int(np.argmax(np.where(allowed, looked.separation_m[k], -np.inf)))
-    return _closer_of(int(looked.contact_with[k, best]), situation, prediction, float(path.s_m[0]), 0.0)
-
-
-def _closer_of(who: int, situation: Situation, prediction: Prediction, host_s_m: float, moment_s: float) -> Closer:
-    """Front or rear for bodies in the host's way now, else a side car."""
-    motion = prediction.bodies[who].at(np.array([moment_s]))
-    if abs(float(motion.d_m[0]) - situation.host.d_m) > 0.5 * situation.road.lane_width_m + 0.5:
-        return Closer.SIDE
-    return Closer.FRONT if float(motion.s_m[0]) > host_s_m else Closer.REAR
+def _seconds(steps: Rows) -> Array:
+    """Steps of the lattice as times [s]."""
+    return np.asarray(LATTICE_S * steps, dtype=np.float64)

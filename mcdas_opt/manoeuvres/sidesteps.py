@@ -48,6 +48,11 @@ class Starts:
     acceleration_mps2: Array
     steering_rad: Array
 
+    def __getitem__(self, index: Any) -> Starts:
+        parts = (self.s_m, self.d_m, self.heading_rad, self.speed_mps, self.acceleration_mps2, self.steering_rad)
+        s, d, heading, speed, acceleration, steering = (q[index] for q in parts)
+        return Starts(s_m=s, d_m=d, heading_rad=heading, speed_mps=speed, acceleration_mps2=acceleration, steering_rad=steering)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ways:
