@@ -68,7 +68,7 @@ class Folder:
             return False
 
     def confine(self, document: object, source: Path) -> None:
-        """Refuses a scene that names files outside of the folder: its vehicle, its sensors, its recorded trajectories.
+        """Refuses a scene or a case that names files outside of the folder: its vehicle, its sensors, its recorded trajectories.
 
         Shipped names are always allowed; others are sought beside `source`. Raises `InputError` that names the key.
         """
@@ -85,6 +85,9 @@ class Folder:
 def _named(document: dict[str, object]) -> list[tuple[str, str | None, str]]:
     """(key, kind of shipped file, name) of every file that a scene names."""
     found: list[tuple[str, str | None, str]] = []
+    vehicle = document.get("vehicle")
+    if isinstance(vehicle, dict) and isinstance(vehicle.get("name"), str):  # of a parking case
+        found.append(("vehicle.name", "vehicles", vehicle["name"]))
     host, sensors, cars = document.get("host"), document.get("sensors"), document.get("neighbour")
     if isinstance(host, dict) and isinstance(host.get("vehicle"), str):
         found.append(("host.vehicle", "vehicles", host["vehicle"]))

@@ -15,7 +15,7 @@ from mcdas_opt.errors import ParameterError, nearest
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Knob:
-    """A number that can be turned. `kmh`: shown in km/h beside m/s."""
+    """A number that can be turned. `also`: another unit that is shown beside its own, `kmh` or `deg`."""
 
     key: str
     label: str
@@ -24,7 +24,7 @@ class Knob:
     high: float
     step: float
     group: str
-    kmh: bool = False
+    also: str = ""
 
     def checked(self, value: object) -> float:
         """`value` as a number in the knob's range. Raises `ParameterError`."""
@@ -39,9 +39,9 @@ KNOBS = (
     Knob(key="front_gap_m", label="gap to the front car", unit="m", low=2.0, high=80.0, step=0.5, group="gaps"),
     Knob(key="rear_gap_m", label="gap to the rear car", unit="m", low=2.0, high=80.0, step=0.5, group="gaps"),
     Knob(key="front_offset_m", label="front car's offset, left positive", unit="m", low=-2.5, high=2.5, step=0.05, group="gaps"),
-    Knob(key="host_speed_mps", label="host", unit="m/s", low=0.0, high=40.0, step=0.1, group="speeds", kmh=True),
-    Knob(key="front_speed_mps", label="front car", unit="m/s", low=0.0, high=40.0, step=0.1, group="speeds", kmh=True),
-    Knob(key="rear_speed_mps", label="rear car", unit="m/s", low=0.0, high=40.0, step=0.1, group="speeds", kmh=True),
+    Knob(key="host_speed_mps", label="host", unit="m/s", low=0.0, high=40.0, step=0.1, group="speeds", also="kmh"),
+    Knob(key="front_speed_mps", label="front car", unit="m/s", low=0.0, high=40.0, step=0.1, group="speeds", also="kmh"),
+    Knob(key="rear_speed_mps", label="rear car", unit="m/s", low=0.0, high=40.0, step=0.1, group="speeds", also="kmh"),
     Knob(key="friction", label="friction", unit="-", low=0.1, high=1.2, step=0.01, group="road"),
     Knob(key="a_per_m", label="a (literal; corrected scales it with speed)", unit="1/m", low=-1.5, high=-0.05, step=0.01, group="sigmoid"),
     Knob(key="b", label="b", unit="-", low=5.0, high=200.0, step=1.0, group="sigmoid"),

@@ -18,7 +18,8 @@ def serve(folder: Path, port: int, *, open_browser: bool) -> None:
         from nicegui import app, ui
     except ImportError:
         raise MissingExtraError("nicegui", "web") from None
-    from mcdas_opt.studio.page import Studio, register
+    from mcdas_opt.studio.page import register
+    from mcdas_opt.studio.visit import Studio
 
     app.add_middleware(Guard)
     studio = Studio(room)

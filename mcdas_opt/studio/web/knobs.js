@@ -32,7 +32,7 @@
         const { slider, row } = this.rows[key], value = positions[key];
         slider.disabled = value === null || value === undefined;
         row.classList.toggle("off", slider.disabled);
-        row.title = slider.disabled ? "this scene has no such car to move" : "";
+        row.title = slider.disabled ? "there is nothing of that kind here to move" : "";
         if (!slider.disabled) slider.value = value;
         this.face(key);
       }
@@ -42,7 +42,8 @@
       const { knob, slider, shown } = this.rows[key];
       const value = Number(slider.value), digits = knob.step < 0.1 ? 2 : knob.step < 1 ? 1 : 0;
       const unit = knob.unit === "-" ? "" : ` ${knob.unit}`;
-      const text = slider.disabled ? "–" : `${value.toFixed(digits)}${unit}${knob.kmh ? ` (${(3.6 * value).toFixed(0)} km/h)` : ""}`;
+      const also = { kmh: ` (${(3.6 * value).toFixed(0)} km/h)`, deg: ` (${((180 / Math.PI) * value).toFixed(0)}°)` }[knob.also] || "";
+      const text = slider.disabled ? "–" : `${value.toFixed(digits)}${unit}${also}`;
       shown.textContent = text;
       slider.setAttribute("aria-valuetext", text);
     }

@@ -30,12 +30,13 @@
         this.open({ kind: chosen.dataset.kind, name: chosen.dataset.name });
       });
       const row = html("div", "mcdas-row", open);
-      const pick = html("label", "mcdas-button", row, "Load a file…");
+      const pick = html("label", "mcdas-button", row, "Load…");
       const file = html("input", "mcdas-file", pick);
-      Object.assign(file, { type: "file", accept: ".toml,.log,.csv,.json,.jsonl" });
+      pick.title = "a scene (.toml), or a recording of radar (.log, .csv)";
+      Object.assign(file, { type: "file", accept: ".toml,.log,.csv" });
       file.addEventListener("change", () => { if (file.files[0]) this.upload(file.files[0]); file.value = ""; });
-      this.saveToml = html("button", "", row, "Scene (TOML)");
-      this.savePng = html("button", "", row, "View (PNG)");
+      this.saveToml = html("button", "", row, "Save scene");
+      this.savePng = html("button", "", row, "Save PNG");
       for (const button of [this.saveToml, this.savePng]) button.type = "button";
       this.saveToml.title = "download this scene with the sliders' values";
       this.savePng.title = "download what is shown as a picture";

@@ -1,0 +1,175 @@
+"""An open page: hears what the browser wishes, and tells it the parts of answers. What travels is plain JSON."""
+
+from __future__ import annotations
+
+import asyncio
+import tempfile
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from mcdas_opt.errors import McdasError
+from mcdas_opt.plotting.player import drive_document
+from mcdas_opt.simulation.loop import simulate
+from mcdas_opt.studio.desk import methods
+from mcdas_opt.studio.folder import Folder
+from mcdas_opt.studio.hands import Hands
+from mcdas_opt.studio.lot import LIVE, Lot
+from mcdas_opt.studio.picture import Picture
+from mcdas_opt.studio.session import Session
+
+Tell = Callable[[dict[str, Any]], None]
+
+
+class _StoppedError(Exception):
+    """The browser wants the drive no longer."""
+
+
+class Studio:
+    """Everything that the pages of one server share: the folder, the processes that answer, the sessions of open pages.
+
+    What takes longer than an answer (drives, logs, parking) is computed on one thread for all pages: the solvers behind it are not
+    made to be built on several at once.
+    """
+
+    def __init__(self, folder: Folder) -> None:
+        self.folder = folder
+        self.hands = Hands(methods())
+        self.worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="studio")
+        self.visits: dict[str, Visit] = {}
+
+    async def warm(self) -> None:
+        """Lets the processes start and build their solvers before anybody asks."""
+        async for _ in self.hands.answer(Session(self.folder).question({})):
+            pass
+
+    def close(self) -> None:
+        self.hands.close()
+        self.worker.shutdown(wait=False, cancel_futures=True)
+
+    async def compute(self, work: Callable[[], Any]) -> Any:
+        """Runs `work` on the studio's thread."""
+        return await asyncio.get_running_loop().run_in_executor(self.worker, work)
+
+    async def receive(self, key: str, name: str, body: bytes) -> dict[str, Any]:
+        """A file that a page sent, opened in that page's session."""
+        visit = self.visits.get(key)
+        if visit is None:
+            return {"error": "this page is no longer known: load it again"}
+        with tempfile.TemporaryDirectory(prefix="mcdas-studio-") as folder:
+            suffix = Path(name).suffix.lower()
+            file = Path(folder) / f"sent{suffix if suffix.isascii() and len(suffix) < 8 else ''}"
+            file.write_bytes(body)
+            try:
+                visit.waiting = await self.compute(lambda: visit.session.receive(file, Path(name).name))
+            except McdasError as error:
+                return {"error": str(error)}
+        return {"name": name}
+
+
+class Visit:
+    """One open page: hears the browser's events, and tells it the parts of answers."""
+
+    def __init__(self, studio: Studio, session: Session, tell: Tell) -> None:
+        self.studio, self.session, self.tell = studio, session, tell
+        self.waiting: dict[str, Any] | None = None
+        self._stopped = False
+
+    async def open(self, wish: Mapping[str, Any]) -> None:
+        loop = asyncio.get_running_loop()
+
+        def progress(done: int, of: int) -> None:
+            if done % 20 == 0:
+                loop.call_soon_threadsafe(self.tell, {"part": "progress", "done": done, "of": of})
+
+        await self._safely(lambda: self.session.open(str(wish.get("kind")), str(wish.get("name")), progress), self.tell)
+        self.tell({"part": "stopped"})
+
+    def uploaded(self) -> None:
+        if self.waiting is not None:
+            self.tell(self.waiting)
+            self.waiting = None
+
+    async def ask(self, wish: Mapping[str, Any]) -> None:
+        """Answers in parts; the last one, `done`, always comes."""
+        token = wish.get("token")
+        try:
+            question = self.session.question(_values(wish), wish.get("moment"))
+            self.tell({"part": "picture", "name": question.name, **Picture(question.situation, question.vehicle).document()})
+            async for part in self.studio.hands.answer(question):
+                self.tell(part)
+        except McdasError as error:
+            self.tell({"part": "problem", "text": str(error)})
+        finally:
+            self.tell({"part": "done", "token": token})
+
+    async def drive(self, wish: Mapping[str, Any]) -> None:
+        """Drives the closed loop to its end, telling how far it is; `stop` ends it."""
+        loop = asyncio.get_running_loop()
+        self._stopped = False
+
+        def progress(done: int, of: int) -> None:
+            if self._stopped:
+                raise _StoppedError
+            loop.call_soon_threadsafe(self.tell, {"part": "progress", "done": done, "of": of})
+
+        def run() -> dict[str, Any]:
+            values = _values(wish)
+            scene, settings = self.session.turned(values), self.session.settings(values)
+            return drive_document(simulate(scene, str(wish.get("planner")), settings=settings, progress=progress))
+
+        try:
+            await self._safely(run, lambda drive: self.tell({"part": "drive", "drive": drive}))
+        except _StoppedError:
+            self.tell({"part": "stopped"})
+
+    def stop(self) -> None:
+        self._stopped = True
+
+    async def save(self, wish: Mapping[str, Any], download: Callable[[str, str], None]) -> None:
+        await self._safely(lambda: self.session.toml(_values(wish)), lambda named: download(*named))
+
+    async def _safely(self, work: Callable[[], Any], then: Callable[[Any], None]) -> None:
+        """`work` on the studio's thread, its outcome to `then`; bad input is told to the page."""
+        try:
+            then(await self.studio.compute(work))
+        except McdasError as error:
+            self.tell({"part": "problem", "text": str(error)})
+
+
+class LotVisit:
+    """The parking tab of an open page."""
+
+    def __init__(self, studio: Studio, lot: Lot, tell: Tell) -> None:
+        self.studio, self.lot, self.tell = studio, lot, tell
+
+    async def open(self, wish: Mapping[str, Any]) -> None:
+        try:
+            self.tell(self.lot.open(str(wish.get("kind")), str(wish.get("name"))))
+        except McdasError as error:
+            self.tell({"part": "problem", "text": str(error)})
+
+    async def park(self, wish: Mapping[str, Any]) -> None:
+        """While the hand drags (`live`) the quick planner answers; else the one that is asked for, the search before the program."""
+        planner = str(wish.get("planner"))
+        try:
+            case = self.lot.case(_values(wish))
+            self.tell({"part": "place", **self.lot.place(case)})
+            for name in (LIVE,) if wish.get("live") else ("search", "nlp") if planner == "nlp" else (planner,):
+                self.tell(await self.studio.hands.park(case, name))
+        except McdasError as error:
+            self.tell({"part": "problem", "text": str(error)})
+        finally:
+            self.tell({"part": "done", "token": wish.get("token")})
+
+    async def save(self, wish: Mapping[str, Any], download: Callable[[str, str], None]) -> None:
+        try:
+            download(*self.lot.toml(_values(wish)))
+        except McdasError as error:
+            self.tell({"part": "problem", "text": str(error)})
+
+
+def _values(wish: Mapping[str, Any]) -> dict[str, object]:
+    values = wish.get("values")
+    return dict(values) if isinstance(values, Mapping) else {}

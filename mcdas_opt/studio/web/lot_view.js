@@ -1,0 +1,12 @@
+// Vue's door to the parking tab.
+export default {
+  template: `<div class="mcdas mcdas-studio"></div>`,
+  props: { look: Object, setup: Object },
+  mounted() {
+    this.view = new window.mcdas.Lot(this.$el, this.look, this.setup, (name, payload) => this.$emit(name, payload));
+    this.$emit("ready", {});
+  },
+  methods: {
+    hear(part) { this.view.hear(part); },
+  },
+};
