@@ -7,6 +7,7 @@ from pathlib import Path
 
 from mcdas_opt.catalogue.shelf import models_folder, read_toml, shipped
 from mcdas_opt.errors import InputError
+from mcdas_opt.evaluation.table import CSV, TIMINGS
 
 _MOST_FILES = 400
 _OUTSIDE = "lies outside of the folder that the studio was started with"
@@ -60,6 +61,15 @@ class Folder:
     def cases(self) -> list[str]:
         """Files that hold a parking case."""
         return [name for name in self.names(".toml") if self._holds(name, "slot", "goal", "obstacle") and not self._holds(name, "host")]
+
+    def logs(self) -> list[str]:
+        """Files that may be recordings of radar; what lies beside one or is a benchmark's is none."""
+        found = self.names(".log", ".csv")
+        return [name for name in found if not name.endswith((".host.csv", ".truth.csv", CSV, TIMINGS))]
+
+    def results(self) -> list[str]:
+        """Tables of benchmark rows."""
+        return [name for name in self.names(".csv") if Path(name).name == CSV]
 
     def _holds(self, name: str, *keys: str) -> bool:
         try:

@@ -39,9 +39,9 @@ KNOBS = (
     Knob(key="front_gap_m", label="gap to the front car", unit="m", low=2.0, high=80.0, step=0.5, group="gaps"),
     Knob(key="rear_gap_m", label="gap to the rear car", unit="m", low=2.0, high=80.0, step=0.5, group="gaps"),
     Knob(key="front_offset_m", label="front car's offset, left positive", unit="m", low=-2.5, high=2.5, step=0.05, group="gaps"),
-    Knob(key="host_speed_mps", label="host", unit="m/s", low=0.0, high=40.0, step=0.1, group="speeds", also="kmh"),
-    Knob(key="front_speed_mps", label="front car", unit="m/s", low=0.0, high=40.0, step=0.1, group="speeds", also="kmh"),
-    Knob(key="rear_speed_mps", label="rear car", unit="m/s", low=0.0, high=40.0, step=0.1, group="speeds", also="kmh"),
+    Knob(key="host_speed_mps", label="host", unit="m/s", low=0.0, high=50.0, step=0.1, group="speeds", also="kmh"),
+    Knob(key="front_speed_mps", label="front car", unit="m/s", low=0.0, high=50.0, step=0.1, group="speeds", also="kmh"),
+    Knob(key="rear_speed_mps", label="rear car", unit="m/s", low=0.0, high=50.0, step=0.1, group="speeds", also="kmh"),
     Knob(key="friction", label="friction", unit="-", low=0.1, high=1.2, step=0.01, group="road"),
     Knob(key="a_per_m", label="a (literal; corrected scales it with speed)", unit="1/m", low=-1.5, high=-0.05, step=0.01, group="sigmoid"),
     Knob(key="b", label="b", unit="-", low=5.0, high=200.0, step=1.0, group="sigmoid"),
@@ -49,7 +49,7 @@ KNOBS = (
 )
 _BY_KEY = {knob.key: knob for knob in KNOBS}
 _SAME_LANE = 0.65  # of the lane's width: nearer to the host's line than this is in its way
-_SIGMOID = ("a_per_m", "b", "y_max_m")
+SIGMOID = ("a_per_m", "b", "y_max_m")  # these turn the closed form, not the scene
 
 
 def front_and_rear(scene: Scene) -> tuple[int | None, int | None]:
@@ -66,7 +66,7 @@ def front_and_rear(scene: Scene) -> tuple[int | None, int | None]:
 def positions(scene: Scene, sigmoid: SigmoidSettings) -> dict[str, float | None]:
     """Where every knob stands; None for one that this scene has not: no such car, or one whose motion is recorded."""
     found: dict[str, float | None] = {"friction": scene.road.friction, "host_speed_mps": scene.host.speed_mps}
-    found |= {key: getattr(sigmoid, key) for key in _SIGMOID}
+    found |= {key: getattr(sigmoid, key) for key in SIGMOID}
     for name, index in zip(("front", "rear"), front_and_rear(scene), strict=True):
         car = None if index is None else scene.neighbour[index]
         if car is None or car.trajectory is not None:
@@ -87,7 +87,7 @@ def turned(scene: Scene, document: Mapping[str, Any], values: Mapping[str, objec
     for key, raw in values.items():
         if key not in _BY_KEY:
             raise ParameterError("knob", key, nearest(key, _BY_KEY))
-        if key in _SIGMOID:
+        if key in SIGMOID:
             continue
         value = _BY_KEY[key].checked(raw)
         if key == "friction":
@@ -113,5 +113,5 @@ def turned(scene: Scene, document: Mapping[str, Any], values: Mapping[str, objec
 
 def sigmoid_of(before: SigmoidSettings, values: Mapping[str, object]) -> SigmoidSettings:
     """The closed form's settings with other values of their knobs."""
-    new: dict[str, Any] = {key: _BY_KEY[key].checked(values[key]) for key in _SIGMOID if key in values}
+    new: dict[str, Any] = {key: _BY_KEY[key].checked(values[key]) for key in SIGMOID if key in values}
     return replace(before, **new)

@@ -17,13 +17,13 @@ from mcdas_opt.interop.replay import replay
 from mcdas_opt.interop.replay_record import Cycle
 
 _FORMATS = {".log": esr_can.FORMAT, ".csv": radar_csv.FORMAT}
+NOTE = "A log says nothing of the road: one lane to either side is assumed, and sides that no radar watches count as occupied."
 _LANES = Road(lanes_left=1, lanes_right=1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Moments:
-    """The cycles of a log. A log says nothing of the road: one lane to either side is drawn, and planned with; sectors that no radar
-    watches stay unwatched, so that steering into them is refused."""
+    """The cycles of a log, on an assumed road (`NOTE`)."""
 
     name: str
     cycles: tuple[Cycle, ...]

@@ -15,7 +15,7 @@ from mcdas_opt.plotting import style
 from mcdas_opt.plotting.plane import Ground, rounded
 from mcdas_opt.plotting.web import look_of
 from mcdas_opt.simulation.contact import surroundings
-from mcdas_opt.studio.words import doing, judged, sentence
+from mcdas_opt.studio.words import because, doing, judged, sentence
 from mcdas_opt.tracking.prediction import predict
 
 _BEHIND_M, _AHEAD_M = 130.0, 330.0  # of road around the host
@@ -34,7 +34,8 @@ class Picture:
         self._bodies = predict(situation.tracks).bodies
 
     def document(self) -> dict[str, Any]:
-        """Road, bodies with their predicted poses over time, charts with their limits; where the camera stands."""
+        """Road, bodies with their predicted poses over time, charts with their limits; where the
+        camera stands at the times of the poses: it goes on at the host's speed."""
         situation, ground, car = self.situation, self._ground, self.vehicle
         host = situation.host
         t = np.arange(0.0, _LONGEST_S + 1e-9, _EVERY_S)
@@ -47,7 +48,7 @@ class Picture:
         return {
             "road": ground.document(),
             "view": self._view(),
-            "camera": rounded(ground.place(host.s_m, 0.0)[0], 4),
+            "cameras": rounded(ground.place(host.s_m + host.speed_mps * t, 0.0), 4),
             "host": {"name": "host", "length": car.length_m, "width": car.width_m, "colour": style.HOST, "pose": own},
             "bodies": bodies,
             "every": _EVERY_S,
@@ -72,7 +73,7 @@ class Picture:
             "doing": doing(plan),
             "words": sentence(plan),
             "verdict": judged(plan.verdict),
-            "reason": plan.reason,
+            "reason": because(plan),
             "warning": plan.warning,
             "took_ms": round(plan.timing_ms.total, 1),
             "candidates": [

@@ -48,10 +48,18 @@ def broken(violation: Violation) -> str:
     """One broken rule: 'collision with rear at 2.1 s', 'friction 31.3 m/s^2 at 0.6 s (limit 8.8)'."""
     if violation.name.startswith("collision"):
         return f"{violation.name} at {violation.t_s:.1f} s"
-    unit = violation.unit.replace("^2", "²").replace("^3", "³")
-    return f"{violation.name} {violation.value:.3g} {unit} at {violation.t_s:.1f} s (limit {violation.limit:.3g})"
+    return _raised(f"{violation.name} {violation.value:.3g} {violation.unit} at {violation.t_s:.1f} s (limit {violation.limit:.3g})")
 
 
 def sentence(plan: Plan) -> str:
     """Status and verdict together."""
     return "; ".join(part for part in (_STATUS[plan.status], judged(plan.verdict)) if part)
+
+
+def because(plan: Plan) -> str:
+    """Why the plan is what it is, without the refusals that came before it: those stand with the candidates."""
+    return _raised(plan.reason.partition("; before:")[0])
+
+
+def _raised(text: str) -> str:
+    return text.replace("^2", "²").replace("^3", "³")

@@ -117,7 +117,7 @@
       const [cx, cy] = this.camera.place([x, y]);
       if (cx < -60 || cx > this.width + 60) return;
       shape("path", {
-        d: path(points) + "Z", "stroke-linejoin": "round", fill: ghost ? "none" : body.colour,
+        d: path(points) + "Z", "stroke-linejoin": "round", fill: ghost && !body.tinted ? "none" : body.colour, "fill-opacity": body.tinted ? 0.3 : null,
         stroke: body.struck ? this.look.danger : ghost ? body.colour : this.look.black,
         "stroke-width": body.struck ? 3.2 : ghost ? 1.8 : 1, "stroke-dasharray": ghost ? "4 2.5" : null,
       }, this.moving);

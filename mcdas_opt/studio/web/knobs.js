@@ -33,7 +33,11 @@
         slider.disabled = value === null || value === undefined;
         row.classList.toggle("off", slider.disabled);
         row.title = slider.disabled ? "there is nothing of that kind here to move" : "";
-        if (!slider.disabled) slider.value = value;
+        if (!slider.disabled) {
+          slider.min = Math.min(this.rows[key].knob.low, value);
+          slider.max = Math.max(this.rows[key].knob.high, value);
+          slider.value = value;
+        }
         this.face(key);
       }
     }

@@ -57,6 +57,7 @@
         this.ask(performance.now());
       });
       this.moment.hidden = true;
+      this.note = html("p", "mcdas-hint", open);
       this.knobs = new Knobs(this.side, this.setup.knobs, (key, value, stamp) => {
         this.values[key] = value;
         this.showPaths();
@@ -187,8 +188,10 @@
       this.positions = part.positions;
       this.knobs.put(part.positions);
       this.plans = {};
+      this.lookAhead(0);
       const log = Boolean(part.moments);
       this.moment.hidden = !log;
+      this.note.textContent = part.note || "";
       this.go.hidden = this.driver.hidden = log;
       this.saveToml.disabled = log;
       if (log) {
@@ -198,12 +201,12 @@
         this.faceMoment();
       }
       this.rows.hidden = !part.rows;
-      if (part.rows && part.rows !== this.shownRows) {
+      if (part.rows) {
         clear(this.rows);
         for (const [value, text] of part.rows) html("option", "", this.rows, text).value = value;
-        this.shownRows = part.rows;
       }
       if (part.rows) this.rows.value = part.row;
+      if (part.planner && [...this.driver.options].some((option) => option.value === part.planner)) this.driver.value = part.planner;
       this.showPaths();
       this.ask(null);
     }
@@ -259,12 +262,14 @@
       const k = Math.round(time / picture.every);
       const bodies = picture.bodies.map((body) => ({ ...body, pose: body.poses[Math.min(k, body.poses.length - 1)] }));
       const plans = this.shown();
-      const ghosts = time < 0.025 ? [] : plans.map((plan) => ({
-        ...picture.host, name: "", colour: plan.colour, pose: plan.poses[window.mcdas.at(plan.t, time)],
+      const ahead = time >= 0.025;
+      const ghosts = !ahead ? [] : plans.map((plan) => ({
+        ...picture.host, name: "", colour: plan.colour, tinted: true, pose: plan.poses[window.mcdas.at(plan.t, time)],
       }));
+      if (ahead) ghosts.unshift({ ...picture.host, name: "", colour: this.look.grey });
       this.bird.show({
-        camera: picture.camera,
-        bodies: [...bodies, picture.host],
+        camera: picture.cameras[Math.min(k, picture.cameras.length - 1)],
+        bodies: ahead ? bodies : [...bodies, picture.host],
         ghosts: ghosts.filter((ghost) => ghost.pose),
         paths: plans.map((plan) => ({ points: plan.poses, seconds: plan.seconds, colour: plan.colour, dash: plan.dash })),
       });
