@@ -72,12 +72,12 @@ def judge_parking(case: ParkingCase, trajectory: ParkingTrajectory) -> Judgement
 
 
 def _exceeds(found: list[Violation], name: str, t: Array, value: Array, limit: float, unit: str, slack: float) -> None:
-    """Record the worst of |value| where it exceeds `limit` by more than `slack`."""
+    """Record the worst of |value| where it exceeds `limit` by more than `slack`, which is the limit of what ought to be nothing."""
     if value.size == 0:
         return
     k = int(np.argmax(np.abs(value)))
     if abs(float(value[k])) > limit + slack:
-        found.append(Violation(name=name, t_s=float(t[min(k, len(t) - 1)]), value=abs(float(value[k])), limit=limit, unit=unit))
+        found.append(Violation(name=name, t_s=float(t[min(k, len(t) - 1)]), value=abs(float(value[k])), limit=limit or slack, unit=unit))
 
 
 def _start(case: ParkingCase, trajectory: ParkingTrajectory, found: list[Violation]) -> None:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.clearance import separating_lines
-from mcdas_opt.ocp.parking import CORNERS, Checks, ParkingCosts, ParkingPhysics, ParkingProgram, solve_parking
+from mcdas_opt.ocp.parking import solve_parking
+from mcdas_opt.ocp.parking_records import CORNERS, Checks, ParkingCosts, ParkingPhysics, ParkingProgram
 from mcdas_opt.planning.parking.manoeuvre import Manoeuvre, node_poses, with_solution
 from mcdas_opt.planning.parking.world import World
 
@@ -21,7 +22,7 @@ class ExchangeSettings:
 
     rounds: int = 9
     rounds_unsound: int = 16  # as long as no round was sound
-    checks: int = 6  # per interval
+    checks: int = 24  # per interval
     close_m: float = 0.06  # passing nearer than this beyond the clearance asks for checks inside the interval ...
     spacing_m: float = 0.1  # ... that the car passes at most so far apart
     near_m: float = 0.7  # obstacles nearer than this are checked
@@ -33,6 +34,11 @@ class ExchangeSettings:
     max_iterations: int = 120
     end_share: float = 0.9  # of the end tolerance that may be used: in narrow slots it is worth a tenth of the time
     gain: float = 0.01  # stop when a round gains less than this share
+    around_m: tuple[float, ...] = (0.0, 0.025, 0.06)  # where else to check where the clearance dips
+    nearly_m: float = 1e-3  # what lacks less than this is asked for as well
+    trust_from: int = 2  # round after which the box of trust ...
+    trust_shrinks: float = 0.5  # ... shrinks, every round
+    form: str = "half-planes"  # of the collision checks; or "duals"
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +82,8 @@ def exchange(
     if near.size < len(whole.polygons):
         world = World(world.body, whole.only(near), [world.owner[int(k)] for k in near])
     current, best = first, None
-    extra: set[tuple[int, int, int]] = set()
+    kept: set[tuple[int, int, int]] = set()
+    durations = [0.0]
     iterations, lacking, margin, trust = 0, np.inf, settings.margin_m, 1.0
     rounds = 0
     poses, fractions = node_poses(case, current, settings.per_interval)
@@ -84,14 +91,16 @@ def exchange(
     for rounds in range(1, settings.rounds_unsound + 1):
         if rounds > settings.rounds and best is not None:
             break
-        program = _program(case, world, current, poses, fractions, apart, extra, settings, trust)
+        program = _program(case, world, current, poses, fractions, apart, kept, settings, trust)
         if end_steering_rad is None:
             slack = settings.end_share * _end_slack(case)
             program.nodes_low[-1, :3] -= slack
             program.nodes_high[-1, :3] += slack
         else:
             program.nodes[-1, 4] = program.nodes_low[-1, 4] = program.nodes_high[-1, 4] = end_steering_rad
-        solution = solve_parking(program, physics._replace(clearance_m=asked + margin), costs, settings.max_iterations, warm=rounds > 1)
+        solution = solve_parking(
+            program, physics._replace(clearance_m=asked + margin), costs, settings.max_iterations, warm=rounds > 1, form=settings.form
+        )
         iterations += solution.iterations
         if not solution.violation <= 0.5:
             break
@@ -100,19 +109,25 @@ def exchange(
         apart = _apart(world, poses)
         least = float(apart.min(initial=np.inf))
         lacking = max(asked - least, solution.violation - 1e-5, 0.0)
-        extra |= _dips(apart, asked + margin)
+        kept |= _dips(apart, asked + margin, _ways(current), settings.around_m)
         if least >= asked - 1e-6 and solution.violation < 1e-5:
-            gained = (best.duration_s if best is not None else np.inf) - current.duration_s
-            if gained > 0.0:
+            if best is None or current.duration_s < best.duration_s:
                 best = current
             margin = settings.margin_m
-            if gained < settings.gain * current.duration_s:
+            if min(durations) > (1.0 - settings.gain) * best.duration_s:  # what was allowed more was no faster
                 break
-        elif lacking < 0.01:
-            margin = min(margin + 0.5 * lacking, 0.01)
-        if rounds >= 4:
-            trust *= 0.6
+        elif lacking < settings.nearly_m:
+            margin += lacking
+        durations = [*durations, current.duration_s][-2:]
+        if rounds >= settings.trust_from:
+            trust = max(trust * settings.trust_shrinks, 0.05)
     return Exchanged(best, current, lacking, rounds, iterations)
+
+
+def _ways(manoeuvre: Manoeuvre) -> Array:
+    """(n,) metres driven in each interval."""
+    speed = np.abs(manoeuvre.nodes[:, 3])
+    return np.asarray(0.5 * (speed[1:] + speed[:-1]) * manoeuvre.steps)
 
 
 def _apart(world: World, poses: Array) -> Array:
@@ -121,13 +136,23 @@ def _apart(world: World, poses: Array) -> Array:
     return world.whole.separation(poses.reshape(-1, 3), world.body).reshape(n, m, len(world.whole.polygons))
 
 
-def _dips(apart: Array, asked: float) -> set[tuple[int, int, int]]:
-    """(interval, polygon, point) where the clearance falls short inside an interval."""
+def _dips(apart: Array, asked: float, way: Array, around_m: tuple[float, ...]) -> set[tuple[int, int, int]]:
+    """(interval, polygon, point) where the clearance falls short, and places around it: the next solution dips a little farther on.
+
+    `way` (n,) is how far the car goes in each interval [m].
+    """
     found = set()
+    per = apart.shape[1] - 1
     worst = apart.argmin(axis=1)
     least = apart.min(axis=1)
     for k, polygon in zip(*np.nonzero(least < asked - 5e-5), strict=True):
-        found.add((int(k), int(polygon), int(worst[k, polygon])))
+        at = int(k) * per + int(worst[k, polygon])
+        each = max(float(way[k]) / per, 1e-4)
+        for offset in around_m:
+            steps = max(1, round(offset / each)) if offset else 0
+            for there in (at - steps, at + steps):
+                if 0 < there < per * len(apart):
+                    found.add((there // per, int(polygon), there % per))
     return found
 
 
@@ -138,12 +163,14 @@ def _program(
     poses: Array,
     fractions: Array,
     apart: Array,
-    extra: set[tuple[int, int, int]],
+    kept: set[tuple[int, int, int]],
     settings: ExchangeSettings,
     trust: float,
 ) -> ParkingProgram:
     wanted: list[list[tuple[float, int, int]]] = [[] for _ in manoeuvre.steps]
-    for k, polygon in zip(*np.nonzero(apart[:, 0] < settings.near_m), strict=True):
+    reach = settings.trust_m + settings.trust_rad * world.body.reach
+    near = case.limits.clearance_m + settings.close_m + min(settings.near_m, trust * reach)
+    for k, polygon in zip(*np.nonzero(apart[:, 0] < near), strict=True):
         if manoeuvre.gears[k] != 0.0:
             wanted[k].append((float(apart[k, 0, polygon]), int(polygon), 0))
     least = apart.min(axis=1)
@@ -151,22 +178,23 @@ def _program(
         pieces = int(np.ceil(abs(manoeuvre.nodes[k : k + 2, 3]).mean() * manoeuvre.steps[k] / settings.spacing_m))
         for piece in range(1, pieces):
             point = round(piece * settings.per_interval / pieces)
-            wanted[k].append((float(apart[k, point, polygon]), int(polygon), point))
-    for k, polygon, point in sorted(extra):
-        wanted[k].append((float(apart[k, point, polygon]) - 0.1, polygon, point))
+            kept.add((int(k), int(polygon), point))
+    for k, polygon, point in sorted(kept):
+        wanted[k].append((float(apart[k, point, polygon]), polygon, point))
     places = [(k, polygon, point) for k, entries in enumerate(wanted) for _, polygon, point in sorted(set(entries))[: settings.checks]]
     checks = _checks(world, np.array(places, dtype=np.int64).reshape(-1, 3), poses, fractions)
     low, high = _node_bounds(case, manoeuvre, apart[:, 0].min(axis=1, initial=np.inf), settings, trust)
-    stands = manoeuvre.gears == 0.0
-    same = manoeuvre.segments[1:] == manoeuvre.segments[:-1]
+    segments = np.concatenate([[0], np.cumsum(manoeuvre.segments[1:] != manoeuvre.segments[:-1])]).astype(np.int64)
+    first = np.flatnonzero(np.concatenate([[True], np.diff(segments) > 0]))
+    stands = manoeuvre.gears[first] == 0.0
     return ParkingProgram(
         nodes=np.clip(manoeuvre.nodes, low, high),
         nodes_low=low,
         nodes_high=high,
-        steps=manoeuvre.steps,
+        segments=segments,
+        steps=manoeuvre.steps[first],
         steps_low=np.where(stands, 0.0, 2e-3),
         steps_high=np.where(stands, 2.0 * case.vehicle.steering_max_rad / case.vehicle.steering_rate_max_radps, 4.0),
-        step_change=np.where(same, 0.0, np.inf),
         checks=checks,
     )
 

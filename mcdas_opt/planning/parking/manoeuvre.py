@@ -12,7 +12,7 @@ from mcdas_opt.dynamics.rollout import roll_out
 from mcdas_opt.planning.parking.path import ArcPath, sampled
 
 SIZES = (24, 36, 48, 60, 72, 84, 96, 120, 144, 168, 192, 224, 256, 320, 400)
-_INTERVAL_S = 0.28
+INTERVAL_S = 0.28
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ def standing_start(case: ParkingCase, path: ArcPath) -> Manoeuvre:
         top = limits.forward_mps if arc.length > 0.0 else limits.reverse_mps
         reached = min(top, float(np.sqrt(limits.acceleration_mps2 * abs(arc.length))))
         durations.append(2.0 * reached / limits.acceleration_mps2 + (abs(arc.length) - reached**2 / limits.acceleration_mps2) / reached)
-    counts = np.array([max(4, 2 * int(np.ceil(0.5 * d / _INTERVAL_S))) for d in durations])
+    counts = np.array([max(4, 2 * int(np.ceil(0.5 * d / INTERVAL_S))) for d in durations])
     counts = np.minimum(counts, 20)
     wanted = int(counts.sum()) + len(counts)
     size = next((s for s in SIZES if s >= wanted), wanted)

@@ -8,22 +8,24 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from mcdas_opt.domain.parking import Parking, ParkingAttempt, ParkingCase, ParkingTrajectory
+from mcdas_opt.domain.parking import Parking, ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.verdict import Verdict, Violation
 from mcdas_opt.errors import ParameterError, nearest
-from mcdas_opt.ocp.parking import ParkingCosts
+from mcdas_opt.ocp.parking_records import COSTS, ParkingCosts
 from mcdas_opt.planning.parking.closed_form import CLOSED_FORMS
-from mcdas_opt.planning.parking.costs import PathCost
-from mcdas_opt.planning.parking.exchange import ExchangeSettings
+from mcdas_opt.planning.parking.exchange import Exchanged, ExchangeSettings, exchange
+from mcdas_opt.planning.parking.guesses import GUESSES, PIECE, Guess, guesses, started
 from mcdas_opt.planning.parking.ladder import LEVELS, Level, beyond_the_wall, climb
-from mcdas_opt.planning.parking.manoeuvre import standing_start
-from mcdas_opt.planning.parking.path import ArcPath, drive
-from mcdas_opt.planning.parking.search import SearchSettings, search
+from mcdas_opt.planning.parking.manoeuvre import Manoeuvre
+from mcdas_opt.planning.parking.path import ArcPath, counted, drive
+from mcdas_opt.planning.parking.refusal import lengthened, relief, too_tight
+from mcdas_opt.planning.parking.run import Run
+from mcdas_opt.planning.parking.search import SearchSettings
+from mcdas_opt.planning.parking.structure import finer, in_pieces, ways, without
 from mcdas_opt.planning.parking.windows import WindowSettings, improve
 from mcdas_opt.planning.parking.world import World
-from mcdas_opt.verification.parking_judge import Judgement, judge_parking
+from mcdas_opt.verification.parking_judge import judge_parking
 
-_SHORT_M = 5e-5
 PLANNERS = ("nlp", "search", *CLOSED_FORMS)
 
 
@@ -31,61 +33,29 @@ PLANNERS = ("nlp", "search", *CLOSED_FORMS)
 class ParkSettings:
     """All caps are counts, so that the same case gives the same answer; a time budget is an extra cap and is reported when it bit."""
 
-    costs: ParkingCosts = field(default_factory=ParkingCosts)
+    costs: ParkingCosts = COSTS["time"]
     search: SearchSettings = field(default_factory=SearchSettings)
     exchange: ExchangeSettings = field(default_factory=ExchangeSettings)
     windows: WindowSettings = field(default_factory=WindowSettings)
     levels: tuple[Level, ...] = LEVELS
+    guesses: tuple[str, ...] = ("search", "one-more")  # of `GUESSES`
     starts: int = 3  # guesses that the program is started from
-    starts_tight: int = 1  # the same, for paths with more gear changes than ...
-    tight_from: int = 7
+    starts_tight: int = 2  # the same, for paths with more gear changes than ...
+    tight_from: int = 4
+    starts_long: int = 3  # the same, from so many gear changes on as ...
+    long_from: int = 17
+    single_from: int = 25  # from so many gear changes on, one start has to do
+    many: int = 14  # a search's path with more gear changes asks for another search of finer cells
+    left_out_m: float = 0.06  # phases shorter than this are tried without ...
+    left_out: int = 2  # ... at most so many times
+    polish_up_to: int = 100  # intervals: what has at most so many is solved once more on a grid of half the spacing
+    polish_m: float = 0.2  # trust of that
     time_budget_s: float | None = None
 
-
-@dataclass(slots=True)
-class _Run:
-    """What one call gathers on its way."""
-
-    case: ParkingCase
-    settings: ParkSettings
-    began: float
-    attempts: list[ParkingAttempt] = field(default_factory=list)
-    best: tuple[ParkingTrajectory, Judgement] | None = None
-    nodes: int = 0
-    iterations: int = 0
-    timing: dict[str, float] = field(default_factory=lambda: {"total": 0.0, "search": 0.0, "solve": 0.0, "verify": 0.0, "first": 0.0})
-    out_of_time: bool = False
-
-    def offer(self, name: str, trajectory: ParkingTrajectory, note: str, seconds: float) -> bool:
-        """Judge a trajectory and keep it when it is sound and the fastest so far."""
-        begin = time.perf_counter()
-        judgement = judge_parking(self.case, trajectory)
-        self.timing["verify"] += 1e3 * (time.perf_counter() - begin)
-        least, asked = judgement.min_clearance_m, self.case.limits.clearance_m
-        short = least is not None and least < asked - _SHORT_M  # the judge's tolerance is not ours to use
-        passed = judgement.verdict.passed and not short
-        said = note if passed else f"clearance {least:.4f} m, {asked:g} m asked" if judgement.verdict.passed else judgement.verdict.reason
-        self.attempts.append(
-            ParkingAttempt(
-                name=name,
-                duration_s=trajectory.duration_s,
-                gear_changes=trajectory.gear_changes,
-                passed=passed,
-                note=said,
-                seconds=round(seconds, 3),
-            )
-        )
-        if passed and (self.best is None or trajectory.duration_s < self.best[0].duration_s):
-            if self.best is None:
-                self.timing["first"] = 1e3 * (time.perf_counter() - self.began)
-            self.best = (trajectory, judgement)
-        return passed
-
-    def late(self) -> bool:
-        budget = self.settings.time_budget_s
-        if budget is not None and time.perf_counter() - self.began > budget:
-            self.out_of_time = True
-        return self.out_of_time
+    def __post_init__(self) -> None:
+        for name in self.guesses:
+            if name not in GUESSES:
+                raise ParameterError("guesses", name, f"is unknown; {nearest(name, GUESSES)}")
 
 
 def park(case: ParkingCase, planner: str = "nlp", *, settings: ParkSettings | None = None) -> Parking:
@@ -95,156 +65,174 @@ def park(case: ParkingCase, planner: str = "nlp", *, settings: ParkSettings | No
     """
     if planner not in PLANNERS:
         raise ParameterError("planner", planner, f"is unknown; {nearest(planner, PLANNERS)}")
-    run = _Run(case, settings or ParkSettings(), time.perf_counter())
+    settings = settings or ParkSettings()
+    world = World.of(case)
+    run = Run(case, world, settings.costs, settings.time_budget_s)
     if planner in CLOSED_FORMS:
         return _closed_form(run, planner, CLOSED_FORMS[planner])
-    world = World.of(case)
-    tight = _too_tight(case, world)
+    tight = too_tight(case, world)
     if tight is not None:
-        return _refused(run, planner, tight[0], tight[1])
-    paths, exhausted = _searched(run, world)
+        return run.answer(planner, None, Verdict(violations=(tight[1],)), None, status="refused", reason=tight[0])
+    paths, exhausted = _searched(run, settings)
     if planner == "nlp":
-        _programs(run, world, paths)
+        _programs(run, settings, paths)
     if run.best is None:
-        reason = "every cell was searched and none leads home" if exhausted else "the search's cap on nodes was reached without a path"
-        if beyond_the_wall(case):
-            reason += "; the slot is shorter than the car's diagonal and two clearances, so that only vanishing zigzags are left"
-        return _refused(run, planner, f"{reason}; {_what_would_help(run)}", None)
-    return _answer(run, planner, *run.best, status="planned", reason=_story(run))
+        return _refused(run, settings, planner, exhausted)
+    trajectory, judgement = run.best
+    return run.answer(planner, trajectory, judgement.verdict, judgement.min_clearance_m, status="planned", reason=_story(run))
 
 
-def _searched(run: _Run, world: World) -> tuple[list[ArcPath], bool]:
-    """Sound paths, quickest first, one for each number of gear changes, and whether the last search saw everything."""
+def _searched(run: Run, settings: ParkSettings) -> tuple[list[ArcPath], bool]:
+    """Sound paths, cheapest first, one for each number of gear changes, and whether the last search saw everything."""
     begin = time.perf_counter()
-    settings = run.settings
-    quickest: dict[int, tuple[float, ArcPath]] = {}
+    cheapest: dict[int, tuple[float, ArcPath]] = {}
 
     def offer(path: ArcPath) -> bool:
         driven = drive(run.case, path)
-        sound = run.offer(f"search, {path.gear_changes} gear changes", driven, "stops for every change of steering", 0.0)
-        if sound and driven.duration_s < quickest.get(path.gear_changes, (np.inf, path))[0]:
-            quickest[path.gear_changes] = (driven.duration_s, path)
+        sound = run.offer(f"search, {counted(path.gear_changes)}", driven, "stops for every change of steering", 0.0)
+        value = driven.duration_s + settings.costs.gear_changes * path.gear_changes
+        if sound and value < cheapest.get(path.gear_changes, (np.inf, path))[0]:
+            cheapest[path.gear_changes] = (value, path)
         return sound
 
-    done = climb(run.case, world, settings.levels, settings.search, settings.windows.whole_up_to, offer, run.late)
+    done = climb(run.case, run.world, settings.levels, settings.search, settings.many, offer, run.late)
     run.nodes += done.nodes
     run.timing["search"] += 1e3 * (time.perf_counter() - begin)
-    return [path for _, path in sorted(quickest.values(), key=lambda entry: entry[0])], done.exhausted
+    return [path for _, path in sorted(cheapest.values(), key=lambda entry: entry[0])], done.exhausted
 
 
-def _programs(run: _Run, world: World, paths: list[ArcPath]) -> None:
-    """The nonlinear program from several paths; every sound result is offered."""
-    settings = run.settings
-    many = bool(paths) and min(path.gear_changes for path in paths) > settings.tight_from
-    for path in paths[: settings.starts_tight if many else settings.starts]:
-        if run.late() or not path.arcs:
+def _programs(run: Run, settings: ParkSettings, paths: list[ArcPath]) -> None:
+    """The nonlinear program from several guesses side by side, then the best without its shortest phases, then on a finer grid."""
+    if any(not path.arcs for path in paths):
+        return  # the car is there already
+    fewest = min((path.gear_changes for path in paths), default=0)
+    most = settings.starts if fewest <= settings.tight_from else settings.starts_tight
+    most = 1 if fewest >= settings.single_from else settings.starts_long if fewest >= settings.long_from else most
+    chosen = list(guesses(run.case, paths, settings.guesses, settings.costs, settings.exchange))
+    extra = [guess for guess in chosen if guess.name in ("two arcs", "reverse sigmoid", "a longer slot")]
+    best: Manoeuvre | None = None
+    for guess in [*[g for g in chosen if g not in extra][:most], *extra]:
+        if run.late():
+            return
+        best = _tried(run, settings, guess, best)
+    for _ in range(settings.left_out if best is not None and best.gear_changes <= settings.windows.whole_up_to else 0):
+        shorter = _without_shortest(run, settings, best)
+        if shorter is best:
             break
-        begin = time.perf_counter()
-        done = improve(run.case, world, standing_start(run.case, path), settings.costs, settings.exchange, settings.windows)
-        seconds = time.perf_counter() - begin
-        run.timing["solve"] += 1e3 * seconds
-        run.iterations += done.iterations
-        outcome = done.best if done.best is not None else done.last
-        note = f"{done.rounds} rounds, {done.iterations} iterations"
-        run.offer(f"nlp from {path.gear_changes} gear changes", outcome.trajectory(run.case), note, seconds)
+        best = shorter
+    if best is not None and len(best.steps) <= settings.polish_up_to and not run.late():
+        fine = replace(settings.exchange, trust_m=settings.polish_m, trust_rad=0.5 * settings.polish_m)
+        halved = in_pieces(finer(run.case, best), PIECE)
+        _offered(run, "nlp, finer grid", lambda: exchange(run.case, run.world, halved, settings.costs, fine))
 
 
-def _too_tight(case: ParkingCase, world: World) -> tuple[str, Violation] | None:
-    """A proof that no path exists: the start or the goal itself is nearer to an obstacle than asked."""
-    asked = case.limits.clearance_m
-    for key, pose in (("start", case.start), ("goal", case.goal)):
-        apart = world.whole.separation(pose[None], world.body)[0]
-        if apart.size == 0:
-            continue
-        worst = int(np.argmin(apart))
-        least = float(apart[worst])
-        if least < asked - 1e-9:
-            name = case.names[world.owner[worst]]
-            text = f"proved impossible: at the {key} the body is {100 * least:.1f} cm from {name}, {100 * asked:.1f} cm asked"
-            if case.slot is not None and key == "goal" and name in ("rear car", "front car"):
-                text += f": {200 * (asked - least):.0f} cm more length"
-            return text, Violation(name=f"clearance at the {key}: distance to {name}", t_s=0.0, value=least, limit=asked, unit="m")
+def _tried(run: Run, settings: ParkSettings, guess: Guess, best: Manoeuvre | None) -> Manoeuvre | None:
+    """The better of the best so far and what the program makes of a guess."""
+    begin = time.perf_counter()
+    first = guess.make()
+    if first is None:
+        run.timing["solve"] += 1e3 * (time.perf_counter() - begin)
+        return best
+    before = run.value
+    done = _offered(
+        run,
+        f"nlp from {guess.name}",
+        lambda: improve(run.case, run.world, first, settings.costs, settings.exchange, settings.windows),
+    )
+    return done if done is not None and (best is None or run.value < before) else best
+
+
+def _without_shortest(run: Run, settings: ParkSettings, best: Manoeuvre | None) -> Manoeuvre | None:
+    """The best manoeuvre without its shortest phase, where that is short and the program gains by it; else the best itself."""
+    if best is None or best.gear_changes < 1 or run.late():
+        return best
+    driven = ways(best)
+    shortest = int(np.argmin(driven))
+    if driven[shortest] > settings.left_out_m:
+        return best
+    before = run.value
+    done = _offered(
+        run, "nlp, a phase left out", lambda: exchange(run.case, run.world, without(best, shortest), settings.costs, settings.exchange)
+    )
+    return done if done is not None and run.value < before else best
+
+
+def _offered(run: Run, name: str, solve: Callable[[], Exchanged]) -> Manoeuvre | None:
+    """Solve, and offer what came of it; the manoeuvre when it is sound."""
+    begin = time.perf_counter()
+    done = solve()
+    seconds = time.perf_counter() - begin
+    run.timing["solve"] += 1e3 * seconds
+    run.iterations += done.iterations
+    note = f"{done.rounds} rounds, {done.iterations} iterations"
+    driven = (done.best if done.best is not None else done.last).trajectory(run.case)
+    if run.offer(name, driven, note, seconds):
+        return done.best
+    run.failed(name, done.lacking_m, driven)
     return None
 
 
-def _what_would_help(run: _Run) -> str:
-    """The least of a few reliefs that lets a quick search through: a longer slot, else less clearance."""
-    case, settings = run.case, run.settings
-    quick = replace(settings.search, cell_m=0.03, cell_rad=0.015, max_nodes=20_000)
-    reliefs: list[tuple[str, ParkingCase]] = []
-    if case.slot is not None:
-        for more in (0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 0.8):
-            slot = replace(case.slot, length_m=case.slot.length_m + more)
-            shift = np.array([0.5 * more, 0.0, 0.0])
-            obstacles = (*slot.obstacles, *case.obstacles[4:])
-            longer = replace(case, slot=slot, obstacles=obstacles, goal=case.goal + shift, start=case.start + 2.0 * shift)
-            reliefs.append((f"{100 * more:.0f} cm more length would do", longer))
-    for share in (0.5, 0.2, 0.0):
-        limits = replace(case.limits, clearance_m=share * case.limits.clearance_m)
-        reliefs.append((f"a clearance of {100 * limits.clearance_m:.1f} cm would do", replace(case, limits=limits)))
-    for text, relieved in reliefs:
-        if run.late():
+def _refused(run: Run, settings: ParkSettings, planner: str, exhausted: bool) -> Parking:
+    """A last attempt from the answer of a relieved case; else why not, how near the best attempt came, and what would help."""
+    case = run.case
+    reason = "every cell was searched and none leads home" if exhausted else "the search's cap on nodes was reached without a path"
+    if beyond_the_wall(case):
+        reason += "; the slot is shorter than the car's diagonal and two clearances, so that only vanishing zigzags are left"
+    helps = "no small relief was found that helps"
+    found = relief(case, settings.search, run.late)
+    if found is not None:
+        helps, relieved, path = found
+        if planner == "nlp":
+            helps = _approached(run, settings, relieved, path) or helps
+            if run.best is not None:
+                trajectory, judgement = run.best
+                return run.answer(planner, trajectory, judgement.verdict, judgement.min_clearance_m, status="planned", reason=_story(run))
+    violation = Violation(name="no path found", t_s=0.0, value=0.0, limit=1.0, unit="")
+    if run.nearest is not None:
+        lacking, name, violation = run.nearest
+        reason += f"; the best attempt ({name}) lacks {100.0 * lacking:.1f} cm: {violation.name} {100.0 * violation.value:.1f} cm"
+    return run.answer(planner, None, Verdict(violations=(violation,)), None, status="refused", reason=f"{reason}; {helps}")
+
+
+def _approached(run: Run, settings: ParkSettings, relieved: ParkingCase, path: ArcPath) -> str:
+    """From a relieved case's answer towards the case itself; says how near it came, and offers what it ends with."""
+    case = run.case
+    solve = replace(settings.exchange, rounds=6, rounds_unsound=9)
+    current = started(relieved, path)
+    said = ""
+    spare = relieved.slot.length_m - case.slot.length_m if relieved.slot is not None and case.slot is not None else 0.0
+    for share in (1.0, 0.75, 0.5, 0.25):
+        if run.late() or current.gear_changes > settings.windows.whole_up_to:
             break
-        if search(relieved, World.of(relieved), quick, PathCost.of(relieved)).paths:
-            return text
-    return "no small relief was found that helps"
+        step = lengthened(case, share * spare) if spare > 1e-6 else relieved
+        done = exchange(step, World.of(step), current, settings.costs, solve)
+        if done.best is None:
+            break
+        current = done.best
+        if spare > 1e-6:
+            said = f"{100.0 * share * spare:.0f} cm more length would do"
+        else:
+            break
+    if current.gear_changes <= settings.windows.whole_up_to:
+        _offered(run, "nlp from a relieved case", lambda: exchange(case, run.world, current, settings.costs, settings.exchange))
+    return said
 
 
-def _closed_form(run: _Run, planner: str, make: Callable[[ParkingCase], ParkingTrajectory]) -> Parking:
+def _closed_form(run: Run, planner: str, make: Callable[[ParkingCase], ParkingTrajectory]) -> Parking:
     trajectory = make(run.case)
     judgement = judge_parking(run.case, trajectory)
     run.offer(planner, trajectory, "", 0.0)
     status = "planned" if judgement.verdict.passed else "refused"
-    return _answer(run, planner, trajectory, judgement, status=status, reason=judgement.verdict.reason)
+    least = judgement.min_clearance_m
+    return run.answer(planner, trajectory, judgement.verdict, least, status=status, reason=judgement.verdict.reason)
 
 
-def _story(run: _Run) -> str:
+def _story(run: Run) -> str:
     sound = [a for a in run.attempts if a.passed]
-    text = f"{len(sound)} of {len(run.attempts)} attempts are sound, {min(a.duration_s or 0.0 for a in sound):.2f} s is the quickest"
-    return text + ("; the time budget bit" if run.out_of_time else "")
-
-
-def _answer(run: _Run, planner: str, trajectory: ParkingTrajectory, judgement: Judgement, *, status: str, reason: str) -> Parking:
-    case = run.case
-    run.timing["total"] = 1e3 * (time.perf_counter() - run.began)
-    dx, dy = case.origin_m
-    return Parking(
-        planner=planner,
-        status=status,
-        reason=reason,
-        verdict=judgement.verdict,
-        duration_s=trajectory.duration_s,
-        path_m=trajectory.path_m,
-        gear_changes=trajectory.gear_changes,
-        min_clearance_m=judgement.min_clearance_m,
-        obstacles=tuple(outline + np.array([dx, dy]) for outline in case.obstacles),
-        trajectory=trajectory.moved(dx, dy),
-        attempts=tuple(run.attempts),
-        notes=case.notes,
-        timing_ms=run.timing,
-        nodes=run.nodes,
-        iterations=run.iterations,
-    )
-
-
-def _refused(run: _Run, planner: str, reason: str, violation: Violation | None) -> Parking:
-    case = run.case
-    run.timing["total"] = 1e3 * (time.perf_counter() - run.began)
-    found = violation or Violation(name="no path found", t_s=0.0, value=0.0, limit=1.0, unit="")
-    return Parking(
-        planner=planner,
-        status="refused",
-        reason=reason + ("; the time budget bit" if run.out_of_time else ""),
-        verdict=Verdict(violations=(found,)),
-        duration_s=None,
-        path_m=None,
-        gear_changes=None,
-        min_clearance_m=None,
-        obstacles=tuple(outline + np.array(case.origin_m) for outline in case.obstacles),
-        trajectory=None,
-        attempts=tuple(run.attempts),
-        notes=case.notes,
-        timing_ms=run.timing,
-        nodes=run.nodes,
-        iterations=run.iterations,
-    )
+    programs = [a for a in run.attempts if a.name.startswith("nlp")]
+    text = f"{len(sound)} of {len(run.attempts)} attempts are sound"
+    if programs:
+        converged = sorted(a.duration_s or 0.0 for a in programs if a.passed)
+        text += f"; {len(converged)} of {len(programs)} programs converged"
+        text += f", to {', '.join(f'{d:.2f}' for d in converged)} s" if converged else ""
+    return text + f"; {min(a.duration_s or 0.0 for a in sound):.2f} s is the quickest"

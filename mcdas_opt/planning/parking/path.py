@@ -107,3 +107,7 @@ def sampled(case: ParkingCase, t: Array, v: Array, delta: Array) -> ParkingTraje
 def drive(case: ParkingCase, path: ArcPath) -> ParkingTrajectory:
     """The path driven with a stop for every change of steering: complete, and judged like any other answer."""
     return sampled(case, *knots_of(case, path))
+
+
+def counted(gear_changes: int) -> str:
+    return f"{gear_changes} gear change{'' if gear_changes == 1 else 's'}"

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mcdas_opt.domain.parking import ParkingCase
-from mcdas_opt.ocp.parking import ParkingCosts
+from mcdas_opt.ocp.parking_records import ParkingCosts
 from mcdas_opt.planning.parking.exchange import Exchanged, ExchangeSettings, exchange
 from mcdas_opt.planning.parking.manoeuvre import Manoeuvre
+from mcdas_opt.planning.parking.structure import ways, without
 from mcdas_opt.planning.parking.world import World
 
 
@@ -17,11 +18,11 @@ from mcdas_opt.planning.parking.world import World
 class WindowSettings:
     """A window holds `phases` gears and the next one starts `stride` gears later; `passes` over the whole."""
 
-    whole_up_to: int = 14  # gear changes that are still solved in one piece
-    phases: int = 10
-    stride: int = 6
+    whole_up_to: int = 24  # gear changes that are still solved in one piece
+    phases: int = 14
+    stride: int = 8
     passes: int = 2
-    twice_up_to: int = 30  # gear changes; beyond, one pass has to do
+    twice_up_to: int = 60  # gear changes; beyond, one pass has to do
     rounds: int = 4
     rounds_unsound: int = 6
 
@@ -55,8 +56,15 @@ def improve(
             done = exchange(piece, world, part, costs, inner, None if last else float(part.nodes[-1, 4]))
             iterations += done.iterations
             rounds += done.rounds
-            if done.best is not None and done.best.duration_s < part.duration_s:
-                current = _spliced(current, low, high, done.best)
+            better = done.best if done.best is not None and done.best.duration_s < part.duration_s else part
+            if number > 0 or passes == 1:
+                fewer = without(better, int(np.argmin(ways(better)[1:-1])) + 1)
+                tried = exchange(piece, world, fewer, costs, inner, None if last else float(part.nodes[-1, 4]))
+                iterations += tried.iterations
+                rounds += tried.rounds
+                if tried.best is not None and tried.best.duration_s < better.duration_s:
+                    better = tried.best
+            current = _spliced(current, low, high, better)
             if last:
                 break
             phase += windows.stride
@@ -78,6 +86,12 @@ def _cusps(manoeuvre: Manoeuvre) -> list[int]:
 
 
 def _spliced(whole: Manoeuvre, low: int, high: int, part: Manoeuvre) -> Manoeuvre:
+    """The part instead of the intervals from `low` to `high`; its segments stay apart from those around it."""
     nodes = np.concatenate([whole.nodes[:low], part.nodes, whole.nodes[high + 1 :]])
     steps = np.concatenate([whole.steps[:low], part.steps, whole.steps[high:]])
-    return replace(whole, nodes=nodes, steps=steps)
+    gears = np.concatenate([whole.gears[:low], part.gears, whole.gears[high:]])
+    behind = whole.segments[high:]
+    shift = part.segments[-1] + 1 - behind[:1].sum()
+    before = whole.segments[:low] - whole.segments[low - 1 : low].sum() + part.segments[0] - 1
+    segments = np.concatenate([before, part.segments, behind + shift])
+    return replace(whole, nodes=nodes, steps=steps, gears=gears, segments=segments)

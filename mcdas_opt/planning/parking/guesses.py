@@ -1,0 +1,79 @@
+"""Where the program is started from: the search's paths, those with one more gear, closed forms, and the answer of a longer slot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import NamedTuple
+
+from mcdas_opt.domain.parking import ParkingCase
+from mcdas_opt.ocp.parking_records import ParkingCosts
+from mcdas_opt.planning.parking.closed_form import corrected, two_arc
+from mcdas_opt.planning.parking.exchange import ExchangeSettings, exchange
+from mcdas_opt.planning.parking.manoeuvre import Manoeuvre, standing_start
+from mcdas_opt.planning.parking.path import Arc, ArcPath, counted, merged
+from mcdas_opt.planning.parking.refusal import lengthened
+from mcdas_opt.planning.parking.structure import from_trajectory, in_pieces
+from mcdas_opt.planning.parking.world import World
+
+GUESSES = ("search", "one-more", "two-arc", "sigmoid", "continuation")
+PIECE = 6  # intervals of one length
+_RETRACE_M = 0.4  # driven the other way first, and back
+_STEPS_M = (0.4, 0.25, 0.1, 0.0)  # slot lengths beyond the case's, one answer the guess of the next
+
+
+class Guess(NamedTuple):
+    """`make` costs something only for `continuation`."""
+
+    name: str
+    make: Callable[[], Manoeuvre | None]
+
+
+def guesses(
+    case: ParkingCase, paths: list[ArcPath], kinds: tuple[str, ...], costs: ParkingCosts, settings: ExchangeSettings
+) -> Iterator[Guess]:
+    """Guesses of the wanted kinds, most promising first; a closed form's needs no path of the search."""
+    for rank, path in enumerate(paths):
+        if "search" in kinds:
+            yield Guess(counted(path.gear_changes), partial(started, case, path))
+        if "one-more" in kinds and rank == 0:
+            longer = one_more(path)
+            yield Guess(f"{counted(longer.gear_changes)}, one put before", partial(started, case, longer))
+    if "two-arc" in kinds:
+        yield Guess("two arcs", partial(_closed, case, "two arcs"))
+    if "sigmoid" in kinds:
+        yield Guess("reverse sigmoid", partial(_closed, case, "reverse sigmoid"))
+    if "continuation" in kinds and case.slot is not None and paths:
+        yield Guess("a longer slot", partial(continued, case, paths[0], costs, settings))
+
+
+def started(case: ParkingCase, path: ArcPath) -> Manoeuvre:
+    return in_pieces(standing_start(case, path), PIECE)
+
+
+def one_more(path: ArcPath) -> ArcPath:
+    """A little the other way first, and back: a gear that the program may make use of."""
+    first = path.arcs[0]
+    way = -_RETRACE_M if first.length > 0.0 else _RETRACE_M
+    return ArcPath(path.start, merged([Arc(0.0, way), Arc(0.0, -way), *path.arcs]), path.name)
+
+
+def continued(case: ParkingCase, path: ArcPath, costs: ParkingCosts, settings: ExchangeSettings) -> Manoeuvre | None:
+    """The slot shortened step by step, every answer the next one's guess; None when a step has no answer."""
+    current: Manoeuvre | None = None
+    for more in _STEPS_M[:-1]:
+        longer = lengthened(case, more)
+        if current is None:
+            current = started(longer, ArcPath(longer.start, path.arcs, path.name))
+        done = exchange(longer, World.of(longer), current, costs, settings)
+        if done.best is None:
+            return None
+        current = done.best
+    return current
+
+
+def _closed(case: ParkingCase, name: str) -> Manoeuvre | None:
+    driven = (two_arc if name == "two arcs" else corrected)(case)
+    if driven.path_m < 0.1:
+        return None
+    return in_pieces(from_trajectory(case, driven, name), PIECE)
