@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, number
-from mcdas_opt.errors import InputError
 
 
 def park(
@@ -17,7 +16,7 @@ def park(
     vehicle: Annotated[str | None, typer.Option("--vehicle", help="Instead of the case's vehicle.")] = None,
     clearance: Annotated[float | None, typer.Option("--clearance", min=0.0, help="Instead of the case's clearance [m].")] = None,
     budget: Annotated[float | None, typer.Option("--budget", min=0.0, help="Stop improving after so many seconds (an extra cap).")] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Draw it: a sheet (.png) or an animation (.gif).")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Draw it: .png (a sheet), .gif, or .html (plays and scrubs).")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """One parking plan, judged."""
@@ -26,18 +25,16 @@ def park(
     from mcdas_opt.planning.parking.park import park as run
 
     if out is not None:
-        from mcdas_opt.plotting.animation import check_suffix
+        from mcdas_opt.plotting.export import check_picture
 
-        check_suffix(out)
+        check_picture(out)
     problem = load_parking_case(case, vehicle=vehicle, clearance_m=clearance)
     answer = run(problem, planner, settings=ParkSettings(time_budget_s=budget))
-    if out is not None and answer.trajectory is not None:
-        from mcdas_opt.plotting.parking import save as draw
+    drawn: Path | None = None
+    if out is not None:
+        from mcdas_opt.plotting.export import save_parking
 
-        try:
-            draw(problem, answer, out)
-        except OSError as error:
-            raise InputError(out, "", None, f"cannot be written: {error.strerror}") from None
+        drawn = save_parking(problem, answer, out)
     if as_json:
         emit(answer.to_dict())
         return
@@ -65,4 +62,4 @@ def park(
         )
     screen.print(table)
     if out is not None:
-        screen.print(f"drawn: {out}" if answer.trajectory is not None else "nothing to draw")
+        screen.print(f"drawn: {drawn}" if drawn is not None else "nothing to draw")

@@ -14,7 +14,7 @@ def plan(
     scene: Annotated[str, typer.Argument(metavar="SCENE|SITUATION.json", help="A scene, or a saved situation (JSON).")],
     planner: PlannerOption = "mpc",
     params: Annotated[Path | None, typer.Option("--params", help="Sigmoid parameters to plan with: a TOML of `tune`.")] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Save the situation that was planned, as JSON.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Draw the plan (.png, .html), or save the planned situation (.json).")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """One plan at t = 0, judged."""
@@ -22,10 +22,19 @@ def plan(
     from mcdas_opt.simulation.first_situation import plan_once, situation_of
 
     settings = None if params is None else planner_settings(params)
+    drawing = out is not None and out.suffix.lower() in (".png", ".html")
+    if out is not None and drawing:
+        from mcdas_opt.plotting.export import STILL, check_picture
+
+        check_picture(out, STILL)
     situation, vehicle = situation_of(scene)
-    if out is not None:
+    if out is not None and not drawing:
         write_text(out, situation.to_json())
     answer = plan_once(situation, vehicle, planner, settings)
+    if out is not None and drawing:
+        from mcdas_opt.plotting.export import save_plan
+
+        save_plan(situation, vehicle, answer, out)
     if as_json:
         emit(answer.to_dict())
         return

@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from mcdas_opt.cli.screen import JsonOption, PlannerOption, SceneArgument, console, emit, facts_table, number, progress_bar
-from mcdas_opt.errors import InputError
 
 
 def simulate(
@@ -16,7 +15,10 @@ def simulate(
     planner: PlannerOption = "mpc",
     plant: Annotated[str, typer.Option("--plant", help="The car that is driven: kinematic, or dynamic (with tyres).")] = "kinematic",
     seed: Annotated[int | None, typer.Option("--seed", min=0, help="Of the measurement noise; default the scene's.")] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Draw the drive: an animation (.gif) or a sheet of moments (.png).")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="Draw the drive: .gif, .png (a sheet of moments), or .html (plays and scrubs)."),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """The closed loop: sensors, tracker, planner, plant and traffic until the scene's end, a collision, or the road's edge."""
@@ -24,18 +26,15 @@ def simulate(
     from mcdas_opt.simulation.loop import simulate as run
 
     if out is not None:
-        from mcdas_opt.plotting.animation import check_suffix
+        from mcdas_opt.plotting.export import check_picture
 
-        check_suffix(out)
+        check_picture(out)
     with progress_bar("drive") as progress:
         drive = run(load_scene(scene), planner, plant, seed, progress=progress)
     if out is not None:
-        from mcdas_opt.plotting.animation import save
+        from mcdas_opt.plotting.export import save_drive
 
-        try:
-            save(drive, out)
-        except OSError as error:
-            raise InputError(out, "", None, f"cannot be written: {error.strerror}") from None
+        save_drive(drive, out)
     if as_json:
         emit(drive.to_dict())
         return

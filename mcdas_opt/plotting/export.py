@@ -7,6 +7,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from mcdas_opt.domain.parking import Parking, ParkingCase
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError
 from mcdas_opt.simulation.record import Simulation
 
@@ -49,6 +52,20 @@ def save_parking(case: ParkingCase, parking: Parking, path: Path) -> Path | None
         from mcdas_opt.plotting.parking import save
 
         return save(case, parking, path)
+
+
+def save_plan(situation: Situation, vehicle: Vehicle, plan: Plan, path: Path) -> Path:
+    """A plan in its situation as a sheet (.png) or a page that looks ahead (.html)."""
+    check_picture(path, STILL)
+    with _writing(path):
+        if path.suffix.lower() == ".html":
+            from mcdas_opt.plotting.player import save_plan as save_page
+
+            return save_page(situation, vehicle, plan, path)
+        from mcdas_opt.plotting.plan_sheet import plan_sheet
+        from mcdas_opt.plotting.style import save_png
+
+        return save_png(plan_sheet(situation, vehicle, plan), path)
 
 
 @contextmanager

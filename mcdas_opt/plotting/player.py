@@ -1,4 +1,4 @@
-"""A drive or a parking manoeuvre as a page that plays and scrubs: one self-contained HTML file, no network."""
+"""A plan, a drive or a parking manoeuvre as a page that plays and scrubs: one self-contained HTML file, no network."""
 
 from __future__ import annotations
 
@@ -9,12 +9,16 @@ import numpy as np
 
 from mcdas_opt.catalogue.parking_cases import body_of
 from mcdas_opt.domain.parking import Parking, ParkingCase
+from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.clearance import body_corners
 from mcdas_opt.plotting import style, web
 from mcdas_opt.plotting.animation import outcome_words, plan_words
 from mcdas_opt.plotting.moments import HOST, Moment, moment_at, neighbour_colours, view_of
+from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.plotting.parking import gears_of
 from mcdas_opt.plotting.plane import Ground, rounded, view_document
 from mcdas_opt.plotting.strips import Strip, strips_of
@@ -35,6 +39,12 @@ def save_drive(simulation: Simulation, path: str | Path) -> Path:
 def save_parking(case: ParkingCase, parking: Parking, path: str | Path) -> Path:
     """Writes the manoeuvre, or the refusal, as a page. Raises `InputError` for another suffix than .html."""
     return _write(path, web.page(f"{case.name} · {parking.planner}", "Parking", parking_document(case, parking)))
+
+
+def save_plan(situation: Situation, vehicle: Vehicle, plan: Plan, path: str | Path) -> Path:
+    """Writes the plan in its situation as a page. Raises `InputError` for another suffix than .html."""
+    outlook = Outlook(situation, vehicle)
+    return _write(path, web.page(f"plan · {plan.planner}", "PlanPage", {"picture": outlook.document(), "plan": outlook.plan(plan)}))
 
 
 def drive_document(simulation: Simulation) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from mcdas_opt.plotting import style
 
 _FOLDER = Path(__file__).resolve().parent / "web"
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
-_SCRIPTS = ("draw.js", "bird.js", "strip.js", "transport.js", "drive.js", "parking.js")
+_SCRIPTS = ("draw.js", "bird.js", "strip.js", "transport.js", "drive.js", "parking.js", "outlook.js")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,7 +83,7 @@ def in_script(document: Any) -> str:
 
 
 def page(title: str, view: str, document: Any) -> str:
-    """A self-contained HTML page that shows `document` in the script's class `view` (`Drive` or `Parking`)."""
+    """A self-contained HTML page that shows `document` in the script's class `view` (`Drive`, `Parking` or `PlanPage`)."""
     return f"""<!doctype html>
 <html lang="en">
 <head>
@@ -107,9 +107,11 @@ footer {{ color: #555; font-size: 12px; margin-top: 10px; }}
 <script>
 const view = new mcdas.{view}(document.getElementById("view"), {in_script(palette())});
 view.load({in_script(document)});
-view.transport.listen(() => true);
-const foot = mcdas.html("footer", "", document.getElementById("view"));
-foot.textContent = "Space plays and pauses, the arrow keys step by 0.1 s (with Shift by 1 s), Home and End jump. Charts can be dragged.";
+const foot = mcdas.html("footer", "", document.getElementById("view"), "Charts can be dragged.");
+if (view.transport) {{
+  view.transport.listen(() => true);
+  foot.textContent += " Space plays and pauses, the arrow keys step by 0.1 s (with Shift by 1 s), Home and End jump.";
+}}
 </script>
 </body>
 </html>

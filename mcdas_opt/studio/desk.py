@@ -16,9 +16,9 @@ from mcdas_opt.planning.escape_map import escapes
 from mcdas_opt.planning.method import known_methods
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.plotting.web import PLANNERS
 from mcdas_opt.simulation.judging import exact_tracks
-from mcdas_opt.studio.picture import Picture
 
 ORDER = tuple(PLANNERS)
 
@@ -64,7 +64,7 @@ class Desk:
         planner = self._planner(name, question.vehicle, question.sigmoid)
         planner.reset()
         plan = planner.plan(question.situation)
-        return {"part": "plan", "planner": name, **Picture(question.situation, question.vehicle).plan(plan)}
+        return {"part": "plan", "planner": name, **Outlook(question.situation, question.vehicle).plan(plan)}
 
     def escapes(self, question: Question) -> dict[str, Any]:
         """The part of the answer that tells the ways out."""

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from mcdas_opt.errors import McdasError
+from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.plotting.player import drive_document
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.studio.desk import methods
 from mcdas_opt.studio.folder import Folder
 from mcdas_opt.studio.hands import Hands
 from mcdas_opt.studio.lot import LIVE, Lot
-from mcdas_opt.studio.picture import Picture
 from mcdas_opt.studio.session import Session
 
 Tell = Callable[[dict[str, Any]], None]
@@ -96,7 +96,7 @@ class Visit:
         token = wish.get("token")
         try:
             question = self.session.question(_values(wish), wish.get("moment"))
-            self.tell({"part": "picture", "name": question.name, **Picture(question.situation, question.vehicle).document()})
+            self.tell({"part": "picture", "name": question.name, **Outlook(question.situation, question.vehicle).document()})
             async for part in self.studio.hands.answer(question):
                 self.tell(part)
         except McdasError as error:

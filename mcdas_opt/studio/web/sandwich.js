@@ -1,7 +1,7 @@
 // The tab of the sandwich: sliders, the road from above with every planner's path, ways out, charts, words; and the closed loop.
 (function () {
   "use strict";
-  const { html, clear, shape, Bird, Strip, Drive, Knobs, Escapes, Asking } = window.mcdas;
+  const { html, clear, shape, tried, Outlook, Drive, Knobs, Escapes, Asking } = window.mcdas;
 
   class Sandwich {
     // setup: { knobs, planners, shelf, upload }; emit(name, payload) tells the server
@@ -10,7 +10,6 @@
       this.values = {};
       this.plans = {};
       this.hidden = new Set();
-      this.time = 0;
       this.side = html("div", "mcdas-side", root);
       this.main = html("div", "mcdas-main", root);
       this.fillSide();
@@ -115,20 +114,12 @@
       this.badge = html("span", "mcdas-badge", head);
       this.words = html("span", "mcdas-words", head);
       this.words.setAttribute("aria-live", "polite");
-      this.bird = new Bird(this.paths, this.look, "the road from above with every planner's path");
-      const ahead = html("label", "mcdas-ahead", this.paths);
-      html("span", "", ahead, "look ahead");
-      this.scrub = html("input", "", ahead);
-      Object.assign(this.scrub, { type: "range", min: 0, max: 4, step: 0.05, value: 0 });
-      this.scrub.setAttribute("aria-label", "look ahead in time, as predicted");
-      this.scrubShown = html("output", "mcdas-clock", ahead);
-      this.scrub.addEventListener("input", () => this.lookAhead(Number(this.scrub.value)));
+      this.outlook = new Outlook(this.paths, this.look);
       this.table = html("table", "mcdas-verdicts", this.paths);
       html("caption", "", this.table, "who does what, and what the judge says");
       this.body = html("tbody", "", this.table);
       this.escapes = new Escapes(this.paths, this.look);
-      const strips = html("div", "mcdas-strips", this.paths);
-      this.strips = [0, 1, 2, 3].map(() => new Strip(strips, this.look, (t) => this.lookAhead(t)));
+      this.outlook.chartsInto(this.paths);
       this.details = html("details", "", this.paths);
       html("summary", "", this.details, "what the MPC tried");
       this.tried = html("ul", "", this.details);
@@ -188,7 +179,7 @@
       this.positions = part.positions;
       this.knobs.put(part.positions);
       this.plans = {};
-      this.lookAhead(0);
+      this.outlook.lookAhead(0);
       const log = Boolean(part.moments);
       this.moment.hidden = !log;
       this.note.textContent = part.note || "";
@@ -218,9 +209,7 @@
 
     pictured(part) {
       this.complain("");
-      const before = this.picture;
-      this.picture = part;
-      if (!before || JSON.stringify([before.road, before.view]) !== JSON.stringify([part.road, part.view])) this.bird.setRoad(part.road, part.view);
+      this.outlook.setPicture(part);
       this.soon();
     }
 
@@ -232,50 +221,13 @@
 
     draw() {
       if (this.pending) { cancelAnimationFrame(this.pending); this.pending = 0; }
-      if (!this.picture) return;
-      const plans = this.shown();
-      this.duration = Math.max(1, ...plans.map((plan) => plan.t[plan.t.length - 1] || 0));
-      this.scrub.max = this.duration;
-      this.time = Math.min(this.time, this.duration);
-      this.see();
-      this.picture.charts.forEach((chart, k) => this.strips[k].show({
-        ...chart, duration: this.duration,
-        lines: plans.map((plan) => ({ t: plan.t, v: plan.lines[chart.key], colour: plan.colour, dash: plan.dash })),
-      }));
+      if (!this.outlook.picture) return;
+      this.outlook.draw(this.shown());
       this.tell();
     }
 
     shown() {
       return this.setup.planners.map((planner) => this.plans[planner.name]).filter((plan) => plan && !this.hidden.has(plan.planner));
-    }
-
-    lookAhead(time) {
-      this.time = Math.min(Math.max(time, 0), this.duration || 4);
-      this.scrub.value = this.time;
-      this.see();
-    }
-
-    // The bird's eye at the chosen time: everybody where they are believed to be, a ghost of the host for every path.
-    see() {
-      const { picture, time } = this;
-      if (!picture) return;
-      const k = Math.round(time / picture.every);
-      const bodies = picture.bodies.map((body) => ({ ...body, pose: body.poses[Math.min(k, body.poses.length - 1)] }));
-      const plans = this.shown();
-      const ahead = time >= 0.025;
-      const ghosts = !ahead ? [] : plans.map((plan) => ({
-        ...picture.host, name: "", colour: plan.colour, tinted: true, pose: plan.poses[window.mcdas.at(plan.t, time)],
-      }));
-      if (ahead) ghosts.unshift({ ...picture.host, name: "", colour: this.look.grey });
-      this.bird.show({
-        camera: picture.cameras[Math.min(k, picture.cameras.length - 1)],
-        bodies: ahead ? bodies : [...bodies, picture.host],
-        ghosts: ghosts.filter((ghost) => ghost.pose),
-        paths: plans.map((plan) => ({ points: plan.poses, seconds: plan.seconds, colour: plan.colour, dash: plan.dash })),
-      });
-      this.scrubShown.textContent = time < 0.025 ? "now" : `in ${time.toFixed(2)} s, as predicted`;
-      this.scrub.setAttribute("aria-valuetext", this.scrubShown.textContent);
-      for (const strip of this.strips) strip.mark(time < 0.025 ? null : time);
     }
 
     tell() {
@@ -296,9 +248,8 @@
         verdict.className = plan.passed ? "good" : "bad";
         took.textContent = `${plan.took_ms.toFixed(0)} ms`;
       });
-      const tried = this.plans.mpc ? this.plans.mpc.candidates : [];
-      this.details.hidden = !tried.length;
-      const lines = tried.map((c) => `${c.name}: ${c.passed ? "passed" : c.refusal || "not needed"}${c.cost === null ? "" : `, cost ${c.cost}`}`);
+      const lines = this.plans.mpc ? tried(this.plans.mpc) : [];
+      this.details.hidden = !lines.length;
       if (lines.join() !== this.triedLines) {
         this.triedLines = lines.join();
         clear(this.tried);
@@ -364,9 +315,9 @@
       }
       const legend = this.shown().map((plan) => [`${plan.label}: ${plan.doing}, ${plan.passed ? "passed" : "failed"}`, plan.colour, plan.dash]);
       window.mcdas.savePng(name, this.title.textContent, this.words.textContent, legend, [
-        [{ svg: this.bird.svg }],
+        [{ svg: this.outlook.bird.svg }],
         [{ svg: this.escapes.svg, caption: "ways out: the last moment to begin [s]" }],
-        this.strips.map(strip),
+        this.outlook.strips.map(strip),
       ]);
     }
   }

@@ -1,4 +1,4 @@
-"""One answer as the browser draws it: poses in the plane, and what every plan would do to the limits."""
+"""What plans look ahead to: poses in the plane, and what every plan would do to the limits; as the browser's scripts draw it."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.plane import Ground, rounded
 from mcdas_opt.plotting.web import look_of
+from mcdas_opt.plotting.words import because, doing, judged, sentence
 from mcdas_opt.simulation.contact import surroundings
-from mcdas_opt.studio.words import because, doing, judged, sentence
 from mcdas_opt.tracking.prediction import predict
 
 _BEHIND_M, _AHEAD_M = 130.0, 330.0  # of road around the host
@@ -24,35 +24,37 @@ _LONGEST_S = 8.0  # of a plan that is drawn
 _FAR_M = 30.0
 
 
-class Picture:
+class Outlook:
     """A situation in the plane; `plan` puts a plan into it."""
 
     def __init__(self, situation: Situation, vehicle: Vehicle) -> None:
         self.situation, self.vehicle = situation, vehicle
         host = situation.host
         self._ground = Ground(situation.road, host.s_m - _BEHIND_M, host.s_m + _AHEAD_M)
-        self._bodies = predict(situation.tracks).bodies
+        self.bodies = predict(situation.tracks).bodies
 
     def document(self) -> dict[str, Any]:
-        """Road, bodies with their predicted poses over time, charts with their limits; where the
-        camera stands at the times of the poses: it goes on at the host's speed."""
+        """Road, bodies with their predicted poses over time, charts with their limits; and where the camera stands at those times.
+
+        The camera goes on along the road at the host's present speed.
+        """
         situation, ground, car = self.situation, self._ground, self.vehicle
         host = situation.host
         t = np.arange(0.0, _LONGEST_S + 1e-9, _EVERY_S)
         bodies = []
-        for body, colour in zip(self._bodies, self._colours(), strict=True):
+        for body, colour in zip(self.bodies, self.colours(), strict=True):
             motion = body.at(t)
             poses = ground.place(motion.s_m, motion.d_m, motion.heading_rad)
             bodies.append({"name": body.id, "length": body.length_m, "width": body.width_m, "colour": colour, "poses": rounded(poses)})
         own = rounded(ground.place(host.s_m, host.d_m, host.heading_rad)[0], 3)
         return {
             "road": ground.document(),
-            "view": self._view(),
+            "view": self.view(),
             "cameras": rounded(ground.place(host.s_m + host.speed_mps * t, 0.0), 4),
             "host": {"name": "host", "length": car.length_m, "width": car.width_m, "colour": style.HOST, "pose": own},
             "bodies": bodies,
             "every": _EVERY_S,
-            "charts": self._charts(),
+            "charts": self.charts(),
         }  # fmt: skip
 
     def plan(self, plan: Plan) -> dict[str, Any]:
@@ -67,7 +69,7 @@ class Picture:
             "t": rounded(t, 3),
             "poses": rounded(self._ground.place(x.s_m[known], x.d_m[known], x.heading_rad[known])),
             "seconds": rounded(self._ground.place(*at)[:, :2]),
-            "lines": {key: rounded(values[known]) for key, values in self._quantities(x).items()},
+            "lines": {key: rounded(values[known]) for key, values in self.quantities(x).items()},
             "passed": plan.verdict.passed,
             "status": plan.status.value,
             "doing": doing(plan),
@@ -82,24 +84,25 @@ class Picture:
             ],
         }
 
-    def _quantities(self, x: Trajectory) -> dict[str, Array]:
+    def quantities(self, x: Trajectory) -> dict[str, Array]:
         """Speed, acceleration, lateral acceleration v^2 tan(delta) / L, and the distance to the nearest predicted body."""
         lateral = x.speed_mps**2 * np.tan(x.steering_rad) / self.vehicle.wheelbase_m
         clearance = np.full(len(x), np.nan)
         finite = np.isfinite(x.states).all(axis=1)
-        if self._bodies and finite.all():
-            motions = tuple(body.at(x.t_s) for body in self._bodies)
-            sizes = tuple((body.length_m, body.width_m) for body in self._bodies)
+        if self.bodies and finite.all():
+            motions = tuple(body.at(x.t_s) for body in self.bodies)
+            sizes = tuple((body.length_m, body.width_m) for body in self.bodies)
             around = surroundings(x.states, motions, sizes, self.vehicle, self.situation.road)
             clearance = np.where(around.touching, 0.0, around.clearance_m).min(axis=0)
         return {"speed": x.speed_mps, "acceleration": x.acceleration_mps2, "lateral": lateral, "clearance": clearance}
 
-    def _charts(self) -> list[dict[str, Any]]:
+    def charts(self) -> list[dict[str, Any]]:
+        """Title, unit, range and limits (value, word, whether it is a hard one) of each of the `quantities`."""
         car, grip = self.vehicle, self.situation.road.friction * GRAVITY_MPS2
         v, wanted, limit = self.situation.host.speed_mps, self.situation.wanted_speed_mps, self.situation.road.speed_limit_mps
-        fastest = max([v, wanted, *(abs(body.at(0.0).speed_s_mps.item()) for body in self._bodies)])
+        fastest = max([v, wanted, *(abs(body.at(0.0).speed_s_mps.item()) for body in self.bodies)])
         low, high = max(car.acceleration_min_mps2, -grip), min(car.acceleration_max_mps2, grip)
-        slowest = min([v, wanted, *(abs(body.at(0.0).speed_s_mps.item()) for body in self._bodies)])
+        slowest = min([v, wanted, *(abs(body.at(0.0).speed_s_mps.item()) for body in self.bodies)])
         return [
             {
                 "key": "speed",
@@ -135,7 +138,7 @@ class Picture:
             },
         ]
 
-    def _view(self) -> dict[str, float]:
+    def view(self) -> dict[str, float]:
         """A window that holds the neighbours where it can, and the road's bend across its length."""
         host, road = self.situation.host, self.situation.road
         away = [track.s_m - host.s_m for track in self.situation.tracks]
@@ -148,7 +151,7 @@ class Picture:
             right = min(right, max(road.right_edge_m - 1.2 + 0.5 * reach**2 * float(kappa.min()), -24.0))
         return {"back": back, "ahead": ahead, "right": right, "left": left}
 
-    def _colours(self) -> list[str]:
+    def colours(self) -> list[str]:
         """Orange for the next ahead in the host's lane, vermilion for the next behind, grey for the rest."""
         host, road = self.situation.host, self.situation.road
         colours = [style.NEIGHBOUR] * len(self.situation.tracks)

@@ -1,0 +1,124 @@
+"""One plan as a still picture: the road from above with what is predicted, and what the plan asks of the car."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.geometry.rectangle import corners
+from mcdas_opt.plotting import style
+from mcdas_opt.plotting.birdseye import BirdsEye, Camera
+from mcdas_opt.plotting.moments import HOST, Moment, Shown, View
+from mcdas_opt.plotting.outlook import Outlook
+from mcdas_opt.plotting.words import because, doing, sentence
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_WIDTH_IN = 9.6
+
+
+def plan_sheet(situation: Situation, vehicle: Vehicle, plan: Plan) -> Figure:
+    """The road from above, now and where everybody is believed to be after each second, over the plan's charts with their limits."""
+    from textwrap import shorten
+
+    outlook = Outlook(situation, vehicle)
+    frame = outlook.view()
+    view = View(back_m=frame["back"], ahead_m=frame["ahead"], right_m=frame["right"], left_m=frame["left"])
+    bird = (_WIDTH_IN - 0.3) * view.aspect
+    height = 1.0 + bird + 0.45 + 1.7
+    with style.styled():
+        fig = style.figure(_WIDTH_IN, height)
+        fig.set_layout_engine("none")
+        colour = style.GREEN if plan.verdict.passed else style.VERMILION
+        fig.text(0.02, 1.0 - 0.22 / height, f"{plan.planner} {doing(plan)}", fontsize=11, fontweight="bold", va="center")
+        fig.text(0.02, 1.0 - 0.47 / height, shorten(sentence(plan), 150, placeholder=" …"), fontsize=9, va="center", color=colour)
+        fig.text(0.02, 1.0 - 0.69 / height, shorten(because(plan), 150, placeholder=" …"), fontsize=8.5, va="center", color="#444444")
+        axes = fig.add_axes((0.015, 1.0 - (0.85 + bird) / height, 0.97, bird / height))
+        _from_above(axes, situation, vehicle, plan, outlook, view)
+        charts = outlook.charts()
+        left, gap = 0.05, 0.045
+        width = (0.985 - left - gap * (len(charts) - 1)) / len(charts)
+        quantities = outlook.quantities(plan.trajectory)
+        for k, chart in enumerate(charts):
+            below = fig.add_axes((left + k * (width + gap), 0.45 / height, width, 1.2 / height))
+            _chart(below, chart, plan.trajectory.t_s, quantities[chart["key"]])
+    return fig
+
+
+def _from_above(axes: Axes, situation: Situation, vehicle: Vehicle, plan: Plan, outlook: Outlook, view: View) -> None:
+    host = situation.host
+    others = tuple(
+        Shown(
+            name=body.id,
+            pose=(float(now.s_m), float(now.d_m), float(now.heading_rad)),
+            length_m=body.length_m,
+            width_m=body.width_m,
+            colour=colour,
+        )
+        for body, colour in zip(outlook.bodies, outlook.colours(), strict=True)
+        for now in (body.at(np.array(0.0)),)
+    )
+    own = Shown(
+        name=HOST,
+        pose=(host.s_m, host.d_m, host.heading_rad),
+        length_m=vehicle.length_m,
+        width_m=vehicle.width_m,
+        colour=style.HOST,
+    )
+    moment = Moment(
+        time_s=situation.time_s, host=own, speed_mps=host.speed_mps, others=others, tracks=situation.tracks, plan=plan
+    )  # fmt: skip
+    BirdsEye(axes, situation.road, view, plan.trajectory).show(moment)
+    _seconds_later(axes, situation, vehicle, plan, outlook, view)
+    axes.set(xticks=[], yticks=[])
+    for spine in axes.spines.values():
+        spine.set(visible=True, color="#c8c8c8", lw=0.8)
+    x, y = view.ahead_m - 13.0, view.right_m + 0.6
+    axes.plot([x, x + 10.0], [y, y], color=style.BLACK, lw=2.0, solid_capstyle="butt", zorder=8)
+    axes.annotate("10 m", (x, y), (-4, 0), textcoords="offset points", ha="right", va="center", fontsize=7, zorder=8)
+
+
+def _seconds_later(axes: Axes, situation: Situation, vehicle: Vehicle, plan: Plan, outlook: Outlook, view: View) -> None:
+    """Outlines of everybody after one second, two seconds ..., each fainter than the one before."""
+    from matplotlib.patches import Polygon
+
+    camera, x = Camera(situation.road, situation.host.s_m), plan.trajectory
+    if not np.isfinite(x.states).all():
+        return
+    for t in range(1, int(x.t_s[-1] + 1e-9) + 1):
+        at = [float(np.interp(t, x.t_s, column)) for column in (x.s_m, x.d_m, x.heading_rad)]
+        shapes = [(at, vehicle.length_m, vehicle.width_m, style.HOST)]
+        for body, colour in zip(outlook.bodies, outlook.colours(), strict=True):
+            then = body.at(np.array(float(t)))
+            shapes.append(([float(then.s_m), float(then.d_m), float(then.heading_rad)], body.length_m, body.width_m, colour))
+        for pose, length, width, colour in shapes:
+            px, py, yaw = (float(q) for q in camera.place(*pose))
+            if -view.back_m < px < view.ahead_m:
+                outline = corners(px, py, yaw, length, width)
+                axes.add_patch(
+                    Polygon(outline, closed=True, fill=False, edgecolor=colour, lw=1.0, alpha=max(0.75 - 0.15 * t, 0.2), zorder=2.5)
+                )
+
+
+def _chart(axes: Axes, chart: dict[str, object], t_s: np.ndarray, values: np.ndarray) -> None:
+    low, high = float(str(chart["low"])), float(str(chart["high"]))
+    axes.set(xlim=(0.0, max(float(t_s[-1]), 1.0)), ylim=(low, high), xlabel="time [s]")
+    axes.set_title(f"{chart['title']} [{chart['unit']}]", fontsize=8.5, fontweight="normal")
+    limits = chart["limits"]
+    assert isinstance(limits, list)
+    for value, word, hard in limits:
+        if low <= value <= high:
+            colour = style.VERMILION if hard else style.GREY
+            axes.axhline(value, color=colour, lw=1.1, dashes=(4, 3), zorder=1)
+            below = value > 0.5 * (low + high)
+            axes.annotate(
+                word, (1.0, value), (-2, -2 if below else 2), xycoords=("axes fraction", "data"), textcoords="offset points",
+                ha="right", va="top" if below else "bottom", fontsize=7, color=colour,
+            )  # fmt: skip
+    axes.plot(t_s, values, color=style.PLAN, lw=1.8, zorder=3)
