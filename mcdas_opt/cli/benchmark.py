@@ -38,6 +38,7 @@ def benchmark(
     out: Annotated[Path | None, typer.Option("--out", help="Folder for the results; default benchmark-SUITE-SEED.")] = None,
     workers: Annotated[int, typer.Option("--workers", min=1, help="Processes on this machine, a thread each.")] = 2,
     scheduler: Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, instead of --workers.")] = None,
+    data: Annotated[Path | None, typer.Option("--data", help="Folder of recordings, for suites that read them.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on where a run into the same folder was stopped.")] = False,
     plant: Annotated[str, typer.Option("--plant", help="The car that is driven: kinematic, or dynamic (with tyres).")] = "kinematic",
     limit: Annotated[float, typer.Option("--limit", min=1.0, help="Seconds for one drive; what takes longer is marked.")] = 300.0,
@@ -54,7 +55,7 @@ def benchmark(
     from mcdas_opt.evaluation.summary import contradictions
 
     names = [name.strip() for name in planners.split(",") if name.strip()]
-    chosen = expand(suite, scenes, seed)
+    chosen = expand(suite, scenes, seed, data)
     folder = out if out is not None else Path(f"benchmark-{chosen.name}-{chosen.seed}")
     executor = _executor(workers, scheduler)
     try:

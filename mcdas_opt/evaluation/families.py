@@ -3,84 +3,73 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Iterator
 from functools import lru_cache
-from itertools import pairwise
+from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
 from mcdas_opt.catalogue.shelf import checked, read_toml
-from mcdas_opt.catalogue.vehicles import load_vehicle
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.errors import InputError, nearest
+from mcdas_opt.evaluation.spread import Number, Part, Spread
 
-_LENGTH_M = 4.5  # of a neighbour
-_APART_M = 1.0  # bumper to bumper at the start, at least
-_DRAWS = 200
-_TOP_MPS = 45.0
+_DRAWS = 500
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
+class RoadSpread(Part):
+    """`bend_mps2` is the lateral acceleration that the road's one bend asks of the host at its speed; positive bends to the left."""
 
-
-class Spread(_Part):
-    """Where a number comes from: evenly between low and high, or one of a list."""
-
-    low: float | None = None
-    high: float | None = None
-    one_of: Annotated[list[float], Field(min_length=1)] | None = None
-
-    @model_validator(mode="after")
-    def _one_kind(self) -> Self:
-        if (self.one_of is None) == (self.low is None or self.high is None):
-            raise ValueError("needs low and high, or one_of")
-        if self.low is not None and self.high is not None and self.high < self.low:
-            raise ValueError("high must be at least low")
-        return self
-
-
-Number = float | int | Spread
-
-
-class RoadSpread(_Part):
     lane_width_m: Number = 3.7
     friction: Number = 0.9
     lanes_left: Number = 1
     lanes_right: Number = 1
+    bend_mps2: Number = 0.0
 
 
-class HostSpread(_Part):
+class HostSpread(Part):
     vehicle: str = "sedan"
     speed_mps: Number
 
 
-class FrontSpread(_Part):
-    """`braking_share` is the share of its speed that it brakes away; 1 is to a stop."""
+class FrontSpread(Part):
+    """Somebody ahead. Its speed is its own or so much less than the host's; `ttc_s` is the time to collision that it begins at.
+
+    `braking_share` is the share of its speed that it brakes away (1 is to a stop), `until_mps` the speed it brakes down to. `overlap`
+    is the share of the host's width that it stands in the way of, negative to the left of the host's middle, positive to the right.
+    """
 
     gap_m: Number | None = None
     headway_s: Number | None = None
+    ttc_s: Number | None = None
     slower_mps: Number = 0.0
+    speed_mps: Number | None = None
+    offset_m: Number = 0.0
+    overlap: Number | None = None
     braking_mps2: Number = 0.0
     braking_share: Number = 1.0
+    until_mps: Number | None = None
+    length_m: Number = 4.5
+    width_m: Number = 1.8
 
     @model_validator(mode="after")
     def _one_distance(self) -> Self:
-        if (self.gap_m is None) == (self.headway_s is None):
-            raise ValueError("needs gap_m or headway_s, not both")
+        if [self.gap_m, self.headway_s, self.ttc_s].count(None) != 2:
+            raise ValueError("needs one of gap_m, headway_s and ttc_s")
         return self
 
 
-class RearSpread(_Part):
+class RearSpread(Part):
     gap_m: Number | None = None
     headway_s: Number | None = None
     faster_mps: Number = 0.0
     braking_mps2: Number = 0.0
     after_s: Number = 1.5
     follows: bool = False
+    reaction_s: Number = 1.0
 
     @model_validator(mode="after")
     def _one_distance(self) -> Self:
@@ -89,7 +78,7 @@ class RearSpread(_Part):
         return self
 
 
-class SideSpread(_Part):
+class SideSpread(Part):
     """Cars in each next lane there is: how many, how far ahead of the host, at which share of its speed."""
 
     cars: Number = 0
@@ -97,10 +86,47 @@ class SideSpread(_Part):
     speed_ratio: Number = 1.0
 
 
-class Family(_Part):
-    """A family file of `benchmarks/suites`: the ranges that its scenes come from."""
+class BlockadeSpread(Part):
+    """In each next lane a car that does as the front car does, `stagger_m` farther ahead."""
+
+    stagger_m: Number = 0.0
+
+
+class CutInSpread(Part):
+    """Somebody from the lane to `side` (1 left, -1 right) who moves into the host's at the event, bumper `gap_m` ahead of the host's.
+
+    `lateral_mps` is the largest sideways speed; from the event on it accelerates too.
+    """
+
+    gap_m: Number
+    slower_mps: Number
+    lateral_mps: Number
+    acceleration_mps2: Number = 0.0
+    side: Number = Spread(one_of=[1.0, -1.0])
+
+
+class CutOutSpread(Part):
+    """The front car leaves to `side` at the event, `ahead_m` before it would meet somebody who stands in the host's lane."""
+
+    ahead_m: Number
+    lateral_mps: Number
+    side: Number = Spread(one_of=[1.0, -1.0])
+
+
+class Family(Part):
+    """A family file of `benchmarks/suites`, or a [[family]] of one: the ranges that its scenes come from.
+
+    `grid`: every combination of the lists in turn, instead of draws. `nominal`: nothing in it needs an intervention. `labels`: the
+    oracle is asked. `count` and `seed` hold when nothing else is said (a grid has as many scenes as combinations).
+    """
 
     name: str
+    about: list[str] = Field(default_factory=list)
+    seed: Annotated[int, Field(ge=0)] = 1
+    count: Annotated[int, Field(ge=1)] = 100
+    grid: bool = False
+    nominal: bool = False
+    labels: bool = True
     duration_s: Annotated[float, Field(gt=0.0)] = 8.0
     event_s: Number = 0.0
     road: RoadSpread = RoadSpread()
@@ -108,32 +134,96 @@ class Family(_Part):
     front: FrontSpread | None = None
     rear: RearSpread | None = None
     side: SideSpread = SideSpread()
-    sensors: dict[str, Any] = {}
+    blockade: BlockadeSpread | None = None
+    cut_in: CutInSpread | None = None
+    cut_out: CutOutSpread | None = None
+    sensors: dict[str, Any] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _parts_fit(self) -> Self:
+        if self.front is None and (self.blockade is not None or self.cut_out is not None):
+            raise ValueError("blockade and cut_out need a front")
+        return self
 
     def scene(self, index: int, seed: int = 0) -> Scene:
-        """Scene `index` of the family's tree under `seed`: the same whatever other scenes are expanded."""
+        """Scene `index` of the family's tree under `seed`: the same whatever other scenes are expanded.
+
+        Raises `InputError` where the ranges hold next to nothing that can be built.
+        """
+        from mcdas_opt.evaluation.family_scene import document_of
+
         branch = np.random.SeedSequence(entropy=seed, spawn_key=(zlib.crc32(self.name.encode()), index))
         rng = np.random.default_rng(branch)
-        document = _document(self, rng)
-        document |= {"name": f"{self.name}-{seed}-{index}", "seed": int(branch.generate_state(1)[0])}
-        return scene_from_document(document, Path(f"{self.name}-{seed}-{index}.toml"))
+        family = self.combinations()[index % self.size] if self.grid else self
+        name = f"{self.name}-{seed}-{index}"
+        for _ in range(_DRAWS):
+            document = document_of(family, rng)
+            if document is not None:
+                document |= {"name": name, "seed": int(branch.generate_state(1)[0])}
+                return scene_from_document(document, Path(f"{name}.toml"))
+        raise InputError(name, "", None, f"of {_DRAWS} draws from the family's ranges none could be built")
 
     def scenes(self, count: int, seed: int = 0, first: int = 0) -> tuple[Scene, ...]:
         return tuple(self.scene(index, seed) for index in range(first, first + count))
 
+    @property
+    def size(self) -> int:
+        """How many scenes make up the family."""
+        return len(self.combinations()) if self.grid else self.count
+
+    def combinations(self) -> tuple[Family, ...]:
+        """Families with one value for each list, the last list turning fastest."""
+        return _combinations(self.model_dump_json())
+
+
+@lru_cache(maxsize=64)
+def _combinations(text: str) -> tuple[Family, ...]:
+    family = Family.model_validate_json(text)
+    lists = list(_lists(family, ()))
+    return tuple(_with(family, dict(zip((path for path, _ in lists), chosen, strict=True))) for chosen in product(*(v for _, v in lists)))
+
+
+def _lists(part: BaseModel, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], tuple[float, ...]]]:
+    for name in type(part).model_fields:
+        value = getattr(part, name)
+        if isinstance(value, Spread):
+            if value.values is not None:
+                yield (*path, name), value.values
+        elif isinstance(value, BaseModel):
+            yield from _lists(value, (*path, name))
+
+
+def _with(family: Family, values: dict[tuple[str, ...], float]) -> Family:
+    changed = family
+    for path, value in values.items():
+        if len(path) == 1:
+            changed = changed.model_copy(update={path[0]: value})
+        else:
+            changed = changed.model_copy(update={path[0]: getattr(changed, path[0]).model_copy(update={path[1]: value})})
+    return changed
+
 
 def load_family(name: str | Path) -> Family:
     """The family behind a path or a shipped name. Raises `InputError` that names file, key, value and rule."""
-    path = Path(name)
-    if not path.is_file():
-        path = suites_folder() / f"{name}.toml"
-        if not path.is_file():
-            known = shipped_families()
-            raise InputError(name, "", None, f"no such file, and no shipped suite of that name; {nearest(str(name), known)}")
+    path = suite_file(name)
     return checked(Family, read_toml(path), path)
 
 
-def shipped_families() -> tuple[str, ...]:
+def suite_file(name: str | Path) -> Path:
+    """The file behind a path or a shipped name. Raises `InputError` that lists the shipped ones."""
+    path = Path(name)
+    if path.is_file():
+        return path
+    path = suites_folder() / f"{name}.toml"
+    if not path.is_file():
+        known = shipped_suites()
+        near = nearest(str(name), known)
+        listed = near if near.startswith("known") else f"{near} (known: {', '.join(known)})"
+        raise InputError(name, "", None, f"no such file, and no shipped suite of that name; {listed}")
+    return path
+
+
+def shipped_suites() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in suites_folder().glob("*.toml")))
 
 
@@ -145,79 +235,3 @@ def suites_folder() -> Path:
         if folder.is_dir():
             return folder
     raise InputError(package, "suites", None, "the data folder is missing: reinstall the package")
-
-
-def _draw(number: Number, rng: np.random.Generator) -> float:
-    """One number; a fixed one takes nothing from the generator."""
-    if not isinstance(number, Spread):
-        return float(number)
-    if number.one_of is not None:
-        return float(number.one_of[int(rng.integers(len(number.one_of)))])
-    assert number.low is not None
-    assert number.high is not None
-    return float(rng.uniform(number.low, number.high))
-
-
-def _document(family: Family, rng: np.random.Generator) -> dict[str, Any]:
-    host_length = load_vehicle(family.host.vehicle).length_m
-    between = 0.5 * (host_length + _LENGTH_M)
-    road = {
-        "lane_width_m": _draw(family.road.lane_width_m, rng),
-        "friction": _draw(family.road.friction, rng),
-        "lanes_left": int(_draw(family.road.lanes_left, rng)),
-        "lanes_right": int(_draw(family.road.lanes_right, rng)),
-    }
-    speed = _draw(family.host.speed_mps, rng)
-    event = _draw(family.event_s, rng)
-    grip = road["friction"] * GRAVITY_MPS2
-    neighbours: list[dict[str, Any]] = []
-    if family.front is not None:
-        v = max(speed - _draw(family.front.slower_mps, rng), 0.0)
-        neighbours.append({"name": "front", "s_m": between + _distance(family.front, speed, rng), "speed_mps": v})
-        neighbours[-1] |= _braking(_draw(family.front.braking_mps2, rng), grip, event, v * (1.0 - _draw(family.front.braking_share, rng)))
-    if family.rear is not None:
-        v = min(max(speed + _draw(family.rear.faster_mps, rng), 0.0), _TOP_MPS)
-        neighbours.append({"name": "rear", "s_m": -between - _distance(family.rear, v, rng), "speed_mps": v})
-        if family.rear.follows:
-            neighbours[-1]["behaviour"] = "idm"
-        else:
-            neighbours[-1] |= _braking(_draw(family.rear.braking_mps2, rng), grip, event + _draw(family.rear.after_s, rng), 0.0)
-    for name, sign, lanes in (("left", 1, road["lanes_left"]), ("right", -1, road["lanes_right"])):
-        if lanes:
-            neighbours += _beside(family.side, name, sign * road["lane_width_m"], speed, rng)
-    return {
-        "duration_s": family.duration_s,
-        "road": road,
-        "host": {"vehicle": family.host.vehicle, "speed_mps": speed},
-        "neighbour": neighbours,
-        "sensors": dict(family.sensors),
-    }
-
-
-def _distance(part: FrontSpread | RearSpread, speed_mps: float, rng: np.random.Generator) -> float:
-    if part.gap_m is not None:
-        return _draw(part.gap_m, rng)
-    assert part.headway_s is not None
-    return max(_draw(part.headway_s, rng) * speed_mps, 2.0)
-
-
-def _braking(wanted_mps2: float, grip_mps2: float, start_s: float, until_mps: float) -> dict[str, Any]:
-    """A script that brakes, never beyond the grip."""
-    if wanted_mps2 == 0.0:
-        return {}
-    return {"motion": [{"start_s": start_s, "acceleration_mps2": -min(wanted_mps2, grip_mps2), "until_speed_mps": until_mps}]}
-
-
-def _beside(side: SideSpread, name: str, d_m: float, speed_mps: float, rng: np.random.Generator) -> list[dict[str, Any]]:
-    """Cars in one lane that neither overlap now nor run through one another later: the one ahead is the faster."""
-    count = int(_draw(side.cars, rng))
-    for _ in range(_DRAWS):
-        places = sorted(_draw(side.ahead_m, rng) for _ in range(count))
-        if all(after - before >= _LENGTH_M + _APART_M for before, after in pairwise(places)):
-            break
-    else:
-        places = places[:1]
-    speeds = sorted(_draw(side.speed_ratio, rng) * speed_mps for _ in places)
-    return [
-        {"name": f"{name}-{i}", "s_m": s, "d_m": d_m, "speed_mps": v} for i, (s, v) in enumerate(zip(places, speeds, strict=True), start=1)
-    ]

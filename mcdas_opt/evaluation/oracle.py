@@ -163,7 +163,7 @@ def finer_witness_from(scene: Scene, start_s: float, bodies: tuple[PredictedBody
 def held(scene: Scene, start_s: float) -> HostState:
     """The host at `start_s`, having kept its lane and speed."""
     host = scene.host_state
-    return HostState(s_m=host.s_m + host.speed_mps * start_s, d_m=host.d_m, speed_mps=host.speed_mps)
+    return replace(host, s_m=host.s_m + host.speed_mps * start_s, acceleration_mps2=0.0)  # heading and steering are the bend's
 
 
 def passed(scene: Scene, drive: Trajectory, start_s: float, bodies: tuple[PredictedBody, ...]) -> Trajectory | None:

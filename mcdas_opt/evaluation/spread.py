@@ -1,0 +1,78 @@
+"""Where a number of a family of scenes comes from."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+_UNITS = {"km/h": 1.0 / 3.6, "mph": 0.44704}
+
+
+class Part(BaseModel):
+    """A table of a suite file: unknown keys are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
+
+
+class Spread(Part):
+    """Evenly between `low` and `high`; one of a list; one of `first`, `first + step` ... `last`; or read at the host's speed [m/s] from
+    `by_speed`, linear in between and held at both ends. `unit` is what the numbers are written in, where that is not SI."""
+
+    low: float | None = None
+    high: float | None = None
+    one_of: Annotated[list[float], Field(min_length=1)] | None = None
+    first: float | None = None
+    last: float | None = None
+    step: Annotated[float, Field(gt=0.0)] | None = None
+    by_speed: Annotated[list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=1)] | None = None
+    unit: Literal["km/h", "mph"] | None = None
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        kinds = (("low", "high"), ("one_of",), ("first", "last", "step"), ("by_speed",))
+        begun = [kind for kind in kinds if any(getattr(self, name) is not None for name in kind)]
+        if len(begun) != 1 or any(getattr(self, name) is None for name in begun[0]):
+            raise ValueError("needs low and high, or one_of, or first, last and step, or by_speed")
+        for low, high in (("low", "high"), ("first", "last")):
+            least, most = getattr(self, low), getattr(self, high)
+            if least is not None and most < least:
+                raise ValueError(f"{high} must be at least {low}")
+        if self.by_speed is not None and any(b[0] <= a[0] for a, b in zip(self.by_speed, self.by_speed[1:], strict=False)):
+            raise ValueError("the speeds of by_speed must increase")
+        return self
+
+    @property
+    def values(self) -> tuple[float, ...] | None:
+        """The numbers that it may take, in SI; None where they lie on a line or follow from the speed."""
+        if self.one_of is not None:
+            listed = self.one_of
+        elif self.first is not None and self.last is not None and self.step is not None:
+            listed = [self.first + k * self.step for k in range(int((self.last - self.first) / self.step + 1e-9) + 1)]
+        else:
+            return None
+        return tuple(self._scale * value for value in listed)
+
+    def draw(self, rng: np.random.Generator, host_mps: float) -> float:
+        values = self.values
+        if values is not None:
+            return values[int(rng.integers(len(values)))]
+        if self.by_speed is not None:
+            speeds, wanted = np.array(self.by_speed).T
+            return self._scale * float(np.interp(host_mps, speeds, wanted))
+        assert self.low is not None
+        assert self.high is not None
+        return float(rng.uniform(self._scale * self.low, self._scale * self.high))
+
+    @property
+    def _scale(self) -> float:
+        return _UNITS[self.unit] if self.unit is not None else 1.0
+
+
+Number = float | int | Spread
+
+
+def draw(number: Number, rng: np.random.Generator, host_mps: float = 0.0) -> float:
+    """One number; a fixed one takes nothing from the generator."""
+    return number.draw(rng, host_mps) if isinstance(number, Spread) else float(number)

@@ -1,0 +1,232 @@
+"""Suites: the same seed gives the same scenes, shares are even, and what a protocol says is what the scenes hold."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mcdas_opt.catalogue.scenes import Scene
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2
+from mcdas_opt.errors import InputError
+from mcdas_opt.evaluation.case import Traffic
+from mcdas_opt.evaluation.families import load_family, shipped_suites, suites_folder
+from mcdas_opt.evaluation.spread import Spread
+from mcdas_opt.evaluation.suites import Suite, allot, expand
+from mcdas_opt.simulation.neighbours import Traffic as Neighbours
+
+DATA = Path(__file__).resolve().parents[2].parent / "shared" / "data"
+OWN = [name for name in shipped_suites() if name != "recorded"]
+
+
+@pytest.fixture(scope="module", params=OWN)
+def suite(request: pytest.FixtureRequest) -> Suite:
+    return expand(request.param, 40, seed=5)
+
+
+def test_every_suite_of_the_benchmark_is_shipped() -> None:
+    wanted = {"sandwich", "striking-rear", "offset", "euro-ncap-aeb", "un-r157", "openpilot-manoeuvres", "benign", "curved"}
+    assert wanted | {"all-lanes-blocked", "recorded", "mid-vehicle"} <= set(shipped_suites())
+
+
+def test_expansion_is_a_function_of_file_count_and_seed(suite: Suite) -> None:
+    again = expand(suite.name, 40, seed=5)
+    assert again.hash == suite.hash
+    assert expand(suite.name, 40, seed=6).hash != suite.hash
+    assert [case.index for case in suite.cases] == list(range(len(suite.cases)))
+    assert len({case.scene.name for case in suite.cases}) == len(suite.cases)
+
+
+def test_nobody_brakes_beyond_the_grip(suite: Suite) -> None:
+    for case in suite.cases:
+        grip = case.scene.road.friction * GRAVITY_MPS2
+        times = np.arange(0.0, case.scene.duration_s, 0.05)
+        neighbours = Neighbours(case.scene)
+        for part, motion in zip(case.scene.neighbour, neighbours.motions(times), strict=True):
+            if part.behaviour == "scripted":
+                along = np.gradient(motion.speed_s_mps, times)
+                across = np.gradient(motion.speed_d_mps, times)
+                assert np.hypot(along, across).max() < grip + 1e-6
+
+
+def test_followers_react_where_suites_say_so_and_labels_go_to_scripts(suite: Suite) -> None:
+    for case in suite.cases:
+        reacts = any(part.behaviour == "idm" for part in case.scene.neighbour)
+        assert (case.traffic is Traffic.REACTING) == reacts
+        if suite.name == "benign":
+            assert reacts
+            assert case.nominal
+        if suite.name in ("sandwich", "striking-rear", "offset", "un-r157", "curved", "all-lanes-blocked"):
+            assert not reacts
+            assert case.labelled
+
+
+@given(st.lists(st.integers(0, 60), min_size=1, max_size=8).filter(any), st.data())
+@settings(max_examples=60)
+def test_shares_add_up_and_follow_the_sizes(sizes: list[int], data: st.DataObject) -> None:
+    total = data.draw(st.integers(1, 3 * sum(sizes)))
+    shares = allot(total, sizes)
+    assert sum(shares) == total
+    assert all(abs(share - total * size / sum(sizes)) < 1.0 for share, size in zip(shares, sizes, strict=True))
+
+
+def test_fewer_scenes_of_a_family_are_the_first_of_more() -> None:
+    few, many = expand("sandwich", 5, seed=2), expand("sandwich", 9, seed=2)
+    assert [case.scene for case in few.cases] == [case.scene for case in many.cases[:5]]
+
+
+def test_euro_ncap_is_its_104_cases_and_eight_with_a_follower() -> None:
+    suite = expand("euro-ncap-aeb")
+    counts = Counter(case.family for case in suite.cases)
+    assert counts == {"ncap-ccrs": 45, "ncap-ccrm": 55, "ncap-ccrb": 4, "ncap-ccrb-followed": 8}
+    assert len({_case_facts(case.scene) for case in suite.cases}) == 112
+    for case in suite.cases:
+        scene = case.scene
+        front = scene.neighbour[0]
+        assert front.s_m is not None
+        assert front.speed_mps is not None
+        gap = front.s_m - 0.5 * (front.length_m + scene.vehicle.length_m)
+        if case.family in ("ncap-ccrs", "ncap-ccrm"):
+            assert gap / (scene.host.speed_mps - front.speed_mps) == pytest.approx(6.0)
+            covered = 0.5 * (front.width_m + scene.vehicle.width_m) - abs(front.d_m or 0.0)
+            assert any(covered / scene.vehicle.width_m == pytest.approx(share, abs=0.03) for share in (0.5, 0.75, 1.0))
+        if case.family == "ncap-ccrb-followed":
+            rear = scene.neighbour[1]
+            assert rear.behaviour == "idm"
+            assert -(rear.s_m or 0.0) - scene.vehicle.length_m == pytest.approx(12.0) or (
+                -(rear.s_m or 0.0) - scene.vehicle.length_m == pytest.approx(40.0)
+            )
+
+
+def _case_facts(scene: Scene) -> str:
+    return scene.model_copy(update={"name": "", "seed": 0}).model_dump_json()
+
+
+def test_a_cut_in_happens_where_and_as_fast_as_drawn() -> None:
+    suite = expand("un-r157", 60, seed=3)
+    for case in suite.cases:
+        if case.family != "r157-cut-in":
+            continue
+        scene = case.scene
+        car = next(part for part in scene.neighbour if part.name == "cut-in")
+        event = car.motion[0].start_s
+        k = [part.name for part in scene.neighbour].index("cut-in")
+        times = np.arange(0.0, scene.duration_s, 0.01)
+        motion = Neighbours(scene).motions(times)[k]
+        at = float(np.interp(event, times, motion.s_m)) - scene.host.speed_mps * event
+        gap = at - 0.5 * (car.length_m + scene.vehicle.length_m)
+        assert gap == pytest.approx(10.0 * round(gap / 10.0), abs=0.05)
+        peak = float(np.abs(motion.speed_d_mps).max())
+        assert peak == pytest.approx(0.5 * round(peak / 0.5), rel=0.02)
+        assert float(motion.d_m[-1]) == pytest.approx(0.0, abs=1e-9) or motion.d_m[-1] * motion.d_m[0] > 0.0
+
+
+def test_a_car_that_cuts_out_passes_whoever_stands_there() -> None:
+    suite = expand("un-r157", 80, seed=4)
+    seen = 0
+    for case in suite.cases:
+        if case.family != "r157-cut-out":
+            continue
+        seen += 1
+        scene = case.scene
+        names = [part.name for part in scene.neighbour]
+        times = np.arange(0.0, scene.duration_s, 0.02)
+        motions = Neighbours(scene).motions(times)
+        front, stands = motions[names.index("front")], motions[names.index("revealed")]
+        beside = np.abs(front.s_m - stands.s_m) < 4.5
+        assert np.all(np.abs(front.d_m - stands.d_m)[beside] > 1.8)
+    assert seen >= 15
+
+
+def test_in_a_bend_the_host_begins_along_it() -> None:
+    """Rolling on with the steering that it has, the body's centre stays in the middle of its lane."""
+    from mcdas_opt.dynamics.bicycle import bicycle
+
+    for case in expand("curved", 12, seed=1).cases:
+        scene, host = case.scene, case.scene.host_state
+        kappa = float(scene.true_road.curvature_at(0.0))
+        assert kappa != 0.0
+        radius, back = 1.0 / kappa, scene.vehicle.centre_m
+        # rear axle in the plane, the bend's centre at (0, radius)
+        x = np.array(
+            [-back * np.cos(host.heading_rad), -back * np.sin(host.heading_rad), host.heading_rad, host.speed_mps, host.steering_rad]
+        )
+        for _ in range(2000):
+            x = x + 1e-3 * np.array(bicycle(x, (0.0, 0.0), scene.vehicle.wheelbase_m, np))
+        middle = x[:2] + back * np.array([np.cos(x[2]), np.sin(x[2])])
+        assert np.hypot(middle[0], middle[1] - radius) == pytest.approx(abs(radius), abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("spread", "speed", "wanted"),
+    [
+        ({"first": 10.0, "last": 50.0, "step": 20.0, "unit": "km/h"}, 0.0, {10.0 / 3.6, 30.0 / 3.6, 50.0 / 3.6}),
+        ({"one_of": [1.0, 2.0]}, 0.0, {1.0, 2.0}),
+        ({"by_speed": [[0.0, 1.0], [10.0, 2.0]]}, 5.0, {1.5}),
+        ({"by_speed": [[0.0, 1.0], [10.0, 2.0]]}, 50.0, {2.0}),
+    ],
+)
+def test_spreads(spread: dict[str, object], speed: float, wanted: set[float]) -> None:
+    rng = np.random.default_rng(1)
+    drawn = {round(Spread.model_validate(spread).draw(rng, speed), 9) for _ in range(60)}
+    assert drawn == {round(value, 9) for value in wanted}
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ('name = "x"\n[[part]]\nsuite = "nowhere"\n', "no such file"),
+        ('name = "x"\n[[part]]\nsuite = "sandwich"\nscene = 3\n', "did you mean 'scenes'"),
+        ('name = "x"\n[[manoeuvre]]\nname = "m"\nduration_s = 3.0\nhost_mps = 3.0\ndesired_mps = 3.0\ngap_m = 5.0\n', "belong together"),
+        ('name = "x"\nhost = { speed_mps = { low = 3.0 } }\n', "host.speed_mps"),
+        ('name = "x"\nhost = { speed_mps = 3.0 }\ncut_out = { ahead_m = 3.0, lateral_mps = 1.0 }\n', "need a front"),
+    ],
+)
+def test_a_bad_suite_is_told(tmp_path: Path, text: str, key: str) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=key):
+        expand(path)
+
+
+def test_a_suite_that_holds_itself_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(f'name = "x"\n[[part]]\nsuite = "{path}"\nscenes = 4\n', encoding="utf-8")
+    with pytest.raises(InputError, match="part of itself"):
+        expand(path)
+
+
+def test_an_unknown_suite_lists_the_known_ones() -> None:
+    with pytest.raises(InputError, match=r"sandwich.*striking-rear"):
+        expand("sandwitch")
+
+
+def test_recordings_need_a_folder_and_say_what_it_lacks(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="--data"):
+        expand("recorded")
+    with pytest.raises(InputError, match="cats_platoon"):
+        expand("recorded", data=tmp_path)
+
+
+@pytest.mark.skipif(not (DATA / "cats_platoon").is_dir(), reason="the recordings are not here")
+def test_recordings_begin_as_recorded_and_the_rear_car_reacts() -> None:
+    suite = expand("recorded", 30, seed=1, data=DATA)
+    assert {case.family for case in suite.cases} == {"platoon", "us101"}
+    for case in suite.cases:
+        front, rear = case.scene.neighbour
+        assert case.traffic is Traffic.RECORDED
+        assert rear.behaviour == "idm"
+        assert (front.s_m or 0.0) > 0.0 > (rear.s_m or 0.0)
+        times = np.arange(0.0, case.scene.duration_s, 0.1)
+        speeds = Neighbours(case.scene).motions(times)[0].speed_s_mps
+        assert np.abs(np.diff(speeds)).max() <= 0.1 * case.scene.road.friction * GRAVITY_MPS2
+        assert speeds.min() >= -1e-9
+
+
+def test_a_family_file_is_a_suite_of_one() -> None:
+    family = load_family(suites_folder() / "offset.toml")
+    assert len(expand("offset").cases) == family.size
