@@ -38,12 +38,30 @@ class Escape:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Escapes:
-    """The four ways out of a situation: in the lane by braking or accelerating, into the next lane to the left or the right."""
+    """The four ways out of a situation: in the lane by braking or accelerating, into the next lane to the left or the right.
+
+    `keeping_on_s` is when keeping acceleration and steering ends in somebody or off the road; None where it does not within 10 s.
+    """
 
     brake: Escape = field(default_factory=Escape)
     accelerate: Escape = field(default_factory=Escape)
     left: Escape = field(default_factory=Escape)
     right: Escape = field(default_factory=Escape)
+    keeping_on_s: float | None = field(default=None, repr=False)
+
+    @property
+    def ways(self) -> tuple[Escape, Escape, Escape, Escape]:
+        return self.brake, self.accelerate, self.left, self.right
+
+    @property
+    def last_moment_s(self) -> float | None:
+        """Of all ways out; None when every one is closed."""
+        return max((way.last_moment_s for way in self.ways if way.last_moment_s is not None), default=None)
+
+    @property
+    def last_comfortable_s(self) -> float | None:
+        """The last moment at which any way out can be started comfortably; None when it has passed."""
+        return max((way.last_comfortable_s for way in self.ways if way.last_comfortable_s is not None), default=None)
 
     def to_dict(self) -> dict[str, Any]:
         document: dict[str, Any] = to_document(self)

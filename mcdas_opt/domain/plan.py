@@ -6,10 +6,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.escapes import Escapes
 from mcdas_opt.domain.safe_end import SafeEnd
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.verdict import Verdict
-from mcdas_opt.domain.vocabulary import Mode, Side, Status
+from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,6 +50,7 @@ class Plan:
 
     `chosen` is the name of the candidate that it is. `solver` says which engine the method runs and in which form (compiled and
     interpreted agree to 1e-6, not to the byte). `safe_end` says how it ends (None: nobody looked, as with the bare closed forms).
+    `escapes` is the map of the ways out that were open then, `alert` what follows from it; None and absent where it is turned off.
     `reference` is the manoeuvre that the plan follows (a record of `reference/`), handed back as `previous` so that a manoeuvre
     once begun goes on instead of beginning anew.
     """
@@ -69,12 +71,17 @@ class Plan:
     solver: str = ""
     literal_mode: str | None = None
     safe_end: SafeEnd | None = None
+    escapes: Escapes | None = None
+    alert: Alert = Alert.NONE
     time_s: float = 0.0
     reference: Any = field(default=None, repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the contract."""
-        return {"schema_version": SCHEMA_VERSION, **to_document(self)}
+        document = {"schema_version": SCHEMA_VERSION, **to_document(self)}
+        if self.escapes is None:
+            del document["escapes"]
+        return document
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from mcdas_opt.domain.grid import TimeGrid
+from mcdas_opt.domain.rules import non_negative, positive, within
 from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.domain.vocabulary import Side
@@ -68,6 +69,28 @@ class SigmoidSettings:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class WarningSettings:
+    """When the driver is warned and when the car acts by itself: a carmaker's to choose. Both come from the escape map.
+
+    A way out is comfortable that asks no more of the tyres than `comfort_mps2` and `comfort_share` of the grip. Nobody is acted for
+    unwarned: an alert grows by one step a cycle. Without `escapes` there is no map, and no alert.
+    """
+
+    escapes: bool = True
+    comfort_mps2: float = 3.0
+    comfort_share: float = 0.7
+    warn_lead_s: float = 0.0  # warn when the last comfortable moment is no farther away than this
+    act_lead_s: float = 0.2  # act when the last possible moment is no farther away than this
+    within_s: float = 4.0  # neither where keeping on meets nobody so soon
+
+    def __post_init__(self) -> None:
+        positive("warning.comfort_mps2", self.comfort_mps2, "m/s^2")
+        within("warning.comfort_share", self.comfort_share, 0.05, 1.0)
+        for name in ("warn_lead_s", "act_lead_s", "within_s"):
+            non_negative(f"warning.{name}", getattr(self, name), "s")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
     """Groups of settings; a user replaces what differs: `replace(settings, cycle_s=0.05)`."""
 
@@ -77,3 +100,4 @@ class Settings:
     prediction: PredictionSettings = field(default_factory=PredictionSettings)
     sigmoid: SigmoidSettings = field(default_factory=SigmoidSettings)
     safe_end: SafeEndSettings = field(default_factory=SafeEndSettings)
+    warning: WarningSettings = field(default_factory=WarningSettings)

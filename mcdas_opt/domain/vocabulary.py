@@ -52,3 +52,11 @@ class Status(StrEnum):
 class Request(StrEnum):
     DRIVE = "drive"
     PARK = "park"
+
+
+class Alert(StrEnum):
+    """`WARN`: the last comfortable moment of every way out has passed. `ACT`: the last possible one is near."""
+
+    NONE = "none"
+    WARN = "warn"
+    ACT = "act"

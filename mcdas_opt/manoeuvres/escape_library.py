@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,8 @@ KINDS = ("brake", "accelerate", "left", "right")
 SIDEWAYS = 2  # kinds from here on steer
 _SHORTEST_S = 0.5
 _JUST = 0.98  # of what is comfortable
+_BEND_SHARE = 0.9  # of the grip: no bend is counted to take more
+_FASTER = 0.1  # of what a bend takes, more when it is driven faster
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,6 +111,7 @@ class Members:
     target_d_m: Array
     lateral_mps2: Array
     shortest_s: float
+    straightening_mps2: float
 
     def rows(self, member: Any, speed_mps: Array) -> tuple[Swerves, NDArray[np.bool_]]:
         """Members (R,) begun at these speeds (R,), and which of them do anything."""
@@ -127,33 +131,53 @@ class Members:
 def members(situation: Situation, vehicle: Vehicle, prediction: Prediction, chosen: EscapeSettings) -> Members:
     road = situation.road
     grip = road.friction * GRAVITY_MPS2
-    brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
-    gentle = min(1.0, 0.2 * grip)
+    bend = min(situation.host.speed_mps**2 * abs(float(road.curvature_at(situation.host.s_m))), _BEND_SHARE * grip)
+    spare = np.sqrt(grip * grip - bend * bend)
+    brake, accelerate = min(-vehicle.acceleration_min_mps2, spare), min(vehicle.acceleration_max_mps2, spare - _FASTER * bend)
     comfort = _JUST * chosen.comfort_on(road.friction)
-    rows: list[tuple[float, ...]] = []
-    for kind, sign, most, spread in ((0, -1.0, brake, chosen.braking), (1, 1.0, accelerate, chosen.accelerating)):
+    braking, accelerating, sideways = _spread(chosen)
+    gentle = min(1.0, 0.2 * grip)
+    levels, untils, matches, targets, pushes = [], [], [], [], []
+    for sign, most, spread in ((-1.0, brake, braking), (1.0, accelerate, accelerating)):
         speed = _speed_of_nearest(situation, prediction, -sign)
-        match = sign * np.inf if speed is None else speed
-        levels = [(share * most, until) for share, until in spread] + [(min(comfort, most), until) for until in (0.0, 2.0)]
-        rows += [(kind, sign * level, until, np.nan if until else match, np.nan, gentle) for level, until in levels]
+        level = spread[0] * most
+        level[-2:] = min(comfort, most)
+        levels.append(sign * level)
+        untils.append(spread[1])
+        matches.append(np.where(spread[1] > 0.0, np.nan, sign * np.inf if speed is None else speed))
+        targets.append(np.full(level.size, np.nan))
+        pushes.append(np.full(level.size, gentle))
+    kinds = [np.repeat([0, 1], [levels[0].size, levels[1].size])]
+    level = sideways[0] * np.where(sideways[0] > 0.0, accelerate, brake)
+    push = sideways[2] * np.maximum(np.sqrt(grip * grip - level * level) - bend, 0.1 * grip)
+    push[-1] = min(comfort, grip)
     for kind, side in ((2, Side.LEFT), (3, Side.RIGHT)):
         target = next_lane_m(situation, vehicle, side)
         if target is None:
             continue
-        for pace, until, share in chosen.sideways:
-            level = pace * (accelerate if pace > 0.0 else brake)
-            rows.append((kind, level, until, np.nan, target, share * np.sqrt(grip * grip - level * level)))
-        rows.append((kind, 0.0, 0.0, np.nan, target, comfort))
-    columns = np.array(rows).T
+        kinds.append(np.full(level.size, kind))
+        levels.append(level)
+        untils.append(sideways[1])
+        matches.append(np.full(level.size, np.nan))
+        targets.append(np.full(level.size, target))
+        pushes.append(push)
     return Members(
-        kind=columns[0].astype(np.intp),
-        level_mps2=columns[1],
-        until_s=columns[2],
-        until_mps=columns[3],
-        target_d_m=columns[4],
-        lateral_mps2=columns[5],
+        kind=np.concatenate(kinds).astype(np.intp),
+        level_mps2=np.concatenate(levels),
+        until_s=np.concatenate(untils),
+        until_mps=np.concatenate(matches),
+        target_d_m=np.concatenate(targets),
+        lateral_mps2=np.concatenate(pushes),
         shortest_s=_SHORTEST_S,
+        straightening_mps2=gentle,
     )
+
+
+@lru_cache(maxsize=8)
+def _spread(chosen: EscapeSettings) -> tuple[Array, Array, Array]:
+    """Columns of shares, untils (and shares across): braking, accelerating, sideways; the last of each are the comfortable ones."""
+    in_lane = [np.array([*spread, (0.0, 0.0), (0.0, 2.0)]).T for spread in (chosen.braking, chosen.accelerating)]
+    return in_lane[0], in_lane[1], np.array([*chosen.sideways, (0.0, 0.0, 0.0)]).T
 
 
 def _speed_of_nearest(situation: Situation, prediction: Prediction, sign: float) -> float | None:

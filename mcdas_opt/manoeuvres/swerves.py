@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.manoeuvres.family import EDGE_M, Demand
+from mcdas_opt.manoeuvres.family import Demand
 from mcdas_opt.manoeuvres.sidesteps import Starts
 
+_EDGE_M = 0.03  # kept from the edges, for what a driver strays
 _SHARE = 0.98  # of the vehicle's jerk, steering rate and top speed
 _SLOWEST_MPS = 0.5  # steering is not followed below it
 _STEEPEST = 0.9  # sine of the heading
@@ -45,6 +46,16 @@ class Swerves:
         parts = (self.level_mps2, self.until_s, self.target_d_m, self.lateral_mps2)
         level, until, target, lateral = (q[index] for q in parts)
         return Swerves(level_mps2=level, until_s=until, target_d_m=target, lateral_mps2=lateral)
+
+    def and_straight(self, count: int, lateral_mps2: float) -> Swerves:
+        """With so many rows behind them that keep their speed and straighten up."""
+        none = np.zeros(count)
+        return Swerves(
+            level_mps2=np.concatenate([self.level_mps2, none]),
+            until_s=np.concatenate([self.until_s, none]),
+            target_d_m=np.concatenate([self.target_d_m, none + np.nan]),
+            lateral_mps2=np.concatenate([self.lateral_mps2, none + lateral_mps2]),
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,7 +145,7 @@ def swerve(rows: Swerves, times_s: Array, start: Starts, vehicle: Vehicle, road:
         curvature_1pm=curvature,
         demand_mps2=effort,
         ability=np.where(fits, 1.0 - used, -1.0),
-        edge_m=edge - EDGE_M,
+        edge_m=edge - _EDGE_M,
     )
 
 

@@ -20,6 +20,7 @@ from mcdas_opt.domain.vocabulary import Request, Status
 from mcdas_opt.planning.ladder import Ladder
 from mcdas_opt.planning.method import Method, build_method
 from mcdas_opt.planning.pose_history import PoseHistory
+from mcdas_opt.planning.watch import watched
 from mcdas_opt.situation.consistency import contradiction
 from mcdas_opt.tracking.tracker import Tracker
 
@@ -81,6 +82,8 @@ class Planner:
             answer = self.ladder.answer(situation, self.previous, Refusal(reason=answer.verdict.reason))
         elif has_ladder and answer.safe_end is not None and not answer.safe_end.safe:
             answer = self._without_safe_end(situation, answer)
+        if not wrong:
+            answer = watched(answer, situation, self.previous, self.vehicle, self.settings)
         timing = replace(answer.timing_ms, total=1e3 * (time.perf_counter() - started))
         self.previous = replace(answer, planner=self.name, timing_ms=timing)
         self.situation = situation
