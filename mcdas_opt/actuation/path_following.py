@@ -38,6 +38,12 @@ class SpeedLaw:
     start_s: float = 0.0
 
 
+class AccelerationLaw(Protocol):
+    """A driver who asks for an acceleration [m/s^2], by the time since the drive began, the place of the body centre and the speed."""
+
+    def wanted_mps2(self, t_s: float, s_m: float, speed_mps: float) -> float: ...
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FollowingSettings:
     """Bandwidth of the lateral feedback [rad/s], and the shares of the limits that are used."""
@@ -52,7 +58,7 @@ class FollowingSettings:
 def follow(
     start: HostState,
     path: Path,
-    law: SpeedLaw,
+    law: SpeedLaw | AccelerationLaw,
     *,
     vehicle: Vehicle,
     road: Road,
@@ -72,7 +78,7 @@ def follow(
     for k in range(steps):
         kappa = 0.0 if straight else _interpolate(knots, x[0])
         rate = _steering_rate(x, path, kappa, vehicle, min(lateral_acceleration_mps2, grip), cfg)
-        jerk = _jerk(x, law if k * h >= law.start_s - 1e-9 else None, vehicle, grip, cfg)
+        jerk = _jerk(x, _wanted(x, law, k * h, vehicle, cfg), vehicle, grip, cfg)
         u = (jerk, rate)
 
         def right_side(state: Any, u: tuple[float, float] = u) -> list[Any]:
@@ -110,15 +116,33 @@ def _steering_rate(x: list[float], path: Path, kappa: float, vehicle: Vehicle, l
     return 0.0 if v < 0.05 else max(-limit, min(limit, (target - delta) / cfg.step_s))
 
 
-def _jerk(x: list[float], law: SpeedLaw | None, vehicle: Vehicle, grip: float, cfg: FollowingSettings) -> float:
+def _wanted(x: list[float], law: SpeedLaw | AccelerationLaw, t_s: float, vehicle: Vehicle, cfg: FollowingSettings) -> float:
+    """The acceleration that the law asks for, eased where it meets the law's speed, or standstill."""
+    if not isinstance(law, SpeedLaw):
+        asked = law.wanted_mps2(t_s, x[0], x[3])
+        return max(asked, _halting(x[3], vehicle.jerk_max_mps3, cfg)) if asked < 0.0 else asked
+    if t_s < law.start_s - 1e-9:
+        return 0.0
+    gap = law.speed_mps - x[3]
+    easing = -vehicle.jerk_min_mps3 if gap > 0.0 else vehicle.jerk_max_mps3
+    return math.copysign(min(law.acceleration_mps2, _eased(abs(gap), easing, cfg)), gap)
+
+
+def _eased(gap_mps: float, jerk_mps3: float, cfg: FollowingSettings) -> float:
+    """The acceleration from which a gap of speed can still be closed without overshoot."""
+    return min(math.sqrt(1.6 * cfg.limit_share * jerk_mps3 * gap_mps), gap_mps / (2.0 * cfg.step_s))
+
+
+def _halting(v: float, jerk_mps3: float, cfg: FollowingSettings) -> float:
+    """The hardest braking from which the car still comes to rest without rolling back."""
+    if v <= 0.0:
+        return -v / (2.0 * cfg.step_s)
+    return -min(math.sqrt(0.7 * cfg.limit_share * jerk_mps3 * v), v / (3.0 * cfg.step_s))
+
+
+def _jerk(x: list[float], wanted: float, vehicle: Vehicle, grip: float, cfg: FollowingSettings) -> float:
     v, a, delta = x[3], x[4], x[5]
     share, h = cfg.limit_share, cfg.step_s
-    wanted = 0.0
-    if law is not None:
-        gap = law.speed_mps - v
-        easing = share * (-vehicle.jerk_min_mps3 if gap > 0.0 else vehicle.jerk_max_mps3)
-        most = min(law.acceleration_mps2, math.sqrt(1.6 * easing * abs(gap)), abs(gap) / (2.0 * h))
-        wanted = math.copysign(most, gap)
     lateral = v**2 * math.tan(delta) / vehicle.wheelbase_m
     room = math.sqrt(max(grip**2 - lateral**2, 0.0))
     low, high = share * vehicle.acceleration_min_mps2, share * vehicle.acceleration_max_mps2

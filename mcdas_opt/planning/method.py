@@ -18,6 +18,9 @@ _OWN = {
     "closed-form": "mcdas_opt.planning.closed_form:LiteralMethod",
     "closed-form-corrected": "mcdas_opt.planning.closed_form:CorrectedMethod",
     "closed-form-tuned": "mcdas_opt.planning.tuned_form:TunedMethod",
+    "aeb": "mcdas_opt.planning.rivals.aeb:AebMethod",
+    "un-r157": "mcdas_opt.planning.rivals.competent_driver:CompetentDriverMethod",
+    "idm-mobil": "mcdas_opt.planning.rivals.idm_mobil:IdmMobilMethod",
 }
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -11,7 +10,8 @@ import numpy as np
 
 from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import Array, positive
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
 
 STEP_S = 0.01  # of plant and traffic
 
@@ -29,44 +29,6 @@ class Presence(NamedTuple):
     speed_s_mps: float
     length_m: float
     width_m: float
-
-
-class Leader(NamedTuple):
-    """What a follower sees ahead in its lane: the gap bumper to bumper, and how fast the other goes."""
-
-    gap_m: float
-    speed_mps: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class IdmSettings:
-    """Parameters of Treiber, Hennecke, Helbing, Phys. Rev. E 62 (2000) 1805, table I; the desired speed is the driver's own.
-
-    `braking_limit_mps2` bounds what the formula may ask for (it has no bound of its own).
-    """
-
-    headway_s: float = 1.6
-    acceleration_mps2: float = 0.73
-    deceleration_mps2: float = 1.67
-    exponent: float = 4.0
-    jam_distance_m: float = 2.0
-    braking_limit_mps2: float = 8.0
-
-    def __post_init__(self) -> None:
-        for name in self.__slots__:
-            positive(name, getattr(self, name))
-
-
-def idm_acceleration(speed_mps: float, desired_mps: float, leader: Leader | None, settings: IdmSettings) -> float:
-    """Acceleration [m/s^2] by eq 1-3 of the source; a gap of nothing is braked for as hard as can be."""
-    s = settings
-    crowd = 0.0
-    if leader is not None:
-        urgency = speed_mps * (speed_mps - leader.speed_mps) / (2.0 * math.sqrt(s.acceleration_mps2 * s.deceleration_mps2))
-        wanted = s.jam_distance_m + max(speed_mps * s.headway_s + urgency, 0.0)
-        crowd = (wanted / max(leader.gap_m, 0.01)) ** 2
-    free = 1.0 - math.pow(speed_mps / desired_mps, s.exponent)
-    return max(s.acceleration_mps2 * (free - crowd), -s.braking_limit_mps2)
 
 
 @dataclass(slots=True, kw_only=True)

@@ -14,8 +14,9 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
+from mcdas_opt.dynamics.car_following import IdmSettings
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.simulation.idm import STEP_S, Follower, IdmSettings, Presence, step_times
+from mcdas_opt.simulation.idm import STEP_S, Follower, Presence, step_times
 from mcdas_opt.simulation.recorded import RecordedMotion
 from mcdas_opt.simulation.scripted import ScriptedMotion
 

@@ -11,8 +11,9 @@ import pytest
 from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.simulation.idm import STEP_S, IdmSettings, Leader, idm_acceleration, step_times
+from mcdas_opt.simulation.idm import STEP_S, step_times
 from mcdas_opt.simulation.neighbours import Traffic, host_before, known_bodies
 from tests.simulation.scene_maker import make_scene
 

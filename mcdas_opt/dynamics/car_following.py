@@ -1,0 +1,47 @@
+"""Car following: the Intelligent Driver Model."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from mcdas_opt.domain.rules import positive
+
+
+class Leader(NamedTuple):
+    """What a follower sees ahead in its lane: the gap bumper to bumper, and how fast the other goes."""
+
+    gap_m: float
+    speed_mps: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IdmSettings:
+    """Parameters of Treiber, Hennecke, Helbing, Phys. Rev. E 62 (2000) 1805, table I; the desired speed is the driver's own.
+
+    `braking_limit_mps2` bounds what the formula may ask for (it has no bound of its own).
+    """
+
+    headway_s: float = 1.6
+    acceleration_mps2: float = 0.73
+    deceleration_mps2: float = 1.67
+    exponent: float = 4.0
+    jam_distance_m: float = 2.0
+    braking_limit_mps2: float = 8.0
+
+    def __post_init__(self) -> None:
+        for name in self.__slots__:
+            positive(name, getattr(self, name))
+
+
+def idm_acceleration(speed_mps: float, desired_mps: float, leader: Leader | None, settings: IdmSettings) -> float:
+    """Acceleration [m/s^2] by eq 1-3 of the source; a gap of nothing is braked for as hard as can be."""
+    s = settings
+    crowd = 0.0
+    if leader is not None:
+        urgency = speed_mps * (speed_mps - leader.speed_mps) / (2.0 * math.sqrt(s.acceleration_mps2 * s.deceleration_mps2))
+        wanted = s.jam_distance_m + max(speed_mps * s.headway_s + urgency, 0.0)
+        crowd = (wanted / max(leader.gap_m, 0.01)) ** 2
+    free = 1.0 - math.pow(speed_mps / desired_mps, s.exponent)
+    return max(s.acceleration_mps2 * (free - crowd), -s.braking_limit_mps2)
