@@ -11,7 +11,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict
 
 from mcdas_opt.catalogue.shelf import checked, read_toml
-from mcdas_opt.domain.settings import Settings, SigmoidSettings
+from mcdas_opt.domain.settings import SigmoidSettings
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import InputError, ParameterError
@@ -29,21 +29,29 @@ class _SigmoidPart(BaseModel):
 
 
 class DesignFile(BaseModel):
-    """`sigmoid` is what a planner takes; the other tables say where it comes from."""
+    """`sigmoid` or `values` is what a planner takes, one of them; the other tables say where it comes from."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
-    sigmoid: _SigmoidPart
+    sigmoid: _SigmoidPart | None = None
+    values: dict[str, float] = {}
     design: dict[str, Any] = {}
     provenance: dict[str, Any] = {}
     constraint: list[dict[str, Any]] = []
+    set: list[dict[str, Any]] = []
 
 
-def load_sigmoid(path: Path) -> SigmoidSettings:
-    """The sigmoid's settings of a file. Raises `InputError` that names file, key, value and rule."""
+def load_parameters(path: Path) -> tuple[SigmoidSettings | None, dict[str, float]]:
+    """A file's sigmoid, or its values by name. Raises `InputError` that names file, key, value and rule."""
     if not path.is_file():
         raise InputError(path, "", None, "no such file")
-    part = checked(DesignFile, read_toml(path), path).sigmoid
+    document = checked(DesignFile, read_toml(path), path)
+    if (document.sigmoid is None) == (not document.values):
+        raise InputError(path, "sigmoid", None, "must hold a table [sigmoid] or a table [values], one of them")
+    return (None if document.sigmoid is None else _settings(document.sigmoid, path)), document.values
+
+
+def _settings(part: _SigmoidPart, path: Path) -> SigmoidSettings:
     if part.lateral_acceleration_mps2 is not None and part.lateral_acceleration_mps2 <= 0.0:
         raise InputError(path, "sigmoid.lateral_acceleration_mps2", part.lateral_acceleration_mps2, "must be greater than 0")
     try:
@@ -56,14 +64,9 @@ def load_sigmoid(path: Path) -> SigmoidSettings:
     return settings
 
 
-def planner_settings(path: Path) -> Settings:
-    """Default settings with the sigmoid of a file."""
-    return Settings(sigmoid=load_sigmoid(path))
-
-
 def toml_text(document: Mapping[str, Any]) -> str:
     """A document of tables, lists of tables and plain values as TOML; None and non-finite numbers are left out."""
-    plain = [f"{key} = {_toml_value(value)}" for key, value in document.items() if _is_plain(value)]
+    plain = [f"{_toml_key(key)} = {_toml_value(value)}" for key, value in document.items() if _is_plain(value)]
     parts = ["\n".join(plain)] if plain else []
     for key, value in document.items():
         if isinstance(value, Mapping):
@@ -74,7 +77,11 @@ def toml_text(document: Mapping[str, Any]) -> str:
 
 
 def _table(heading: str, rows: Mapping[str, Any]) -> str:
-    return "\n".join([heading, *(f"{key} = {_toml_value(value)}" for key, value in rows.items() if _is_plain(value))])
+    return "\n".join([heading, *(f"{_toml_key(key)} = {_toml_value(value)}" for key, value in rows.items() if _is_plain(value))])
+
+
+def _toml_key(key: str) -> str:
+    return key if key.replace("_", "").replace("-", "").isalnum() else _toml_value(key)
 
 
 def _is_plain(value: Any) -> bool:

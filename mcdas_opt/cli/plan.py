@@ -13,24 +13,24 @@ from mcdas_opt.cli.screen import JsonOption, PlannerOption, console, emit, facts
 def plan(
     scene: Annotated[str, typer.Argument(metavar="SCENE|SITUATION.json", help="A scene, or a saved situation (JSON).")],
     planner: PlannerOption = "mpc",
-    params: Annotated[Path | None, typer.Option("--params", help="Sigmoid parameters to plan with: a TOML of `tune`.")] = None,
+    params: Annotated[Path | None, typer.Option("--params", help="Parameters to plan with: a TOML of `tune`.")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Draw the plan (.png, .html), or save the planned situation (.json).")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """One plan at t = 0, judged."""
-    from mcdas_opt.catalogue.designs import planner_settings
-    from mcdas_opt.simulation.first_situation import plan_once, situation_of
+    from mcdas_opt.planning.parameter_files import planner_with
+    from mcdas_opt.simulation.first_situation import situation_of
 
-    settings = None if params is None else planner_settings(params)
     drawing = out is not None and out.suffix.lower() in (".png", ".html")
     if out is not None and drawing:
         from mcdas_opt.plotting.export import STILL, check_picture
 
         check_picture(out, STILL)
     situation, vehicle = situation_of(scene)
+    chosen = planner_with(params, vehicle, planner)
     if out is not None and not drawing:
         write_text(out, situation.to_json())
-    answer = plan_once(situation, vehicle, planner, settings)
+    answer = chosen.plan(situation)
     if out is not None and drawing:
         from mcdas_opt.plotting.export import save_plan
 

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, number
+from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, number, progress_bar
 
 if TYPE_CHECKING:
     from mcdas_opt.tuning.design import Design
+    from mcdas_opt.tuning.study_options import StudyOptions
 
 _BOUNDS = "LOW HIGH"
 
@@ -38,13 +39,32 @@ def tune(
     lane_width: Annotated[float, typer.Option("--lane-width", help="To the centre of the next lane [m].")] = 3.7,
     vehicle: Annotated[str, typer.Option("--vehicle", help="A shipped vehicle or a file.")] = "sedan",
     out: Annotated[Path | None, typer.Option("--out", help="Writes FILE's stem as .toml (for `plan --params`) and as .png.")] = None,
+    scenes: Annotated[str | None, typer.Option("--scenes", help="Tune the MPC in this suite's traffic instead.")] = None,
+    trials: Annotated[int, typer.Option("--trials", help="Of the study, those already in its file included.")] = 30,
+    storage: Annotated[Path | None, typer.Option("--storage", help="The study's file (SQLite); several workers may share it.")] = None,
+    search: Annotated[str, typer.Option("--search", help="tpe, nsga2, de, cma-es or random.")] = "tpe",
+    seed: Annotated[int, typer.Option("--seed", help="Of the search.")] = 0,
+    train: Annotated[int, typer.Option("--train", help="Avoidable scenes to train on.")] = 12,
+    held_out: Annotated[int, typer.Option("--held-out", help="Scenes to validate on, and as many to test.")] = 8,
+    workers: Annotated[int, typer.Option("--workers", help="Processes that drive.")] = 1,
     as_json: JsonOption = False,
 ) -> None:
-    """The best sigmoid for a speed: shortest, clearest or smoothest within every limit, with what binds it."""
+    """The best sigmoid for a speed, with what binds it; with --scenes, the MPC's numbers tuned in traffic."""
+    if scenes is not None:
+        from mcdas_opt.errors import ParameterError
+        from mcdas_opt.tuning.study_options import StudyOptions
+
+        if storage is None:
+            raise ParameterError("storage", None, "a study needs a file to live in: --storage FILE")
+        options = StudyOptions(method=search, seed=seed, scenes=train, held_out=held_out, workers=workers, speed_mps=speed)
+        _study(scenes, trials, storage, options, out, as_json)
+        return
     from mcdas_opt.catalogue.vehicles import load_vehicle
     from mcdas_opt.domain.vocabulary import Side
     from mcdas_opt.errors import ParameterError
-    from mcdas_opt.tuning.tune import tune as run
+    from mcdas_opt.tuning.design import design
+    from mcdas_opt.tuning.design_file import check_out, write_design
+    from mcdas_opt.tuning.request import DesignRequest
 
     if side not in ("left", "right"):
         raise ParameterError("side", side, "must be left or right")
@@ -54,14 +74,13 @@ def tune(
         "y_max_bounds_m": y_max_bounds,
         "speed_bounds_mps": speed_bounds,
     }
-    found = run(
+    request = DesignRequest(
         speed_mps=speed,
         offset_m=offset,
         objective=objective,
         lateral_acceleration_mps2=lateral_acceleration,
         lateral_jerk_mps3=lateral_jerk,
         friction=friction,
-        out=out,
         side=Side(side),
         length_max_m=length,
         settling_m=settling,
@@ -75,10 +94,53 @@ def tune(
         vehicle=load_vehicle(vehicle),
         **{name: value for name, value in chosen.items() if value is not None},
     )
+    if out is not None:
+        check_out(out)
+    found = design(request)
+    if out is not None:
+        write_design(found, out)
     if as_json:
         emit(found.to_dict())
         return
     _print(found, out)
+
+
+def _study(suite: str, trials: int, storage: Path, options: StudyOptions, out: Path | None, as_json: bool) -> None:
+    """A study in traffic: progress on stderr, then what was found."""
+    from rich.table import Table
+
+    from mcdas_opt.tuning.tune_in_traffic import tune_in_traffic
+
+    with progress_bar("trials") as advance:
+        found = tune_in_traffic(suite, trials, storage, options, out=out, progress=advance)
+    if as_json:
+        emit(found.to_dict())
+        return
+    screen = console()
+    rows: list[tuple[str, object]] = [
+        ("study", f"{found.method}: {found.evaluations} trials, {found.pruned} pruned, in {storage}"),
+        ("chosen", f"trial {found.choice.trial.number} of a front of {len(found.choice.front)}"),
+        *(("why", reason) for reason in found.reasons),
+        ("default", found.reason),
+    ]
+    screen.print(facts_table(f"tuned on {suite}", rows))
+    table = Table(title="scenes apart", title_justify="left")
+    for heading in ("set", "seed", "scenes", "", "collisions", "peak lateral [m/s^2]", "peak jerk [m/s^3]", "beside [m]", "score"):
+        table.add_column(heading)
+    for one in found.guarded.sets:
+        for who, worth in (("defaults", one.default), ("tuned", one.tuned)):
+            hits = f"{round(worth.collisions * worth.drives)}/{worth.drives}"
+            figures = (f"{worth.peak_lateral_mps2:.2f}", f"{worth.peak_jerk_mps3:.1f}", f"{worth.manoeuvre_m:.1f}", f"{worth.score:.2f}")
+            table.add_row(one.name, str(one.seed), str(len(one.scenes)), who, hits, *figures)
+    screen.print(table)
+    chosen = Table(title="values", title_justify="left")
+    for heading in ("name", "default", "tuned", "importance"):
+        chosen.add_column(heading)
+    for name, value in found.values.items():
+        chosen.add_row(name, f"{found.defaults[name]:.4g}", f"{value:.4g}", number(found.importance.get(name), "", 3))
+    screen.print(chosen)
+    if out is not None:
+        screen.print(f"drawn: {out.with_suffix('.png')}" + (f"; values: {out.with_suffix('.toml')}" if found.accepted else "; no values"))
 
 
 def _print(found: Design, out: Path | None) -> None:

@@ -43,6 +43,16 @@ def _costs() -> tuple[Cost, ...]:
     )
 
 
+def weight_name(cost: Cost) -> str:
+    """The parameter that holds a cost's weight where weights are free: 'weight_path_deviation'."""
+    return "weight_" + cost.name.split(" [")[0].replace(" ", "_")
+
+
+def default_weights() -> dict[str, float]:
+    """Weight of every cost per node, by `weight_name`; the terminal ones keep their ratio to it."""
+    return {weight_name(cost): cost.weight for cost in _costs()}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SlackPrice:
     """Exact penalty of a family of soft rows: linear per unit, and quadratic; `scale` is its order of magnitude."""
@@ -70,6 +80,7 @@ class LaneProblem:
     road_margin_m: float = 0.1
     limit_margin: float = 0.995
     costs: tuple[Cost, ...] = field(default_factory=_costs)
+    free_weights: bool = False  # the weights are parameters of every node, `weight_<cost>`: one compiled problem for all of them
     prices: dict[str, SlackPrice] = field(default_factory=_prices)
 
     @property
@@ -85,7 +96,8 @@ class LaneProblem:
 
     def stage_problem(self) -> StageProblem:
         vehicle, costs, constraints = self.vehicle, self.costs, self.constraints
-        asked = [p for cost in costs for p in cost.parameters] + [p for row in constraints for p in row.parameters]
+        free = [weight_name(cost) for cost in costs] if self.free_weights else []
+        asked = [p for cost in costs for p in cost.parameters] + [p for row in constraints for p in row.parameters] + free
         parameters = tuple(dict.fromkeys([*ROAD_PARAMETERS, *asked]))
         x, u = ca.SX.sym("x", len(STATES)), ca.SX.sym("u", len(INPUTS))
         p, h = ca.SX.sym("p", len(parameters)), ca.SX.sym("h")
@@ -99,8 +111,11 @@ class LaneProblem:
             return road_bicycle(state, ca.vertsplit(u), kappa, vehicle.wheelbase_m, vehicle.centre_m, ca)
 
         step = rk4(right_side, ca.vertsplit(x), h)
-        running = [ca.sqrt(c.weight) * c.residual(stage) for c in costs]
-        terminal = [ca.sqrt(c.terminal_weight) * c.residual(stage) for c in costs if c.terminal_weight > 0.0]
+        factor = [named[weight_name(c)] / c.weight if free else 1.0 for c in costs]
+        running = [ca.sqrt(c.weight * f) * c.residual(stage) for c, f in zip(costs, factor, strict=True)]
+        terminal = [
+            ca.sqrt(c.terminal_weight * f) * c.residual(stage) for c, f in zip(costs, factor, strict=True) if c.terminal_weight > 0.0
+        ]
         families = tuple(self.prices)
         rows = [(c.slack, c.name, row) for c in constraints for row in c.rows(stage)]
         m = self.limit_margin

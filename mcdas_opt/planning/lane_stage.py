@@ -48,6 +48,7 @@ class StageSettings:
     friction_share: float = 0.97
     clearance_along_m: float = 0.5
     clearance_across_m: float = 0.25
+    weights: tuple[tuple[str, float], ...] | None = None  # of the costs, by `weight_name`; None: as they are built in
     event_position_m: float = 0.5
     event_speed_mps: float = 0.5
 
@@ -115,8 +116,11 @@ class LaneStage:
         """The problem with the fewest seats that hold so many neighbours (at most the last), built when first asked for."""
         seats = next((n for n in self.stage.seats if n >= neighbours), self.stage.seats[-1])
         if seats not in self._posed:
-            self._posed[seats] = Posed(LaneProblem(vehicle=self.vehicle, neighbours=seats), self.settings.grid.nodes)
+            self._posed[seats] = Posed(self._problem(seats), self.settings.grid.nodes)
         return self._posed[seats]
+
+    def _problem(self, seats: int) -> LaneProblem:
+        return LaneProblem(vehicle=self.vehicle, neighbours=seats, free_weights=self.stage.weights is not None)
 
     @property
     def solver(self) -> str:
@@ -231,4 +235,4 @@ class LaneStage:
             clearance_along_m=self.stage.clearance_along_m,
             clearance_across_m=self.stage.clearance_across_m,
         )
-        return posed.parameters.matrix(self.settings.grid.nodes, values)
+        return posed.parameters.matrix(self.settings.grid.nodes, values | dict(self.stage.weights or ()))

@@ -8,7 +8,6 @@ from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.catalogue.shelf import read_text
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.plan import Plan
-from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError
@@ -60,6 +59,6 @@ def situation_of(name: str, seed: int | None = None) -> tuple[Situation, Vehicle
     return first_situation(scene, seed), scene.vehicle
 
 
-def plan_once(situation: Situation, vehicle: Vehicle, planner: str = "mpc", settings: Settings | None = None) -> Plan:
+def plan_once(situation: Situation, vehicle: Vehicle, planner: str = "mpc") -> Plan:
     """One plan by a fresh planner."""
-    return Planner(vehicle=vehicle, method=planner, settings=settings).plan(situation)
+    return Planner(vehicle=vehicle, method=planner).plan(situation)

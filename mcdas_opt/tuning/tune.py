@@ -1,14 +1,18 @@
-"""The public tuner: one sigmoid designed for a speed."""
+"""The public tuner: one sigmoid designed for a speed, or a study in traffic."""
 
 from __future__ import annotations
 
 from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.tuning.design import Design, design
 from mcdas_opt.tuning.request import DesignRequest
+from mcdas_opt.tuning.study_options import StudyOptions
+
+if TYPE_CHECKING:
+    from mcdas_opt.tuning.tune_in_traffic import StudyReport
 
 
 def tune(
@@ -20,13 +24,27 @@ def tune(
     lateral_jerk_mps3: float = 20.0,
     friction: float = 0.9,
     out: str | Path | None = None,
+    scenes: str | None = None,
+    trials: int = 30,
+    storage: str | Path | None = None,
+    study: StudyOptions | None = None,
     **limits: Any,
-) -> Design:
+) -> Design | StudyReport:
     """The sigmoid (a, b, y_max) that is shortest, clearest or smoothest within every limit; further limits are those of `DesignRequest`.
 
-    With `out` a TOML and a PNG of that stem are written. Raises `ParameterError` for what is out of range, unknown or cannot be had:
+    With `scenes`, a suite's name, a study in traffic instead, of `trials` trials kept in the file `storage`. With `out` a TOML and a PNG
+    of that stem are written. Raises `ParameterError` for what is out of range, unknown or cannot be had:
     then with the figure that could.
     """
+    if scenes is not None:
+        from mcdas_opt.tuning.tune_in_traffic import tune_in_traffic
+
+        if storage is None:
+            raise ParameterError("storage", None, "a study needs a file to live in")
+        if limits:
+            raise ParameterError(next(iter(limits)), next(iter(limits.values())), "is a limit of a design, not of a study")
+        target = None if out is None else Path(out)
+        return tune_in_traffic(scenes, trials, Path(storage), study or StudyOptions(speed_mps=speed_mps), out=target)
     known = {f.name for f in fields(DesignRequest)}
     for name in limits:
         if name not in known:

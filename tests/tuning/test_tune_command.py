@@ -10,9 +10,10 @@ import pytest
 from typer.testing import CliRunner
 
 from mcdas_opt import tune
-from mcdas_opt.catalogue.designs import load_sigmoid, planner_settings
+from mcdas_opt.catalogue.designs import load_parameters
 from mcdas_opt.cli import app
 from mcdas_opt.errors import InputError, McdasError
+from mcdas_opt.planning.parameter_files import planner_with
 from mcdas_opt.simulation.first_situation import plan_once, situation_of
 
 RUN = CliRunner()
@@ -43,10 +44,11 @@ def test_a_design_is_planned_with(tmp_path: Path) -> None:
     found = tune(speed_mps=11.1, lateral_acceleration_mps2=1.5)
     assert kept["sigmoid"]["a_per_m"] == found.a_per_m
     situation, vehicle = situation_of("sandwich-60-40")
-    given = planner_settings(out).sigmoid.given
-    assert given == found.sigmoid
+    sigmoid, _ = load_parameters(out)
+    assert sigmoid is not None
+    assert sigmoid.given == found.sigmoid
     for planner in ("closed-form-corrected", "mpc"):
-        plain, tuned = plan_once(situation, vehicle, planner), plan_once(situation, vehicle, planner, planner_settings(out))
+        plain, tuned = plan_once(situation, vehicle, planner), planner_with(out, vehicle, planner).plan(situation)
         assert tuned.to_dict()["trajectory"] != plain.to_dict()["trajectory"]
     document = RUN.invoke(app, ["plan", "sandwich-60-40", "--planner", "closed-form-corrected", "--params", str(out), "--json"])
     assert document.exit_code == 0
@@ -74,16 +76,16 @@ def test_bad_files_are_told_key_value_and_rule(tmp_path: Path, text: str, words:
     file = tmp_path / "bad.toml"
     file.write_text(text, encoding="utf-8")
     with pytest.raises(InputError) as refused:
-        load_sigmoid(file)
+        load_parameters(file)
     assert words in str(refused.value)
     assert "bad.toml" in str(refused.value)
 
 
 def test_the_paper_takes_no_parameters(tmp_path: Path) -> None:
     tune(out=tmp_path / "design.toml")
-    situation, vehicle = situation_of("sandwich-60-40")
+    _, vehicle = situation_of("sandwich-60-40")
     with pytest.raises(McdasError, match="takes no parameters"):
-        plan_once(situation, vehicle, "closed-form", planner_settings(tmp_path / "design.toml"))
+        planner_with(tmp_path / "design.toml", vehicle, "closed-form")
 
 
 def test_nothing_is_written_where_nothing_is_found(tmp_path: Path) -> None:

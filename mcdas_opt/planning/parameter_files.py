@@ -1,0 +1,30 @@
+"""Planning with a file of parameters: a designed sigmoid, or a study's values."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from mcdas_opt.catalogue.designs import load_parameters
+from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.planning.adjustable import adjusted
+from mcdas_opt.planning.planner import Planner
+
+
+def planner_with(path: Path | None, vehicle: Vehicle, method: str) -> Planner:
+    """A fresh planner; with a file, one that plans by it. Raises `InputError` that names file, key, value and rule."""
+    if path is None:
+        return Planner(vehicle=vehicle, method=method)
+    sigmoid, values = load_parameters(path)
+    if sigmoid is not None:
+        return Planner(vehicle=vehicle, method=method, settings=Settings(sigmoid=sigmoid))
+    if method != "mpc":
+        raise InputError(path, "values", None, f"are the MPC's: {method!r} does not take them")
+    try:
+        made = adjusted(values)
+    except ParameterError as error:
+        raise InputError(path, f"values.{error.name}", error.value, error.rule) from None
+    planner = Planner(vehicle=vehicle, method=made.method(vehicle), settings=made.settings)
+    planner.name = method
+    return planner

@@ -1,0 +1,118 @@
+"""Which of a study's trials is taken, and why; and whether it may become the default."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mcdas_opt.catalogue.scenes import Scene
+from mcdas_opt.errors import ParameterError
+from mcdas_opt.tuning.study import Trial
+from mcdas_opt.tuning.traffic import OBJECTIVES, Drives, Worth, worth_of
+
+_WORDS = {
+    "peak_lateral_mps2": "m/s^2 of peak lateral acceleration",
+    "peak_jerk_mps3": "m/s^3 of peak jerk",
+    "manoeuvre_m": "m driven beside a lane's middle",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Choice:
+    """The trial that is taken, the front it was taken from, and the reasons in words."""
+
+    trial: Trial
+    front: tuple[Trial, ...]
+    reasons: tuple[str, ...]
+
+
+def pareto(trials: Sequence[Trial]) -> tuple[Trial, ...]:
+    """Finished, unpruned trials without an unverified plan, of which none other is at least as good in all and better in one."""
+    able = [trial for trial in trials if not trial.pruned and trial.worth.unverified == 0]
+    points = np.array([trial.worth.objectives for trial in able]).reshape(len(able), len(OBJECTIVES))
+    front = []
+    for i, trial in enumerate(able):
+        no_worse, better = np.all(points <= points[i], axis=1), np.any(points < points[i], axis=1)
+        if not np.any(no_worse & better):
+            front.append(trial)
+    return tuple(front)
+
+
+def choose(trials: Sequence[Trial]) -> Choice:
+    """Fewest collisions first; of those on the front the least sum of comforts, each in units of what is usual."""
+    front = pareto(trials)
+    if not front:
+        raise ParameterError("trials", len(trials), "no trial was driven to its end without an unverified plan: nothing to choose from")
+    least = min(trial.worth.collisions for trial in front)
+    safest = [trial for trial in front if trial.worth.collisions == least]
+    taken = min(safest, key=lambda trial: (trial.worth.score, trial.number))
+    worth = taken.worth
+    reasons = [
+        f"fewest collisions on training: {round(worth.collisions * worth.drives)} of {worth.drives} avoidable scenes"
+        f" ({len(safest)} of {len(front)} points of the front have as few)",
+        f"of these the least {worth.peak_lateral_mps2:.2f}/4 + {worth.peak_jerk_mps3:.1f}/20 + {worth.manoeuvre_m:.1f}/50",
+    ]
+    for name in OBJECTIVES[1:]:
+        best = min(front, key=lambda trial: getattr(trial.worth, name))
+        if best is not taken:
+            gap = getattr(worth, name) - getattr(best.worth, name)
+            reasons.append(f"gives up {gap:.3g} {_WORDS[name]} against trial {best.number}")
+    return Choice(trial=taken, front=front, reasons=tuple(reasons))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetResult:
+    """The defaults and the tuned values on one set of scenes."""
+
+    name: str
+    seed: int
+    scenes: tuple[str, ...]
+    default: Worth
+    tuned: Worth
+
+    @property
+    def wins(self) -> bool:
+        return self.tuned.score < self.default.score
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Guarded:
+    """What happened on training, validation and test scenes, and whether the tuned values may become the default."""
+
+    sets: tuple[SetResult, ...]
+    accepted: bool
+    reason: str
+
+
+def judged(sets: Sequence[SetResult]) -> Guarded:
+    """Accepted where the tuned values win on training and do not lose on validation, in score or in collisions. Test only reports."""
+    train, validation = (next(one for one in sets if one.name == name) for name in ("train", "validation"))
+    if not train.wins:
+        reason = "refused: no better than the defaults on the training scenes"
+    elif validation.tuned.collisions > validation.default.collisions:
+        reason = "refused: wins on training, but collides more than the defaults on validation"
+    elif validation.tuned.score > validation.default.score:
+        reason = "refused: wins on training, loses on validation: overfit"
+    else:
+        reason = "accepted: wins on training and does not lose on validation"
+    return Guarded(sets=tuple(sets), accepted=reason.startswith("accepted"), reason=reason)
+
+
+def compared(
+    name: str,
+    seed: int,
+    scenes: Sequence[Scene],
+    default: Mapping[str, float],
+    tuned: Mapping[str, float],
+    drives: Drives,
+    known: Sequence[Trial] = (),
+) -> SetResult:
+    """Both sets of values through the same scenes; `known` are trials that have driven them already."""
+
+    def worth(values: Mapping[str, float]) -> Worth:
+        there = next((trial.worth for trial in known if trial.values == values), None)
+        return there or worth_of(list(drives(scenes, values)))
+
+    return SetResult(name=name, seed=seed, scenes=tuple(scene.name for scene in scenes), default=worth(default), tuned=worth(tuned))

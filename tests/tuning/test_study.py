@@ -1,0 +1,188 @@
+"""Studies: searches, files, pruning, workers that die, the front, and the guard."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.planning.adjustable import adjusted, defaults
+from mcdas_opt.tuning.choice import SetResult, choose, judged, pareto
+from mcdas_opt.tuning.search_space import SPACE, Range, default_values, shares_of, values_at
+from mcdas_opt.tuning.searchers import search
+from mcdas_opt.tuning.study import Trial, run_study
+from mcdas_opt.tuning.traffic import Worth
+from tests.tuning.invented import Drives, spec
+
+pytest.importorskip("optuna")
+pytest.importorskip("cmaes")
+METHODS = ("tpe", "nsga2", "cma-es")
+
+
+@given(share=st.floats(0.0, 1.0))
+def test_ranges_invert(share: float) -> None:
+    point = np.full(len(SPACE), share)
+    assert shares_of(SPACE, values_at(SPACE, point)) == pytest.approx(point, abs=1e-9)
+
+
+def test_every_default_lies_in_its_range() -> None:
+    assert default_values(SPACE) == {part.name: defaults()[part.name] for part in SPACE}
+
+
+@pytest.mark.parametrize("method", ["random", "de", "cma-es", "tpe"])
+def test_searches_repeat_count_and_come_near(method: str) -> None:
+    def bowl(x: Array) -> float:
+        return float(np.sum((x - 0.3) ** 2))
+
+    first, again = search(method, bowl, 3, 120, seed=5), search(method, bowl, 3, 120, seed=5)
+    assert np.array_equal(first.points, again.points)
+    assert len(first.scores) == 120
+    assert np.all(np.diff(first.curve) <= 0.0)
+    assert first.curve[-1] < 0.05
+    assert bowl(first.best) == first.curve[-1]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_study_holds_what_was_asked_for_and_goes_on_where_it_stood(tmp_path: Path, method: str) -> None:
+    storage = tmp_path / "study.db"
+    run_study(spec(method), storage, 3, Drives())
+    drives = Drives()
+    trials = run_study(spec(method), storage, 5, drives)
+    assert len(trials) == 5
+    assert trials[0].values == pytest.approx(default_values(SPACE))
+    assert len({tuple(trial.values.values()) for trial in trials}) == 5
+    assert drives.count <= 2 * 8
+    idle = Drives()
+    assert run_study(spec(method), storage, 5, idle) == trials
+    assert idle.count == 0
+
+
+def test_the_same_seed_is_the_same_study_in_one_go_or_after_a_stop(tmp_path: Path) -> None:
+    whole = run_study(spec("de"), tmp_path / "whole.db", 4, Drives())
+    run_study(spec("de"), tmp_path / "parts.db", 2, Drives())
+    assert [t.values for t in run_study(spec("de"), tmp_path / "parts.db", 4, Drives())] == [t.values for t in whole]
+
+
+def test_pruned_trials_were_worse_early(tmp_path: Path) -> None:
+    drives = Drives()
+    trials = run_study(spec("de"), tmp_path / "study.db", 9, drives)
+    cut = [trial for trial in trials if trial.pruned]
+    assert cut
+    assert drives.count < 9 * 8
+    assert all(trial.worth.drives in (3, 8) and trial.worth.collisions > 0.0 for trial in cut)
+    assert not [trial for trial in pareto(trials) if trial in cut]
+
+
+@pytest.mark.parametrize("method", ["tpe", "cma-es"])
+def test_kill_minus_nine_loses_and_doubles_no_trial(tmp_path: Path, method: str) -> None:
+    storage, want = tmp_path / "study.db", 6
+    root = Path(__file__).resolve().parents[2]
+    command = [sys.executable, "-m", "tests.tuning.invented", str(storage), method, str(want)]
+    workers = [subprocess.Popen(command, cwd=root) for _ in range(2 if method == "tpe" else 1)]
+    while _finished(storage) < 2:
+        assert any(worker.poll() is None for worker in workers)
+        time.sleep(0.02)
+    workers[0].send_signal(signal.SIGKILL)
+    for worker in workers:
+        worker.wait(timeout=120)
+    before = _rows(storage)
+    trials = run_study(spec(method), storage, want, Drives())
+    assert len(trials) == want
+    assert len({tuple(trial.values.values()) for trial in trials}) == want
+    assert {trial.number for trial in trials} >= {number for number, state in before if state in ("COMPLETE", "PRUNED")}
+    assert not [state for _, state in _rows(storage) if state in ("RUNNING", "WAITING")]
+
+
+def _rows(storage: Path) -> list[tuple[int, str]]:
+    with contextlib.closing(sqlite3.connect(f"file:{storage}?mode=ro", uri=True, timeout=30.0)) as base:
+        return base.execute("select number, state from trials").fetchall()
+
+
+def _finished(storage: Path) -> int:
+    try:
+        return sum(state in ("COMPLETE", "PRUNED") for _, state in _rows(storage))
+    except sqlite3.Error:
+        return 0
+
+
+def test_the_file_of_another_study_is_left_as_it_is(tmp_path: Path) -> None:
+    storage, text = tmp_path / "study.db", tmp_path / "notes.txt"
+    run_study(spec("random"), storage, 2, Drives())
+    text.write_text("not a study", encoding="utf-8")
+    empty = tmp_path / "other.db"
+    with contextlib.closing(sqlite3.connect(empty)) as base:
+        base.execute("create table mine (x)")
+        base.commit()
+    kept = {file: file.read_bytes() for file in (storage, text, empty)}
+    for wrong, file, words in (
+        (spec("tpe"), storage, "search = 'random': is another study's"),
+        (spec("random", count=5), storage, "scenes"),
+        (spec("random"), text, "is not a study's storage"),
+        (spec("random"), empty, "holds no study"),
+        (spec("random"), tmp_path / "no" / "where.db", "folder does not exist"),
+    ):
+        with pytest.raises(InputError, match=words):
+            run_study(wrong, file, 3, Drives())
+    assert {file: file.read_bytes() for file in kept} == kept
+
+
+def test_unknown_searches_ranges_and_values_are_told() -> None:
+    with pytest.raises(ParameterError, match="did you mean 'cma-es'"):
+        spec("cmaes")
+    with pytest.raises(ParameterError, match="wrong order"):
+        Range(name="sigmoid.b", low=50.0, high=20.0)
+    with pytest.raises(ParameterError, match=r"did you mean 'worth\.nearness'"):
+        adjusted({"worth.nearnes": 1.0})
+
+
+WORTHS = st.builds(
+    Worth,
+    collisions=st.sampled_from([0.0, 0.25, 0.5]),
+    peak_lateral_mps2=st.floats(1.0, 8.0),
+    peak_jerk_mps3=st.floats(0.0, 40.0),
+    manoeuvre_m=st.floats(10.0, 80.0),
+    unverified=st.just(0),
+    drives=st.just(8),
+)
+
+
+@settings(max_examples=50)
+@given(worths=st.lists(WORTHS, min_size=1, max_size=20))
+def test_nothing_is_better_in_everything_than_the_front_and_the_choice_is_on_it(worths: list[Worth]) -> None:
+    trials = [Trial(number=i, values={}, worth=worth, pruned=False) for i, worth in enumerate(worths)]
+    front = pareto(trials)
+    for trial in trials:
+        dominated = [one for one in trials if all(a < b for a, b in zip(one.worth.objectives, trial.worth.objectives, strict=True))]
+        assert trial not in front or not dominated
+    taken = choose(trials)
+    assert taken.trial in front
+    assert taken.trial.worth.collisions == min(worth.collisions for worth in worths)
+    assert taken.reasons
+
+
+@settings(max_examples=80)
+@given(train=st.tuples(WORTHS, WORTHS), validation=st.tuples(WORTHS, WORTHS), test=st.tuples(WORTHS, WORTHS))
+def test_the_guard_refuses_whatever_loses_on_validation(
+    train: tuple[Worth, Worth], validation: tuple[Worth, Worth], test: tuple[Worth, Worth]
+) -> None:
+    sets = [
+        SetResult(name=name, seed=k, scenes=(), default=default, tuned=tuned)
+        for k, (name, (default, tuned)) in enumerate((("train", train), ("validation", validation), ("test", test)))
+    ]
+    verdict = judged(sets)
+    wins = train[1].score < train[0].score
+    loses = validation[1].score > validation[0].score or validation[1].collisions > validation[0].collisions
+    assert verdict.accepted == (wins and not loses)
+    assert verdict.reason.startswith("accepted" if verdict.accepted else "refused")
+    assert [one.name for one in verdict.sets] == ["train", "validation", "test"]
