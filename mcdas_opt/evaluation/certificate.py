@@ -21,7 +21,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.evaluation.relaxed_vehicle import EDGE_M, STEP_S, Beside, RelaxedVehicle
-from mcdas_opt.evaluation.speed_sets import at_least, at_most, hull, moved
+from mcdas_opt.evaluation.speed_sets import at_least, at_most, hull, moved, with_speed
 
 _SLIVER = 0.8  # of its width that is still counted of a neighbour that stands at an angle
 _SETS = 64  # more answers than that are not followed up
@@ -85,8 +85,10 @@ def closes_at(host: HostState, vehicle: Vehicle, road: Road, bodies: Sequence[Pr
 
 
 def _moved(car: RelaxedVehicle, corners: Array, k: int) -> Array:
-    least, most, slower = (float(q[k - 1]) for q in (car.braking_mps2, car.driving_mps2, car.slower))
-    return at_most(at_least(moved(corners, STEP_S, least, most, slower, car.faster), 1, 0.0), 1, car.top_speed_mps)
+    least, most = float(car.braking_mps2[k - 1]), float(car.driving_mps2[k - 1])
+    corners = with_speed(corners, car.weaving_mps(k))
+    short = car.short_mps(k, corners[:, 1])
+    return at_most(at_least(moved(corners, STEP_S, least, most, short, car.faster), 1, 0.0), 1, car.top_speed_mps)
 
 
 def _sorted_out(car: RelaxedVehicle, it: _Obstacle, number: int, sets: dict[_Answers, Array], k: int) -> dict[_Answers, Array]:

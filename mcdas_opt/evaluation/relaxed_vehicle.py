@@ -116,9 +116,28 @@ class RelaxedVehicle:
         return float(angle[too_wide.argmax()]) if too_wide.any() else 0.5 * np.pi
 
     @cached_property
-    def slower(self) -> Array:
-        """Share by which the way along the road falls short of the way driven, at most, in each step."""
-        return 1.0 - np.cos(self.heading_rad[1:]) / (1.0 + self.reach_1)
+    def _aside_mps(self) -> float:
+        """Largest speed across the road: gained and lost again at full grip between its edges."""
+        turned = float(self.heading_rad[-1])
+        width = self.road.left_edge_m - self.road.right_edge_m + 2.0 * EDGE_M + self.bend_1pm * self.vehicle.length_m**2
+        room = width - self.vehicle.width_m * np.cos(turned) + 2.0 * self.vehicle.rear_overhang_m * np.sin(turned)
+        return float(np.sqrt(max(room, 0.0) * (self.grip_mps2 + float(self._follow_mps2[-1]))))
+
+    def weaving_mps(self, k: int) -> float:
+        """The speed from which on the room between the edges bounds the heading in the step to time k more than the steering does."""
+        sine = float(np.sin(self.heading_rad[k]))
+        return self._aside_mps / max(sine, 1e-9) - float(self.braking_mps2[k - 1]) * STEP_S
+
+    def short_mps(self, k: int, speed_mps: Array) -> Array:
+        """By how much ds/dt can fall short of a speed in the step to time k, at most, for a car that weaves: linear in the speed up to
+        `weaving_mps`, convex from there on."""
+        slowest, fastest = speed_mps + self.braking_mps2[k - 1] * STEP_S, speed_mps + self.driving_mps2[k - 1] * STEP_S
+        by_heading = fastest * (1.0 - np.cos(self.heading_rad[k]))
+        by_room = slowest - np.sqrt(np.maximum(slowest**2 - self._aside_mps**2, 0.0))
+        edge = self.weaving_mps(k)
+        short = np.where(speed_mps < edge, by_heading, by_room)
+        short = np.where(np.abs(speed_mps - edge) < 1e-6, np.maximum(by_heading, by_room), short)
+        return np.asarray(short + fastest * self.reach_1)
 
     @property
     def faster(self) -> float:
