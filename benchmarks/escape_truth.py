@@ -117,7 +117,7 @@ class Truth:
         reach = 0.05 * (max((abs(s - self.situation.host.speed_mps) for s in speeds), default=0.0) + 3.0) + 0.1
         for top in range(self.end, -1, -_SKIP):
             begin = max(top - _SKIP + 1, 0)
-            if not any(clear.any() for _, clear in self._clear(kind, (top + begin) // 2, -reach)):
+            if not any(clear.any() for _, clear in self._clear(kind, (top + begin) // 2, -reach, every=2)):
                 continue
             for step in range(top, begin - 1, -1):
                 if self.sound(kind, step) is not None:
@@ -141,21 +141,21 @@ class Truth:
                         return one
         return None
 
-    def _clear(self, kind: str, step: int, clear_m: float) -> Iterator[tuple[Rolled, NDArray[np.bool_]]]:
+    def _clear(self, kind: str, step: int, clear_m: float, every: int = 1) -> Iterator[tuple[Rolled, NDArray[np.bool_]]]:
         """Each library rolled out from a step, and which of its members stay clear of everybody and end with room."""
         one = self.starts(np.array([step]))
         for rows in self._swerves(kind, float(one.speed_mps[0])):
             count = rows.level_mps2.size
             start = Starts(**{name: np.repeat(getattr(one, name), count) for name in Starts.__dataclass_fields__})
-            motions = swerve(rows, TIMES_S, start, self.vehicle, self.road, _LENIENT)
-            yield _rolled(motions, self.vehicle), self._parted(motions, step, clear_m)
+            motions = swerve(rows, TIMES_S[::every], start, self.vehicle, self.road, _LENIENT)
+            yield _rolled(motions, self.vehicle), self._parted(motions, step + NODES[::every], clear_m)
         for phases, steps in self._sigmoids(kind):
             host = HostState.from_vector(np.array([float(q[0]) for q in _columns(one)]))
-            rolled = roll_out(phases, steps, TIMES_S, host, self.vehicle, self.road, _LENIENT)
-            yield rolled, self._parted(_motions(rolled), step, clear_m)
+            rolled = roll_out(phases, steps, TIMES_S[::every], host, self.vehicle, self.road, _LENIENT)
+            yield rolled, self._parted(_motions(rolled), step + NODES[::every], clear_m)
 
-    def _parted(self, motions: Motions, step: int, clear_m: float) -> NDArray[np.bool_]:
-        clock = np.broadcast_to(step + NODES, motions.s_m.shape)
+    def _parted(self, motions: Motions, clock: NDArray[np.intp], clear_m: float) -> NDArray[np.bool_]:
+        clock = np.broadcast_to(clock, motions.s_m.shape)
         able = motions.possible & motions.on_road
         met, _ = touched(motions, clock, self.company, self.vehicle, self.road, clear_m)
         if clear_m < 0.0:  # smaller bodies end with more room

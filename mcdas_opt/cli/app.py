@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from mcdas_opt.cli.benchmark import benchmark
+from mcdas_opt.cli.escapes import escapes
 from mcdas_opt.cli.export_c import export_c
 from mcdas_opt.cli.judge import judge
 from mcdas_opt.cli.live import live
@@ -32,7 +33,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
 )
-for command in (plan, simulate, judge, park, replay, reproduce, export_c, live, tune, studio, benchmark):
+for command in (plan, simulate, judge, escapes, park, replay, reproduce, export_c, live, tune, studio, benchmark):
     app.command()(command)
 
 _INTERRUPTED = 130

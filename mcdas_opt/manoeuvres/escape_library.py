@@ -75,7 +75,7 @@ class EscapeSettings:
         *((0.12, until) for until in (0.5, 1.6)),
     )
     sideways: tuple[tuple[float, float, float], ...] = (
-        *((0.0, 0.0, share) for share in (0.97, 0.9, 0.5)),
+        *((0.0, 0.0, share) for share in (0.97, 0.9, 0.5, 0.25, 0.13)),
         *((0.95, 2.0, share) for share in (1.02, 0.8, 0.5)),
         (0.95, 9.0, 0.2),
         *((0.65, 2.0, share) for share in (0.97, 0.35)),

@@ -1,0 +1,131 @@
+"""The escape timeline: how long each way out stays open, under the road from above."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mcdas_opt.domain.escapes import Escape, Escapes
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.verdict import Verdict
+from mcdas_opt.domain.vocabulary import Alert, Mode
+from mcdas_opt.manoeuvres.held import held
+from mcdas_opt.plotting import style
+from mcdas_opt.plotting.birdseye import BirdsEye
+from mcdas_opt.plotting.moments import HOST, Moment, Shown, View
+from mcdas_opt.plotting.outlook import Outlook
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_WIDTH_IN = 9.6
+_NAMES = ("brake", "accelerate", "left", "right")
+_COMFORTABLE, _HARD, _CLOSED = style.GREEN, style.ORANGE, "#d9d9dd"
+_LATEST_S = 10.0
+
+
+def escape_sheet(situation: Situation, vehicle: Vehicle, escapes: Escapes, alert: Alert = Alert.NONE) -> Figure:
+    """The road from above, with where the host gets by keeping on, over the timeline of its ways out."""
+    outlook = Outlook(situation, vehicle)
+    frame = outlook.view()
+    view = View(back_m=frame["back"], ahead_m=frame["ahead"], right_m=frame["right"], left_m=frame["left"])
+    bird = (_WIDTH_IN - 0.3) * view.aspect
+    height = 0.55 + bird + 0.35 + 2.1
+    with style.styled():
+        fig = style.figure(_WIDTH_IN, height)
+        fig.set_layout_engine("none")
+        fig.text(0.02, 1.0 - 0.26 / height, _heading(escapes, alert), fontsize=11, fontweight="bold", va="center")
+        axes = fig.add_axes((0.015, 1.0 - (0.45 + bird) / height, 0.97, bird / height))
+        own = Shown(
+            name=HOST,
+            pose=(situation.host.s_m, situation.host.d_m, situation.host.heading_rad),
+            length_m=vehicle.length_m,
+            width_m=vehicle.width_m,
+            colour=style.HOST,
+        )
+        others = tuple(
+            Shown(
+                name=body.id,
+                pose=(float(now.s_m), float(now.d_m), float(now.heading_rad)),
+                length_m=body.length_m,
+                width_m=body.width_m,
+                colour=colour,
+            )
+            for body, colour in zip(outlook.bodies, outlook.colours(), strict=True)
+            for now in (body.at(np.array(0.0)),)
+        )
+        keeping_on = _keeping_on(situation, vehicle, escapes)
+        moment = Moment(
+            time_s=situation.time_s,
+            host=own,
+            speed_mps=situation.host.speed_mps,
+            others=others,
+            tracks=situation.tracks,
+            plan=keeping_on,
+        )
+        BirdsEye(axes, situation.road, view, keeping_on.trajectory).show(moment)
+        axes.set(xticks=[], yticks=[])
+        below = fig.add_axes((0.1, 0.5 / height, 0.62, 1.75 / height))
+        draw_timeline(below, escapes)
+    return fig
+
+
+def draw_timeline(axes: Axes, escapes: Escapes, latest_s: float = _LATEST_S) -> None:
+    """One bar a way out, from now to the last moment at which it can be started, and up to where that is comfortable; what closes it
+    and what it asks now stand beside it. A line marks where keeping on ends."""
+    from matplotlib.patches import Patch
+
+    moments = [way.last_moment_s for way in escapes.ways if way.last_moment_s is not None]
+    ends = [*moments, escapes.keeping_on_s or 0.0]
+    span = min(latest_s, max(2.0, 1.15 * max(ends)))
+    for row, way in enumerate(escapes.ways):
+        y = len(_NAMES) - 1 - row
+        axes.barh(y, span, height=0.62, color=_CLOSED, alpha=0.45, zorder=1)
+        if way.last_moment_s is not None:
+            axes.barh(y, max(way.last_moment_s, 0.01 * span), height=0.62, color=_HARD, zorder=2)
+            if way.last_comfortable_s is not None:
+                axes.barh(y, min(way.last_comfortable_s, way.last_moment_s), height=0.62, color=_COMFORTABLE, zorder=3)
+        axes.annotate(
+            _words(way, latest_s), (1.0, y), (8, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
+            va="center", fontsize=8.5, annotation_clip=False,
+        )  # fmt: skip
+    if escapes.keeping_on_s is not None and escapes.keeping_on_s <= span:
+        axes.axvline(escapes.keeping_on_s, color=style.VERMILION, lw=2.0, zorder=4)
+    axes.set(xlim=(0.0, span), ylim=(-0.55, len(_NAMES) - 0.45), yticks=range(len(_NAMES)), xlabel="start of the way out, from now [s]")
+    axes.set_yticklabels(_NAMES[::-1])
+    axes.grid(False, axis="y")
+    handles = [Patch(color=_COMFORTABLE, label="comfortable"), Patch(color=_HARD, label="open"), Patch(color=_CLOSED, label="closed")]
+    if escapes.keeping_on_s is not None:
+        handles.append(Patch(color=style.VERMILION, label="keeping on ends"))
+    axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False, borderaxespad=0.1)
+
+
+def _words(way: Escape, latest_s: float) -> str:
+    if way.last_moment_s is None:
+        return f"closed by {way.closed_by}" if way.closed_by is not None else "closed"
+    until = f"until {way.last_moment_s:.2f} s" if way.last_moment_s < latest_s else f"for {latest_s:g} s and more"
+    closer = f", then {way.closed_by}" if way.closed_by is not None else ""
+    asks = f"; asks {way.demand_mps2:.1f} m/s² now" if way.demand_mps2 is not None else "; not now"
+    return f"{until}{closer}{asks}"
+
+
+def _heading(escapes: Escapes, alert: Alert) -> str:
+    last = escapes.last_moment_s
+    said = "no way out is left" if last is None else f"the last way out closes in {last:.2f} s"
+    if last is not None and last >= _LATEST_S:
+        said = "a way out stays open"
+    return f"escapes: {said}{'' if alert is Alert.NONE else f'; {alert}'}"
+
+
+def _keeping_on(situation: Situation, vehicle: Vehicle, escapes: Escapes) -> Plan:
+    """What the car does if nobody does anything, as something to draw."""
+    times = np.round(np.arange(0.0, min(escapes.keeping_on_s or 4.0, 4.0) + 0.2, 0.1), 9)
+    path = held(situation.host, times, vehicle, situation.road)
+    states = np.column_stack([path.s_m, path.d_m, path.heading_rad, path.speed_mps, path.acceleration_mps2, path.steering_rad])
+    drive = Trajectory.from_states(times, states, np.zeros((times.size - 1, 2)))
+    return Plan(planner="none", mode=Mode.HOLD, verdict=Verdict(), prediction="", trajectory=drive, time_s=situation.time_s)
