@@ -19,6 +19,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Request, Side
+from mcdas_opt.dynamics.car_following import Leader
 from mcdas_opt.planning.method import build_method, known_methods
 from mcdas_opt.planning.rivals.aeb import AebMethod, AebSettings, needed_gap_m
 from mcdas_opt.planning.rivals.competent_driver import CompetentDriverMethod, CompetentDriverSettings
@@ -70,7 +71,7 @@ def test_registered_judged_as_they_are_and_not_for_parking(name: str) -> None:
 def test_aeb_stops_for_a_standing_car_when_physics_allows(speed: float, friction: float) -> None:
     """From where it cannot yet see that it must, to standstill: no touch, and not far from the car."""
     strength = min(8.0, friction * 9.80665)
-    gap = needed_gap_m(speed, strength, 40.0, AebSettings()) + 5.0
+    gap = needed_gap_m(speed, Leader(gap_m=0.0, speed_mps=0.0), 0.0, strength, 40.0, AebSettings()) + 5.0
     document = {
         "duration_s": gap / speed + speed / strength + 2.0,
         "road": {"friction": friction},
@@ -90,10 +91,19 @@ def test_aeb_stops_for_a_standing_car_when_physics_allows(speed: float, friction
 def test_aeb_brakes_exactly_from_the_last_moment_on(speed: float, closing: float, share: float) -> None:
     method = AebMethod(CAR)
     other = max(speed - closing, 0.0)
-    needed = needed_gap_m(speed - other, 8.0, 40.0, AebSettings())
+    needed = needed_gap_m(speed, Leader(gap_m=0.0, speed_mps=other), 0.0, 8.0, 40.0, AebSettings())
     plan = planned(method, situation(ahead(share * needed, other), speed=speed))
     assert (plan.mode is Mode.BRAKE) == (share <= 1.0)
     assert planned(method, situation(ahead(share * needed, speed + 0.1), speed=speed)).mode is Mode.HOLD
+
+
+@pytest.mark.parametrize("braking", [2.5, 5.0, 7.0])
+def test_aeb_sees_that_the_car_ahead_goes_on_braking(braking: float) -> None:
+    front = {"s_m": 50.0 + CAR.length_m, "speed_mps": 25.0, "motion": [{"start_s": 0.5, "acceleration_mps2": -braking}]}
+    document = {"duration_s": 11.0, "host": {"speed_mps": 25.0}, "neighbour": [front]}
+    run = simulate(scene_from_document(document, Path("braking.toml")), planner="aeb")
+    assert run.outcome is Outcome.SAFE
+    assert run.trajectory.speed_mps[-1] < 1.0
 
 
 def test_aeb_once_braking_brakes_until_the_closing_has_ended() -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.rules import non_negative
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.dynamics.car_following import Leader
@@ -16,21 +17,29 @@ from mcdas_opt.planning.rivals.lane import judged, leader_of, neighbours_in, str
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AebSettings:
-    """`margin_m`: room that is to be left when the closing has ended. `early_s`: time that sensing and deciding take."""
+    """`margin_m`: room that is to be left when the closing has ended. `early_s`: time that sensing and deciding take. `smoothing_s`: time
+    constant of the other's acceleration."""
 
     margin_m: float = 1.0
     early_s: float = 0.2
+    smoothing_s: float = 0.4
 
     def __post_init__(self) -> None:
         non_negative("margin_m", self.margin_m, "m")
         non_negative("early_s", self.early_s, "s")
+        non_negative("smoothing_s", self.smoothing_s, "s")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Braking:
-    """An intervention under way; handed from cycle to cycle."""
+class Watched:
+    """The car ahead as it was seen last, with its smoothed acceleration, and since when there is an intervention (None: there is
+    none); handed from cycle to cycle."""
 
-    since_s: float
+    track: str
+    time_s: float
+    speed_mps: float
+    acceleration_mps2: float = 0.0
+    braking_since_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,14 +61,24 @@ class _Coast:
         return 0.0
 
 
-def needed_gap_m(closing_mps: float, strength_mps2: float, jerk_mps3: float, settings: AebSettings) -> float:
-    """The gap [m] under which full braking, its build-up included, leaves less than the margin to a car of constant speed.
+def needed_gap_m(
+    speed_mps: float, leader: Leader, braking_mps2: float, strength_mps2: float, jerk_mps3: float, settings: AebSettings
+) -> float:
+    """The gap [m] under which full braking, its build-up included, leaves less than the margin to a car that goes on braking as it does
+    (by `braking_mps2`, 0 for one that does not).
 
     That is a brake threat number of 1 (the required deceleration over the possible one: Brannstrom, Sjoberg, Coelingh, IV 2008), with
     the way lost while the brakes build up: about closing x strength / (2 jerk).
     """
-    build_up_s = 0.5 * strength_mps2 / jerk_mps3
-    return settings.margin_m + closing_mps * (settings.early_s + build_up_s) + closing_mps**2 / (2.0 * strength_mps2)
+    closing, late_s = speed_mps - leader.speed_mps, settings.early_s + 0.5 * strength_mps2 / jerk_mps3
+    closing = max(closing + braking_mps2 * late_s, 0.0)
+    theirs = max(leader.speed_mps - braking_mps2 * late_s, 0.0)
+    relative = strength_mps2 - braking_mps2
+    if relative > 0.0 and closing / relative * braking_mps2 <= theirs:  # nobody stands yet when they are as fast as each other
+        way = closing**2 / (2.0 * relative)
+    else:
+        way = speed_mps**2 / (2.0 * strength_mps2) - (theirs**2 / (2.0 * braking_mps2) if braking_mps2 > 0.0 else 0.0)
+    return settings.margin_m + (speed_mps - leader.speed_mps) * late_s + max(way, 0.0)
 
 
 class AebMethod:
@@ -75,25 +94,42 @@ class AebMethod:
         if situation.request is Request.PARK:
             return Refusal(reason="parking is planned by park, not by the lane planner")
         ahead = neighbours_in(situation.road.lane_of(situation.host.d_m), situation, self.vehicle).ahead
+        before = previous.reference if previous is not None and isinstance(previous.reference, Watched) else None
         leader = leader_of(ahead, situation, self.vehicle)
-        going = previous.reference if previous is not None and isinstance(previous.reference, Braking) else None
-        if leader is not None and self._must_brake(situation, leader, going):
-            going = going or Braking(since_s=situation.time_s)
-            return judged(
-                self.name,
-                situation,
-                self.vehicle,
-                self.settings,
-                law=_Brake(strength_mps2=strongest_braking_mps2(situation, self.vehicle), until_mps=max(leader.speed_mps, 0.0)),
-                reason=f"braking since {going.since_s:.1f} s: {leader.gap_m:.1f} m left",
-                warning=True,
-                reference=going,
-            )
-        return judged(self.name, situation, self.vehicle, self.settings, law=_Coast(), reason="braking can wait")
+        if ahead is None or leader is None:
+            return judged(self.name, situation, self.vehicle, self.settings, law=_Coast(), reason="nobody ahead")
+        seen = self._watched(situation, ahead, before)
+        if not self._must_brake(situation, leader, seen):
+            calm = replace(seen, braking_since_s=None)
+            return judged(self.name, situation, self.vehicle, self.settings, law=_Coast(), reason="braking can wait", reference=calm)
+        going = replace(seen, braking_since_s=situation.time_s if seen.braking_since_s is None else seen.braking_since_s)
+        return judged(
+            self.name,
+            situation,
+            self.vehicle,
+            self.settings,
+            law=_Brake(strength_mps2=strongest_braking_mps2(situation, self.vehicle), until_mps=max(leader.speed_mps, 0.0)),
+            reason=f"braking since {going.braking_since_s:.1f} s: {leader.gap_m:.1f} m left",
+            warning=True,
+            reference=going,
+        )
 
-    def _must_brake(self, situation: Situation, leader: Leader, going: Braking | None) -> bool:
+    def _watched(self, situation: Situation, ahead: Track, before: Watched | None) -> Watched:
+        """The car ahead now; its acceleration from how its speed has changed, smoothed. Another car begins with none."""
+        now = Watched(track=ahead.id, time_s=situation.time_s, speed_mps=ahead.speed_s_mps)
+        if before is None or before.track != ahead.id or situation.time_s <= before.time_s:
+            return now
+        step = situation.time_s - before.time_s
+        share = step / (step + self.aeb.smoothing_s)
+        change = (ahead.speed_s_mps - before.speed_mps) / step
+        smooth = before.acceleration_mps2 + share * (change - before.acceleration_mps2)
+        return replace(now, acceleration_mps2=smooth, braking_since_s=before.braking_since_s)
+
+    def _must_brake(self, situation: Situation, leader: Leader, seen: Watched) -> bool:
         closing = situation.host.speed_mps - leader.speed_mps
         if closing <= 0.0:
             return False
-        strength = strongest_braking_mps2(situation, self.vehicle)
-        return going is not None or leader.gap_m <= needed_gap_m(closing, strength, -self.vehicle.jerk_min_mps3, self.aeb)
+        strength, jerk = strongest_braking_mps2(situation, self.vehicle), -self.vehicle.jerk_min_mps3
+        braking = min(max(-seen.acceleration_mps2, 0.0), strength)
+        needed = needed_gap_m(situation.host.speed_mps, leader, braking, strength, jerk, self.aeb)
+        return seen.braking_since_s is not None or leader.gap_m <= needed
