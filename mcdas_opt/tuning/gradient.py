@@ -1,0 +1,126 @@
+"""Tuning by the gradient through the MPC: the mean merit of plans over a set of problems, and its exact slope by the knobs."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mcdas_opt.domain.rules import Array, positive
+from mcdas_opt.ocp.sensitivities import PlanSensitivity
+from mcdas_opt.solvers.stage_problem import StageGuess
+from mcdas_opt.tuning.searchers import search
+
+TUNED = (
+    "a",
+    "b",
+    "weight_path_deviation",
+    "weight_heading_deviation",
+    "weight_speed_deviation",
+    "weight_a",
+    "weight_jerk",
+    "weight_delta_rate",
+    "weight_lateral_acceleration",
+)
+_REACH = math.log(4.0)  # every knob from a quarter to four times its own
+_REFUSED = 100.0  # merit of a plan that is not found
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PosedPlan:
+    """One problem: its parameters (p, h, x0) at the knobs' own values, and a guess to begin from."""
+
+    parameters: Array
+    guess: StageGuess
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Curve:
+    """A search by its rollouts: the best mean merit so far after each evaluation, and the point (logarithms of the knobs' factors)."""
+
+    method: str
+    rollouts: Array
+    merits: Array
+    best: Array
+
+
+class MeanMerit:
+    """Mean merit over problems as a function of the logarithms of the knobs' factors, all zero at first. Counts its rollouts (solves).
+
+    Every solve starts from the problem's own solution at the knobs' own values, so that the value does not depend on what was asked
+    before.
+    """
+
+    def __init__(self, plans: Sequence[PosedPlan], sensitivity: PlanSensitivity, knobs: Sequence[str] = TUNED) -> None:
+        positive("plans", len(plans))
+        self.plans, self.sensitivity, self.knobs = tuple(plans), sensitivity, tuple(knobs)
+        self._starts: list[Array | StageGuess] = []
+        for plan in self.plans:
+            own = sensitivity.measured(plan.parameters, plan.guess, gradients=False)
+            self._starts.append(own.solution.w if own.converged else plan.guess)
+        self.rollouts = 0
+
+    def __call__(self, factors: Array, *, gradient: bool) -> tuple[float, Array]:
+        """(mean merit, its slope; zeros where it is not asked for). A plan that is not found costs a fixed price and has no slope."""
+        total, slope = 0.0, np.zeros(len(self.knobs))
+        for plan, start in zip(self.plans, self._starts, strict=True):
+            parameters = plan.parameters
+            values = [self.sensitivity.knob(parameters, knob) * math.exp(factor) for knob, factor in zip(self.knobs, factors, strict=True)]
+            for knob, value in zip(self.knobs, values, strict=True):
+                parameters = self.sensitivity.with_knob(parameters, knob, value)
+            found = self.sensitivity.measured(parameters, start, gradients=gradient)
+            self.rollouts += 1
+            total += found.merit if found.converged else _REFUSED
+            if found.merit_by:
+                slope += np.array([found.merit_by[knob] * value for knob, value in zip(self.knobs, values, strict=True)])
+        return total / len(self.plans), slope / len(self.plans)
+
+
+class _Spent(Exception):  # noqa: N818 - not an error: the budget ends the search
+    pass
+
+
+def by_gradient(merit: MeanMerit, evaluations: int) -> Curve:
+    """L-BFGS-B (Byrd, Lu, Nocedal, Zhu 1995) from the knobs' own values, each at most four times up or down."""
+    from scipy.optimize import Bounds, minimize
+
+    tried: list[tuple[float, Array]] = []
+
+    def value(factors: Array) -> tuple[float, Array]:
+        if len(tried) >= evaluations:
+            raise _Spent
+        found, slope = merit(factors, gradient=True)
+        tried.append((found, factors.copy()))
+        return found, slope
+
+    size = len(merit.knobs)
+    with contextlib.suppress(_Spent):
+        minimize(value, np.zeros(size), jac=True, method="L-BFGS-B", bounds=Bounds(np.full(size, -_REACH), np.full(size, _REACH)))
+    return _curve("gradient", merit, tried)
+
+
+def at_random(merit: MeanMerit, evaluations: int, seed: int) -> Curve:
+    """As many points of the same box, the knobs' own values first."""
+    tried: list[tuple[float, Array]] = []
+
+    def value(shares: Array) -> float:
+        factors = _REACH * (2.0 * shares - 1.0)
+        found, _ = merit(factors, gradient=False)
+        tried.append((found, factors))
+        return found
+
+    search("random", value, len(merit.knobs), evaluations, seed, np.full(len(merit.knobs), 0.5))
+    return _curve("random", merit, tried)
+
+
+def _curve(method: str, merit: MeanMerit, tried: Sequence[tuple[float, Array]]) -> Curve:
+    values = np.array([value for value, _ in tried])
+    return Curve(
+        method=method,
+        rollouts=len(merit.plans) * np.arange(1.0, len(tried) + 1.0),
+        merits=np.minimum.accumulate(values),
+        best=tried[int(np.argmin(values))][1],
+    )
