@@ -13,7 +13,6 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.plane import Ground, rounded
-from mcdas_opt.plotting.web import look_of
 from mcdas_opt.plotting.words import because, doing, judged, sentence
 from mcdas_opt.simulation.contact import surroundings
 from mcdas_opt.tracking.prediction import predict
@@ -58,14 +57,13 @@ class Outlook:
         }  # fmt: skip
 
     def plan(self, plan: Plan) -> dict[str, Any]:
-        """A plan's look, its poses, its quantities over time, and its words."""
+        """A plan's poses, its quantities over time, and its words."""
         x = plan.trajectory
         known = np.flatnonzero(np.isfinite(x.s_m) & np.isfinite(x.d_m) & (x.t_s <= _LONGEST_S + 1e-9))
         t = x.t_s[known]
         marks = np.arange(1.0, float(t[-1]) + 1e-9) if known.size else np.zeros(0)
         at = [np.interp(marks, t, column[known]) for column in (x.s_m, x.d_m)] if known.size else [marks, marks]
         return {
-            **look_of(plan.planner),
             "t": rounded(t, 3),
             "poses": rounded(self._ground.place(x.s_m[known], x.d_m[known], x.heading_rad[known])),
             "seconds": rounded(self._ground.place(*at)[:, :2]),

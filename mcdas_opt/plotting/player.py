@@ -44,7 +44,8 @@ def save_parking(case: ParkingCase, parking: Parking, path: str | Path) -> Path:
 def save_plan(situation: Situation, vehicle: Vehicle, plan: Plan, path: str | Path) -> Path:
     """Writes the plan in its situation as a page. Raises `InputError` for another suffix than .html."""
     outlook = Outlook(situation, vehicle)
-    return _write(path, web.page(f"plan · {plan.planner}", "PlanPage", {"picture": outlook.document(), "plan": outlook.plan(plan)}))
+    shown = {**web.look_of(plan.planner), **outlook.plan(plan)}
+    return _write(path, web.page(f"plan · {plan.planner}", "PlanPage", {"picture": outlook.document(), "plan": shown}))
 
 
 def drive_document(simulation: Simulation) -> dict[str, Any]:

@@ -7,6 +7,7 @@ neither needs a network.
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from html import escape
 from pathlib import Path
@@ -34,13 +35,18 @@ PLANNERS = {
     "closed-form-tuned": Look(label="tuned", colour=style.BLACK, dash="8 3 2 3"),
     "mpc": Look(label="MPC", colour=style.PLAN, dash=""),
 }
-OTHER = Look(label="", colour=style.ORANGE, dash="14 4")
+_OTHER_COLOURS = (style.ORANGE, style.SKY, style.VERMILION, style.GREY)
+_OTHER_DASHES = ("14 4", "3 3", "12 3 2 3 2 3", "6 2")
 
 
-def look_of(planner: str) -> dict[str, str]:
-    """Label, colour and dashes of a planner, also of one that is not ours."""
+def look_of(planner: str, others: Sequence[str] = ()) -> dict[str, str]:
+    """Label, colour and dashes of a planner; those of one that is none of `PLANNERS` follow from its place among `others`."""
     look = PLANNERS.get(planner)
-    return asdict(look) if look is not None else {**asdict(OTHER), "label": planner}
+    if look is None:
+        k = list(others).index(planner) if planner in others else 0
+        colours, dashes = len(_OTHER_COLOURS), len(_OTHER_DASHES)
+        look = Look(label=planner, colour=_OTHER_COLOURS[k % colours], dash=_OTHER_DASHES[(k + k // colours) % dashes])
+    return asdict(look)
 
 
 def palette() -> dict[str, str]:

@@ -25,7 +25,7 @@ _STATUS = {
 def doing(plan: Plan) -> str:
     """What the plan does: 'steers out to the left'."""
     side = "" if plan.side is Side.NONE else f" to the {plan.side.value}"
-    return f"{_DOING[plan.mode]}{side}"
+    return f"{_DOING.get(plan.mode, plan.mode.value)}{side}"
 
 
 def judged(verdict: Verdict) -> str:
@@ -53,7 +53,7 @@ def broken(violation: Violation) -> str:
 
 def sentence(plan: Plan) -> str:
     """Status and verdict together."""
-    return "; ".join(part for part in (_STATUS[plan.status], judged(plan.verdict)) if part)
+    return "; ".join(part for part in (_STATUS.get(plan.status, plan.status.value), judged(plan.verdict)) if part)
 
 
 def because(plan: Plan) -> str:

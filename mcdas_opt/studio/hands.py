@@ -8,9 +8,10 @@ from __future__ import annotations
 import asyncio
 import multiprocessing
 import signal
-from collections.abc import AsyncIterator
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+import traceback
+from collections.abc import AsyncIterator, Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from multiprocessing.connection import Connection
 from typing import Any
 
 from mcdas_opt.domain.parking import ParkingCase
@@ -18,8 +19,7 @@ from mcdas_opt.errors import McdasError
 from mcdas_opt.studio.desk import Desk, Question
 from mcdas_opt.studio.lot import LIVE, parked
 
-_SOLVED = ("mpc",)  # planners of the second process, which also computes the ways out
-_desk: list[Desk] = []  # of this process, made by its first question
+_SOLVED = ("mpc",)  # planners of the second hand, which also computes the ways out
 
 
 class LostHandError(McdasError):
@@ -29,55 +29,104 @@ class LostHandError(McdasError):
         super().__init__("a planner's process ended unexpectedly; ask again")
 
 
-class Hands:
-    """Owns the processes, one each for quick planners, for solvers and for parking; each starts with its first question.
+class Hand:
+    """One process that does one thing at a time, in the order in which it is asked; started by its first work.
 
-    Belongs to the server's event loop.
+    It ends with `close`, and by itself when the server is gone, however that went.
     """
+
+    def __init__(self) -> None:
+        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="hand")  # waits for the process
+        self._process: Any = None
+        self._line: Connection | None = None
+        self._closed = False
+
+    async def do(self, work: Callable[..., Any], *arguments: Any) -> Any:
+        """What `work`, a function of a module, gives in the process. Raises `McdasError` as it was told there, or `LostHandError`."""
+        return await asyncio.get_running_loop().run_in_executor(self._thread, self._do, work, arguments)
+
+    def _do(self, work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+        line = self._line if self._line is not None and self._process.is_alive() else self._start()
+        try:
+            line.send((work, arguments))
+            outcome, value = line.recv()
+        except (EOFError, OSError):
+            self._line = None
+            raise LostHandError from None
+        if outcome == "refused":
+            raise McdasError(value)
+        if outcome == "fault":
+            raise RuntimeError(value)
+        return value
+
+    def _start(self) -> Connection:
+        if self._closed:
+            raise LostHandError
+        spawning = multiprocessing.get_context("spawn")
+        self._line, theirs = spawning.Pipe()
+        self._process = spawning.Process(target=_serve, args=(theirs,), daemon=True)
+        self._process.start()
+        theirs.close()
+        return self._line
+
+    def close(self) -> None:
+        self._closed = True
+        if self._process is not None:
+            self._process.terminate()
+        self._thread.shutdown(wait=False, cancel_futures=True)
+
+
+class Hands:
+    """One hand for the quick planners, one for the solvers, one for parking. Belongs to the server's event loop."""
 
     def __init__(self, planners: tuple[str, ...]) -> None:
         self.planners = planners
-        self._pools = [self._pool() for _ in range(3)]
+        self._quick, self._solving, self._parking = Hand(), Hand(), Hand()
 
-    def _pool(self) -> ProcessPoolExecutor:
-        return ProcessPoolExecutor(max_workers=1, mp_context=multiprocessing.get_context("spawn"), initializer=_ignore_interrupts)
-
-    async def answer(self, question: Question) -> AsyncIterator[dict[str, Any]]:
-        """A plan of every planner and the ways out, each as soon as it is ready. Raises `LostHandError`."""
-        loop = asyncio.get_running_loop()
-        quick, solving, _ = self._pools
-        pending = {loop.run_in_executor(solving if name in _SOLVED else quick, _plan, name, question) for name in self.planners}
-        pending.add(loop.run_in_executor(solving, _escapes, question))
+    async def answer(self, question: Question, planners: Sequence[str]) -> AsyncIterator[dict[str, Any]]:
+        """A plan of each of these planners and the ways out, each as soon as it is ready. Raises `McdasError`."""
+        jobs = [(self._solving if name in _SOLVED else self._quick).do(_plan, name, question) for name in planners]
+        pending = {asyncio.ensure_future(job) for job in (*jobs, self._solving.do(_escapes, question))}
         try:
             while pending:
                 done, pending = await asyncio.wait(pending, return_when=asyncio.FIRST_COMPLETED)
                 for one in done:
                     yield one.result()
-        except BrokenProcessPool:
-            raise self._renewed() from None
+        finally:
+            for one in pending:
+                one.cancel()
 
     async def park(self, case: ParkingCase, planner: str) -> dict[str, Any]:
-        """A planner's answer to a parking case; the quick one does not wait for the others. Raises `LostHandError`."""
-        quick, _, parking = self._pools
-        try:
-            return await asyncio.get_running_loop().run_in_executor(quick if planner == LIVE else parking, parked, case, planner)
-        except BrokenProcessPool:
-            raise self._renewed() from None
-
-    def _renewed(self) -> LostHandError:
-        """New processes for all: which one died is not known."""
-        self.close()
-        self._pools = [self._pool() for _ in range(3)]
-        return LostHandError()
+        """A planner's answer to a parking case; the quick one does not wait for the others. Raises `McdasError`."""
+        answer: dict[str, Any] = await (self._quick if planner == LIVE else self._parking).do(parked, case, planner)
+        return answer
 
     def close(self) -> None:
-        for pool in self._pools:
-            pool.shutdown(wait=False, cancel_futures=True)
+        for hand in (self._quick, self._solving, self._parking):
+            hand.close()
 
 
-def _ignore_interrupts() -> None:
-    """Ctrl-C ends the server, which ends its hands."""
+_desk: list[Desk] = []  # of a hand's process
+
+
+def _serve(line: Connection) -> None:
+    """A hand's whole life: work in, outcome out, until the line is cut. Ctrl-C is the server's affair."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    while True:
+        try:
+            work, arguments = line.recv()
+        except (EOFError, OSError):
+            return
+        try:
+            outcome = ("done", work(*arguments))
+        except McdasError as error:
+            outcome = ("refused", str(error))
+        except Exception:
+            outcome = ("fault", traceback.format_exc())
+        try:
+            line.send(outcome)
+        except (BrokenPipeError, OSError):
+            return
 
 
 def _own() -> Desk:

@@ -29,9 +29,9 @@ class Knob:
     def checked(self, value: object) -> float:
         """`value` as a number in the knob's range. Raises `ParameterError`."""
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-            raise ParameterError(self.key, value, "must be a number", self.unit)
+            raise ParameterError(self.key, value, "must be a number")
         if not self.low - 1e-9 <= value <= self.high + 1e-9:
-            raise ParameterError(self.key, value, f"must lie in [{self.low:g}, {self.high:g}]", self.unit)
+            raise ParameterError(self.key, value, f"must lie in [{self.low:g}, {self.high:g}]", self.unit.strip("-"))
         return float(value)
 
 

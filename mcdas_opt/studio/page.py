@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from mcdas_opt import __version__
-from mcdas_opt.planning.parking.park import PLANNERS
+from mcdas_opt.planning.parking.park import PLANNERS as PARKERS
+from mcdas_opt.plotting.web import PLANNERS as PICTURED
 from mcdas_opt.plotting.web import look_of, palette, script, style_sheet
 from mcdas_opt.studio import lot as parking
 from mcdas_opt.studio.guard import LARGEST_BODY
@@ -34,9 +35,9 @@ def styles() -> str:
 
 def register(studio: Studio) -> None:
     """Declares the page, its scripts and the door for files on NiceGUI's application."""
-    from fastapi import Request, Response
     from nicegui import app, ui
     from nicegui.element import Element
+    from starlette.responses import JSONResponse, Response
 
     base: Any = Element
     sandwich_view: Any = types.new_class("SandwichView", (base,), {"component": _WEB / "sandwich_view.js"})
@@ -58,14 +59,13 @@ def register(studio: Studio) -> None:
     def download(name: str, text: str) -> None:
         ui.download.content(text, name)
 
-    def _scripts() -> Response:
-        return Response(scripts(), media_type="text/javascript")
+    async def receive(request: Any) -> Any:
+        told = request.query_params
+        return JSONResponse(await studio.receive(told.get("page", ""), told.get("name", ""), await request.body()))
 
-    def _styles() -> Response:
-        return Response(styles(), media_type="text/css")
-
-    async def _file(request: Request, page: str, name: str) -> dict[str, Any]:
-        return await studio.receive(page, name, await request.body())
+    app.add_route("/studio/pictures.js", lambda _: Response(scripts(), media_type="text/javascript"), methods=["GET"])
+    app.add_route("/studio/pictures.css", lambda _: Response(styles(), media_type="text/css"), methods=["GET"])
+    app.add_route("/studio/file", receive, methods=["POST"])
 
     async def _page() -> None:
         key = uuid.uuid4().hex
@@ -82,13 +82,13 @@ def register(studio: Studio) -> None:
                     sandwich_view,
                     {
                         "knobs": _knobs(KNOBS),
-                        "planners": [{"name": name, **look_of(name)} for name in studio.hands.planners],
+                        "planners": _planners(studio.hands.planners),
                         "shelf": session.shelf(),
                         "upload": {"url": f"/studio/file?page={key}", "most": LARGEST_BODY},
                     },
                 )
             with ui.tab_panel(place):
-                yard = put(lot_view, {"knobs": _knobs(parking.KNOBS), "planners": list(PLANNERS), "shelf": lot.shelf()})
+                yard = put(lot_view, {"knobs": _knobs(parking.KNOBS), "planners": list(PARKERS), "shelf": lot.shelf()})
         visit = Visit(studio, session, lambda part: stage.run_method("hear", part))
         lot_visit = LotVisit(studio, lot, lambda part: yard.run_method("hear", part))
         studio.visits[key] = visit
@@ -120,11 +120,14 @@ def register(studio: Studio) -> None:
             },
         )
 
-    app.add_api_route("/studio/pictures.js", _scripts, methods=["GET"])
-    app.add_api_route("/studio/pictures.css", _styles, methods=["GET"])
-    app.add_api_route("/studio/file", _file, methods=["POST"], response_model=None)
     ui.page("/", title="mcdas-opt studio")(_page)
 
 
 def _knobs(knobs: tuple[Knob, ...]) -> list[dict[str, Any]]:
     return [{name: getattr(knob, name) for name in knob.__slots__} for knob in knobs]
+
+
+def _planners(names: tuple[str, ...]) -> list[dict[str, Any]]:
+    """Every planner with its look; ours are shown, the others when they are asked for."""
+    others = [name for name in names if name not in PICTURED]
+    return [{"name": name, "shown": name in PICTURED, **look_of(name, others)} for name in names]

@@ -9,9 +9,11 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+from mcdas_opt.catalogue.shelf import models_folder
 from mcdas_opt.errors import McdasError
 from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.plotting.player import drive_document
+from mcdas_opt.plotting.web import PLANNERS
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.studio.desk import methods
 from mcdas_opt.studio.folder import Folder
@@ -41,10 +43,24 @@ class Studio:
 
     async def warm(self) -> None:
         """Lets the processes start and build their solvers before anybody asks."""
-        async for _ in self.hands.answer(Session(self.folder).question({})):
+        async for _ in self.hands.answer(Session(self.folder).question({}), self.planners({})):
             pass
 
+    def planners(self, wish: Mapping[str, Any]) -> list[str]:
+        """Those that the page wishes, as far as they are known; by default ours."""
+        wished = wish.get("planners", tuple(PLANNERS))
+        return [name for name in self.hands.planners if isinstance(wished, (list, tuple)) and name in wished]
+
+    def problem(self, error: McdasError) -> dict[str, str]:
+        """What went wrong, for the page; files are called by their names in their folders."""
+        text = str(error)
+        for folder in (self.folder.root, models_folder()):
+            text = text.replace(f"{folder}/", "")
+        return {"part": "problem", "text": text}
+
     def close(self) -> None:
+        for visit in self.visits.values():
+            visit.stop()
         self.hands.close()
         self.worker.shutdown(wait=False, cancel_futures=True)
 
@@ -64,7 +80,7 @@ class Studio:
             try:
                 visit.waiting = await self.compute(lambda: visit.session.receive(file, Path(name).name))
             except McdasError as error:
-                return {"error": str(error)}
+                return {"error": self.problem(error)["text"]}
         return {"name": name}
 
 
@@ -97,10 +113,10 @@ class Visit:
         try:
             question = self.session.question(_values(wish), wish.get("moment"))
             self.tell({"part": "picture", "name": question.name, **Outlook(question.situation, question.vehicle).document()})
-            async for part in self.studio.hands.answer(question):
+            async for part in self.studio.hands.answer(question, self.studio.planners(wish)):
                 self.tell(part)
         except McdasError as error:
-            self.tell({"part": "problem", "text": str(error)})
+            self.tell(self.studio.problem(error))
         finally:
             self.tell({"part": "done", "token": token})
 
@@ -135,7 +151,7 @@ class Visit:
         try:
             then(await self.studio.compute(work))
         except McdasError as error:
-            self.tell({"part": "problem", "text": str(error)})
+            self.tell(self.studio.problem(error))
 
 
 class LotVisit:
@@ -148,7 +164,7 @@ class LotVisit:
         try:
             self.tell(self.lot.open(str(wish.get("kind")), str(wish.get("name"))))
         except McdasError as error:
-            self.tell({"part": "problem", "text": str(error)})
+            self.tell(self.studio.problem(error))
 
     async def park(self, wish: Mapping[str, Any]) -> None:
         """While the hand drags (`live`) the quick planner answers; else the one that is asked for, the search before the program."""
@@ -159,7 +175,7 @@ class LotVisit:
             for name in (LIVE,) if wish.get("live") else ("search", "nlp") if planner == "nlp" else (planner,):
                 self.tell(await self.studio.hands.park(case, name))
         except McdasError as error:
-            self.tell({"part": "problem", "text": str(error)})
+            self.tell(self.studio.problem(error))
         finally:
             self.tell({"part": "done", "token": wish.get("token")})
 
@@ -167,7 +183,7 @@ class LotVisit:
         try:
             download(*self.lot.toml(_values(wish)))
         except McdasError as error:
-            self.tell({"part": "problem", "text": str(error)})
+            self.tell(self.studio.problem(error))
 
 
 def _values(wish: Mapping[str, Any]) -> dict[str, object]:

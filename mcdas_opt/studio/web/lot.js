@@ -89,13 +89,13 @@
         if (this.knobs.rows[key].slider === held && key in this.values) part.positions[key] = this.values[key];
       }
       this.knobs.put(part.positions);
-      if (!this.held) this.dress();
+      this.dress();
     }
 
     // Handles over the yard.
     dress() {
       const { yard } = this.view;
-      if (!yard.yard || !this.handles) return;
+      if (!yard.yard || !this.handles || this.held) return; // the hand keeps hold of the handle that it has
       clear(yard.top);
       for (const handle of this.handles) {
         const [x, y] = yard.place(handle.at);

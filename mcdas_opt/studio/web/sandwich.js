@@ -9,7 +9,8 @@
       Object.assign(this, { root, look, setup, emit });
       this.values = {};
       this.plans = {};
-      this.hidden = new Set();
+      this.hidden = new Set(setup.planners.filter((planner) => !planner.shown).map((planner) => planner.name));
+      this.looks = Object.fromEntries(setup.planners.map((planner) => [planner.name, planner]));
       this.side = html("div", "mcdas-side", root);
       this.main = html("div", "mcdas-main", root);
       this.fillSide();
@@ -39,7 +40,7 @@
       for (const button of [this.saveToml, this.savePng]) button.type = "button";
       this.saveToml.title = "download this scene with the sliders' values";
       this.savePng.title = "download what is shown as a picture";
-      this.saveToml.addEventListener("click", () => this.emit("save", {}));
+      this.saveToml.addEventListener("click", () => this.emit("save", { values: this.values }));
       this.savePng.addEventListener("click", () => this.png());
       this.rows = html("select", "mcdas-shelf", open);
       this.rows.hidden = true;
@@ -154,7 +155,7 @@
     }
 
     ask(stamp) {
-      const question = { values: this.values };
+      const question = { values: this.values, planners: this.setup.planners.map((p) => p.name).filter((name) => !this.hidden.has(name)) };
       if (!this.moment.hidden) question.moment = Number(this.momentSlider.value);
       this.asking.ask(question, stamp);
     }
@@ -163,7 +164,7 @@
     hear(part) {
       if (part.part === "opened") this.opened(part);
       else if (part.part === "picture") this.pictured(part);
-      else if (part.part === "plan") { this.plans[part.planner] = part; this.soon(); }
+      else if (part.part === "plan") { this.plans[part.planner] = { ...this.looks[part.planner], ...part }; this.soon(); }
       else if (part.part === "escapes") this.escapes.show(part.escapes);
       else if (part.part === "done") { this.draw(); this.asking.done(part.token); }
       else if (part.part === "progress") this.driving(part.done, part.of);
@@ -240,8 +241,9 @@
       }
       this.setup.planners.forEach((planner, k) => {
         const row = this.body.children[k] || this.addRow(planner), plan = this.plans[planner.name];
-        row.hidden = !plan;
-        if (!plan) return;
+        const told = plan && !this.hidden.has(planner.name);
+        row.classList.toggle("off", !told);
+        if (!told) { for (const cell of [...row.children].slice(2)) cell.textContent = ""; return; }
         const [, , doing, verdict, took] = row.children;
         doing.textContent = plan.doing;
         verdict.textContent = plan.words;
@@ -261,11 +263,11 @@
       const row = html("tr", "", this.body);
       const check = html("input", "", html("td", "", row));
       check.type = "checkbox";
-      check.checked = true;
+      check.checked = !this.hidden.has(planner.name);
       check.setAttribute("aria-label", `show ${planner.label}`);
       check.addEventListener("change", () => {
         if (check.checked) this.hidden.delete(planner.name); else this.hidden.add(planner.name);
-        this.draw();
+        if (check.checked) this.ask(null); else this.draw();
       });
       const name = html("th", "", row);
       name.scope = "row";
