@@ -6,6 +6,7 @@ import ctypes
 import os
 from functools import lru_cache
 from importlib import resources
+from typing import Any
 
 import casadi as ca
 
@@ -46,7 +47,8 @@ def compiled_drive() -> CompiledDrive | None:
     if os.environ.get(SWITCH, "1") == "0":
         return None
     x, u = ca.SX.sym("x", len(STATES)), ca.SX.sym("u", len(INPUTS))
-    kappa, car = ca.SX.sym("kappa"), ca.SX.sym("car", 2)
+    kappa: Any = ca.SX.sym("kappa")
+    car: Any = ca.SX.sym("car", 2)
     slope = road_bicycle(ca.vertsplit(x), ca.vertsplit(u), kappa, car[0], car[1], ca)
     motion = ca.Function("motion", [x, u, kappa, car], [ca.cse(ca.densify(ca.vertcat(*slope)))])
     text = resources.files("mcdas_opt.ocp").joinpath("drive.c").read_text("utf-8")
