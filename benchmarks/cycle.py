@@ -44,7 +44,7 @@ def main() -> None:
 
     stages: dict[str, list[float]] = defaultdict(list)
     mpc.assess = timed(stages, "assess", mpc.assess)  # type: ignore[attr-defined]
-    mpc.judge = timed(stages, "judge", mpc.judge)  # type: ignore[attr-defined]
+    mpc.judge_all = timed(stages, "judge", mpc.judge_all)  # type: ignore[attr-defined]
     mpc.worth = timed(stages, "worth", mpc.worth)  # type: ignore[attr-defined]
     cycles: list[float] = []
     for name in options.scenes:

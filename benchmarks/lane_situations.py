@@ -22,7 +22,7 @@ from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
-from mcdas_opt.planning.lane_parameters import guessed_states, node_values
+from mcdas_opt.planning.lane_parameters import guessed_states, seated, shared_values, way_values
 from mcdas_opt.planning.ways import Manoeuvre, Way
 from mcdas_opt.reference.offset_path import corrected
 from mcdas_opt.solvers.stage_problem import StageGuess, StageProblem
@@ -114,18 +114,10 @@ def posed(situation: Situation, way: Way, problem: StageProblem, nodes: int = 40
         x = guessed_states(situation, way, Vehicle(), times)
         guess = StageGuess(x=x, u=np.zeros((nodes, problem.nu)), s=np.zeros((nodes + 1, problem.ns)))
     bodies = predict(situation.tracks, PredictionSettings()).bodies
-    values = node_values(
-        situation,
-        bodies,
-        way,
-        times,
-        guess.x[:, 0],
-        seats=sum(1 for name in problem.parameters if name.startswith("body") and name.endswith("_along")),
-        friction_share=0.97,
-        clearance_along_m=0.5,
-        clearance_across_m=0.25,
-    )
-    p = LaneParameters(names=problem.parameters).matrix(nodes, values)
+    others = seated(bodies, times, along_m=0.5, across_m=0.25)
+    seats = sum(1 for name in problem.parameters if name.startswith("body") and name.endswith("_along"))
+    shared = shared_values(situation, others, seats=seats, friction_share=0.97)
+    p = LaneParameters(names=problem.parameters).matrix(nodes, shared, way_values(situation, others, way, times, guess.x[:, 0]))
     x0 = np.clip(situation.host.to_vector(), problem.x_lower, problem.x_upper)
     return Posed(x0=x0, p=p, steps=np.full(nodes, STEP_S), guess=guess)
 

@@ -15,6 +15,8 @@ class TimeGrid:
     """Step lengths [s] of a horizon, not necessarily even; at most 0.1 s each (the contract's sampling)."""
 
     steps_s: Array = field(default_factory=lambda: np.full(40, 0.1))
+    times_s: Array = field(init=False, repr=False, compare=False)
+    """(N + 1,), from 0. Rounded to a nanosecond, so that 0.1 s steps print as such."""
 
     def __post_init__(self) -> None:
         steps = np.array(self.steps_s, dtype=np.float64)
@@ -24,13 +26,11 @@ class TimeGrid:
             raise ParameterError("steps_s", float(steps.max()), "no step may exceed 0.1 s", "s")
         steps.setflags(write=False)
         object.__setattr__(self, "steps_s", steps)
+        times = np.round(np.concatenate([[0.0], np.cumsum(steps)]), 9)
+        times.setflags(write=False)
+        object.__setattr__(self, "times_s", times)
 
     @property
     def nodes(self) -> int:
         """Number of steps N; there are N + 1 times."""
         return int(self.steps_s.size)
-
-    @property
-    def times_s(self) -> Array:
-        """(N + 1,), from 0. Rounded to a nanosecond, so that 0.1 s steps print as such."""
-        return np.round(np.concatenate([[0.0], np.cumsum(self.steps_s)]), 9)

@@ -32,7 +32,8 @@ class Trajectory:
     def __post_init__(self) -> None:
         size = len(np.atleast_1d(self.t_s))
         for field in fields(self):
-            value = np.array(getattr(self, field.name), dtype=np.float64)
+            given = getattr(self, field.name)
+            value = given if _kept_as_it_is(given) else np.array(given, dtype=np.float64)
             if value.shape != (size,):
                 raise ParameterError(field.name, f"shape {value.shape}", f"must be a list of {size} numbers, as t_s")
             value.setflags(write=False)
@@ -56,8 +57,10 @@ class Trajectory:
         """From times (n,), states (n, 6) and inputs (n - 1, 2) or (n, 2); a missing last input repeats."""
         if len(u) == len(t_s) - 1:
             u = np.vstack([u, u[-1:]]) if len(u) else np.zeros((1, 2))
-        s, d, psi, v, a, delta = np.asarray(x).T
-        jerk, rate = np.asarray(u).T
+        rows = np.empty((8, len(x)))
+        rows[:6], rows[6:] = np.asarray(x).T, np.asarray(u).T
+        rows.setflags(write=False)
+        s, d, psi, v, a, delta, jerk, rate = rows
         return cls(
             t_s=vector("t_s", t_s, "s"),
             s_m=s,
@@ -77,3 +80,10 @@ class Trajectory:
     @classmethod
     def from_columns(cls, columns: dict[str, Any]) -> Trajectory:
         return cls(**{field.name: columns[field.name] for field in fields(cls)})
+
+
+def _kept_as_it_is(value: Any) -> bool:
+    """Whether nobody can write into this array of floats any more."""
+    if not isinstance(value, np.ndarray) or value.dtype != np.float64 or value.flags.writeable:
+        return False
+    return value.base is None or (isinstance(value.base, np.ndarray) and not value.base.flags.writeable)

@@ -41,6 +41,17 @@ def separation(a: Array, b: Array) -> Array:
     return np.asarray(gap.max(-1))
 
 
+def separation_of_poses(x: Any, y: Any, yaw: Any, other_yaw: Any, half: tuple[Any, Any], other_half: tuple[Any, Any]) -> Array:
+    """`separation` of rectangles (half length, half width) whose centres are (x, y) apart, without making their corners."""
+    (long, wide), (other_long, other_wide) = half, other_half
+    sine, cosine, other_sine, other_cosine = np.sin(yaw), np.cos(yaw), np.sin(other_yaw), np.cos(other_yaw)
+    c, s = np.abs(cosine * other_cosine + sine * other_sine), np.abs(sine * other_cosine - cosine * other_sine)
+    gap = np.abs(x * cosine + y * sine) - (long + other_long * c + other_wide * s)
+    np.maximum(gap, np.abs(y * cosine - x * sine) - (wide + other_long * s + other_wide * c), out=gap)
+    np.maximum(gap, np.abs(x * other_cosine + y * other_sine) - (other_long + long * c + wide * s), out=gap)
+    return np.asarray(np.maximum(gap, np.abs(y * other_cosine - x * other_sine) - (other_wide + long * s + wide * c), out=gap))
+
+
 def distance(a: Array, b: Array) -> Array:
     """Euclidean distance [m] of two families of rectangles given by corners (..., 4, 2); 0 when they touch or overlap."""
     a, b = np.broadcast_arrays(a, b)

@@ -152,13 +152,22 @@ class LaneParameters:
     """Names to columns: fills the (N + 1, np) parameter matrix of a lane problem."""
 
     names: tuple[str, ...]
+    columns: dict[str, int] = field(init=False, repr=False)
 
-    def matrix(self, nodes: int, values: dict[str, Any]) -> Array:
-        """Each value a number or a vector of N + 1; a missing or unknown name is a programming error (KeyError)."""
-        unknown = set(values) - set(self.names)
-        if unknown:
-            raise KeyError(f"unknown parameters {sorted(unknown)}")
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "columns", {name: i for i, name in enumerate(self.names)})
+
+    def matrix(self, nodes: int, *groups: dict[str, Any]) -> Array:
+        """Each value a number or a vector of N + 1; every name once (KeyError: a programming error)."""
+        given = [name for values in groups for name in values]
+        if sorted(given) != sorted(self.names):
+            raise KeyError(f"parameters {sorted(set(given) ^ set(self.names))} are unknown, missing or given twice")
         matrix = np.empty((nodes + 1, len(self.names)))
-        for i, name in enumerate(self.names):
-            matrix[:, i] = values[name]
+        for values in groups:
+            self.fill(matrix, values)
         return matrix
+
+    def fill(self, matrix: Array, values: dict[str, Any]) -> None:
+        """Writes some of the columns."""
+        for name, value in values.items():
+            matrix[:, self.columns[name]] = value

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from mcdas_opt.domain.prediction import PredictedBody
+from mcdas_opt.domain.prediction import BodyMotion, PredictedBody
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
@@ -19,24 +20,56 @@ _ROAD_END_GAP_M = 0.5
 INTRUSION_M = 0.2  # a body that reaches further than this into a lane is in it
 
 
-def node_values(
-    situation: Situation,
-    bodies: Sequence[PredictedBody],
-    way: Way,
-    times_s: Array,
-    guess_s: Array,
-    *,
-    seats: int,
-    friction_share: float,
-    clearance_along_m: float,
-    clearance_across_m: float,
-) -> dict[str, Any]:
-    """Name to number or vector (N + 1); the road's curvature is linearised around `guess_s` (N + 1)."""
+@dataclass(frozen=True, slots=True)
+class Seated:
+    """A neighbour as the problem sees it: its motion on the grid, and half its grown body [m] there, along and across (N + 1)."""
+
+    body: PredictedBody
+    motion: BodyMotion
+    along: Array
+    across: Array
+
+    @property
+    def id(self) -> str:
+        return self.body.id
+
+
+def seated(bodies: Sequence[PredictedBody], times_s: Array, *, along_m: float, across_m: float) -> tuple[Seated, ...]:
+    """Bodies evaluated on the grid, grown by a clearance and by the uncertainty of their estimates."""
+    return tuple(
+        Seated(
+            body,
+            body.at(times_s),
+            0.5 * body.length_m + along_m + body.margin_along_m(times_s),
+            0.5 * body.width_m + across_m + body.margin_across_m(times_s),
+        )
+        for body in bodies
+    )
+
+
+def shared_values(situation: Situation, others: Sequence[Seated], *, seats: int, friction_share: float) -> dict[str, Any]:
+    """What all ways of a situation have in common: name to number or vector (N + 1)."""
+    road = situation.road
+    values: dict[str, Any] = {
+        "grip": friction_share * road.friction * GRAVITY_MPS2,
+        "road_end": FAR_M if road.road_end_s_m is None else road.road_end_s_m - _ROAD_END_GAP_M,
+    }
+    for i in range(seats):
+        seat: tuple[Any, ...] = (-FAR_M, 0.0, 2.25, 0.9)  # nobody
+        if i < len(others):
+            seat = (others[i].motion.s_m, others[i].motion.d_m, others[i].along, others[i].across)
+        values |= dict(zip((f"body{i}_s", f"body{i}_d", f"body{i}_along", f"body{i}_across"), seat, strict=True))
+    return values
+
+
+def way_values(situation: Situation, others: Sequence[Seated], way: Way, times_s: Array, guess_s: Array) -> dict[str, Any]:
+    """What is the way's own; the road's curvature is linearised around `guess_s` (N + 1)."""
     road, path = situation.road, way.path
     left_edge, right_edge = _bounds(situation, way)
-    values: dict[str, Any] = {
-        "kappa": road.curvature_at(guess_s),
-        "kappa_slope": (road.curvature_at(guess_s + 1.0) - road.curvature_at(guess_s - 1.0)) / 2.0,
+    bent = not road.is_straight
+    return {
+        "kappa": road.curvature_at(guess_s) if bent else 0.0,
+        "kappa_slope": (road.curvature_at(guess_s + 1.0) - road.curvature_at(guess_s - 1.0)) / 2.0 if bent else 0.0,
         "kappa_s": guess_s,
         "ref_start_s": path.start_s_m,
         "ref_start_d": path.start_d_m,
@@ -47,21 +80,10 @@ def node_values(
         "ref_bend_s": path.bend_s_m,
         "ref_bend_width": path.bend_width_m,
         "speed_ref": way.speed_mps,
-        "grip": friction_share * road.friction * GRAVITY_MPS2,
         "left_edge": left_edge,
         "right_edge": right_edge,
-        "road_end": FAR_M if road.road_end_s_m is None else road.road_end_s_m - _ROAD_END_GAP_M,
-        **_bumpers(situation, bodies, way, times_s),
+        **_bumpers(situation, others, way, times_s),
     }
-    for i in range(seats):
-        seat: tuple[Any, ...] = (-FAR_M, 0.0, 2.25, 0.9)  # nobody
-        if i < len(bodies):
-            body, motion = bodies[i], bodies[i].at(times_s)
-            along = 0.5 * body.length_m + clearance_along_m + body.margin_along_m(times_s)
-            across = 0.5 * body.width_m + clearance_across_m + body.margin_across_m(times_s)
-            seat = (motion.s_m, motion.d_m, along, across)
-        values |= dict(zip((f"body{i}_s", f"body{i}_d", f"body{i}_along", f"body{i}_across"), seat, strict=True))
-    return values
 
 
 def _bounds(situation: Situation, way: Way) -> tuple[float, float]:
@@ -75,7 +97,7 @@ def _bounds(situation: Situation, way: Way) -> tuple[float, float]:
     return left, right
 
 
-def _bumpers(situation: Situation, bodies: Sequence[PredictedBody], way: Way, times_s: Array) -> dict[str, Array]:
+def _bumpers(situation: Situation, others: Sequence[Seated], way: Way, times_s: Array) -> dict[str, Any]:
     """The nearest bumpers ahead and behind in the lane that the way ends in, from the time it gets there; far away elsewhere."""
     host, road = situation.host, situation.road
     arrival, target = 0.0, way.path.target_d_m
@@ -83,27 +105,32 @@ def _bumpers(situation: Situation, bodies: Sequence[PredictedBody], way: Way, ti
         crossing = way.path.start_s_m + 0.6 * way.path.length_m
         arrival = max(crossing - host.s_m, 0.0) / max(host.speed_mps, 1.0)
         target = way.manoeuvre.target_d_m
-    front, front_speed = np.full_like(times_s, FAR_M), np.zeros_like(times_s)
-    rear, rear_speed = np.full_like(times_s, -FAR_M), np.zeros_like(times_s)
-    for body in bodies:
-        motion = body.at(times_s)
+    ahead: list[tuple[Array, Array]] = []
+    behind: list[tuple[Array, Array]] = []
+    for other in others:
+        body, motion = other.body, other.motion
         if abs(float(motion.d_m[0]) - target) - 0.5 * body.width_m > 0.5 * road.lane_width_m - INTRUSION_M:
             continue
         if float(motion.s_m[0]) > host.s_m:
-            bumper = motion.s_m - 0.5 * body.length_m
-            nearer = bumper < front
-            front, front_speed = np.where(nearer, bumper, front), np.where(nearer, motion.speed_s_mps, front_speed)
+            ahead.append((motion.s_m - 0.5 * body.length_m, motion.speed_s_mps))
         else:
-            bumper = motion.s_m + 0.5 * body.length_m
-            nearer = bumper > rear
-            rear, rear_speed = np.where(nearer, bumper, rear), np.where(nearer, motion.speed_s_mps, rear_speed)
-    early = times_s < arrival
-    return {
-        "front_bumper": np.where(early, FAR_M, front),
-        "front_speed": front_speed,
-        "rear_bumper": np.where(early, -FAR_M, rear),
-        "rear_speed": rear_speed,
-    }
+            behind.append((motion.s_m + 0.5 * body.length_m, motion.speed_s_mps))
+    front, front_speed = _nearest(ahead, FAR_M, np.less)
+    rear, rear_speed = _nearest(behind, -FAR_M, np.greater)
+    if arrival > 0.0:
+        early = times_s < arrival
+        front, rear = np.where(early, FAR_M, front), np.where(early, -FAR_M, rear)
+    return {"front_bumper": front, "front_speed": front_speed, "rear_bumper": rear, "rear_speed": rear_speed}
+
+
+def _nearest(bumpers: Sequence[tuple[Array, Array]], far: float, is_nearer: Any) -> tuple[Any, Any]:
+    """Place and speed of the nearest bumper at every time; `far` and standing where there is none."""
+    place: Any = far
+    speed: Any = 0.0
+    for bumper, its_speed in bumpers:
+        nearer = is_nearer(bumper, place)
+        place, speed = np.where(nearer, bumper, place), np.where(nearer, its_speed, speed)
+    return place, speed
 
 
 def guessed_states(situation: Situation, way: Way, vehicle: Vehicle, times_s: Array) -> Array:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from mcdas_opt.domain.prediction import PredictedBody, Prediction
+from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
@@ -15,8 +16,8 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
-from mcdas_opt.planning.lane_parameters import guessed_states, node_values
-from mcdas_opt.planning.mirror import is_turned, turned_guess, turned_inputs, turned_parameters, turned_states
+from mcdas_opt.planning.lane_parameters import Seated, guessed_states, seated, shared_values, way_values
+from mcdas_opt.planning.mirror import TurnedParameters, is_turned, turned_guess, turned_inputs, turned_states
 from mcdas_opt.planning.roll_out import roll_out, within_reach
 from mcdas_opt.planning.ways import Way
 from mcdas_opt.solvers.guarded import ask
@@ -67,7 +68,18 @@ class _Memory:
     outcome: Outcome
     engine: Engine
     turned: bool
-    bodies: dict[str, PredictedBody]
+    others: dict[str, Seated]
+
+
+@dataclass(frozen=True, slots=True)
+class _Scene:
+    """What the ways of one situation share: the neighbours on the grid, and the parameters that are the same for all."""
+
+    situation: Situation
+    prediction: Prediction
+    others: tuple[Seated, ...]
+    posed: Posed
+    matrix: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,6 +99,7 @@ class Posed:
         self.seats, self.nodes = lane.neighbours, nodes
         self.problem = lane.stage_problem()
         self.parameters = LaneParameters(names=self.problem.parameters)
+        self.turned = TurnedParameters(self.problem.parameters)
 
     @cached_property
     def interior_point(self) -> InteriorPointEngine:
@@ -111,6 +124,7 @@ class LaneStage:
         self.vehicle, self.settings, self.stage = vehicle, settings, stage or StageSettings()
         self._posed: dict[int, Posed] = {}
         self._memory: dict[str, _Memory] = {}
+        self._last: _Scene | None = None
 
     def posed(self, neighbours: int) -> Posed:
         """The problem with the fewest seats that hold so many neighbours (at most the last), built when first asked for."""
@@ -139,28 +153,32 @@ class LaneStage:
 
     def solve(self, situation: Situation, prediction: Prediction, way: Way) -> Solved:
         """From the way's last solve when that says something of this one, else from the way's own path."""
-        bodies = self.nearest(situation, prediction)
-        posed = self.posed(len(bodies))
-        turned = is_turned(situation, bodies, way)
-        cold = self.guess(situation, way, posed)
-        cold = turned_guess(cold) if turned else cold
+        scene = self._scene(situation, prediction)
+        posed, others = scene.posed, scene.others
+        turned = is_turned(situation, others, way)
+
+        def cold() -> StageGuess:
+            guess = self.guess(situation, way, posed)
+            return turned_guess(guess) if turned else guess
+
         memory = self._memory.pop(way.name, None)
         attempts = self._attempts(posed, cold)
         engine = posed.interior_point if self.stage.solver == "interior-point" else posed.osqp
         fits = memory is not None and memory.engine is engine and memory.turned == turned
-        if memory is not None and fits and not self._event(memory, situation, way, bodies):
-            warm = engine.shifted(memory.outcome)
+        if memory is not None and fits and not self._event(memory, situation, way, others):
+            outcome = memory.outcome
             steps = self.stage.newton_steps if engine is posed.interior_point else self.stage.iterations_warm
-            attempts.insert(0, (engine, warm, steps))
+            attempts.insert(0, (engine, lambda: engine.shifted(outcome), steps))
         # a measured state a hair outside a hard bound (rounding, a limit just touched) is brought to it
-        x0 = np.clip(within_reach(situation.host, self.vehicle), posed.problem.x_lower, posed.problem.x_upper)
+        x0 = np.minimum(np.maximum(within_reach(situation.host, self.vehicle), posed.problem.x_lower), posed.problem.x_upper)
         x0 = turned_states(x0) if turned else x0
         best: Outcome | None = None
         by: Engine = engine
         iterations, reason = 0, ""
-        for trial, guess, cap in attempts:
-            p = self.matrix(situation, bodies, way, posed, guess.x[:, 0])
-            p = turned_parameters(p, posed.problem.parameters) if turned else p
+        for trial, guessed, cap in attempts:
+            guess = guessed()
+            p = self._filled(scene, way, guess.x[:, 0])
+            p = posed.turned(p) if turned else p
             outcome = ask(trial, x0, p, self.settings.grid.steps_s, guess, cap)
             iterations += outcome.inner_iterations
             if outcome.usable and (best is None or outcome.ending is Ending.CONVERGED or outcome.objective < best.objective):
@@ -170,49 +188,68 @@ class LaneStage:
             reason = outcome.message or outcome.ending.value
         if best is None:
             return Solved(trajectory=None, reason=reason, iterations=iterations)
-        self._memory[way.name] = _Memory(situation.time_s, way, best, by, turned, {b.id: b for b in bodies})
+        self._memory[way.name] = _Memory(situation.time_s, way, best, by, turned, {other.id: other for other in others})
         u = turned_inputs(best.u) if turned else best.u
         trajectory = self._driven(situation, posed, best.x[:, 3], u)
         return Solved(trajectory=trajectory, reason=reason, iterations=iterations, converged=best.ending is Ending.CONVERGED)
 
-    def _attempts(self, posed: Posed, cold: StageGuess) -> list[tuple[Engine, StageGuess, int]]:
+    def _attempts(self, posed: Posed, cold: Callable[[], StageGuess]) -> list[tuple[Engine, Callable[[], StageGuess], int]]:
         """Engines in the order in which they are asked, from a cold start, with their iteration caps: the first that converges answers."""
-        second: tuple[Engine, StageGuess, int] = (posed.osqp, cold, self.stage.iterations_second)
         if self.stage.cold_start == "ipopt":
-            return [(posed.ipopt, cold, _IPOPT_ITERATIONS), second]
-        if self.stage.solver == "osqp":
+            first: tuple[Engine, Callable[[], StageGuess], int] = (posed.ipopt, cold, _IPOPT_ITERATIONS)
+        elif self.stage.solver == "osqp":
             return [(posed.osqp, cold, self.stage.iterations_event)]
-        return [(posed.interior_point, cold, self.stage.newton_steps), second]
+        else:
+            first = (posed.interior_point, cold, self.stage.newton_steps)
+        return [first, (posed.osqp, cold, self.stage.iterations_second)]
 
     def _driven(self, situation: Situation, posed: Posed, speed_mps: Array, u: Array) -> Trajectory:
         """The inputs, kept inside their limits, driven through the equations of motion from the measured state."""
-        u = np.clip(u, posed.problem.u_lower, posed.problem.u_upper)
+        u = np.minimum(np.maximum(u, posed.problem.u_lower), posed.problem.u_upper)
         return roll_out(situation.host, speed_mps, u, self.settings.grid, self.vehicle, situation.road)
 
-    def nearest(self, situation: Situation, prediction: Prediction) -> tuple[PredictedBody, ...]:
+    def nearest(self, situation: Situation, prediction: Prediction) -> tuple[Seated, ...]:
         """The bodies that come nearest over the horizon, at most as many as there are seats; in order of their ids, to keep seats."""
-        times = self.settings.grid.times_s[::5]
-        host = situation.host
+        times, most = self.settings.grid.times_s, self.stage.seats[-1]
+        host, bodies = situation.host, list(prediction.bodies)
+        if len(bodies) > most:
+            some = times[::5]
+            reach = {body.id: float(np.abs(body.at(some).s_m - host.s_m - host.speed_mps * some).min()) for body in bodies}
+            bodies = sorted(bodies, key=lambda body: (reach[body.id], body.id))[:most]
+        bodies.sort(key=lambda body: body.id)
+        return seated(bodies, times, along_m=self.stage.clearance_along_m, across_m=self.stage.clearance_across_m)
 
-        def reach(body: PredictedBody) -> float:
-            return float(np.abs(body.at(times).s_m - host.s_m - host.speed_mps * times).min())
+    def _scene(self, situation: Situation, prediction: Prediction) -> _Scene:
+        """Made for a situation's first way, and kept for the others."""
+        last = self._last
+        if last is None or last.situation is not situation or last.prediction is not prediction:
+            others = self.nearest(situation, prediction)
+            posed = self.posed(len(others))
+            shared = np.empty((self.settings.grid.nodes + 1, len(posed.parameters.names)))
+            values = shared_values(situation, others, seats=posed.seats, friction_share=self.stage.friction_share)
+            posed.parameters.fill(shared, values | dict(self.stage.weights or ()))
+            last = self._last = _Scene(situation, prediction, others, posed, shared)
+        return last
 
-        chosen = sorted(prediction.bodies, key=lambda body: (reach(body), body.id))[: self.stage.seats[-1]]
-        return tuple(sorted(chosen, key=lambda body: body.id))
+    def _filled(self, scene: _Scene, way: Way, guess_s: Array) -> Array:
+        """(N + 1, np): the parameters of every node."""
+        p = scene.matrix.copy()
+        scene.posed.parameters.fill(p, way_values(scene.situation, scene.others, way, self.settings.grid.times_s, guess_s))
+        return p
 
-    def _event(self, memory: _Memory, situation: Situation, way: Way, bodies: tuple[PredictedBody, ...]) -> bool:
+    def _event(self, memory: _Memory, situation: Situation, way: Way, others: tuple[Seated, ...]) -> bool:
         """Whether the last solve says little of this one: time jumped, another path or goal, somebody new or not where predicted."""
         elapsed = situation.time_s - memory.time_s
         if abs(elapsed - float(self.settings.grid.steps_s[0])) > 1e-6 or memory.outcome.ending is not Ending.CONVERGED:
             return True
         if way.manoeuvre != memory.way.manoeuvre or abs(way.speed_mps - memory.way.speed_mps) > 1.0:
             return True
-        if {body.id for body in bodies} != set(memory.bodies):
+        if {other.id for other in others} != set(memory.others):
             return True
-        for body in bodies:
-            then, now = memory.bodies[body.id].at(np.array([elapsed])), body.at(np.zeros(1))
-            moved = max(abs(float(then.s_m[0] - now.s_m[0])), abs(float(then.d_m[0] - now.d_m[0])))
-            if moved > self.stage.event_position_m or abs(float(then.speed_s_mps[0] - now.speed_s_mps[0])) > self.stage.event_speed_mps:
+        for other in others:  # one step later: node 1 of the last prediction is node 0 of this one
+            then, now = memory.others[other.id].motion, other.motion
+            moved = max(abs(float(then.s_m[1] - now.s_m[0])), abs(float(then.d_m[1] - now.d_m[0])))
+            if moved > self.stage.event_position_m or abs(float(then.speed_s_mps[1] - now.speed_s_mps[0])) > self.stage.event_speed_mps:
                 return True
         return False
 
@@ -222,17 +259,6 @@ class LaneStage:
         x = guessed_states(situation, way, self.vehicle, self.settings.grid.times_s) if way.guess is None else way.guess
         return StageGuess(x=x, u=np.zeros((n, problem.nu)), s=np.zeros((n + 1, problem.ns)))
 
-    def matrix(self, situation: Situation, bodies: tuple[PredictedBody, ...], way: Way, posed: Posed, guess_s: Array) -> Array:
-        """(N + 1, np): the parameters of every node."""
-        values = node_values(
-            situation,
-            bodies,
-            way,
-            self.settings.grid.times_s,
-            guess_s,
-            seats=posed.seats,
-            friction_share=self.stage.friction_share,
-            clearance_along_m=self.stage.clearance_along_m,
-            clearance_across_m=self.stage.clearance_across_m,
-        )
-        return posed.parameters.matrix(self.settings.grid.nodes, values | dict(self.stage.weights or ()))
+    def parameters(self, situation: Situation, prediction: Prediction, way: Way, guess_s: Array) -> Array:
+        """(N + 1, np): what the problem of a way is posed with, its road linearised around `guess_s` (N + 1)."""
+        return self._filled(self._scene(situation, prediction), way, guess_s)

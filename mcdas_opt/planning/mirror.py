@@ -10,10 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mcdas_opt.domain.prediction import PredictedBody
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.planning.lane_parameters import Seated
 from mcdas_opt.planning.ways import Way
 from mcdas_opt.solvers.stage_problem import StageGuess
 
@@ -23,13 +23,13 @@ _ODD_PARAMETERS = frozenset({"kappa", "kappa_slope", "ref_start_d", "ref_amplitu
 _NOTHING = 1e-9
 
 
-def is_turned(situation: Situation, bodies: Sequence[PredictedBody], way: Way) -> bool:
+def is_turned(situation: Situation, others: Sequence[Seated], way: Way) -> bool:
     """Whether this is solved in the mirror: steering right, or keeping the lane with more on the right than on the left."""
     if way.side is not Side.NONE:
         return way.side is Side.RIGHT
-    host, road, now = situation.host, situation.road, np.zeros(1)
+    host, road = situation.host, situation.road
     offset = host.d_m - way.path.start_d_m
-    lateral = [float(body.at(now).d_m[0]) - way.path.start_d_m for body in bodies]
+    lateral = [float(other.motion.d_m[0]) - way.path.start_d_m for other in others]
     for oddness in (
         offset,
         host.heading_rad,
@@ -58,12 +58,15 @@ def turned_guess(guess: StageGuess) -> StageGuess:
     return StageGuess(x=turned_states(guess.x), u=turned_inputs(guess.u), s=guess.s)
 
 
-def turned_parameters(p: Array, names: Sequence[str]) -> Array:
-    """(N + 1, np) in the mirror: lateral positions and curvatures change sign, the road's edges change places too."""
-    out = p.copy()
-    for i, name in enumerate(names):
-        if name in _ODD_PARAMETERS or (name.startswith("body") and name.endswith("_d")):
-            out[:, i] = -p[:, i]
-    left, right = names.index("left_edge"), names.index("right_edge")
-    out[:, left], out[:, right] = -p[:, right], -p[:, left]
-    return out
+class TurnedParameters:
+    """Parameters (N + 1, np) of these names in the mirror: lateral positions and curvatures change sign, the road's edges places too."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        left, right = names.index("left_edge"), names.index("right_edge")
+        odd = _ODD_PARAMETERS | {"left_edge", "right_edge"}
+        self._sign = np.array([-1.0 if name in odd or (name.startswith("body") and name.endswith("_d")) else 1.0 for name in names])
+        self._order = np.arange(len(names))
+        self._order[[left, right]] = right, left
+
+    def __call__(self, p: Array) -> Array:
+        return np.asarray(p[:, self._order] * self._sign)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,12 +17,12 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.planning.continuation import Ended, to_safe_end
-from mcdas_opt.planning.lane_stage import LaneStage, StageSettings
-from mcdas_opt.planning.selection import WorthSettings, worth
+from mcdas_opt.planning.lane_stage import LaneStage, Solved, StageSettings
+from mcdas_opt.planning.selection import WorthSettings, nearness, worth
 from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, shorter_side, spread_ways, strays, ways_out
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.prediction import predict
-from mcdas_opt.verification.judge import judge
+from mcdas_opt.verification.judge import judge_all
 
 _STEADY_MPS2 = 0.3  # a plan that stays under it over its first second neither brakes nor accelerates
 
@@ -145,8 +145,7 @@ class MpcMethod:
         if not assessment.threatened:
             quiet = assessment.mode if assessment.mode in (Mode.CRUISE, Mode.PARK) else Mode.HOLD
             first = continued(situation, going) if going is not None else keeping_way(situation, quiet)
-            answer = self._try(situation, prediction, first, assessment)
-            if answer is not None:
+            for answer in self._passed(situation, prediction, (first,), assessment):
                 ended = self._ended(answer, situation, prediction)
                 if ended.sound:
                     return answer, ended
@@ -178,10 +177,6 @@ class MpcMethod:
     def _ended(self, answer: _Answer, situation: Situation, prediction: Prediction) -> Ended:
         return to_safe_end(answer.trajectory, answer.verdict, situation, self.vehicle, prediction, self.settings.safe_end)
 
-    def _passed(self, situation: Situation, prediction: Prediction, ways: tuple[Way, ...], assessment: Assessment) -> list[_Answer]:
-        answers = [self._try(situation, prediction, way, assessment) for way in ways]
-        return [answer for answer in answers if answer is not None]
-
     def _price(self, answer: _Answer, before: str | None, going: Manoeuvre | None) -> tuple[float, int]:
         """Cost, cheaper for what was chosen before; equal costs (to 1e-5 of each other) go to the tie-break side."""
         cost = answer.candidate.cost or 0.0
@@ -190,45 +185,52 @@ class MpcMethod:
         tie = self.settings.selector.tie_break
         return (round(cost, 5), 0 if answer.way.side is tie else 1)
 
-    def _try(self, situation: Situation, prediction: Prediction, way: Way, assessment: Assessment) -> _Answer | None:
-        """Solves and judges one way; records it among the tried, and its drive among the failed."""
-        tried = self._tried
+    def _solve(self, situation: Situation, prediction: Prediction, way: Way) -> Solved:
+        """One way, unless there is a reason not even to try; without a trajectory the reason is the candidate's refusal."""
         if way.refusal:
-            tried.append(Candidate(name=way.name, cost=None, passed=False, refusal=way.refusal))
-            return None
+            return Solved(trajectory=None, reason=way.refusal, iterations=0)
         started = time.perf_counter()
         if self.stop_at is not None and started > self.stop_at:
-            tried.append(Candidate(name=way.name, cost=None, passed=False, refusal="the deadline passed before it was tried"))
-            return None
+            return Solved(trajectory=None, reason="the deadline passed before it was tried", iterations=0)
         solved = self.stage.solve(situation, prediction, way)
         self._solve_s += time.perf_counter() - started
         self._iterations += solved.iterations
-        if solved.trajectory is None:
-            tried.append(Candidate(name=way.name, cost=None, passed=False, refusal=f"not solved: {solved.reason}"))
-            return None
+        return solved if solved.trajectory is not None else replace(solved, reason=f"not solved: {solved.reason}")
+
+    def _passed(self, situation: Situation, prediction: Prediction, ways: tuple[Way, ...], assessment: Assessment) -> list[_Answer]:
+        """Solves the ways, one by one, and judges them, all at once; records them among the tried, and their drives among the failed."""
+        solutions = [self._solve(situation, prediction, way) for way in ways]
         started = time.perf_counter()
-        verdict = judge(solved.trajectory, situation.host, self.vehicle, situation.road, prediction)
-        cost = worth(
-            solved.trajectory,
-            vehicle=self.vehicle,
-            road=situation.road,
-            prediction=prediction,
-            desired_speed_mps=situation.wanted_speed_mps,
-            side=way.side,
-            leaning=shorter_side(assessment),
-            needless=assessment.mode in (Mode.BRAKE, Mode.ACCELERATE),
-            settings=self.worth,
-        )
-        cost += self.worth.waiting if way.waits else 0.0
+        driven = [solved.trajectory for solved in solutions if solved.trajectory is not None]
+        verdicts = iter(judge_all(driven, situation.host, self.vehicle, situation.road, prediction))
+        near = iter(nearness(driven, self.vehicle, situation.road, prediction))
+        answers: list[_Answer] = []
+        for way, solved in zip(ways, solutions, strict=True):
+            if solved.trajectory is None:
+                self._tried.append(Candidate(name=way.name, cost=None, passed=False, refusal=solved.reason))
+                continue
+            verdict = next(verdicts)
+            cost = worth(
+                solved.trajectory,
+                vehicle=self.vehicle,
+                road=situation.road,
+                prediction=prediction,
+                desired_speed_mps=situation.wanted_speed_mps,
+                side=way.side,
+                leaning=shorter_side(assessment),
+                needless=assessment.mode in (Mode.BRAKE, Mode.ACCELERATE),
+                settings=self.worth,
+                near=next(near),
+            )
+            cost += self.worth.waiting if way.waits else 0.0
+            refusal = strays(solved.trajectory, situation, way, self.vehicle) or ("" if verdict.passed else verdict.reason)
+            candidate = Candidate(name=way.name, cost=cost, passed=not refusal, refusal=refusal)
+            self._tried.append(candidate)
+            answer = _Answer(way, candidate, solved.trajectory, verdict)
+            if candidate.passed:
+                answers.append(answer)
+            elif solved.converged and not verdict.passed:
+                # what was cut short is no plan to fall back on: it would not even mirror with its situation
+                self._failed.append(answer.attempt())
         self._verify_s += time.perf_counter() - started
-        refusal = strays(solved.trajectory, situation, way, self.vehicle) or ("" if verdict.passed else verdict.reason)
-        candidate = Candidate(name=way.name, cost=cost, passed=not refusal, refusal=refusal)
-        tried.append(candidate)
-        answer = _Answer(way, candidate, solved.trajectory, verdict)
-        if candidate.passed:
-            return answer
-        if (
-            solved.converged and not verdict.passed
-        ):  # what was cut short is no plan to fall back on: it would not even mirror with its situation
-            self._failed.append(answer.attempt())
-        return None
+        return answers

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
+from mcdas_opt.ocp.compiled_drive import compiled_drive
 
 _STARTS_MPS = 0.2  # a standing car drives off when the optimiser means it to go at least so fast
 _EASING = 0.95  # share of the jerk with which a stop, or the approach to top speed, can be eased
@@ -27,6 +29,25 @@ def roll_out(host: HostState, planned_speed_mps: Array, inputs: Array, grid: Tim
     that it drives off. Road beyond its knots keeps its curvature.
     """
     u = np.array(inputs, dtype=np.float64)
+    compiled = compiled_drive()
+    if compiled is None:
+        return Trajectory.from_states(grid.times_s, interpreted(host, planned_speed_mps, u, grid, vehicle, road), u)
+    states = np.empty((grid.nodes + 1, 6))
+    states[0] = host.to_vector()
+    planned = np.ascontiguousarray(planned_speed_mps, dtype=np.float64)
+    car = np.array([vehicle.wheelbase_m, vehicle.centre_m])
+    compiled(states, planned, u, grid.steps_s, car, _knots(road), _STARTS_MPS)
+    return Trajectory.from_states(grid.times_s, states, u)
+
+
+@lru_cache(maxsize=16)
+def _knots(road: Road) -> Array:
+    """(2, knots): s and curvature."""
+    return np.ascontiguousarray(np.array(road.curvature).T)
+
+
+def interpreted(host: HostState, planned_speed_mps: Array, u: Array, grid: TimeGrid, vehicle: Vehicle, road: Road) -> Array:
+    """States (N + 1, 6) of the roll-out, where there is no compiler; the reference of the compiled one. Writes into `u` as that does."""
     straight = road.is_straight
     x = [float(value) for value in host.to_vector()]
     states = [x]
@@ -50,7 +71,7 @@ def roll_out(host: HostState, planned_speed_mps: Array, inputs: Array, grid: Tim
         else:
             x = rk4(right_side, x, h)
         states.append(x)
-    return Trajectory.from_states(grid.times_s, np.array(states), u)
+    return np.array(states)
 
 
 def _time_to_stop(v: float, a: float, jerk: float) -> float:

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
-from mcdas_opt.geometry.frenet import FrenetFrame
-from mcdas_opt.geometry.rectangle import corners, separation
+from mcdas_opt.geometry.rectangle import separation_of_poses
+from mcdas_opt.geometry.window import frame_near
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,16 +36,32 @@ class WorthSettings:
     persistence: float = 0.5  # factor on what was chosen before
 
 
-def gaps(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: Prediction) -> np.ndarray:
-    """(bodies, n): signed separation of the host's body from every predicted one [m]."""
-    frame = FrenetFrame(road=road)
-    host = corners(*frame.to_plane(trajectory.s_m, trajectory.d_m, trajectory.heading_rad), vehicle.length_m, vehicle.width_m)
-    rows = []
-    for body in prediction.bodies:
-        motion = body.at(trajectory.t_s)
-        x, y, yaw = frame.to_plane(motion.s_m, motion.d_m, motion.heading_rad)
-        rows.append(separation(host, corners(x, y, yaw, body.length_m, body.width_m)))
-    return np.array(rows).reshape(len(rows), len(trajectory))
+@dataclass(frozen=True, slots=True)
+class Nearness:
+    """Signed separations (bodies, n) of the host's body from every predicted one [m], and where those are at the end: s, d, speed."""
+
+    separation_m: Array
+    ends: tuple[tuple[float, float, float], ...]
+
+
+def nearness(trajectories: Sequence[Trajectory], vehicle: Vehicle, road: Road, prediction: Prediction) -> tuple[Nearness, ...]:
+    """Of each trajectory; all are sampled at the same times."""
+    if not trajectories:
+        return ()
+    t, bodies = trajectories[0].t_s, prediction.bodies
+    motions = [body.at(t) for body in bodies]
+    table = np.array([[m.s_m, m.d_m, m.heading_rad] for m in motions]).reshape(len(bodies), 3, t.size)
+    frame = frame_near(road, float(trajectories[0].s_m[0]))
+    if not road.is_straight:  # who is beyond the frame is far enough away there too
+        table[:, 0] = np.clip(table[:, 0], frame.s_min_m, frame.s_max_m)
+    x, y, yaw = frame.to_plane(table[:, 0], table[:, 1], table[:, 2])
+    hosts = np.array([[one.s_m, one.d_m, one.heading_rad] for one in trajectories])[:, :, None]
+    host_x, host_y, host_yaw = frame.to_plane(hosts[:, 0], hosts[:, 1], hosts[:, 2])
+    others = np.array([(0.5 * body.length_m, 0.5 * body.width_m) for body in bodies]).reshape(-1, 2, 1)
+    half = 0.5 * vehicle.length_m, 0.5 * vehicle.width_m
+    separation = separation_of_poses(x - host_x, y - host_y, host_yaw, yaw, half, (others[:, 0], others[:, 1]))
+    ends = tuple((float(m.s_m[-1]), float(m.d_m[-1]), float(m.speed_s_mps[-1])) for m in motions)
+    return tuple(Nearness(row, ends) for row in separation)
 
 
 def worth(
@@ -57,25 +75,27 @@ def worth(
     leaning: Side,
     needless: bool,
     settings: WorthSettings,
+    near: Nearness | None = None,
 ) -> float:
-    """The price of a plan: discomfort, departure from the desired speed, nearness to others, and how it leaves things at its end."""
+    """The price of a plan: discomfort, departure from the desired speed, nearness to others, and how it leaves things at its end.
+
+    `near` is its `nearness`, where that is known already.
+    """
+    near = nearness((trajectory,), vehicle, road, prediction)[0] if near is None else near
     t, v, a = trajectory.t_s, trajectory.speed_mps, trajectory.acceleration_mps2
     lateral = lateral_acceleration(v, trajectory.steering_rad, vehicle.wheelbase_m, np)
     rate = settings.acceleration * a**2 + settings.lateral_acceleration * lateral**2 + settings.jerk * trajectory.jerk_mps3**2
     rate = rate + settings.speed * (v - desired_speed_mps) ** 2
-    separations = gaps(trajectory, vehicle, road, prediction)
-    if separations.size:
-        rate = rate + settings.nearness * np.exp(-np.maximum(separations, 0.0) / 0.7).max(axis=0)
-    total = float(np.sum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t)))
-    for body, gap in zip(prediction.bodies, separations, strict=True):
-        motion = body.at(t[-1:])
-        aside = abs(float(motion.d_m[0]) - float(trajectory.d_m[-1])) - 0.5 * (body.width_m + vehicle.width_m)
+    if near.ends:
+        rate = rate + settings.nearness * np.exp(-np.maximum(near.separation_m.min(axis=0), 0.0) / 0.7)
+    total = float(np.sum(0.5 * (rate[1:] + rate[:-1]) * (t[1:] - t[:-1])))
+    end_s, end_d, end_v = float(trajectory.s_m[-1]), float(trajectory.d_m[-1]), float(v[-1])
+    for body, (s, d, speed), gap in zip(prediction.bodies, near.ends, near.separation_m[:, -1].tolist(), strict=True):
+        aside = abs(d - end_d) - 0.5 * (body.width_m + vehicle.width_m)
         if aside > settings.end_room_m:
             continue
-        ahead = float(motion.s_m[0]) > float(trajectory.s_m[-1])
-        relative = float(v[-1]) - float(motion.speed_s_mps[0])
-        closing = max(relative if ahead else -relative, 0.0)
-        total += settings.end_closing * closing**2 / max(float(gap[-1]), 1.0)
+        closing = max(end_v - speed if s > end_s else speed - end_v, 0.0)
+        total += settings.end_closing * closing**2 / max(gap, 1.0)
     if side is Side.NONE:
         return total
     other = leaning is not Side.NONE and side is not leaning
@@ -99,7 +119,7 @@ def severity(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: P
     reach = 0.5 * vehicle.width_m
     if np.any(trajectory.d_m + reach > road.left_edge_m + 0.02) or np.any(trajectory.d_m - reach < road.right_edge_m - 0.02):
         return (_OFF_THE_ROAD, 0.0)
-    separations = gaps(trajectory, vehicle, road, prediction)
+    separations = nearness((trajectory,), vehicle, road, prediction)[0].separation_m
     hits = [(int(np.argmax(row <= 0.0)), i) for i, row in enumerate(separations) if np.any(row <= 0.0)]
     if road.road_end_s_m is not None:
         over = trajectory.s_m + 0.5 * vehicle.length_m > road.road_end_s_m

@@ -11,10 +11,11 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Request, Sector, Side
+from mcdas_opt.situation import one_state
 from mcdas_opt.situation.occupancy import blocked_sides
 from mcdas_opt.situation.roles import cast, gap_m
 from mcdas_opt.situation.rule_table import RULES
-from mcdas_opt.situation.selector import MODES, SIDES, Facts, closing_time, mode_code, select, side_code
+from mcdas_opt.situation.selector import MODES, SIDES, Facts, closing_time, mode_code, select_one, side_code
 from mcdas_opt.situation.table1 import literal_mode
 
 _LEANING_M = 0.1  # a smaller difference between the sides is a tie
@@ -37,15 +38,15 @@ def assess(situation: Situation, vehicle: Vehicle, settings: SelectorSettings, p
     front_car, rear_car = people.front, people.rear
     front = _road_end(situation, vehicle, _car(front_car, situation, vehicle))
     rear = _car(rear_car, situation, vehicle)
-    ttc_front = float(closing_time(front.gap_m, host.speed_mps - (front.speed_mps or 0.0)))
-    ttc_rear = float(closing_time(rear.gap_m, (rear.speed_mps or 0.0) - host.speed_mps))
+    ttc_front = float(closing_time(front.gap_m, host.speed_mps - (front.speed_mps or 0.0), one_state))
+    ttc_rear = float(closing_time(rear.gap_m, (rear.speed_mps or 0.0) - host.speed_mps, one_state))
     before = previous or Assessment()
     blocked = set(blocked_sides(tracks, coverage, lane, host, vehicle, road, settings, before.side))
     if front.id is None and ttc_front < settings.ttc_warning_s:  # the end of the road: no lane goes on
         blocked |= {Sector.LEFT, Sector.RIGHT}
     offset = 0.0 if front_car is None else front_car.d_m - host.d_m
     age = math.inf if previous is None or situation.time_s < previous.since_s else situation.time_s - previous.since_s
-    choice = select(
+    choice = select_one(
         Facts(
             host_speed=host.speed_mps,
             desired_speed=situation.wanted_speed_mps,
@@ -69,12 +70,12 @@ def assess(situation: Situation, vehicle: Vehicle, settings: SelectorSettings, p
         ),
         settings,
     )
-    if not coverage.front or choice.front_threat[0] or front.gap_m <= settings.distance_front_long_m:
+    if not coverage.front or choice.front_threat or front.gap_m <= settings.distance_front_long_m:
         blocked.add(Sector.FRONT)
-    if not coverage.rear or choice.rear_threat[0] or rear.gap_m <= settings.distance_rear_m:
+    if not coverage.rear or choice.rear_threat or rear.gap_m <= settings.distance_rear_m:
         blocked.add(Sector.REAR)
-    mode, side, rule = MODES[int(choice.mode[0])], SIDES[int(choice.side[0])], int(choice.rule[0])
-    threats = [s for s, there in ((Sector.FRONT, choice.front_threat), (Sector.REAR, choice.rear_threat)) if there[0]]
+    mode, side, rule = MODES[int(choice.mode)], SIDES[int(choice.side)], int(choice.rule)
+    threats = [s for s, there in ((Sector.FRONT, choice.front_threat), (Sector.REAR, choice.rear_threat)) if there]
     same = previous is not None and (previous.mode, previous.side) == (mode, side) and math.isfinite(age)
     return Assessment(
         roles=people.roles,
@@ -91,7 +92,7 @@ def assess(situation: Situation, vehicle: Vehicle, settings: SelectorSettings, p
         threats=frozenset(threats),
         mode=mode,
         side=side,
-        warning=bool(choice.warning[0]),
+        warning=bool(choice.warning),
         literal_mode=_table_1(front_car, rear_car, situation, vehicle),
         reason=RULES[rule].reason if rule >= 0 else f"{mode.value} goes on for {settings.hold_s:g} s",
         lane=lane,

@@ -49,10 +49,12 @@ def cast(tracks: Sequence[Track], lane: int, host: HostState, vehicle: Vehicle, 
         if in_the_way(track, lane, host, vehicle, road, settings) and (gap >= 0.0 or overlapping):
             (ahead if track.s_m > host.s_m else behind).append((gap, track.id, track))
         elif abs(track.s_m - host.s_m) <= settings.beside_m:
-            if in_lane(track, lane + 1, road, settings) or (gap < 0.0 and track.d_m > host.d_m):
+            if in_lane(track, lane + 1, road, settings):
                 roles[track.id] = Role.LEFT
-            elif in_lane(track, lane - 1, road, settings) or (gap < 0.0 and track.d_m < host.d_m):
+            elif in_lane(track, lane - 1, road, settings):
                 roles[track.id] = Role.RIGHT
+            elif gap < 0.0 and track.d_m != host.d_m:  # alongside, in no lane of its own
+                roles[track.id] = Role.LEFT if track.d_m > host.d_m else Role.RIGHT
     front = min(ahead)[2] if ahead else None
     rear = min(behind)[2] if behind else None
     if front is not None:

@@ -18,7 +18,7 @@ _VECTORISED = ("sin", "cos", "tan", "atan", "exp", "log", "tanh")  # of glibc's 
 _LOOPS = ("evaluate", "gradient", "steps", "cold", "warm", "measure")  # over all stages; the sweeps go stage by stage
 _SHARED = {"cold": (4, 5), "warm": (7, 8)}  # inputs mu and least
 
-_HEAD = """\
+HEAD = """\
 #include <math.h>
 #include <string.h>
 #if defined(_WIN32)
@@ -49,7 +49,7 @@ def kernel_source(stage: BarrierStage, f: StageFunctions, nodes: int, correction
         "NMEMORY": f.backward.size1_out(2),
     }
     numbers = {"NACTIVE": float(stage.over(nodes)[2]), "CORRECTION": correction}
-    parts = [_HEAD, "#ifdef VECTOR_MATH /* declared pure and for vectors, so that loops over stages call libmvec */"]
+    parts = [HEAD, "#ifdef VECTOR_MATH /* declared pure and for vectors, so that loops over stages call libmvec */"]
     parts += [f'double {name}(double) __attribute__((simd("notinbranch"), const));' for name in _VECTORISED]
     parts += ["#endif", *(f"#define {name} {size}" for name, size in sizes.items()), *(f"#define {n} {v!r}" for n, v in numbers.items())]
     parts += [

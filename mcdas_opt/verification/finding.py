@@ -1,4 +1,4 @@
-"""From arrays of measured values to one violation of one rule."""
+"""From arrays of measured values to violations of rules, one a rule and trajectory."""
 
 from __future__ import annotations
 
@@ -8,20 +8,30 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.verdict import Violation
 
 
-def above(name: str, t_s: Array, value: Array, limit: float, allowed: float, unit: str) -> list[Violation]:
-    """The worst value where `value` exceeds `allowed` (the limit with its tolerance); empty where none does."""
-    worst = int(value.argmax())
-    if value[worst] <= allowed:
-        return []
-    return [Violation(name=name, t_s=float(t_s[worst]), value=float(value[worst]), limit=float(limit), unit=unit)]
+class Findings:
+    """What has been found against each of several trajectories; values are (trajectories, m), their times (m,)."""
 
+    def __init__(self, count: int) -> None:
+        self.of: list[list[Violation]] = [[] for _ in range(count)]
 
-def below(name: str, t_s: Array, value: Array, limit: float, allowed: float, unit: str) -> list[Violation]:
-    """The worst value where `value` is less than `allowed`; empty where none is."""
-    worst = int(value.argmin())
-    if value[worst] >= allowed:
-        return []
-    return [Violation(name=name, t_s=float(t_s[worst]), value=float(value[worst]), limit=float(limit), unit=unit)]
+    def add(self, which: int, name: str, t_s: float, value: float, limit: float, unit: str) -> None:
+        self.of[which].append(Violation(name=name, t_s=float(t_s), value=float(value), limit=float(limit), unit=unit))
+
+    def above(self, name: str, t_s: Array, value: Array, limit: float, allowed: float, unit: str) -> None:
+        """The worst value where one exceeds `allowed` (the limit with its tolerance), or is none."""
+        if value.max() <= allowed:
+            return
+        for which in np.flatnonzero(~(value.max(axis=-1) <= allowed)).tolist():
+            worst = int(value[which].argmax())
+            self.add(which, name, t_s[worst], value[which, worst], limit, unit)
+
+    def below(self, name: str, t_s: Array, value: Array, limit: float, allowed: float, unit: str) -> None:
+        """The worst value where one is less than `allowed`, or is none."""
+        if value.min() >= allowed:
+            return
+        for which in np.flatnonzero(~(value.min(axis=-1) >= allowed)).tolist():
+            worst = int(value[which].argmin())
+            self.add(which, name, t_s[worst], value[which, worst], limit, unit)
 
 
 def wrapped(angle: Array) -> Array:

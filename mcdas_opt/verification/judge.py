@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -15,9 +16,10 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.verification.bodies import ALONG_REACHES, collisions
+from mcdas_opt.verification.finding import Findings
 from mcdas_opt.verification.limits import actuators, friction
 from mcdas_opt.verification.motion import drive
-from mcdas_opt.verification.record import sampling, started_elsewhere, unreadable
+from mcdas_opt.verification.record import Samples, sampling, started_elsewhere, table, unreadable
 from mcdas_opt.verification.surface import on_road
 from mcdas_opt.verification.tolerances import CONTRACT, Tolerances
 
@@ -36,29 +38,67 @@ def judge(
     Neighbours are the bare bodies of `prediction`, times counted from the trajectory's 0. A trajectory that cannot be driven at all
     (numbers that are not finite, time that does not run) is convicted of that alone.
     """
-    found = unreadable(trajectory, tolerances)
-    if found:
-        return Verdict(violations=tuple(found))
-    found = sampling(trajectory.t_s, np.diff(trajectory.t_s), tolerances)
+    return judge_all((trajectory,), start, vehicle, road, prediction, tolerances)[0]
+
+
+def judge_all(
+    trajectories: Sequence[Trajectory],
+    start: HostState | None,
+    vehicle: Vehicle,
+    road: Road,
+    prediction: Prediction,
+    tolerances: Tolerances = CONTRACT,
+) -> tuple[Verdict, ...]:
+    """`judge` of each; those that are sampled at the same times are judged in one pass."""
+    verdicts: dict[int, Verdict] = {}
+    groups: list[list[int]] = []
+    tables = [table(trajectory) for trajectory in trajectories]
+    for i, one in enumerate(tables):
+        found = unreadable(one, tolerances)
+        if found:
+            verdicts[i] = Verdict(violations=tuple(found))
+            continue
+        group = next((g for g in groups if np.array_equal(tables[g[0]][0], one[0])), None)
+        if group is None:
+            groups.append([i])
+        else:
+            group.append(i)
+    for group in groups:
+        findings = _examined(Samples.of([tables[i] for i in group]), start, vehicle, road, prediction, tolerances)
+        for i, violations in zip(group, findings.of, strict=True):
+            verdicts[i] = Verdict(violations=tuple(violations))
+    return tuple(verdicts[i] for i in range(len(trajectories)))
+
+
+def _examined(
+    samples: Samples,
+    start: HostState | None,
+    vehicle: Vehicle,
+    road: Road,
+    prediction: Prediction,
+    tolerances: Tolerances,
+) -> Findings:
+    """Everything that is wrong with readable trajectories of the same times."""
+    found = Findings(len(samples.s_m))
+    sampling(samples.t_s, tolerances, found)
     if start is not None:
-        found += started_elsewhere(trajectory.states, start, tolerances)
-    frame = _frame(trajectory, vehicle, road, prediction)
-    motion, unsound = drive(trajectory, vehicle, frame, tolerances)
-    found += unsound
-    found += actuators(trajectory, motion, vehicle, tolerances)
-    found += friction(motion, vehicle, road, tolerances)
-    found += collisions(motion, vehicle, frame, prediction)
-    found += on_road(trajectory, motion, vehicle, frame, tolerances)
-    return Verdict(violations=tuple(found))
+        started_elsewhere(samples, start, tolerances, found)
+    frame = _frame(samples, vehicle, road, prediction)
+    motion = drive(samples, vehicle, frame, tolerances, found)
+    actuators(samples, motion, vehicle, tolerances, found)
+    friction(motion, vehicle, road, tolerances, found)
+    collisions(motion, vehicle, frame, prediction, found)
+    on_road(samples, motion, vehicle, frame, tolerances, found)
+    return found
 
 
-def _frame(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: Prediction) -> FrenetFrame:
+def _frame(samples: Samples, vehicle: Vehicle, road: Road, prediction: Prediction) -> FrenetFrame:
     """The road's frame, long enough for the host and everybody who may touch it."""
     if road.is_straight:
         return FrenetFrame(road=road)
     longest = max((math.hypot(b.length_m, b.width_m) for b in prediction.bodies), default=0.0)
     pad = ALONG_REACHES * 0.5 * (math.hypot(vehicle.length_m, vehicle.width_m) + longest) + 50.0
-    low, high = float(trajectory.s_m.min()) - pad, float(trajectory.s_m.max()) + pad
+    low, high = float(samples.s_m.min()) - pad, float(samples.s_m.max()) + pad
     return _tabulated(road, 100 * math.floor(low / 100.0), 100 * math.ceil(high / 100.0))
 
 

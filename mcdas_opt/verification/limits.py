@@ -5,40 +5,53 @@ from __future__ import annotations
 import numpy as np
 
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.domain.verdict import Violation
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
-from mcdas_opt.verification.finding import above, below
+from mcdas_opt.verification.finding import Findings
 from mcdas_opt.verification.motion import Motion
+from mcdas_opt.verification.record import Samples
 from mcdas_opt.verification.tolerances import Tolerances
 
 
-def actuators(trajectory: Trajectory, motion: Motion, vehicle: Vehicle, tolerances: Tolerances) -> list[Violation]:
+def actuators(samples: Samples, motion: Motion, vehicle: Vehicle, tolerances: Tolerances, found: Findings) -> None:
     """Speed, acceleration and steering at the samples and between them; jerk and steering rate as they are held."""
     more = 1.0 + tolerances.limit
-    t, speed, acceleration = motion.t_s, motion.speed_mps, motion.acceleration_mps2
-    jerk, steps = trajectory.jerk_mps3, trajectory.t_s
-    top, steer, rate = vehicle.speed_max_mps, vehicle.steering_max_rad, vehicle.steering_rate_max_radps
-    return [
-        *(below("speed", t, speed, 0.0, -tolerances.reverse_mps, "m/s") or above("speed", t, speed, top, top * more, "m/s")),
-        *_between("acceleration", t, acceleration, vehicle.acceleration_min_mps2, vehicle.acceleration_max_mps2, more, "m/s^2"),
-        *_between("jerk", steps, jerk, vehicle.jerk_min_mps3, vehicle.jerk_max_mps3, more, "m/s^3"),
-        *_between("steering angle", t, motion.steering_rad, -steer, steer, more, "rad"),
-        *_between("steering rate", steps, trajectory.steering_rate_radps, -rate, rate, more, "rad/s"),
-    ]
+    t, steps = motion.t_s, samples.t_s
+    steer, rate = vehicle.steering_max_rad, vehicle.steering_rate_max_radps
+    _speed(motion, vehicle.speed_max_mps, more, tolerances, found)
+    for name, times, value, low, high, unit in (
+        ("acceleration", t, motion.acceleration_mps2, vehicle.acceleration_min_mps2, vehicle.acceleration_max_mps2, "m/s^2"),
+        ("jerk", steps, samples.jerk_mps3, vehicle.jerk_min_mps3, vehicle.jerk_max_mps3, "m/s^3"),
+        ("steering angle", t, motion.steering_rad, -steer, steer, "rad"),
+        ("steering rate", steps, samples.steering_rate_radps, -rate, rate, "rad/s"),
+    ):
+        _between(name, times, value, low, high, more, unit, found)
 
 
-def friction(motion: Motion, vehicle: Vehicle, road: Road, tolerances: Tolerances) -> list[Violation]:
+def friction(motion: Motion, vehicle: Vehicle, road: Road, tolerances: Tolerances, found: Findings) -> None:
     """a_long^2 + (v^2 kappa)^2 <= (mu g)^2, at the rear axle, at every fine step."""
     across = lateral_acceleration(motion.speed_mps, motion.steering_rad, vehicle.wheelbase_m, np)
     total = np.hypot(motion.acceleration_mps2, across)
     grip = road.friction * GRAVITY_MPS2
-    return above("friction circle", motion.t_s, total, grip, grip * (1.0 + tolerances.friction), "m/s^2")
+    found.above("friction circle", motion.t_s, total, grip, grip * (1.0 + tolerances.friction), "m/s^2")
 
 
-def _between(name: str, t: np.ndarray, value: np.ndarray, low: float, high: float, more: float, unit: str) -> list[Violation]:
+def _speed(motion: Motion, top: float, more: float, tolerances: Tolerances, found: Findings) -> None:
+    """Neither backwards nor beyond the top; one that does both is convicted of going backwards."""
+    v, before = motion.speed_mps, [len(list_) for list_ in found.of]
+    found.below("speed", motion.t_s, v, 0.0, -tolerances.reverse_mps, "m/s")
+    found.above("speed", motion.t_s, v, top, top * more, "m/s")
+    for list_, count in zip(found.of, before, strict=True):
+        del list_[count + 1 :]
+
+
+def _between(name: str, t: Array, value: Array, low: float, high: float, more: float, unit: str, found: Findings) -> None:
     """One violation, of the side that is exceeded by the larger share."""
-    under = below(name, t, value, low, low * more, unit)
-    over = above(name, t, value, high, high * more, unit)
-    return sorted(under + over, key=lambda v: v.value / v.limit)[-1:]
+    if value.max() <= high * more and value.min() >= low * more:
+        return
+    share = np.maximum(value / low, value / high)
+    for which in np.flatnonzero(~(share.max(axis=-1) <= more)).tolist():
+        worst = int(share[which].argmax())
+        measured = float(value[which, worst])
+        found.add(which, name, t[worst], measured, low if measured < 0.0 else high, unit)

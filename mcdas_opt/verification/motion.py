@@ -12,17 +12,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.verdict import Violation
 from mcdas_opt.dynamics.bicycle import bicycle
 from mcdas_opt.geometry.frenet import FrenetFrame
-from mcdas_opt.verification.finding import above, wrapped
+from mcdas_opt.verification.finding import Findings, wrapped
+from mcdas_opt.verification.record import Samples
 from mcdas_opt.verification.tolerances import Tolerances
 
 FINE_STEP_S = 0.02
@@ -31,11 +31,12 @@ _MOST_STEPS = 5  # a sample interval of the contract; a longer one is refused fo
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion:
-    """What the samples and their inputs make the car do between them, K intervals of m fine steps each.
+    """What the samples and their inputs make C cars do between them, K intervals of m fine steps each; times are the same for all.
 
-    `t_s`, `speed_mps`, `acceleration_mps2`, `steering_rad` are (K m + K + 1,): each interval from its own sample to its integrated
-    end, and the last sample. `node_*` are (K m + 1,) body-centre poses in the plane at every fine time, `middle_*` (K m,) half a step
-    later; they are bent (by less than the residual) to pass through every sample.
+    `speed_mps`, `acceleration_mps2`, `steering_rad` are (C, K m + K + 1) at `t_s`: each interval from its own sample to its integrated
+    end, and the last sample. `node_*` are (C, K m + 1) body-centre poses in the plane at every fine time, `middle_*` (C, K m) half a
+    step later; they are bent (by less than the residual) to pass through every sample. `node_s_m` and `node_d_m` are on the samples'
+    chords.
     """
 
     t_s: Array
@@ -44,6 +45,7 @@ class Motion:
     steering_rad: Array
     node_t_s: Array
     node_s_m: Array
+    node_d_m: Array
     node_x_m: Array
     node_y_m: Array
     node_yaw_rad: Array
@@ -53,142 +55,174 @@ class Motion:
     middle_yaw_rad: Array
 
 
-def drive(trajectory: Trajectory, vehicle: Vehicle, frame: FrenetFrame, tolerances: Tolerances) -> tuple[Motion, list[Violation]]:
-    """The fine motion, and the violations 'dynamics residual' and 're-integrated end'."""
-    t = trajectory.t_s
-    dt = np.diff(t)
-    k = dt.size
-    count = min(max(math.ceil(float(dt.max()) / FINE_STEP_S - 1e-6), 1), _MOST_STEPS)
-    half = np.linspace(0.0, 1.0, 2 * count + 1)
+def drive(samples: Samples, vehicle: Vehicle, frame: FrenetFrame, tolerances: Tolerances, found: Findings) -> Motion:
+    """The fine motion; finds 'dynamics residual' and 're-integrated end'."""
+    t = samples.t_s
+    dt = t[1:] - t[:-1]
+    half = _halves(min(max(math.ceil(float(dt.max()) / FINE_STEP_S - 1e-6), 1), _MOST_STEPS))
     tau = dt[:, None] * half
-    centre, wheelbase = vehicle.centre_m, vehicle.wheelbase_m
+    centre = vehicle.centre_m
 
-    x, y, yaw = frame.to_plane(trajectory.s_m, trajectory.d_m, trajectory.heading_rad)
-    v, a, delta = trajectory.speed_mps, trajectory.acceleration_mps2, trajectory.steering_rad
-    fine_v, fine_a, fine_delta, fine_yaw, run_yaw, way_x, way_y = _integrated(trajectory, yaw, tau, wheelbase, tolerances.reverse_mps)
+    ends = np.array(frame.to_plane(samples.s_m, samples.d_m, samples.heading_rad))  # (3, C, K + 1): x, y, yaw
+    fine, run, way = _integrated(samples, ends[2], tau, vehicle.wheelbase_m, tolerances.reverse_mps)
+    swing = centre * np.array([np.cos(ends[2]), np.sin(ends[2])])  # from the rear axle to the body centre
+    reached = way[:, 1, :, :, -1].sum(axis=-1) + centre * np.array([np.cos(run), np.sin(run)]) - swing[..., 0]
+    off = np.hypot(*(ends[:2, :, 0] + reached - ends[:2, :, -1]))
+    turn = np.abs(wrapped(ends[2, :, -1] - run))
 
-    off = math.hypot(
-        float(x[0] - x[-1] + way_x[k:, -1].sum()) + centre * (math.cos(run_yaw) - math.cos(yaw[0])),
-        float(y[0] - y[-1] + way_y[k:, -1].sum()) + centre * (math.sin(run_yaw) - math.sin(yaw[0])),
-    )
-    turn = abs(math.remainder(float(yaw[-1]) - run_yaw, math.tau))
-    fine_x = (x[:-1] - centre * np.cos(yaw[:-1]))[:, None] + way_x[:k] + centre * np.cos(fine_yaw)
-    fine_y = (y[:-1] - centre * np.sin(yaw[:-1]))[:, None] + way_y[:k] + centre * np.sin(fine_yaw)
-    miss_x, miss_y, miss_yaw = x[1:] - fine_x[:, -1], y[1:] - fine_y[:, -1], wrapped(yaw[1:] - fine_yaw[:, -1])
-    found = _residual(
-        t[1:],
-        (
-            (np.hypot(miss_x, miss_y), tolerances.residual_position_m, "m"),
-            (np.abs(miss_yaw), tolerances.residual_heading_rad, "rad"),
-            (np.abs(v[1:] - fine_v[:, -1]), tolerances.residual_speed_mps, "m/s"),
-            (np.abs(a[1:] - fine_a[:, -1]), tolerances.residual_acceleration_mps2, "m/s^2"),
-            (np.abs(delta[1:] - fine_delta[:, -1]), tolerances.residual_steering_rad, "rad"),
-        ),
-    )
-    found += _end(float(t[-1]), off, turn, tolerances)
+    pose = np.empty((3, *fine.shape[1:]))
+    pose[:2], pose[2] = way[:, 0], fine[3]
+    pose[:2] += (ends[:2, :, :-1] - swing[..., :-1])[..., None]
+    pose[0] += centre * np.cos(fine[3])
+    pose[1] += centre * np.sin(fine[3])
+    miss = ends[..., 1:] - pose[..., -1]
+    miss[2] = wrapped(miss[2])
+    given = np.array([samples.speed_mps, samples.acceleration_mps2, samples.steering_rad])  # (3, C, K + 1), as fine[:3]
+    _residual(t[1:], miss, given[..., 1:] - fine[:3, ..., -1], tolerances, found)
+    _end(float(t[-1]), off, turn, tolerances, found)
 
+    pose += miss[..., None] * half
+    ends[2, :, -1] = pose[2, :, -1, -1]  # the yaw goes on from where it was, without a turn
     fine_t = t[:-1, None] + tau
-    fine_s = trajectory.s_m[:-1, None] + np.diff(trajectory.s_m)[:, None] * half
-    fine_x += miss_x[:, None] * half
-    fine_y += miss_y[:, None] * half
-    fine_yaw = fine_yaw + miss_yaw[:, None] * half
-    motion = Motion(
-        t_s=_with_last(fine_t[:, ::2], t[-1]),
-        speed_mps=_with_last(fine_v[:, ::2], v[-1]),
-        acceleration_mps2=_with_last(fine_a[:, ::2], a[-1]),
-        steering_rad=_with_last(fine_delta[:, ::2], delta[-1]),
-        node_t_s=_with_last(fine_t[:, :-1:2], t[-1]),
-        node_s_m=_with_last(fine_s[:, :-1:2], trajectory.s_m[-1]),
-        node_x_m=_with_last(fine_x[:, :-1:2], x[-1]),
-        node_y_m=_with_last(fine_y[:, :-1:2], y[-1]),
-        node_yaw_rad=_with_last(fine_yaw[:, :-1:2], fine_yaw[-1, -1]),
+    road = np.array([samples.s_m, samples.d_m])
+    chord = road[..., :-1, None] + (road[..., 1:] - road[..., :-1])[..., None] * half[:-1:2]
+    speed, acceleration, steering = _joined(fine[:3, ..., ::2], given[..., -1])
+    node_s, node_d = _joined(chord, road[..., -1])
+    x, y, yaw = _joined(pose[..., :-1:2], ends[..., -1])
+    middle_x, middle_y, middle_yaw = pose[..., 1::2].reshape(3, len(run), -1)
+    return Motion(
+        t_s=_joined(fine_t[:, ::2], t[-1]),
+        speed_mps=speed,
+        acceleration_mps2=acceleration,
+        steering_rad=steering,
+        node_t_s=_joined(fine_t[:, :-1:2], t[-1]),
+        node_s_m=node_s,
+        node_d_m=node_d,
+        node_x_m=x,
+        node_y_m=y,
+        node_yaw_rad=yaw,
         middle_t_s=fine_t[:, 1::2].ravel(),
-        middle_x_m=fine_x[:, 1::2].ravel(),
-        middle_y_m=fine_y[:, 1::2].ravel(),
-        middle_yaw_rad=fine_yaw[:, 1::2].ravel(),
+        middle_x_m=middle_x,
+        middle_y_m=middle_y,
+        middle_yaw_rad=middle_yaw,
     )
-    return motion, found
 
 
-def _integrated(
-    trajectory: Trajectory, yaw: Array, tau: Array, wheelbase: float, rest_mps: float
-) -> tuple[Array, Array, Array, Array, float, Array, Array]:
-    """Fine speed, acceleration, steering, yaw (K, 2m + 1) of every interval from its own sample; the yaw at the end of the whole drive
-    from the first sample and the inputs alone; and the ways of the rear axle (2K, 2m + 1) in x and y, the intervals' and the drive's.
+@lru_cache(maxsize=8)
+def _halves(count: int) -> Array:
+    """Shares of an interval (2 count + 1,) at the ends and middles of its fine steps."""
+    return np.linspace(0.0, 1.0, 2 * count + 1)
+
+
+def _integrated(samples: Samples, yaw: Array, tau: Array, wheelbase: float, rest_mps: float) -> tuple[Array, Array, Array]:
+    """Fine speed, acceleration, steering, yaw (4, C, K, 2m + 1) of every interval from its own sample; the yaw (C,) at the end of the
+    whole drive from the first sample and the inputs alone; the ways of the rear axle (2, 2, C, K, 2m + 1): x and y, the intervals' and
+    the drive's.
     """
-    v, a, delta = trajectory.speed_mps, trajectory.acceleration_mps2, trajectory.steering_rad
-    jerk, rate = trajectory.jerk_mps3[:-1], trajectory.steering_rate_radps[:-1]
-    dt, k = tau[:, -1], len(tau)
-    free_a, free_v = _under_jerk(a[:-1], v[:-1], jerk, tau)
-    held = _brought_to_rest(free_v, free_a[:, -1], a[1:], rest_mps)
-    run_a = _chain(a[0], jerk * dt, held)
-    run_v = _chain(v[0], (run_a[:-1] + 0.5 * jerk * dt) * dt, held)
-    run_delta = _chain(delta[0], rate * dt)
-    drive_a, drive_v = _under_jerk(run_a[:-1], run_v[:-1], jerk, tau)
-    # the intervals' rows and below them the drive's, so that both are integrated at once
-    fine_a, fine_v = np.concatenate([free_a, drive_a]), np.concatenate([free_v, drive_v])
-    fine_delta = np.concatenate([delta[:-1], run_delta[:-1]])[:, None] + np.tile(rate[:, None] * tau, (2, 1))
+    v, a, delta = samples.speed_mps, samples.acceleration_mps2, samples.steering_rad
+    jerk, rate = samples.jerk_mps3[:, :-1], samples.steering_rate_radps[:, :-1]
+    dt = tau[:, -1]
+    count, k = jerk.shape
+    # [0]: the intervals, [1]: the drive, so that both are integrated at once
+    fine_a, fine_v = np.empty((2, 2, count, k, tau.shape[1]))
+    fine_a[0], fine_v[0] = _under_jerk(a[:, :-1], v[:, :-1], jerk, tau)
+    held = _brought_to_rest(fine_v[0], fine_a[0, ..., -1], a[:, 1:], rest_mps)
+    run_a = _chain(a[:, 0], jerk * dt, held)
+    run_v = _chain(v[:, 0], (run_a[:, :-1] + 0.5 * jerk * dt) * dt, held)
+    run_delta = _chain(delta[:, 0], rate * dt)
+    fine_a[1], fine_v[1] = _under_jerk(run_a[:, :-1], run_v[:, :-1], jerk, tau)
+    fine_delta = np.array([delta[:, :-1], run_delta[:, :-1]])[..., None] + rate[..., None] * tau
     if held.any():
-        at_rest = np.tile(held, 2)[:, None] & (np.minimum.accumulate(fine_v, axis=1) <= rest_mps)
+        at_rest = held[..., None] & (np.minimum.accumulate(fine_v, axis=-1) <= rest_mps)
         fine_a[at_rest], fine_v[at_rest] = 0.0, 0.0
-    h = np.tile(2.0 * tau[:, 1], 2)[:, None]
+    h = 2.0 * tau[:, 1:2]
     turned = _integral(bicycle((0.0, 0.0, 0.0, fine_v, fine_delta), (0.0, 0.0), wheelbase, np)[2], h)
-    run_yaw = _chain(yaw[0], turned[k:, -1])
-    fine_yaw = np.concatenate([yaw[:-1], run_yaw[:-1]])[:, None] + turned
-    dx, dy, *_ = bicycle((0.0, 0.0, fine_yaw, fine_v, fine_delta), (0.0, 0.0), wheelbase, np)
-    return fine_v[:k], fine_a[:k], fine_delta[:k], fine_yaw[:k], float(run_yaw[-1]), _integral(dx, h), _integral(dy, h)
+    run_yaw = _chain(yaw[:, 0], turned[1, ..., -1])
+    fine_yaw = np.array([yaw[:, :-1], run_yaw[:, :-1]])[..., None] + turned
+    velocity = np.array(bicycle((0.0, 0.0, fine_yaw, fine_v, 0.0), (0.0, 0.0), wheelbase, np)[:2])
+    return np.array([fine_v[0], fine_a[0], fine_delta[0], fine_yaw[0]]), run_yaw[:, -1], _integral(velocity, h)
 
 
 def _under_jerk(a: Array, v: Array, jerk: Array, tau: Array) -> tuple[Array, Array]:
-    """Acceleration and speed (K, 2m + 1) under constant jerk: exact."""
-    a, v, jerk = a[:, None], v[:, None], jerk[:, None]
-    return a + jerk * tau, v + tau * (a + 0.5 * jerk * tau)
+    """Acceleration and speed (C, K, 2m + 1) under constant jerk: exact."""
+    a, v, gained = a[..., None], v[..., None], jerk[..., None] * tau
+    return a + gained, v + tau * (a + 0.5 * gained)
 
 
 def _integral(f: Array, h: Array) -> Array:
-    """Integral of f (K, 2m + 1), given at the ends and middles of steps h (K, 1), by the parabola through each step's three values."""
-    first, middle, last = f[:, :-1:2], 8.0 * f[:, 1::2], f[:, 2::2]
-    step = h / 24.0
-    out = np.zeros_like(f)
-    whole = np.cumsum(step * (4.0 * (first + last) + 2.0 * middle), axis=1)
-    out[:, 2::2] = whole
-    out[:, 1::2] = step * (5.0 * first + middle - last)
-    out[:, 3::2] += whole[:, :-1]
-    return out
+    """Integral of f (..., K, 2m + 1), given at the ends and middles of steps h (K, 1), by the parabola through each step's values."""
+    return np.asarray((f @ _parabolas(f.shape[-1] // 2)) * h)
+
+
+@lru_cache(maxsize=8)
+def _parabolas(count: int) -> Array:
+    """(2 count + 1, 2 count + 1): values at the ends and middles of unit steps to the integral up to there."""
+    weights = np.zeros((2 * count + 1, 2 * count + 1))
+    for i in range(count):
+        first = slice(2 * i, 2 * i + 3)
+        weights[:, 2 * i + 1] = weights[:, 2 * i + 2] = weights[:, 2 * i]
+        weights[first, 2 * i + 1] += np.array([5.0, 8.0, -1.0]) / 24.0
+        weights[first, 2 * i + 2] += np.array([4.0, 16.0, 4.0]) / 24.0
+    return weights
 
 
 def _brought_to_rest(free_v: Array, free_a_end: Array, next_a: Array, rest_mps: float) -> NDArray[np.bool_]:
-    """Intervals (K,) in which the brakes stop the car and hold it, by the sample that follows.
+    """Intervals (C, K) in which the brakes stop the car and hold it, by the sample that follows.
 
     Where the speed would fall through 0 the car stands instead, and its deceleration ends at once: the one jump of acceleration that
     no jerk limit forbids. A trajectory that runs through 0 smoothly, its acceleration going on, is not taken for that.
     """
-    stops = (free_v.min(axis=1) <= rest_mps) & (free_a_end < 0.0)
+    stops = (free_v.min(axis=-1) <= rest_mps) & (free_a_end < 0.0)
     return np.asarray(stops & (np.abs(next_a) < np.abs(next_a - free_a_end)))
 
 
-def _chain(first: float, increments: Array, held: NDArray[np.bool_] | None = None) -> Array:
-    """The sum (K + 1,) that begins at `first`, and anew at 0 after every interval in which the car came to rest."""
-    total = np.concatenate([np.zeros(1), np.cumsum(increments)])
+def _chain(first: Array, increments: Array, held: NDArray[np.bool_] | None = None) -> Array:
+    """The sums (C, K + 1) that begin at `first` (C,), and anew at 0 after every interval in which the car came to rest."""
+    count, k = increments.shape
+    total = np.zeros((count, k + 1))
+    np.cumsum(increments, axis=-1, out=total[:, 1:])
     if held is None or not held.any():
-        return np.asarray(first + total)
-    rest = np.maximum.accumulate(np.concatenate([np.zeros(1, dtype=np.intp), np.where(held, np.arange(1, held.size + 1), 0)]))
-    return np.asarray(np.where(rest > 0, total - total[rest], first + total))
+        return total + first[:, None]
+    rest = np.zeros((count, k + 1), dtype=np.intp)
+    rest[:, 1:] = np.maximum.accumulate(np.where(held, np.arange(1, k + 1), 0), axis=-1)
+    return np.asarray(np.where(rest > 0, total - np.take_along_axis(total, rest, axis=-1), first[:, None] + total))
 
 
-def _with_last(fine: Array, last: float) -> Array:
-    return np.append(fine, last)
+def _joined(fine: Array, last: Array) -> Array:
+    """(..., K, m) and the value after them (...): one row (..., K m + 1)."""
+    *leading, k, m = fine.shape
+    out = np.empty((*leading, k * m + 1))
+    out[..., :-1] = fine.reshape(*leading, k * m)
+    out[..., -1] = last
+    return out
 
 
-def _residual(t: Array, parts: tuple[tuple[Array, float, str], ...]) -> list[Violation]:
-    """The part of the state that misses the next sample by most, in units of its tolerance."""
-    shares = [float(value.max()) / allowed for value, allowed, _ in parts]
-    value, allowed, unit = parts[int(np.argmax(shares))]
-    return above("dynamics residual", t, value, allowed, allowed, unit)
+def _residual(t: Array, pose: Array, rest: Array, tolerances: Tolerances, found: Findings) -> None:
+    """The part of the state that misses the next sample by most, in units of its tolerance; `pose` and `rest` (3, C, K) are the misses
+    of x, y, yaw and of speed, acceleration, steering.
+    """
+    parts = (
+        (np.hypot(pose[0], pose[1]), tolerances.residual_position_m, "m"),
+        (np.abs(pose[2]), tolerances.residual_heading_rad, "rad"),
+        *zip(
+            np.abs(rest),
+            (tolerances.residual_speed_mps, tolerances.residual_acceleration_mps2, tolerances.residual_steering_rad),
+            ("m/s", "m/s^2", "rad"),
+            strict=True,
+        ),
+    )
+    if all(value.max() <= allowed for value, allowed, _ in parts):
+        return
+    shares = np.array([value.max(axis=-1) / allowed for value, allowed, _ in parts])
+    for which in np.flatnonzero(~(shares.max(axis=0) <= 1.0)).tolist():
+        value, allowed, unit = parts[int(shares[:, which].argmax())]
+        worst = int(value[which].argmax())
+        found.add(which, "dynamics residual", t[worst], value[which, worst], allowed, unit)
 
 
-def _end(t: float, off_m: float, turn_rad: float, tolerances: Tolerances) -> list[Violation]:
-    for value, limit, unit in ((off_m, tolerances.end_position_m, "m"), (turn_rad, tolerances.end_heading_rad, "rad")):
-        if value > limit:
-            return [Violation(name="re-integrated end", t_s=t, value=value, limit=limit, unit=unit)]
-    return []
+def _end(t: float, off_m: Array, turn_rad: Array, tolerances: Tolerances, found: Findings) -> None:
+    for which, (off, turn) in enumerate(zip(off_m.tolist(), turn_rad.tolist(), strict=True)):
+        if off > tolerances.end_position_m:
+            found.add(which, "re-integrated end", t, off, tolerances.end_position_m, "m")
+        elif turn > tolerances.end_heading_rad:
+            found.add(which, "re-integrated end", t, turn, tolerances.end_heading_rad, "rad")

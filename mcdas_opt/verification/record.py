@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -11,50 +12,87 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.verdict import Violation
-from mcdas_opt.verification.finding import above
+from mcdas_opt.verification.finding import Findings
 from mcdas_opt.verification.tolerances import Tolerances
 
+_NAMES = tuple(field.name for field in fields(Trajectory))
 
-def unreadable(trajectory: Trajectory, tolerances: Tolerances) -> list[Violation]:
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Samples:
+    """Trajectories that share their times (n,): a `Trajectory`'s columns, each (trajectories, n)."""
+
+    t_s: Array
+    s_m: Array
+    d_m: Array
+    heading_rad: Array
+    speed_mps: Array
+    acceleration_mps2: Array
+    steering_rad: Array
+    steering_rate_radps: Array
+    jerk_mps3: Array
+
+    @classmethod
+    def of(cls, tables: Sequence[Array]) -> Samples:
+        """From tables that share their first row."""
+        columns = np.array(tables).swapaxes(0, 1)
+        return cls(t_s=tables[0][0], **dict(zip(_NAMES[1:], columns[1:], strict=True)))
+
+
+def table(trajectory: Trajectory) -> Array:
+    """(9, n): its columns, as rows."""
+    return np.array([getattr(trajectory, name) for name in _NAMES])
+
+
+def unreadable(table: Array, tolerances: Tolerances) -> list[Violation]:
     """Faults that leave nothing to drive: too few samples, numbers that are none or absurd, time that stands or runs back.
 
     A violation's own floats are always finite: what is not finite is counted, not quoted.
     """
-    if len(trajectory) < 2:
-        return [Violation(name="sampling", t_s=0.0, value=float(len(trajectory)), limit=2.0, unit="samples")]
-    table = np.stack([getattr(trajectory, field.name) for field in fields(trajectory)])
     t = table[0]
-    size = np.abs(table)
-    if not size.max() <= tolerances.largest_number:  # NaN compares false
+    if t.size < 2:
+        return [Violation(name="sampling", t_s=0.0, value=float(t.size), limit=2.0, unit="samples")]
+    if not (table.max() <= tolerances.largest_number and table.min() >= -tolerances.largest_number):  # NaN compares false
         bad = ~np.isfinite(table)
         if bad.any():
             when = t[int(np.flatnonzero(bad.any(axis=0))[0])]
             first = float(when) if math.isfinite(when) else 0.0
             return [Violation(name="not finite", t_s=first, value=float(bad.sum()), limit=0.0, unit="values")]
+        size = np.abs(table)
         worst = int(size.max(axis=0).argmax())
         return [Violation(name="out of range", t_s=float(t[worst]), value=float(size.max()), limit=tolerances.largest_number, unit="SI")]
-    steps = np.diff(t)
+    steps = t[1:] - t[:-1]
     if steps.min() <= 0.0:
         k = int(np.flatnonzero(steps <= 0.0)[0])
         return [Violation(name="time not monotone", t_s=float(t[k + 1]), value=float(steps[k]), limit=0.0, unit="s")]
     return []
 
 
-def sampling(t: Array, steps: Array, tolerances: Tolerances) -> list[Violation]:
+def sampling(t: Array, tolerances: Tolerances, found: Findings) -> None:
     """Time begins at 0 and no step is longer than the contract allows."""
-    found = above("start time", t[:1], np.abs(t[:1]), 0.0, tolerances.start_time_s, "s")
-    longest = tolerances.longest_step_s
-    return found + above("sampling", t, steps, longest, longest + tolerances.step_rounding_s, "s")
+    longest, steps = tolerances.longest_step_s, t[1:] - t[:-1]
+    if abs(t[0]) <= tolerances.start_time_s and steps.max() <= longest + tolerances.step_rounding_s:
+        return
+    for which in range(len(found.of)):
+        if abs(t[0]) > tolerances.start_time_s:
+            found.add(which, "start time", t[0], abs(t[0]), 0.0, "s")
+        if steps.max() > longest + tolerances.step_rounding_s:
+            found.add(which, "sampling", t[int(steps.argmax())], steps.max(), longest, "s")
 
 
-def started_elsewhere(states: Array, measured: HostState, tolerances: Tolerances) -> list[Violation]:
+def started_elsewhere(samples: Samples, measured: HostState, tolerances: Tolerances, found: Findings) -> None:
     """Faults of a first sample that is not the measured state."""
-    s, d, psi, v, a, delta = (float(q) for q in states[0] - measured.to_vector())
-    rules = (
-        ("start position", math.hypot(s, d), tolerances.start_position_m, "m"),
-        ("start heading", abs(math.remainder(psi, math.tau)), tolerances.start_heading_rad, "rad"),
-        ("start speed", abs(v), tolerances.start_speed_mps, "m/s"),
-        ("start acceleration", abs(a), tolerances.start_acceleration_mps2, "m/s^2"),
-        ("start steering", abs(delta), tolerances.start_steering_rad, "rad"),
-    )
-    return [Violation(name=name, t_s=0.0, value=value, limit=limit, unit=unit) for name, value, limit, unit in rules if value > limit]
+    for which in range(len(found.of)):
+        s, d = float(samples.s_m[which, 0]) - measured.s_m, float(samples.d_m[which, 0]) - measured.d_m
+        turned = math.remainder(float(samples.heading_rad[which, 0]) - measured.heading_rad, math.tau)
+        v, a = float(samples.speed_mps[which, 0]), float(samples.acceleration_mps2[which, 0])
+        steering = abs(float(samples.steering_rad[which, 0]) - measured.steering_rad)
+        for name, value, limit, unit in (
+            ("start position", math.hypot(s, d), tolerances.start_position_m, "m"),
+            ("start heading", abs(turned), tolerances.start_heading_rad, "rad"),
+            ("start speed", abs(v - measured.speed_mps), tolerances.start_speed_mps, "m/s"),
+            ("start acceleration", abs(a - measured.acceleration_mps2), tolerances.start_acceleration_mps2, "m/s^2"),
+            ("start steering", steering, tolerances.start_steering_rad, "rad"),
+        ):
+            if value > limit:
+                found.add(which, name, 0.0, value, limit, unit)

@@ -7,33 +7,32 @@ import math
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.verdict import Violation
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners, half_extent
-from mcdas_opt.verification.finding import above, below
+from mcdas_opt.verification.finding import Findings
 from mcdas_opt.verification.motion import Motion
+from mcdas_opt.verification.record import Samples
 from mcdas_opt.verification.tolerances import Tolerances
 
 _BETWEEN_SAMPLES_M = 0.05  # a lateral motion bows out of its samples' chords by a quarter of that at 1 g
 
 
-def on_road(trajectory: Trajectory, motion: Motion, vehicle: Vehicle, frame: FrenetFrame, tolerances: Tolerances) -> list[Violation]:
+def on_road(samples: Samples, motion: Motion, vehicle: Vehicle, frame: FrenetFrame, tolerances: Tolerances, found: Findings) -> None:
     """Every corner between the road's edges, none beyond its end, at every fine step (and the samples' own d, whatever the frame)."""
     road, slack = frame.road, tolerances.edge_m
     left_edge, right_edge = road.left_edge_m, road.right_edge_m
-    front, left, right = _on_straight(motion, vehicle) if road.is_straight else _on_curve(trajectory, motion, vehicle, frame)
-    times, samples = motion.node_t_s, trajectory.t_s
-    found: list[Violation] = []
-    for t, highest, lowest in ((times, left, right), (samples, trajectory.d_m, trajectory.d_m)):
-        found += above("left road edge", t, highest, left_edge, left_edge + slack, "m")
-        found += below("right road edge", t, lowest, right_edge, right_edge - slack, "m")
-        if found:
-            break
+    front, left, right = _on_straight(motion, vehicle) if road.is_straight else _on_curve(motion, vehicle, frame)
+    times = motion.node_t_s
+    before = [len(violations) for violations in found.of]
+    found.above("left road edge", times, left, left_edge, left_edge + slack, "m")
+    found.below("right road edge", times, right, right_edge, right_edge - slack, "m")
+    clear = np.array([len(violations) == count for violations, count in zip(found.of, before, strict=True)])
+    inside = np.where(clear[:, None], samples.d_m, 0.0)  # who was found outside is not told twice
+    found.above("left road edge", samples.t_s, inside, left_edge, left_edge + slack, "m")
+    found.below("right road edge", samples.t_s, inside, right_edge, right_edge - slack, "m")
     if road.road_end_s_m is not None:
-        found += above("road end", times, front, road.road_end_s_m, road.road_end_s_m + slack, "m")
-    return found
+        found.above("road end", times, front, road.road_end_s_m, road.road_end_s_m + slack, "m")
 
 
 def _on_straight(motion: Motion, vehicle: Vehicle) -> tuple[Array, Array, Array]:
@@ -42,16 +41,15 @@ def _on_straight(motion: Motion, vehicle: Vehicle) -> tuple[Array, Array, Array]
     return motion.node_x_m + ahead, motion.node_y_m + aside, motion.node_y_m - aside
 
 
-def _on_curve(trajectory: Trajectory, motion: Motion, vehicle: Vehicle, frame: FrenetFrame) -> tuple[Array, Array, Array]:
+def _on_curve(motion: Motion, vehicle: Vehicle, frame: FrenetFrame) -> tuple[Array, Array, Array]:
     """The same from the corners' feet on the road, sought where a corner may lie beyond an edge or the end; elsewhere an estimate.
 
     A corner x ahead of the body centre lies kappa x^2 / (2 (1 - kappa d)) off the tangent's d; a road keeps kappa d < 0.9.
     """
     road = frame.road
-    t, s = motion.node_t_s, motion.node_s_m
+    s, d = motion.node_s_m, motion.node_d_m
     radius = 0.5 * math.hypot(vehicle.length_m, vehicle.width_m)
     margin = 5.0 * max(abs(kappa) for _, kappa in road.curvature) * radius**2 + _BETWEEN_SAMPLES_M
-    d = np.interp(t, trajectory.t_s, trajectory.d_m)
     ahead, aside = half_extent(motion.node_yaw_rad - frame.road_heading(s), vehicle.length_m, vehicle.width_m)
     front, left, right = s + ahead, d + aside, d - aside
     doubtful = (left > road.left_edge_m - margin) | (right < road.right_edge_m + margin)

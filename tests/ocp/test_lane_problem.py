@@ -35,10 +35,9 @@ def _posed(seed: int):
     prediction = predict(situation.tracks, config.prediction)
     assessment = assess(situation, VEHICLE, config.selector)
     way = ways_out(situation, assessment, VEHICLE, config.sigmoid, None)[2 + seed % 2]
-    bodies = stage.nearest(situation, prediction)
-    posed = stage.posed(len(bodies))
+    posed = stage.posed(len(prediction.bodies))
     guess = stage.guess(situation, way, posed)
-    return situation, posed, guess, stage.matrix(situation, bodies, way, posed, guess.x[:, 0]), config.grid.steps_s
+    return situation, posed, guess, stage.parameters(situation, prediction, way, guess.x[:, 0]), config.grid.steps_s
 
 
 def test_every_term_is_named_and_every_slack_has_a_price() -> None:

@@ -14,8 +14,9 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Status
+from mcdas_opt.ocp.compiled_drive import compiled_drive
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.planning.roll_out import roll_out, within_reach
+from mcdas_opt.planning.roll_out import interpreted, roll_out, within_reach
 from mcdas_opt.verification.judge import judge
 from tests.planning.situations import car
 
@@ -51,3 +52,24 @@ def test_there_is_a_plan_at_either_end_of_the_speeds(v: float, a: float) -> None
     plan = Planner().plan(Situation(host=host, tracks=(wall,), desired_speed_mps=min(v, 40.0)))
     assert plan.verdict.passed, plan.verdict.reason
     assert plan.status is Status.PLANNED or v > 49.0  # at top speed, still accelerating: the ladder's
+
+
+@pytest.mark.skipif(compiled_drive() is None, reason="there is no C compiler")
+@given(
+    v=st.one_of(st.just(0.0), st.floats(0.0, 30.0)),
+    bend=st.floats(-0.01, 0.01),
+    seed=st.integers(0, 10**6),
+    push=st.floats(-8.0, 8.0),
+)
+def test_the_compiled_roll_out_is_the_interpreted_one(v: float, bend: float, seed: int, push: float) -> None:
+    """Through stops, standstill and drive-off, on a road that is straight, bends and bends back."""
+    rng = np.random.default_rng(seed)
+    road = Road(curvature=((0.0, 0.0), (20.0, bend), (60.0, -bend)))
+    host = HostState(d_m=rng.normal(), heading_rad=0.1 * rng.normal(), speed_mps=v, acceleration_mps2=rng.normal() if v else 0.0)
+    inputs = np.column_stack([rng.normal(push, 6.0, 40), rng.normal(0.0, 0.1, 40)])
+    planned = rng.choice([0.0, 1.0], 41)
+    u = inputs.copy()
+    states = interpreted(host, planned, u, GRID, CAR, road)
+    driven = roll_out(host, planned, inputs, GRID, CAR, road)
+    assert driven.states == pytest.approx(states, abs=1e-9)
+    assert np.array_equal(driven.inputs[:-1], u)

@@ -10,7 +10,7 @@ import pytest
 from mcdas_opt.domain.settings import SelectorSettings
 from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.situation.rule_table import RULES, Conditions
-from mcdas_opt.situation.selector import MODES, SIDES, Facts, Selection, mode_code, select, side_code
+from mcdas_opt.situation.selector import MODES, SIDES, Facts, Selection, mode_code, select, select_one, side_code
 from mcdas_opt.situation.table1 import literal_rows
 
 SETTINGS = SelectorSettings()
@@ -81,6 +81,8 @@ def test_one_state_alone_gets_the_mode_it_has_among_many() -> None:
     for index in range(0, 100_000, 997):
         alone = select(rows_of(FACTS, index), SETTINGS)
         assert [int(v[0]) for v in alone] == [int(v[index]) for v in CHOSEN]
+        one = Facts(**{f.name: getattr(FACTS, f.name)[index].item() for f in dataclasses.fields(Facts)})
+        assert [int(v) for v in select_one(one, SETTINGS)] == [int(v[index]) for v in CHOSEN]
 
 
 def test_parking_only_on_request_at_standstill_and_unthreatened() -> None:

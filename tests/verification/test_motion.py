@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.verification.finding import Findings
 from mcdas_opt.verification.motion import FINE_STEP_S, drive
+from mcdas_opt.verification.record import Samples, table
 from mcdas_opt.verification.tolerances import CONTRACT
 from tests.verification.rollouts import SEDAN, WIDE, WIDE_CURVED, legal
 
@@ -23,8 +25,9 @@ def test_fine_poses_are_scipys(road, seed):
     """In the plane, at the body centre: course yaw + beta, yaw rate V sin(beta) / l_r with tan(beta) = (l_r / L) tan(delta)."""
     trajectory = legal(seed, road, duration_s=2.0).trajectory
     frame = FrenetFrame(road=road)
-    motion, found = drive(trajectory, SEDAN, frame, CONTRACT)
-    assert found == []
+    found = Findings(1)
+    motion = drive(Samples.of([table(trajectory)]), SEDAN, frame, CONTRACT, found)
+    assert found.of == [[]]
     assert np.diff(motion.node_t_s).max() <= FINE_STEP_S + 1e-9
 
     def right_side(_, q, jerk, rate):
@@ -59,7 +62,7 @@ def test_fine_poses_are_scipys(road, seed):
         ).y[:3]
         ours = np.array(
             [
-                np.append(node[inside], middle[inside[:-1]])[order]
+                np.append(node[0, inside], middle[0, inside[:-1]])[order]
                 for node, middle in (
                     (motion.node_x_m, motion.middle_x_m),
                     (motion.node_y_m, motion.middle_y_m),
@@ -78,8 +81,8 @@ def test_fine_poses_pass_through_every_sample(seed, shift):
     d = trajectory.d_m.copy()
     d[1::2] += shift
     crooked = legal(seed).with_columns(d_m=d).trajectory
-    motion, _ = drive(crooked, SEDAN, FrenetFrame(road=WIDE), CONTRACT)
+    motion = drive(Samples.of([table(crooked)]), SEDAN, FrenetFrame(road=WIDE), CONTRACT, Findings(1))
     at = np.searchsorted(motion.node_t_s, crooked.t_s - 1e-9)
-    assert motion.node_x_m[at] == pytest.approx(crooked.s_m, abs=1e-12)
-    assert motion.node_y_m[at] == pytest.approx(crooked.d_m, abs=1e-12)
+    assert motion.node_x_m[0, at] == pytest.approx(crooked.s_m, abs=1e-12)
+    assert motion.node_y_m[0, at] == pytest.approx(crooked.d_m, abs=1e-12)
     assert np.abs(np.diff(motion.node_y_m)).max() < 1.0

@@ -11,10 +11,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from mcdas_opt.domain.document import to_document
+from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.verdict import Verdict
-from tests.verification.rollouts import WIDE, WIDE_CURVED, legal, names, roll_out, straight_on
+from mcdas_opt.verification.judge import judge, judge_all
+from tests.verification.rollouts import WIDE, WIDE_CURVED, cruising, legal, names, roll_out, straight_on
 
 seeds = st.integers(0, 10**9)
 roads = st.sampled_from([WIDE, WIDE_CURVED])
@@ -240,3 +242,20 @@ def test_friction_is_a_circle_and_no_box():
     box = max(along.max(), across.max())
     assert total[k] > 1.05 * box, "choose a drive that brakes in a bend"
     assert names(drive.verdict(road=replace(WIDE, friction=float(box * 1.01 / GRAVITY_MPS2)))) == ["friction circle"]
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=seeds, road=roads)
+def test_many_are_judged_as_each_is_alone(seed, road):
+    """Sound ones, ones with every kind of fault, unreadable ones and ones of other times, in one call."""
+    drive = legal(seed, road)
+    sound, table = drive.trajectory, {name: getattr(drive.trajectory, name) for name in COLUMNS}
+    wrong = [drive.with_columns(**{name: table[name] * 1.5 + 0.3}).trajectory for name in COLUMNS if name != "t_s"]
+    broken = drive.with_columns(d_m=np.full(len(sound), np.nan)).trajectory
+    many = [sound, *wrong, broken, straight_on(road=road).trajectory, sound]
+    beside = Prediction(name="cars", bodies=(cruising("a", 8.0, 1.0, 15.0), cruising("b", -9.0, -1.0, 20.0)))
+    together = judge_all(many, drive.start, drive.vehicle, road, beside)
+    for verdict, one in zip(together, many, strict=True):
+        alone = judge(one, drive.start, drive.vehicle, road, beside)
+        assert names(verdict) == names(alone)
+        assert [v.value for v in verdict.violations] == pytest.approx([v.value for v in alone.violations], rel=1e-9, abs=1e-12)

@@ -1,0 +1,21 @@
+"""A number system for one state: what the selector asks of numpy, for scalars, at a tenth of its cost."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+abs = abs
+maximum = max
+isfinite = math.isfinite
+
+
+def where(condition: Any, then: Any, otherwise: Any) -> Any:
+    """Either of the two."""
+    return then if condition else otherwise
+
+
+def select(conditions: Sequence[Any], choices: Sequence[Any], default: Any) -> Any:
+    """The choice of the first condition that holds."""
+    return next((choice for condition, choice in zip(conditions, choices, strict=True) if condition), default)
