@@ -15,12 +15,21 @@ def park(
     planner: Annotated[str, typer.Option("--planner", help="nlp, search, closed-form, closed-form-corrected, two-arc.")] = "nlp",
     vehicle: Annotated[str | None, typer.Option("--vehicle", help="Instead of the case's vehicle.")] = None,
     clearance: Annotated[float | None, typer.Option("--clearance", min=0.0, help="Instead of the case's clearance [m].")] = None,
+    cost: Annotated[
+        str, typer.Option("--cost", help="time, path, gear-changes, steering, clearance: what the program minimises.")
+    ] = "time",
+    guesses: Annotated[
+        str, typer.Option("--guesses", help="Where it starts from: search, one-more, two-arc, sigmoid, continuation; with commas.")
+    ] = "search,one-more",
+    checks: Annotated[str, typer.Option("--checks", help="Form of the collision checks: half-planes or duals.")] = "half-planes",
     budget: Annotated[float | None, typer.Option("--budget", min=0.0, help="Stop improving after so many seconds (an extra cap).")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Draw it: .png (a sheet), .gif, or .html (plays and scrubs).")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """One parking plan, judged."""
     from mcdas_opt.catalogue.parking_cases import load_parking_case
+    from mcdas_opt.ocp.parking_records import costs_named
+    from mcdas_opt.planning.parking.exchange import ExchangeSettings
     from mcdas_opt.planning.parking.park import ParkSettings
     from mcdas_opt.planning.parking.park import park as run
 
@@ -29,7 +38,13 @@ def park(
 
         check_picture(out)
     problem = load_parking_case(case, vehicle=vehicle, clearance_m=clearance)
-    answer = run(problem, planner, settings=ParkSettings(time_budget_s=budget))
+    settings = ParkSettings(
+        costs=costs_named(cost),
+        guesses=tuple(name.strip() for name in guesses.split(",")),
+        exchange=ExchangeSettings(form=checks),
+        time_budget_s=budget,
+    )
+    answer = run(problem, planner, settings=settings)
     drawn: Path | None = None
     if out is not None:
         from mcdas_opt.plotting.export import save_parking

@@ -13,6 +13,7 @@ from mcdas_opt.catalogue.parking_cases import body_of
 from mcdas_opt.domain.parking import Parking, ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.clearance import body_corners
+from mcdas_opt.planning.parking.path import counted
 from mcdas_opt.plotting import style
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ def sheet(case: ParkingCase, parking: Parking) -> Figure:
         _body(above, corners[0], style.GREY, "start")
         _body(above, corners[-1], style.GREEN, "goal")
         _path(above, trajectory, gears)
-        title = f"{case.name}, {parking.planner}: {parking.duration_s:.1f} s, {parking.gear_changes} gear changes, "
+        title = f"{case.name}, {parking.planner}: {parking.duration_s:.1f} s, {counted(parking.gear_changes or 0)}, "
         above.set_title(title + f"least clearance {100.0 * (parking.min_clearance_m or 0.0):.1f} cm")
         above.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
         _profiles(curvature, speed, case, trajectory)

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.geometry.clearance import separating_lines
 from mcdas_opt.ocp.parking import solve_parking
-from mcdas_opt.ocp.parking_records import CORNERS, Checks, ParkingCosts, ParkingPhysics, ParkingProgram
+from mcdas_opt.ocp.parking_records import CORNERS, FORMS, Checks, ParkingCosts, ParkingPhysics, ParkingProgram
 from mcdas_opt.planning.parking.manoeuvre import Manoeuvre, node_poses, with_solution
 from mcdas_opt.planning.parking.world import World
 
@@ -39,6 +40,10 @@ class ExchangeSettings:
     trust_from: int = 2  # round after which the box of trust ...
     trust_shrinks: float = 0.5  # ... shrinks, every round
     form: str = "half-planes"  # of the collision checks; or "duals"
+
+    def __post_init__(self) -> None:
+        if self.form not in FORMS:
+            raise ParameterError("checks", self.form, f"is unknown; {nearest(self.form, FORMS)}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Where the program is started from: the search's paths, those with one more gear, closed forms, and the answer of a longer slot."""
+"""Where the program is standing_start from: the search's paths, those with one more gear, closed forms, and the answer of a longer slot."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from mcdas_opt.planning.parking.exchange import ExchangeSettings, exchange
 from mcdas_opt.planning.parking.manoeuvre import Manoeuvre, standing_start
 from mcdas_opt.planning.parking.path import Arc, ArcPath, counted, merged
 from mcdas_opt.planning.parking.refusal import lengthened
-from mcdas_opt.planning.parking.structure import from_trajectory, in_pieces
+from mcdas_opt.planning.parking.structure import from_trajectory
 from mcdas_opt.planning.parking.world import World
 
 GUESSES = ("search", "one-more", "two-arc", "sigmoid", "continuation")
-PIECE = 6  # intervals of one length
 _RETRACE_M = 0.4  # driven the other way first, and back
 _STEPS_M = (0.4, 0.25, 0.1, 0.0)  # slot lengths beyond the case's, one answer the guess of the next
 
 
 class Guess(NamedTuple):
-    """`make` costs something only for `continuation`."""
+    """`make` costs something only for `continuation`. In `pieces` the program moves its switching times: quicker to drive, less robust."""
 
     name: str
     make: Callable[[], Manoeuvre | None]
+    pieces: bool = False
 
 
 def guesses(
@@ -35,20 +35,16 @@ def guesses(
     """Guesses of the wanted kinds, most promising first; a closed form's needs no path of the search."""
     for rank, path in enumerate(paths):
         if "search" in kinds:
-            yield Guess(counted(path.gear_changes), partial(started, case, path))
+            yield Guess(counted(path.gear_changes), partial(standing_start, case, path))
         if "one-more" in kinds and rank == 0:
             longer = one_more(path)
-            yield Guess(f"{counted(longer.gear_changes)}, one put before", partial(started, case, longer))
+            yield Guess(f"{counted(longer.gear_changes)}, one put before", partial(standing_start, case, longer), pieces=True)
     if "two-arc" in kinds:
         yield Guess("two arcs", partial(_closed, case, "two arcs"))
     if "sigmoid" in kinds:
         yield Guess("reverse sigmoid", partial(_closed, case, "reverse sigmoid"))
     if "continuation" in kinds and case.slot is not None and paths:
         yield Guess("a longer slot", partial(continued, case, paths[0], costs, settings))
-
-
-def started(case: ParkingCase, path: ArcPath) -> Manoeuvre:
-    return in_pieces(standing_start(case, path), PIECE)
 
 
 def one_more(path: ArcPath) -> ArcPath:
@@ -64,7 +60,7 @@ def continued(case: ParkingCase, path: ArcPath, costs: ParkingCosts, settings: E
     for more in _STEPS_M[:-1]:
         longer = lengthened(case, more)
         if current is None:
-            current = started(longer, ArcPath(longer.start, path.arcs, path.name))
+            current = standing_start(longer, ArcPath(longer.start, path.arcs, path.name))
         done = exchange(longer, World.of(longer), current, costs, settings)
         if done.best is None:
             return None
@@ -76,4 +72,4 @@ def _closed(case: ParkingCase, name: str) -> Manoeuvre | None:
     driven = (two_arc if name == "two arcs" else corrected)(case)
     if driven.path_m < 0.1:
         return None
-    return in_pieces(from_trajectory(case, driven, name), PIECE)
+    return from_trajectory(case, driven, name)

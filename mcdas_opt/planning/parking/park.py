@@ -14,9 +14,9 @@ from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.ocp.parking_records import COSTS, ParkingCosts
 from mcdas_opt.planning.parking.closed_form import CLOSED_FORMS
 from mcdas_opt.planning.parking.exchange import Exchanged, ExchangeSettings, exchange
-from mcdas_opt.planning.parking.guesses import GUESSES, PIECE, Guess, guesses, started
+from mcdas_opt.planning.parking.guesses import GUESSES, Guess, guesses
 from mcdas_opt.planning.parking.ladder import LEVELS, Level, beyond_the_wall, climb
-from mcdas_opt.planning.parking.manoeuvre import Manoeuvre
+from mcdas_opt.planning.parking.manoeuvre import Manoeuvre, standing_start
 from mcdas_opt.planning.parking.path import ArcPath, counted, drive
 from mcdas_opt.planning.parking.refusal import lengthened, relief, too_tight
 from mcdas_opt.planning.parking.run import Run
@@ -26,6 +26,7 @@ from mcdas_opt.planning.parking.windows import WindowSettings, improve
 from mcdas_opt.planning.parking.world import World
 from mcdas_opt.verification.parking_judge import judge_parking
 
+PIECE = 6  # intervals of one length
 PLANNERS = ("nlp", "search", *CLOSED_FORMS)
 
 
@@ -45,6 +46,7 @@ class ParkSettings:
     starts_long: int = 3  # the same, from so many gear changes on as ...
     long_from: int = 17
     single_from: int = 25  # from so many gear changes on, one start has to do
+    work: int = 30_000  # iterations times intervals, after which nothing more is begun below `long_from` gear changes
     many: int = 14  # a search's path with more gear changes asks for another search of finer cells
     left_out_m: float = 0.06  # phases shorter than this are tried without ...
     left_out: int = 2  # ... at most so many times
@@ -110,17 +112,21 @@ def _programs(run: Run, settings: ParkSettings, paths: list[ArcPath]) -> None:
     most = 1 if fewest >= settings.single_from else settings.starts_long if fewest >= settings.long_from else most
     chosen = list(guesses(run.case, paths, settings.guesses, settings.costs, settings.exchange))
     extra = [guess for guess in chosen if guess.name in ("two arcs", "reverse sigmoid", "a longer slot")]
+    enough = settings.work if fewest < settings.long_from else np.inf
     best: Manoeuvre | None = None
     for guess in [*[g for g in chosen if g not in extra][:most], *extra]:
         if run.late():
             return
-        best = _tried(run, settings, guess, best)
+        if best is None or run.work < enough or guess in extra:
+            best = _tried(run, settings, guess, best)
     for _ in range(settings.left_out if best is not None and best.gear_changes <= settings.windows.whole_up_to else 0):
+        if run.work >= enough:
+            break
         shorter = _without_shortest(run, settings, best)
         if shorter is best:
             break
         best = shorter
-    if best is not None and len(best.steps) <= settings.polish_up_to and not run.late():
+    if best is not None and len(best.steps) <= settings.polish_up_to and run.work < enough and not run.late():
         fine = replace(settings.exchange, trust_m=settings.polish_m, trust_rad=0.5 * settings.polish_m)
         halved = in_pieces(finer(run.case, best), PIECE)
         _offered(run, "nlp, finer grid", lambda: exchange(run.case, run.world, halved, settings.costs, fine))
@@ -134,11 +140,13 @@ def _tried(run: Run, settings: ParkSettings, guess: Guess, best: Manoeuvre | Non
         run.timing["solve"] += 1e3 * (time.perf_counter() - begin)
         return best
     before = run.value
-    done = _offered(
-        run,
-        f"nlp from {guess.name}",
-        lambda: improve(run.case, run.world, first, settings.costs, settings.exchange, settings.windows),
-    )
+
+    def solved(manoeuvre: Manoeuvre) -> Callable[[], Exchanged]:
+        return lambda: improve(run.case, run.world, manoeuvre, settings.costs, settings.exchange, settings.windows)
+
+    done = _offered(run, f"nlp from {guess.name}", solved(in_pieces(first, PIECE) if guess.pieces else first))
+    if done is None and best is None and guess.pieces:
+        done = _offered(run, f"nlp from {guess.name}, even grid", solved(first))
     return done if done is not None and (best is None or run.value < before) else best
 
 
@@ -164,6 +172,7 @@ def _offered(run: Run, name: str, solve: Callable[[], Exchanged]) -> Manoeuvre |
     seconds = time.perf_counter() - begin
     run.timing["solve"] += 1e3 * seconds
     run.iterations += done.iterations
+    run.work += done.iterations * len(done.last.steps)
     note = f"{done.rounds} rounds, {done.iterations} iterations"
     driven = (done.best if done.best is not None else done.last).trajectory(run.case)
     if run.offer(name, driven, note, seconds):
@@ -182,6 +191,9 @@ def _refused(run: Run, settings: ParkSettings, planner: str, exhausted: bool) ->
     found = relief(case, settings.search, run.late)
     if found is not None:
         helps, relieved, path = found
+        borrowed = drive(relieved, path).moved(*(case.start - relieved.start)[:2])
+        lacking = case.limits.clearance_m - float(run.world.clearance(borrowed.poses).min())
+        run.failed("the path of a case with that relief", lacking, borrowed)
         if planner == "nlp":
             helps = _approached(run, settings, relieved, path) or helps
             if run.best is not None:
@@ -197,12 +209,14 @@ def _refused(run: Run, settings: ParkSettings, planner: str, exhausted: bool) ->
 def _approached(run: Run, settings: ParkSettings, relieved: ParkingCase, path: ArcPath) -> str:
     """From a relieved case's answer towards the case itself; says how near it came, and offers what it ends with."""
     case = run.case
-    solve = replace(settings.exchange, rounds=6, rounds_unsound=9)
-    current = started(relieved, path)
+    solve = replace(settings.exchange, rounds=4, rounds_unsound=6)
+    current = standing_start(relieved, path)
     said = ""
     spare = relieved.slot.length_m - case.slot.length_m if relieved.slot is not None and case.slot is not None else 0.0
+    if current.gear_changes > settings.many:
+        return said
     for share in (1.0, 0.75, 0.5, 0.25):
-        if run.late() or current.gear_changes > settings.windows.whole_up_to:
+        if run.late():
             break
         step = lengthened(case, share * spare) if spare > 1e-6 else relieved
         done = exchange(step, World.of(step), current, settings.costs, solve)
@@ -213,8 +227,7 @@ def _approached(run: Run, settings: ParkSettings, relieved: ParkingCase, path: A
             said = f"{100.0 * share * spare:.0f} cm more length would do"
         else:
             break
-    if current.gear_changes <= settings.windows.whole_up_to:
-        _offered(run, "nlp from a relieved case", lambda: exchange(case, run.world, current, settings.costs, settings.exchange))
+    _offered(run, "nlp from a relieved case", lambda: exchange(case, run.world, current, settings.costs, solve))
     return said
 
 

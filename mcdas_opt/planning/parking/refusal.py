@@ -16,7 +16,7 @@ from mcdas_opt.planning.parking.world import World
 
 _LENGTHS_M = (0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 0.8)
 _SHARES = (0.5, 0.2, 0.0)
-_QUICK_CELL_M, _QUICK_NODES = 0.03, 20_000
+_QUICK_CELL_M, _QUICK_NODES = 0.03, 12_000
 
 
 def too_tight(case: ParkingCase, world: World) -> tuple[str, Violation] | None:
@@ -50,6 +50,7 @@ def lengthened(case: ParkingCase, more_m: float) -> ParkingCase:
 def relief(case: ParkingCase, settings: SearchSettings, late: Callable[[], bool]) -> tuple[str, ParkingCase, ArcPath] | None:
     """The least of a few reliefs that lets a quick search through: a longer slot, else less clearance. (words, case, path)"""
     quick = replace(settings, cell_m=_QUICK_CELL_M, cell_rad=0.5 * _QUICK_CELL_M, max_nodes=_QUICK_NODES)
+    quick = replace(quick, steers=(1.0, 0.0, -1.0), half_way=False)
     reliefs: list[tuple[str, ParkingCase]] = []
     if case.slot is not None:
         reliefs += [(f"{100 * more:.0f} cm more length would do", lengthened(case, more)) for more in _LENGTHS_M]

@@ -1,0 +1,81 @@
+"""`mcdas-opt follow`: a parking manoeuvre driven with noise, dead time and lag, a judged stop at hand in every cycle."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, number
+from mcdas_opt.errors import InputError, ParameterError
+
+if TYPE_CHECKING:
+    from mcdas_opt.simulation.parking_sight import Visitor
+
+
+def follow(
+    case: Annotated[str, typer.Argument(metavar="CASE", help="What the car believes: a case (TOML), a TPCAP CSV, or a shipped case.")],
+    planner: Annotated[str, typer.Option("--planner", help="nlp or search.")] = "nlp",
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the measurement noise.")] = 0,
+    shorter: Annotated[float, typer.Option("--shorter", min=0.0, help="The slot is really shorter by so much [m].")] = 0.0,
+    person: Annotated[
+        list[str] | None, typer.Option("--person", help="x,y,from or x,y,from,until [m, s]: somebody stands there. May be repeated.")
+    ] = None,
+    vehicle: Annotated[str | None, typer.Option("--vehicle", help="Instead of the case's vehicle.")] = None,
+    clearance: Annotated[float | None, typer.Option("--clearance", min=0.0, help="Instead of the case's clearance [m].")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Draw it: a sheet (.png).")] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """A parking manoeuvre in closed loop: noise, delay, a slot shorter than believed, people in the way."""
+    from mcdas_opt.catalogue.parking_cases import load_parking_case
+    from mcdas_opt.simulation.parking_loop import follow_parking
+    from mcdas_opt.simulation.parking_sight import shorter_slot
+
+    if planner not in ("nlp", "search"):
+        raise ParameterError("planner", planner, "must be nlp or search")
+    if out is not None and (out.suffix.lower() != ".png" or not out.parent.is_dir()):
+        raise InputError(out, "", None, "a picture must end in .png, in a folder that exists")
+    problem = load_parking_case(case, vehicle=vehicle, clearance_m=clearance)
+    truth = shorter_slot(problem, shorter) if shorter > 0.0 else problem
+    visitors = tuple(_visitor(text) for text in person or ())
+    drive = follow_parking(problem, planner, seed, truth=truth, visitors=visitors)
+    if out is not None:
+        from mcdas_opt.plotting.parking_follow import save
+
+        try:
+            save(truth, drive, out)
+        except OSError as error:
+            raise InputError(out, "", None, f"cannot be written: {error.strerror}") from None
+    if as_json:
+        emit(drive.to_dict())
+        return
+    screen = console()
+    rows: list[tuple[str, object]] = [
+        ("outcome", str(drive.outcome)),
+        ("reason", drive.reason),
+        ("duration", number(drive.duration_s, "s")),
+        ("end pose off by", f"{100.0 * drive.end_position_error_m:.1f} cm, {1e3 * drive.end_heading_error_rad:.1f} mrad"),
+        ("least clearance", number(drive.min_clearance_m, "m", 3)),
+        ("tracking, at most", f"{100.0 * drive.max_across_m:.1f} cm across, {100.0 * drive.max_along_m:.1f} cm along"),
+        ("stops", f"{drive.stops_judged} judged, {drive.stops_unsound} unsound, {drive.stops_driven} driven"),
+        ("plans anew", drive.replans),
+        *((f"{event.time_s:.1f} s", event.text) for event in drive.events),
+    ]
+    screen.print(facts_table(f"{planner}, seed {seed}: {case}", rows))
+    if out is not None:
+        screen.print(f"drawn: {out}")
+
+
+def _visitor(text: str) -> Visitor:
+    from mcdas_opt.simulation.parking_sight import Visitor
+
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) not in (3, 4):
+        raise ParameterError("--person", text, "must be x,y,from or x,y,from,until: numbers in metres and seconds")
+    visitor = Visitor(x_m=values[0], y_m=values[1], from_s=values[2])
+    return replace(visitor, until_s=values[3]) if len(values) == 4 else visitor

@@ -1,0 +1,119 @@
+"""Manoeuvres changed: phases, finer grids, guesses, what a cost is worth, and refusals that say how near they came."""
+
+import numpy as np
+import pytest
+
+from mcdas_opt.catalogue.parking_cases import slot_case
+from mcdas_opt.errors import ParameterError
+from mcdas_opt.ocp.parking_records import COSTS
+from mcdas_opt.planning.parking.closed_form import two_arc
+from mcdas_opt.planning.parking.exchange import ExchangeSettings, exchange
+from mcdas_opt.planning.parking.guesses import GUESSES, guesses, one_more
+from mcdas_opt.planning.parking.ladder import Level
+from mcdas_opt.planning.parking.manoeuvre import standing_start
+from mcdas_opt.planning.parking.park import ParkSettings, park
+from mcdas_opt.planning.parking.path import Arc, ArcPath
+from mcdas_opt.planning.parking.structure import finer, from_trajectory, in_pieces, phases, ways, without
+from mcdas_opt.planning.parking.world import World
+from mcdas_opt.planning.parking.worth import worth
+from mcdas_opt.verification.parking_judge import judge_parking
+
+CASE = slot_case(7.2)
+ZIGZAG = ArcPath(CASE.start, (Arc(0.1, -2.0), Arc(0.0, -1.0), Arc(-0.2, 0.5), Arc(0.2, -1.0)))
+
+
+def test_phases_and_their_ways():
+    manoeuvre = standing_start(CASE, ZIGZAG)
+    assert len(phases(manoeuvre)) == 3
+    assert ways(manoeuvre) == pytest.approx([3.0, 0.5, 1.0], rel=0.05)
+    assert manoeuvre.gear_changes == 2
+
+
+@pytest.mark.parametrize(("phase", "left"), [(0, 1), (1, 0), (2, 1)])
+def test_a_phase_left_out_keeps_both_ends(phase, left):
+    manoeuvre = standing_start(CASE, ZIGZAG)
+    shorter = without(manoeuvre, phase)
+    assert shorter.gear_changes == left
+    assert len(shorter.nodes) == len(shorter.steps) + 1 == len(shorter.gears) + 1 == len(shorter.segments) + 1
+    assert shorter.nodes[0] == pytest.approx(manoeuvre.nodes[0])
+    assert shorter.nodes[-1] == pytest.approx(manoeuvre.nodes[-1])
+
+
+def test_a_finer_grid_drives_the_same():
+    manoeuvre = standing_start(CASE, ZIGZAG)
+    halved = finer(CASE, manoeuvre)
+    assert halved.duration_s == pytest.approx(manoeuvre.duration_s)
+    assert halved.trajectory(CASE).poses[-1] == pytest.approx(manoeuvre.trajectory(CASE).poses[-1], abs=1e-9)
+    pieces = in_pieces(manoeuvre, 4)
+    assert np.bincount(pieces.segments.astype(int)).max() == 4
+    assert np.all(np.diff(pieces.segments)[np.diff(manoeuvre.segments) != 0] == 1)
+
+
+def test_a_driven_trajectory_is_a_guess():
+    driven = two_arc(slot_case(9.0))
+    guess = from_trajectory(slot_case(9.0), driven, "two arcs")
+    assert guess.duration_s == pytest.approx(driven.duration_s, abs=0.05)
+    assert guess.nodes[-1, :3] == pytest.approx(driven.poses[-1], abs=1e-6)
+    assert guess.gear_changes == driven.gear_changes
+
+
+def test_one_more_gear_leads_to_the_same_place():
+    longer = one_more(ZIGZAG)
+    assert longer.gear_changes == ZIGZAG.gear_changes + 1
+    assert longer.poses[-1] == pytest.approx(ZIGZAG.poses[-1], abs=1e-9)
+
+
+def test_closed_forms_and_longer_slots_start_the_program_too():
+    case = slot_case(9.5)
+    world = World.of(case)
+    path = ArcPath(case.start, tuple(Arc(a.curvature, a.length) for a in ZIGZAG.arcs))
+    made = {guess.name: guess.make for guess in guesses(case, [path], GUESSES, COSTS["time"], ExchangeSettings())}
+    assert len(made) == len(GUESSES)
+    for name in ("two arcs", "reverse sigmoid"):
+        first = made[name]()
+        assert first is not None
+        done = exchange(case, world, first, COSTS["time"], ExchangeSettings())
+        assert done.best is not None
+        assert judge_parking(case, done.best.trajectory(case)).verdict.passed
+    with pytest.raises(ParameterError, match="did you mean 'two-arc'"):
+        ParkSettings(guesses=("two-arcs",))
+    with pytest.raises(ParameterError, match="did you mean 'duals'"):
+        ExchangeSettings(form="dual")
+
+
+@pytest.mark.parametrize("name", ["gear-changes", "clearance"])
+def test_what_a_cost_asks_for_is_had(name):
+    """The answer under a cost is worth at least as much in it as the quickest answer is."""
+    case = slot_case(7.2)
+    world = World.of(case)
+    plain, wanted = (park(case, settings=ParkSettings(starts=1, polish_up_to=0, costs=COSTS[cost])) for cost in ("time", name))
+    assert plain.trajectory is not None
+    assert wanted.trajectory is not None
+    values = [worth(a.trajectory, COSTS[name], world, case.limits.clearance_m) for a in (plain, wanted)]
+    assert values[1] <= values[0] + 0.05
+    assert worth(plain.trajectory, COSTS["time"], world, 0.05) == plain.duration_s
+
+
+def test_both_forms_of_the_checks_park():
+    case = slot_case(6.75)
+    path = park(case, "search")
+    assert path.trajectory is not None
+    guess = from_trajectory(case, path.trajectory, "search")
+    found = [exchange(case, World.of(case), guess, COSTS["time"], ExchangeSettings(form=form)).best for form in ("half-planes", "duals")]
+    for best in found:
+        assert best is not None
+        assert judge_parking(case, best.trajectory(case)).verdict.passed
+
+
+def test_a_search_that_fails_says_how_near_it_came_and_what_would_do():
+    short = ParkSettings(levels=(Level(0.03, 300, True),), starts=1)
+    refused = park(slot_case(6.3), "search", settings=short)
+    assert refused.status == "refused"
+    assert "more length would do" in refused.reason
+    assert "lacks" in refused.reason
+    assert refused.verdict.violations[0].value < refused.verdict.violations[0].limit
+
+
+def test_guesses_of_a_path_come_first():
+    names = [guess.name for guess in guesses(CASE, [ZIGZAG], ("search", "one-more"), COSTS["time"], ExchangeSettings())]
+    assert names == ["2 gear changes", "3 gear changes, one put before"]
