@@ -52,7 +52,7 @@ class ExactNlp(IpoptEngine):
             [ca.hessian(lagrangian, w)[0], ca.jacobian(g, w), ca.jacobian(slope, p), ca.jacobian(g, p), g],
         )
         self._cost_slope = ca.Function("cost_slope", [w, p, lam], [ca.gradient(lagrangian, p)])
-        options = {
+        options: Any = {
             "print_time": False,
             "error_on_fail": False,
             "ipopt": {**self._options, "max_iter": _ITERATIONS, "bound_relax_factor": 0.0},
