@@ -156,7 +156,8 @@ class Truth:
 
     def _parted(self, motions: Motions, clock: NDArray[np.intp], clear_m: float) -> NDArray[np.bool_]:
         clock = np.broadcast_to(clock, motions.s_m.shape)
-        able = motions.possible & motions.on_road
+        slack = 0.1 if clear_m < -0.1 else 0.0  # of the edges' metres and of the car's limits, where only hope is looked for
+        able = (motions.ability >= -slack) & (motions.edge_m >= -slack)
         met, _ = touched(motions, clock, self.company, self.vehicle, self.road, clear_m)
         if clear_m < 0.0:  # smaller bodies end with more room
             smaller = replace(self.company, half_length_m=self.company.half_length_m + clear_m)

@@ -24,7 +24,7 @@ _HELD_STEPS = 2  # of the lattice
 _ANCHORS = 3
 _STARTS = 41
 _GUESS_NODES = np.concatenate([np.arange(0, 75, 3), np.arange(75, 201, 15)])  # on the lattice: 0.06 s apart, later 0.3 s
-_EXACT_NODES = np.concatenate([np.arange(0, 100, 2), np.arange(100, 201, 5)])  # 0.04 s, later 0.1 s
+_EXACT_NODES = np.concatenate([np.arange(0, 99, 3), np.arange(99, 200, 6), [200]])  # 0.06 s, later 0.12 s
 _ABILITY_M = 10.0  # a share of the car's limits as a distance: only where it changes sign matters
 
 
@@ -74,7 +74,7 @@ class Case:
         self.times_s = _seconds(np.arange(0, round(chosen.latest_s / LATTICE_S) + 1, _HELD_STEPS))
         path = held(situation.host, self.times_s, vehicle, situation.road)
         columns = (path.s_m, path.d_m, path.heading_rad, path.speed_mps, path.acceleration_mps2, path.steering_rad)
-        self.path, self.table = path, np.stack(columns)
+        self.path, self.table = path, np.array(columns)
         self.members = members(situation, vehicle, prediction, chosen)
 
     def at(self, starts: Rows) -> Starts:
@@ -154,7 +154,7 @@ class Case:
         rows = steered.and_straight(anchors.size, self.members.straightening_mps2)
         motions = swerve(rows, _seconds(_GUESS_NODES), begin, self.vehicle, self.situation.road, self.chosen.demand)
         low, high = blocked(motions, starts[:, None] + _GUESS_NODES, self.company, self.vehicle, self.situation.road)
-        slack = np.stack([motions.edge_m, motions.ability, self.comfort_mps2 - motions.demand_mps2])
+        slack = np.array([motions.edge_m, motions.ability, self.comfort_mps2 - motions.demand_mps2])
         shape = anchors.size, mine.size
         return _Needs(*(q[:, : acts.size].reshape(len(q), *shape) for q in (low, high, slack))), motions
 
@@ -175,7 +175,7 @@ class Case:
             across = across * np.maximum(1.0 + gained / np.maximum(speed, 1.0), 1.0) ** 2
         effort = np.hypot(level, across)
         left = np.minimum(ability, 1.0 - effort / (chosen.demand.friction * road.friction * GRAVITY_MPS2))
-        slack = np.stack([np.broadcast_to(edge, level.shape), np.where(acts.reshape(level.shape), left, -1.0), self.comfort_mps2 - effort])
+        slack = np.array([np.broadcast_to(edge, level.shape), np.where(acts.reshape(level.shape), left, -1.0), self.comfort_mps2 - effort])
         return _Needs(low.reshape(len(low), *shape), high.reshape(len(high), *shape), slack)
 
     def sound(self, member: Rows, starts: Rows) -> tuple[NDArray[np.bool_], Array]:

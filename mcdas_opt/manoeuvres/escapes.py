@@ -17,7 +17,7 @@ from mcdas_opt.manoeuvres.escape_guess import Case, Guess
 from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
 from mcdas_opt.manoeuvres.parting import LATTICE_S, Rows
 
-_BEST, _TRIED = 4, (4, 2, 0, -2, -5)  # members of each kind that are looked at exactly, and at which steps from their guessed last start
+_BEST, _TRIED = 3, (4, 2, 0, -2, -5)  # members of each kind that are looked at exactly, and at which steps from their guessed last start
 _BEST_EASY, _TRIED_EASY = 2, (2, -1, -5)  # the same for comfortable ones
 _DOWN, _UP, _CLOSE, _ROUNDS = (6, 15, 40, 100), (4, 10), 3, 4
 _GENTLEST = 3

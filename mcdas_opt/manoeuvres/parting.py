@@ -81,7 +81,7 @@ def touched(motions: Motions, clock: Rows, company: Company, vehicle: Vehicle, r
     row, k = np.divmod(near % (rows * steps), steps)
     who = near // (rows * steps)
     at = row * (steps + 1) + k
-    place = np.stack([at, at + 1])
+    place = np.array([at, at + 1])
     x = apart.reshape(-1)[who * apart[0].size + place]
     across = motions.d_m.reshape(-1)[place]
     other = company.d_m.reshape(-1)[who * company.d_m.shape[1] + clock.reshape(-1)[place]]

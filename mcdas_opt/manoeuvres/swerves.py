@@ -154,10 +154,10 @@ def pace(rows: Swerves, times_s: Array, start: Starts, vehicle: Vehicle) -> tupl
     it. The way to rest is as long as that to the last time before it."""
     rise, fall = _SHARE * vehicle.jerk_max_mps3, _SHARE * vehicle.jerk_min_mps3
     level, a0 = rows.level_mps2, start.acceleration_mps2
-    rates = np.stack([np.where(level >= a0, rise, fall), np.where(level > 0.0, fall, rise)])
-    changes = np.stack([level - a0, -level])
+    rates = np.array([np.where(level >= a0, rise, fall), np.where(level > 0.0, fall, rise)])
+    changes = np.array([level - a0, -level])
     lasting = changes / rates
-    begins = np.stack([np.zeros_like(lasting[0]), np.maximum(rows.until_s, lasting[0])])
+    begins = np.array([np.zeros_like(lasting[0]), np.maximum(rows.until_s, lasting[0])])
     added, summed, twice = _ramps(times_s, begins[..., None], lasting[..., None], rates[..., None])
     added += a0[:, None]
     summed += start.speed_mps[:, None] + a0[:, None] * times_s
@@ -224,10 +224,10 @@ def _across(
     up = sign * jerk
     turn = np.where(timed, ends + out - rising, ends)
     done = np.where(timed, ends + out + back - rising, ends + np.abs(u) / peak)
-    begins = np.stack([np.zeros_like(ends), ends, turn, done])
-    lasting = np.stack([ends, rising, np.where(timed, 2.0 * rising, rising), rising])
+    begins = np.array([np.zeros_like(ends), ends, turn, done])
+    lasting = np.array([ends, rising, np.where(timed, 2.0 * rising, rising), rising])
     up = np.where(timed, up, np.sign(u) * up)
-    rates = np.stack([-np.sign(curl0) * undoing, np.where(timed, up, 0.0), -up, up])
+    rates = np.array([-np.sign(curl0) * undoing, np.where(timed, up, 0.0), -up, up])
     z = np.where(timed[:, None], times_s, way)
     second, first, d = _ramps(z, begins[..., None], lasting[..., None], rates[..., None])
     first += rate0[:, None] + curl0[:, None] * z

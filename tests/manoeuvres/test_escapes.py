@@ -79,12 +79,23 @@ def test_nobody_around_closes_nothing_but_where_there_is_no_road() -> None:
     assert (answer.right.open, answer.right.last_moment_s, answer.right.closed_by) == (False, None, Closer.EDGE)
 
 
-def test_a_car_beside_closes_its_side() -> None:
-    beside = Track(id="beside", s_m=0.0, d_m=3.7, speed_s_mps=20.0)
-    answer = of(Situation(host=HostState(speed_mps=20.0), tracks=(beside,), road=Road(lanes_left=1, lanes_right=1)))
+def beside(first_m: float, last_m: float, speed: float) -> tuple[Track, ...]:
+    """Cars bumper to bumper in the lane to the left."""
+    return tuple(Track(id=f"beside {s}", s_m=float(s), d_m=3.7, speed_s_mps=speed) for s in range(int(first_m), int(last_m) + 1, 6))
+
+
+def test_a_row_of_cars_beside_closes_its_side() -> None:
+    answer = of(Situation(host=HostState(speed_mps=20.0), tracks=beside(-48, 18, 20.0), road=Road(lanes_left=1, lanes_right=1)))
     assert not answer.left.open
     assert answer.left.closed_by is Closer.SIDE
     assert answer.right.open
+
+
+def test_past_a_single_car_beside_there_is_a_way_for_who_changes_speed() -> None:
+    answer = of(Situation(host=HostState(speed_mps=20.0), tracks=beside(0, 0, 20.0), road=Road(lanes_left=1))).left
+    assert answer.open
+    assert answer.demand_mps2 is not None
+    assert answer.demand_mps2 > 2.0
 
 
 def test_a_side_that_nobody_watches_is_closed() -> None:
@@ -94,9 +105,8 @@ def test_a_side_that_nobody_watches_is_closed() -> None:
 
 
 def test_a_start_that_waits_may_open_what_is_closed_now() -> None:
-    """A faster car beside now is ahead and gone later: closed now, so without a demand, but still open."""
-    passing = Track(id="passing", s_m=-1.0, d_m=3.7, speed_s_mps=22.0)
-    left = of(Situation(host=HostState(speed_mps=20.0), tracks=(passing,), road=Road(lanes_left=1))).left
+    """Faster cars beside now are ahead and gone later: closed now, so without a demand, but still open."""
+    left = of(Situation(host=HostState(speed_mps=20.0), tracks=beside(-60, 18, 28.0), road=Road(lanes_left=1))).left
     assert left.open
     assert left.demand_mps2 is None
     assert left.last_moment_s == 10.0
