@@ -1,0 +1,1 @@
+"""CommonRoad: scenarios in, scenes of ours; solutions out."""

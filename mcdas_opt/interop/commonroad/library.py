@@ -1,0 +1,52 @@
+"""The one version of commonroad-io that this door was built for, and a file that is safe to hand to it."""
+
+from __future__ import annotations
+
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from mcdas_opt.errors import InputError, MissingExtraError
+
+PACKAGE, PIN = "commonroad-io", "2024.3"  # 2026.1 removed what its own drivability checker needs
+LARGEST_BYTES = 100_000_000
+
+
+def require() -> None:
+    """Raises `MissingExtraError` without the package, `InputError` that names the pin for any other version of it."""
+    try:
+        found = version(PACKAGE)
+    except PackageNotFoundError:
+        raise MissingExtraError(PACKAGE, "commonroad") from None
+    if found != PIN:
+        raise InputError(PACKAGE, "version", found, f"must be {PIN}: pip install {PACKAGE}=={PIN} (or mcdas-opt[commonroad])")
+
+
+def read_file(path: Path) -> tuple[Any, Any]:
+    """(scenario, planning problems) of a CommonRoad XML. Raises `InputError` for a file that is none, or plays tricks with entities."""
+    require()
+    try:
+        from commonroad.common.file_reader import CommonRoadFileReader
+        from defusedxml import DefusedXmlException
+        from defusedxml.ElementTree import ParseError, iterparse
+    except ImportError as error:
+        raise MissingExtraError(error.name or PACKAGE, "commonroad") from None
+    try:
+        size = path.stat().st_size
+        if size > LARGEST_BYTES:
+            raise InputError(path, "size", size, f"must be at most {LARGEST_BYTES} bytes")
+        root = ""
+        with path.open("rb") as file:
+            for _, element in iterparse(file, events=("start",)):
+                root = root or element.tag
+        if root != "commonRoad":
+            raise InputError(path, "root element", root, "must be commonRoad")
+    except OSError as error:
+        raise InputError(path, "", None, f"cannot be read: {error.strerror}") from None
+    except (ParseError, DefusedXmlException) as error:
+        raise InputError(path, "", None, f"is no XML that can be trusted: {error!r}") from None
+    try:
+        scenario, problems = CommonRoadFileReader(str(path)).open(lanelet_assignment=False)
+    except Exception as error:  # the reader raises whatever its parsing meets
+        raise InputError(path, "", None, f"is no CommonRoad scenario: {type(error).__name__}: {error}") from None
+    return scenario, problems

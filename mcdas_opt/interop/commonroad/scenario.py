@@ -1,0 +1,246 @@
+"""A CommonRoad scenario as a scene of ours: the ego's lane becomes the road, every obstacle a recorded neighbour on it."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mcdas_opt.catalogue.scenes import TRAJECTORY_COLUMNS, Scene, load_scene
+from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.interop.commonroad.lane_line import LaneLine, Placement, fit
+from mcdas_opt.interop.commonroad.lanes import EgoLane, ego_lane
+from mcdas_opt.interop.commonroad.library import read_file
+
+VEHICLE = "bmw_320i"  # vehicle type 2 of the benchmarks
+VEHICLE_FILE = "commonroad_bmw_320i.toml"
+SCENE_FILE = "scene.toml"
+_REACH_D_M, _MARGIN_S_M = 60.0, 20.0  # a neighbour further off the road than this is none
+_LONGEST_S = 600.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CommonRoadScene:
+    """`scene` is ours; `placement` takes its plane to the scenario's. `left_out`: obstacles that are not in it, and why.
+
+    `lane_off_m`: how far our reference line strays from the lane's middle at most. `obstacles`: neighbour's name to the obstacle's id.
+    """
+
+    scene: Scene
+    placement: Placement
+    scenario_id: Any = field(repr=False)
+    problem_id: int
+    step_s: float
+    first_step: int
+    obstacles: dict[str, int]
+    left_out: dict[int, str]
+    lane_off_m: float
+    lanelets: tuple[int, ...]
+    files: dict[str, str] = field(repr=False)
+
+    @property
+    def frame(self) -> FrenetFrame:
+        return FrenetFrame(road=self.scene.true_road)
+
+    def write(self, folder: Path) -> Path:
+        """The scene as files that `load_scene` reads; returns the scene file."""
+        return _write(self.files, folder)
+
+
+def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str | None = None) -> CommonRoadScene:
+    """The scenario's planning problem (default the first) as a scene. The road is that of one direction, of the ego lane's width there.
+
+    `vehicle` is a shipped name or a path; None: the benchmarks' BMW 320i, its body centred on its centre of gravity, as states are there.
+
+    Raises `InputError` for a file that is no scenario, a planning problem that it does not have, an ego without a lane under it, or
+    another version of commonroad-io than the pinned one (named); `MissingExtraError` without it.
+    """
+    path = Path(path)
+    scenario, problems = read_file(path)
+    chosen = _problem(problems, problem, path)
+    lane = ego_lane(scenario, chosen, path)
+    first = chosen.initial_state
+    line = fit(lane.polyline, np.asarray(first.position, dtype=np.float64))
+    road = _road(lane, line, path)
+    frame = FrenetFrame(road=road)
+    zero = np.zeros(1)
+    x, y, yaw = line.placement.to_frame(zero + first.position[0], zero + first.position[1], zero + first.orientation)
+    own_s, own_d, own_psi = (float(q[0]) for q in frame.to_road(x, y, yaw, near_s_m=0.0))
+    if abs(own_s) > 1e-6:  # the fitted line's own foot is s = 0
+        line, road, frame = _moved(line, lane, own_s, frame, path)
+    duration = _duration(scenario, chosen)
+    names: dict[str, int] = {}
+    left_out: dict[int, str] = {}
+    tables: dict[str, tuple[Array, float, float]] = {}
+    for obstacle in [*scenario.dynamic_obstacles, *scenario.static_obstacles]:
+        samples, why = _samples(obstacle, scenario.dt, first.time_step, duration, line.placement, frame)
+        if samples is None:
+            left_out[int(obstacle.obstacle_id)] = why
+            continue
+        name = f"obstacle-{obstacle.obstacle_id}"
+        names[name] = int(obstacle.obstacle_id)
+        tables[name] = (samples, *_size(obstacle.obstacle_shape))
+    host = {"d_m": own_d, "heading_rad": own_psi, "speed_mps": max(float(first.velocity), 0.0), "vehicle": vehicle or VEHICLE_FILE}
+    while True:
+        files = _files(path.stem, road, host, tables, duration) | ({VEHICLE_FILE: _vehicle()} if vehicle is None else {})
+        try:
+            with tempfile.TemporaryDirectory() as folder:
+                scene = load_scene(_write(files, Path(folder)))
+            break
+        except InputError as error:
+            blamed = _blamed(error, list(tables))
+            if blamed is None:
+                raise InputError(path, error.key, error.value, error.rule) from None
+            left_out[names.pop(blamed)] = error.rule
+            del tables[blamed]
+    return CommonRoadScene(
+        scene=scene,
+        placement=line.placement,
+        scenario_id=scenario.scenario_id,
+        problem_id=int(chosen.planning_problem_id),
+        step_s=float(scenario.dt),
+        first_step=int(first.time_step),
+        obstacles=names,
+        left_out=left_out,
+        lane_off_m=line.off_m,
+        lanelets=lane.lanelets,
+        files=files,
+    )
+
+
+def _problem(problems: Any, wanted: int | None, path: Path) -> Any:
+    known = problems.planning_problem_dict
+    if not known:
+        raise InputError(path, "planningProblem", None, "the scenario has none, so that there is no ego")
+    if wanted is None:
+        return next(iter(known.values()))
+    if wanted not in known:
+        raise InputError(path, "planningProblem", wanted, "is none of the scenario's: " + ", ".join(map(str, known)))
+    return known[wanted]
+
+
+def _road(lane: EgoLane, line: LaneLine, path: Path) -> Road:
+    end = line.length_m if lane.ends else None
+    try:
+        return Road(
+            lane_width_m=lane.width_m, lanes_left=lane.lanes_left, lanes_right=lane.lanes_right, curvature=line.curvature, road_end_s_m=end
+        )
+    except ParameterError as error:
+        raise InputError(path, f"lanelets {lane.lanelets}: {error.name}", error.value, error.rule) from None
+
+
+def _moved(line: LaneLine, lane: EgoLane, by_m: float, frame: FrenetFrame, path: Path) -> tuple[LaneLine, Road, FrenetFrame]:
+    """The same line with s counted from `by_m` on, so that the ego's s is 0."""
+    zero = np.zeros(1)
+    x, y, yaw = line.placement.to_plane(*frame.to_plane(zero + by_m, zero, zero))
+    moved = LaneLine(
+        placement=Placement(x_m=float(x[0]), y_m=float(y[0]), yaw_rad=float(yaw[0])),
+        curvature=tuple((s - by_m, kappa) for s, kappa in line.curvature),
+        off_m=line.off_m,
+        length_m=line.length_m - by_m,
+    )
+    road = _road(lane, moved, path)
+    return moved, road, FrenetFrame(road=road)
+
+
+def _duration(scenario: Any, problem: Any) -> float:
+    """Until the last moment in which the goal may be reached, or the scenario's obstacles end."""
+    steps = [getattr(state.time_step, "end", state.time_step) for state in problem.goal.state_list if hasattr(state, "time_step")]
+    last = max([int(step) - problem.initial_state.time_step for step in steps if step is not None], default=0)
+    return float(min(max(last * scenario.dt, 1.0), _LONGEST_S))
+
+
+def _samples(
+    obstacle: Any, dt: float, first_step: int, duration_s: float, placement: Placement, frame: FrenetFrame
+) -> tuple[Array | None, str]:
+    """(n, 5) t, s, d, heading, speed; or None and why not."""
+    states = [obstacle.initial_state]
+    if obstacle.obstacle_role.name == "DYNAMIC":
+        predicted = getattr(obstacle.prediction, "trajectory", None)
+        if predicted is None:
+            return None, "its future is a set of occupancies, no trajectory"
+        states += [state for state in predicted.state_list if state.time_step > states[0].time_step]
+    t = np.array([dt * (state.time_step - first_step) for state in states], dtype=np.float64)
+    xy = np.array([np.asarray(state.position, dtype=np.float64) for state in states])
+    yaw = np.array([float(state.orientation) for state in states])
+    if len(states) == 1:
+        t, xy, yaw = np.array([0.0, duration_s]), np.repeat(xy, 2, axis=0), np.repeat(yaw, 2)
+        speed = np.zeros(2)
+    else:
+        pace = np.hypot(*np.gradient(xy, t, axis=0).T)
+        speed = np.array([float(getattr(state, "velocity", None) or pace[k]) for k, state in enumerate(states)])
+    x, y, heading = placement.to_frame(xy[:, 0], xy[:, 1], yaw)
+    s, d, psi = frame.to_road(x, y, heading)
+    if np.abs(d).max() > _REACH_D_M or s.min() < frame.s_min_m + _MARGIN_S_M or s.max() > frame.s_max_m - _MARGIN_S_M:
+        return None, "is never near the ego's road"
+    return np.column_stack([t, s, d, np.unwrap(psi), speed]), ""
+
+
+def _size(shape: Any) -> tuple[float, float]:
+    """(length, width) of a rectangle, of the square about a circle, or of a polygon's extent along its own axes."""
+    if hasattr(shape, "length"):
+        return float(shape.length), float(shape.width)
+    if hasattr(shape, "radius"):
+        return 2.0 * float(shape.radius), 2.0 * float(shape.radius)
+    low, high = (getattr(np.asarray(shape.vertices), name)(axis=0) for name in ("min", "max"))
+    return float(high[0] - low[0]), float(high[1] - low[1])
+
+
+def _files(name: str, road: Road, host: dict[str, Any], tables: dict[str, tuple[Array, float, float]], duration_s: float) -> dict[str, str]:
+    """The scene's files by name."""
+    knots = ", ".join(f"[{s!r}, {kappa!r}]" for s, kappa in road.curvature)
+    lines = [f'name = "{_plain(name)}"', f"duration_s = {duration_s!r}", "", "[road]", f"lane_width_m = {road.lane_width_m!r}"]
+    lines += [f"lanes_left = {road.lanes_left}", f"lanes_right = {road.lanes_right}", f"curvature = [{knots}]"]
+    if road.road_end_s_m is not None:
+        lines.append(f"road_end_s_m = {road.road_end_s_m!r}")
+    lines += ["", "[host]", *(f"{key} = {_toml(value)}" for key, value in host.items())]
+    files: dict[str, str] = {}
+    for neighbour, (samples, length, width) in tables.items():
+        file = f"{neighbour}.csv"
+        lines += ["", "[[neighbour]]", f'name = "{neighbour}"', f'trajectory = "{file}"', f"length_m = {length!r}", f"width_m = {width!r}"]
+        rows = [",".join(repr(float(value)) for value in row) for row in samples]
+        files[file] = "\n".join([",".join(TRAJECTORY_COLUMNS), *rows]) + "\n"
+    return {SCENE_FILE: "\n".join(lines) + "\n", **files}
+
+
+def _vehicle() -> str:
+    """The shipped car, its overhangs such that the body's centre is the centre of gravity."""
+    car = load_vehicle(VEHICLE)
+    assert car.cog_to_front_axle_m is not None
+    front = 0.5 * car.length_m - car.cog_to_front_axle_m
+    rear = car.length_m - car.wheelbase_m - front
+    numbers = asdict(replace(car, front_overhang_m=front, rear_overhang_m=rear))
+    return "".join(f"{key} = {value!r}\n" for key, value in numbers.items() if isinstance(value, float))
+
+
+def _toml(value: Any) -> str:
+    return f'"{value}"' if isinstance(value, str) else repr(float(value))
+
+
+def _plain(name: str) -> str:
+    return "".join(letter if letter.isalnum() or letter in "-_. " else "_" for letter in name)
+
+
+def _write(files: dict[str, str], folder: Path) -> Path:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in files.items():
+            (folder / name).write_text(text, "utf-8")
+    except OSError as error:
+        raise InputError(folder, "", None, f"cannot be written: {error.strerror}") from None
+    return folder / SCENE_FILE
+
+
+def _blamed(error: InputError, names: list[str]) -> str | None:
+    """The neighbour that a scene is refused for: it overlaps somebody at the start, or stands beyond the road's ends."""
+    if not error.key.startswith("neighbour["):
+        return None
+    index = int(error.key.removeprefix("neighbour[").split("]")[0])
+    return names[index] if index < len(names) else None
