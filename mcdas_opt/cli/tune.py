@@ -47,6 +47,7 @@ def tune(
     train: Annotated[int, typer.Option("--train", help="Avoidable scenes to train on.")] = 12,
     held_out: Annotated[int, typer.Option("--held-out", help="Scenes to validate on, and as many to test.")] = 8,
     workers: Annotated[int, typer.Option("--workers", help="Processes that drive.")] = 1,
+    scheduler: Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, instead of --workers.")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """The best sigmoid for a speed, with what binds it; with --scenes, the MPC's numbers tuned in traffic."""
@@ -56,7 +57,9 @@ def tune(
 
         if storage is None:
             raise ParameterError("storage", None, "a study needs a file to live in: --storage FILE")
-        options = StudyOptions(method=search, seed=seed, scenes=train, held_out=held_out, workers=workers, speed_mps=speed)
+        options = StudyOptions(
+            method=search, seed=seed, scenes=train, held_out=held_out, workers=workers, scheduler=scheduler, speed_mps=speed
+        )
         _study(scenes, trials, storage, options, out, as_json)
         return
     from mcdas_opt.catalogue.vehicles import load_vehicle

@@ -11,6 +11,7 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.ways import Manoeuvre, Way, lateral_bound_mps2
 from mcdas_opt.reference.tuned_path import tuned_path
@@ -26,6 +27,8 @@ class TunedMethod(CorrectedMethod):
 
     def __init__(self, vehicle: Vehicle, settings: Settings | None = None, schedule: GainSchedule | None = None) -> None:
         super().__init__(vehicle, settings)
+        if self.settings.sigmoid.given is not None:
+            raise ParameterError("planner", self.name, "takes its sigmoid from models/tuned, not from a file of parameters")
         self.schedule = schedule or schedule_of(vehicle.name)
 
     def groups(self, situation: Situation, assessment: Assessment, going: Manoeuvre | None) -> list[list[Way]]:

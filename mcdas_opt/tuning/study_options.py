@@ -12,7 +12,8 @@ from mcdas_opt.tuning.search_space import SPACE, Range
 class StudyOptions:
     """`method`: tpe, nsga2, de, cma-es or random. `scenes` avoidable ones are trained on; `held_out` validate, as many test.
 
-    `workers` child processes drive them; `speed_mps` is where the chosen sigmoid is reported.
+    `workers` child processes drive them, or whoever is connected to the Dask `scheduler` at that address; `speed_mps` is where the
+    chosen sigmoid is reported.
     """
 
     method: str = "tpe"
@@ -20,6 +21,7 @@ class StudyOptions:
     scenes: int = 12
     held_out: int = 8
     workers: int = 1
+    scheduler: str | None = None
     speed_mps: float = 60.0 / 3.6
     space: tuple[Range, ...] = field(default=SPACE)
 

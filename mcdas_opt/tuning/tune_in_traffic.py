@@ -13,9 +13,11 @@ from mcdas_opt.catalogue.designs import toml_text
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.errors import InputError
+from mcdas_opt.evaluation.running.executor import Executor
 from mcdas_opt.reference.offset_path import corrected
 from mcdas_opt.tuning.choice import Choice, Guarded, choose, compared, judged
 from mcdas_opt.tuning.design import STEP_M, PathSamples, sampled
+from mcdas_opt.tuning.pool import on_executor
 from mcdas_opt.tuning.search_space import default_values
 from mcdas_opt.tuning.study import StudySpec, Trial, run_study
 from mcdas_opt.tuning.study_options import StudyOptions
@@ -81,7 +83,7 @@ def tune_in_traffic(
     spec = StudySpec(suite=suite, scenes=train, seed=how.seed, method=how.method, space=how.space)
     default = default_values(how.space)
     with ExitStack() as stack:
-        drives = _drives(stack, how.workers)
+        drives = _drives(stack, how)
         found = run_study(spec, storage, trials, drives, progress)
         choice = choose(found)
         sets = []
@@ -96,15 +98,21 @@ def tune_in_traffic(
     return report
 
 
-def _drives(stack: ExitStack, workers: int) -> Drives:
-    if workers == 1:
-        return in_turn
-    from mcdas_opt.evaluation.running.executor import ProcessPool
-    from mcdas_opt.tuning.pool import on_executor
+def _drives(stack: ExitStack, how: StudyOptions) -> Drives:
+    """Here, on child processes, or on a Dask cluster, as the benchmark does."""
+    executor: Executor
+    if how.scheduler is not None:
+        from mcdas_opt.evaluation.running.dask_cluster import DaskCluster
 
-    pool = ProcessPool(workers)
-    stack.callback(pool.close)
-    return on_executor(pool)
+        executor = DaskCluster(how.scheduler)
+    elif how.workers > 1:
+        from mcdas_opt.evaluation.running.executor import ProcessPool
+
+        executor = ProcessPool(how.workers)
+    else:
+        return in_turn
+    stack.callback(executor.close)
+    return on_executor(executor)
 
 
 def _report(

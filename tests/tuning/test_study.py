@@ -8,6 +8,8 @@ import sqlite3
 import subprocess
 import sys
 import time
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -17,13 +19,16 @@ from hypothesis import strategies as st
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.evaluation.running.journal import StoppedError
+from mcdas_opt.evaluation.running.messages import Answer, Ended, Task
 from mcdas_opt.planning.adjustable import adjusted, defaults
 from mcdas_opt.tuning.choice import SetResult, choose, judged, pareto
+from mcdas_opt.tuning.pool import on_executor
 from mcdas_opt.tuning.search_space import SPACE, Range, default_values, shares_of, values_at
 from mcdas_opt.tuning.searchers import search
 from mcdas_opt.tuning.study import Trial, run_study
 from mcdas_opt.tuning.traffic import Worth
-from tests.tuning.invented import Drives, spec
+from tests.tuning.invented import Drives, figures, scenes, spec
 
 pytest.importorskip("optuna")
 pytest.importorskip("cmaes")
@@ -186,3 +191,28 @@ def test_the_guard_refuses_whatever_loses_on_validation(
     assert verdict.accepted == (wins and not loses)
     assert verdict.reason.startswith("accepted" if verdict.accepted else "refused")
     assert [one.name for one in verdict.sets] == ["train", "validation", "test"]
+
+
+class Backwards:
+    """An executor that answers last things first, and whose tasks may fail."""
+
+    def __init__(self, fails: int | None = None) -> None:
+        self.fails = fails
+
+    def run(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Answer]]:
+        for number in reversed(range(len(tasks))):
+            scene, values = tasks[number].arguments
+            if number == self.fails:
+                yield number, Answer(Ended.RAISED, reason="ValueError: no")
+            else:
+                yield number, Answer(Ended.RETURNED, value=asdict(figures(scene, values)))
+
+    def close(self) -> None:
+        pass
+
+
+def test_drives_come_in_the_order_of_their_scenes_whoever_was_faster() -> None:
+    values = default_values(SPACE)
+    assert list(on_executor(Backwards())(scenes(5), values)) == [figures(scene, values) for scene in scenes(5)]
+    with pytest.raises(StoppedError, match="invented-2: ValueError"):
+        list(on_executor(Backwards(fails=2))(scenes(5), values))

@@ -86,6 +86,8 @@ def test_the_paper_takes_no_parameters(tmp_path: Path) -> None:
     _, vehicle = situation_of("sandwich-60-40")
     with pytest.raises(McdasError, match="takes no parameters"):
         planner_with(tmp_path / "design.toml", vehicle, "closed-form")
+    with pytest.raises(McdasError, match="from models/tuned"):
+        planner_with(tmp_path / "design.toml", vehicle, "closed-form-tuned")
 
 
 def test_nothing_is_written_where_nothing_is_found(tmp_path: Path) -> None:
