@@ -134,7 +134,8 @@ def _label(cases: Sequence[Case], journal: Journal, executor: Executor, progress
         chunks += [(mine[k : k + _LABELS_AT_ONCE], rho) for k in range(0, len(mine), _LABELS_AT_ONCE)]
     tasks = [Task(label_chunk, ([case.scene for case in part], rho), _LABEL_LIMIT_S) for part, rho in chunks]
     done, of = len(there), len(there) + len(wanted)
-    progress("labels", done, of)
+    if of:
+        progress("labels", done, of)
     for number, answer in executor.run(tasks):
         if answer.ended is not Ended.RETURNED:
             raise StoppedError(f"the oracle failed on scenes {[case.scene.name for case in chunks[number][0]]}: {answer.reason}")

@@ -30,11 +30,11 @@ class Share:
 
     @property
     def interval(self) -> tuple[float, float]:
-        from scipy.stats import beta
+        from scipy.special import betaincinv  # scipy.stats, which has it by name, takes a second to import
 
         tail = 0.5 * (1.0 - LEVEL)
-        low = float(beta.ppf(tail, self.k, self.n - self.k + 1)) if self.k > 0 else 0.0
-        high = float(beta.ppf(1.0 - tail, self.k + 1, self.n - self.k)) if self.k < self.n else 1.0
+        low = float(betaincinv(self.k, self.n - self.k + 1, tail)) if self.k > 0 else 0.0
+        high = float(betaincinv(self.k + 1, self.n - self.k, 1.0 - tail)) if self.k < self.n else 1.0
         return low, high
 
     def to_dict(self) -> dict[str, Any]:
@@ -54,10 +54,10 @@ class Pairs:
     @property
     def p(self) -> float:
         """Two-sided exact McNemar test: binomial with one half over the pairs that differ (McNemar, Psychometrika 12, 1947)."""
-        from scipy.stats import binomtest
+        from scipy.special import bdtr
 
         differing = self.only_first + self.only_second
-        return float(binomtest(min(self.only_first, self.only_second), differing, 0.5).pvalue) if differing else 1.0
+        return min(1.0, 2.0 * float(bdtr(min(self.only_first, self.only_second), differing, 0.5))) if differing else 1.0
 
     def to_dict(self) -> dict[str, Any]:
         counts = {"first": self.first, "second": self.second, "n": self.n, "only_first": self.only_first, "only_second": self.only_second}

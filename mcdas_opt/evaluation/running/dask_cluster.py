@@ -50,7 +50,7 @@ class DaskCluster:
         futures = [self._client.submit(do_chunk, [tasks[k] for k in chunk], pure=False) for chunk in chunks]
         places = {future.key: chunk for future, chunk in zip(futures, chunks, strict=True)}
         try:
-            for future in as_completed(futures):
+            for future in as_completed(futures, loop=self._client.loop):
                 chunk = places[future.key]
                 if future.status == "finished":
                     answers = future.result()

@@ -1,0 +1,29 @@
+"""A benchmark's run without its report, as a process to be killed: `python -m tests.evaluation.run_only SUITE FOLDER [SCHEDULER]`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+from mcdas_opt.evaluation import provenance
+from mcdas_opt.evaluation.benchmark import run
+from mcdas_opt.evaluation.running.executor import Executor, ProcessPool
+from mcdas_opt.evaluation.suites import expand
+
+
+def main() -> None:
+    suite, folder, *scheduler = sys.argv[1:]
+    provenance.commit = lambda: "as it was"  # type: ignore[assignment]  # a commit made while this runs is not its matter
+    executor: Executor = ProcessPool(1)
+    if scheduler:
+        from mcdas_opt.evaluation.running.dask_cluster import DaskCluster
+
+        executor = DaskCluster(scheduler[0])
+    results = run(expand(suite, 6, seed=2), ("gentle", "aeb"), Path(folder), executor, resume=True)
+    executor.close()
+    sys.stdout.write(json.dumps({"rows_hash": results.rows_hash, "rows": results.rows}))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,106 @@
+"""Child processes: every task has its answer, whatever it does to its process."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from mcdas_opt.errors import ParameterError
+from mcdas_opt.evaluation.running.executor import ProcessPool
+from mcdas_opt.evaluation.running.hand import Hand
+from mcdas_opt.evaluation.running.messages import Ended, Task
+
+
+def alive(pid: int) -> bool:
+    try:
+        stat = Path(f"/proc/{pid}/stat").read_text()
+    except OSError:
+        return False
+    return stat.rpartition(")")[2].split()[0] != "Z"
+
+
+def test_each_task_is_answered_once_and_by_its_own_answer() -> None:
+    pool = ProcessPool(2)
+    try:
+        answers = dict(pool.run([Task(divmod, (k, 3)) for k in range(17)]))
+    finally:
+        pool.close()
+    assert {k: answer.value for k, answer in answers.items()} == {k: divmod(k, 3) for k in range(17)}
+
+
+def test_what_raises_hangs_or_dies_is_told_and_the_next_task_is_done() -> None:
+    hand = Hand()
+    try:
+        assert hand.do(Task(divmod, (1, 0))).reason.startswith("ZeroDivisionError")
+        late = hand.do(Task(time.sleep, (1000.0,), 0.3))
+        assert (late.ended, late.reason) == (Ended.TOO_LONG, "stopped after 0.3 s")
+        assert hand.do(Task(os._exit, (7,))).reason == "its process ended with code 7"
+        assert hand.do(Task(divmod, (7, 2))).value == (3, 1)
+    finally:
+        hand.close()
+
+
+def test_what_is_printed_does_not_get_between_the_answers(capfd: pytest.CaptureFixture[str]) -> None:
+    hand = Hand()
+    try:
+        assert hand.do(Task(os.write, (1, b"loud\n"))).value == 5
+        assert hand.do(Task(print, ("louder",))).ended is Ended.RETURNED
+        assert hand.do(Task(divmod, (7, 2))).value == (3, 1)
+    finally:
+        hand.close()
+    assert "loud" in capfd.readouterr().err
+
+
+def test_children_compute_in_one_thread_and_wait_for_nothing() -> None:
+    hand = Hand()
+    try:
+        assert hand.do(Task(os.getenv, ("OPENBLAS_NUM_THREADS",))).value == "1"
+        before = hand.do(Task(time.process_time, ())).value
+        time.sleep(0.6)
+        assert hand.do(Task(time.process_time, ())).value - before < 0.1
+    finally:
+        hand.close()
+
+
+def test_a_pool_that_is_left_early_stops_its_children() -> None:
+    pool = ProcessPool(2)
+    answers = pool.run([Task(os.getpid, ()), Task(os.getpid, ()), *[Task(time.sleep, (1000.0,))] * 4])
+    pids = {next(answers)[1].value, next(answers)[1].value}
+    answers.close()  # type: ignore[attr-defined]
+    pool.close()
+    assert not any(alive(pid) for pid in pids)
+
+
+def test_children_do_not_outlive_a_killed_parent() -> None:
+    """Also one in the middle of a task that would never end."""
+    program = (
+        "import os, time\n"
+        "from mcdas_opt.evaluation.running.hand import Hand\n"
+        "from mcdas_opt.evaluation.running.messages import Task\n"
+        "hand = Hand()\n"
+        "print(hand.do(Task(os.getpid, ())).value, flush=True)\n"
+        "hand.do(Task(time.sleep, (1000.0,)))\n"
+    )
+    parent = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    assert parent.stdout is not None
+    child = int(parent.stdout.readline())
+    assert alive(child)
+    parent.send_signal(signal.SIGKILL)
+    parent.wait()
+    parent.stdout.close()
+    for _ in range(200):
+        if not alive(child):
+            break
+        time.sleep(0.05)
+    assert not alive(child)
+
+
+def test_a_pool_needs_somebody() -> None:
+    with pytest.raises(ParameterError):
+        ProcessPool(0)
