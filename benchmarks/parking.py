@@ -1,11 +1,16 @@
-"""Parking, measured: the slot sweep, the 84-start grid, TPCAP cases, random slots. Writes a CSV, prints a table.
+"""Parking, measured: the slot sweep, the 84-start grid, TPCAP cases, random slots, mazes, leaving. Writes a CSV, prints a table.
 
-    python benchmarks/parking.py slots [--ratios 1.6,1.4] [--planners nlp,search] [--out FILE.csv]
+    python benchmarks/parking.py slots [--ratios 1.6,1.4] [--planners nlp,search] [--out FILE.csv] [--draw FILE.png]
+    python benchmarks/parking.py leaving [--ratios 1.6,1.4]
     python benchmarks/parking.py grid [--limits study|contract] [--every N]
     python benchmarks/parking.py tpcap FOLDER
     python benchmarks/parking.py random [--number 200] [--seed 1]
+    python benchmarks/parking.py mazes
+    python benchmarks/parking.py closed-forms
 
-Durations and paths repeat; seconds of computing are the machine's.
+A planner is one of `park`'s, or the program in a variant: nlp:duals (the other form of the collision checks), nlp:two-arc, nlp:sigmoid,
+nlp:continuation, nlp:one-more, nlp:plain (one kind of guess alone). Durations and paths repeat; seconds are the machine's: `cpu_s` where
+others use it too. `--draw` makes the sweep's figure from the rows.
 """
 
 from __future__ import annotations
@@ -22,11 +27,22 @@ import numpy as np
 from mcdas_opt.catalogue.parking_cases import load_parking_case, parking_case_from_document, slot_case
 from mcdas_opt.domain.parking import Parking, ParkingCase
 from mcdas_opt.errors import InputError
-from mcdas_opt.planning.parking.park import park
+from mcdas_opt.evaluation.statistics import Share
+from mcdas_opt.planning.parking.closed_form import CLOSED_FORMS, shortest_slot
+from mcdas_opt.planning.parking.exchange import ExchangeSettings
+from mcdas_opt.planning.parking.park import ParkSettings, park
 
 CAR_M = 4.5
 RATIOS = (2.6, 2.2, 2.0, 1.8, 1.6, 1.5, 1.4, 1.35, 1.3, 1.25, 1.2, 1.15, 1.12, 1.1, 1.06)
 PLANNERS = ("nlp", "search", "closed-form-corrected", "two-arc", "closed-form")
+VARIANTS = {
+    "nlp:duals": ParkSettings(exchange=ExchangeSettings(form="duals")),
+    "nlp:plain": ParkSettings(guesses=("search",), polish_up_to=0, left_out=0, starts=1, starts_tight=1, starts_long=1),
+    "nlp:one-more": ParkSettings(guesses=("one-more",), polish_up_to=0, left_out=0),
+    "nlp:two-arc": ParkSettings(guesses=("two-arc",), polish_up_to=0, left_out=0),
+    "nlp:sigmoid": ParkSettings(guesses=("sigmoid",), polish_up_to=0, left_out=0),
+    "nlp:continuation": ParkSettings(guesses=("continuation",), polish_up_to=0, left_out=0),
+}
 COLUMNS = (
     "case",
     "planner",
@@ -103,6 +119,60 @@ def random_cases(number: int, seed: int) -> Iterator[tuple[str, ParkingCase]]:
         yield f"{made}: {length / CAR_M:.2f} L", case
 
 
+def leaving(ratios: tuple[float, ...]) -> Iterator[tuple[str, ParkingCase]]:
+    for name, case in slots(ratios):
+        yield name, replace(case, start=case.goal, goal=case.start)
+
+
+def mazes() -> Iterator[tuple[str, ParkingCase]]:
+    """Hard ones of our own: turning round in alleys, a chicane, a bay with 10 cm to either side, a right angle."""
+
+    def box(x0: float, y0: float, x1: float, y1: float) -> list[list[float]]:
+        return [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
+
+    def alley(width: float) -> list[list[list[float]]]:
+        return [box(-14.0, -1.0, 14.0, 0.0), box(-14.0, width, 14.0, width + 1.0)]
+
+    cases: dict[str, tuple[tuple[float, float, float], tuple[float, float, float], list[list[list[float]]]]] = {
+        "turn round in 7 m": ((0.0, 3.5, 0.0), (2.7, 3.5, np.pi), alley(7.0)),
+        "turn round in 6 m": ((0.0, 3.0, 0.0), (2.7, 3.0, np.pi), alley(6.0)),
+        "turn round in 5.4 m": ((0.0, 2.7, 0.0), (2.7, 2.7, np.pi), alley(5.4)),
+        "chicane": (
+            (-4.0, 1.4, 0.0),
+            (16.0, 1.4, 0.0),
+            [*alley(6.0), box(4.0, 2.6, 4.4, 6.0), box(10.0, 0.0, 10.4, 3.4)],
+        ),
+        "bay of 2 m": (
+            (-4.0, 2.4, 0.0),
+            (0.0, -4.0, 0.5 * np.pi),
+            [box(-9, -5, -1, 0), box(1, -5, 9, 0), box(-9, 4.8, 9, 5.5), box(-9, -6, 9, -5.1)],
+        ),
+        "right angle of 3 m": (
+            (-7.0, 1.5, 0.0),
+            (1.5, 7.0, 0.5 * np.pi),
+            [box(-12.0, 3.0, 0.0, 14.0), box(-12.0, -1.0, 4.0, 0.0), box(3.0, 0.0, 4.0, 14.0)],
+        ),
+    }
+    for name, (start, goal, walls) in cases.items():
+        ends = {
+            key: dict(zip(("x_m", "y_m", "heading_rad"), map(float, pose), strict=True)) for key, pose in (("start", start), ("goal", goal))
+        }
+        yield (
+            name,
+            parking_case_from_document({**ends, "obstacle": [{"vertices_m": [[float(q) for q in v] for v in wall]} for wall in walls]}),
+        )
+
+
+def kind(row: dict[str, object]) -> str:
+    """Why a case has no answer, as a class."""
+    reason = str(row["reason"])
+    if row["status"] == "planned":
+        return "solved"
+    if "proved impossible" in reason:
+        return "proved impossible"
+    return "every cell searched" if "every cell" in reason else "cap on nodes"
+
+
 def row(name: str, planner: str, answer: Parking, cpu_s: float) -> dict[str, object]:
     programs = [a for a in answer.attempts if a.name.startswith("nlp")]
     return {
@@ -123,7 +193,7 @@ def row(name: str, planner: str, answer: Parking, cpu_s: float) -> dict[str, obj
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("suite", choices=("slots", "grid", "tpcap", "random"))
+    parser.add_argument("suite", choices=("slots", "leaving", "grid", "tpcap", "random", "mazes", "closed-forms"))
     parser.add_argument("folder", nargs="?", type=Path, default=Path("../shared/data/tpcap"))
     parser.add_argument("--ratios", default=",".join(str(r) for r in RATIOS))
     parser.add_argument("--planners", default=None)
@@ -132,8 +202,16 @@ def main() -> None:
     parser.add_argument("--number", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=None)
+    parser.add_argument("--draw", type=Path, default=None)
     arguments = parser.parse_args()
+    if arguments.suite == "closed-forms":
+        for name in CLOSED_FORMS:
+            length = shortest_slot(name)
+            print(f"{name}: {'none up to 20 m' if length is None else f'{length:.2f} m = {length / CAR_M:.2f} L'}")
+        return
     suites = {
+        "leaving": lambda: leaving(tuple(float(r) for r in arguments.ratios.split(","))),
+        "mazes": mazes,
         "slots": lambda: slots(tuple(float(r) for r in arguments.ratios.split(","))),
         "grid": lambda: grid(arguments.limits, arguments.every),
         "tpcap": lambda: tpcap(arguments.folder),
@@ -144,16 +222,30 @@ def main() -> None:
     for name, case in suites[arguments.suite]():
         for planner in (arguments.planners or default).split(","):
             begin = time.process_time()
-            answer = park(replace(case, name=name), planner)
+            answer = park(replace(case, name=name), planner.split(":")[0], settings=VARIANTS.get(planner))
             rows.append(row(name, planner, answer, time.process_time() - begin))
             print(*(rows[-1][column] for column in COLUMNS), sep=" | ", flush=True)
-    solved = sum(r["status"] == "planned" for r in rows)
-    print(f"{solved}/{len(rows)} planned")
+    for planner in dict.fromkeys(str(r["planner"]) for r in rows):
+        own = [r for r in rows if r["planner"] == planner]
+        classes = {name: sum(kind(r) == name for r in own) for name in dict.fromkeys(kind(r) for r in own)}
+        low, high = Share(k=classes.get("solved", 0), n=len(own)).interval
+        first, cpu = (sorted(float(str(r[column])) for r in own) for column in ("first_s", "cpu_s"))
+        half = len(own) // 2
+        print(
+            f"{planner}: {classes.get('solved', 0)}/{len(own)} [{low:.3f}, {high:.3f}] {classes}; first answer median {first[half]:.2f} s, "
+            f"worst {first[-1]:.2f} s; computing median {cpu[half]:.2f} s, worst {cpu[-1]:.2f} s"
+        )
     if arguments.out is not None:
         with arguments.out.open("w", newline="") as file:
             writer = csv.DictWriter(file, COLUMNS)
             writer.writeheader()
             writer.writerows(rows)
+    if arguments.draw is not None:
+        from mcdas_opt.plotting.parking import slot_sweep
+        from mcdas_opt.plotting.style import save_png
+
+        text = [{key: str(value) for key, value in r.items()} for r in rows]
+        save_png(slot_sweep(text, {name: shortest_slot(name) for name in CLOSED_FORMS}, CAR_M), arguments.draw)
 
 
 if __name__ == "__main__":
