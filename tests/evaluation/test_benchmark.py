@@ -19,16 +19,20 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.cli.app import app
+from mcdas_opt.domain.settings import Settings
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.evaluation import benchmark
 from mcdas_opt.evaluation.benchmark import Results, run
+from mcdas_opt.evaluation.families import shipped_suites
 from mcdas_opt.evaluation.provenance import digest
 from mcdas_opt.evaluation.results_folder import JOURNAL, LABELS, MANIFEST
 from mcdas_opt.evaluation.running.executor import ProcessPool
 from mcdas_opt.evaluation.running.journal import Journal
 from mcdas_opt.evaluation.suites import Suite, expand
 from mcdas_opt.evaluation.table import read_table
+from mcdas_opt.simulation.loop import simulate
 
 pytestmark = pytest.mark.usefixtures("users_planners")
 
@@ -278,3 +282,23 @@ def test_nobody_at_the_schedulers_address_is_bad_input(monkeypatch: pytest.Monke
     monkeypatch.setattr(dask_cluster, "_CONNECT_S", 0.2)
     with pytest.raises(InputError, match="no Dask scheduler answers"):
         dask_cluster.DaskCluster("tcp://127.0.0.1:9")
+
+
+def test_the_planner_of_the_documentation_drives() -> None:
+    """Its block of ten lines, as printed."""
+    text = (Path(__file__).resolve().parents[2] / "docs" / "benchmark.md").read_text(encoding="utf-8")
+    block = re.search(r"```python\n(.*?)```", text, re.S)
+    assert block is not None
+    assert len([line for line in block[1].splitlines() if line.strip()]) <= 10
+    names: dict[str, Any] = {}
+    exec(compile(block[1], "benchmark.md", "exec"), names)
+    scene = load_scene("stopped-obstacle")
+    drive = simulate(scene.model_copy(update={"duration_s": 1.0}), names["Timid"](scene.vehicle, Settings()))
+    assert drive.plans == 10
+    assert drive.trajectory.speed_mps[-1] < scene.host.speed_mps - 1.0
+
+
+def test_the_documentation_lists_what_is_shipped() -> None:
+    text = (Path(__file__).resolve().parents[2] / "docs" / "benchmark.md").read_text(encoding="utf-8")
+    listed = set(re.findall(r"^\| `([\w-]+)` \| [\w, ]+ \| (?:scripted|reacting|recorded)", text, re.M))
+    assert listed == set(shipped_suites())
