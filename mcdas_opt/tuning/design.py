@@ -82,7 +82,7 @@ def design(request: DesignRequest) -> Design:
     """The optimum of the request. Raises `ParameterError` where there is none, and says what the shortest would be."""
     solution = solve_sigmoid(request.problem())
     if not solution.feasible:
-        raise _refused(request, solution)
+        raise _refused(request)
     return _design(request, solution)
 
 
@@ -139,26 +139,30 @@ def _words(objective: str, reports: tuple[ConstraintReport, ...], at_bounds: tup
     gain = {"shortest": "save", "clearance": "gain", "jerk": "save"}[objective]
 
     def worth(report: ConstraintReport) -> float:
-        return report.multiplier * _STEPS[report.unit]
+        return report.multiplier * _step(report)
 
     said = []
     for report in sorted((r for r in reports if r.binds), key=worth, reverse=True):
-        step, more = _STEPS[report.unit], "less" if report.sense == "at least" else "more"
+        step, more = _step(report), "less" if report.sense == "at least" else "more"
         said.append(f"{report.name} binds; {step:g} {report.unit} {more} would {gain} {worth(report):.2g} {unit}")
     return (*said, *at_bounds)
 
 
-def _refused(request: DesignRequest, last: SigmoidSolution) -> ParameterError:
+def _step(report: ConstraintReport) -> float:
+    """So much more of a limit that the first order still says something: the unit's usual step, or a tenth of a small limit."""
+    usual = _STEPS[report.unit]
+    if usual <= 0.5 * abs(report.limit):
+        return usual
+    return float(f"{0.1 * max(abs(report.limit), 1e-6):.0e}")
+
+
+def _refused(request: DesignRequest) -> ParameterError:
     """Why nothing satisfies the request, in figures that could be had."""
     km_h = f"{3.6 * request.speed_mps:.0f} km/h"
     under = f"at {km_h} under {_tightest(request):.3g} m/s^2"
     eased = solve_sigmoid(request.eased().problem())
     if not eased.feasible:
-        worst = max(last.terms, key=lambda t: (t.limit - t.value if t.at_least else t.value - t.limit) / max(abs(t.limit), 1e-6))
-        rule = (
-            f"no sigmoid {under} keeps the limit of {worst.limit:.3g} {worst.unit} within the bounds: the nearest reaches {worst.value:.3g}"
-        )
-        return ParameterError(worst.name, worst.limit, rule, worst.unit)
+        return _contradicted(request, under)
     if request.length_max_m is not None and eased.length_m > request.length_max_m:
         rule = f"no sigmoid settles within {request.length_max_m:g} m {under}: the shortest is {eased.length_m:.3g} m"
         return ParameterError("length_max_m", request.length_max_m, rule, "m")
@@ -174,6 +178,22 @@ def _refused(request: DesignRequest, last: SigmoidSolution) -> ParameterError:
         return ParameterError(f"{who}_gap_m", other[0], rule, "m")
     rule = f"no sigmoid {under} satisfies all limits at once: the shortest with nobody near is {eased.length_m:.3g} m"
     return ParameterError("objective", request.objective, rule)
+
+
+def _contradicted(request: DesignRequest, under: str) -> ParameterError:
+    """Limits that no sigmoid keeps at once, with nobody near: the first one without which there is a design."""
+    problem = request.eased().problem()
+    for i, term in enumerate(problem.terms):
+        freed = (*problem.terms[:i], _freed(term), *problem.terms[i + 1 :])
+        found = solve_sigmoid(replace(problem, terms=freed))
+        if found.feasible:
+            rule = f"no sigmoid {under} keeps this limit and all the others within the bounds: the one that keeps the others reaches"
+            return ParameterError(term.name, term.limit, f"{rule} {found.terms[i].value:.3g} {term.unit}", term.unit)
+    return ParameterError("limits", "together", f"no sigmoid {under} keeps them within the bounds, nor all but one of them")
+
+
+def _freed(term: Any) -> Any:
+    return replace(term, limit=1e3 * max(abs(term.limit), 1.0))
 
 
 def _tightest(request: DesignRequest) -> float:

@@ -78,6 +78,8 @@ class DesignRequest:
             ("other_width_m", "m"),
         ):
             positive(name, getattr(self, name), unit)
+        if self.lane_width_m <= self.vehicle.width_m:
+            raise ParameterError("lane_width_m", self.lane_width_m, f"must be greater than the vehicle's {self.vehicle.width_m:g} m", "m")
         within("offset_m", self.offset_m, -self.lane_width_m, self.lane_width_m, "m")
         within("settling_m", self.settling_m, 1e-6, 0.99 * SETTLED_M, "m")
         non_negative("clearance_m", self.clearance_m, "m")
