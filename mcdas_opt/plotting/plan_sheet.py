@@ -12,6 +12,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.rectangle import corners
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.birdseye import BirdsEye, Camera
+from mcdas_opt.plotting.escape_timeline import draw_timeline
 from mcdas_opt.plotting.moments import HOST, Moment, Shown, View
 from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.plotting.words import because, doing, sentence
@@ -24,14 +25,16 @@ _WIDTH_IN = 9.6
 
 
 def plan_sheet(situation: Situation, vehicle: Vehicle, plan: Plan) -> Figure:
-    """The road from above, now and where everybody is believed to be after each second, over the plan's charts with their limits."""
+    """The road from above, now and where everybody is believed to be after each second, over the plan's charts with their limits and the
+    timeline of the ways out."""
     from textwrap import shorten
 
     outlook = Outlook(situation, vehicle)
     frame = outlook.view()
     view = View(back_m=frame["back"], ahead_m=frame["ahead"], right_m=frame["right"], left_m=frame["left"])
     bird = (_WIDTH_IN - 0.3) * view.aspect
-    height = 1.0 + bird + 0.45 + 1.7
+    timeline = 0.0 if plan.escapes is None else 2.3
+    height = 1.0 + bird + 0.45 + 1.7 + timeline
     with style.styled():
         fig = style.figure(_WIDTH_IN, height)
         fig.set_layout_engine("none")
@@ -46,8 +49,10 @@ def plan_sheet(situation: Situation, vehicle: Vehicle, plan: Plan) -> Figure:
         width = (0.985 - left - gap * (len(charts) - 1)) / len(charts)
         quantities = outlook.quantities(plan.trajectory)
         for k, chart in enumerate(charts):
-            below = fig.add_axes((left + k * (width + gap), 0.45 / height, width, 1.2 / height))
+            below = fig.add_axes((left + k * (width + gap), (0.45 + timeline) / height, width, 1.2 / height))
             _chart(below, chart, plan.trajectory.t_s, quantities[chart["key"]])
+        if plan.escapes is not None:
+            draw_timeline(fig.add_axes((0.1, 0.48 / height, 0.62, 1.45 / height)), plan.escapes)
     return fig
 
 
