@@ -22,7 +22,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.domain.vocabulary import Status
+from mcdas_opt.domain.vocabulary import Mode, Status
 from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.continuation import to_safe_end
 from mcdas_opt.planning.planner import Planner
@@ -157,7 +157,7 @@ def _against_corrected(seed: int, situation: Situation, plan: Plan, planner: Pla
             desired_speed_mps=situation.wanted_speed_mps,
             side=of.side,
             leaning=shorter_side(assessment),
-            needless=False,
+            needless=assessment.mode in (Mode.BRAKE, Mode.ACCELERATE),
             settings=WorthSettings(),
         )
 

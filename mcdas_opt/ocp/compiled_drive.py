@@ -1,4 +1,4 @@
-"""The roll-out as a compiled library: the equations of motion's own C text in a loop over the horizon."""
+"""The roll-out and the following of paths as a compiled library: the equations of motion's own C text in a loop over the horizon."""
 
 from __future__ import annotations
 
@@ -21,13 +21,16 @@ _BUILDS = ("-O2 -lm",)  # no fused operations: the same bits as the interpreted 
 
 
 class CompiledDrive:
-    """`mcdas_opt.planning.roll_out` in C: 12 us instead of 400 for 40 steps."""
+    """`mcdas_opt.planning.roll_out` in C (12 us instead of 400 for 40 steps), and `mcdas_opt.actuation.path_following`."""
 
     def __init__(self, library: ctypes.CDLL) -> None:
         pointer, number, whole = ctypes.c_void_p, ctypes.c_double, ctypes.c_int
         self._drive = library.mcdas_drive
         self._drive.restype = None
         self._drive.argtypes = [whole, pointer, pointer, number, pointer, whole, *[pointer] * 4]
+        self._follow = library.mcdas_follow
+        self._follow.restype = None
+        self._follow.argtypes = [whole, number, pointer, whole, *[pointer] * 6]
 
     def __call__(
         self, states: Array, planned_speed_mps: Array, inputs: Array, steps_s: Array, car: Array, road: Array, starts: float
@@ -39,6 +42,12 @@ class CompiledDrive:
         h, planned, of, at, u, x = data
         knots = road.shape[1]
         self._drive(len(steps_s), h, planned, starts, of, knots, at, at + 8 * knots, u, x)
+
+    def follow(self, states: Array, inputs: Array, step_s: float, car: Array, road: Array, path: Array, law: Array) -> None:
+        """Fills `states` (N + 1, 6) from its first row, and `inputs` (N, 2). `path` and `law` as the records of the C text have them."""
+        of, at, way, rule, u, x = (array.ctypes.data for array in (car, road, path, law, inputs, states))
+        knots = road.shape[1]
+        self._follow(len(inputs), step_s, of, knots, at, at + 8 * knots, way, rule, u, x)
 
 
 @lru_cache(maxsize=1)

@@ -1,4 +1,4 @@
-/* Inputs driven over a horizon: `mcdas_opt.planning.roll_out`, operation by operation. The equations of motion, motion(), are generated
+/* Inputs driven over a horizon (`mcdas_opt.planning.roll_out`) and a path followed (`mcdas_opt.actuation.path_following`), operation by operation. The equations of motion, motion(), are generated
  * and stand before this text, which knows only their order: s d psi v a delta. Portable C99; nothing global is written. */
 
 enum { S, D, PSI, V, A, DELTA, NX };
@@ -57,7 +57,7 @@ PUBLIC void mcdas_drive(int nodes, const double *h, const double *planned, doubl
 {
     for (int k = 0; k < nodes; k++, x += NX, u += 2) {
         double *next = x + NX;
-        if (x[V] <= 1e-9 && x[A] <= 0.0 && planned[k + 1] < starts) {
+        if (x[V] <= 1e-9 && x[A] <= 0.0 && (planned[k + 1] < starts || u[0] <= 0.0)) {
             u[0] = u[1] = 0.0;
             memcpy(next, x, sizeof(double) * NX);
             next[A] = 0.0;
@@ -70,5 +70,78 @@ PUBLIC void mcdas_drive(int nodes, const double *h, const double *planned, doubl
             next[V] = next[A] = 0.0;
             next[DELTA] += u[1] * (h[k] - stop);
         }
+    }
+}
+
+typedef struct {
+    double start_s, start_d, amplitude, a, b, bend, bend_s, bend_width;
+} Path;
+
+/* d(s) and its first two derivatives: `reference.offset_path` */
+static void path_at(const Path *p, double s, double out[3])
+{
+    const double x = s - p->start_s, z = s - p->bend_s, length = -2.0 * log(p->b) / p->a, gain = (p->b + 1.0) / (p->b - 1.0);
+    const double on = LESSER(GREATER(x, 0.0), length), shape = 0.5 * (1.0 - tanh(0.5 * (p->a * on + log(p->b))));
+    const double w2 = p->bend_width * p->bend_width, h = p->bend * exp(-(z / p->bend_width) * (z / p->bend_width));
+    const double h1 = -2.0 * z / w2 * h, h2 = (4.0 * z * z / w2 - 2.0) / w2 * h, level = p->amplitude + h;
+    double r = x > length ? 1.0 : 0.0, r1 = 0.0, r2 = 0.0;
+    if (x >= 0.0 && x <= length) {
+        r = (shape - 1.0 / (1.0 + p->b)) * (p->b + 1.0) / (p->b - 1.0);
+        r1 = -gain * p->a * shape * (1.0 - shape);
+        r2 = gain * p->a * p->a * shape * (1.0 - shape) * (1.0 - 2.0 * shape);
+    }
+    out[0] = p->start_d + r * level;
+    out[1] = r1 * level + r * h1;
+    out[2] = r2 * level + 2.0 * r1 * h1 + r * h2;
+}
+
+typedef struct {
+    double speed, acceleration, start_s;                             /* the speed law */
+    double lateral, grip, bandwidth, preview;                        /* bounds and bandwidth of the following */
+    double steering, rate, jerk_min, jerk_max, slowest, fastest;     /* the car's limits, as far as they are used */
+} Law;
+
+static double bounded(double low, double value, double high) { return LESSER(GREATER(value, low), high); }
+
+static double steering_rate(const double *x, const Path *path, double kappa, double wheelbase, const Law *law, double h)
+{
+    const double speed = GREATER(x[V], 2.0), w = law->bandwidth;
+    double here[3], ahead[3];
+    path_at(path, x[S], here);
+    path_at(path, x[S] + x[V] * law->preview, ahead);
+    const double offset = x[D] - here[0], heading = x[PSI] - atan(here[1]);
+    double wanted = kappa * cos(x[PSI]) / (1.0 - x[D] * kappa) + ahead[2] / pow(1.0 + ahead[1] * ahead[1], 1.5);
+    wanted -= w / speed * (w / speed) * offset + 2.0 * w / speed * heading;
+    const double slow = GREATER(x[V], 0.1), most = LESSER(law->lateral / (slow * slow), tan(law->steering) / wheelbase);
+    const double target = atan(wheelbase * bounded(-most, wanted, most));
+    return x[V] < 0.05 ? 0.0 : bounded(-law->rate, (target - x[DELTA]) / h, law->rate);
+}
+
+static double jerk(const double *x, int begun, double wheelbase, const Law *law, double h)
+{
+    double wanted = 0.0;
+    if (begun) {
+        const double gap = law->speed - x[V], easing = gap > 0.0 ? -law->jerk_min : law->jerk_max;
+        const double most = LESSER(law->acceleration, LESSER(sqrt(1.6 * easing * fabs(gap)), fabs(gap) / (2.0 * h)));
+        wanted = copysign(most, gap);
+    }
+    const double lateral = x[V] * x[V] * tan(x[DELTA]) / wheelbase, room = sqrt(GREATER(law->grip * law->grip - lateral * lateral, 0.0));
+    wanted = GREATER(law->slowest, GREATER(-room, LESSER(law->fastest, LESSER(room, wanted))));
+    return bounded(law->jerk_min, (wanted - x[A]) / h, law->jerk_max);
+}
+
+/* x (steps + 1, NX) with the start in its first row, u (steps, 2): what the following law makes of a path and a speed law */
+PUBLIC void mcdas_follow(int steps, double h, const double *car, int knots, const double *at, const double *kappa, const double *path,
+                         const double *law, double *u, double *x)
+{
+    Path way;
+    Law rule;
+    memcpy(&way, path, sizeof way);
+    memcpy(&rule, law, sizeof rule);
+    for (int k = 0; k < steps; k++, x += NX, u += 2) {
+        const Road on = {u, car, at, kappa, knots};
+        u[1] = steering_rate(x, &way, curvature(x[S], knots, at, kappa), car[0], &rule, h);
+        u[0] = jerk(x, k * h >= rule.start_s - 1e-9, car[0], &rule, h);
+        rk4(&on, x, h, x + NX);
     }
 }

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mcdas_opt.actuation.path_following import SpeedLaw, follow
+from mcdas_opt.actuation.path_following import SpeedLaw
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.plan import Candidate, Plan, Refusal, Timing
 from mcdas_opt.domain.prediction import Prediction
@@ -19,6 +19,7 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Request, Side
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.planning.selection import WorthSettings, worth
 from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, lateral_bound_mps2, shorter_side, ways_out
 from mcdas_opt.reference.literal import LiteralPath, literal_path
@@ -192,7 +193,7 @@ class CorrectedMethod:
 
     def driven(self, situation: Situation, prediction: Prediction, way: Way, leaning: Side) -> _Driven:
         """A way, driven and judged."""
-        trajectory = self.drive(situation, way)
+        trajectory = drive(situation, way, self.vehicle, self.settings)
         verdict = judge(trajectory, situation.host, self.vehicle, situation.road, prediction)
         cost = worth(
             trajectory,
@@ -231,16 +232,17 @@ class CorrectedMethod:
             reference=one.way.manoeuvre,
         )
 
-    def drive(self, situation: Situation, way: Way) -> Trajectory:
-        """The bicycle along the way's path, at most at the bound that the path was made for."""
-        hard = way.mode in (Mode.BRAKE, Mode.ACCELERATE)
-        most = 0.9 * situation.road.friction * GRAVITY_MPS2 if hard else 2.0
-        return follow(
-            situation.host,
-            way.path,
-            SpeedLaw(speed_mps=way.speed_mps, acceleration_mps2=most),
-            vehicle=self.vehicle,
-            road=situation.road,
-            duration_s=float(self.settings.grid.times_s[-1]),
-            lateral_acceleration_mps2=lateral_bound_mps2(situation, self.settings.sigmoid),
-        )
+
+def drive(situation: Situation, way: Way, vehicle: Vehicle, settings: Settings) -> Trajectory:
+    """The bicycle along the way's path, at most at the bound that the path was made for."""
+    hard = way.mode in (Mode.BRAKE, Mode.ACCELERATE)
+    most = 0.9 * situation.road.friction * GRAVITY_MPS2 if hard else 2.0
+    return follow(
+        situation.host,
+        way.path,
+        SpeedLaw(speed_mps=way.speed_mps, acceleration_mps2=most),
+        vehicle=vehicle,
+        road=situation.road,
+        duration_s=float(settings.grid.times_s[-1]),
+        lateral_acceleration_mps2=lateral_bound_mps2(situation, settings.sigmoid),
+    )

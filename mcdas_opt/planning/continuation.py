@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mcdas_opt.actuation.path_following import FollowingSettings, SpeedLaw, follow
+from mcdas_opt.actuation.path_following import FollowingSettings, SpeedLaw
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
@@ -16,6 +16,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.manoeuvres.safe_end import Ends, ends
+from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.verification.judge import judge
 

@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 
-from mcdas_opt.actuation.path_following import SpeedLaw, follow
+from mcdas_opt.actuation.path_following import SpeedLaw
 from mcdas_opt.domain.plan import Attempt, Candidate, Plan, Refusal, Timing
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.settings import Settings
@@ -15,6 +15,7 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.continuation import Ended, to_safe_end
+from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.planning.selection import severity
 from mcdas_opt.planning.simple_policies import simple_policies
 from mcdas_opt.planning.tail import tail

@@ -16,6 +16,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Side
+from mcdas_opt.planning.closed_form import drive
 from mcdas_opt.planning.continuation import Ended, to_safe_end
 from mcdas_opt.planning.lane_stage import LaneStage, Solved, StageSettings
 from mcdas_opt.planning.selection import WorthSettings, nearness, worth
@@ -139,8 +140,8 @@ class MpcMethod:
     ) -> tuple[_Answer, Ended] | None:
         """The gentlest set of ways that holds one which passes.
 
-        When nothing threatens: what is under way, or the lane. At a threat: the four ways out and the best of the sampled family; while
-        a manoeuvre is under way the family waits until nothing else passes to a safe end.
+        When nothing threatens: what is under way, or the lane. At a threat: the four ways out, the best of the sampled family, and the four
+        as driven without an optimiser; while a manoeuvre is under way the family waits until nothing else passes to a safe end.
         """
         if not assessment.threatened:
             quiet = assessment.mode if assessment.mode in (Mode.CRUISE, Mode.PARK) else Mode.HOLD
@@ -160,6 +161,8 @@ class MpcMethod:
             if best is not None and best[1].sound:
                 return best
         passed += self._passed(situation, prediction, spread_ways(situation, self.vehicle, prediction, self.settings.grid), assessment)
+        if passed:  # a closed form alone is the ladder's to drive, and to label
+            passed += self._closed_forms(situation, prediction, four, assessment)
         return self._cheapest(passed, situation, prediction, before, going)
 
     def _cheapest(
@@ -198,8 +201,20 @@ class MpcMethod:
         return solved if solved.trajectory is not None else replace(solved, reason=f"not solved: {solved.reason}")
 
     def _passed(self, situation: Situation, prediction: Prediction, ways: tuple[Way, ...], assessment: Assessment) -> list[_Answer]:
-        """Solves the ways, one by one, and judges them, all at once; records them among the tried, and their drives among the failed."""
-        solutions = [self._solve(situation, prediction, way) for way in ways]
+        """Solves the ways, one by one, and judges them."""
+        return self._judged(situation, prediction, ways, [self._solve(situation, prediction, way) for way in ways], assessment)
+
+    def _closed_forms(self, situation: Situation, prediction: Prediction, ways: tuple[Way, ...], assessment: Assessment) -> list[_Answer]:
+        """The same ways as the bicycle drives them without an optimiser: what leaves is never worth less than the closed form."""
+        ways = tuple(replace(way, name=f"{way.name}-driven") for way in ways if not way.refusal)
+        drives = [drive(situation, way, self.vehicle, self.settings) for way in ways]
+        solutions = [Solved(trajectory=trajectory, reason="", iterations=0, converged=True) for trajectory in drives]
+        return self._judged(situation, prediction, ways, solutions, assessment)
+
+    def _judged(
+        self, situation: Situation, prediction: Prediction, ways: tuple[Way, ...], solutions: list[Solved], assessment: Assessment
+    ) -> list[_Answer]:
+        """Judges them, all at once; records them among the tried, and their drives among the failed. Those that pass."""
         started = time.perf_counter()
         driven = [solved.trajectory for solved in solutions if solved.trajectory is not None]
         verdicts = iter(judge_all(driven, situation.host, self.vehicle, situation.road, prediction))

@@ -19,6 +19,7 @@ from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.ocp.compiled_drive import compiled_drive
 
 _STARTS_MPS = 0.2  # a standing car drives off when the optimiser means it to go at least so fast
+_STARTS_WITHIN_S = 0.5  # ... so soon: the first step of driving off is slower than that
 _EASING = 0.95  # share of the jerk with which a stop, or the approach to top speed, can be eased
 
 
@@ -29,19 +30,27 @@ def roll_out(host: HostState, planned_speed_mps: Array, inputs: Array, grid: Tim
     that it drives off. Road beyond its knots keeps its curvature.
     """
     u = np.array(inputs, dtype=np.float64)
+    planned = soon(np.asarray(planned_speed_mps, dtype=np.float64), grid)
     compiled = compiled_drive()
     if compiled is None:
-        return Trajectory.from_states(grid.times_s, interpreted(host, planned_speed_mps, u, grid, vehicle, road), u)
+        return Trajectory.from_states(grid.times_s, interpreted(host, planned, u, grid, vehicle, road), u)
     states = np.empty((grid.nodes + 1, 6))
     states[0] = host.to_vector()
-    planned = np.ascontiguousarray(planned_speed_mps, dtype=np.float64)
     car = np.array([vehicle.wheelbase_m, vehicle.centre_m])
-    compiled(states, planned, u, grid.steps_s, car, _knots(road), _STARTS_MPS)
+    compiled(states, planned, u, grid.steps_s, car, knots(road), _STARTS_MPS)
     return Trajectory.from_states(grid.times_s, states, u)
 
 
+def soon(planned_mps: Array, grid: TimeGrid) -> Array:
+    """(N + 1,): the fastest that is planned between each time and half a second after it."""
+    if planned_mps.min() >= _STARTS_MPS:
+        return np.ascontiguousarray(planned_mps)
+    last = np.searchsorted(grid.times_s, grid.times_s + _STARTS_WITHIN_S + 1e-9)
+    return np.array([planned_mps[k:end].max() for k, end in enumerate(last)])
+
+
 @lru_cache(maxsize=16)
-def _knots(road: Road) -> Array:
+def knots(road: Road) -> Array:
     """(2, knots): s and curvature."""
     return np.ascontiguousarray(np.array(road.curvature).T)
 
@@ -53,7 +62,7 @@ def interpreted(host: HostState, planned_speed_mps: Array, u: Array, grid: TimeG
     states = [x]
     for k, h in enumerate(grid.steps_s.tolist()):
         standing = x[3] <= 1e-9 and x[4] <= 0.0
-        if standing and planned_speed_mps[k + 1] < _STARTS_MPS:
+        if standing and (planned_speed_mps[k + 1] < _STARTS_MPS or u[k, 0] <= 0.0):
             u[k] = (0.0, 0.0)
             x = [*x[:4], 0.0, x[5]]
             states.append(x)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from mcdas_opt.actuation.path_following import SpeedLaw, follow
+from mcdas_opt.actuation.path_following import SpeedLaw
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.manoeuvres.kinds import next_lane_m
+from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.reference.offset_path import OffsetPath, corrected
 

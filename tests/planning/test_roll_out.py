@@ -16,7 +16,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.ocp.compiled_drive import compiled_drive
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.planning.roll_out import interpreted, roll_out, within_reach
+from mcdas_opt.planning.roll_out import interpreted, roll_out, soon, within_reach
 from mcdas_opt.verification.judge import judge
 from tests.planning.situations import car
 
@@ -69,7 +69,22 @@ def test_the_compiled_roll_out_is_the_interpreted_one(v: float, bend: float, see
     inputs = np.column_stack([rng.normal(push, 6.0, 40), rng.normal(0.0, 0.1, 40)])
     planned = rng.choice([0.0, 1.0], 41)
     u = inputs.copy()
-    states = interpreted(host, planned, u, GRID, CAR, road)
+    states = interpreted(host, soon(planned, GRID), u, GRID, CAR, road)
     driven = roll_out(host, planned, inputs, GRID, CAR, road)
     assert driven.states == pytest.approx(states, abs=1e-9)
     assert np.array_equal(driven.inputs[:-1], u)
+
+
+def test_a_standing_car_drives_off_as_planned() -> None:
+    """The first step of driving off is slow: it must not be taken for standing."""
+    jerk = np.zeros((40, 2))
+    jerk[0, 0], jerk[1, 0] = 20.0, 9.0
+    driven = roll_out(HostState(), 0.145 + 2.9 * np.maximum(GRID.times_s - 0.2, -0.05), jerk, GRID, CAR, Road())
+    assert driven.acceleration_mps2[2:] == pytest.approx(2.9)
+    assert driven.speed_mps[-1] == pytest.approx(2.9 * 3.8 + 0.1 + 0.245, abs=1e-9)
+
+
+def test_a_standing_car_never_rolls_back() -> None:
+    driven = roll_out(HostState(), np.full(41, 1.0), np.full((40, 2), [-5.0, 0.0]), GRID, CAR, Road())
+    assert driven.speed_mps.min() == 0.0
+    assert driven.s_m.max() == driven.s_m.min() == 0.0

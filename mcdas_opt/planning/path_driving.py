@@ -1,0 +1,81 @@
+"""Paths followed by the compiled law where there is a compiler, else by `actuation.path_following`, which says what the law is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mcdas_opt.actuation import path_following
+from mcdas_opt.actuation.path_following import FollowingSettings, SpeedLaw
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.ocp.compiled_drive import compiled_drive
+from mcdas_opt.planning.roll_out import knots
+from mcdas_opt.reference.lane_centre import LaneCentre
+from mcdas_opt.reference.offset_path import OffsetPath
+
+_NO_PATH = (0.0, -1.0, 2.0, 0.0, 0.0, 1.0)  # an offset path that goes nowhere: amplitude, a, b, bend, its place, its width
+
+
+def follow(
+    start: HostState,
+    path: OffsetPath | LaneCentre,
+    law: SpeedLaw,
+    *,
+    vehicle: Vehicle,
+    road: Road,
+    duration_s: float,
+    lateral_acceleration_mps2: float,
+    settings: FollowingSettings | None = None,
+) -> Trajectory:
+    """As `path_following.follow`, to 1e-9: the trajectory of the bicycle from the measured state along `path`."""
+    compiled = compiled_drive()
+    if compiled is None:
+        return path_following.follow(
+            start,
+            path,
+            law,
+            vehicle=vehicle,
+            road=road,
+            duration_s=duration_s,
+            lateral_acceleration_mps2=lateral_acceleration_mps2,
+            settings=settings,
+        )
+    cfg = settings or FollowingSettings()
+    steps = max(2, round(duration_s / cfg.step_s))
+    states, inputs = np.empty((steps + 1, 6)), np.empty((steps, 2))
+    states[0] = start.to_vector()
+    car = np.array([vehicle.wheelbase_m, vehicle.centre_m])
+    rule = _law(law, vehicle, road, lateral_acceleration_mps2, cfg)
+    compiled.follow(states, inputs, cfg.step_s, car, knots(road), _path(path), rule)
+    return Trajectory.from_states(np.round(np.arange(steps + 1) * cfg.step_s, 9), states, inputs)
+
+
+def _path(path: OffsetPath | LaneCentre) -> Array:
+    if isinstance(path, LaneCentre):
+        return np.array([0.0, path.d_m, *_NO_PATH])
+    shape = (path.amplitude_m, path.a_per_m, path.b, path.bend_m, path.bend_s_m, path.bend_width_m)
+    return np.array([path.start_s_m, path.start_d_m, *shape])
+
+
+def _law(law: SpeedLaw, vehicle: Vehicle, road: Road, lateral_mps2: float, cfg: FollowingSettings) -> Array:
+    grip, share = cfg.friction_share * road.friction * GRAVITY_MPS2, cfg.limit_share
+    return np.array(
+        [
+            law.speed_mps,
+            law.acceleration_mps2,
+            law.start_s,
+            min(lateral_mps2, grip),
+            grip,
+            cfg.bandwidth_radps,
+            cfg.preview_s,
+            share * vehicle.steering_max_rad,
+            share * vehicle.steering_rate_max_radps,
+            share * vehicle.jerk_min_mps3,
+            share * vehicle.jerk_max_mps3,
+            share * vehicle.acceleration_min_mps2,
+            share * vehicle.acceleration_max_mps2,
+        ]
+    )

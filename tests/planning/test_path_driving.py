@@ -1,0 +1,48 @@
+"""The compiled following of a path against the law as it is written down."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mcdas_opt.actuation import path_following
+from mcdas_opt.actuation.path_following import FollowingSettings, SpeedLaw
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.ocp.compiled_drive import compiled_drive
+from mcdas_opt.planning.path_driving import follow
+from mcdas_opt.reference.lane_centre import LaneCentre
+from mcdas_opt.reference.offset_path import corrected
+
+CAR = Vehicle()
+
+
+@pytest.mark.skipif(compiled_drive() is None, reason="there is no C compiler")
+@given(
+    v=st.floats(0.0, 40.0),
+    target=st.floats(-4.0, 4.0),
+    aim=st.floats(0.0, 45.0),
+    hard=st.floats(0.5, 8.0),
+    bend=st.one_of(st.just(0.0), st.floats(-0.6, 0.6)),
+    curve=st.floats(-0.004, 0.004),
+    friction=st.floats(0.2, 1.0),
+    heading=st.floats(-0.05, 0.05),
+    late=st.floats(0.0, 1.0),
+    lane=st.booleans(),
+)
+def test_compiled_law_is_the_law(
+    v: float, target: float, aim: float, hard: float, bend: float, curve: float, friction: float, heading: float, late: float, lane: bool
+) -> None:
+    host = HostState(speed_mps=v, d_m=0.2, heading_rad=heading, acceleration_mps2=0.3 if v > 1.0 else 0.0)
+    path = LaneCentre(d_m=target) if lane else corrected(0.3, 0.2, target, v, 3.0, bend_m=bend, bend_s_m=25.0)
+    road = Road(lanes_left=1, lanes_right=1, friction=friction, curvature=((0.0, 0.0), (40.0, curve), (90.0, -curve)))
+    law = SpeedLaw(speed_mps=aim, acceleration_mps2=hard, start_s=late)
+    settings = FollowingSettings(step_s=0.05)
+    keys = {"vehicle": CAR, "road": road, "duration_s": 3.0, "lateral_acceleration_mps2": 3.0, "settings": settings}
+    ours, written = follow(host, path, law, **keys), path_following.follow(host, path, law, **keys)
+    assert np.array_equal(ours.t_s, written.t_s)
+    assert np.abs(ours.states - written.states).max() < 1e-8
+    assert np.abs(ours.inputs - written.inputs).max() < 1e-5
