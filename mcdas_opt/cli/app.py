@@ -14,6 +14,7 @@ import typer
 from mcdas_opt.cli.benchmark import benchmark
 from mcdas_opt.cli.escapes import escapes
 from mcdas_opt.cli.export_c import export_c
+from mcdas_opt.cli.export_log import export_log
 from mcdas_opt.cli.follow import follow
 from mcdas_opt.cli.judge import judge
 from mcdas_opt.cli.live import live
@@ -34,7 +35,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
 )
-for command in (plan, simulate, judge, escapes, park, follow, replay, reproduce, export_c, live, tune, studio, benchmark):
+for command in (plan, simulate, judge, escapes, park, follow, replay, reproduce, export_c, export_log, live, tune, studio, benchmark):
     app.command()(command)
 
 _INTERRUPTED = 130
