@@ -99,7 +99,7 @@ def test_kill_minus_nine_loses_and_doubles_no_trial(tmp_path: Path, method: str)
     storage, want = tmp_path / "study.db", 6
     root = Path(__file__).resolve().parents[2]
     command = [sys.executable, "-m", "tests.tuning.invented", str(storage), method, str(want)]
-    workers = [subprocess.Popen(command, cwd=root) for _ in range(2 if method == "tpe" else 1)]
+    workers = [subprocess.Popen(command, cwd=root) for _ in range(2)]
     while _finished(storage) < 2:
         assert any(worker.poll() is None for worker in workers)
         time.sleep(0.02)
