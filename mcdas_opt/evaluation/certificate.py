@@ -65,9 +65,9 @@ class _Obstacle:
 
 
 def closes_at(host: HostState, vehicle: Vehicle, road: Road, bodies: Sequence[PredictedBody], duration_s: float) -> float | None:
-    """The time by which every drive from `host` has met one of the bodies or left the road; None where this method cannot show it (as
-    for a host that is not straight ahead). Times of the bodies are counted from the host's state."""
-    if host.heading_rad or host.steering_rad or duration_s < STEP_S:
+    """The time by which every drive from `host` has met one of the bodies or left the road; None where this method cannot show it. Times of
+    the bodies are counted from the host's state."""
+    if duration_s < STEP_S:
         return None
     car = RelaxedVehicle(host=host, vehicle=vehicle, road=road, duration_s=duration_s)
     obstacles = [it for it in (_obstacle(body, car) for body in bodies) if bool(it.in_way.any())]
