@@ -168,7 +168,8 @@ def main() -> None:
         seconds = time.process_time() - begin
         print(f"round {number}: {len(program.segments)} intervals, {len(program.checks.angles)} checks")
         print(
-            f"  ipopt: set up {max(both - seconds, 0.0):.3f} s, {seconds:.3f} s, {again.iterations} iterations, {again.duration_s:.3f} s of driving, {again.status}"
+            f"  ipopt: set up {max(both - seconds, 0.0):.3f} s, {seconds:.3f} s, {again.iterations} iterations, "
+            f"{again.duration_s:.3f} s of driving, {again.status}"
         )
         try:
             ready, seconds, found = by_fatrop(program, rest[0], rest[1], rest[2])
