@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _BODIES = 40
-_SHOWN = 60  # letters of an event
+_SHOWN = 110  # letters of an event
 
 
 def save(truth: ParkingCase, drive: ParkingDrive, path: str | Path) -> Path:
@@ -46,7 +46,7 @@ def sheet(truth: ParkingCase, drive: ParkingDrive) -> Figure:
             for event in drive.events:
                 axes.axvline(event.time_s, color=style.VERMILION, ls=":", lw=1.2)
         if drive.events:
-            told = [f"{event.time_s:.1f} s  {event.text[:_SHOWN]}" for event in drive.events[:6]]
+            told = [f"{event.time_s:.1f} s  {_short(event.text)}" for event in drive.events[:6]]
             fig.supxlabel("\n".join(told), x=0.06, ha="left", fontsize=8, color=style.VERMILION)
     return fig
 
@@ -66,7 +66,8 @@ def _plane(axes: Axes, truth: ParkingCase, drive: ParkingDrive) -> None:
     axes.plot(driven.x_m, driven.y_m, color=style.BLUE, lw=1.2, label="driven (rear axle)", zorder=6)
     for number, visitor in enumerate(drive.visitors):
         axes.fill(*visitor.outline().T, facecolor=style.VERMILION, edgecolor=style.BLACK, label="person" if number == 0 else None, zorder=7)
-    low, high = corners.reshape(-1, 2).min(0) - 1.0, corners.reshape(-1, 2).max(0) + 1.0
+    shown = np.concatenate([corners.reshape(-1, 2), goal, *(visitor.outline() for visitor in drive.visitors)])
+    low, high = shown.min(0) - 1.0, shown.max(0) + 1.0
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     axes.set_aspect("equal")
@@ -77,6 +78,10 @@ def _plane(axes: Axes, truth: ParkingCase, drive: ParkingDrive) -> None:
     again = f", {drive.replans} plan{'' if drive.replans == 1 else 's'} anew" if drive.replans else ""
     axes.set_title(f"{drive.name}, {drive.planner}: {drive.outcome} after {drive.duration_s:.1f} s{least}{again}")
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _SHOWN else text[: _SHOWN - 1] + "…"
 
 
 def _to_plans(drive: ParkingDrive) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
