@@ -1,8 +1,9 @@
-"""Where the time of a cycle goes: p50 and p99 of the whole step, and the share of each stage, on shipped scenes.
+"""Where the time of a cycle goes: the whole step, the share of each stage, and a ratio to an IPOPT solve timed in the same run.
 
-    python benchmarks/cycle.py [SCENE ...] [--planner NAME] [--repeats N]
+    python benchmarks/cycle.py [SCENE ...] [--planner NAME] [--repeats N] [--memory CYCLES]
 
-Absolute times are this machine's; read the ratios. The import of the package is timed in fresh processes.
+Times are processor time of the thread, the first plan counted in; read the ratios, and the tail as counted work. With `--memory` a
+planner then runs so many cycles, and its memory is printed on the way: it should not grow.
 """
 
 from __future__ import annotations
@@ -12,27 +13,51 @@ import statistics
 import subprocess
 import sys
 import time
+import tracemalloc
 from collections import defaultdict
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchmarks.lane_situations import evasion, lane_problem, posed
 from mcdas_opt import Planner, load_scene, simulate
+from mcdas_opt.domain.plan import Plan
 from mcdas_opt.planning import mpc
+from mcdas_opt.planning import planner as planning
+from mcdas_opt.planning.ways import Way
+from mcdas_opt.solvers.ipopt_engine import IpoptEngine
 
 SCENES = ("sandwich-60-40", "front-braking-with-follower", "curved-road", "benign-following")
+STAGES = ("assess", "ways_out", "spread_ways", "judge_all", "nearness", "worth", "to_safe_end")
 
 
 def timed(spent: dict[str, list[float]], name: str, function: Callable[..., Any]) -> Callable[..., Any]:
     def run(*args: Any, **kwargs: Any) -> Any:
-        started = time.perf_counter()
+        started = time.thread_time()
         try:
             return function(*args, **kwargs)
         finally:
-            spent[name].append(time.perf_counter() - started)
+            spent[name].append(time.thread_time() - started)
 
     return run
+
+
+def ipopt_ms(solves: int = 20) -> float:
+    """Median of a cold IPOPT solve of the lane problem with three neighbours, from the reference path."""
+    problem, rng = lane_problem(3), np.random.default_rng(0)
+    engine, spent = IpoptEngine(problem, 40), defaultdict[str, list[float]](list)
+    solve = timed(spent, "ipopt", engine.solve)
+    for _ in range(solves):
+        q = posed(*evasion(rng, 3), problem)
+        solve(q.x0, q.p, q.steps, q.guess)
+    return 1e3 * statistics.median(spent["ipopt"])
+
+
+def quantiles(values: list[float]) -> str:
+    return "  ".join(f"{name} {1e3 * float(np.quantile(values, q)):7.2f}" for name, q in (("p50", 0.5), ("p99", 0.99), ("p99.9", 0.999)))
 
 
 def main() -> None:
@@ -40,44 +65,98 @@ def main() -> None:
     parser.add_argument("scenes", nargs="*", default=SCENES)
     parser.add_argument("--planner", default="mpc")
     parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--memory", type=int, default=0, metavar="CYCLES")
     options = parser.parse_args()
 
-    stages: dict[str, list[float]] = defaultdict(list)
-    mpc.assess = timed(stages, "assess", mpc.assess)  # type: ignore[attr-defined]
-    mpc.judge_all = timed(stages, "judge", mpc.judge_all)  # type: ignore[attr-defined]
-    mpc.worth = timed(stages, "worth", mpc.worth)  # type: ignore[attr-defined]
-    cycles: list[float] = []
+    spent: dict[str, list[float]] = defaultdict(list)
+    for name in STAGES:
+        setattr(mpc, name, timed(spent, name, getattr(mpc, name)))
+    planning.watched = timed(spent, "escapes", planning.watched)  # type: ignore[attr-defined]
+    steps: list[float] = []
+    plans: list[tuple[float, int, Plan]] = []  # time, ways solved, plan
     for name in options.scenes:
         scene = load_scene(name)
         for repeat in range(options.repeats):
+            started = time.thread_time()
             planner = Planner(vehicle=scene.vehicle, method=options.planner, road=scene.assumed_road)
-            planner.tracker.update = timed(stages, "track", planner.tracker.update)  # type: ignore[method-assign]
-            if isinstance(planner.method, mpc.MpcMethod):
-                planner.method.stage.solve = timed(stages, "solve", planner.method.stage.solve)  # type: ignore[method-assign]
-            step = planner.step
-            planner.step = timed(stages, "step", step)  # type: ignore[method-assign]
-            drive = simulate(scene, planner, seed=repeat)
-            print(f"{name}, seed {repeat}: {drive.outcome}, {drive.plans} plans, {drive.unverified_plans} unverified")
-    cycles = stages.pop("step")
-    p50, p99 = (1e3 * float(np.quantile(cycles, q)) for q in (0.5, 0.99))
-    print(f"\nwhole step, {len(cycles)} cycles: p50 {p50:.2f} ms, p99 {p99:.2f} ms, max {1e3 * max(cycles):.2f} ms")
-    print(f"{'stage':10} {'calls':>7} {'median ms':>10} {'p99 ms':>9} {'share':>7}")
-    for name, values in sorted(stages.items(), key=lambda item: -sum(item[1])):
-        median, tail = 1e3 * statistics.median(values), 1e3 * float(np.quantile(values, 0.99))
-        print(f"{name:10} {len(values):7d} {median:10.3f} {tail:9.3f} {sum(values) / sum(cycles):7.1%}")
+            built = time.thread_time() - started
+            drive = simulate(scene, watched(planner, spent, steps, plans), seed=repeat)
+            print(f"{name}, seed {repeat}: {drive.outcome}, {drive.plans} plans, planner built in {1e3 * built:.1f} ms")
+    oracle = ipopt_ms()
+    print(f"\none cold IPOPT solve, three neighbours: {oracle:.2f} ms\n")
+    print(f"{'[ms]':34} {'cycles':>7}  quantiles, and their ratio to IPOPT")
+    rows = {"whole step, tracking included": steps, "plan: tracks in, judged plan out": [t for t, _, _ in plans]}
+    for low, high in ((1, 1), (2, 4), (5, 99)):
+        rows[f"  of these with {low} to {high} ways solved"] = [t for t, ways, _ in plans if low <= ways <= high]
+    for label, values in rows.items():
+        if values:
+            median, tail = 1e3 * statistics.median(values) / oracle, 1e3 * float(np.quantile(values, 0.99)) / oracle
+            print(f"{label:34} {len(values):7d}  {quantiles(values)}   ratio p50 {median:.2f} p99 {tail:.2f}")
+    slowest = sorted(plans, key=lambda row: -row[0])[:5]
+    print("slowest plans: " + "; ".join(f"{1e3 * t:.1f} ms, {ways} ways, {plan.iterations} iterations" for t, ways, plan in slowest))
+    print(f"\n{'stage':12} {'calls':>7} {'median ms':>10} {'p99 ms':>9} {'share of the step':>18}")
+    for stage, values in sorted(spent.items(), key=lambda item: -sum(item[1])):
+        print(f"{stage:12} {len(values):7d} {1e3 * statistics.median(values):10.3f} {1e3 * float(np.quantile(values, 0.99)):9.3f}", end="")
+        print(f" {sum(values) / sum(steps):18.1%}")
+    if options.memory:
+        memory(options.memory)
+    else:
+        imports()
+
+
+def watched(planner: Planner, spent: dict[str, list[float]], steps: list[float], plans: list[tuple[float, int, Plan]]) -> Planner:
+    """The planner with its step, plan, tracker and solver timed; what the warm-up of the sensors costs is left out."""
+    step, plan, update, ways = planner.step, planner.plan, planner.tracker.update, 0
+    if isinstance(planner.method, mpc.MpcMethod):
+        solve = timed(spent, "solve", planner.method.stage.solve)
+
+        def solved(situation: Any, prediction: Any, way: Way) -> Any:
+            nonlocal ways
+            ways += 1
+            return solve(situation, prediction, way)
+
+        planner.method.stage.solve = solved  # type: ignore[method-assign]
+
+    def timed_plan(situation: Any) -> Plan:
+        nonlocal ways
+        ways, started = 0, time.thread_time()
+        answer = plan(situation)
+        plans.append((time.thread_time() - started, ways, answer))
+        return answer
+
+    def timed_step(*args: Any, **kwargs: Any) -> Plan:
+        planner.tracker.update = timed(spent, "track", update)  # type: ignore[method-assign]
+        started = time.thread_time()
+        answer = step(*args, **kwargs)
+        steps.append(time.thread_time() - started)
+        planner.tracker.update = update  # type: ignore[method-assign]
+        return answer
+
+    planner.plan, planner.step = timed_plan, timed_step  # type: ignore[method-assign]
+    return planner
+
+
+def memory(cycles: int) -> None:
+    """Resident and traced memory over many plans of ever changing situations."""
+    planner, rng = Planner(), np.random.default_rng(0)
+    situations = [evasion(rng, 1 + i % 4)[0] for i in range(20)]
+    tracemalloc.start()
+    for k in range(cycles):
+        planner.plan(replace(situations[(k // 5) % len(situations)], time_s=round(0.1 * k, 9)))
+        if k in (cycles // 10, cycles // 2, cycles - 1):
+            resident = int(Path("/proc/self/statm").read_text("utf-8").split()[1]) * 4096 / 2**20 if sys.platform == "linux" else 0.0
+            print(f"after {k + 1} plans: {tracemalloc.get_traced_memory()[0] / 2**20:.2f} MiB traced, {resident:.0f} MiB resident")
+
+
+def imports() -> None:
     for module in ("mcdas_opt", "mcdas_opt.planning.mpc", "mcdas_opt.simulation.loop"):
-        runs = []
-        for _ in range(5):
-            started = time.perf_counter()
-            subprocess.run([sys.executable, "-c", f"import {module}"], check=True)
-            runs.append(time.perf_counter() - started)
-        bare = statistics.median(_bare() for _ in range(5))
-        print(f"import {module}: {statistics.median(runs) - bare:.2f} s over the bare interpreter's {bare:.2f} s")
+        runs, bare = (statistics.median(_started(f"import {m}" if m else "") for _ in range(5)) for m in (module, ""))
+        print(f"import {module}: {runs - bare:.2f} s over the bare interpreter's {bare:.2f} s")
 
 
-def _bare() -> float:
+def _started(code: str) -> float:
     started = time.perf_counter()
-    subprocess.run([sys.executable, "-c", ""], check=True)
+    subprocess.run([sys.executable, "-c", code], check=True)
     return time.perf_counter() - started
 
 

@@ -15,6 +15,7 @@ from mcdas_opt.cli.benchmark import benchmark
 from mcdas_opt.cli.doctor import doctor
 from mcdas_opt.cli.escapes import escapes
 from mcdas_opt.cli.export_c import export_c
+from mcdas_opt.cli.export_log import export_log
 from mcdas_opt.cli.follow import follow
 from mcdas_opt.cli.judge import judge
 from mcdas_opt.cli.live import live
@@ -35,7 +36,11 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
 )
-for command in (plan, simulate, judge, escapes, park, follow, replay, reproduce, export_c, live, tune, studio, benchmark, doctor):
+driving = (plan, simulate, judge, escapes, replay, live)
+parking = (park, follow)
+studying = (reproduce, tune, benchmark, studio)
+carrying = (export_c, export_log, doctor)
+for command in (*driving, *parking, *studying, *carrying):
     app.command()(command)
 
 _INTERRUPTED = 130

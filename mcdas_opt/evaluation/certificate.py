@@ -20,7 +20,7 @@ from mcdas_opt.domain.prediction import PredictedBody
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.evaluation.relaxed_vehicle import EDGE_M, STEP_S, Beside, RelaxedVehicle
+from mcdas_opt.evaluation.relaxed_vehicle import EDGE_M, QUADRATURE_M, STEP_S, Beside, RelaxedVehicle
 from mcdas_opt.evaluation.speed_sets import at_least, at_most, hull, moved, with_speed
 
 _SLIVER = 0.8  # of its width that is still counted of a neighbour that stands at an angle
@@ -65,9 +65,9 @@ class _Obstacle:
 
 
 def closes_at(host: HostState, vehicle: Vehicle, road: Road, bodies: Sequence[PredictedBody], duration_s: float) -> float | None:
-    """The time by which every drive from `host` has met one of the bodies or left the road; None where this method cannot show it (as
-    for a host that is not straight ahead). Times of the bodies are counted from the host's state."""
-    if host.heading_rad or host.steering_rad or duration_s < STEP_S:
+    """The time by which every drive from `host` has met one of the bodies or left the road; None where this method cannot show it. Times of
+    the bodies are counted from the host's state."""
+    if duration_s < STEP_S:
         return None
     car = RelaxedVehicle(host=host, vehicle=vehicle, road=road, duration_s=duration_s)
     obstacles = [it for it in (_obstacle(body, car) for body in bodies) if bool(it.in_way.any())]
@@ -156,8 +156,8 @@ def _obstacle(body: PredictedBody, car: RelaxedVehicle) -> _Obstacle:
         return tuple(found)
 
     return _Obstacle(
-        rear_s_m=motion.s_m - 0.5 * length,
-        front_s_m=motion.s_m + 0.5 * length,
+        rear_s_m=motion.s_m - 0.5 * length + QUADRATURE_M,
+        front_s_m=motion.s_m + 0.5 * length - QUADRATURE_M,
         in_way=in_way,
         in_way_later=np.asarray(np.logical_or.accumulate(in_way[::-1])[::-1]),
         front_passages=passages(car.front),

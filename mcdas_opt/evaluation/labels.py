@@ -14,6 +14,7 @@ from mcdas_opt.domain.rules import non_negative
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.evaluation.certificate import closes_at
+from mcdas_opt.evaluation.optimised_witness import optimised_witness_from
 from mcdas_opt.evaluation.oracle import (
     REACTION_S,
     finer_witness_from,
@@ -58,6 +59,7 @@ _Bodies = tuple[PredictedBody, ...]
 _Search = Callable[[Scene, float, _Bodies], tuple[Trajectory | None, int]]
 _LIBRARY: tuple[tuple[str, _Search], ...] = (("library", witness_from),)
 _FINER: tuple[tuple[str, _Search], ...] = (("finer library", finer_witness_from),)
+_LAST: tuple[tuple[str, _Search], ...] = (("nonlinear program", optimised_witness_from),)
 
 
 def label_scene(scene: Scene, reaction_s: float = REACTION_S) -> Label:
@@ -82,11 +84,11 @@ def label_scene(scene: Scene, reaction_s: float = REACTION_S) -> Label:
     later = closes_at(held(scene, start), scene.vehicle, scene.true_road, seen_from(every, start), scene.duration_s - start)
     if later is None:
         waits = [start_s(scene, onset, reaction) for reaction in REACTIONS_S if reaction > reaction_s]
-        for acts_s, stages in ((start, _FINER), *((wait, _LIBRARY + _FINER) for wait in waits)):
+        for acts_s, stages in ((start, _FINER), *((wait, _LIBRARY + _FINER) for wait in waits), (start, _LAST)):
             found = _first(stages, scene, acts_s, every)
             if found is not None:
                 return avoidable(found[0], acts_s, found[1])
-    known = _first(_LIBRARY + _FINER, scene, 0.0, scripted)
+    known = _first(_LIBRARY + _FINER + _LAST, scene, 0.0, scripted)
     if later is None:
         how = "by reacting neither found nor refuted; by knowing the script " + ("found" if known else "not found either")
         return finish(kind=Kind.UNDECIDED, how="none", reason=how)

@@ -15,7 +15,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.evaluation.library import library
-from mcdas_opt.evaluation.swerves import swerve, swerves
+from mcdas_opt.evaluation.swerves import lane_keeping, swerve, swerves
 from mcdas_opt.manoeuvres.clearance import clearance
 from mcdas_opt.manoeuvres.driven import driven
 from mcdas_opt.manoeuvres.family import Demand, roll_out
@@ -162,13 +162,25 @@ def finer_witness_from(scene: Scene, start_s: float, bodies: tuple[PredictedBody
 
 def held(scene: Scene, start_s: float) -> HostState:
     """The host at `start_s`, having kept its lane and speed."""
-    host = scene.host_state
-    return replace(host, s_m=host.s_m + host.speed_mps * start_s, acceleration_mps2=0.0)  # heading and steering are the bend's
+    return HostState.from_vector(_holding(scene, start_s)[0][-1])
+
+
+def _holding(scene: Scene, start_s: float) -> tuple[Array, Array]:
+    """States (n + 1, 6) and inputs (n, 2) of a host that keeps its lane and speed until `start_s`: driven, where the road bends."""
+    host, road, vehicle = scene.host_state, scene.true_road, scene.vehicle
+    times = np.round(np.arange(round(start_s / _FINE_S) + 1) * _FINE_S, 9)
+    if road.is_straight and not host.heading_rad and not host.acceleration_mps2:
+        steady = HostState(s_m=host.s_m, d_m=host.d_m, speed_mps=host.speed_mps)
+        states = np.tile(steady.to_vector(), (len(times), 1))
+        states[:, 0] += host.speed_mps * times
+        return states, np.zeros((len(times) - 1, 2))
+    kept = swerve(lane_keeping(host.d_m), times, host, vehicle, road)
+    return kept.states[0], kept.inputs[0]
 
 
 def passed(scene: Scene, drive: Trajectory, start_s: float, bodies: tuple[PredictedBody, ...]) -> Trajectory | None:
     """The whole drive, lane and speed kept until `start_s`, if the judge passes it."""
-    whole = _with_hold(drive, scene.host_state, start_s)
+    whole = _with_hold(drive, scene, start_s)
     verdict = judge(whole, scene.host_state, scene.vehicle, scene.true_road, Prediction(name="scene", bodies=bodies))
     return whole if verdict.passed else None
 
@@ -189,12 +201,11 @@ def _later(body: PredictedBody, start_s: float) -> KnownBody:
     return KnownBody(id=body.id, length_m=body.length_m, width_m=body.width_m, motion=motion)
 
 
-def _with_hold(drive: Trajectory, host: HostState, start_s: float) -> Trajectory:
+def _with_hold(drive: Trajectory, scene: Scene, start_s: float) -> Trajectory:
     """The drive, preceded by lane and speed kept from time 0."""
-    count = round(start_s / _FINE_S)
-    before = np.tile(host.to_vector(), (count, 1))
-    before[:, 0] += host.speed_mps * np.arange(count) * _FINE_S
+    before, held_inputs = _holding(scene, start_s)
+    count = len(held_inputs)
     t = np.round(np.concatenate([np.arange(count) * _FINE_S, start_s + drive.t_s]), 9)
-    states = np.vstack([before, drive.states])
-    inputs = np.vstack([np.zeros((count, 2)), drive.inputs])
+    states = np.vstack([before[:-1], drive.states])
+    inputs = np.vstack([held_inputs, drive.inputs])
     return Trajectory.from_states(t, states, inputs)

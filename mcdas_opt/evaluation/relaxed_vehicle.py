@@ -14,12 +14,12 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 
 STEP_S = 0.05
-_FRICTION = 1.05  # of the road's: the judge forgives 2 %, and the tyres of the dynamic plant are not the circle
+_FRICTION = 1.02  # of the road's: what the judge forgives; the plants have no more than the road's own
 _LIMIT = 1.01  # of the vehicle's limits: what the judge forgives
 EDGE_M = 0.02  # beyond the road's edge: what a drive is forgiven
 _DIRECTIONS = np.linspace(0.0, 0.5 * np.pi, 25)[1:-1]
 _SLOWEST_MPS = 1e-3
-_QUADRATURE_M = 1e-3  # of a smooth weight by the middles of steps
+QUADRATURE_M = 3e-3  # what means over steps may lack of the integrals, over a whole manoeuvre
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,11 +33,12 @@ class Beside:
 
 @dataclass(frozen=True, kw_only=True)
 class RelaxedVehicle:
-    """Bounds over time on a car that starts straight ahead, for every way of driving it.
+    """Bounds over time on a car, for every way of driving it.
 
     A point mass at the rear axle with more friction than the road has; body, engine, brakes and steering only bound how quickly its
     acceleration comes about. Along the road the state is (place of the rear axle, speed). All vectors are over the times (T,), or
-    over the steps between them (T - 1,).
+    over the steps between them (T - 1,). Bounds that build up in a step are taken at their mean in it: what is reached later counts less
+    for a displacement, so that this is not too little (Chebyshev's sum inequality).
     """
 
     host: HostState
@@ -48,6 +49,10 @@ class RelaxedVehicle:
     @cached_property
     def times_s(self) -> Array:
         return np.round(np.arange(int(np.floor(self.duration_s / STEP_S + 1e-9)) + 1) * STEP_S, 9)
+
+    @property
+    def _middle_s(self) -> Array:
+        return self.times_s[:-1] + 0.5 * STEP_S
 
     @cached_property
     def grip_mps2(self) -> float:
@@ -66,13 +71,13 @@ class RelaxedVehicle:
     def braking_mps2(self) -> Array:
         """Least acceleration in each step, negative."""
         least = max(_LIMIT * self.vehicle.acceleration_min_mps2, -self.grip_mps2)
-        return np.maximum(least, self.host.acceleration_mps2 + _LIMIT * self.vehicle.jerk_min_mps3 * self.times_s[1:])
+        return np.maximum(least, self.host.acceleration_mps2 + _LIMIT * self.vehicle.jerk_min_mps3 * self._middle_s)
 
     @cached_property
     def driving_mps2(self) -> Array:
         """Largest acceleration in each step."""
         most = min(_LIMIT * self.vehicle.acceleration_max_mps2, self.grip_mps2)
-        return np.minimum(most, self.host.acceleration_mps2 + _LIMIT * self.vehicle.jerk_max_mps3 * self.times_s[1:])
+        return np.minimum(most, self.host.acceleration_mps2 + _LIMIT * self.vehicle.jerk_max_mps3 * self._middle_s)
 
     @cached_property
     def slowest_mps(self) -> Array:
@@ -87,24 +92,37 @@ class RelaxedVehicle:
         return _LIMIT * self.vehicle.speed_max_mps
 
     @cached_property
-    def _curvature_1pm(self) -> Array:
-        """Largest curvature of the rear axle's way in each step, by the steering alone."""
-        turned = np.minimum(_LIMIT * self.vehicle.steering_rate_max_radps * self.times_s[1:], _LIMIT * self.vehicle.steering_max_rad)
-        return np.asarray(np.tan(turned) / self.vehicle.wheelbase_m)
+    def _freedom_1pm(self) -> Array:
+        """Largest difference between the curvature of the rear axle's way and the road's in each step, by the steering alone."""
+        first = abs(self.host.steering_rad)
+        turned = np.minimum(first + _LIMIT * self.vehicle.steering_rate_max_radps * self.times_s, _LIMIT * self.vehicle.steering_max_rad)
+        bend = np.tan(turned) / self.vehicle.wheelbase_m
+        held = float(np.tan(self.host.steering_rad)) / self.vehicle.wheelbase_m
+        off = max(abs(held - kappa) for _, kappa in self.road.curvature)
+        frame = self.bend_1pm * (self.reach_1 / (1.0 - self.reach_1) + 1.0 - np.cos(self._widest_rad))
+        return np.asarray(np.maximum(0.5 * (bend[1:] + bend[:-1]) - abs(held), 0.0) + off + frame)
+
+    @cached_property
+    def _drift(self) -> Array:
+        """How far sideways a car gets that does not begin along the road, or on a bend, where its ends point elsewhere than its middle."""
+        turned = abs(np.sin(self.host.heading_rad)) + self.vehicle.centre_m * self.bend_1pm
+        reach = self.vehicle.length_m * turned + 0.5 * self.bend_1pm * self.vehicle.length_m**2
+        return np.asarray(reach + self.fastest_mps * turned * self.times_s)
 
     @cached_property
     def _follow_mps2(self) -> Array:
-        """What following the bend itself amounts to, in each step; it counts as sideways freedom of the road's frame."""
+        """What following the bend itself amounts to at most, in each step: it comes on top of the grip, seen from the road."""
         return np.asarray(self.bend_1pm * self.fastest_mps[1:] ** 2 / (1.0 - self.reach_1))
 
     @cached_property
     def heading_rad(self) -> Array:
         """Largest angle to the road: by the steering, by the grip, by the width of the road."""
-        bend = self._curvature_1pm
-        pace = np.clip(np.sqrt(self.grip_mps2 / bend), self.slowest_mps[1:], self.fastest_mps[1:])  # where both bounds meet
-        rate = np.minimum(pace * bend, self.grip_mps2 / np.maximum(pace, _SLOWEST_MPS))
-        rate = rate + self.bend_1pm * self.fastest_mps[1:] / (1.0 - self.reach_1)
-        return np.minimum(_summed(rate), self._widest_rad)
+        bend = self._freedom_1pm
+        pace = np.clip(np.sqrt(self.grip_mps2 / np.maximum(bend, 1e-9)), self.slowest_mps[1:], self.fastest_mps[1:])  # both bounds meet
+        by_grip = self.grip_mps2 / np.maximum(pace, _SLOWEST_MPS) + self.bend_1pm * self.fastest_mps[1:] / (1.0 - self.reach_1)
+        rate = np.minimum(np.maximum(pace, self.fastest_mps[1:] * (self.bend_1pm > 0.0)) * bend, by_grip)
+        first = abs(self.host.heading_rad) + self.vehicle.centre_m * self.bend_1pm
+        return np.minimum(first + _summed(rate), self._widest_rad)
 
     @cached_property
     def _widest_rad(self) -> float:
@@ -146,14 +164,14 @@ class RelaxedVehicle:
 
     @cached_property
     def turning_mps2(self) -> Array:
-        """Largest acceleration across the way driven, in each step."""
-        return np.minimum(self.grip_mps2, self.fastest_mps[1:] ** 2 * self._curvature_1pm)
+        """Largest acceleration across the way driven, beyond what follows the road, in each step."""
+        return np.minimum(self.grip_mps2 + self._follow_mps2, self.fastest_mps[1:] ** 2 * self._freedom_1pm)
 
     @cached_property
     def across_mps2(self) -> Array:
         """Largest acceleration across the road, in each step."""
         leaning = np.maximum(-self.braking_mps2, self.driving_mps2) * np.sin(self.heading_rad[1:])
-        return np.asarray(np.minimum(self.grip_mps2, self.turning_mps2 + leaning) + self._follow_mps2)
+        return np.asarray(np.minimum(self.grip_mps2 + self._follow_mps2, self.turning_mps2 + leaning))
 
     @cached_property
     def _along_mps2(self) -> tuple[Array, Array]:
@@ -164,9 +182,8 @@ class RelaxedVehicle:
     @cached_property
     def _weights_s(self) -> tuple[Array, NDArray[np.bool_]]:
         """Time left at the middle of each step, seen from each time; and which steps lie before it."""
-        middle = self.times_s[:-1] + 0.5 * STEP_S
-        before = self.times_s[:, None] > middle
-        return np.where(before, self.times_s[:, None] - middle, 0.0), before
+        before = self.times_s[:, None] > self._middle_s
+        return np.where(before, self.times_s[:, None] - self._middle_s, 0.0), before
 
     @cached_property
     def rear(self) -> Beside:
@@ -174,7 +191,7 @@ class RelaxedVehicle:
         left, before = self._weights_s
         lag = self.vehicle.rear_overhang_m / np.maximum(self.fastest_mps, _SLOWEST_MPS)
         weights = np.where(before, _mean_size(left - lag[:, None]), 0.0)
-        return Beside(most_m=weights @ self.across_mps2 * STEP_S, weights_s=weights)
+        return Beside(most_m=weights @ self.across_mps2 * STEP_S + QUADRATURE_M + self._drift, weights_s=weights)
 
     @cached_property
     def front(self) -> Beside:
@@ -185,15 +202,15 @@ class RelaxedVehicle:
         weights = np.where(before, left + lead[:, None], 0.0)
         sideways = left @ self.across_mps2 * STEP_S
         most = np.minimum(weights @ self.across_mps2 * STEP_S, sideways + ahead * np.sin(self.heading_rad))
-        return Beside(most_m=most, weights_s=weights)
+        return Beside(most_m=most + QUADRATURE_M + self._drift, weights_s=weights)
 
     def along_m(self, k: int, beside: Beside, sideways_m: float) -> tuple[float, float]:
         """Least and largest way along the road at time k, beyond that at constant speed, for a bumper that is `sideways_m` aside then.
 
         Grip that goes into one is missing for the other: for every direction, the displacement that the friction circle allows in it.
-        Only the lateral bound holds on a bend: there the range is not cut.
+        Only the lateral bound holds on a bend, or for a car that begins at an angle: there the range is not cut.
         """
-        if self.bend_1pm > 0.0:
+        if self.bend_1pm > 0.0 or self.host.heading_rad:
             return -np.inf, np.inf
         p, q = np.cos(_DIRECTIONS)[:, None], np.sin(_DIRECTIONS)[:, None]
         left, across = self._weights_s[0][k], beside.weights_s[k]
@@ -203,7 +220,7 @@ class RelaxedVehicle:
         most = np.minimum(circle, p * left * high + sides).sum(-1) * STEP_S
         least = np.minimum(circle, sides - p * left * low).sum(-1) * STEP_S
         p, q = p[:, 0], q[:, 0]
-        least, most = least + _QUADRATURE_M, most + _QUADRATURE_M
+        least, most = least + QUADRATURE_M, most + QUADRATURE_M
         return float((-(least - q * sideways_m) / p).max()), float(((most - q * sideways_m) / p).min())
 
 

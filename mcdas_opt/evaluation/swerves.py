@@ -95,6 +95,13 @@ def swerves(road: Road, vehicle: Vehicle, d_m: float) -> Swerves:
     )
 
 
+def lane_keeping(d_m: float) -> Swerves:
+    """One member, which keeps its d and its speed."""
+    nothing = np.zeros(1)
+    steady = {"first_mps2": nothing, "switch_s": nothing, "then_mps2": nothing}
+    return Swerves(target_d_m=np.full(1, d_m), delay_s=nothing, grip=np.ones(1), bandwidth_radps=np.full(1, _BANDWIDTH_RADPS[0]), **steady)
+
+
 def swerve(members: Swerves, times_s: Array, host: HostState, vehicle: Vehicle, road: Road) -> Swerved:
     """The bicycle under the members' feedback: critically damped in the rear axle's offset and heading, its turning cut off at what
     the acceleration leaves of the friction circle and at the steering's own limits. A car that comes to rest stands."""

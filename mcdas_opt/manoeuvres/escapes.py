@@ -17,9 +17,10 @@ from mcdas_opt.manoeuvres.escape_guess import Case, Guess
 from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
 from mcdas_opt.manoeuvres.parting import LATTICE_S, Rows
 
-_BEST, _TRIED = 3, (4, 2, 0, -2, -5)  # members of each kind that are looked at exactly, and at which steps from their guessed last start
+_BEST, _WIDER = 4, 8  # members of each kind that are looked at exactly: at first, and where that does not settle it
+_TRIED = (5, 3, 2, 1, 0, -1, -3, -6)  # at which steps of the lattice from their guessed last start
 _BEST_EASY, _TRIED_EASY = 2, (2, -1, -5)  # the same for comfortable ones
-_DOWN, _UP, _CLOSE, _ROUNDS = (6, 15, 40, 100), (4, 10), 3, 4
+_DOWN, _UP, _CLOSE, _ROUNDS = (7, 11, 18, 35, 80), (4, 10), 2, 4
 _GENTLEST = 3
 
 
@@ -68,7 +69,7 @@ def _last_sound(
     """The last start (on the lattice, -1 without) of each kind that is found sound: of any demand, and of a comfortable one. And what
     each kind asks of the tyres when one of its members of `first` begins now; None where it cannot."""
     tasks = [
-        _Search(wanted=g, kind=kind, best=_latest(mine, last, (_BEST, _BEST_EASY)[g]))
+        _Search(wanted=g, kind=kind, best=_latest(mine, last, (_BEST, _BEST_EASY)[g]), wider=_latest(mine, last, _WIDER))
         for g, last in enumerate(guesses)
         for kind, mine in enumerate(kinds)
         if mine.size and last[mine].max() >= 0.0
@@ -96,7 +97,8 @@ def _last_sound(
             begin = rows.stop
     answer = [[-1] * len(KINDS) for _ in guesses]
     for task in tasks:
-        answer[task.wanted][task.kind] = task.sound
+        begun_now = 0 if task.wanted == 0 and now[task.kind] is not None else -1
+        answer[task.wanted][task.kind] = max(task.sound, begun_now)
     return answer, now
 
 
@@ -113,6 +115,7 @@ class _Search:
     wanted: int
     kind: int
     best: Rows
+    wider: Rows
     sound: int = -1
     ask: Rows = field(default_factory=lambda: np.zeros((0, 0), dtype=np.intp))
 
@@ -122,7 +125,8 @@ class _Search:
         beyond = starts[starts > self.sound]
         limit = int(beyond.min()) if beyond.size else latest + 1
         if self.sound < 0:
-            wanted = limit - np.array(_DOWN)
+            wanted = np.maximum(limit - np.array(_DOWN), 0)
+            wanted = wanted[wanted < limit]
         elif self.wanted:
             wanted = np.zeros(0, dtype=np.intp)
         elif not beyond.size:
@@ -131,6 +135,7 @@ class _Search:
             wanted = self.sound + ((limit - self.sound) * np.array([0.25, 0.5, 0.75])).astype(np.intp)
         else:
             wanted = np.zeros(0, dtype=np.intp)
+        self.best = self.wider
         wanted = np.unique(wanted[(wanted > self.sound) & (wanted >= 0) & (wanted <= latest)])
         self.ask = np.broadcast_to(wanted, (self.best.size, wanted.size)) if wanted.size else self.ask[:, :0]
 

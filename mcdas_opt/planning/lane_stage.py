@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import copy
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -15,13 +17,14 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.ocp.compiled_drive import compiled_drive
 from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
 from mcdas_opt.planning.lane_parameters import Seated, guessed_states, seated, shared_values, way_values
 from mcdas_opt.planning.mirror import TurnedParameters, is_turned, turned_guess, turned_inputs, turned_states
 from mcdas_opt.planning.roll_out import roll_out, within_reach
 from mcdas_opt.planning.ways import Way
 from mcdas_opt.solvers.guarded import ask
-from mcdas_opt.solvers.interior_point import InteriorPointEngine
+from mcdas_opt.solvers.interior_point import SWITCH, InteriorPointEngine
 from mcdas_opt.solvers.ipopt_engine import IpoptEngine
 from mcdas_opt.solvers.osqp_engine import OsqpEngine
 from mcdas_opt.solvers.outcome import Ending, Outcome
@@ -101,6 +104,14 @@ class Posed:
         self.parameters = LaneParameters(names=self.problem.parameters)
         self.turned = TurnedParameters(self.problem.parameters)
 
+    def twin(self) -> Posed:
+        """The same problem with engines of its own."""
+        twin = copy.copy(self)
+        for name in ("interior_point", "osqp", "ipopt"):
+            twin.__dict__.pop(name, None)
+        twin.__dict__["interior_point"] = self.interior_point.twin()
+        return twin
+
     @cached_property
     def interior_point(self) -> InteriorPointEngine:
         """The engine of choice."""
@@ -117,8 +128,19 @@ class Posed:
         return IpoptEngine(self.problem, self.nodes)
 
 
+def _circumstances() -> tuple[str, str]:
+    """What decides how an engine is built: whether compiling is allowed, and where libraries are kept."""
+    return os.environ.get(SWITCH, "1"), os.environ.get("XDG_CACHE_HOME", "")
+
+
+@lru_cache(maxsize=12)
+def _original(vehicle: Vehicle, seats: int, free_weights: bool, nodes: int, circumstances: tuple[str, str]) -> Posed:
+    """Built once a process: planners take twins of it."""
+    return Posed(LaneProblem(vehicle=vehicle, neighbours=seats, free_weights=free_weights), nodes)
+
+
 class LaneStage:
-    """Owns the engines (built once per number of seats) and the warm starts, one per way. Not shared between threads."""
+    """Owns the engines (one per number of seats) and the warm starts, one per way. Not shared between threads."""
 
     def __init__(self, vehicle: Vehicle, settings: Settings, stage: StageSettings | None = None) -> None:
         self.vehicle, self.settings, self.stage = vehicle, settings, stage or StageSettings()
@@ -130,11 +152,15 @@ class LaneStage:
         """The problem with the fewest seats that hold so many neighbours (at most the last), built when first asked for."""
         seats = next((n for n in self.stage.seats if n >= neighbours), self.stage.seats[-1])
         if seats not in self._posed:
-            self._posed[seats] = Posed(self._problem(seats), self.settings.grid.nodes)
+            original = _original(self.vehicle, seats, self.stage.weights is not None, self.settings.grid.nodes, _circumstances())
+            self._posed[seats] = original.twin()
         return self._posed[seats]
 
-    def _problem(self, seats: int) -> LaneProblem:
-        return LaneProblem(vehicle=self.vehicle, neighbours=seats, free_weights=self.stage.weights is not None)
+    def warm_up(self) -> None:
+        """Builds everything now that a drive may ask for but the second opinion: some tenths of a second once a process, else nothing."""
+        for seats in self.stage.seats:
+            self.posed(seats)
+        compiled_drive()
 
     @property
     def solver(self) -> str:

@@ -71,6 +71,7 @@ class MpcMethod:
     def __init__(self, vehicle: Vehicle, settings: Settings | None = None, stage: StageSettings | None = None) -> None:
         self.vehicle, self.settings = vehicle, settings or Settings()
         self.stage = LaneStage(vehicle, self.settings, stage)
+        self.stage.warm_up()
         self.worth = WorthSettings()
         self._assessment: Assessment | None = None
         self._solve_s = self._verify_s = 0.0

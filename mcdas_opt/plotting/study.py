@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,24 +25,29 @@ def study_sheet(
     importance: Mapping[str, float],
     title: str,
 ) -> Figure:
-    """Collisions against each comfort; every trial that was driven to its end, the front, the defaults and the chosen one."""
+    """Each pair of comforts, collisions by colour; every trial driven to its end, the front ringed, the defaults and the chosen one."""
     everyone, best = np.array(objectives).reshape(-1, 4), np.array(front).reshape(-1, 4)
     with style.styled():
         fig = style.figure(11.0, 6.0)
         fig.suptitle(title, x=0.01, ha="left", fontsize=10.5, fontweight="bold")
-        grid = fig.add_gridspec(2, 3, height_ratios=[1.3, 1.0])
-        for column, label in enumerate(_LABELS, start=1):
-            axes = fig.add_subplot(grid[0, column - 1])
-            axes.scatter(everyone[:, column], 100.0 * everyone[:, 0], s=16, color=style.GREY, alpha=0.6, label="trial")
-            axes.scatter(best[:, column], 100.0 * best[:, 0], s=30, color=style.SKY, edgecolor=style.BLUE, lw=0.8, label="front")
+        grid = fig.add_gridspec(2, 3, height_ratios=[1.3, 1.0 if importance else 0.15])
+        most = max(100.0 * float(everyone[:, 0].max(initial=0.0)), 10.0)
+        planes = []
+        for column, (i, j) in enumerate(((1, 2), (1, 3), (2, 3))):
+            axes = fig.add_subplot(grid[0, column])
+            planes.append(axes)
+            shade: Any = {"cmap": "cividis_r", "vmin": 0.0, "vmax": most}
+            dots = axes.scatter(everyone[:, i], everyone[:, j], c=100.0 * everyone[:, 0], s=26, lw=0.4, edgecolor=style.GREY, **shade)
+            axes.scatter(best[:, i], best[:, j], s=80, facecolor="none", edgecolor=style.BLUE, lw=1.3, label="front")
             if default is not None:
-                axes.scatter([default[column]], [100.0 * default[0]], s=60, marker="s", color=style.ORANGE, label="defaults")
-            axes.scatter([chosen[column]], [100.0 * chosen[0]], s=90, marker="*", color=style.VERMILION, label="chosen")
-            axes.set(xlabel=label, ylabel="collisions [%]" if column == 1 else "")
-            low, high = axes.get_ylim()
-            axes.set_ylim(min(low, -2.0), max(high, 10.0))
-            if column == 3:
-                axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+                axes.scatter(
+                    [default[i]], [default[j]], s=70, marker="s", facecolor="none", edgecolor=style.ORANGE, lw=1.8, label="defaults"
+                )
+            axes.scatter([chosen[i]], [chosen[j]], s=90, marker="*", color=style.VERMILION, label="chosen")
+            axes.set(xlabel=_LABELS[i - 1], ylabel=_LABELS[j - 1])
+            axes.margins(0.12)
+        fig.colorbar(dots, ax=planes, label="collisions [%]", pad=0.01)
+        fig.legend(*planes[-1].get_legend_handles_labels(), loc="upper right", ncols=3)
         bars = fig.add_subplot(grid[1, :])
         names = list(importance)[::-1]
         if names:

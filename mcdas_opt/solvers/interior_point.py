@@ -7,6 +7,7 @@ a warm start keeps a small, fixed one. Sources: Rao, Wright, Rawlings, JOTA 99 (
 
 from __future__ import annotations
 
+import copy
 import math
 import os
 from collections.abc import Callable
@@ -70,7 +71,14 @@ class InteriorPointEngine:
         self.settings = settings or InteriorPointSettings()
         self._stage, functions = stage_functions(problem)
         wanted = os.environ.get(SWITCH, "1") != "0" if compiled is None else compiled
-        self._kernel, self.reason = _kernel(self._stage, functions, nodes, wanted, announce)
+        self._make, self.reason = _maker(self._stage, functions, nodes, wanted, announce)
+        self._kernel = self._make()
+
+    def twin(self) -> InteriorPointEngine:
+        """Another engine for the same problem, with memory of its own; nothing is built again."""
+        twin = copy.copy(self)
+        twin._kernel = self._make()
+        return twin
 
     @property
     def kind(self) -> str:
@@ -172,15 +180,15 @@ class InteriorPointEngine:
         return Outcome(ending=ending, x=guess.x, u=guess.u, s=guess.s, iterations=done, inner_iterations=done, message=message)
 
 
-def _kernel(
+def _maker(
     stage: BarrierStage, functions: StageFunctions, nodes: int, wanted: bool, announce: Callable[[str], None]
-) -> tuple[Kernel, str]:
-    """The compiled kernel, or the interpreted one with the reason for it."""
+) -> tuple[Callable[[], Kernel], str]:
+    """Makes compiled kernels, or interpreted ones, with the reason for it."""
     reason = "compiling is switched off"
     if wanted:
         try:
             library = load(kernel_source(stage, functions, nodes, CORRECTION), BUILDS, folder=cache_folder(), announce=announce)
-            return CompiledKernel(library, stage, nodes), ""
+            return lambda: CompiledKernel(library, stage, nodes), ""
         except (NoLibraryError, UnsupportedOperationError) as error:
             reason = str(error)
-    return InterpretedKernel(stage, functions, nodes), reason
+    return lambda: InterpretedKernel(stage, functions, nodes), reason

@@ -6,6 +6,7 @@ A process, not a thread: planners compute in Python, which runs one thread at a 
 from __future__ import annotations
 
 import asyncio
+import logging
 import multiprocessing
 import signal
 import traceback
@@ -29,6 +30,14 @@ class LostHandError(McdasError):
         super().__init__("a planner's process ended unexpectedly; ask again")
 
 
+class FaultError(McdasError):
+    """A planner broke; the whole story is in the server's log."""
+
+    def __init__(self, story: str) -> None:
+        super().__init__(f"a fault of ours: {story.strip().splitlines()[-1]}")
+        logging.getLogger(__name__).error(story)
+
+
 class Hand:
     """One process that does one thing at a time, in the order in which it is asked; started by its first work.
 
@@ -42,7 +51,10 @@ class Hand:
         self._closed = False
 
     async def do(self, work: Callable[..., Any], *arguments: Any) -> Any:
-        """What `work`, a function of a module, gives in the process. Raises `McdasError` as it was told there, or `LostHandError`."""
+        """What `work`, a function of a module, gives in the process.
+
+        Raises `McdasError` as it was told there, `FaultError` or `LostHandError`.
+        """
         return await asyncio.get_running_loop().run_in_executor(self._thread, self._do, work, arguments)
 
     def _do(self, work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
@@ -56,7 +68,7 @@ class Hand:
         if outcome == "refused":
             raise McdasError(value)
         if outcome == "fault":
-            raise RuntimeError(value)
+            raise FaultError(value)
         return value
 
     def _start(self) -> Connection:
@@ -84,14 +96,17 @@ class Hands:
         self._quick, self._solving, self._parking = Hand(), Hand(), Hand()
 
     async def answer(self, question: Question, planners: Sequence[str]) -> AsyncIterator[dict[str, Any]]:
-        """A plan of each of these planners and the ways out, each as soon as it is ready. Raises `McdasError`."""
+        """A plan of each of these planners and the ways out, each as soon as it is ready; a part `problem` for one that could not."""
         jobs = [(self._solving if name in _SOLVED else self._quick).do(_plan, name, question) for name in planners]
         pending = {asyncio.ensure_future(job) for job in (*jobs, self._solving.do(_escapes, question))}
         try:
             while pending:
                 done, pending = await asyncio.wait(pending, return_when=asyncio.FIRST_COMPLETED)
                 for one in done:
-                    yield one.result()
+                    error = one.exception()
+                    if error is not None and not isinstance(error, McdasError):
+                        raise error
+                    yield {"part": "problem", "text": str(error)} if error is not None else one.result()
         finally:
             for one in pending:
                 one.cancel()

@@ -22,6 +22,6 @@ def importance(trials: Sequence[Trial], space: Sequence[Range]) -> dict[str, flo
     for trial in whole:
         shares = dict(zip(even, shares_of(space, trial.values).tolist(), strict=True))
         study.add_trial(optuna.trial.create_trial(params=shares, distributions=even, value=trial.worth.score))
-    evaluator = optuna.importance.PedAnovaImportanceEvaluator(baseline_quantile=0.5)
+    evaluator = optuna.importance.PedAnovaImportanceEvaluator(target_quantile=0.5)
     found = optuna.importance.get_param_importances(study, evaluator=evaluator)
     return {name: float(value) for name, value in sorted(found.items(), key=lambda item: -item[1])}

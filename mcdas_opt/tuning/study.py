@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -134,10 +135,7 @@ class _Worker:
         spec = self.spec
 
         def score(shares: Array) -> float:
-            values = values_at(spec.space, shares)
-            known = self._kept(values)
-            if known is None:
-                known = self.one(values)
+            known = self.one(values_at(spec.space, shares))
             if known is None:
                 raise _Stop
             return known.score
@@ -147,35 +145,47 @@ class _Worker:
         with contextlib.suppress(_Stop):
             search(spec.method, score, len(spec.space), budget, spec.seed, start)
 
-    def _kept(self, values: dict[str, float]) -> Worth | None:
-        for trial in finished(self.study):
-            if all(abs(trial.values[name] - value) <= 1e-12 * max(1.0, abs(value)) for name, value in values.items()):
-                return trial.worth
-        return None
-
     def one(self, values: dict[str, float] | None) -> Worth | None:
-        """The next trial, with these values or those of the sampler; None when the study has all it needs."""
+        """The next trial, with these values or those of the sampler; None when the study has all it needs.
+
+        Values that are in the file are not driven again; those that another worker has in hand are waited for.
+        """
         while True:
             take_over(self.study, len(self.distributions), self._unsigned)
-            count = self._count(self.state.COMPLETE, self.state.PRUNED)
+            done = finished(self.study)
+            running = self.study.get_trials(deepcopy=False, states=(self.state.RUNNING,))
+            if values is not None:
+                known = next((trial.worth for trial in done if _same(trial.values, values)), None)
+                if known is not None:
+                    return known
             if self.progress is not None:
-                self.progress(min(count, self.trials), self.trials)
-            if count >= self.trials:
+                self.progress(min(len(done), self.trials), self.trials)
+            if len(done) >= self.trials:
                 return None
-            if count + self._count(self.state.RUNNING) < self.trials:
-                break
-            time.sleep(_WAIT_S)  # the last ones are in others' hands: wait, in case they die
-        if values is not None and not self._count(self.state.WAITING):
+            in_hand = values is not None and any(_same(trial.params, values) for trial in running)
+            if in_hand or len(done) + len(running) >= self.trials:
+                time.sleep(_WAIT_S)  # in others' hands: wait, in case they die
+                continue
+            trial = self._begun(values)
+            if trial is None:
+                continue
+            worth = self._drive(trial)
+            if values is None or _same(trial.params, values):
+                return worth
+
+    def _begun(self, values: dict[str, float] | None) -> Any:
+        """A trial of this worker's own; None where another began the last one, or the same, at the same moment."""
+        if values is not None and not self.study.get_trials(deepcopy=False, states=(self.state.WAITING,)):
             self.study.enqueue_trial(values)
         self.study.sampler = _sampler(self.spec, len(self.study.get_trials(deepcopy=False)))
         trial = self.study.ask(self.distributions)
         sign(trial)
         alive = (self.state.COMPLETE, self.state.PRUNED, self.state.RUNNING)
-        before = [t for t in self.study.get_trials(deepcopy=False) if t.number < trial.number and t.state in alive]
+        before = [t for t in self.study.get_trials(deepcopy=False, states=alive) if t.number < trial.number]
         if len(before) >= self.trials or any(t.params == trial.params for t in before):
-            self.study.tell(trial, state=self.state.FAIL)  # another worker began the last one, or the same, at the same moment
-            return self.one(values)
-        return self._drive(trial)
+            self.study.tell(trial, state=self.state.FAIL)
+            return None
+        return trial
 
     def _drive(self, trial: Any) -> Worth:
         """Scene after scene; pruned early where it is already worse than the best that was finished."""
@@ -207,8 +217,9 @@ class _Worker:
         best = min(complete, key=lambda rows: sum(row["collided"] for row in rows))
         return float(sum(row["collided"] for row in best[:scenes]))
 
-    def _count(self, *states: Any) -> int:
-        return len(self.study.get_trials(deepcopy=False, states=states))
+
+def _same(params: dict[str, float], values: dict[str, float]) -> bool:
+    return all(abs(params.get(name, math.inf) - value) <= 1e-12 * max(1.0, abs(value)) for name, value in values.items())
 
 
 class _Stop(Exception):  # noqa: N818 - not an error: the study has all its trials

@@ -51,6 +51,7 @@ SAME = {"name": "front", "s_m": 8.0, "speed_mps": ALONG}
         (scene(SAME, rear(20.0, 5.0)), Kind.U),
         (scene(SAME, rear(20.0, 5.0, motion=BRAKES)), Kind.C),  # boxed in: only that the rear car brakes helps
         (scene(SAME, rear(20.0, 5.0), lanes_right=1), Kind.A),
+        (scene({"s_m": 50.0, "speed_mps": ALONG - 9.0}, lanes_left=1, curvature=[[0.0, 0.005]]), Kind.A),
     ],
 )
 def test_scenes_whose_class_is_known(it: Scene, kind: Kind) -> None:

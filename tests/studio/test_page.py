@@ -134,10 +134,10 @@ def test_everything_that_was_promised_is_on_the_page(page: Any, tmp_path: Path) 
     shown = page.evaluate("mcdas.studio.shown().length")
     page.get_by_label("show literal").uncheck()
     assert page.evaluate("mcdas.studio.shown().length") == shown - 1
-    page.get_by_label("show aeb").check()
+    page.get_by_label("also show aeb").click()
     page.wait_for_function("mcdas.studio.shown().some(plan => plan.planner === 'aeb')")
     page.get_by_label("look ahead in time, as predicted").fill("1.5")
-    assert "in 1.50 s" in page.locator(".mcdas-ahead output").inner_text()
+    assert "in 1.50 s" in page.locator(".mcdas-ahead .mcdas-clock").inner_text()
     page.screenshot(path=tmp_path / "sandwich.png", full_page=True)
     for width, height in ((390, 844), (1680, 1000)):
         page.set_viewport_size({"width": width, "height": height})

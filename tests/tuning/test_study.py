@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import signal
 import sqlite3
 import subprocess
@@ -18,15 +19,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.evaluation.running.journal import StoppedError
 from mcdas_opt.evaluation.running.messages import Answer, Ended, Task
 from mcdas_opt.planning.adjustable import adjusted, defaults
+from mcdas_opt.planning.parameter_files import planner_with
+from mcdas_opt.tuning import tune_in_traffic
 from mcdas_opt.tuning.choice import SetResult, choose, judged, pareto
 from mcdas_opt.tuning.pool import on_executor
 from mcdas_opt.tuning.search_space import SPACE, Range, default_values, shares_of, values_at
 from mcdas_opt.tuning.searchers import search
 from mcdas_opt.tuning.study import Trial, run_study
+from mcdas_opt.tuning.study_options import StudyOptions
 from mcdas_opt.tuning.traffic import Worth
 from tests.tuning.invented import Drives, figures, scenes, spec
 
@@ -94,7 +99,7 @@ def test_kill_minus_nine_loses_and_doubles_no_trial(tmp_path: Path, method: str)
     storage, want = tmp_path / "study.db", 6
     root = Path(__file__).resolve().parents[2]
     command = [sys.executable, "-m", "tests.tuning.invented", str(storage), method, str(want)]
-    workers = [subprocess.Popen(command, cwd=root) for _ in range(2 if method == "tpe" else 1)]
+    workers = [subprocess.Popen(command, cwd=root) for _ in range(2)]
     while _finished(storage) < 2:
         assert any(worker.poll() is None for worker in workers)
         time.sleep(0.02)
@@ -216,3 +221,26 @@ def test_drives_come_in_the_order_of_their_scenes_whoever_was_faster() -> None:
     assert list(on_executor(Backwards())(scenes(5), values)) == [figures(scene, values) for scene in scenes(5)]
     with pytest.raises(StoppedError, match="invented-2: ValueError"):
         list(on_executor(Backwards(fails=2))(scenes(5), values))
+
+
+@pytest.mark.parametrize("held_out", [4, 5])
+def test_a_study_reports_writes_what_is_accepted_and_draws_either_way(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, held_out: int
+) -> None:
+    monkeypatch.setattr(tune_in_traffic, "avoidable", lambda suite, seed, count: scenes(count))
+    monkeypatch.setattr(tune_in_traffic, "in_turn", Drives())
+    options = StudyOptions(scenes=5, held_out=held_out, method="random", seed=4)
+    out = tmp_path / "tuned.toml"
+    report = tune_in_traffic.tune_in_traffic("sandwich", 9, tmp_path / "study.db", options, out=out)
+    document = json.loads(json.dumps(report.to_dict(), allow_nan=False))
+    contract = {"a_per_m", "b", "y_max_m", "length_m", "objective", "value", "constraints", "method", "evaluations", "path"}
+    assert contract <= set(document)
+    assert document["evaluations"] == 9
+    assert [one["name"] for one in document["guarded"]["sets"]] == ["train", "validation", "test"]
+    assert document["value"] <= document["guarded"]["sets"][0]["default"]["collisions"] * 100.0 + 10.0
+    assert out.with_suffix(".png").stat().st_size > 10_000
+    assert out.exists() == report.accepted
+    if report.accepted:
+        assert planner_with(out, Vehicle(), "mpc").settings.sigmoid.b == report.values["sigmoid.b"]
+    if report.importance:
+        assert sum(report.importance.values()) == pytest.approx(1.0)

@@ -11,12 +11,12 @@
       this.plans = [];
       this.time = 0;
       this.bird = new Bird(parent, look, "the road from above with the planners' paths");
-      const ahead = html("label", "mcdas-ahead", parent);
+      const ahead = html("div", "mcdas-ahead", parent);
       html("span", "", ahead, "look ahead");
       this.scrub = html("input", "", ahead);
       Object.assign(this.scrub, { type: "range", min: 0, max: 4, step: 0.05, value: 0 });
       this.scrub.setAttribute("aria-label", "look ahead in time, as predicted");
-      this.scrubShown = html("output", "mcdas-clock", ahead);
+      this.scrubShown = html("span", "mcdas-clock", ahead);
       this.scrub.addEventListener("input", () => this.lookAhead(Number(this.scrub.value)));
     }
 

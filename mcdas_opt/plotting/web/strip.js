@@ -98,11 +98,24 @@
         if (value < chart.low || value > chart.high) continue;
         const colour = danger ? look.danger : look.grey, y = this.y(value);
         shape("path", { d: path([[LEFT, y], [width - RIGHT, y]]), stroke: colour, "stroke-width": 1.3, "stroke-dasharray": "6 4" }, this.base);
-        put(width - RIGHT - 2, y < 22 ? y + 11 : y - 3, word, {
-          "text-anchor": "end", fill: colour, "font-size": 10, "paint-order": "stroke", stroke: "#fff", "stroke-width": 3,
+        const left = this.room(value, 0.0) > this.room(value, 0.75);
+        put(left ? LEFT + 3 : width - RIGHT - 2, y < 22 ? y + 11 : y - 3, word, {
+          "text-anchor": left ? "start" : "end", fill: colour, "font-size": 10, "paint-order": "stroke", stroke: "#fff", "stroke-width": 3,
         });
       }
       if (this.time !== undefined) this.mark(this.time);
+    }
+
+    // How far the lines stay from a value over the quarter of the chart that begins at `from` [share of it].
+    room(value, from) {
+      const { lines, duration } = this.chart;
+      let least = Infinity;
+      for (const line of lines) {
+        line.t.forEach((t, k) => {
+          if (t >= from * duration && t <= (from + 0.25) * duration && line.v[k] !== null) least = Math.min(least, Math.abs(line.v[k] - value));
+        });
+      }
+      return least;
     }
 
     mark(time) {

@@ -13,7 +13,7 @@
       this.slider = html("input", "", this.bar);
       Object.assign(this.slider, { type: "range", min: 0, step: 0.01, value: 0 });
       this.slider.setAttribute("aria-label", "time");
-      this.clock = html("output", "mcdas-clock", this.bar);
+      this.clock = html("span", "mcdas-clock", this.bar);
       this.speed = html("select", "", this.bar);
       this.speed.setAttribute("aria-label", "playing speed");
       for (const rate of [0.1, 0.25, 0.5, 1, 2, 4]) {

@@ -12,9 +12,9 @@
           groups[knob.group] = html("fieldset", "", parent);
           html("legend", "", groups[knob.group], knob.group);
         }
-        const row = html("label", "mcdas-knob", groups[knob.group]);
+        const row = html("div", "mcdas-knob", groups[knob.group]);
         html("span", "name", row, knob.label);
-        const shown = html("output", "", row);
+        const shown = html("span", "value", row);
         const slider = html("input", "", row);
         Object.assign(slider, { type: "range", min: knob.low, max: knob.high, step: knob.step, name: knob.key });
         slider.setAttribute("aria-label", `${knob.label} [${knob.unit}]`);

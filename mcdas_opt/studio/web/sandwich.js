@@ -15,6 +15,7 @@
       this.main = html("div", "mcdas-main", root);
       this.fillSide();
       this.fillMain();
+      this.offerOthers();
       this.asking = new Asking((question) => emit("ask", question), () => this.tellLatency());
       window.mcdas.studio = this;
     }
@@ -46,9 +47,9 @@
       this.rows.hidden = true;
       this.rows.setAttribute("aria-label", "row of the benchmark");
       this.rows.addEventListener("change", () => this.open({ kind: "row", name: this.rows.value }));
-      this.moment = html("label", "mcdas-knob", open);
+      this.moment = html("div", "mcdas-knob", open);
       html("span", "name", this.moment, "moment of the log");
-      this.momentShown = html("output", "", this.moment);
+      this.momentShown = html("span", "value", this.moment);
       this.momentSlider = html("input", "", this.moment);
       Object.assign(this.momentSlider, { type: "range", step: 1, min: 0 });
       this.momentSlider.setAttribute("aria-label", "moment of the log");
@@ -119,6 +120,7 @@
       this.table = html("table", "mcdas-verdicts", this.paths);
       html("caption", "", this.table, "who does what, and what the judge says");
       this.body = html("tbody", "", this.table);
+      this.others = html("div", "mcdas-others", this.paths);
       this.escapes = new Escapes(this.paths, this.look);
       this.outlook.chartsInto(this.paths);
       this.details = html("details", "", this.paths);
@@ -242,6 +244,7 @@
       this.setup.planners.forEach((planner, k) => {
         const row = this.body.children[k] || this.addRow(planner), plan = this.plans[planner.name];
         const told = plan && !this.hidden.has(planner.name);
+        row.hidden = !planner.shown && this.hidden.has(planner.name);
         row.classList.toggle("off", !told);
         if (!told) { for (const cell of [...row.children].slice(2)) cell.textContent = ""; return; }
         const [, , doing, verdict, took] = row.children;
@@ -261,14 +264,7 @@
 
     addRow(planner) {
       const row = html("tr", "", this.body);
-      const check = html("input", "", html("td", "", row));
-      check.type = "checkbox";
-      check.checked = !this.hidden.has(planner.name);
-      check.setAttribute("aria-label", `show ${planner.label}`);
-      check.addEventListener("change", () => {
-        if (check.checked) this.hidden.delete(planner.name); else this.hidden.add(planner.name);
-        if (check.checked) this.ask(null); else this.draw();
-      });
+      html("td", "", row).appendChild(this.tick(planner));
       const name = html("th", "", row);
       name.scope = "row";
       const sample = shape("svg", { width: 34, height: 8, "aria-hidden": "true" }, name);
@@ -276,6 +272,35 @@
       html("span", "", name, planner.label);
       for (let k = 0; k < 3; k++) html("td", "", row);
       return row;
+    }
+
+    // A box that shows a planner, or hides it; those that are not ours have theirs below the table until they are wanted.
+    tick(planner) {
+      const check = html("input");
+      check.type = "checkbox";
+      check.checked = !this.hidden.has(planner.name);
+      check.setAttribute("aria-label", `show ${planner.label}`);
+      check.addEventListener("change", () => {
+        if (check.checked) this.hidden.delete(planner.name); else this.hidden.add(planner.name);
+        this.offerOthers();
+        if (check.checked) this.ask(null); else this.draw();
+      });
+      return check;
+    }
+
+    offerOthers() {
+      clear(this.others);
+      const offered = this.setup.planners.filter((planner) => !planner.shown && this.hidden.has(planner.name));
+      if (offered.length) html("span", "", this.others, "also:");
+      for (const planner of offered) {
+        const label = html("label", "", this.others);
+        label.appendChild(this.tick(planner)).setAttribute("aria-label", `also show ${planner.label}`);
+        html("span", "", label, planner.label);
+      }
+      for (const [k, planner] of this.setup.planners.entries()) {
+        const box = this.body.children[k] && this.body.children[k].querySelector("input");
+        if (box) box.checked = !this.hidden.has(planner.name);
+      }
     }
 
     tellLatency() {

@@ -1,0 +1,100 @@
+"""Hands: what they are given comes back, what breaks is told, and none outlives its server."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mcdas_opt.errors import InputError, McdasError
+from mcdas_opt.studio.folder import Folder
+from mcdas_opt.studio.hands import FaultError, Hand, Hands, LostHandError
+from mcdas_opt.studio.session import Session
+
+
+def refuse() -> None:
+    raise InputError("a.toml", "key", 3, "is odd")
+
+
+def break_down() -> None:
+    raise ZeroDivisionError("of a planner")
+
+
+def die() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_work_comes_back_and_trouble_is_told(caplog: pytest.LogCaptureFixture) -> None:
+    async def run() -> None:
+        hand = Hand()
+        try:
+            assert await hand.do(max, 2, 5) == 5
+            first = await hand.do(os.getpid)
+            assert first != os.getpid()
+            with pytest.raises(McdasError, match=r"a\.toml: key = 3: is odd"):
+                await hand.do(refuse)
+            with pytest.raises(FaultError, match="ZeroDivisionError: of a planner"):
+                await hand.do(break_down)
+            assert await hand.do(os.getpid) == first, "trouble does not end it"
+            with pytest.raises(LostHandError):
+                await hand.do(die)
+            assert await hand.do(os.getpid) != first, "another takes its place"
+        finally:
+            hand.close()
+        with pytest.raises((LostHandError, RuntimeError)):
+            await hand.do(os.getpid)
+
+    asyncio.run(run())
+    assert "break_down" in caplog.text
+
+
+def test_a_planner_that_cannot_leaves_the_others_their_word(tmp_path: Path) -> None:
+    async def run() -> list[dict[str, Any]]:
+        hands = Hands(("closed-form", "nobody"))
+        try:
+            question = Session(Folder(root=tmp_path)).question({})
+            return [part async for part in hands.answer(question, hands.planners)]
+        finally:
+            hands.close()
+
+    parts = asyncio.run(run())
+    assert sorted(part["part"] for part in parts) == ["escapes", "plan", "problem"]
+    assert any("nobody" in part.get("text", "") for part in parts)
+
+
+SERVER = """
+import asyncio, os, sys
+from mcdas_opt.studio.hands import Hand
+hand = Hand()
+print(asyncio.run(hand.do(os.getpid)), flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_no_hand_outlives_its_server(how: signal.Signals, tmp_path: Path) -> None:
+    script = tmp_path / "server.py"
+    script.write_text(f"if __name__ == '__main__':\n{''.join(f'    {line}' + chr(10) for line in SERVER.strip().splitlines())}")
+    server = subprocess.Popen(
+        [sys.executable, str(script)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    )
+    with server:
+        assert server.stdout is not None
+        child = int(server.stdout.readline())
+        assert Path(f"/proc/{child}").exists() or sys.platform != "linux"
+        server.send_signal(how)
+        server.wait(timeout=60)
+        for _ in range(600):
+            try:
+                os.kill(child, 0)
+            except ProcessLookupError:
+                return
+            time.sleep(0.1)
+    pytest.fail("the hand is still there")
