@@ -33,6 +33,7 @@ from mcdas_opt.planning.parking.exchange import ExchangeSettings
 from mcdas_opt.planning.parking.park import ParkSettings, park
 
 CAR_M = 4.5
+WALL_M = float(np.hypot(4.5, 1.8)) + 0.1  # the sedan's diagonal and two clearances
 RATIOS = (2.6, 2.2, 2.0, 1.8, 1.6, 1.5, 1.4, 1.35, 1.3, 1.25, 1.2, 1.15, 1.12, 1.1, 1.06)
 PLANNERS = ("nlp", "search", "closed-form-corrected", "two-arc", "closed-form")
 VARIANTS = {
@@ -245,7 +246,7 @@ def main() -> None:
         from mcdas_opt.plotting.style import save_png
 
         text = [{key: str(value) for key, value in r.items()} for r in rows]
-        save_png(slot_sweep(text, {name: shortest_slot(name) for name in CLOSED_FORMS}, CAR_M), arguments.draw)
+        save_png(slot_sweep(text, {name: shortest_slot(name) for name in CLOSED_FORMS}, CAR_M, WALL_M), arguments.draw)
 
 
 if __name__ == "__main__":

@@ -31,11 +31,12 @@ Record = dict[str, Any]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Results:
-    """The finished table: `rows` in the order of scenes and planners, each with its labels; `cycles_ms` row by row beside it."""
+    """The finished table: `rows` in the order of scenes and planners, each with its labels; what was timed row by row beside it."""
 
     manifest: Record
     rows: tuple[Record, ...]
     cycles_ms: tuple[tuple[float, ...], ...]
+    took_s: tuple[float, ...]
 
     @property
     def rows_hash(self) -> str:
@@ -98,7 +99,8 @@ def run(
     ordered = [records[case.index, planner] for case in suite.cases for planner in planners]
     rows = tuple({**record["row"], **labels[record["row"]["index"]]} for record in ordered)
     manifest["labels_hash"] = labels_hash
-    return Results(manifest=manifest, rows=rows, cycles_ms=tuple(tuple(record["cycles_ms"]) for record in ordered))
+    cycles = tuple(tuple(record["cycles_ms"]) for record in ordered)
+    return Results(manifest=manifest, rows=rows, cycles_ms=cycles, took_s=tuple(record["took_s"] for record in ordered))
 
 
 def _labels(suite: Suite, folder: Path, executor: Executor, progress: Progress) -> tuple[dict[int, Record], str]:
@@ -155,7 +157,7 @@ def _drive(
     progress("drives", len(there), len(there) + len(wanted))
     for done, (number, answer) in enumerate(executor.run(tasks), start=1 + len(there)):
         driven = _driven(*wanted[number], plant, answer)
-        journal.append({"row": driven.row.to_dict(), "cycles_ms": driven.cycles_ms})
+        journal.append({"row": driven.row.to_dict(), "cycles_ms": driven.cycles_ms, "took_s": driven.took_s})
         progress("drives", done, len(there) + len(wanted))
 
 

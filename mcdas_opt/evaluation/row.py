@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -68,10 +69,11 @@ class Row:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Driven:
-    """A row, and the milliseconds of each of its plans."""
+    """A row, the milliseconds of each of its plans, and the seconds of the whole drive: plant, traffic and sensors too."""
 
     row: Row
     cycles_ms: tuple[float, ...] = ()
+    took_s: float = 0.0
 
 
 def head(case: Case, planner: str, plant: str) -> dict[str, Any]:
@@ -92,8 +94,10 @@ def drive(case: Case, planner: str, plant: str) -> Driven:
     """Drives one planner through one case."""
     from mcdas_opt.simulation.loop import simulate
 
+    started = time.perf_counter()
     run = simulate(case.scene, planner, plant)
-    return Driven(row=row_of(case, run), cycles_ms=tuple(round(cycle.took_ms, 3) for cycle in run.cycles))
+    took = time.perf_counter() - started
+    return Driven(row=row_of(case, run), cycles_ms=tuple(round(cycle.took_ms, 3) for cycle in run.cycles), took_s=round(took, 4))
 
 
 def row_of(case: Case, run: Simulation) -> Row:

@@ -42,14 +42,17 @@ def lost(row: Record) -> bool:
     return bool(row["outcome"] != "safe")
 
 
-def summarise(rows: Sequence[Record], cycles_ms: Sequence[Sequence[float]], planners: Sequence[str]) -> dict[str, Any]:
-    """By planner: figures for each kind of traffic that there is, and the cycle time over all of its plans."""
+def summarise(
+    rows: Sequence[Record], cycles_ms: Sequence[Sequence[float]], took_s: Sequence[float], planners: Sequence[str]
+) -> dict[str, Any]:
+    """By planner: figures for each kind of traffic that there is, the cycle time over all of its plans, and its drives per second."""
     found: dict[str, Any] = {}
     for planner in planners:
         mine = [row for row in rows if row["planner"] == planner]
         times = [ms for row, cycles in zip(rows, cycles_ms, strict=True) if row["planner"] == planner for ms in cycles]
         found[planner] = {kind: figures([row for row in mine if row["traffic"] == kind]) for kind in kinds(rows)}
-        found[planner]["cycle_ms"] = cycle_figures(times)
+        took = [s for row, s in zip(rows, took_s, strict=True) if row["planner"] == planner and s > 0.0]
+        found[planner]["cycle_ms"] = cycle_figures(times) | {"drives_per_s": len(took) / sum(took) if took else None}
     return found
 
 

@@ -8,15 +8,26 @@ import io
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from mcdas_opt.evaluation.running.journal import write_whole
 
 CSV, PARQUET, TIMINGS = "rows.csv", "rows.parquet", "timings.csv"
 
 
-def write_table(folder: Path, rows: Sequence[dict[str, Any]], cycles_ms: Sequence[Sequence[float]], origin: dict[str, Any]) -> Path:
-    """`rows.csv`, `timings.csv` (milliseconds of every plan), and `rows.parquet` if there is pyarrow; the path of the first.
+class Timings(Protocol):
+    """What was timed, row by row."""
+
+    @property
+    def cycles_ms(self) -> Sequence[Sequence[float]]: ...
+    @property
+    def took_s(self) -> Sequence[float]: ...
+
+
+def write_table(folder: Path, rows: Sequence[dict[str, Any]], timings: Timings, origin: dict[str, Any]) -> Path:
+    """`rows.csv`, `timings.csv` (seconds of every drive, milliseconds of every plan), and `rows.parquet` if there is pyarrow.
+
+    Returns the path of the first.
 
     `origin` (suite hash, seed, versions, commit ...) stands in the CSV's first line, behind a #, and in the Parquet file's metadata.
     """
@@ -27,9 +38,9 @@ def write_table(folder: Path, rows: Sequence[dict[str, Any]], cycles_ms: Sequenc
     table.writeheader()
     table.writerows({name: _cell(row[name]) for name in columns} for row in rows)
     write_whole(folder / CSV, text.getvalue())
-    lines = [f"# {json.dumps(origin)}", "index,planner,cycles_ms"]
-    for row, cycles in zip(rows, cycles_ms, strict=True):
-        lines.append(f"{row['index']},{row['planner']},{' '.join(f'{ms:g}' for ms in cycles)}")
+    lines = [f"# {json.dumps(origin)}", "index,planner,took_s,cycles_ms"]
+    for row, took, cycles in zip(rows, timings.took_s, timings.cycles_ms, strict=True):
+        lines.append(f"{row['index']},{row['planner']},{took:g},{' '.join(f'{ms:g}' for ms in cycles)}")
     write_whole(folder / TIMINGS, "\n".join(lines) + "\n")
     if importlib.util.find_spec("pyarrow") is not None:
         _write_parquet(folder / PARQUET, rows, origin)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from mcdas_opt.evaluation.table import CSV, TIMINGS
 
 _MOST_FILES = 400
 _OUTSIDE = "lies outside of the folder that the studio was started with"
-_LARGEST_TABLE = 64_000_000  # bytes
+_MOST_SEEN, _DEEPEST = 20_000, 5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,17 +43,24 @@ class Folder:
             return False
 
     def names(self, *suffixes: str) -> list[str]:
-        """Files with one of these suffixes, at most `_MOST_FILES`; hidden folders are left out."""
-        found = []
-        for path in sorted(self.root.rglob("*")):
-            relative = path.relative_to(self.root)
-            if any(part.startswith(".") for part in relative.parts) or path.suffix.lower() not in suffixes:
-                continue
-            if path.is_file() and path.resolve().is_relative_to(self.root) and path.stat().st_size < _LARGEST_TABLE:
-                found.append(relative.as_posix())
-            if len(found) == _MOST_FILES:
+        """Files with one of these suffixes, at most `_MOST_FILES` and `_DEEPEST` folders down; hidden folders are left out.
+
+        Of a folder with very many entries only the first `_MOST_SEEN` are looked at: all can still be opened by name.
+        """
+        found: list[str] = []
+        seen = 0
+        for folder, below, files in os.walk(self.root):
+            here = Path(folder)
+            deep = len(here.relative_to(self.root).parts)
+            below[:] = sorted(name for name in below if not name.startswith(".")) if deep < _DEEPEST else []
+            for name in sorted(files):
+                path = here / name
+                if path.suffix.lower() in suffixes and not name.startswith(".") and self._inside(path) and path.is_file():
+                    found.append(path.relative_to(self.root).as_posix())
+            seen += len(files) + len(below)
+            if seen > _MOST_SEEN or len(found) >= _MOST_FILES:
                 break
-        return found
+        return sorted(found[:_MOST_FILES])
 
     def scenes(self) -> list[str]:
         """Files that hold a scene: those with a host."""

@@ -90,7 +90,7 @@ def manifest(rows: int) -> dict[str, Any]:
 def page() -> tuple[str, str]:
     """HTML and Markdown of a report with two cards."""
     rows, cycles = table()
-    summary = summarise(rows, cycles, PLANNERS)
+    summary = summarise(rows, cycles, [0.5] * len(rows), PLANNERS)
     blank = png_bytes(figure(2.0, 1.0))
     cards = [card(row, blank, f"mcdas-opt simulate worst/{row['scene']}.toml --planner mpc") for row in worst(rows, "mpc", 2)]
     found = report(manifest(31), rows, cycles, summary, cards, ["About <this> suite."])
@@ -99,7 +99,7 @@ def page() -> tuple[str, str]:
 
 def test_shares_count_what_they_say() -> None:
     rows, cycles = table()
-    summary = summarise(rows, cycles, PLANNERS)
+    summary = summarise(rows, cycles, [0.5] * len(rows), PLANNERS)
     for planner in PLANNERS:
         mine = [row for row in rows if row["planner"] == planner and row["traffic"] == "scripted"]
         figures = summary[planner]["scripted"]
@@ -114,6 +114,7 @@ def test_shares_count_what_they_say() -> None:
         assert nominal["n"] == 10
         assert figures["false_interventions"]["n"] == 0
         assert summary[planner]["cycle_ms"]["n"] == 600
+        assert summary[planner]["cycle_ms"]["drives_per_s"] == pytest.approx(2.0)
 
 
 def test_traffic_is_never_mixed_and_pairs_mirror() -> None:
@@ -129,7 +130,7 @@ def test_traffic_is_never_mixed_and_pairs_mirror() -> None:
 
 def test_a_planner_that_fails_has_lost_and_hit() -> None:
     rows, cycles = table(0)
-    figures = summarise(rows, cycles, PLANNERS)["mpc"]["scripted"]
+    figures = summarise(rows, cycles, [0.5] * len(rows), PLANNERS)["mpc"]["scripted"]
     assert figures["collisions_on_A"]["k"] == figures["lost_on_A"]["k"] == figures["failures"]["k"] == 1
 
 

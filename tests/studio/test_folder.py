@@ -33,6 +33,24 @@ def test_scenes_and_cases_are_told_apart_and_links_out_are_not_offered(folder: F
     assert folder.cases() == ["deep/case.toml"]
 
 
+def test_a_crowded_folder_is_looked_at_in_part(tmp_path: Path) -> None:
+    deep = tmp_path
+    for k in range(9):
+        (deep / "log.log").write_text("")
+        deep = deep / f"level{k}"
+        deep.mkdir()
+    (tmp_path / ".hidden").mkdir()
+    (tmp_path / ".hidden" / "log.log").write_text("")
+    found = Folder(root=tmp_path).names(".log")
+    assert len(found) == 6
+    assert not any(".hidden" in name or "level5" in name for name in found)
+    for k in range(450):
+        (tmp_path / f"{k}.log").write_text("")
+    found = Folder(root=tmp_path).names(".log")
+    assert len(found) == 400
+    assert found == sorted(found)
+
+
 @pytest.mark.parametrize(
     "name", ["../secret.toml", "/etc/passwd", "way_out.toml", "deep/../../secret.toml", "nul\0byte", "~/x", "absent.toml"]
 )

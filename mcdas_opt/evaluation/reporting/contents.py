@@ -133,9 +133,13 @@ def _times(
     found = [(planner, summary[planner]["cycle_ms"]) for planner in planners]
     names = ("p50", "p99", "p99.9", "max")
     table = Table(
-        columns=["planner", "plans", *(f"{name} [ms]" for name in names), "plans per second"],
-        rows=[[p, str(f["n"]), *(_number(f[name], 2) for name in names), _number(f["plans_per_s"], 0)] for p, f in found],
-        caption="Wall-clock time of the whole step (tracker, situation, planner, judge) on the machine that ran this, loaded as it was.",
+        columns=["planner", "plans", *(f"{name} [ms]" for name in names), "plans per second", "drives per second"],
+        rows=[
+            [p, str(f["n"]), *(_number(f[name], 2) for name in names), _number(f["plans_per_s"], 0), _number(f["drives_per_s"], 2)]
+            for p, f in found
+        ],
+        caption="Wall-clock time of the whole step (tracker, situation, planner, judge) on the machine that ran this, loaded as it was. "
+        "Drives per second are one worker's, with plant, traffic and sensors.",
     )
     times = {
         planner: np.array([ms for row, cycles in zip(rows, cycles_ms, strict=True) if row["planner"] == planner for ms in cycles])

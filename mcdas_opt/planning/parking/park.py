@@ -151,11 +151,14 @@ def _tried(run: Run, settings: ParkSettings, guess: Guess, best: Manoeuvre | Non
 
 
 def _without_shortest(run: Run, settings: ParkSettings, best: Manoeuvre | None) -> Manoeuvre | None:
-    """The best manoeuvre without its shortest phase, where that is short and the program gains by it; else the best itself."""
+    """The best manoeuvre without its shortest phase but the first, where that is short and the program gains; else the best itself.
+
+    A short first phase was put in on purpose, or the path has none.
+    """
     if best is None or best.gear_changes < 1 or run.late():
         return best
     driven = ways(best)
-    shortest = int(np.argmin(driven))
+    shortest = 1 + int(np.argmin(driven[1:]))
     if driven[shortest] > settings.left_out_m:
         return best
     before = run.value
