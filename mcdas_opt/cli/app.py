@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from mcdas_opt.cli.benchmark import benchmark
+from mcdas_opt.cli.doctor import doctor
 from mcdas_opt.cli.escapes import escapes
 from mcdas_opt.cli.export_c import export_c
 from mcdas_opt.cli.export_log import export_log
@@ -35,7 +36,11 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
 )
-for command in (plan, simulate, judge, escapes, park, follow, replay, reproduce, export_c, export_log, live, tune, studio, benchmark):
+driving = (plan, simulate, judge, escapes, replay, live)
+parking = (park, follow)
+studying = (reproduce, tune, benchmark, studio)
+carrying = (export_c, export_log, doctor)
+for command in (*driving, *parking, *studying, *carrying):
     app.command()(command)
 
 _INTERRUPTED = 130
@@ -65,9 +70,15 @@ def main() -> None:
 
 
 @app.callback(invoke_without_command=True)
-def _root(version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False) -> None:
+def _root(
+    version: Annotated[bool, typer.Option("--version", help="Print versions, of what this stands on too, and exit.")] = False,
+) -> None:
     if version:
         from mcdas_opt import __version__
+        from mcdas_opt.evaluation.doctor import packages
 
         typer.echo(f"mcdas-opt {__version__}")
+        for package in packages():
+            if not package.extra:
+                typer.echo(f"  {package.name} {package.version or 'missing'}")
         raise typer.Exit

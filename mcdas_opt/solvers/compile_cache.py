@@ -50,11 +50,11 @@ def load(text: str, builds: Sequence[str], *, folder: Path, announce: Callable[[
             library = _kept(path)
             if library is not None:
                 return library
-        compiler = _compiler()
+        found = compiler()
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         announce("building the solver once (some seconds) ...")
         with tempfile.TemporaryDirectory(dir=folder, prefix="build-") as name:
-            built = _built(text, builds, compiler, Path(name))
+            built = _built(text, builds, found, Path(name))
             path = folder / f"{key}-{_digest(built)}{_SUFFIX}"
             os.replace(built, path)
         library = _kept(path)
@@ -80,7 +80,8 @@ def _digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()[:24]
 
 
-def _compiler() -> str:
+def compiler() -> str:
+    """The path of the C compiler: $CC, cc, gcc or clang. Raises `NoLibraryError` when there is none."""
     for name in (os.environ.get("CC", ""), "cc", "gcc", "clang"):
         found = shutil.which(name) if name else None
         if found is not None:

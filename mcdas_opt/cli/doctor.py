@@ -1,0 +1,59 @@
+"""`mcdas-opt doctor`: what is installed and what works."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import typer
+
+from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table
+
+if TYPE_CHECKING:
+    from mcdas_opt.evaluation.doctor import Check
+
+
+def doctor(as_json: JsonOption = False) -> None:
+    """What is installed, which solvers and which compiler work, and a self-test. Exits 1 when something that is needed does not work.
+
+    Example: mcdas-opt doctor --json
+    """
+    from mcdas_opt.evaluation.doctor import diagnose
+
+    found = diagnose()
+    if as_json:
+        emit(found.to_dict())
+    else:
+        _print(found)
+    if not found.well:
+        raise typer.Exit(1)
+
+
+def _print(found: object) -> None:
+    from rich.table import Table
+
+    from mcdas_opt.evaluation.doctor import Diagnosis
+
+    assert isinstance(found, Diagnosis)
+    screen = console()
+    screen.print(facts_table(f"mcdas-opt {found.version}", [("python", found.python)]))
+    table = Table(title="packages", title_justify="left")
+    for heading in ("package", "version", "for"):
+        table.add_column(heading)
+    for package in sorted(found.packages, key=lambda p: (p.extra, p.name)):
+        missing = "missing" if not package.extra else f"pip install mcdas-opt\\[{package.extra}]"
+        table.add_row(package.name, package.version or missing, package.extra)
+    screen.print(table)
+    for title, checks in (("solvers and compiler", (*found.solvers, found.compiler)), ("self-test", found.self_test)):
+        screen.print(_checks(title, checks))
+    screen.print("all is well" if found.well else "something that is needed does not work")
+
+
+def _checks(title: str, checks: tuple[Check, ...]) -> object:
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left")
+    for heading in ("what", "works", "seen"):
+        table.add_column(heading, overflow="fold")
+    for check in checks:
+        table.add_row(check.name, "yes" if check.works else "no", check.detail)
+    return table
