@@ -76,9 +76,9 @@ class Case:
         return roll_out(start, np.full(GRID.nodes + 1, start.speed_mps), inputs, GRID, vehicle, scene.true_road)
 
     def ours(self, plan: Trajectory) -> Verdict:
-        """With the limits of their vehicle model: no jerk limit, one bound on the whole acceleration."""
+        """With the limits of their vehicle model, one bound on the whole acceleration; jerk and road are not asked about."""
         vehicle = replace(self.read.scene.vehicle, acceleration_max_mps2=THEIR_LIMIT_MPS2)
-        road = replace(self.read.scene.true_road, friction=THEIR_LIMIT_MPS2 / 9.80665, lanes_left=20, lanes_right=20, road_end_s_m=None)
+        road = replace(self.read.scene.true_road, friction=THEIR_LIMIT_MPS2 / 9.80665)
         return judge(plan, None, vehicle, road, Prediction(name="recorded", bodies=self.bodies))
 
     def collides_there(self, plan: Trajectory) -> bool:
