@@ -100,7 +100,7 @@ def _show(document: dict[str, Any]) -> None:
     for kind in kinds:
         shown = [(title, key) for title, key in _ROWS if any(summary[planner][kind][key]["n"] for planner in planners)]
         for few in (planners[k : k + _ABREAST] for k in range(0, len(planners), _ABREAST)):
-            title = f"{document['suite']}, {kind} traffic, {summary[planners[0]][kind]['scenes']} scenes"
+            title = f"{document['suite']}, {kind} traffic, {summary[planners[0]][kind]['scenes']} scenes; k/n [95 % interval in %]"
             table = Table(title=title, title_justify="left", box=box.SIMPLE, pad_edge=False)
             for heading in ("", *few):
                 table.add_column(heading, justify="right" if heading else "left", overflow="fold")
@@ -115,7 +115,7 @@ def _show(document: dict[str, Any]) -> None:
 def _share(found: dict[str, Any]) -> str:
     if not found["n"]:
         return "-"
-    return f"{found['k']}/{found['n']} [{100.0 * found['low']:.1f}, {100.0 * found['high']:.1f}] %"
+    return f"{found['k']}/{found['n']} [{100.0 * found['low']:.1f}, {100.0 * found['high']:.1f}]"
 
 
 def _cycle(found: dict[str, Any]) -> str:

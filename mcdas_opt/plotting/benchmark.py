@@ -37,7 +37,10 @@ def draw_families(shares: Mapping[str, Mapping[str, Interval]], planners: Sequen
             axes.hlines(y, 100.0 * low, 100.0 * high, color=style.BLACK, lw=1.1, zorder=3)
             axes.plot(100.0 * rate, y, marker="|", ms=4.5, color=style.BLACK, lw=0, zorder=3)
         counts = [max((found[3] for found in shares[family].values()), default=0) for family in families]
-        axes.set_yticks(range(len(families)), [f"{family}\n{count} scenes" for family, count in zip(families, counts, strict=True)])
+        axes.set_yticks(
+            range(len(families)),
+            [f"{family}\n{count} scene{'' if count == 1 else 's'}" for family, count in zip(families, counts, strict=True)],
+        )
         axes.set(xlim=(0.0, 100.0), ylim=(len(families) - 0.5, -0.5), xlabel=says)
         axes.grid(axis="y", visible=False)
         fig.legend(loc="outside upper center", ncols=min(len(planners), 4), frameon=False)

@@ -60,7 +60,7 @@ def report(
 ) -> Report:
     """The whole report; `about` is what the suite says of itself."""
     planners = list(manifest["planners"])
-    blocks: list[Block] = [Paragraph(text=text) for text in about]
+    blocks: list[Block] = []
     for kind in kinds(rows):
         blocks += _traffic(kind, [row for row in rows if row["traffic"] == kind], planners, summary)
     blocks += _times(rows, cycles_ms, planners, summary)
@@ -68,6 +68,8 @@ def report(
     if cards:
         blocks += [Heading(text=f"The {len(cards)} worst scenes of {planners[0]}"), Cards(cards=cards)]
     blocks += [Heading(text="How to read this"), *(Paragraph(text=text) for text in _MEANINGS)]
+    if about:
+        blocks += [Heading(text="The suite: sources, and what was chosen"), *(Paragraph(text=text) for text in about)]
     return Report(
         title=f"Mid-vehicle benchmark: {manifest['suite']}",
         subtitle=f"{manifest['scenes']} scenes, {len(planners)} planners, {manifest['plant']} plant, seed {manifest['seed']}",
