@@ -19,6 +19,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
+from mcdas_opt.dynamics.stopping import time_to_stop
 
 
 class Path(Protocol):
@@ -85,7 +86,12 @@ def follow(
             at = 0.0 if straight else _interpolate(knots, state[0])
             return road_bicycle(state, u, at, vehicle.wheelbase_m, vehicle.centre_m, math)
 
-        x = rk4(right_side, x, h)
+        stop = time_to_stop(x[3], x[4], jerk)
+        if stop < h:  # the brakes hold the car
+            x = rk4(right_side, x, stop)
+            x = [*x[:3], 0.0, 0.0, x[5] + rate * (h - stop)]
+        else:
+            x = rk4(right_side, x, h)
         states.append(x)
         inputs.append(u)
     times = np.round(np.arange(steps + 1) * h, 9)

@@ -112,13 +112,14 @@ def _engines() -> Iterator[tuple[str, Callable[[], str]]]:
 
 
 def _solved(settings: Any) -> str:
+    from mcdas_opt.domain.plan import Refusal
     from mcdas_opt.planning.mpc import MpcMethod
     from mcdas_opt.simulation.first_situation import situation_of
 
     situation, vehicle = situation_of("sandwich-60-40")
     method = MpcMethod(vehicle, stage=settings)
     plan = method.plan(situation, None)
-    if not hasattr(plan, "verdict"):
+    if isinstance(plan, Refusal):
         raise RuntimeError(plan.reason)
     compiled = "" if settings.solver == "osqp" or settings.cold_start == "ipopt" else f"; {method.stage.solver}"
     return f"{plan.chosen} of {len(plan.candidates)} ways{compiled}"

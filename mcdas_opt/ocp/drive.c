@@ -51,6 +51,17 @@ static double time_to_stop(double v, double a, double jerk)
     return best;
 }
 
+/* one step; where the car stops within it, the brakes hold it */
+static void step(const Road *on, const double *x, double h, double *next)
+{
+    const double stop = time_to_stop(x[V], x[A], on->u[0]);
+    rk4(on, x, stop < h ? stop : h, next);
+    if (stop < h) {
+        next[V] = next[A] = 0.0;
+        next[DELTA] += on->u[1] * (h - stop);
+    }
+}
+
 /* x (nodes + 1, NX) with the start in its first row; u (nodes, 2) is zeroed where the car stands; planned speeds (nodes + 1) */
 PUBLIC void mcdas_drive(int nodes, const double *h, const double *planned, double starts, const double *car, int knots, const double *at,
                         const double *kappa, double *u, double *x)
@@ -64,12 +75,7 @@ PUBLIC void mcdas_drive(int nodes, const double *h, const double *planned, doubl
             continue;
         }
         const Road on = {u, car, at, kappa, knots};
-        const double stop = time_to_stop(x[V], x[A], u[0]);
-        rk4(&on, x, stop < h[k] ? stop : h[k], next);
-        if (stop < h[k]) {
-            next[V] = next[A] = 0.0;
-            next[DELTA] += u[1] * (h[k] - stop);
-        }
+        step(&on, x, h[k], next);
     }
 }
 
@@ -142,6 +148,6 @@ PUBLIC void mcdas_follow(int steps, double h, const double *car, int knots, cons
         const Road on = {u, car, at, kappa, knots};
         u[1] = steering_rate(x, &way, curvature(x[S], knots, at, kappa), car[0], &rule, h);
         u[0] = jerk(x, k * h >= rule.start_s - 1e-9, car[0], &rule, h);
-        rk4(&on, x, h, x + NX);
+        step(&on, x, h, x + NX);
     }
 }

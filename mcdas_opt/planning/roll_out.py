@@ -16,6 +16,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
+from mcdas_opt.dynamics.stopping import time_to_stop
 from mcdas_opt.ocp.compiled_drive import compiled_drive
 
 _STARTS_MPS = 0.2  # a standing car drives off when the optimiser means it to go at least so fast
@@ -73,7 +74,7 @@ def interpreted(host: HostState, planned_speed_mps: Array, u: Array, grid: TimeG
             kappa = 0.0 if straight else float(road.curvature_at(state[0]))
             return road_bicycle(state, (jerk, rate), kappa, vehicle.wheelbase_m, vehicle.centre_m, math)
 
-        stop = _time_to_stop(x[3], x[4], jerk)
+        stop = time_to_stop(x[3], x[4], jerk)
         if stop < h:
             x = rk4(right_side, x, stop)
             x = [*x[:3], 0.0, 0.0, x[5] + rate * (h - stop)]
@@ -81,20 +82,6 @@ def interpreted(host: HostState, planned_speed_mps: Array, u: Array, grid: TimeG
             x = rk4(right_side, x, h)
         states.append(x)
     return np.array(states)
-
-
-def _time_to_stop(v: float, a: float, jerk: float) -> float:
-    """First t > 0 at which v + a t + jerk t^2 / 2 falls through zero; infinite when it does not."""
-    if a >= 0.0 and jerk >= 0.0:
-        return math.inf
-    if abs(jerk) < 1e-12:
-        return v / -a if a < 0.0 else math.inf
-    under = a * a - 2.0 * jerk * v
-    if under <= 0.0:
-        return math.inf
-    roots = [(-a - math.sqrt(under)) / jerk, (-a + math.sqrt(under)) / jerk]
-    falling = [t for t in roots if t > 0.0 and a + jerk * t < 0.0]
-    return min(falling, default=math.inf)
 
 
 def within_reach(host: HostState, vehicle: Vehicle) -> Array:

@@ -10,12 +10,14 @@ from hypothesis import strategies as st
 from mcdas_opt.actuation import path_following
 from mcdas_opt.actuation.path_following import FollowingSettings, SpeedLaw
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.ocp.compiled_drive import compiled_drive
 from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.reference.offset_path import corrected
+from mcdas_opt.verification.judge import judge
 
 CAR = Vehicle()
 
@@ -46,3 +48,13 @@ def test_compiled_law_is_the_law(
     assert np.array_equal(ours.t_s, written.t_s)
     assert np.abs(ours.states - written.states).max() < 1e-8
     assert np.abs(ours.inputs - written.inputs).max() < 1e-5
+
+
+@given(v=st.floats(0.0, 40.0), hard=st.floats(0.5, 8.0), friction=st.floats(0.2, 1.0))
+def test_braking_to_a_stop_never_rolls_back_and_the_judge_passes_it(v: float, hard: float, friction: float) -> None:
+    host, road = HostState(speed_mps=v), Road(friction=friction)
+    law = SpeedLaw(speed_mps=0.0, acceleration_mps2=min(hard, 0.9 * friction * 9.8))
+    drive = follow(host, LaneCentre(d_m=0.0), law, vehicle=CAR, road=road, duration_s=14.0, lateral_acceleration_mps2=2.0)
+    assert drive.speed_mps.min() >= 0.0
+    verdict = judge(drive, host, CAR, road, Prediction(name="nobody"))
+    assert verdict.passed, verdict.reason
