@@ -89,6 +89,9 @@ class _Forced:
     def shifted(self, outcome: Outcome) -> StageGuess:
         return StageGuess(x=outcome.x, u=outcome.u, s=outcome.s)
 
+    def twin(self) -> _Forced:
+        return self
+
     def reset(self) -> None: ...
 
 
