@@ -146,13 +146,13 @@ def schedule(out: Path | None) -> None:
         save_png(schedule_sheet(found), out / "tuning-schedule.png", dpi=110)
 
 
-def gradient(out: Path | None, steps: int, times: int, scenes: int, nodes: int) -> None:
+def gradient(out: Path | None, steps: int, times: int, scenes: int, nodes: int, urgency: float) -> None:
     """`times` as many rollouts for random search; both checked on problems that neither saw."""
     sensitivity = PlanSensitivity(Vehicle(), neighbours=2, nodes=nodes)
     rng = np.random.default_rng(5)
     plans = []
     while len(plans) < 2 * scenes:
-        situation, way = evasion(rng, 2)
+        situation, way = evasion(rng, 2, urgency=urgency)
         posed = posed_plan(sensitivity, situation, way, predict(situation.tracks, PredictionSettings()).bodies)
         if sensitivity.measured(posed.parameters, posed.guess, gradients=False).converged:
             plans.append(posed)
@@ -217,6 +217,7 @@ def main() -> None:
     parser.add_argument("--times", type=int, default=20, help="as many times the rollouts for random search")
     parser.add_argument("--scenes", type=int, default=6)
     parser.add_argument("--nodes", type=int, default=25)
+    parser.add_argument("--urgency", type=float, default=0.7, help="of the evasions; above 1 many of them end in a scrape")
     arguments = parser.parse_args()
     if arguments.part == "grid":
         grid()
@@ -225,7 +226,7 @@ def main() -> None:
     elif arguments.part == "schedule":
         schedule(arguments.out)
     elif arguments.part == "gradient":
-        gradient(arguments.out, arguments.steps, arguments.times, arguments.scenes, arguments.nodes)
+        gradient(arguments.out, arguments.steps, arguments.times, arguments.scenes, arguments.nodes, arguments.urgency)
     else:
         costs()
 

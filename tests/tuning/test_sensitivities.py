@@ -67,8 +67,8 @@ def test_the_mean_merit_slope_is_that_of_its_values_and_rollouts_are_counted() -
 
 def test_a_few_gradient_steps_beat_as_many_random_draws() -> None:
     merit = MeanMerit(PLANS, SENSITIVITY)
-    down, drawn = by_gradient(merit, 5), at_random(merit, 10, seed=2)
-    assert down.rollouts[-1] == 5 * len(PLANS)
+    down, drawn = by_gradient(merit, 8), at_random(merit, 16, seed=2)
+    assert down.rollouts[-1] == 8 * len(PLANS)
     assert down.merits[0] == pytest.approx(drawn.merits[0])
     assert np.all(np.diff(down.merits) <= 0.0)
     assert down.merits[-1] < drawn.merits[-1]
