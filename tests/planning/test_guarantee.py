@@ -126,7 +126,7 @@ FORCED = {
 
 @pytest.mark.parametrize("kind", FORCED)
 def test_whatever_the_engines_answer_a_judged_plan_leaves(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    engine = _Forced(FORCED[kind])
+    engine = property(lambda posed: _Forced(FORCED[kind]))  # takes the place of engines that are built already, too
     monkeypatch.setattr(Posed, "interior_point", engine)
     monkeypatch.setattr(Posed, "osqp", engine)
     planner = Planner()
@@ -151,7 +151,7 @@ def test_rest_of_the_last_plan_answers_when_the_engines_fall_silent(monkeypatch:
     situation = sandwich()
     first = planner.plan(situation)
     assert (first.status, first.side is not Side.NONE) == (Status.PLANNED, True)
-    silent = property(lambda posed: _Forced(_raising))  # takes the place of engines that are built already, too
+    silent = property(lambda posed: _Forced(_raising))
     monkeypatch.setattr(Posed, "interior_point", silent)
     monkeypatch.setattr(Posed, "osqp", silent)
     for _ in range(10):
