@@ -12,6 +12,7 @@ from mcdas_opt.planning.parking.exchange import Exchanged, ExchangeSettings, exc
 from mcdas_opt.planning.parking.manoeuvre import Manoeuvre
 from mcdas_opt.planning.parking.structure import ways, without
 from mcdas_opt.planning.parking.world import World
+from mcdas_opt.verification.parking_judge import judge_parking
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,6 +26,7 @@ class WindowSettings:
     twice_up_to: int = 60  # gear changes; beyond, one pass has to do
     rounds: int = 4
     rounds_unsound: int = 6
+    closing_m: float = 0.1  # trust of the whole at the end, where the windows do not fit together
 
 
 def improve(
@@ -68,7 +70,11 @@ def improve(
             if last:
                 break
             phase += windows.stride
-    return Exchanged(current, current, 0.0, rounds, iterations)
+    if judge_parking(case, current.trajectory(case)).verdict.passed:
+        return Exchanged(current, current, 0.0, rounds, iterations)
+    closed = replace(settings, rounds=2, rounds_unsound=5, trust_m=windows.closing_m, trust_rad=0.5 * windows.closing_m)
+    done = exchange(case, world, current, costs, closed)  # windows without an answer leave gaps of millimetres that add up
+    return replace(done, rounds=done.rounds + rounds, iterations=done.iterations + iterations)
 
 
 def _cusps(manoeuvre: Manoeuvre) -> list[int]:
