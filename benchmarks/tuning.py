@@ -180,7 +180,7 @@ def gradient(out: Path | None, steps: int, times: int, scenes: int, nodes: int, 
             axes.step(drawn.rollouts, drawn.merits, where="post", color=ORANGE, label="random search")
             axes.step(down.rollouts, down.merits, where="post", color=BLUE, marker="o", ms=3.5, label="gradient through the MPC")
             axes.set(xscale="log", xlabel="rollouts [-]", ylabel="best mean merit so far [-]")
-            axes.legend(loc="upper right")
+            axes.legend(loc="lower left")
         save_png(fig, out / "tuning-gradient.png", dpi=110)
 
 
