@@ -17,7 +17,7 @@ from mcdas_opt.manoeuvres.sidesteps import Ways
 
 Place = tuple[Array, ...]  # where a body is as seen from the host's centre, along and across the road [m], and both headings [rad]
 NEAR_M = 1.5  # bodies farther apart than this along the road are not looked at more closely
-_BOW = 0.2  # times kappa and both lengths squared: how far a lane bows over the bodies (0.125), and that distances shrink with d
+BOW = 0.2  # times kappa and both lengths squared: how far a lane bows over the bodies (0.125), and that distances shrink with d
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,7 +57,7 @@ def clearance(
     shape = members.s_m.shape
     best, who = np.full(shape, NEAR_M, dtype=members.s_m.dtype), np.full(shape, -1, dtype=np.intp)
     reach = 0.5 * np.hypot(vehicle.length_m, vehicle.width_m)
-    bend = 0.0 if road.is_straight else _BOW * max(abs(kappa) for _, kappa in road.curvature)
+    bend = 0.0 if road.is_straight else BOW * max(abs(kappa) for _, kappa in road.curvature)
     host = [np.ravel(q) for q in (members.s_m, members.d_m, members.heading_rad)]
     index = np.broadcast_to(np.arange(times_s.size).reshape(times_s.shape), shape) if times_s.ndim > 1 else None
     for number, body in enumerate(bodies):

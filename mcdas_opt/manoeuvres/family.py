@@ -17,6 +17,7 @@ from mcdas_opt.manoeuvres.phases import Phases, SpeedHistory, speed_history
 from mcdas_opt.manoeuvres.sidesteps import Sidesteps, Starts, Ways, ways
 
 EDGE_M = 0.02  # bodies keep this far from the road's edges
+TICK = 1e-9  # costs closer than this are the same
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,14 +66,30 @@ class Rolled:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scored:
     """`separation_m`: the least of each member (at most `clearance.NEAR_M`); `contact_s`: its first contact, infinite without;
-    `contact_with`: the index of that body, -1 without; `feasible`: possible, on the road and clear; `cost`: the smaller the better.
+    `contact_with`: the index of that body, -1 without; `possible` and `on_road`: as rolled; `feasible`: both,
+    and clear; `cost`: the smaller the better.
     """
 
     separation_m: Array
     contact_s: Array
     contact_with: NDArray[np.intp]
+    possible: NDArray[np.bool_]
+    on_road: NDArray[np.bool_]
     feasible: NDArray[np.bool_]
     cost: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Member:
+    """One member, by the indices of its phase and its sidestep, and what became of it."""
+
+    phase: int
+    step: int
+    cost: float
+    separation_m: float
+    contact_s: float
+    contact_with: int
+    feasible: bool
 
 
 def roll_out(
@@ -135,7 +152,29 @@ def score(
     away = np.abs(members.d_m[..., -1] - host_lane_d_m) > 0.5 * road.lane_width_m
     cost += prices.lane_change * away
     cost += _end_closing(rolled, prediction, vehicle, prices)
-    return Scored(separation_m=least, contact_s=contact_s, contact_with=contact_with, feasible=feasible, cost=cost)
+    return Scored(
+        separation_m=least,
+        contact_s=contact_s,
+        contact_with=contact_with,
+        possible=np.broadcast_to(rolled.possible, least.shape),
+        on_road=np.broadcast_to(rolled.on_road, least.shape),
+        feasible=feasible,
+        cost=cost,
+    )
+
+
+def best_of_each(price: Array, scored: Scored, kinds: NDArray[np.intp]) -> list[Member]:
+    """The member of least price of each kind, the cheapest first; in whole TICKs, ties to the first, and who costs infinitely is none."""
+    order = np.argsort(np.rint(price / TICK), axis=None, kind="stable")
+    order = order[np.isfinite(price.ravel()[order])]
+    _, first = np.unique(kinds.ravel()[order], return_index=True)
+    found = []
+    for index in order[np.sort(first)]:
+        p, q = (int(i) for i in np.unravel_index(index, price.shape))
+        cost, separation, contact = (float(of[p, q]) for of in (scored.cost, scored.separation_m, scored.contact_s))
+        who, feasible = int(scored.contact_with[p, q]), bool(scored.feasible[p, q])
+        found.append(Member(phase=p, step=q, cost=cost, separation_m=separation, contact_s=contact, contact_with=who, feasible=feasible))
+    return found
 
 
 def first_contact(near: Clearance, times_s: Array, clear_m: float) -> tuple[Array, NDArray[np.intp]]:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import product
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,18 +12,18 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.grid import TimeGrid
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import Array, vector
+from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.clearance import Margins
-from mcdas_opt.manoeuvres.family import Rolled, Scored, Scoring, roll_out, score
+from mcdas_opt.manoeuvres.family import Member, Scoring, best_of_each
+from mcdas_opt.manoeuvres.members import Members, members
 from mcdas_opt.manoeuvres.phases import Phases
 from mcdas_opt.manoeuvres.sidesteps import Sidesteps
 
 _STEP_S = 0.1
 _STEERABLE_MPS = 0.5
-_PRECISION: Any = np.float32  # enough to choose by, and half the cost
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,31 +108,32 @@ def best_of_kind(
     """
     chosen = settings or FamilySettings()
     duration = float((grid or TimeGrid()).times_s[-1])
-    times: Array = (np.arange(round(duration / _STEP_S) + 1) * _STEP_S).astype(_PRECISION)
-    found = _scored(_steps(chosen, situation, _lane_changes(situation, vehicle)), times, situation, vehicle, prediction, chosen)
-    if not found.scored.feasible.any():
-        tried = replace(found, scored=_score(found.rolled, situation, vehicle, prediction, chosen, chosen.tight))
+    times = np.round(np.arange(round(duration / _STEP_S) + 1) * _STEP_S, 9)
+    usual, tight = (Scoring(margins=margins, clear_m=chosen.clear_m) for margins in (chosen.margins, chosen.tight))
+    found = _found(_steps(chosen, situation, _lane_changes(situation, vehicle)), times, situation, vehicle, prediction, chosen)
+    best = found.members.best(usual, found.kinds) or found.members.best(tight, found.kinds)
+    if not best:
         dodges = _dodges(situation, vehicle, prediction, chosen)
-        if dodges and not tried.scored.feasible.any():
-            narrow = replace(chosen, margins=chosen.tight)
-            tried = _scored(_steps(chosen, situation, dodges), times, situation, vehicle, prediction, narrow)
-        found = tried if tried.scored.feasible.any() else found
-    best = _best_of_each(found, situation.host.speed_mps, chosen)[:most]
-    return tuple(_choice(p, q, found, chosen, prediction, grid, situation, vehicle) for p, q in best)
+        if dodges:
+            other = _found(_steps(chosen, situation, dodges), times, situation, vehicle, prediction, chosen)
+            best = other.members.best(tight, other.kinds)
+            found = other if best else found
+    best = best or _least_bad(found, usual)
+    return tuple(_choice(member, found, chosen, prediction, grid, times, situation) for member in best[:most])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Found:
-    """Phases (P, 1), sidesteps and their sides (1, Q: 1 left, -1 right, 0 keep), and what became of them (P, Q)."""
+    """Phases (P, 1), sidesteps and their sides (1, Q: 1 left, -1 right, 0 keep), the kinds (P, Q) of the members, and these."""
 
     phases: Phases
     steps: Sidesteps
     sides: NDArray[np.intp]
-    rolled: Rolled
-    scored: Scored
+    kinds: NDArray[np.intp]
+    members: Members
 
 
-def _scored(
+def _found(
     steps: tuple[Sidesteps, NDArray[np.intp]],
     times: Array,
     situation: Situation,
@@ -141,20 +141,21 @@ def _scored(
     prediction: Prediction,
     chosen: FamilySettings,
 ) -> _Found:
-    host, road = situation.host, situation.road
-    phases = _phases(chosen, vehicle, road, host.speed_mps, situation.wanted_speed_mps)
-    rolled = roll_out(phases, steps[0], times, host, vehicle, road)
-    scored = _score(rolled, situation, vehicle, prediction, chosen, chosen.margins)
-    return _Found(phases=phases, steps=steps[0], sides=steps[1], rolled=rolled, scored=scored)
+    speed, (step, sides) = situation.host.speed_mps, steps
+    phases = _phases(chosen, vehicle, situation.road, speed, situation.wanted_speed_mps)
+    these = members(phases, step, times, situation, vehicle, prediction)
+    end = these.end_speed_mps
+    pace = np.where(end > speed + chosen.apart_mps, 2, np.where(end < speed - chosen.apart_mps, 0, 1))
+    early = (step.delay_s <= chosen.early_s) | (sides == 0)
+    return _Found(phases=phases, steps=step, sides=sides, kinds=pace + (3 * early + 6 * (sides + 1)), members=these)
 
 
-def _score(
-    rolled: Rolled, situation: Situation, vehicle: Vehicle, prediction: Prediction, chosen: FamilySettings, margins: Margins
-) -> Scored:
-    road = situation.road
-    lane = road.lane_centre_m(road.lane_of(situation.host.d_m))
-    scoring = Scoring(margins=margins, clear_m=chosen.clear_m)
-    return score(rolled, prediction, vehicle, road, situation.wanted_speed_mps, lane, scoring)
+def _least_bad(found: _Found, scoring: Scoring) -> list[Member]:
+    """Where nothing is clear: of each kind what the car and the road allow, and is so for longest."""
+    scored = found.members.scored(scoring)
+    lost = 1e6 * ~scored.possible + 1e4 * ~scored.on_road
+    price = lost - 10.0 * np.minimum(scored.contact_s, 100.0) - scored.separation_m + 1e-3 * scored.cost
+    return best_of_each(price, scored, found.kinds)
 
 
 def _lane_changes(situation: Situation, vehicle: Vehicle) -> list[tuple[float, float]]:
@@ -176,25 +177,6 @@ def _dodges(situation: Situation, vehicle: Vehicle, prediction: Prediction, chos
                 if road.right_edge_m + half < target < road.left_edge_m - half:
                     ends.append((target, sign))
     return ends
-
-
-def _best_of_each(found: _Found, speed_mps: float, chosen: FamilySettings) -> list[tuple[int, int]]:
-    """Indices of the best feasible member of each kind, cheapest first; without any, of the least bad of each."""
-    scored, rolled = found.scored, found.rolled
-    shape = scored.cost.shape
-    end = np.broadcast_to(rolled.speeds.speed_mps[..., -1], shape)
-    pace = np.where(end > speed_mps + chosen.apart_mps, 2, np.where(end < speed_mps - chosen.apart_mps, 0, 1))
-    early = (found.steps.delay_s <= chosen.early_s) | (found.sides == 0)
-    kind = pace + 3 * early + 6 * (found.sides + 1)
-    price = np.where(scored.feasible, scored.cost, np.inf)
-    if not scored.feasible.any():
-        lost = 1e6 * ~rolled.possible + 1e4 * ~rolled.on_road
-        price = lost - 10.0 * np.minimum(scored.contact_s, 100.0) - scored.separation_m + 1e-3 * scored.cost
-    order = np.argsort(price, axis=None, kind="stable")
-    order = order[np.isfinite(price.ravel()[order])]
-    _, first = np.unique(kind.ravel()[order], return_index=True)
-    rows, columns = np.unravel_index(order[np.sort(first)], shape)
-    return [(int(p), int(q)) for p, q in zip(rows, columns, strict=True)]
 
 
 def _phases(chosen: FamilySettings, vehicle: Vehicle, road: Road, speed_mps: float, wanted_mps: float) -> Phases:
@@ -232,25 +214,16 @@ def _steps(chosen: FamilySettings, situation: Situation, ends: list[tuple[float,
 
 
 def _choice(
-    p: int,
-    q: int,
+    member: Member,
     found: _Found,
     chosen: FamilySettings,
     prediction: Prediction,
     grid: TimeGrid | None,
+    times: Array,
     situation: Situation,
-    vehicle: Vehicle,
 ) -> Choice:
-    phases, steps, scored = found.phases, found.steps, found.scored
-    # what was chosen in single precision is driven again in double: a guess must mirror with its situation
-    times = vector("times_s", np.round(found.rolled.times_s, 6), "s")
-    first, switch, then = (value[p : p + 1].astype(np.float64) for value in (phases.first_mps2, phases.switch_s, phases.then_mps2))
-    target, push, wait, soft = (
-        value[:, q : q + 1].astype(np.float64) for value in (steps.target_d_m, steps.lateral_mps2, steps.delay_s, steps.b)
-    )
-    alone = Sidesteps(target_d_m=target, lateral_mps2=push, delay_s=wait, b=soft)
-    pace_of = Phases(first_mps2=first, switch_s=switch, then_mps2=then)
-    states = roll_out(pace_of, alone, times, situation.host, vehicle, situation.road).states((0, 0))
+    phases, steps, p, q = found.phases, found.steps, member.phase, member.step
+    states = found.members.states(p, q)
     states[0] = situation.host.to_vector()
     wanted = times if grid is None else grid.times_s
     if wanted.shape != times.shape or np.abs(wanted - times).max() > 1e-6:
@@ -258,7 +231,6 @@ def _choice(
     sign, delay = int(found.sides[0, q]), float(steps.delay_s[0, q])
     gained = float(states[-1, 3]) - situation.host.speed_mps
     pace = "faster" if gained > chosen.apart_mps else "slower" if gained < -chosen.apart_mps else "same"
-    who = int(scored.contact_with[p, q])
     return Choice(
         side={1: Side.LEFT, -1: Side.RIGHT, 0: Side.NONE}[sign],
         early=sign == 0 or delay <= chosen.early_s,
@@ -271,10 +243,10 @@ def _choice(
         switch_s=float(phases.switch_s[p, 0]),
         then_mps2=float(phases.then_mps2[p, 0]),
         end_speed_mps=float(states[-1, 3]),
-        cost=float(scored.cost[p, q]),
-        separation_m=float(scored.separation_m[p, q]),
-        contact_s=float(scored.contact_s[p, q]),
-        contact_with=prediction.bodies[who].id if who >= 0 else None,
-        feasible=bool(scored.feasible[p, q]),
+        cost=member.cost,
+        separation_m=member.separation_m,
+        contact_s=member.contact_s,
+        contact_with=prediction.bodies[member.contact_with].id if member.contact_with >= 0 else None,
+        feasible=member.feasible,
         states=states,
     )

@@ -10,7 +10,7 @@ import numpy as np
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 
-_SHARE = 0.98  # of the vehicle's jerk and top speed
+SHARE = 0.98  # of the vehicle's jerk and top speed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +46,7 @@ def speed_history(phases: Phases, times_s: Array, speed_mps: Any, acceleration_m
     first one has been reached, at the earliest. A car that has come to rest stands; one that comes to (0.98 of) top speed keeps it.
     The precision is that of the times.
     """
-    rise, fall = _SHARE * vehicle.jerk_max_mps3, _SHARE * vehicle.jerk_min_mps3
+    rise, fall = SHARE * vehicle.jerk_max_mps3, SHARE * vehicle.jerk_min_mps3
     given = (phases.first_mps2, phases.then_mps2, phases.switch_s, speed_mps, acceleration_mps2)
     first, then, switch, v0, a0 = (np.asarray(q, dtype=times_s.dtype)[..., None] for q in given)
     change = first - a0
@@ -55,7 +55,7 @@ def speed_history(phases: Phases, times_s: Array, speed_mps: Any, acceleration_m
     a = a0 + _ramp(times_s, change, rise, fall) + _ramp(since, then - first, rise, fall)
     h = float(times_s[1] - times_s[0])
     v = _summed(a, v0, h)
-    over = v > np.maximum(_SHARE * vehicle.speed_max_mps, v0)
+    over = v > np.maximum(SHARE * vehicle.speed_max_mps, v0)
     if over.any():
         over = np.logical_or.accumulate(over, axis=-1)
         last = np.take_along_axis(a, np.maximum(over.argmax(-1) - 1, 0)[..., None], axis=-1)

@@ -14,11 +14,11 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.manoeuvres.phases import SpeedHistory
 
-_PEAK = 6.0 * math.sqrt(3.0)  # max |S''| = a^2 / (6 sqrt 3)
-_SPEED_FLOOR_MPS = 3.0
-_LEAST_SHIFT_M = 0.1
-_JOIN_S = 0.35  # in so much time the car's own heading and curvature have gone over into the sigmoid's
-_JOIN_LEAST_M = 1.5
+PEAK = 6.0 * math.sqrt(3.0)  # max |S''| = a^2 / (6 sqrt 3)
+SPEED_FLOOR_MPS = 3.0
+LEAST_SHIFT_M = 0.1
+JOIN_S = 0.35  # in so much time the car's own heading and curvature have gone over into the sigmoid's
+JOIN_LEAST_M = 1.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,20 +84,14 @@ def ways(steps: Sidesteps, speeds: SpeedHistory, times_s: Array, start: HostStat
     the car's own, and go over into the sigmoid's by (m l + n l^2) exp(-l / l_join).
     """
     c, curved = vehicle.centre_m, not road.is_straight
-    kappa0 = road.curvature_at(start.s_m) if curved else np.zeros(1)
-    psi0 = start.heading_rad + kappa0 * c
-    sine0, cosine0 = np.sin(psi0), np.cos(psi0)
-    d0 = start.d_m - c * sine0 + 0.5 * kappa0 * (c * cosine0) ** 2
-    s0 = start.s_m - c * cosine0 / (1.0 - kappa0 * d0)
-    turn0 = np.tan(start.steering_rad) / vehicle.wheelbase_m
-    bend0 = (turn0 - kappa0 * cosine0 / (1.0 - kappa0 * d0)) * cosine0
+    s0, d0, sine0, bend0 = rear_axle(start, vehicle, road)
 
     shift = steps.target_d_m - d0
     a, begin, height = _shape(steps, shift, speeds, times_s)
     s_at_0 = 1.0 / (1.0 + steps.b * np.exp(-a * begin))
     gain = height * a
     slope0, curl0 = -gain * s_at_0 * (1.0 - s_at_0), gain * a * s_at_0 * (1.0 - s_at_0) * (1.0 - 2.0 * s_at_0)
-    join = np.maximum(_JOIN_S * np.asarray(start.speed_mps, dtype=np.float64), _JOIN_LEAST_M)
+    join = np.maximum(JOIN_S * np.asarray(start.speed_mps, dtype=np.float64), JOIN_LEAST_M)
     m = sine0 - slope0
     n = 0.5 * (bend0 - curl0) + m / join
 
@@ -153,13 +147,26 @@ def ways(steps: Sidesteps, speeds: SpeedHistory, times_s: Array, start: HostStat
     return Ways(s_m=sigma, d_m=d, heading_rad=psi, sine=np.sin(psi), cosine=np.cos(psi), curvature_1pm=curvature)
 
 
+def rear_axle(start: HostState | Starts, vehicle: Vehicle, road: Road) -> tuple[Array, Array, Array, Array]:
+    """s and d [m] of the rear axle; d' and d'' [1/m] by the way that it drives."""
+    c = vehicle.centre_m
+    kappa0 = np.zeros(1) if road.is_straight else road.curvature_at(start.s_m)
+    psi0 = start.heading_rad + kappa0 * c
+    sine0, cosine0 = np.sin(psi0), np.cos(psi0)
+    d0 = np.asarray(start.d_m - c * sine0 + 0.5 * kappa0 * (c * cosine0) ** 2)
+    s0 = np.asarray(start.s_m - c * cosine0 / (1.0 - kappa0 * d0))
+    turn0 = np.tan(start.steering_rad) / vehicle.wheelbase_m
+    bend0 = np.asarray((turn0 - kappa0 * cosine0 / (1.0 - kappa0 * d0)) * cosine0)
+    return s0, d0, sine0, bend0
+
+
 def _shape(steps: Sidesteps, shift: Array, speeds: SpeedHistory, times_s: Array) -> tuple[Array, Array, Array]:
     """a [1/m], the way at which the sigmoid begins, and its height, each of the members' broadcast shape."""
-    size = np.maximum(np.abs(shift), _LEAST_SHIFT_M)
+    size = np.maximum(np.abs(shift), LEAST_SHIFT_M)
     h = float(times_s[1] - times_s[0])
     middle = steps.delay_s + 1.22 * np.sqrt(size / steps.lateral_mps2)
-    v = np.maximum(_at(speeds.speed_mps, middle / h), _SPEED_FLOOR_MPS)
-    a = -np.sqrt(_PEAK * steps.lateral_mps2 / size) / v
+    v = np.maximum(_at(speeds.speed_mps, middle / h), SPEED_FLOOR_MPS)
+    a = -np.sqrt(PEAK * steps.lateral_mps2 / size) / v
     start = _at(speeds.way_m, steps.delay_s / h)
     rest = steps.b * np.exp(-a * start)  # 1 / S(0) - 1
     return a, start, shift * (1.0 + rest) / rest

@@ -8,10 +8,13 @@ path beside that vehicle only, instead of moving its end out of the lane.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mcdas_opt.domain.rules import Array, finite, positive
 from mcdas_opt.dynamics.sigmoid import hump, renormalised, sigmoid
@@ -24,6 +27,7 @@ _PEAK_OF_HUMP_BEND = 2.0  # max |hump''| * width^2
 _BEND_SHARE = 0.5  # of the lateral acceleration, that the bend alone may use
 _SHARPENING = 1.5  # a bend may at most make the path this much sharper than one without
 _SAMPLED_SHARE = 0.995  # of the bound, for the curvature between samples
+_TRIED = 9  # steepnesses in a round
 _LEAST_DISPLACEMENT_M = 0.1  # smaller ones are given the length of this one
 
 
@@ -154,15 +158,58 @@ def _sharpest_within(
     low: float, high: float, curvature: float, b: float, amplitude: float, bend: float, bend_x: float, width: float
 ) -> float:
     """The largest -a from `low`, which keeps the bound, towards `high`, up to which every tried one keeps it: three rounds of a grid."""
-    around_bend = bend_x + width * np.linspace(-3.0, 3.0, 97)
-    for _ in range(3):
-        tried = np.linspace(low, high, 9)
-        along_path = np.linspace(0.0, 1.0, 129) * (2.0 * math.log(b) / tried[:, None])
-        x = np.concatenate([along_path, np.broadcast_to(around_bend, (tried.size, around_bend.size))], axis=1)
-        _, first, second = _offset(x, x - bend_x, -tried[:, None], b, amplitude, bend, width)
-        kept = np.max(np.abs(second) / (1.0 + first**2) ** 1.5, axis=1) <= _SAMPLED_SHARE * curvature
-        last = int(np.argmin(kept)) - 1 if not kept.all() else tried.size - 1
-        if last < 0:
-            return low
-        low, high = float(tried[last]), float(tried[min(last + 1, tried.size - 1)])
-    return low
+    kept = _bound_keeper(_SAMPLED_SHARE * curvature, b, amplitude, bend, bend_x, width)
+    tried = np.linspace(low, high, _TRIED)
+    soft = kept(tried)
+    if not soft[0] or soft.all():
+        return high if soft[0] else low
+    for _ in range(2):
+        last = int(np.argmin(soft)) - 1
+        tried = np.linspace(float(tried[last]), float(tried[last + 1]), _TRIED)
+        soft[1:-1] = kept(tried[1:-1])  # the first one keeps it, the last one does not
+        soft[0], soft[-1] = True, False
+    return float(tried[int(np.argmin(soft)) - 1])
+
+
+def _bound_keeper(
+    bound: float, b: float, amplitude: float, bend: float, bend_x: float, width: float
+) -> Callable[[Array], NDArray[np.bool_]]:
+    """For each -a (n,) whether the curvature stays within the bound [1/m] on samples of the whole path, and around the bend.
+
+    As `_offset` has it; but along the path the sigmoid is the same for every a, as is the hump around the bend.
+    """
+    end, gain = 2.0 * math.log(b), (b + 1.0) / (b - 1.0)
+    along, around, rising = _samples(b)
+    squeezed = np.exp(-around * around)
+    places = bend_x + width * around
+
+    def kept(steepness: Array) -> NDArray[np.bool_]:
+        a = steepness[:, None]
+        x = a * places
+        shape, q, hump_ = (np.empty((steepness.size, along.size + around.size)) for _ in range(3))
+        shape[:, : along.size] = rising
+        shape[:, along.size :] = sigmoid(np.clip(x, 0.0, end), -1.0, b, np)
+        q[:, : along.size] = (along * end / a - bend_x) / width
+        q[:, along.size :] = around
+        np.exp(-(q[:, : along.size] ** 2), out=hump_[:, : along.size])
+        hump_[:, along.size :] = squeezed
+        hump_ *= bend
+        r = (shape - 1.0 / (1.0 + b)) * gain
+        r1 = shape - shape * shape
+        r1[:, along.size :] *= (x >= 0.0) & (x <= end)
+        r1 *= gain * a
+        slope = (-2.0 / width) * q * hump_
+        level = amplitude + hump_
+        first = r1 * level + r * slope
+        second = r1 * (a * (1.0 - 2.0 * shape) * level + 2.0 * slope) + r * hump_ * ((4.0 * q * q - 2.0) / width**2)
+        straight = 1.0 + first * first
+        return np.asarray((np.abs(second) <= bound * straight * np.sqrt(straight)).all(axis=1))
+
+    return kept
+
+
+@lru_cache(maxsize=16)
+def _samples(b: float) -> tuple[Array, Array, Array]:
+    """Places along the path as shares of its length, around the bend as shares of its width, and the sigmoid at the first."""
+    along = np.linspace(0.0, 1.0, 129)
+    return along, np.linspace(-3.0, 3.0, 97), np.asarray(sigmoid(along * (2.0 * math.log(b)), -1.0, b, np))

@@ -1,0 +1,247 @@
+"""The members of a family in C (`family_kernel.c`): some ten times as fast as the array operations, which say what it does."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from collections.abc import Sequence
+from functools import lru_cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, Prediction
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.manoeuvres import clearance, family, phases, sidesteps
+from mcdas_opt.manoeuvres.family import Demand, Member, Scored, Scoring
+from mcdas_opt.manoeuvres.phases import Phases
+from mcdas_opt.manoeuvres.sidesteps import Sidesteps
+from mcdas_opt.solvers.compile_cache import NoLibraryError, cache_folder, load, to_stderr
+from mcdas_opt.solvers.interior_point import SWITCH
+from mcdas_opt.solvers.kernel_source import HEAD
+
+_LANES = 8  # samples come in whole lanes
+_PLAIN = "-fno-math-errno -fno-trapping-math -ffp-contract=off"  # nothing that changes a result
+_VECTORS = "-fno-builtin-exp -fno-builtin-sin -DVECTOR_MATH -lmvec -lm"
+_BUILDS = (f"-O3 -march=native {_PLAIN} {_VECTORS}", f"-O3 -march=native {_PLAIN} -lm", "-O2 -lm")
+_OF_PHASE, _OF_BODY, _OF_MEMBER, _OF_RESULT = 10, 7, 8, 6  # rows, as the C text numbers them
+_TABLES = ("phases", "steps", "times", "weights", "bodies", "sizes", "knots", "kappas", "by_phase", "work")
+_SIZES = ("count_of_phases", "count_of_steps", "samples", "row", "count_of_bodies", "count_of_knots")
+_NUMBERS: tuple[str, ...] = ("s0", "d0", "sine0", "bend0", "speed0", "acceleration0", "join", "centre", "wheelbase", "length", "width")
+_NUMBERS += ("rise", "fall", "top", "grip_squared", "curvature_max", "turn_max", "left", "right", "end")
+_NUMBERS += ("wanted", "lane_d", "half_lane", "clear", "reach")
+_NUMBERS += ("price_acceleration", "price_speed", "price_lateral", "price_near", "nearness", "price_change", "price_closing", "end_room")
+_CRUISING = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "lateral_fade_s", "sigmas", "growth_s", "cap_along_m", "cap_across_m")
+_STEEPEST_RAD = 1.5  # so far a step of the steering angle is bounded by its tangent
+
+
+class _Family(ctypes.Structure):
+    _fields_ = [
+        *((name, ctypes.c_void_p) for name in _TABLES),
+        *((name, ctypes.c_longlong) for name in _SIZES),
+        *((name, ctypes.c_double) for name in _NUMBERS),
+    ]
+
+
+class CompiledMembers:
+    """What `members.InterpretedMembers` is; separations and costs to 1e-9."""
+
+    def __init__(
+        self,
+        library: ctypes.CDLL,
+        phase: Phases,
+        step: Sidesteps,
+        times_s: Array,
+        situation: Situation,
+        vehicle: Vehicle,
+        prediction: Prediction,
+    ) -> None:
+        self._library, self._prediction, self._samples = library, prediction, times_s.size
+        host, road = situation.host, situation.road
+        self._shape = phase.first_mps2.size, step.target_d_m.size
+        filled = -times_s.size % _LANES
+        self._times_s = np.concatenate([times_s, np.repeat(times_s[-1:], filled)])
+        row = self._times_s.size
+        straight = road.is_straight
+        knots = np.empty((2, 0)) if straight else np.array(road.curvature).T.copy()
+        self._bend = 0.0 if straight else clearance.BOW * float(np.abs(knots[1]).max())
+        self._sample(vehicle, situation)
+        self._tables = {
+            "phases": np.column_stack([np.ravel(q) for q in (phase.first_mps2, phase.switch_s, phase.then_mps2)]),
+            "steps": np.column_stack([np.ravel(q) for q in (step.target_d_m, step.lateral_mps2, step.delay_s, step.b)]),
+            "times": self._times_s,
+            "weights": np.concatenate([np.ones(times_s.size), np.zeros(filled)]),
+            "bodies": self._bodies,
+            "sizes": self._sizes,
+            "knots": knots[0],
+            "kappas": knots[1],
+            "by_phase": np.empty((self._shape[0], _OF_PHASE, row)),
+            "work": np.empty((_OF_MEMBER, row)),
+        }
+        self._family = _Family(
+            **{name: table.ctypes.data for name, table in self._tables.items()},
+            **dict(zip(_SIZES, (*self._shape, times_s.size, row, len(prediction.bodies), knots.shape[1]), strict=True)),
+            **_now(situation, vehicle, float(times_s[1] - times_s[0])),
+        )
+        self._at = ctypes.addressof(self._family)
+        library.mcdas_family_speeds(self._at)
+        self.end_speed_mps = self._tables["by_phase"][:, 1, -1:]
+        self._host, self._road = host, road
+
+    def _sample(self, vehicle: Vehicle, situation: Situation) -> None:
+        """The bodies' places at the times, and their margins; cruising ones all at once."""
+        bodies, road, times = self._prediction.bodies, situation.road, self._times_s
+        self._bodies = np.empty((len(bodies), _OF_BODY, times.size))
+        self._sizes = np.empty((len(bodies), 4))
+        self._margins = np.empty((len(bodies), 2, times.size))
+        if not bodies:
+            return
+        cruising = [body for body in bodies if type(body) is CruisingBody]
+        groups: list[tuple[Any, PredictedBody, Array]] = [(k, body, times) for k, body in enumerate(bodies)]
+        if len(cruising) == len(bodies):
+            groups = [(slice(None), _together(cruising), np.broadcast_to(times, (len(bodies), times.size)))]
+        for which, body, t in groups:
+            motion = body.at(t)
+            self._bodies[which, 0], self._bodies[which, 1] = motion.s_m, motion.d_m
+            self._bodies[which, 2], self._bodies[which, 3] = np.sin(motion.heading_rad), np.cos(motion.heading_rad)
+            self._sizes[which, 2] = motion.speed_s_mps[..., -1]
+            self._margins[which, 0], self._margins[which, 1] = body.margin_along_m(t), body.margin_across_m(t)
+        self._bodies[:, 4] = road.curvature_at(self._bodies[:, 0]) if self._bend else 0.0
+        self._sizes[:, :2] = [(body.length_m, body.width_m) for body in bodies]
+        self._sizes[:, 3] = self._bend * (self._sizes[:, 0] ** 2 + vehicle.length_m**2)
+
+    def _set(self, scoring: Scoring) -> None:
+        margins, prices, f = scoring.margins, scoring.prices, self._family
+        for k, fixed in enumerate((margins.along_m, margins.across_m)):
+            half = 0.5 * self._sizes[:, k, None] + fixed
+            self._bodies[:, 5 + k] = half + margins.share_of_prediction * self._margins[:, k]
+        f.clear = scoring.clear_m
+        f.price_acceleration, f.price_speed, f.price_lateral = prices.acceleration, prices.speed, prices.lateral_acceleration
+        f.price_near, f.nearness, f.price_change = prices.nearness, prices.nearness_m, prices.lane_change
+        f.price_closing, f.end_room = prices.end_closing, prices.end_room_m
+
+    def scored(self, scoring: Scoring) -> Scored:
+        """Every member against everybody."""
+        self._set(scoring)
+        result = np.empty((_OF_RESULT, *self._shape))
+        self._library.mcdas_family_score(self._at, result.ctypes.data)
+        possible, on_road = result[3] > 0.0, result[4] > 0.0
+        return Scored(
+            separation_m=result[0],
+            contact_s=result[1],
+            contact_with=result[2].astype(np.intp),
+            possible=possible,
+            on_road=on_road,
+            feasible=possible & on_road & (result[0] > scoring.clear_m),
+            cost=result[5],
+        )
+
+    def best(self, scoring: Scoring, kinds: NDArray[np.intp]) -> list[Member]:
+        """The cheapest feasible member of each kind (P, Q), without a look at those that cannot be it."""
+        self._set(scoring)
+        of = np.ascontiguousarray(kinds, dtype=np.int64)
+        count = int(of.max()) + 1
+        index, values, order = np.empty(count, dtype=np.int64), np.empty((3, count)), np.empty(self._shape[0])
+        ticks, cost, separation = (values.ctypes.data + 8 * count * k for k in range(3))
+        given, results = (of.ctypes.data, count, order.ctypes.data, ticks), (index.ctypes.data, cost, separation)
+        self._library.mcdas_family_best(self._at, *given, *results)
+        rows = zip(values[0].tolist(), index.tolist(), values[1].tolist(), values[2].tolist(), strict=True)
+        return [
+            Member(
+                phase=i // self._shape[1],
+                step=i % self._shape[1],
+                cost=price,
+                separation_m=room,
+                contact_s=np.inf,
+                contact_with=-1,
+                feasible=True,
+            )
+            for _, i, price, room in sorted(row for row in rows if row[1] >= 0)
+        ]
+
+    def states(self, phase: int, step: int) -> Array:
+        """(T, 6): s, d, psi, v, a, delta of one member."""
+        x = np.empty((self._samples, 6))
+        self._library.mcdas_family_states(self._at, phase, step, x.ctypes.data)
+        return x
+
+
+def _together(bodies: Sequence[CruisingBody]) -> CruisingBody:
+    """Columns (bodies, 1) in the place of numbers: at times (bodies, T) it moves as all of them."""
+    columns = np.array([[getattr(body, name) for name in _CRUISING] for body in bodies]).T[..., None]
+    covariance = np.array([body.covariance for body in bodies]).transpose(1, 2, 0)[..., None]
+    moving: dict[str, Any] = dict(zip(_CRUISING, columns, strict=True))
+    return CruisingBody(id="all", length_m=0.0, width_m=0.0, covariance=covariance, **moving)
+
+
+def _now(situation: Situation, vehicle: Vehicle, step_s: float) -> dict[str, Any]:
+    """Where the car is, what it can do, and the road: what no scoring changes."""
+    host, road, demand = situation.host, situation.road, Demand()
+    s0, d0, sine0, bend0 = (np.asarray(q).item() for q in sidesteps.rear_axle(host, vehicle, road))
+    turn = min(demand.steering * vehicle.steering_rate_max_radps * step_s, _STEEPEST_RAD)
+    return {
+        "s0": s0,
+        "d0": d0,
+        "sine0": sine0,
+        "bend0": bend0,
+        "speed0": host.speed_mps,
+        "acceleration0": host.acceleration_mps2,
+        "join": max(sidesteps.JOIN_S * host.speed_mps, sidesteps.JOIN_LEAST_M),
+        "centre": vehicle.centre_m,
+        "wheelbase": vehicle.wheelbase_m,
+        "length": vehicle.length_m,
+        "width": vehicle.width_m,
+        "rise": phases.SHARE * vehicle.jerk_max_mps3,
+        "fall": phases.SHARE * vehicle.jerk_min_mps3,
+        "top": max(phases.SHARE * vehicle.speed_max_mps, host.speed_mps),
+        "grip_squared": (demand.friction * road.friction * GRAVITY_MPS2) ** 2,
+        "curvature_max": np.tan(demand.steering * vehicle.steering_max_rad) / vehicle.wheelbase_m,
+        "turn_max": np.tan(turn) / vehicle.wheelbase_m,
+        "left": road.left_edge_m,
+        "right": road.right_edge_m,
+        "end": np.inf if road.road_end_s_m is None else road.road_end_s_m,
+        "wanted": situation.wanted_speed_mps,
+        "lane_d": road.lane_centre_m(road.lane_of(host.d_m)),
+        "half_lane": 0.5 * road.lane_width_m,
+        "reach": 0.5 * np.hypot(vehicle.length_m, vehicle.width_m),
+    }
+
+
+@lru_cache(maxsize=2)
+def _library(allowed: bool) -> ctypes.CDLL | None:
+    if not allowed:
+        return None
+    numbers = {
+        "LANES": _LANES,
+        "PEAK": sidesteps.PEAK,
+        "LEAST_SHIFT_M": sidesteps.LEAST_SHIFT_M,
+        "SPEED_FLOOR_MPS": sidesteps.SPEED_FLOOR_MPS,
+        "NEAR_M": clearance.NEAR_M,
+        "EDGE_M": family.EDGE_M,
+        "TICK": family.TICK,
+    }
+    vectors = [f'double {name}(double) __attribute__((simd("notinbranch"), const));' for name in ("exp", "sin")]
+    text = resources.files("mcdas_opt.manoeuvres").joinpath("family_kernel.c").read_text("utf-8")
+    defined = [f"#define {name} {value!r}" for name, value in numbers.items()]
+    try:
+        source = "\n".join([HEAD, "#ifdef VECTOR_MATH", *vectors, "#endif", *defined, text])
+        library = load(source, _BUILDS, folder=cache_folder(), announce=to_stderr)
+    except NoLibraryError:
+        return None
+    pointer, whole = ctypes.c_void_p, ctypes.c_longlong
+    library.mcdas_family_speeds.argtypes = [pointer]
+    library.mcdas_family_score.argtypes = [pointer, pointer]
+    library.mcdas_family_best.argtypes = [pointer, pointer, whole, *[pointer] * 5]
+    library.mcdas_family_states.argtypes = [pointer, whole, whole, pointer]
+    for name in ("speeds", "score", "best", "states"):
+        getattr(library, f"mcdas_family_{name}").restype = None
+    return library
+
+
+def compiled_family() -> ctypes.CDLL | None:
+    """The library, built on first use; None where there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
+    return _library(os.environ.get(SWITCH, "1") != "0")
