@@ -21,11 +21,9 @@ from mcdas_opt.manoeuvres.family import Demand, Member, Scored, Scoring
 from mcdas_opt.manoeuvres.phases import Phases
 from mcdas_opt.manoeuvres.sidesteps import Sidesteps
 from mcdas_opt.solvers.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
+from mcdas_opt.solvers.vector_math import BUILDS, DECLARED
 
 _LANES = 8  # samples come in whole lanes
-_PLAIN = "-fno-math-errno -fno-trapping-math -ffp-contract=off"  # nothing that changes a result
-_VECTORS = "-fno-builtin-exp -fno-builtin-sin -DVECTOR_MATH -lmvec -lm"
-_BUILDS = (f"-O3 -march=native {_PLAIN} {_VECTORS}", f"-O3 -march=native {_PLAIN} -lm", "-O2 -lm")
 _OF_PHASE, _OF_BODY, _OF_MEMBER, _OF_RESULT = 10, 7, 8, 6  # rows, as the C text numbers them
 _TABLES = ("phases", "steps", "times", "weights", "bodies", "sizes", "knots", "kappas", "by_phase", "work")
 _SIZES = ("count_of_phases", "count_of_steps", "samples", "row", "count_of_bodies", "count_of_knots")
@@ -222,12 +220,11 @@ def _library(allowed: bool) -> ctypes.CDLL | None:
         "EDGE_M": family.EDGE_M,
         "TICK": family.TICK,
     }
-    vectors = [f'double {name}(double) __attribute__((simd("notinbranch"), const));' for name in ("exp", "sin")]
     text = resources.files("mcdas_opt.manoeuvres").joinpath("family_kernel.c").read_text("utf-8")
     defined = [f"#define {name} {value!r}" for name, value in numbers.items()]
     try:
-        source = "\n".join([HEAD, "#ifdef VECTOR_MATH", *vectors, "#endif", *defined, text])
-        library = load(source, _BUILDS, folder=cache_folder(), announce=to_stderr)
+        source = "\n".join([HEAD, DECLARED, *defined, text])
+        library = load(source, BUILDS, folder=cache_folder(), announce=to_stderr)
     except NoLibraryError:
         return None
     pointer, whole = ctypes.c_void_p, ctypes.c_longlong

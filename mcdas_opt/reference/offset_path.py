@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.rules import Array, finite, positive
 from mcdas_opt.dynamics.sigmoid import hump, renormalised, sigmoid
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.reference.compiled_path import compiled_search
 
 _PEAK_OF_SECOND_DERIVATIVE = 1.0 / (6.0 * math.sqrt(3.0))  # max |S''| / a^2
 _PEAK_OF_FIRST_DERIVATIVE = 0.25  # max |S'| / |a|
@@ -27,7 +28,8 @@ _PEAK_OF_HUMP_BEND = 2.0  # max |hump''| * width^2
 _BEND_SHARE = 0.5  # of the lateral acceleration, that the bend alone may use
 _SHARPENING = 1.5  # a bend may at most make the path this much sharper than one without
 _SAMPLED_SHARE = 0.995  # of the bound, for the curvature between samples
-_TRIED = 9  # steepnesses in a round
+_ROUNDS, _TRIED = 3, 9  # of the search for the steepest path, and steepnesses in each
+_ALONG, _AROUND = 129, 97  # samples of the whole path, and around its bend
 _LEAST_DISPLACEMENT_M = 0.1  # smaller ones are given the length of this one
 
 
@@ -158,12 +160,20 @@ def _sharpest_within(
     low: float, high: float, curvature: float, b: float, amplitude: float, bend: float, bend_x: float, width: float
 ) -> float:
     """The largest -a from `low`, which keeps the bound, towards `high`, up to which every tried one keeps it: three rounds of a grid."""
-    kept = _bound_keeper(_SAMPLED_SHARE * curvature, b, amplitude, bend, bend_x, width)
+    search = compiled_search(_ALONG, _AROUND, _ROUNDS, _TRIED) or sharpest_within
+    return search(_samples(b), low, high, _SAMPLED_SHARE * curvature, b, amplitude, bend, bend_x, width)
+
+
+def sharpest_within(
+    tables: Array, low: float, high: float, bound: float, b: float, amplitude: float, bend: float, bend_x: float, width: float
+) -> float:
+    """The search as array operations, the reference of the compiled one."""
+    kept = _bound_keeper(tables, bound, b, amplitude, bend, bend_x, width)
     tried = np.linspace(low, high, _TRIED)
     soft = kept(tried)
     if not soft[0] or soft.all():
         return high if soft[0] else low
-    for _ in range(2):
+    for _ in range(_ROUNDS - 1):
         last = int(np.argmin(soft)) - 1
         tried = np.linspace(float(tried[last]), float(tried[last + 1]), _TRIED)
         soft[1:-1] = kept(tried[1:-1])  # the first one keeps it, the last one does not
@@ -172,15 +182,14 @@ def _sharpest_within(
 
 
 def _bound_keeper(
-    bound: float, b: float, amplitude: float, bend: float, bend_x: float, width: float
+    tables: Array, bound: float, b: float, amplitude: float, bend: float, bend_x: float, width: float
 ) -> Callable[[Array], NDArray[np.bool_]]:
     """For each -a (n,) whether the curvature stays within the bound [1/m] on samples of the whole path, and around the bend.
 
     As `_offset` has it; but along the path the sigmoid is the same for every a, as is the hump around the bend.
     """
     end, gain = 2.0 * math.log(b), (b + 1.0) / (b - 1.0)
-    along, around, rising = _samples(b)
-    squeezed = np.exp(-around * around)
+    along, rising, around, squeezed = np.split(tables, (_ALONG, 2 * _ALONG, 2 * _ALONG + _AROUND))
     places = bend_x + width * around
 
     def kept(steepness: Array) -> NDArray[np.bool_]:
@@ -209,7 +218,7 @@ def _bound_keeper(
 
 
 @lru_cache(maxsize=16)
-def _samples(b: float) -> tuple[Array, Array, Array]:
-    """Places along the path as shares of its length, around the bend as shares of its width, and the sigmoid at the first."""
-    along = np.linspace(0.0, 1.0, 129)
-    return along, np.linspace(-3.0, 3.0, 97), np.asarray(sigmoid(along * (2.0 * math.log(b)), -1.0, b, np))
+def _samples(b: float) -> Array:
+    """Shares of the path's length, the sigmoid there; shares of the bend's width, the hump there: one behind the other."""
+    along, around = np.linspace(0.0, 1.0, _ALONG), np.linspace(-3.0, 3.0, _AROUND)
+    return np.concatenate([along, sigmoid(along * (2.0 * math.log(b)), -1.0, b, np), around, hump(around, 1.0, np)])
