@@ -13,6 +13,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.manoeuvres.compiled_escapes import compiled_escapes
 from mcdas_opt.manoeuvres.escape_guess import Case, Guess
 from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
 from mcdas_opt.manoeuvres.parting import LATTICE_S, Rows
@@ -31,14 +32,12 @@ def escapes(situation: Situation, vehicle: Vehicle, prediction: Prediction, sett
     about that moment and parted from everybody exactly, so that a way called open is one.
     """
     chosen = settings or EscapeSettings()
-    case = Case(situation, vehicle, prediction, chosen)
+    case = Case(situation, vehicle, prediction, chosen, compiled_escapes())
     end_s, ender = case.end_of_keeping_on()
     guess = case.guess(end_s)
-    opened = guess.open_m
-    last, gentle = guess.last(opened), guess.last(np.minimum(opened, guess.ease_mps2))
     kinds = [np.flatnonzero(case.members.kind == kind) for kind in range(len(KINDS))]
     latest = int(np.floor(end_s / LATTICE_S + 1e-9))
-    found, now = _last_sound(case, kinds, (last, gentle), _gentlest(guess, opened[0] > 0.0, kinds), latest)
+    found, now = _last_sound(case, kinds, guess.last_s, _gentlest(guess, kinds), latest)
     answers: dict[str, Escape] = {}
     for kind, name in enumerate(KINDS):
         refusal = _refusal(name, situation)
@@ -140,8 +139,9 @@ class _Search:
         self.ask = np.broadcast_to(wanted, (self.best.size, wanted.size)) if wanted.size else self.ask[:, :0]
 
 
-def _gentlest(guess: Guess, ready: NDArray[np.bool_], kinds: list[Rows]) -> Rows:
-    """The members of each kind that ask the least when they begin now, of those (M,) that are worth looking at."""
+def _gentlest(guess: Guess, kinds: list[Rows]) -> Rows:
+    """The members of each kind that ask the least when they begin now, of those that may."""
+    ready = (guess.free_m[0] > 0.0) & (guess.edge_m[0] > 0.0) & (guess.ability[0] > 0.0)
     chosen = []
     for mine in kinds:
         mine = mine[ready[mine]]
@@ -156,7 +156,7 @@ def _closer(case: Case, guess: Guess, mine: Rows, n: int) -> Closer:
     if not allowed.any() or not case.company.s_m.shape[0]:
         return Closer.EDGE if possible.any() else Closer.FRICTION
     best = mine[int(np.where(allowed, guess.free_m[n, mine], -np.inf).argmax())]
-    return case.closer(int(guess.nearest[n, best]), 0.0)
+    return case.closer(guess.nearest(n, best), 0.0)
 
 
 def _refusal(name: str, situation: Situation) -> Closer | None:

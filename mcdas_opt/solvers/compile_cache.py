@@ -18,6 +18,18 @@ import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+SWITCH = "MCDAS_OPT_COMPILE"  # environment variable: 0 forbids the compiler
+HEAD = """\
+#include <math.h>
+#include <string.h>
+#if defined(_WIN32)
+#define PUBLIC __declspec(dllexport)
+#else
+#define PUBLIC __attribute__((visibility("default")))
+#endif
+#define LESSER(a, b) ((a) < (b) ? (a) : (b))
+#define GREATER(a, b) ((a) > (b) ? (a) : (b))
+"""  # what every text here begins with
 _SUFFIX = ".dll" if sys.platform == "win32" else ".so"
 _TIMEOUT_S = 300.0
 

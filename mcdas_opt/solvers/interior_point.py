@@ -18,6 +18,7 @@ import numpy as np
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.solvers.barrier_stage import BarrierStage
 from mcdas_opt.solvers.c_text import UnsupportedOperationError
+from mcdas_opt.solvers.compile_cache import SWITCH as SWITCH
 from mcdas_opt.solvers.compile_cache import NoLibraryError, cache_folder, load, to_stderr
 from mcdas_opt.solvers.compiled_kernel import CompiledKernel
 from mcdas_opt.solvers.interpreted_kernel import CORRECTION, InterpretedKernel
@@ -27,7 +28,6 @@ from mcdas_opt.solvers.outcome import Ending, Outcome
 from mcdas_opt.solvers.stage_functions import StageFunctions, stage_functions
 from mcdas_opt.solvers.stage_problem import StageGuess, StageProblem
 
-SWITCH = "MCDAS_OPT_COMPILE"  # environment variable: 0 forbids the compiler
 _STEP_LENGTH = 0.9  # a converged step was taken nearly whole
 _HALF, _SHRUNK = 0.5, 0.7  # steps that turn back and are longer than this share of the one before are taken by half
 _CENTRED = 10.0  # and its mean complementarity is at most so many times the barrier's

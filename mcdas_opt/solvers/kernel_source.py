@@ -7,6 +7,7 @@ from importlib import resources
 
 from mcdas_opt.solvers.barrier_stage import BarrierStage
 from mcdas_opt.solvers.c_text import c_function
+from mcdas_opt.solvers.compile_cache import HEAD as HEAD
 from mcdas_opt.solvers.stage_functions import StageFunctions
 
 # best first. Measured on AVX-512, a plain iteration with three neighbours: 14 us, 37 us, 45 us. Portable is what the last one is.
@@ -17,19 +18,6 @@ _LANES = 8  # stages are padded to a whole number of the widest vectors
 _VECTORISED = ("sin", "cos", "tan", "atan", "exp", "log", "tanh")  # of glibc's libmvec, version 2.35
 _LOOPS = ("evaluate", "gradient", "steps", "cold", "warm", "measure")  # over all stages; the sweeps go stage by stage
 _SHARED = {"cold": (4, 5), "warm": (7, 8)}  # inputs mu and least
-
-HEAD = """\
-#include <math.h>
-#include <string.h>
-#if defined(_WIN32)
-#define PUBLIC __declspec(dllexport)
-#else
-#define PUBLIC __attribute__((visibility("default")))
-#endif
-#define LESSER(a, b) ((a) < (b) ? (a) : (b))
-#define GREATER(a, b) ((a) > (b) ? (a) : (b))
-"""
-
 
 def kernel_source(stage: BarrierStage, f: StageFunctions, nodes: int, correction: float) -> str:
     """Raises `c_text.UnsupportedOperationError` when a stage function uses what has no C text."""

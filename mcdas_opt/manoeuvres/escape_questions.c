@@ -1,0 +1,199 @@
+/* The questions of `manoeuvres.escape_guess` about one situation; `escape_kernel.c` stands before this text. */
+
+static void at_nodes(whole start, const whole *nodes, int n, whole *clock)
+{
+    for (int t = 0; t < n; t++) clock[t] = start + nodes[t];
+}
+
+/* between which distances at its start each body would be met: low and high (bodies), `stride` apart */
+static void blocked(const Case *q, const Motion *m, int n, int last, const whole *clock, whole stride, double *low, double *high)
+{
+    const double host_long = 0.5 * q->length, host_wide = 0.5 * q->width;
+    double below[ROOM], above[ROOM], first[ROOM], final[ROOM], others[ROOM], aside[ROOM];
+    for (whole j = 0; j < q->bodies; j++) {
+        const double length = q->half_length[j], width = q->half_width[j];
+        const double *there = q->others_s + j * q->lattice, *beside = q->others_d + j * q->lattice;
+        double ahead, behind;
+        for (int t = 0; t < n; t++) {
+            others[t] = there[clock[t]];
+            aside[t] = beside[clock[t]] - m->d[t];
+        }
+        const double from = others[0] - m->s[0];
+        for (int t = 0; t < n; t++) {
+            const double sine = m->sine[t], c = m->cosine[t], bare = fabs(sine), y = aside[t];
+            const double way = sine > 0.0 ? 1.0 : (sine < 0.0 ? -1.0 : 0.0), tilt = bare + 1e-9;
+            const double side = y * c * way, flank = length * bare + (width * c + host_wide);
+            const double extent = length + (host_long * c + host_wide * tilt);
+            const double near = (side - flank) / tilt, far = (side + flank) / tilt, gained = from - (others[t] - m->s[t]);
+            const double a = GREATER(near, -extent), b = LESSER(far, extent);
+            const int apart = (a >= b) | (fabs(y) >= width + (host_long * tilt + host_wide * c));
+            first[t] = a;
+            final[t] = b;
+            below[t] = apart ? NOWHERE_M : a + gained;
+            above[t] = apart ? -NOWHERE_M : b + gained;
+        }
+        low[j * stride] = least(n, below);
+        high[j * stride] = greatest(n, above);
+        if (fabs(aside[last]) < width + host_wide) {
+            const double gained = from - (others[last] - m->s[last]);
+            room_needed(q, j, m->v[last], q->others_mps[j * q->lattice + clock[last]], &ahead, &behind);
+            const double nearer = LESSER(first[last], -behind), farther = GREATER(final[last], ahead);
+            low[j * stride] = LESSER(low[j * stride], gained + nearer);
+            high[j * stride] = GREATER(high[j * stride], gained + farther);
+        }
+    }
+}
+
+static void sorted(int n, double *x)
+{
+    for (int i = 1; i < n; i++) {
+        const double value = x[i];
+        int j = i;
+        for (; j > 0 && x[j - 1] > value; j--) x[j] = x[j - 1];
+        x[j] = value;
+    }
+}
+
+/* the same of a row that keeps its lane, of bodies that keep their speed: only the moments at which gaps can be least or greatest */
+static void blocked_in_lane(const Case *q, double level, double until, const double *begin, whole clock, whole stride, double *low,
+                            double *high)
+{
+    const double rise = q->jerk_max, fall = q->jerk_min, change = level - begin[ACCELERATION];
+    const double built = change >= 0.0 ? change / rise : change / fall;
+    const double reached = begin[SPEED] + 0.5 * (begin[ACCELERATION] + level) * built, steady = level == 0.0 ? 1.0 : level;
+    const double ended = GREATER(until, built);
+    for (whole j = 0; j < q->bodies; j++) {
+        const double other = q->others_mps[j * q->lattice + clock], *beside = q->others_d + j * q->lattice;
+        const double bodies = q->half_length[j] + 0.5 * q->length;
+        double z[LANES], v[LANES], a[LANES], way[LANES], ahead, behind;
+        double moments[6] = {0.0,   built + (other - reached) / steady, built - reached / steady, ended,
+                             ended + fabs(level) / (level > 0.0 ? -fall : rise), q->clear_s};
+        for (int i = 0; i < 6; i++) {
+            const double late = GREATER(moments[i], 0.0);
+            moments[i] = LESSER(late, q->clear_s);
+        }
+        sorted(6, moments);
+        for (int i = 0; i < LANES; i++) z[i] = moments[i < 5 ? i : 5];
+        pace(q, level, until, LANES, z, begin[SPEED], begin[ACCELERATION], v, a, way);
+        for (int i = 0; i < LANES; i++) way[i] -= other * z[i];
+        room_needed(q, j, v[5], other, &ahead, &behind);
+        const whole half = clock + q->half_steps < q->lattice ? clock + q->half_steps : q->lattice - 1;
+        const double now = fabs(beside[clock] - begin[D]), then = fabs(beside[half] - begin[D]);
+        const double below = least(LANES, way) - bodies, above = greatest(LANES, way) + bodies;
+        const int clear = LESSER(now, then) >= q->half_width[j] + 0.5 * q->width;
+        low[j * stride] = clear ? NOWHERE_M : LESSER(below, way[5] - behind);
+        high[j * stride] = clear ? -NOWHERE_M : GREATER(above, way[5] + ahead);
+    }
+}
+
+/* Every member from the anchors: low and high (bodies, anchors, members), slack (3, anchors, members); all nodes padded to n */
+PUBLIC void mcdas_escape_needs(const Case *q, int anchors, const whole *anchor, int n, int last, const whole *nodes, const double *times,
+                               int middle, double *low, double *high, double *slack)
+{
+    const whole size = q->members, all = anchors * size;
+    whole clock[ROOM];
+    Motion m;
+    double x[STATES];
+    for (int k = 0; k < anchors; k++) {
+        at_start(q, anchor[k], x);
+        at_nodes(anchor[k], nodes, n, clock);
+        swerve(q, 0.0, 0.0, NAN, q->straightening, x, n, times, middle, &m);
+        const double alone = m.demand, able = m.ability, edge = m.edge;
+        for (whole i = 0; i < size; i++) {
+            const whole at = k * size + i;
+            double level, until;
+            const int acts = begun(q, i, x[SPEED], &level, &until);
+            if (i < q->in_lane) {
+                double sideways = alone;
+                blocked_in_lane(q, level, until, x, anchor[k], all, low + at, high + at);
+                if (q->bend > 0.0) { /* faster, the same bend asks for more */
+                    const double gained = 1.0 + level * LESSER(until, q->clear_s) / GREATER(x[SPEED], 1.0);
+                    if (gained > 1.0) sideways *= gained * gained;
+                }
+                const double effort = sqrt(level * level + sideways * sideways), left = 1.0 - effort / q->limit;
+                slack[at] = edge;
+                slack[all + at] = acts ? LESSER(able, left) : -1.0;
+                slack[2 * all + at] = q->comfort - effort;
+            } else {
+                swerve(q, level, until, q->target[i], q->lateral[i], x, n, times, middle, &m);
+                blocked(q, &m, n, last, clock, all, low + at, high + at);
+                slack[at] = m.edge;
+                slack[all + at] = m.ability;
+                slack[2 * all + at] = q->comfort - m.demand;
+            }
+        }
+    }
+}
+
+/* The starts in between, by weights (starts, anchors) and the distances there (bodies, starts): by how much each misses everybody
+ * (starts, members), its slack (3, starts, members); and the last start at which a member is open, and open and comfortable (2, members) */
+PUBLIC void mcdas_escape_guess(const Case *q, int anchors, int starts, const double *seconds, const double *weights, const double *apart,
+                               const double *low, const double *high, const double *slack, double *freed, double *left, double *last)
+{
+    const whole size = q->members, all = anchors * size, table = starts * size;
+    double *edge = left, *ability = left + table, *ease = left + 2 * table;
+    for (whole i = 0; i < 2 * size; i++) last[i] = -1.0;
+    for (int n = 0; n < starts; n++) {
+        const double *w = weights + (whole)n * anchors;
+        int k = 0;
+        while (k < anchors - 1 && w[k] == 0.0) k++;
+        const int next = k < anchors - 1 ? k + 1 : k;
+        const double share = w[k], rest = next > k ? w[next] : 0.0;
+        const whole here = k * size, there = next * size, out = n * size;
+        for (int e = 0; e < 3; e++)
+            for (whole i = 0; i < size; i++)
+                left[e * table + out + i] = share * slack[e * all + here + i] + rest * slack[e * all + there + i];
+        for (whole i = 0; i < size; i++) freed[out + i] = NOWHERE_M;
+        for (whole j = 0; j < q->bodies; j++) {
+            const double gap = apart[j * starts + n];
+            const double *below = low + j * all, *above = high + j * all;
+            for (whole i = 0; i < size; i++) {
+                const double under = share * below[here + i] + rest * below[there + i] - gap;
+                const double over = gap - (share * above[here + i] + rest * above[there + i]), miss = GREATER(under, over);
+                freed[out + i] = LESSER(freed[out + i], miss);
+            }
+        }
+    }
+    for (int wanted = 0; wanted < 2; wanted++)
+        for (whole i = 0; i < size; i++) {
+            double after = -1.0;
+            for (int n = starts - 1; n >= 0; n--) {
+                const whole at = n * size + i;
+                double open = LESSER(freed[at], edge[at]);
+                open = LESSER(open, ABILITY_M * ability[at]);
+                if (wanted) open = LESSER(open, ease[at]);
+                if (open > 0.0) {
+                    const double fall = open - after, step = n < starts - 1 ? seconds[n + 1] - seconds[n] : 0.0;
+                    last[wanted * size + i] = seconds[n] + open / GREATER(fall, 1e-9) * step;
+                    break;
+                }
+                after = open;
+            }
+        }
+}
+
+/* Exactly: which members from these starts are ways out, and what they ask of the tyres */
+PUBLIC void mcdas_escape_sound(const Case *q, int rows, const whole *member, const whole *start, int n, int last, const whole *nodes,
+                               const double *times, int middle, unsigned char *good, double *demand)
+{
+    whole clock[ROOM], whom;
+    Motion m;
+    double x[STATES], level, until;
+    for (int r = 0; r < rows; r++) {
+        const whole i = member[r];
+        at_start(q, start[r], x);
+        at_nodes(start[r], nodes, n, clock);
+        const int acts = begun(q, i, x[SPEED], &level, &until);
+        swerve(q, level, until, q->target[i], q->lateral[i], x, n, times, middle, &m);
+        demand[r] = m.demand;
+        good[r] = acts && m.ability >= 0.0 && m.edge >= 0.0 && !doomed(q, &m, last, clock[last]) &&
+                  touched(q, last + 1, clock, m.s, m.d, m.sine, m.cosine, q->clear_m, 1, &whom) < 0;
+    }
+}
+
+/* The step in which a host that goes through these places (nodes) first has nothing left to somebody, and to whom; -1 without */
+PUBLIC int mcdas_escape_met(const Case *q, int nodes, const whole *clock, const double *s, const double *d, const double *sine,
+                            const double *cosine, whole *whom)
+{
+    return touched(q, nodes, clock, s, d, sine, cosine, 0.0, 0, whom);
+}
