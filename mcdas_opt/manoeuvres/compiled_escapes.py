@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.manoeuvres import parting, swerves
+from mcdas_opt.manoeuvres.held import PASSES
 from mcdas_opt.manoeuvres.parting import Rows
 from mcdas_opt.solvers.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
 
@@ -49,12 +50,13 @@ class Nodes:
 
 
 class CompiledCase:
-    """One situation. `tables`: contiguous floats; they live as long as this."""
+    """One situation. `table` is contiguous: `held` writes into it."""
 
     def __init__(
         self, library: ctypes.CDLL, tables: Mapping[str, Array], numbers: Mapping[str, float], *, in_lane: int, half_steps: int
     ) -> None:
         self._library = library
+        tables = {name: np.ascontiguousarray(table) for name, table in tables.items()}
         self._tables = tables
         sizes = {
             "bodies": tables["others_s"].shape[0],
@@ -68,6 +70,10 @@ class CompiledCase:
         self._sizes = sizes
         self._case = _Case(**{name: table.ctypes.data for name, table in tables.items()}, **sizes, **numbers)
         self._at = ctypes.addressof(self._case)
+
+    def held(self, begin: Array, times_s: Array) -> None:
+        """Fills the table with what a host does that keeps on from this state (6,), at times (H,)."""
+        self._library.mcdas_escape_held(self._at, begin.ctypes.data, times_s.ctypes.data, self._tables["table"].ctypes.data)
 
     def needs(self, anchors: Rows, nodes: Nodes) -> tuple[Array, Array, Array]:
         """Below and above which distances (J, K, M) everybody is met by members begun at the anchors (K,); their slack (3, K, M)."""
@@ -122,6 +128,7 @@ def _library(allowed: bool) -> ctypes.CDLL | None:
         "GENTLE_S": swerves.GENTLE_S,
         "CURVIEST_1PM": swerves.CURVIEST_1PM,
         "ROUNDS": swerves.ROUNDS,
+        "PASSES": PASSES,
         "EDGE_M": swerves.EDGE_M,
         "ROOM_SHARE": parting.ROOM_SHARE,
         "NOWHERE_M": parting.NOWHERE_M,
@@ -138,11 +145,12 @@ def _library(allowed: bool) -> ctypes.CDLL | None:
         return None
     pointer, whole = ctypes.c_void_p, ctypes.c_int
     nodes = [whole, whole, pointer, pointer, whole]
+    library.mcdas_escape_held.argtypes = [pointer] * 4
     library.mcdas_escape_needs.argtypes = [pointer, whole, pointer, *nodes, *[pointer] * 3]
     library.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 9]
     library.mcdas_escape_sound.argtypes = [pointer, whole, pointer, pointer, *nodes, pointer, pointer]
     library.mcdas_escape_met.argtypes = [pointer, whole, *[pointer] * 6]
-    for function in (library.mcdas_escape_needs, library.mcdas_escape_guess, library.mcdas_escape_sound):
+    for function in (library.mcdas_escape_held, library.mcdas_escape_needs, library.mcdas_escape_guess, library.mcdas_escape_sound):
         function.restype = None
     return library
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -78,12 +79,17 @@ class Case:
         self.situation, self.vehicle, self.chosen = situation, vehicle, chosen
         self.comfort_mps2 = chosen.comfort_on(situation.road.friction)
         self.company = Company.of(prediction.bodies, chosen.latest_s + chosen.clear_s, chosen.margins)
-        self.times_s = _seconds(np.arange(0, round(chosen.latest_s / LATTICE_S) + 1, HELD_STEPS))
-        path = held(situation.host, self.times_s, vehicle, situation.road)
-        columns = (path.s_m, path.d_m, path.heading_rad, path.speed_mps, path.acceleration_mps2, path.steering_rad)
-        self.path, self.table = path, np.array(columns)
-        self.members = members(situation, vehicle, prediction, chosen)
+        self.times_s = _times(chosen.latest_s)
+        self.members = members(situation, vehicle, self.company, chosen)
+        self.table = np.empty((6, self.times_s.size))
         self.compiled = None if library is None else self._compiled(library)
+        if self.compiled is None:
+            path = held(situation.host, self.times_s, vehicle, situation.road)
+            self.table[:] = path.s_m, path.d_m, path.heading_rad, path.speed_mps, path.acceleration_mps2, path.steering_rad
+        else:
+            self.compiled.held(situation.host.to_vector(), self.times_s)
+        s, d, heading, speed, acceleration, steering = self.table
+        self.path = Starts(s_m=s, d_m=d, heading_rad=heading, speed_mps=speed, acceleration_mps2=acceleration, steering_rad=steering)
 
     def _compiled(self, library: ctypes.CDLL) -> CompiledCase:
         car, road, chosen, all_of, company = self.vehicle, self.situation.road, self.chosen, self.members, self.company
@@ -250,6 +256,12 @@ class Case:
         step, _ = touched(motions, clock, self.company, self.vehicle, self.situation.road, self.chosen.clear_m)
         ends = doomed(motions, clock, self.company, self.vehicle, self.situation.road, self.chosen.clear_m)
         return acts & motions.possible & motions.on_road & (step < 0) & (ends < 0), motions.demand_mps2
+
+
+@lru_cache(maxsize=4)
+def _times(latest_s: float) -> Array:
+    """When a host that keeps on is looked at."""
+    return _seconds(np.arange(0, round(latest_s / LATTICE_S) + 1, HELD_STEPS))
 
 
 def _last(open_m: Array, moments_s: Array) -> Array:

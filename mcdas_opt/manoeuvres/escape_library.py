@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
@@ -17,6 +16,7 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.manoeuvres.family import Demand
 from mcdas_opt.manoeuvres.kinds import next_lane_m
+from mcdas_opt.manoeuvres.parting import Company
 from mcdas_opt.manoeuvres.swerves import Swerves
 
 KINDS = ("brake", "accelerate", "left", "right")
@@ -99,7 +99,7 @@ class EscapeSettings:
         (-0.8, 1.4, 0.65),
         (-0.92, 2.0, 0.5),
     )
-    clear_m: float = 0.03
+    clear_m: float = 0.01
     demand: Demand = field(default_factory=lambda: Demand(friction=1.0, steering=1.0))
     margins: Margins = field(default_factory=Margins)
 
@@ -136,65 +136,74 @@ class Members:
         return rows, acts
 
 
-def members(situation: Situation, vehicle: Vehicle, prediction: Prediction, chosen: EscapeSettings) -> Members:
+def members(situation: Situation, vehicle: Vehicle, company: Company, chosen: EscapeSettings) -> Members:
     road = situation.road
     grip = road.friction * GRAVITY_MPS2
     bend = min(situation.host.speed_mps**2 * abs(float(road.curvature_at(situation.host.s_m))), _BEND_SHARE * grip)
     spare = np.sqrt(grip * grip - bend * bend)
     brake, accelerate = min(-vehicle.acceleration_min_mps2, spare), min(vehicle.acceleration_max_mps2, spare - _FASTER * bend)
     comfort = _JUST * chosen.comfort_on(road.friction)
-    braking, accelerating, sideways = _spread(chosen)
-    gentle = min(1.0, 0.2 * grip)
-    levels, untils, matches, targets, pushes = [], [], [], [], []
-    for sign, most, spread in ((-1.0, brake, braking), (1.0, accelerate, accelerating)):
-        speed = _speed_of_nearest(situation, prediction, -sign)
-        level = spread[0] * most
-        level[-2:] = min(comfort, most)
-        levels.append(sign * level)
-        untils.append(spread[1])
-        matches.append(np.where(spread[1] > 0.0, np.nan, sign * np.inf if speed is None else speed))
-        targets.append(np.full(level.size, np.nan))
-        pushes.append(np.full(level.size, gentle))
-    kinds = [np.repeat([0, 1], [levels[0].size, levels[1].size])]
-    level = sideways[0] * np.where(sideways[0] > 0.0, accelerate, brake)
-    push = sideways[2] * np.maximum(np.sqrt(grip * grip - level * level) - bend, 0.1 * grip)
-    push[-1] = min(comfort, grip)
-    for kind, side in ((2, Side.LEFT), (3, Side.RIGHT)):
-        target = next_lane_m(situation, vehicle, side)
-        if target is None:
-            continue
-        kinds.append(np.full(level.size, kind))
-        levels.append(level)
-        untils.append(sideways[1])
-        matches.append(np.full(level.size, np.nan))
-        targets.append(np.full(level.size, target))
-        pushes.append(push)
+    sides = [next_lane_m(situation, vehicle, side) for side in (Side.LEFT, Side.RIGHT)]
+    spread = _spread(chosen, sides[0] is not None, sides[1] is not None)
+    most = np.array([brake, accelerate])[spread.limit]
+    comfort, gentle = _JUST * chosen.comfort_on(road.friction), min(1.0, 0.2 * grip)
+    level = spread.pace * most
+    level[spread.comfortable] = np.clip(level[spread.comfortable], -comfort, comfort)
+    push = spread.push * np.maximum(np.sqrt(grip * grip - level * level) - bend, 0.1 * grip)
+    push[spread.push == 0.0] = min(comfort, grip)
+    push[: spread.in_lane] = gentle
+    matched = [_speed_of_nearest(situation, company, sign) for sign in (1.0, -1.0)]
+    ends = np.array([-np.inf if matched[0] is None else matched[0], np.inf if matched[1] is None else matched[1], np.nan])
+    targets = np.array([np.nan, np.nan, *(np.nan if side is None else side for side in sides)])
     return Members(
-        kind=np.concatenate(kinds).astype(np.intp),
-        level_mps2=np.concatenate(levels),
-        until_s=np.concatenate(untils),
-        until_mps=np.concatenate(matches),
-        target_d_m=np.concatenate(targets),
-        lateral_mps2=np.concatenate(pushes),
+        kind=spread.kind,
+        level_mps2=level,
+        until_s=spread.until_s,
+        until_mps=ends[spread.matching],
+        target_d_m=targets[spread.kind],
+        lateral_mps2=push,
         shortest_s=_SHORTEST_S,
         straightening_mps2=gentle,
     )
 
 
-@lru_cache(maxsize=8)
-def _spread(chosen: EscapeSettings) -> tuple[Array, Array, Array]:
-    """Columns of shares, untils (and shares across): braking, accelerating, sideways; the last of each are the comfortable ones."""
-    in_lane = [np.array([*spread, (0.0, 0.0), (0.0, 2.0)]).T for spread in (chosen.braking, chosen.accelerating)]
-    return in_lane[0], in_lane[1], np.array([*chosen.sideways, (0.0, 0.0, 0.0)]).T
+class _Spread(NamedTuple):
+    """Columns (M,) that no situation changes: the kind; the pace as a share of the braking (-) or the accelerating there is, and which of
+    the two; until [s]; the share across, 0 for what is comfortable; whose speed is matched: 0 ahead, 1 behind, 2 nobody's."""
+
+    kind: NDArray[np.intp]
+    pace: Array
+    limit: NDArray[np.intp]
+    until_s: Array
+    push: Array
+    matching: NDArray[np.intp]
+    comfortable: NDArray[np.intp]
+    in_lane: int
 
 
-def _speed_of_nearest(situation: Situation, prediction: Prediction, sign: float) -> float | None:
+@lru_cache(maxsize=16)
+def _spread(chosen: EscapeSettings, left: bool, right: bool) -> _Spread:
+    """Each kind's own, and behind them the comfortable ones."""
+    rows: list[tuple[int, float, float, float]] = []
+    comfortable: list[int] = []
+    for kind, sign, own in ((0, -1.0, chosen.braking), (1, 1.0, chosen.accelerating)):
+        rows += [(kind, sign * share, until, 1.0) for share, until in (*own, (1.0, 0.0), (1.0, 2.0))]
+        comfortable += [len(rows) - 2, len(rows) - 1]
+    in_lane = len(rows)
+    for kind, there in ((2, left), (3, right)):
+        if there:
+            rows += [(kind, *own) for own in (*chosen.sideways, (0.0, 0.0, 0.0))]
+    kinds, pace, until, push = np.ascontiguousarray(np.array(rows).T)
+    kind = kinds.astype(np.intp)
+    matching = np.where((until > 0.0) | (kind >= SIDEWAYS), 2, kind)
+    return _Spread(kind, pace, (pace > 0.0).astype(np.intp), until, push, matching, np.array(comfortable), in_lane)
+
+
+def _speed_of_nearest(situation: Situation, company: Company, sign: float) -> float | None:
     """Speed of the nearest body ahead (1) or behind (-1) in the host's way; None when there is nobody."""
-    host, now = situation.host, np.zeros(1)
-    best, speed = np.inf, None
-    for body in prediction.bodies:
-        motion = body.at(now)
-        apart = sign * (float(motion.s_m[0]) - host.s_m)
-        if 0.0 < apart < best and abs(float(motion.d_m[0]) - host.d_m) < 0.5 * situation.road.lane_width_m + 0.5:
-            best, speed = apart, float(motion.speed_s_mps[0])
-    return speed
+    host = situation.host
+    apart = sign * (company.s_m[:, 0] - host.s_m)
+    in_way = (apart > 0.0) & (np.abs(company.d_m[:, 0] - host.d_m) < 0.5 * situation.road.lane_width_m + 0.5)
+    if not in_way.any():
+        return None
+    return float(company.speed_mps[np.where(in_way, apart, np.inf).argmin(), 0])

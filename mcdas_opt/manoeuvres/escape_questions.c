@@ -86,6 +86,48 @@ static void blocked_in_lane(const Case *q, double level, double until, const dou
     }
 }
 
+/* The host that keeps its acceleration and its steering from x on, at times (q->held): `manoeuvres.held`, into the table (STATES, held) */
+PUBLIC void mcdas_escape_held(const Case *q, const double *x, const double *times, double *table)
+{
+    const whole n = q->held;
+    const double c = q->centre, turn = tan(x[STEERING]) / q->wheelbase, top = GREATER(q->speed_max, x[SPEED]);
+    const double kappa0 = curvature_at(q, x[S]), psi0 = x[HEADING] + kappa0 * c, cosine0 = cos(psi0);
+    const double d0 = x[D] - c * sin(psi0) + 0.5 * kappa0 * (c * cosine0) * (c * cosine0), s0 = x[S] - c * cosine0 / (1.0 - kappa0 * d0);
+    double *s = table, *d = table + n, *psi = table + 2 * n, *v = table + 3 * n, *a = table + 4 * n, *way = table + 5 * n;
+    for (whole t = 0; t < n; t++) {
+        const double free = x[SPEED] + x[ACCELERATION] * times[t], capped = LESSER(free, top);
+        v[t] = GREATER(capped, 0.0);
+        a[t] = v[t] == free ? x[ACCELERATION] : 0.0;
+        way[t] = t ? way[t - 1] + 0.5 * (v[t] + v[t - 1]) * (times[t] - times[t - 1]) : 0.0;
+        s[t] = s0 + way[t];
+        d[t] = d0;
+    }
+    for (int pass = 0; pass < (q->bend > 0.0 ? PASSES : 1); pass++) {
+        double turned = 0.0, along = 0.0, across = 0.0, kappa_before = 0.0, s_before = 0.0, ratio_before = 0.0, sine_before = 0.0;
+        for (whole t = 0; t < n; t++) {
+            const double kappa = curvature_at(q, s[t]), step = t ? way[t] - way[t - 1] : 0.0;
+            if (t) turned += 0.5 * (kappa + kappa_before) * (s[t] - s_before);
+            s_before = s[t];
+            kappa_before = kappa;
+            psi[t] = psi0 + turn * way[t] - turned;
+            const double ratio = cos(psi[t]) / (1.0 - kappa * d[t]), sine = sin(psi[t]);
+            along += 0.5 * (ratio + ratio_before) * step;
+            across += 0.5 * (sine + sine_before) * step;
+            ratio_before = ratio;
+            sine_before = sine;
+            s[t] = s0 + along;
+            d[t] = d0 + across;
+        }
+    }
+    for (whole t = 0; t < n; t++) {
+        const double kappa = curvature_at(q, s[t]), cosine = cos(psi[t]), stretch = 1.0 - kappa * d[t];
+        s[t] += c * cosine / stretch;
+        d[t] += c * sin(psi[t]) - 0.5 * kappa * (c * cosine) * (c * cosine);
+        psi[t] -= kappa * c;
+        way[t] = x[STEERING];
+    }
+}
+
 /* Every member from the anchors: low and high (bodies, anchors, members), slack (3, anchors, members); all nodes padded to n */
 PUBLIC void mcdas_escape_needs(const Case *q, int anchors, const whole *anchor, int n, int last, const whole *nodes, const double *times,
                                int middle, double *low, double *high, double *slack)
