@@ -19,7 +19,7 @@ from mcdas_opt.solvers.compile_cache import HEAD, SWITCH, NoLibraryError, cache_
 
 _LANES, _ROOM = 8, 64  # nodes come in whole lanes, and there are at most so many
 _PLAIN = "-fno-math-errno -fno-trapping-math -ffp-contract=off"  # nothing that changes a result; half the time
-_BUILDS = (f"-O3 -march=native {_PLAIN} -lm", f"-O2 {_PLAIN} -lm", "-O2 -lm")
+_BUILDS = (f"-O3 -march=native -mno-avx512f {_PLAIN} -lm", f"-O3 -march=native {_PLAIN} -lm", f"-O2 {_PLAIN} -lm", "-O2 -lm")
 _TABLES = ("others_s", "others_d", "others_mps", "half_length", "half_width", "table", "level", "until", "until_mps", "target", "lateral")
 _TABLES += ("knots", "kappas")
 _SIZES = ("bodies", "lattice", "held", "members", "in_lane", "half_steps", "count_of_knots")

@@ -56,17 +56,21 @@ static double least(int n, const double *x)
     return m;
 }
 
-/* adds a ramp of a rate, from its begin on for as long as it lasts, and its first two integrals */
-static void ramp(int n, const double *restrict z, double begin, double lasting, double rate, double *restrict second,
-                 double *restrict first, double *restrict sum)
+/* x0 + x1 z + x2 z^2 / 2 and its derivatives, and on top of them ramps of the second one: from its begin on, for as long as it lasts */
+static inline void ramps(int n, int count, const double *restrict z, double x0, double x1, double x2, const double *begin,
+                         const double *lasting, const double *rate, double *restrict second, double *restrict first, double *restrict sum)
 {
-    const double sixth = rate / 6.0, half = 0.5 * rate;
-    if (!(lasting > 0.0) && !(lasting < 0.0)) return;
     for (int t = 0; t < n; t++) {
-        const double from = z[t] - begin, u = GREATER(from, 0.0), c = LESSER(u, lasting), over = u - c, rest = lasting * over;
-        second[t] += rate * c;
-        first[t] += rate * (0.5 * (c * c) + rest);
-        sum[t] += c * c * (sixth * c) + half * (rest * (over + lasting));
+        double f2 = x2, f1 = x1 + x2 * z[t], f0 = x0 + (x1 + 0.5 * x2 * z[t]) * z[t];
+        for (int r = 0; r < count; r++) {
+            const double from = z[t] - begin[r], u = GREATER(from, 0.0), c = LESSER(u, lasting[r]), over = u - c, rest = lasting[r] * over;
+            f2 += rate[r] * c;
+            f1 += rate[r] * (0.5 * (c * c) + rest);
+            f0 += rate[r] * (c * c * (c * (1.0 / 6.0)) + 0.5 * (rest * (over + lasting[r])));
+        }
+        second[t] = f2;
+        first[t] = f1;
+        sum[t] = f0;
     }
 }
 
@@ -76,13 +80,8 @@ static void pace(const Case *q, double level, double until, int n, const double 
     const double rise = SHARE * q->jerk_max, fall = SHARE * q->jerk_min;
     const double up = level >= a0 ? rise : fall, down = level > 0.0 ? fall : rise;
     const double built = (level - a0) / up, top = GREATER(SHARE * q->speed_max, v0);
-    for (int t = 0; t < n; t++) {
-        a[t] = a0;
-        v[t] = v0 + a0 * z[t];
-        way[t] = (v0 + 0.5 * a0 * z[t]) * z[t];
-    }
-    ramp(n, z, 0.0, built, up, a, v, way);
-    ramp(n, z, GREATER(until, built), -level / down, down, a, v, way);
+    const double begins[2] = {0.0, GREATER(until, built)}, lasting[2] = {built, -level / down}, rates[2] = {up, down};
+    ramps(n, 2, z, 0.0, v0, a0, begins, lasting, rates, a, v, way);
     if (least(n, v) <= 0.0) {
         int stands = 0;
         for (int t = 0; t < n; t++) {
@@ -135,56 +134,71 @@ static int across(const Case *q, double level, double target, double lateral, in
     }
     const double up = timed ? way * jerk : sign(u) * way * jerk, turn = timed ? ends + out - rising : ends;
     const double done = timed ? ends + out + back - rising : ends + fabs(u) / peak;
-    for (int t = 0; t < n; t++) {
-        m->second[t] = curl0;
-        m->first[t] = rate0 + curl0 * z[t];
-        m->d[t] = d0 + (rate0 + 0.5 * curl0 * z[t]) * z[t];
-    }
-    ramp(n, z, 0.0, ends, -sign(curl0) * undoing, m->second, m->first, m->d);
-    if (timed) ramp(n, z, ends, rising, up, m->second, m->first, m->d);
-    ramp(n, z, turn, timed ? 2.0 * rising : rising, -up, m->second, m->first, m->d);
-    ramp(n, z, done, rising, up, m->second, m->first, m->d);
+    const double begins[4] = {0.0, ends, turn, done}, lasting[4] = {ends, rising, timed ? 2.0 * rising : rising, rising};
+    const double rates[4] = {-sign(curl0) * undoing, timed ? up : 0.0, -up, up};
+    ramps(n, 4, z, d0, rate0, curl0, begins, lasting, rates, m->second, m->first, m->d);
     return fits;
 }
 
-/* the most that the steering turns in a second, from the tangents of its angle */
+/* the most that the steering turns in a second, from the tangents of its angle: of steps as long as each other the longest turn counts */
 static double turning_rate(int n, const double *restrict times, const double *restrict tangent)
 {
-    double most = 0.0, run = 0.0, lasting = 0.0;
+    double turned[ROOM], most = 0.0;
+    int wide = 0;
+    turned[0] = 0.0;
     for (int t = 1; t < n; t++) {
-        const double h = times[t] - times[t - 1], under = 1.0 + tangent[t] * tangent[t - 1];
-        const double turned = fabs(tangent[t] - tangent[t - 1]) / under;
+        const double under = 1.0 + tangent[t] * tangent[t - 1];
+        turned[t] = fabs(tangent[t] - tangent[t - 1]) / under;
+        wide |= under <= 0.0;
+    }
+    for (int t = 1; t < n;) {
+        const double h = times[t] - times[t - 1];
+        double run = 0.0;
         if (!(h > 0.0)) break;
-        if (under <= 0.0) {
-            const double angle = fabs(atan(tangent[t]) - atan(tangent[t - 1])) / h;
-            most = GREATER(most, angle);
+        if (wide) {
+            most = GREATER(most, fabs(atan(tangent[t]) - atan(tangent[t - 1])) / h);
+            t++;
             continue;
         }
-        if (fabs(h - lasting) > 1e-12) {
-            if (lasting > 0.0) most = GREATER(most, atan(run) / lasting);
-            run = 0.0;
-            lasting = h;
-        }
-        run = GREATER(run, turned);
+        for (; t < n && fabs(times[t] - times[t - 1] - h) < 1e-12; t++) run = GREATER(run, turned[t]);
+        run = atan(run) / h;
+        most = GREATER(most, run);
     }
-    if (lasting > 0.0) most = GREATER(most, atan(run) / lasting);
     return most;
 }
 
-static void swerve(const Case *q, double level, double until, double target, double lateral, const double *begin, int n,
+/* the state that a row begins in, and what follows of it for the rear axle */
+typedef struct {
+    double x[STATES], sine0, d0, s0, bend0;
+} Begin;
+
+static void begin_at(const Case *q, whole start, Begin *b)
+{
+    whole before = start / HELD_STEPS;
+    if (before > q->held - 2) before = q->held - 2;
+    const double share = (double)start / HELD_STEPS - (double)before, c = q->centre;
+    double *x = b->x;
+    for (int i = 0; i < STATES; i++) {
+        const double *row = q->table + i * q->held + before;
+        x[i] = row[0] + share * (row[1] - row[0]);
+    }
+    const double kappa = q->bend > 0.0 ? curvature_at(q, x[S]) : 0.0, psi = x[HEADING] + kappa * c, cosine = cos(psi);
+    b->sine0 = sin(psi);
+    b->d0 = x[D] - c * b->sine0 + 0.5 * kappa * (c * cosine) * (c * cosine);
+    b->s0 = x[S] - c * cosine / (1.0 - kappa * b->d0);
+    b->bend0 = (tan(x[STEERING]) / q->wheelbase - kappa * cosine / (1.0 - kappa * b->d0)) * cosine;
+}
+
+static void swerve(const Case *q, double level, double until, double target, double lateral, const Begin *begin, int n,
                    const double *restrict times, int middle, Motion *restrict m)
 {
-    const double c = q->centre, v0 = begin[SPEED], a0 = begin[ACCELERATION];
-    const double kappa0 = q->bend > 0.0 ? curvature_at(q, begin[S]) : 0.0, psi0 = begin[HEADING] + kappa0 * c;
-    const double sine0 = sin(psi0), cosine0 = cos(psi0), d0 = begin[D] - c * sine0 + 0.5 * kappa0 * (c * cosine0) * (c * cosine0);
-    const double stretch0 = 1.0 - kappa0 * d0, s0 = begin[S] - c * cosine0 / stretch0;
-    const double bend0 = (tan(begin[STEERING]) / q->wheelbase - kappa0 * cosine0 / stretch0) * cosine0;
+    const double c = q->centre, v0 = begin->x[SPEED], a0 = begin->x[ACCELERATION], s0 = begin->s0;
     const int timed = target == target;
     double work[ROOM];
     pace(q, level, until, n, times, v0, a0, m->v, m->a, m->way);
     const double slow = LESSER(v0, m->v[middle]);
-    const int fits = across(q, level, target, lateral, timed, n, timed ? times : m->way, GREATER(slow, SLOWEST_MPS), v0, m->a[0], d0,
-                            sine0, bend0, m);
+    const int fits = across(q, level, target, lateral, timed, n, timed ? times : m->way, GREATER(slow, SLOWEST_MPS), v0, m->a[0],
+                            begin->d0, begin->sine0, begin->bend0, m);
     for (int t = 0; t < n; t++) {
         const double per_way = timed ? 1.0 / GREATER(m->v[t], SLOWEST_MPS) : 1.0, raw = m->first[t] * per_way;
         const double capped = LESSER(raw, STEEPEST), sine = GREATER(capped, -STEEPEST), cosine = sqrt(1.0 - sine * sine);
@@ -310,17 +324,6 @@ static int doomed(const Case *q, const Motion *m, int last, whole clock)
             return 1;
     }
     return 0;
-}
-
-static void at_start(const Case *q, whole start, double *x)
-{
-    whole before = start / HELD_STEPS;
-    if (before > q->held - 2) before = q->held - 2;
-    const double share = (double)start / HELD_STEPS - (double)before;
-    for (int i = 0; i < STATES; i++) {
-        const double *row = q->table + i * q->held + before;
-        x[i] = row[0] + share * (row[1] - row[0]);
-    }
 }
 
 /* a member begun at this speed: its level and until when; returns whether it does anything */

@@ -135,11 +135,12 @@ PUBLIC void mcdas_escape_needs(const Case *q, int anchors, const whole *anchor, 
     const whole size = q->members, all = anchors * size;
     whole clock[ROOM];
     Motion m;
-    double x[STATES];
+    Begin b;
+    const double *x = b.x;
     for (int k = 0; k < anchors; k++) {
-        at_start(q, anchor[k], x);
+        begin_at(q, anchor[k], &b);
         at_nodes(anchor[k], nodes, n, clock);
-        swerve(q, 0.0, 0.0, NAN, q->straightening, x, n, times, middle, &m);
+        swerve(q, 0.0, 0.0, NAN, q->straightening, &b, n, times, middle, &m);
         const double alone = m.demand, able = m.ability, edge = m.edge;
         for (whole i = 0; i < size; i++) {
             const whole at = k * size + i;
@@ -157,7 +158,7 @@ PUBLIC void mcdas_escape_needs(const Case *q, int anchors, const whole *anchor, 
                 slack[all + at] = acts ? LESSER(able, left) : -1.0;
                 slack[2 * all + at] = q->comfort - effort;
             } else {
-                swerve(q, level, until, q->target[i], q->lateral[i], x, n, times, middle, &m);
+                swerve(q, level, until, q->target[i], q->lateral[i], &b, n, times, middle, &m);
                 blocked(q, &m, n, last, clock, all, low + at, high + at);
                 slack[at] = m.edge;
                 slack[all + at] = m.ability;
@@ -220,13 +221,14 @@ PUBLIC void mcdas_escape_sound(const Case *q, int rows, const whole *member, con
 {
     whole clock[ROOM], whom;
     Motion m;
-    double x[STATES], level, until;
+    Begin b;
+    double level, until;
     for (int r = 0; r < rows; r++) {
         const whole i = member[r];
-        at_start(q, start[r], x);
+        begin_at(q, start[r], &b);
         at_nodes(start[r], nodes, n, clock);
-        const int acts = begun(q, i, x[SPEED], &level, &until);
-        swerve(q, level, until, q->target[i], q->lateral[i], x, n, times, middle, &m);
+        const int acts = begun(q, i, b.x[SPEED], &level, &until);
+        swerve(q, level, until, q->target[i], q->lateral[i], &b, n, times, middle, &m);
         demand[r] = m.demand;
         good[r] = acts && m.ability >= 0.0 && m.edge >= 0.0 && !doomed(q, &m, last, clock[last]) &&
                   touched(q, last + 1, clock, m.s, m.d, m.sine, m.cosine, q->clear_m, 1, &whom) < 0;
