@@ -25,7 +25,7 @@ from mcdas_opt.manoeuvres.swerves import Motions, swerve
 
 _ANCHORS = 3
 _STARTS = 41
-_GUESS_NODES = Nodes(np.concatenate([np.arange(0, 75, 3), np.arange(75, 201, 15)]))  # on the lattice: 0.06 s apart, later 0.3 s
+_GUESS_NODES = Nodes(np.concatenate([np.arange(0, 75, 3), np.arange(75, 180, 20), [200]]))  # on the lattice: 0.06 s apart, later 0.3 s
 _EXACT_NODES = Nodes(np.concatenate([np.arange(0, 99, 3), np.arange(99, 200, 6), [200]]))  # 0.06 s, later 0.12 s
 
 

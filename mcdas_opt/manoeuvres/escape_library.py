@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,6 +23,7 @@ SIDEWAYS = 2  # kinds from here on steer
 _SHORTEST_S = 0.5
 _JUST = 0.98  # of what is comfortable
 _BEND_SHARE = 0.9  # of the grip: no bend is counted to take more
+_MOST_MADE = 16
 _FASTER = 0.1  # of what a bend takes, more when it is driven faster
 
 
@@ -133,9 +133,11 @@ class EscapeSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Members:
-    """Columns (M,): which kind, and what it does. A phase ends by the clock, or where `until_mps` is reached (NaN without)."""
+    """Columns (M,): which kind, and what it does. A phase ends by the clock, or where `until_mps` is reached (NaN without). And which
+    members are of each kind."""
 
     kind: NDArray[np.intp]
+    of_kind: tuple[NDArray[np.intp], ...]
     level_mps2: Array
     until_s: Array
     until_mps: Array
@@ -180,6 +182,7 @@ def members(situation: Situation, vehicle: Vehicle, company: Company, chosen: Es
     targets = np.array([np.nan, np.nan, *(np.nan if side is None else side for side in sides)])
     return Members(
         kind=spread.kind,
+        of_kind=spread.of_kind,
         level_mps2=level,
         until_s=spread.until_s,
         until_mps=ends[spread.matching],
@@ -202,10 +205,22 @@ class _Spread(NamedTuple):
     matching: NDArray[np.intp]
     comfortable: NDArray[np.intp]
     in_lane: int
+    of_kind: tuple[NDArray[np.intp], ...]
 
 
-@lru_cache(maxsize=16)
 def _spread(chosen: EscapeSettings, left: bool, right: bool) -> _Spread:
+    """As made before for the very same manoeuvres: to compare some hundred numbers takes longer than all the rest."""
+    own = chosen.braking, chosen.accelerating, chosen.sideways
+    key = (*map(id, own), left, right)
+    known = _MADE.get(key)
+    if known is None:
+        if len(_MADE) >= _MOST_MADE:
+            _MADE.clear()
+        known = _MADE[key] = own, _made(chosen, left, right)  # they are kept, so that their names stay theirs
+    return known[1]
+
+
+def _made(chosen: EscapeSettings, left: bool, right: bool) -> _Spread:
     """Each kind's own, and behind them the comfortable ones."""
     rows: list[tuple[int, float, float, float]] = []
     comfortable: list[int] = []
@@ -219,7 +234,11 @@ def _spread(chosen: EscapeSettings, left: bool, right: bool) -> _Spread:
     kinds, pace, until, push = np.ascontiguousarray(np.array(rows).T)
     kind = kinds.astype(np.intp)
     matching = np.where((until > 0.0) | (kind >= SIDEWAYS), 2, kind)
-    return _Spread(kind, pace, (pace > 0.0).astype(np.intp), until, push, matching, np.array(comfortable), in_lane)
+    of_kind = tuple(np.flatnonzero(kind == k) for k in range(len(KINDS)))
+    return _Spread(kind, pace, (pace > 0.0).astype(np.intp), until, push, matching, np.array(comfortable), in_lane, of_kind)
+
+
+_MADE: dict[tuple[object, ...], tuple[object, _Spread]] = {}
 
 
 def _speed_of_nearest(situation: Situation, company: Company, sign: float) -> float | None:

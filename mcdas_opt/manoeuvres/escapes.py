@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,9 +17,9 @@ from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
 from mcdas_opt.manoeuvres.parting import LATTICE_S, Rows
 
 _BEST, _WIDER = 4, 8  # members of each kind that are looked at exactly: at first, and where that does not settle it
-_TRIED = (5, 3, 2, 1, 0, -1, -3, -6)  # at which steps of the lattice from their guessed last start
-_BEST_EASY, _TRIED_EASY = 2, (2, -1, -5)  # the same for comfortable ones
-_DOWN, _UP, _CLOSE, _ROUNDS = (7, 11, 18, 35, 80), (4, 10), 2, 4
+_TRIED = np.array((5, 3, 2, 1, 0, -1, -3, -6))  # at which steps of the lattice from their guessed last start
+_BEST_EASY, _TRIED_EASY = 2, np.array((2, -1, -5))  # the same for comfortable ones
+_DOWN, _UP, _BETWEEN, _CLOSE, _ROUNDS = (7, 11, 18, 35, 80), (4, 10), (0.25, 0.5, 0.75), 2, 4
 _GENTLEST = 3
 
 
@@ -35,7 +33,7 @@ def escapes(situation: Situation, vehicle: Vehicle, prediction: Prediction, sett
     case = Case(situation, vehicle, prediction, chosen, compiled_escapes())
     end_s, ender = case.end_of_keeping_on()
     guess = case.guess(end_s)
-    kinds = [np.flatnonzero(case.members.kind == kind) for kind in range(len(KINDS))]
+    kinds = case.members.of_kind
     latest = int(np.floor(end_s / LATTICE_S + 1e-9))
     found, now = _last_sound(case, kinds, guess.last_s, _gentlest(guess, kinds), latest)
     answers: dict[str, Escape] = {}
@@ -63,37 +61,33 @@ def escapes(situation: Situation, vehicle: Vehicle, prediction: Prediction, sett
 
 
 def _last_sound(
-    case: Case, kinds: list[Rows], guesses: tuple[Array, Array], first: Rows, latest: int
+    case: Case, kinds: tuple[Rows, ...], guesses: tuple[Array, Array], first: Rows, latest: int
 ) -> tuple[list[list[int]], list[float | None]]:
     """The last start (on the lattice, -1 without) of each kind that is found sound: of any demand, and of a comfortable one. And what
     each kind asks of the tyres when one of its members of `first` begins now; None where it cannot."""
-    tasks = [
-        _Search(wanted=g, kind=kind, best=_latest(mine, last, (_BEST, _BEST_EASY)[g]), wider=_latest(mine, last, _WIDER))
-        for g, last in enumerate(guesses)
-        for kind, mine in enumerate(kinds)
-        if mine.size and last[mine].max() >= 0.0
-    ]
-    for task in tasks:
-        near = np.floor(guesses[task.wanted][task.best] / LATTICE_S + 1e-9).astype(np.intp)
-        task.ask = np.clip(near[:, None] + np.array((_TRIED, _TRIED_EASY)[task.wanted]), 0, latest)
+    tasks = []
+    for wanted, guess in enumerate(guesses):
+        for kind, mine in enumerate(kinds):
+            likely = _latest(mine, guess, _WIDER)
+            if likely.size:
+                tasks.append(_Search(wanted, kind, likely[: (_BEST, _BEST_EASY)[wanted]], likely, guess, latest))
     now: list[float | None] = [None] * len(KINDS)
     for _ in range(_ROUNDS):
-        pending = [task for task in tasks if task.ask.size]
+        pending = [task for task in tasks if task.members.size]
         if not pending and not first.size:
             break
-        members = np.concatenate([first, *(np.repeat(task.best, task.ask.shape[1]) for task in pending)])
-        starts = np.concatenate([np.zeros_like(first), *(task.ask.reshape(-1) for task in pending)])
+        members = np.concatenate([first, *(task.members for task in pending)])
+        starts = np.concatenate([np.zeros_like(first), *(task.starts for task in pending)])
         sound, demand = case.sound(members, starts)
-        for member, good, asked in zip(first, sound[: first.size], demand[: first.size], strict=True):
+        for member, good, asked in zip(first.tolist(), sound[: first.size].tolist(), demand[: first.size].tolist(), strict=True):
             kind = int(case.members.kind[member])
             if good and asked < (now[kind] or np.inf):
-                now[kind] = float(asked)
+                now[kind] = asked
         begin, first = first.size, first[:0]
         for task in pending:
-            rows = slice(begin, begin + task.ask.size)
-            good = sound[rows] & (demand[rows] <= case.comfort_mps2) if task.wanted else sound[rows]
-            task.learn(good, starts[rows], latest)
+            rows = slice(begin, begin + task.members.size)
             begin = rows.stop
+            task.learn(sound[rows] & (demand[rows] <= case.comfort_mps2) if task.wanted else sound[rows])
     answer = [[-1] * len(KINDS) for _ in guesses]
     for task in tasks:
         begun_now = 0 if task.wanted == 0 and now[task.kind] is not None else -1
@@ -102,44 +96,41 @@ def _last_sound(
 
 
 def _latest(mine: Rows, last_s: Array, count: int) -> Rows:
-    """The members whose last start was guessed the latest."""
-    best = mine[np.argsort(-last_s[mine], kind="stable")[:count]]
-    return best[last_s[best] >= 0.0]
+    """The members whose last start was guessed the latest, of those that have one."""
+    moments = last_s[mine]
+    best = np.argsort(-moments, kind="stable")[:count]
+    return mine[best[moments[best] >= 0.0]]
 
 
-@dataclass(slots=True)
 class _Search:
     """For the last sound start of a few members: the latest found so far, the earliest after it that was not, and what to try next."""
 
-    wanted: int
-    kind: int
-    best: Rows
-    wider: Rows
-    sound: int = -1
-    ask: Rows = field(default_factory=lambda: np.zeros((0, 0), dtype=np.intp))
+    def __init__(self, wanted: int, kind: int, best: Rows, wider: Rows, guess_s: Array, latest: int) -> None:
+        self.wanted, self.kind, self.wider, self.latest = wanted, kind, wider, latest
+        self.sound = -1
+        tried = (_TRIED, _TRIED_EASY)[wanted]
+        near = np.floor(guess_s[best] / LATTICE_S + 1e-9).astype(np.intp)
+        self.members = np.repeat(best, tried.size)
+        self.starts = np.clip(near[:, None] + tried, 0, latest).reshape(-1)
 
-    def learn(self, good: NDArray[np.bool_], starts: Rows, latest: int) -> None:
-        if good.any():
-            self.sound = max(self.sound, int(starts[good].max()))
-        beyond = starts[starts > self.sound]
-        limit = int(beyond.min()) if beyond.size else latest + 1
+    def learn(self, good: NDArray[np.bool_]) -> None:
+        tried, latest = self.starts.tolist(), self.latest
+        self.sound = max((start for start, sound in zip(tried, good.tolist(), strict=True) if sound), default=self.sound)
+        limit = min((start for start in tried if start > self.sound), default=latest + 1)
+        wanted: set[int] = set()
         if self.sound < 0:
-            wanted = np.maximum(limit - np.array(_DOWN), 0)
-            wanted = wanted[wanted < limit]
+            wanted = {max(limit - step, 0) for step in _DOWN} - {limit}
         elif self.wanted:
-            wanted = np.zeros(0, dtype=np.intp)
-        elif not beyond.size:
-            wanted = self.sound + np.array(_UP)
+            pass
+        elif limit > latest:
+            wanted = {self.sound + step for step in _UP}
         elif limit - self.sound > _CLOSE:
-            wanted = self.sound + ((limit - self.sound) * np.array([0.25, 0.5, 0.75])).astype(np.intp)
-        else:
-            wanted = np.zeros(0, dtype=np.intp)
-        self.best = self.wider
-        wanted = np.unique(wanted[(wanted > self.sound) & (wanted >= 0) & (wanted <= latest)])
-        self.ask = np.broadcast_to(wanted, (self.best.size, wanted.size)) if wanted.size else self.ask[:, :0]
+            wanted = {self.sound + int(share * (limit - self.sound)) for share in _BETWEEN}
+        ask = np.array(sorted(start for start in wanted if self.sound < start <= latest), dtype=np.intp)
+        self.members, self.starts = np.repeat(self.wider, ask.size), np.tile(ask, self.wider.size)
 
 
-def _gentlest(guess: Guess, kinds: list[Rows]) -> Rows:
+def _gentlest(guess: Guess, kinds: tuple[Rows, ...]) -> Rows:
     """The members of each kind that ask the least when they begin now, of those that may."""
     ready = (guess.free_m[0] > 0.0) & (guess.edge_m[0] > 0.0) & (guess.ability[0] > 0.0)
     chosen = []
