@@ -7,6 +7,7 @@ import os
 from collections.abc import Mapping
 from functools import lru_cache
 from importlib import resources
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +21,22 @@ from mcdas_opt.solvers.compile_cache import HEAD, SWITCH, NoLibraryError, cache_
 _LANES, _ROOM = 8, 64  # nodes come in whole lanes, and there are at most so many
 _PLAIN = "-fno-math-errno -fno-trapping-math -ffp-contract=off"  # nothing that changes a result; half the time
 _BUILDS = (f"-O3 -march=native -mno-avx512f {_PLAIN} -lm", f"-O3 -march=native {_PLAIN} -lm", f"-O2 {_PLAIN} -lm", "-O2 -lm")
-_TABLES = ("others_s", "others_d", "others_mps", "half_length", "half_width", "table", "level", "until", "until_mps", "target", "lateral")
+_TABLES: tuple[str, ...] = (
+    "others_s",
+    "others_d",
+    "others_mps",
+    "half_length",
+    "half_width",
+    "table",
+    "level",
+    "until",
+    "until_mps",
+    "target",
+    "lateral",
+)
 _TABLES += ("knots", "kappas")
 _SIZES = ("bodies", "lattice", "held", "members", "in_lane", "half_steps", "count_of_knots")
-_NUMBERS = ("wheelbase", "centre", "length", "width", "jerk_min", "jerk_max", "speed_max", "steering_max", "steering_rate")
+_NUMBERS: tuple[str, ...] = ("wheelbase", "centre", "length", "width", "jerk_min", "jerk_max", "speed_max", "steering_max", "steering_rate")
 _NUMBERS += ("limit", "steering_share", "brake", "accelerate", "left", "right", "end", "bend", "clear_m", "clear_s", "comfort", "shortest")
 _NUMBERS += ("straightening",)
 
@@ -85,17 +98,14 @@ class CompiledCase:
         self._library.mcdas_escape_needs(self._at, anchors.size, begin.ctypes.data, *nodes.arguments, *results)
         return low, high, slack
 
-    def guess(
-        self, starts_s: Array, weights: Array, apart_m: Array, needs: tuple[Array, Array, Array]
-    ) -> tuple[Array, Array, tuple[Array, Array]]:
-        """The same at all starts (N,) in between: free (N, M), slack (3, N, M); the last open starts [s] of members, and the comfortable."""
+    def guess(self, starts_s: Array, weights: Array, apart_m: Array, needs: tuple[Array, Array, Array]) -> tuple[Array, Array]:
+        """The last of the starts (N,) in between, by weights (N, K) and distances (J, N), at which members are open; and comfortable."""
         size = self._sizes["members"]
-        free, slack, last = np.empty((starts_s.size, size)), np.empty((3, starts_s.size, size)), np.empty((2, size))
+        work, last = np.empty((4, size)), np.empty((2, size))
         apart = np.ascontiguousarray(apart_m)
         given = (q.ctypes.data for q in (starts_s, weights, apart, *needs))
-        results = (free.ctypes.data, slack.ctypes.data, last.ctypes.data)
-        self._library.mcdas_escape_guess(self._at, weights.shape[1], starts_s.size, *given, *results)
-        return free, slack, (last[0], last[1])
+        self._library.mcdas_escape_guess(self._at, weights.shape[1], starts_s.size, *given, work.ctypes.data, last.ctypes.data)
+        return last[0], last[1]
 
     def sound(self, members: Rows, starts: Rows, nodes: Nodes) -> tuple[NDArray[np.bool_], Array]:
         """Which members from these starts (R,) are ways out, and what they ask of the tyres [m/s^2]."""
@@ -137,17 +147,19 @@ def _library(allowed: bool) -> ctypes.CDLL | None:
         "HELD_STEPS": parting.HELD_STEPS,
         "ABILITY_M": parting.ABILITY_M,
     }
-    texts = [resources.files("mcdas_opt.manoeuvres").joinpath(name).read_text("utf-8") for name in ("escape_kernel.c", "escape_questions.c")]
+    texts = [
+        resources.files("mcdas_opt.manoeuvres").joinpath(name).read_text("utf-8") for name in ("escape_kernel.c", "escape_questions.c")
+    ]
     source = "\n".join([HEAD, *(f"#define {name} {value!r}" for name, value in numbers.items()), *texts])
     try:
         library = load(source, _BUILDS, folder=cache_folder(), announce=to_stderr)
     except NoLibraryError:
         return None
     pointer, whole = ctypes.c_void_p, ctypes.c_int
-    nodes = [whole, whole, pointer, pointer, whole]
+    nodes: list[Any] = [whole, whole, pointer, pointer, whole]
     library.mcdas_escape_held.argtypes = [pointer] * 4
     library.mcdas_escape_needs.argtypes = [pointer, whole, pointer, *nodes, *[pointer] * 3]
-    library.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 9]
+    library.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 8]
     library.mcdas_escape_sound.argtypes = [pointer, whole, pointer, pointer, *nodes, pointer, pointer]
     library.mcdas_escape_met.argtypes = [pointer, whole, *[pointer] * 6]
     for function in (library.mcdas_escape_held, library.mcdas_escape_needs, library.mcdas_escape_guess, library.mcdas_escape_sound):

@@ -19,7 +19,18 @@ from mcdas_opt.manoeuvres.compiled_escapes import CompiledCase, Nodes
 from mcdas_opt.manoeuvres.escape_library import SIDEWAYS, EscapeSettings, members
 from mcdas_opt.manoeuvres.family import EDGE_M
 from mcdas_opt.manoeuvres.held import held
-from mcdas_opt.manoeuvres.parting import ABILITY_M, HELD_STEPS, LATTICE_S, NOWHERE_M, Company, Rows, blocked, blocked_in_lane, doomed, touched
+from mcdas_opt.manoeuvres.parting import (
+    ABILITY_M,
+    HELD_STEPS,
+    LATTICE_S,
+    NOWHERE_M,
+    Company,
+    Rows,
+    blocked,
+    blocked_in_lane,
+    doomed,
+    touched,
+)
 from mcdas_opt.manoeuvres.sidesteps import Starts
 from mcdas_opt.manoeuvres.swerves import Motions, swerve
 
@@ -39,35 +50,23 @@ class _Needs(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guess:
-    """Starts (N,) by members (N, M): by how many metres a start misses everybody, negative when it does not; the room to the road's edges,
-    the share of the car's limits and of what is comfortable [m/s^2] that it leaves. The last start [s] at which a member is open, and
-    open and comfortable (M,), -1 without. And what that was made from: needs at anchors, weights (N, K), distances (J, N)."""
+    """For starts (N,) and members (M,): the last start [s] at which a member is open, and open and comfortable (M,), -1 without. And what
+    that was made from: needs at anchors, weights (N, K), distances (J, N)."""
 
     starts_s: Array
-    free_m: Array
-    slack: Array
     last_s: tuple[Array, Array]
     needs: _Needs
     weights: Array
     apart_m: Array
 
-    @property
-    def edge_m(self) -> Array:
-        return self.slack[0]
+    def misses(self, start: int, member: Any) -> Array:
+        """By how many metres these members (m,) miss everybody (J, m), negative where they do not."""
+        w, apart = self.weights[start], self.apart_m[:, start, None]
+        return np.asarray(np.maximum(w @ self.needs.low_m[..., member] - apart, apart - w @ self.needs.high_m[..., member]))
 
-    @property
-    def ability(self) -> Array:
-        return self.slack[1]
-
-    @property
-    def ease_mps2(self) -> Array:
-        return self.slack[2]
-
-    def nearest(self, start: int, member: int) -> int:
-        """Whom a member misses least."""
-        w, apart = self.weights[start], self.apart_m[:, start]
-        misses = np.maximum(self.needs.low_m[..., member] @ w - apart, apart - self.needs.high_m[..., member] @ w)
-        return int(misses.argmin())
+    def slack(self, start: int, member: Any) -> Array:
+        """(3, m): room to the edges [m], the share of the car's limits and of what is comfortable [m/s^2] that is left."""
+        return np.asarray(self.weights[start] @ self.needs.slack[..., member])
 
 
 class Case:
@@ -205,15 +204,15 @@ class Case:
         apart = self.company.s_m[:, k] - np.interp(_seconds(k), self.times_s, self.path.s_m)
         if self.compiled is not None:
             needs = _Needs(*self.compiled.needs(anchors, _GUESS_NODES))
-            free, slack, last = self.compiled.guess(moments, weights, apart, needs)
-            return Guess(starts_s=moments, free_m=free, slack=slack, last_s=last, needs=needs, weights=weights, apart_m=apart)
+            last = self.compiled.guess(moments, weights, apart, needs)
+            return Guess(starts_s=moments, last_s=last, needs=needs, weights=weights, apart_m=apart)
         steered, lone = self._sideways(anchors)
         needs = _Needs(*(np.concatenate(part, axis=-1) for part in zip(self._in_lane(anchors, lone), steered, strict=True)))
         low, high, slack = (weights @ part for part in needs)
         free = np.maximum(low - apart[..., None], apart[..., None] - high).min(0, initial=NOWHERE_M)
         opened = np.minimum(np.minimum(free, slack[0]), ABILITY_M * slack[1])
         last = _last(opened, moments), _last(np.minimum(opened, slack[2]), moments)
-        return Guess(starts_s=moments, free_m=free, slack=slack, last_s=last, needs=needs, weights=weights, apart_m=apart)
+        return Guess(starts_s=moments, last_s=last, needs=needs, weights=weights, apart_m=apart)
 
     def _sideways(self, anchors: Rows) -> tuple[_Needs, Motions]:
         """Of the members that steer, from the anchors: what they need. Behind them, what a car does that keeps its speed and its lane."""

@@ -168,51 +168,47 @@ PUBLIC void mcdas_escape_needs(const Case *q, int anchors, const whole *anchor, 
     }
 }
 
-/* The starts in between, by weights (starts, anchors) and the distances there (bodies, starts): by how much each misses everybody
- * (starts, members), its slack (3, starts, members); and the last start at which a member is open, and open and comfortable (2, members) */
+/* The last of the starts in between, by weights (starts, anchors) and the distances there (bodies, starts), at which a member is open, and
+ * open and comfortable: (2, members), -1 without. `work` (4, members) */
 PUBLIC void mcdas_escape_guess(const Case *q, int anchors, int starts, const double *seconds, const double *weights, const double *apart,
-                               const double *low, const double *high, const double *slack, double *freed, double *left, double *last)
+                               const double *low, const double *high, const double *slack, double *restrict work, double *restrict last)
 {
-    const whole size = q->members, all = anchors * size, table = starts * size;
-    double *edge = left, *ability = left + table, *ease = left + 2 * table;
-    for (whole i = 0; i < 2 * size; i++) last[i] = -1.0;
-    for (int n = 0; n < starts; n++) {
+    const whole size = q->members, all = anchors * size;
+    double *open = work, *easy = work + size, *after = work + 2 * size;
+    for (whole i = 0; i < 2 * size; i++) {
+        last[i] = -1.0;
+        after[i] = 0.0;
+    }
+    for (int n = starts - 1; n >= 0; n--) {
         const double *w = weights + (whole)n * anchors;
         int k = 0;
         while (k < anchors - 1 && w[k] == 0.0) k++;
         const int next = k < anchors - 1 ? k + 1 : k;
-        const double share = w[k], rest = next > k ? w[next] : 0.0;
-        const whole here = k * size, there = next * size, out = n * size;
-        for (int e = 0; e < 3; e++)
-            for (whole i = 0; i < size; i++)
-                left[e * table + out + i] = share * slack[e * all + here + i] + rest * slack[e * all + there + i];
-        for (whole i = 0; i < size; i++) freed[out + i] = NOWHERE_M;
+        const double share = w[k], rest = next > k ? w[next] : 0.0, step = n < starts - 1 ? seconds[n + 1] - seconds[n] : 0.0;
+        const double *edge = slack + k * size, *edge_next = slack + next * size, *able = edge + all, *able_next = edge_next + all;
+        for (whole i = 0; i < size; i++) {
+            const double room = share * edge[i] + rest * edge_next[i], left = ABILITY_M * (share * able[i] + rest * able_next[i]);
+            const double least_of = LESSER(room, left);
+            open[i] = LESSER(least_of, NOWHERE_M);
+            easy[i] = share * able[all + i] + rest * able_next[all + i];
+        }
         for (whole j = 0; j < q->bodies; j++) {
             const double gap = apart[j * starts + n];
-            const double *below = low + j * all, *above = high + j * all;
+            const double *below = low + j * all + k * size, *below_next = low + j * all + next * size;
+            const double *above = high + j * all + k * size, *above_next = high + j * all + next * size;
             for (whole i = 0; i < size; i++) {
-                const double under = share * below[here + i] + rest * below[there + i] - gap;
-                const double over = gap - (share * above[here + i] + rest * above[there + i]), miss = GREATER(under, over);
-                freed[out + i] = LESSER(freed[out + i], miss);
+                const double under = share * below[i] + rest * below_next[i] - gap;
+                const double over = gap - (share * above[i] + rest * above_next[i]), miss = GREATER(under, over);
+                open[i] = LESSER(open[i], miss);
             }
+        }
+        for (whole i = 0; i < size; i++) easy[i] = LESSER(easy[i], open[i]);
+        for (whole i = 0; i < 2 * size; i++) {
+            const double fall = open[i] - after[i];
+            if (last[i] < 0.0 && open[i] > 0.0) last[i] = seconds[n] + open[i] / GREATER(fall, 1e-9) * step;
+            after[i] = open[i];
         }
     }
-    for (int wanted = 0; wanted < 2; wanted++)
-        for (whole i = 0; i < size; i++) {
-            double after = -1.0;
-            for (int n = starts - 1; n >= 0; n--) {
-                const whole at = n * size + i;
-                double open = LESSER(freed[at], edge[at]);
-                open = LESSER(open, ABILITY_M * ability[at]);
-                if (wanted) open = LESSER(open, ease[at]);
-                if (open > 0.0) {
-                    const double fall = open - after, step = n < starts - 1 ? seconds[n + 1] - seconds[n] : 0.0;
-                    last[wanted * size + i] = seconds[n] + open / GREATER(fall, 1e-9) * step;
-                    break;
-                }
-                after = open;
-            }
-        }
 }
 
 /* Exactly: which members from these starts are ways out, and what they ask of the tyres */

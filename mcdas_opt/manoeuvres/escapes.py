@@ -14,7 +14,7 @@ from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.manoeuvres.compiled_escapes import compiled_escapes
 from mcdas_opt.manoeuvres.escape_guess import Case, Guess
 from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
-from mcdas_opt.manoeuvres.parting import LATTICE_S, Rows
+from mcdas_opt.manoeuvres.parting import LATTICE_S, NOWHERE_M, Rows
 
 _BEST, _WIDER = 4, 8  # members of each kind that are looked at exactly: at first, and where that does not settle it
 _TRIED = np.array((5, 3, 2, 1, 0, -1, -3, -6))  # at which steps of the lattice from their guessed last start
@@ -132,22 +132,26 @@ class _Search:
 
 def _gentlest(guess: Guess, kinds: tuple[Rows, ...]) -> Rows:
     """The members of each kind that ask the least when they begin now, of those that may."""
-    ready = (guess.free_m[0] > 0.0) & (guess.edge_m[0] > 0.0) & (guess.ability[0] > 0.0)
+    everyone = slice(None)
+    edge, ability, ease = guess.slack(0, everyone)
+    ready = (edge > 0.0) & (ability > 0.0) & (guess.misses(0, everyone).min(0, initial=NOWHERE_M) > 0.0)
     chosen = []
     for mine in kinds:
         mine = mine[ready[mine]]
-        chosen.append(mine[np.argsort(-guess.ease_mps2[0, mine], kind="stable")[:_GENTLEST]])
+        chosen.append(mine[np.argsort(-ease[mine], kind="stable")[:_GENTLEST]])
     return np.concatenate(chosen)
 
 
 def _closer(case: Case, guess: Guess, mine: Rows, n: int) -> Closer:
     """What is in the way of a kind at the start `n`: of its members that car and road allow, the one that comes nearest to being clear."""
-    possible = guess.ability[n, mine] >= 0.0
-    allowed = possible & (guess.edge_m[n, mine] >= 0.0)
+    edge, ability, _ = guess.slack(n, mine)
+    possible = ability >= 0.0
+    allowed = possible & (edge >= 0.0)
     if not allowed.any() or not case.company.s_m.shape[0]:
         return Closer.EDGE if possible.any() else Closer.FRICTION
-    best = mine[int(np.where(allowed, guess.free_m[n, mine], -np.inf).argmax())]
-    return case.closer(guess.nearest(n, best), 0.0)
+    misses = guess.misses(n, mine)
+    best = int(np.where(allowed, misses.min(0), -np.inf).argmax())
+    return case.closer(int(misses[:, best].argmin()), 0.0)
 
 
 def _refusal(name: str, situation: Situation) -> Closer | None:

@@ -168,7 +168,7 @@ def pace(rows: Swerves, times_s: Array, start: Starts, vehicle: Vehicle) -> tupl
         v, a = np.where(standing, 0.0, v), np.where(standing, 0.0, a)
         way = np.maximum.accumulate(way, axis=-1)
     top = np.maximum(SHARE * vehicle.speed_max_mps, start.speed_mps)[:, None]
-    fast = (v > top).any(-1)
+    fast = np.asarray((v > top).any(-1))
     if fast.any():
         a = np.where(v > top, 0.0, a)
         v = np.minimum(v, top)

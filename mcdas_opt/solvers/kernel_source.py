@@ -19,6 +19,7 @@ _VECTORISED = ("sin", "cos", "tan", "atan", "exp", "log", "tanh")  # of glibc's 
 _LOOPS = ("evaluate", "gradient", "steps", "cold", "warm", "measure")  # over all stages; the sweeps go stage by stage
 _SHARED = {"cold": (4, 5), "warm": (7, 8)}  # inputs mu and least
 
+
 def kernel_source(stage: BarrierStage, f: StageFunctions, nodes: int, correction: float) -> str:
     """Raises `c_text.UnsupportedOperationError` when a stage function uses what has no C text."""
     sizes = {
