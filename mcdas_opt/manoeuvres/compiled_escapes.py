@@ -144,6 +144,7 @@ def _library(allowed: bool) -> ctypes.CDLL | None:
         "NOWHERE_M": parting.NOWHERE_M,
         "STEP_REACH_M": parting.STEP_REACH_M,
         "BOW": parting.BOW,
+        "ARRIVED_M": parting.ARRIVED_M,
         "HELD_STEPS": parting.HELD_STEPS,
         "ABILITY_M": parting.ABILITY_M,
     }

@@ -21,6 +21,7 @@ from mcdas_opt.manoeuvres.family import EDGE_M
 from mcdas_opt.manoeuvres.held import held
 from mcdas_opt.manoeuvres.parting import (
     ABILITY_M,
+    ARRIVED_M,
     HELD_STEPS,
     LATTICE_S,
     NOWHERE_M,
@@ -254,7 +255,8 @@ class Case:
         motions, clock, acts = self.driven(member, starts, _EXACT_NODES.steps)
         step, _ = touched(motions, clock, self.company, self.vehicle, self.situation.road, self.chosen.clear_m)
         ends = doomed(motions, clock, self.company, self.vehicle, self.situation.road, self.chosen.clear_m)
-        return acts & motions.possible & motions.on_road & (step < 0) & (ends < 0), motions.demand_mps2
+        arrives = ~(np.abs(motions.d_m[:, -1] - self.members.target_d_m[member]) > ARRIVED_M)
+        return acts & arrives & motions.possible & motions.on_road & (step < 0) & (ends < 0), motions.demand_mps2
 
 
 @lru_cache(maxsize=4)

@@ -226,7 +226,9 @@ PUBLIC void mcdas_escape_sound(const Case *q, int rows, const whole *member, con
         const int acts = begun(q, i, b.x[SPEED], &level, &until);
         swerve(q, level, until, q->target[i], q->lateral[i], &b, n, times, middle, &m);
         demand[r] = m.demand;
-        good[r] = acts && m.ability >= 0.0 && m.edge >= 0.0 && !doomed(q, &m, last, clock[last]) &&
+        const double target = q->target[i];
+        const int arrives = target != target || fabs(m.d[last] - target) <= ARRIVED_M;
+        good[r] = acts && arrives && m.ability >= 0.0 && m.edge >= 0.0 && !doomed(q, &m, last, clock[last]) &&
                   touched(q, last + 1, clock, m.s, m.d, m.sine, m.cosine, q->clear_m, 1, &whom) < 0;
     }
 }

@@ -21,6 +21,7 @@ LATTICE_S = 0.02  # starts and times are multiples of it
 ROOM_SHARE = 0.95  # of the braking or accelerating that ends what still closes in at the end
 NOWHERE_M = 1e4
 HELD_STEPS = 2  # of the lattice: the host that keeps on is known so often
+ARRIVED_M = 1.0  # who steps aside is so near to the middle of the next lane at the end: no longer in the old one
 ABILITY_M = 10.0  # a share of the car's limits as a distance: only where it changes sign matters
 STEP_REACH_M = 3.0  # more than bodies move against each other in a step
 BOW = 0.2  # times kappa and both lengths squared: how far a lane bows over the bodies (0.125), and that distances shrink with d
