@@ -18,7 +18,7 @@ from mcdas_opt.manoeuvres.held import PASSES
 from mcdas_opt.manoeuvres.parting import Rows
 from mcdas_opt.solvers.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
 
-_LANES, _ROOM = 8, 64  # nodes come in whole lanes, and there are at most so many
+_LANES, _ROOM = 8, 104  # nodes come in whole lanes, and there are at most so many
 _PLAIN = "-fno-math-errno -fno-trapping-math -ffp-contract=off"  # nothing that changes a result; half the time
 _BUILDS = (f"-O3 -march=native -mno-avx512f {_PLAIN} -lm", f"-O3 -march=native {_PLAIN} -lm", f"-O2 {_PLAIN} -lm", "-O2 -lm")
 _TABLES: tuple[str, ...] = (

@@ -17,7 +17,6 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.manoeuvres.compiled_escapes import CompiledCase, Nodes
 from mcdas_opt.manoeuvres.escape_library import SIDEWAYS, EscapeSettings, members
-from mcdas_opt.manoeuvres.family import EDGE_M
 from mcdas_opt.manoeuvres.held import held
 from mcdas_opt.manoeuvres.parting import (
     ABILITY_M,
@@ -33,12 +32,12 @@ from mcdas_opt.manoeuvres.parting import (
     touched,
 )
 from mcdas_opt.manoeuvres.sidesteps import Starts
-from mcdas_opt.manoeuvres.swerves import Motions, swerve
+from mcdas_opt.manoeuvres.swerves import EDGE_M, Motions, swerve
 
 _ANCHORS = 3
 _STARTS = 41
 _GUESS_NODES = Nodes(np.concatenate([np.arange(0, 75, 3), np.arange(75, 180, 20), [200]]))  # on the lattice: 0.06 s apart, later 0.3 s
-_EXACT_NODES = Nodes(np.concatenate([np.arange(0, 99, 3), np.arange(99, 200, 6), [200]]))  # 0.06 s, later 0.12 s
+_EXACT_NODES = Nodes(np.arange(0, 201, 2))  # 0.04 s apart: steering turns fast and briefly
 
 
 class _Needs(NamedTuple):

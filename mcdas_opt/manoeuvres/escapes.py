@@ -16,10 +16,10 @@ from mcdas_opt.manoeuvres.escape_guess import Case, Guess
 from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
 from mcdas_opt.manoeuvres.parting import LATTICE_S, Rows
 
-_BEST, _WIDER = 4, 8  # members of each kind that are looked at exactly: at first, and where that does not settle it
+_BEST, _WIDER = 6, 12  # members of each kind that are looked at exactly: at first, and where that does not settle it
 _TRIED = np.array((5, 3, 2, 1, 0, -1, -3, -6))  # at which steps of the lattice from their guessed last start
 _BEST_EASY, _TRIED_EASY = 2, np.array((2, -1, -5))  # the same for comfortable ones
-_DOWN, _UP, _BETWEEN, _CLOSE, _ROUNDS = (7, 11, 18, 35, 80), (4, 10), (0.25, 0.5, 0.75), 2, 4
+_DOWN, _UP, _BETWEEN, _CLOSE, _ROUNDS = (7, 14, 35, 90, 220), (4, 10), (0.25, 0.5, 0.75), 2, 6
 _GENTLEST = 3
 
 
