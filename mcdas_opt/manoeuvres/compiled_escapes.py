@@ -18,7 +18,7 @@ from mcdas_opt.manoeuvres.held import PASSES
 from mcdas_opt.manoeuvres.parting import Rows
 from mcdas_opt.solvers.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
 
-_LANES, _ROOM = 8, 64  # nodes come in whole lanes, and there are at most so many
+_LANES, _ROOM = 8, 104  # nodes come in whole lanes, and there are at most so many
 _PLAIN = "-fno-math-errno -fno-trapping-math -ffp-contract=off"  # nothing that changes a result; half the time
 _BUILDS = (f"-O3 -march=native -mno-avx512f {_PLAIN} -lm", f"-O3 -march=native {_PLAIN} -lm", f"-O2 {_PLAIN} -lm", "-O2 -lm")
 _TABLES: tuple[str, ...] = (
@@ -98,14 +98,15 @@ class CompiledCase:
         self._library.mcdas_escape_needs(self._at, anchors.size, begin.ctypes.data, *nodes.arguments, *results)
         return low, high, slack
 
-    def guess(self, starts_s: Array, weights: Array, apart_m: Array, needs: tuple[Array, Array, Array]) -> tuple[Array, Array]:
-        """The last of the starts (N,) in between, by weights (N, K) and distances (J, N), at which members are open; and comfortable."""
+    def guess(self, starts_s: Array, weights: Array, apart_m: Array, needs: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+        """The last of the starts (N,) in between, by weights (N, K) and distances (J, N), at which members are open; and comfortable.
+        And by how many metres they are open at the first of them."""
         size = self._sizes["members"]
         work, last = np.empty((4, size)), np.empty((2, size))
         apart = np.ascontiguousarray(apart_m)
         given = (q.ctypes.data for q in (starts_s, weights, apart, *needs))
         self._library.mcdas_escape_guess(self._at, weights.shape[1], starts_s.size, *given, work.ctypes.data, last.ctypes.data)
-        return last[0], last[1]
+        return last[0], last[1], work[0]
 
     def sound(self, members: Rows, starts: Rows, nodes: Nodes) -> tuple[NDArray[np.bool_], Array]:
         """Which members from these starts (R,) are ways out, and what they ask of the tyres [m/s^2]."""

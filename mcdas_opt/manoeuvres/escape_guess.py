@@ -17,7 +17,6 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.manoeuvres.compiled_escapes import CompiledCase, Nodes
 from mcdas_opt.manoeuvres.escape_library import SIDEWAYS, EscapeSettings, members
-from mcdas_opt.manoeuvres.family import EDGE_M
 from mcdas_opt.manoeuvres.held import held
 from mcdas_opt.manoeuvres.parting import (
     ABILITY_M,
@@ -33,12 +32,12 @@ from mcdas_opt.manoeuvres.parting import (
     touched,
 )
 from mcdas_opt.manoeuvres.sidesteps import Starts
-from mcdas_opt.manoeuvres.swerves import Motions, swerve
+from mcdas_opt.manoeuvres.swerves import EDGE_M, Motions, swerve
 
 _ANCHORS = 3
 _STARTS = 41
 _GUESS_NODES = Nodes(np.concatenate([np.arange(0, 75, 3), np.arange(75, 180, 20), [200]]))  # on the lattice: 0.06 s apart, later 0.3 s
-_EXACT_NODES = Nodes(np.concatenate([np.arange(0, 99, 3), np.arange(99, 200, 6), [200]]))  # 0.06 s, later 0.12 s
+_EXACT_NODES = Nodes(np.arange(0, 201, 2))  # 0.04 s apart: steering turns fast and briefly
 
 
 class _Needs(NamedTuple):
@@ -51,11 +50,12 @@ class _Needs(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guess:
-    """For starts (N,) and members (M,): the last start [s] at which a member is open, and open and comfortable (M,), -1 without. And what
-    that was made from: needs at anchors, weights (N, K), distances (J, N)."""
+    """For starts (N,) and members (M,): the last start [s] at which a member is open, and open and comfortable (M,), -1 without; by how
+    many metres it is open now. And what that was made from: needs at anchors, weights (N, K), distances (J, N)."""
 
     starts_s: Array
     last_s: tuple[Array, Array]
+    open_now_m: Array
     needs: _Needs
     weights: Array
     apart_m: Array
@@ -205,15 +205,15 @@ class Case:
         apart = self.company.s_m[:, k] - np.interp(_seconds(k), self.times_s, self.path.s_m)
         if self.compiled is not None:
             needs = _Needs(*self.compiled.needs(anchors, _GUESS_NODES))
-            last = self.compiled.guess(moments, weights, apart, needs)
-            return Guess(starts_s=moments, last_s=last, needs=needs, weights=weights, apart_m=apart)
+            lasts, easy, now = self.compiled.guess(moments, weights, apart, needs)
+            return Guess(starts_s=moments, last_s=(lasts, easy), open_now_m=now, needs=needs, weights=weights, apart_m=apart)
         steered, lone = self._sideways(anchors)
         needs = _Needs(*(np.concatenate(part, axis=-1) for part in zip(self._in_lane(anchors, lone), steered, strict=True)))
         low, high, slack = (weights @ part for part in needs)
         free = np.maximum(low - apart[..., None], apart[..., None] - high).min(0, initial=NOWHERE_M)
         opened = np.minimum(np.minimum(free, slack[0]), ABILITY_M * slack[1])
         last = _last(opened, moments), _last(np.minimum(opened, slack[2]), moments)
-        return Guess(starts_s=moments, last_s=last, needs=needs, weights=weights, apart_m=apart)
+        return Guess(starts_s=moments, last_s=last, open_now_m=opened[0], needs=needs, weights=weights, apart_m=apart)
 
     def _sideways(self, anchors: Rows) -> tuple[_Needs, Motions]:
         """Of the members that steer, from the anchors: what they need. Behind them, what a car does that keeps its speed and its lane."""

@@ -169,7 +169,7 @@ PUBLIC void mcdas_escape_needs(const Case *q, int anchors, const whole *anchor, 
 }
 
 /* The last of the starts in between, by weights (starts, anchors) and the distances there (bodies, starts), at which a member is open, and
- * open and comfortable: (2, members), -1 without. `work` (4, members) */
+ * open and comfortable: (2, members), -1 without. `work` (4, members): its first row is left with how open the first start is */
 PUBLIC void mcdas_escape_guess(const Case *q, int anchors, int starts, const double *seconds, const double *weights, const double *apart,
                                const double *low, const double *high, const double *slack, double *restrict work, double *restrict last)
 {

@@ -14,12 +14,12 @@ from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.manoeuvres.compiled_escapes import compiled_escapes
 from mcdas_opt.manoeuvres.escape_guess import Case, Guess
 from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
-from mcdas_opt.manoeuvres.parting import LATTICE_S, NOWHERE_M, Rows
+from mcdas_opt.manoeuvres.parting import LATTICE_S, Rows
 
-_BEST, _WIDER = 4, 8  # members of each kind that are looked at exactly: at first, and where that does not settle it
+_BEST, _WIDER = 6, 12  # members of each kind that are looked at exactly: at first, and where that does not settle it
 _TRIED = np.array((5, 3, 2, 1, 0, -1, -3, -6))  # at which steps of the lattice from their guessed last start
 _BEST_EASY, _TRIED_EASY = 2, np.array((2, -1, -5))  # the same for comfortable ones
-_DOWN, _UP, _BETWEEN, _CLOSE, _ROUNDS = (7, 11, 18, 35, 80), (4, 10), (0.25, 0.5, 0.75), 2, 4
+_DOWN, _UP, _BETWEEN, _CLOSE, _ROUNDS = (7, 14, 35, 90, 220), (4, 10), (0.25, 0.5, 0.75), 2, 6
 _GENTLEST = 3
 
 
@@ -132,9 +132,7 @@ class _Search:
 
 def _gentlest(guess: Guess, kinds: tuple[Rows, ...]) -> Rows:
     """The members of each kind that ask the least when they begin now, of those that may."""
-    everyone = slice(None)
-    edge, ability, ease = guess.slack(0, everyone)
-    ready = (edge > 0.0) & (ability > 0.0) & (guess.misses(0, everyone).min(0, initial=NOWHERE_M) > 0.0)
+    ready, ease = guess.open_now_m > 0.0, guess.needs.slack[2, 0]
     chosen = []
     for mine in kinds:
         mine = mine[ready[mine]]
