@@ -137,15 +137,20 @@ def watched(planner: Planner, spent: dict[str, list[float]], steps: list[float],
 
 
 def memory(cycles: int) -> None:
-    """Resident and traced memory over many plans of ever changing situations."""
+    """Resident and traced memory over many plans of ever changing situations, and how both grow once the first fifth has warmed up."""
     planner, rng = Planner(), np.random.default_rng(0)
     situations = [evasion(rng, 1 + i % 4)[0] for i in range(20)]
+    seen: list[tuple[float, float, float]] = []
     tracemalloc.start()
     for k in range(cycles):
         planner.plan(replace(situations[(k // 5) % len(situations)], time_s=round(0.1 * k, 9)))
-        if k in (cycles // 10, cycles // 2, cycles - 1):
+        if (k + 1) % max(cycles // 20, 1) == 0:
             resident = int(Path("/proc/self/statm").read_text("utf-8").split()[1]) * 4096 / 2**20 if sys.platform == "linux" else 0.0
-            print(f"after {k + 1} plans: {tracemalloc.get_traced_memory()[0] / 2**20:.2f} MiB traced, {resident:.0f} MiB resident")
+            seen.append((k + 1.0, tracemalloc.get_traced_memory()[0] / 2**20, resident))
+            print(f"after {k + 1} plans: {seen[-1][1]:.3f} MiB traced, {resident:.1f} MiB resident", flush=True)
+    at, traced, held = np.array(seen[len(seen) // 5 :]).T / np.array([[1000.0], [1.0], [1.0]])
+    slopes = [1024.0 * float(np.polyfit(at, values, 1)[0]) for values in (traced, held)]
+    print(f"slope per 1000 plans after the first fifth: {slopes[0]:+.2f} KiB traced, {slopes[1]:+.2f} KiB resident")
 
 
 def imports() -> None:

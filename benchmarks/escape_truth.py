@@ -34,10 +34,10 @@ from mcdas_opt.manoeuvres.escapes import escapes
 from mcdas_opt.manoeuvres.family import Demand, Rolled, roll_out
 from mcdas_opt.manoeuvres.held import held
 from mcdas_opt.manoeuvres.kinds import next_lane_m
-from mcdas_opt.manoeuvres.parting import Company, doomed, touched
+from mcdas_opt.manoeuvres.parting import ARRIVED_M, Company, doomed, touched
 from mcdas_opt.manoeuvres.phases import Phases, SpeedHistory
 from mcdas_opt.manoeuvres.sidesteps import Sidesteps, Starts, Ways
-from mcdas_opt.manoeuvres.swerves import Motions, Swerves, swerve
+from mcdas_opt.manoeuvres.swerves import EDGE_M, Motions, Swerves, swerve
 from mcdas_opt.tracking.prediction import predict
 from mcdas_opt.verification.judge import judge
 
@@ -148,16 +148,18 @@ class Truth:
             count = rows.level_mps2.size
             start = Starts(**{name: np.repeat(getattr(one, name), count) for name in Starts.__dataclass_fields__})
             motions = swerve(rows, TIMES_S[::every], start, self.vehicle, self.road, _LENIENT)
-            yield _rolled(motions, self.vehicle), self._parted(motions, step + NODES[::every], clear_m)
+            arrives = ~(np.abs(motions.d_m[:, -1] - rows.target_d_m) > ARRIVED_M)
+            yield _rolled(motions, self.vehicle), arrives & self._parted(motions, step + NODES[::every], clear_m)
         for phases, steps in self._sigmoids(kind):
             host = HostState.from_vector(np.array([float(q[0]) for q in _columns(one)]))
             rolled = roll_out(phases, steps, TIMES_S[::every], host, self.vehicle, self.road, _LENIENT)
-            yield rolled, self._parted(_motions(rolled), step + NODES[::every], clear_m)
+            arrives = np.abs(rolled.ways.d_m[:, -1] - steps.target_d_m) <= ARRIVED_M
+            yield rolled, arrives & self._parted(_motions(rolled), step + NODES[::every], clear_m)
 
     def _parted(self, motions: Motions, clock: NDArray[np.intp], clear_m: float) -> NDArray[np.bool_]:
         clock = np.broadcast_to(clock, motions.s_m.shape)
         slack = 0.1 if clear_m < -0.1 else 0.0  # of the edges' metres and of the car's limits, where only hope is looked for
-        able = (motions.ability >= -slack) & (motions.edge_m >= -slack)
+        able = (motions.ability >= -slack) & (motions.edge_m >= -slack - EDGE_M)  # at the very edge, by the judge's own eyes
         met, _ = touched(motions, clock, self.company, self.vehicle, self.road, clear_m)
         if clear_m < 0.0:  # smaller bodies end with more room
             smaller = replace(self.company, half_length_m=self.company.half_length_m + clear_m)
@@ -169,7 +171,7 @@ class Truth:
         grip = self.road.friction * GRAVITY_MPS2
         car = self.vehicle
         brake, accelerate = min(-car.acceleration_min_mps2, grip), min(car.acceleration_max_mps2, grip)
-        own = members(self.situation, car, self.prediction, self.settings)
+        own = members(self.situation, car, self.company, self.settings)
         mine = np.flatnonzero(own.kind == KINDS.index(kind))
         if not mine.size:
             return

@@ -2,6 +2,8 @@
 
     python -m benchmarks.solver_race [--loops 1] [--cold 20] [--neighbours 3] [--repeats 3] [--parts replay,closed,cold,growth]
 
+Other solvers (fatrop; piqp and do-mpc, where they are installed) run on the same problems; a line says who is left out.
+
 replay: noisy closed loops with two events each, recorded once; every engine solves all of their problems with its own warm starts.
 closed: every engine but IPOPT drives the loops itself (a replay alone would punish whoever prefers another way round).
 cold: random evasions from the cold guess, against the best of two IPOPT starts.
@@ -21,8 +23,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from benchmarks.do_mpc_engine import DoMpcEngine
 from benchmarks.fatrop_engine import FatropEngine
 from benchmarks.lane_situations import NoisyLoop, Posed, evasion, lane_problem, posed
+from benchmarks.piqp_engine import PiqpEngine
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.planning.ways import Way
@@ -99,7 +103,7 @@ class Price:
         return float(0.5 * r @ r + s @ problem.slack_linear + 0.5 * s**2 @ problem.slack_quadratic)
 
 
-def routes(problem: StageProblem, ipopt: bool = True, fatrop: bool = True) -> list[Route]:
+def routes(problem: StageProblem, ipopt: bool = True, foreign: bool = True) -> list[Route]:
     made = [
         Route("interior point, compiled", InteriorPointEngine(problem, NODES), problem, 60, 60),
         Route("interior point, interpreted", InteriorPointEngine(problem, NODES, compiled=False), problem, 60, 60),
@@ -108,18 +112,30 @@ def routes(problem: StageProblem, ipopt: bool = True, fatrop: bool = True) -> li
     ]
     if ipopt:
         made.append(Route("IPOPT", IpoptEngine(problem, NODES), problem, 300, 300))
-    if fatrop:
-        try:
-            made.append(Route("fatrop", FatropEngine(problem, NODES), problem, 0, 0))
-        except RuntimeError as error:
-            print(f"fatrop is left out: {error}")
+    if foreign:
+        made += others(problem)
     if made[0].engine.kind != "compiled":
         print(f"not compiled: {made[0].engine.reason}")
     return made
 
 
-def percentiles(seconds: list[float]) -> str:
-    return " ".join(f"{1e3 * v:8.3f}" for v in np.percentile(seconds, (50, 95, 99, 100)))
+def others(problem: StageProblem) -> list[Route]:
+    """Solvers that are not the package's own, as far as they are installed."""
+    made = []
+    for name, engine, warm, event in (
+        ("piqp, 3 steps, 8 at events", PiqpEngine, 3, 8),
+        ("fatrop", FatropEngine, 0, 0),
+        ("do-mpc", DoMpcEngine, 0, 0),
+    ):
+        try:
+            made.append(Route(name, engine(problem, NODES), problem, warm, event))
+        except (RuntimeError, ImportError) as error:
+            print(f"{name} is left out: {error}")
+    return made
+
+
+def percentiles(seconds: list[float], shares: tuple[float, ...] = (50, 95, 99, 100)) -> str:
+    return " ".join(f"{1e3 * v:8.3f}" for v in np.percentile(seconds, shares))
 
 
 def replay(problem: StageProblem, loops: int, neighbours: int, repeats: int) -> None:
@@ -143,7 +159,7 @@ def replay(problem: StageProblem, loops: int, neighbours: int, repeats: int) -> 
     print(
         f"\nreplay: {len(recorded)} problems of {loops} noisy loops, {neighbours} neighbours; IPOPT converged on {np.isfinite(known).sum()}"
     )
-    print(f"{'':28}  ms median      p95      p99      max | cpu p99 | it med max | excess: sum %  worst step % | not converged")
+    print(f"{'':28}  ms median      p95      p99      max | cpu median     p99 | it med max | excess: sum %  worst step % | not converged")
     for route in routes(problem):
         answers: list[Answer] = []
         for _ in range(repeats if route.name.startswith(("interior", "OSQP")) else 1):
@@ -153,7 +169,7 @@ def replay(problem: StageProblem, loops: int, neighbours: int, repeats: int) -> 
         ok = np.isfinite(known)
         its = [a.outcome.iterations for a in answers]
         print(
-            f"{route.name:28} {percentiles([a.wall_s for a in answers])} | {1e3 * np.percentile([a.cpu_s for a in answers], 99):7.3f} |"
+            f"{route.name:28} {percentiles([a.wall_s for a in answers])} | {percentiles([a.cpu_s for a in answers], (50, 99))} |"
             f" {np.median(its):6.0f} {max(its):3d} | {100 * (costs[ok].sum() / known[ok].sum() - 1):13.4f} "
             f"{100 * ((costs - known)[ok] / (0.1 + known[ok])).max():14.3f} |"
             f" {sum(a.outcome.ending is not Ending.CONVERGED for a in answers)} of {len(answers)}"
@@ -182,7 +198,7 @@ def cold(problem: StageProblem, count: int, neighbours: int) -> None:
     price, oracle = Price(problem, NODES), IpoptEngine(problem, NODES)
     rng = np.random.default_rng(2024)
     problems = [posed(*evasion(rng, neighbours), problem, NODES) for _ in range(count)]
-    engines = [r for r in routes(problem, ipopt=False, fatrop=False) if "1 step" not in r.name]
+    engines = [r for r in routes(problem, ipopt=False, foreign=False) if "1 step" not in r.name]
     found: dict[str, list[Outcome]] = {}
     times: dict[str, list[float]] = {}
     for route in engines:

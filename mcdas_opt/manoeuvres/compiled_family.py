@@ -26,7 +26,7 @@ from mcdas_opt.solvers.vector_math import BUILDS, DECLARED
 _LANES = 8  # samples come in whole lanes
 _OF_PHASE, _OF_BODY, _OF_MEMBER, _OF_RESULT = 10, 7, 8, 6  # rows, as the C text numbers them
 _TABLES = ("phases", "steps", "times", "weights", "bodies", "sizes", "knots", "kappas", "by_phase", "work")
-_SIZES = ("count_of_phases", "count_of_steps", "samples", "row", "count_of_bodies", "count_of_knots")
+_SIZES = ("count_of_phases", "count_of_steps", "samples", "count_of_bodies", "count_of_knots")
 _NUMBERS: tuple[str, ...] = ("s0", "d0", "sine0", "bend0", "speed0", "acceleration0", "join", "centre", "wheelbase", "length", "width")
 _NUMBERS += ("rise", "fall", "top", "grip_squared", "curvature_max", "turn_max", "left", "right", "end")
 _NUMBERS += ("wanted", "lane_d", "half_lane", "clear", "reach")
@@ -59,7 +59,7 @@ class CompiledMembers:
         self._library, self._prediction, self._samples = library, prediction, times_s.size
         host, road = situation.host, situation.road
         self._shape = phase.first_mps2.size, step.target_d_m.size
-        filled = -times_s.size % _LANES
+        filled = row_length(times_s.size) - times_s.size
         self._times_s = np.concatenate([times_s, np.repeat(times_s[-1:], filled)])
         row = self._times_s.size
         straight = road.is_straight
@@ -80,7 +80,7 @@ class CompiledMembers:
         }
         self._family = _Family(
             **{name: table.ctypes.data for name, table in self._tables.items()},
-            **dict(zip(_SIZES, (*self._shape, times_s.size, row, len(prediction.bodies), knots.shape[1]), strict=True)),
+            **dict(zip(_SIZES, (*self._shape, times_s.size, len(prediction.bodies), knots.shape[1]), strict=True)),
             **_now(situation, vehicle, float(times_s[1] - times_s[0])),
         )
         self._at = ctypes.addressof(self._family)
@@ -207,11 +207,10 @@ def _now(situation: Situation, vehicle: Vehicle, step_s: float) -> dict[str, Any
     }
 
 
-@lru_cache(maxsize=2)
-def _library(allowed: bool) -> ctypes.CDLL | None:
-    if not allowed:
-        return None
+@lru_cache(maxsize=8)
+def _library(row: int) -> ctypes.CDLL | None:
     numbers = {
+        "ROW": row,
         "LANES": _LANES,
         "PEAK": sidesteps.PEAK,
         "LEAST_SHIFT_M": sidesteps.LEAST_SHIFT_M,
@@ -237,6 +236,12 @@ def _library(allowed: bool) -> ctypes.CDLL | None:
     return library
 
 
-def compiled_family() -> ctypes.CDLL | None:
-    """The library, built on first use; None where there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
-    return _library(os.environ.get(SWITCH, "1") != "0")
+def row_length(samples: int) -> int:
+    """So many samples filled up to whole lanes."""
+    return samples + -samples % _LANES
+
+
+def compiled_family(samples: int) -> ctypes.CDLL | None:
+    """The library for so many times, built on first use (loops of a known length take two thirds of the time of others); None where
+    there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
+    return _library(row_length(samples)) if os.environ.get(SWITCH, "1") != "0" else None

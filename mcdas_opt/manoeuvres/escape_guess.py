@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,19 +15,29 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.manoeuvres.compiled_escapes import CompiledCase, Nodes
 from mcdas_opt.manoeuvres.escape_library import SIDEWAYS, EscapeSettings, members
-from mcdas_opt.manoeuvres.family import EDGE_M
 from mcdas_opt.manoeuvres.held import held
-from mcdas_opt.manoeuvres.parting import LATTICE_S, NOWHERE_M, Company, Rows, blocked, blocked_in_lane, doomed, touched
+from mcdas_opt.manoeuvres.parting import (
+    ABILITY_M,
+    ARRIVED_M,
+    HELD_STEPS,
+    LATTICE_S,
+    NOWHERE_M,
+    Company,
+    Rows,
+    blocked,
+    blocked_in_lane,
+    doomed,
+    touched,
+)
 from mcdas_opt.manoeuvres.sidesteps import Starts
-from mcdas_opt.manoeuvres.swerves import Motions, swerve
+from mcdas_opt.manoeuvres.swerves import EDGE_M, Motions, swerve
 
-_HELD_STEPS = 2  # of the lattice
 _ANCHORS = 3
 _STARTS = 41
-_GUESS_NODES = np.concatenate([np.arange(0, 75, 3), np.arange(75, 201, 15)])  # on the lattice: 0.06 s apart, later 0.3 s
-_EXACT_NODES = np.concatenate([np.arange(0, 99, 3), np.arange(99, 200, 6), [200]])  # 0.06 s, later 0.12 s
-_ABILITY_M = 10.0  # a share of the car's limits as a distance: only where it changes sign matters
+_GUESS_NODES = Nodes(np.concatenate([np.arange(0, 75, 3), np.arange(75, 180, 20), [200]]))  # on the lattice: 0.06 s apart, later 0.3 s
+_EXACT_NODES = Nodes(np.arange(0, 201, 2))  # 0.04 s apart: steering turns fast and briefly
 
 
 class _Needs(NamedTuple):
@@ -38,50 +50,98 @@ class _Needs(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guess:
-    """Starts (N,) by members (N, M): by how many metres a start misses everybody, negative when it does not, and whom it misses least; the
-    room to the road's edges, the share of the car's limits and of what is comfortable [m/s^2] that it leaves."""
+    """For starts (N,) and members (M,): the last start [s] at which a member is open, and open and comfortable (M,), -1 without; by how
+    many metres it is open now. And what that was made from: needs at anchors, weights (N, K), distances (J, N)."""
 
     starts_s: Array
-    free_m: Array
-    nearest: Rows
-    edge_m: Array
-    ability: Array
-    ease_mps2: Array
+    last_s: tuple[Array, Array]
+    open_now_m: Array
+    needs: _Needs
+    weights: Array
+    apart_m: Array
 
-    @property
-    def open_m(self) -> Array:
-        return np.minimum(np.minimum(self.free_m, self.edge_m), _ABILITY_M * self.ability)
+    def misses(self, start: int, member: Any) -> Array:
+        """By how many metres these members (m,) miss everybody (J, m), negative where they do not."""
+        w, apart = self.weights[start], self.apart_m[:, start, None]
+        return np.asarray(np.maximum(w @ self.needs.low_m[..., member] - apart, apart - w @ self.needs.high_m[..., member]))
 
-    def last(self, open_m: Array) -> Array:
-        """(M,) The last start [s] at which this (N, M) is positive; -1 without."""
-        opened = open_m > 0.0
-        last = opened.shape[0] - 1 - opened[::-1].argmax(0)
-        after = np.minimum(last + 1, opened.shape[0] - 1)
-        columns = np.arange(opened.shape[1])
-        here, there = open_m[last, columns], open_m[after, columns]
-        share = here / np.maximum(here - there, 1e-9)
-        moment = self.starts_s[last] + share * (self.starts_s[after] - self.starts_s[last])
-        return np.where(opened.any(0), moment, -1.0)
+    def slack(self, start: int, member: Any) -> Array:
+        """(3, m): room to the edges [m], the share of the car's limits and of what is comfortable [m/s^2] that is left."""
+        return np.asarray(self.weights[start] @ self.needs.slack[..., member])
 
 
 class Case:
-    """One situation, with what is needed again and again."""
+    """One situation, with what is needed again and again; `library` answers in C where there is one."""
 
-    def __init__(self, situation: Situation, vehicle: Vehicle, prediction: Prediction, chosen: EscapeSettings) -> None:
+    def __init__(
+        self, situation: Situation, vehicle: Vehicle, prediction: Prediction, chosen: EscapeSettings, library: ctypes.CDLL | None = None
+    ) -> None:
         self.situation, self.vehicle, self.chosen = situation, vehicle, chosen
         self.comfort_mps2 = chosen.comfort_on(situation.road.friction)
         self.company = Company.of(prediction.bodies, chosen.latest_s + chosen.clear_s, chosen.margins)
-        self.times_s = _seconds(np.arange(0, round(chosen.latest_s / LATTICE_S) + 1, _HELD_STEPS))
-        path = held(situation.host, self.times_s, vehicle, situation.road)
-        columns = (path.s_m, path.d_m, path.heading_rad, path.speed_mps, path.acceleration_mps2, path.steering_rad)
-        self.path, self.table = path, np.array(columns)
-        self.members = members(situation, vehicle, prediction, chosen)
+        self.times_s = _times(chosen.latest_s)
+        self.members = members(situation, vehicle, self.company, chosen)
+        self.table = np.empty((6, self.times_s.size))
+        self.compiled = None if library is None else self._compiled(library)
+        if self.compiled is None:
+            path = held(situation.host, self.times_s, vehicle, situation.road)
+            self.table[:] = path.s_m, path.d_m, path.heading_rad, path.speed_mps, path.acceleration_mps2, path.steering_rad
+        else:
+            self.compiled.held(situation.host.to_vector(), self.times_s)
+        s, d, heading, speed, acceleration, steering = self.table
+        self.path = Starts(s_m=s, d_m=d, heading_rad=heading, speed_mps=speed, acceleration_mps2=acceleration, steering_rad=steering)
+
+    def _compiled(self, library: ctypes.CDLL) -> CompiledCase:
+        car, road, chosen, all_of, company = self.vehicle, self.situation.road, self.chosen, self.members, self.company
+        knots = np.array(road.curvature)
+        grip = road.friction * GRAVITY_MPS2
+        tables = {
+            "others_s": company.s_m,
+            "others_d": company.d_m,
+            "others_mps": company.speed_mps,
+            "half_length": company.half_length_m,
+            "half_width": company.half_width_m,
+            "table": self.table,
+            "level": all_of.level_mps2,
+            "until": all_of.until_s,
+            "until_mps": all_of.until_mps,
+            "target": all_of.target_d_m,
+            "lateral": all_of.lateral_mps2,
+            "knots": knots[:, 0].copy(),
+            "kappas": knots[:, 1].copy(),
+        }
+        numbers = {
+            "wheelbase": car.wheelbase_m,
+            "centre": car.centre_m,
+            "length": car.length_m,
+            "width": car.width_m,
+            "jerk_min": car.jerk_min_mps3,
+            "jerk_max": car.jerk_max_mps3,
+            "speed_max": car.speed_max_mps,
+            "steering_max": car.steering_max_rad,
+            "steering_rate": car.steering_rate_max_radps,
+            "limit": chosen.demand.friction * grip,
+            "steering_share": chosen.demand.steering,
+            "brake": min(-car.acceleration_min_mps2, grip),
+            "accelerate": min(car.acceleration_max_mps2, grip),
+            "left": road.left_edge_m,
+            "right": road.right_edge_m,
+            "end": np.inf if road.road_end_s_m is None else road.road_end_s_m,
+            "bend": max(abs(kappa) for _, kappa in road.curvature),
+            "clear_m": chosen.clear_m,
+            "clear_s": chosen.clear_s,
+            "comfort": self.comfort_mps2,
+            "shortest": all_of.shortest_s,
+            "straightening": all_of.straightening_mps2,
+        }
+        half = round(0.5 * chosen.clear_s / LATTICE_S)
+        return CompiledCase(library, tables, numbers, in_lane=int(np.searchsorted(all_of.kind, SIDEWAYS)), half_steps=half)
 
     def at(self, starts: Rows) -> Starts:
         """The host after keeping on until these steps (R,) of the lattice."""
-        before = np.minimum(starts // _HELD_STEPS, self.table.shape[1] - 2)
+        before = np.minimum(starts // HELD_STEPS, self.table.shape[1] - 2)
         begin = self.table[:, before]
-        s, d, heading, speed, acceleration, steering = begin + (starts / _HELD_STEPS - before) * (self.table[:, before + 1] - begin)
+        s, d, heading, speed, acceleration, steering = begin + (starts / HELD_STEPS - before) * (self.table[:, before + 1] - begin)
         return Starts(s_m=s, d_m=d, heading_rad=heading, speed_mps=speed, acceleration_mps2=acceleration, steering_rad=steering)
 
     def driven(self, member: Any, starts: Rows, nodes: Rows) -> tuple[Motions, Rows, NDArray[np.bool_]]:
@@ -95,7 +155,25 @@ class Case:
         """When keeping on ends, and by what; the latest start that is sought when it does not."""
         path, road, vehicle = self.path, self.situation.road, self.vehicle
         sine, cosine = np.sin(path.heading_rad), np.cos(path.heading_rad)
-        nothing = np.zeros(1)
+        step, who = self._met(sine, cosine)
+        moment = self.times_s[step] if step >= 0 else np.inf
+        room = 0.5 * (vehicle.width_m * cosine + vehicle.length_m * np.abs(sine)) + EDGE_M
+        off = (path.d_m + room > road.left_edge_m) | (path.d_m - room < road.right_edge_m)
+        if road.road_end_s_m is not None:
+            off |= path.s_m + 0.5 * vehicle.length_m + EDGE_M > road.road_end_s_m
+        leaves = float(self.times_s[max(int(off.argmax()) - 1, 0)]) if off.any() else np.inf
+        if min(moment, leaves) >= self.chosen.latest_s:
+            return self.chosen.latest_s, None
+        if leaves < moment:
+            return leaves, Closer.EDGE
+        return float(moment), self.closer(who, float(moment))
+
+    def _met(self, sine: Array, cosine: Array) -> tuple[int, int]:
+        """At which of its times a host that keeps on first meets somebody, and whom; -1 without."""
+        path, nothing = self.path, np.zeros(1)
+        clock = HELD_STEPS * np.arange(self.times_s.size)
+        if self.compiled is not None:
+            return self.compiled.met(clock, np.array((path.s_m, path.d_m, sine, cosine)))
         way = Motions(
             s_m=path.s_m[None],
             d_m=path.d_m[None],
@@ -108,19 +186,8 @@ class Case:
             ability=nothing,
             edge_m=nothing,
         )
-        clock = np.rint(self.times_s / LATTICE_S).astype(np.intp)
-        step, who = (int(q[0]) for q in touched(way, clock[None], self.company, vehicle, road, 0.0))
-        moment = self.times_s[step] if step >= 0 else np.inf
-        room = 0.5 * (vehicle.width_m * cosine + vehicle.length_m * np.abs(sine)) + EDGE_M
-        off = (path.d_m + room > road.left_edge_m) | (path.d_m - room < road.right_edge_m)
-        if road.road_end_s_m is not None:
-            off |= path.s_m + 0.5 * vehicle.length_m + EDGE_M > road.road_end_s_m
-        leaves = float(self.times_s[max(int(off.argmax()) - 1, 0)]) if off.any() else np.inf
-        if min(moment, leaves) >= self.chosen.latest_s:
-            return self.chosen.latest_s, None
-        if leaves < moment:
-            return leaves, Closer.EDGE
-        return float(moment), self.closer(who, float(moment))
+        step, who = touched(way, clock[None], self.company, self.vehicle, self.situation.road, 0.0)
+        return int(step[0]), int(who[0])
 
     def closer(self, who: int, moment_s: float) -> Closer:
         """Front or rear for bodies in the host's way then, else a side car."""
@@ -134,16 +201,19 @@ class Case:
         anchors = np.unique(np.rint(np.linspace(0.0, end_s, _ANCHORS) / LATTICE_S).astype(np.intp))
         moments = np.linspace(0.0, end_s, _STARTS)
         weights = _hats(moments, _seconds(anchors))
-        steered, lone = self._sideways(anchors)
-        in_lane = self._in_lane(anchors, lone)
-        low, high, slack = (weights @ np.concatenate(part, axis=-1) for part in zip(in_lane, steered, strict=True))
         k = np.rint(moments / LATTICE_S).astype(np.intp)
-        apart = (self.company.s_m[:, k] - np.interp(_seconds(k), self.times_s, self.path.s_m))[..., None]
-        free = np.maximum(low - apart, apart - high)
-        edge, ability, ease = slack
-        nearest = free.argmin(0) if free.shape[0] else np.zeros(edge.shape, dtype=np.intp)
-        free_m = free.min(0, initial=NOWHERE_M)
-        return Guess(starts_s=moments, free_m=free_m, nearest=nearest, edge_m=edge, ability=ability, ease_mps2=ease)
+        apart = self.company.s_m[:, k] - np.interp(_seconds(k), self.times_s, self.path.s_m)
+        if self.compiled is not None:
+            needs = _Needs(*self.compiled.needs(anchors, _GUESS_NODES))
+            lasts, easy, now = self.compiled.guess(moments, weights, apart, needs)
+            return Guess(starts_s=moments, last_s=(lasts, easy), open_now_m=now, needs=needs, weights=weights, apart_m=apart)
+        steered, lone = self._sideways(anchors)
+        needs = _Needs(*(np.concatenate(part, axis=-1) for part in zip(self._in_lane(anchors, lone), steered, strict=True)))
+        low, high, slack = (weights @ part for part in needs)
+        free = np.maximum(low - apart[..., None], apart[..., None] - high).min(0, initial=NOWHERE_M)
+        opened = np.minimum(np.minimum(free, slack[0]), ABILITY_M * slack[1])
+        last = _last(opened, moments), _last(np.minimum(opened, slack[2]), moments)
+        return Guess(starts_s=moments, last_s=last, open_now_m=opened[0], needs=needs, weights=weights, apart_m=apart)
 
     def _sideways(self, anchors: Rows) -> tuple[_Needs, Motions]:
         """Of the members that steer, from the anchors: what they need. Behind them, what a car does that keeps its speed and its lane."""
@@ -152,8 +222,8 @@ class Case:
         begin = self.at(starts)
         steered, acts = self.members.rows(np.tile(mine, anchors.size), begin.speed_mps[: mine.size * anchors.size])
         rows = steered.and_straight(anchors.size, self.members.straightening_mps2)
-        motions = swerve(rows, _seconds(_GUESS_NODES), begin, self.vehicle, self.situation.road, self.chosen.demand)
-        low, high = blocked(motions, starts[:, None] + _GUESS_NODES, self.company, self.vehicle, self.situation.road)
+        motions = swerve(rows, _GUESS_NODES.times_s, begin, self.vehicle, self.situation.road, self.chosen.demand)
+        low, high = blocked(motions, starts[:, None] + _GUESS_NODES.steps, self.company, self.vehicle, self.situation.road)
         slack = np.array([motions.edge_m, motions.ability, self.comfort_mps2 - motions.demand_mps2])
         shape = anchors.size, mine.size
         return _Needs(*(q[:, : acts.size].reshape(len(q), *shape) for q in (low, high, slack))), motions
@@ -180,10 +250,31 @@ class Case:
 
     def sound(self, member: Rows, starts: Rows) -> tuple[NDArray[np.bool_], Array]:
         """Exactly: which members from these starts are ways out, and what they ask of the tyres [m/s^2]."""
-        motions, clock, acts = self.driven(member, starts, _EXACT_NODES)
+        if self.compiled is not None:
+            return self.compiled.sound(member, starts, _EXACT_NODES)
+        motions, clock, acts = self.driven(member, starts, _EXACT_NODES.steps)
         step, _ = touched(motions, clock, self.company, self.vehicle, self.situation.road, self.chosen.clear_m)
         ends = doomed(motions, clock, self.company, self.vehicle, self.situation.road, self.chosen.clear_m)
-        return acts & motions.possible & motions.on_road & (step < 0) & (ends < 0), motions.demand_mps2
+        arrives = ~(np.abs(motions.d_m[:, -1] - self.members.target_d_m[member]) > ARRIVED_M)
+        return acts & arrives & motions.possible & motions.on_road & (step < 0) & (ends < 0), motions.demand_mps2
+
+
+@lru_cache(maxsize=4)
+def _times(latest_s: float) -> Array:
+    """When a host that keeps on is looked at."""
+    return _seconds(np.arange(0, round(latest_s / LATTICE_S) + 1, HELD_STEPS))
+
+
+def _last(open_m: Array, moments_s: Array) -> Array:
+    """(M,) The last start [s] at which this (N, M) is positive; -1 without."""
+    opened = open_m > 0.0
+    last = opened.shape[0] - 1 - opened[::-1].argmax(0)
+    after = np.minimum(last + 1, opened.shape[0] - 1)
+    columns = np.arange(opened.shape[1])
+    here, there = open_m[last, columns], open_m[after, columns]
+    share = here / np.maximum(here - there, 1e-9)
+    moment = moments_s[last] + share * (moments_s[after] - moments_s[last])
+    return np.where(opened.any(0), moment, -1.0)
 
 
 def _hats(at: Array, knots: Array) -> Array:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
@@ -17,6 +15,7 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.manoeuvres.family import Demand
 from mcdas_opt.manoeuvres.kinds import next_lane_m
+from mcdas_opt.manoeuvres.parting import Company
 from mcdas_opt.manoeuvres.swerves import Swerves
 
 KINDS = ("brake", "accelerate", "left", "right")
@@ -24,6 +23,7 @@ SIDEWAYS = 2  # kinds from here on steer
 _SHORTEST_S = 0.5
 _JUST = 0.98  # of what is comfortable
 _BEND_SHARE = 0.9  # of the grip: no bend is counted to take more
+_MOST_MADE = 16
 _FASTER = 0.1  # of what a bend takes, more when it is driven faster
 
 
@@ -45,61 +45,80 @@ class EscapeSettings:
     comfort_share: float = 0.7
     braking: tuple[tuple[float, float], ...] = (
         (0.99, 99.0),
+        *((0.97, until) for until in (0.0, 0.5, 1.9)),
+        *((0.96, until) for until in (0.6, 0.75, 0.9, 1.9)),
         *((0.95, until) for until in (0.0, 0.7, 0.85, 1.2, 1.4, 1.8, 2.8)),
-        *((0.9, until) for until in (0.85, 1.6, 2.5, 3.6, 99.0)),
+        *((0.9, until) for until in (0.5, 0.85, 1.1, 1.6, 2.5, 3.6, 99.0)),
         *((0.84, until) for until in (0.5, 0.6, 1.8, 3.2)),
-        *((0.78, until) for until in (0.5, 0.6, 1.2)),
+        *((0.78, until) for until in (0.5, 0.6, 0.75, 1.2, 1.35)),
+        *((0.72, until) for until in (0.6, 1.35, 1.9, 3.1)),
         *((0.66, until) for until in (0.5, 1.0, 1.2, 2.2)),
         *((0.6, until) for until in (0.5, 0.6)),
         *((0.54, until) for until in (0.5, 0.6)),
-        (0.42, 1.6),
-        *((0.3, until) for until in (0.6, 0.7, 0.85, 1.4, 99.0)),
-        *((0.24, until) for until in (0.5, 0.7, 2.8)),
-        *((0.18, until) for until in (0.5, 0.6)),
-        (0.12, 0.5),
+        *((0.48, until) for until in (0.6, 3.1)),
+        *((0.42, until) for until in (1.1, 1.35, 1.6, 1.9)),
+        (0.36, 1.6),
+        *((0.3, until) for until in (0.6, 0.7, 0.75, 0.85, 0.9, 1.4, 3.1, 99.0)),
+        *((0.24, until) for until in (0.5, 0.6, 0.7, 0.75, 2.8)),
+        *((0.18, until) for until in (0.5, 0.6, 0.9, 3.7)),
+        *((0.12, until) for until in (0.5, 0.6, 1.9)),
     )
     accelerating: tuple[tuple[float, float], ...] = (
         *((0.99, until) for until in (0.0, 0.7, 1.2, 1.4, 1.6, 2.2, 2.8, 3.2)),
+        *((0.97, until) for until in (1.1, 1.35, 1.9, 2.6, 3.7)),
+        *((0.96, until) for until in (0.9, 1.9, 2.2, 3.1)),
         *((0.95, until) for until in (0.0, 1.6, 1.8, 2.2, 2.8)),
-        *((0.9, until) for until in (0.7, 0.85, 1.2, 2.0, 99.0)),
-        *((0.84, until) for until in (0.7, 0.85, 1.0, 3.2)),
-        *((0.78, until) for until in (1.2, 2.5)),
-        *((0.72, until) for until in (0.85, 1.8, 2.2)),
-        *((0.66, until) for until in (0.5, 1.6)),
+        *((0.9, until) for until in (0.7, 0.85, 1.2, 2.0, 2.2, 99.0)),
+        *((0.84, until) for until in (0.5, 0.7, 0.85, 1.0, 1.35, 3.2)),
+        *((0.78, until) for until in (1.2, 1.9, 2.2, 2.5, 99.0)),
+        *((0.72, until) for until in (0.0, 0.5, 0.85, 1.8, 2.2, 3.7)),
+        *((0.66, until) for until in (0.5, 0.75, 1.6, 1.9, 2.2)),
         (0.54, 0.85),
-        (0.48, 1.8),
-        (0.42, 0.5),
+        *((0.48, until) for until in (0.9, 1.8)),
+        *((0.42, until) for until in (0.5, 2.6)),
         (0.36, 3.6),
-        (0.3, 0.85),
-        *((0.18, until) for until in (0.6, 0.7, 2.2, 99.0)),
-        *((0.12, until) for until in (0.5, 1.6)),
+        *((0.3, until) for until in (0.85, 1.35)),
+        *((0.18, until) for until in (0.6, 0.7, 2.2, 3.1, 99.0)),
+        *((0.12, until) for until in (0.5, 0.75, 1.6, 2.2, 3.1)),
     )
     sideways: tuple[tuple[float, float, float], ...] = (
-        *((0.0, 0.0, share) for share in (0.97, 0.9, 0.5, 0.25, 0.13)),
-        *((0.95, 2.0, share) for share in (1.02, 0.8, 0.5, 0.15)),
-        (0.95, 0.8, 1.02),
+        *((0.0, 0.0, share) for share in (1.0, 0.97, 0.9, 0.5, 0.25, 0.13)),
+        (0.97, 0.7, 1.08),
+        *((0.97, 1.2, share) for share in (1.08, 0.85, 0.35, 0.15)),
+        *((0.97, 2.0, share) for share in (1.08, 0.65)),
+        *((0.97, 9.0, share) for share in (1.0, 0.25, 0.15)),
+        *((0.95, 2.0, share) for share in (1.02, 0.5)),
         (0.95, 9.0, 0.2),
-        *((0.65, 2.0, share) for share in (0.97, 0.35)),
-        (0.65, 0.8, 0.95),
-        (0.35, 2.0, 0.9),
-        *((0.3, 1.2, share) for share in (1.02, 0.9)),
-        (0.65, 9.0, 0.5),
+        (0.65, 0.7, 1.08),
+        *((0.65, 1.2, share) for share in (1.08, 0.97)),
+        (0.65, 2.0, 1.08),
+        *((0.65, 9.0, share) for share in (0.85, 0.35)),
+        (0.3, 0.7, 1.03),
+        *((0.3, 1.2, share) for share in (1.08, 1.03, 1.02, 0.9)),
+        *((0.3, 2.0, share) for share in (1.08, 0.97)),
+        (-0.2, 0.45, 1.08),
         (-0.2, 0.5, 1.02),
-        (-0.2, 0.9, 0.2),
+        (-0.2, 0.8, 1.08),
+        (-0.2, 1.2, 1.0),
+        *((-0.4, 0.45, share) for share in (1.08, 1.03)),
         (-0.4, 0.5, 0.5),
         (-0.4, 0.9, 0.97),
-        (-0.6, 0.5, 0.97),
-        (-0.8, 2.0, 0.97),
-        (-0.9, 0.5, 0.35),
-        (-0.9, 1.2, 0.3),
-        (-0.75, 0.9, 1.02),
-        *((-0.75, 2.0, share) for share in (0.5, 0.3)),
-        *((-0.6, 9.0, share) for share in (0.97, 0.3)),
         (-0.4, 2.0, 1.02),
+        (-0.4, 9.0, 0.97),
+        (-0.6, 0.45, 0.75),
+        *((-0.6, 9.0, share) for share in (1.08, 0.97, 0.3)),
+        (-0.75, 0.45, 0.92),
+        (-0.75, 0.9, 1.02),
+        (-0.75, 1.2, 0.97),
         (-0.8, 1.4, 0.65),
+        (-0.9, 0.45, 1.08),
+        (-0.9, 0.8, 1.08),
+        *((-0.9, 1.2, share) for share in (1.08, 0.85, 0.3, 0.25, 0.15)),
+        (-0.9, 1.8, 0.65),
+        (-0.9, 2.5, 1.0),
         (-0.92, 2.0, 0.5),
     )
-    clear_m: float = 0.03
+    clear_m: float = 0.01
     demand: Demand = field(default_factory=lambda: Demand(friction=1.0, steering=1.0))
     margins: Margins = field(default_factory=Margins)
 
@@ -110,9 +129,11 @@ class EscapeSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Members:
-    """Columns (M,): which kind, and what it does. A phase ends by the clock, or where `until_mps` is reached (NaN without)."""
+    """Columns (M,): which kind, and what it does. A phase ends by the clock, or where `until_mps` is reached (NaN without). And which
+    members are of each kind."""
 
     kind: NDArray[np.intp]
+    of_kind: tuple[NDArray[np.intp], ...]
     level_mps2: Array
     until_s: Array
     until_mps: Array
@@ -136,65 +157,91 @@ class Members:
         return rows, acts
 
 
-def members(situation: Situation, vehicle: Vehicle, prediction: Prediction, chosen: EscapeSettings) -> Members:
+def members(situation: Situation, vehicle: Vehicle, company: Company, chosen: EscapeSettings) -> Members:
     road = situation.road
     grip = road.friction * GRAVITY_MPS2
     bend = min(situation.host.speed_mps**2 * abs(float(road.curvature_at(situation.host.s_m))), _BEND_SHARE * grip)
     spare = np.sqrt(grip * grip - bend * bend)
     brake, accelerate = min(-vehicle.acceleration_min_mps2, spare), min(vehicle.acceleration_max_mps2, spare - _FASTER * bend)
     comfort = _JUST * chosen.comfort_on(road.friction)
-    braking, accelerating, sideways = _spread(chosen)
-    gentle = min(1.0, 0.2 * grip)
-    levels, untils, matches, targets, pushes = [], [], [], [], []
-    for sign, most, spread in ((-1.0, brake, braking), (1.0, accelerate, accelerating)):
-        speed = _speed_of_nearest(situation, prediction, -sign)
-        level = spread[0] * most
-        level[-2:] = min(comfort, most)
-        levels.append(sign * level)
-        untils.append(spread[1])
-        matches.append(np.where(spread[1] > 0.0, np.nan, sign * np.inf if speed is None else speed))
-        targets.append(np.full(level.size, np.nan))
-        pushes.append(np.full(level.size, gentle))
-    kinds = [np.repeat([0, 1], [levels[0].size, levels[1].size])]
-    level = sideways[0] * np.where(sideways[0] > 0.0, accelerate, brake)
-    push = sideways[2] * np.maximum(np.sqrt(grip * grip - level * level) - bend, 0.1 * grip)
-    push[-1] = min(comfort, grip)
-    for kind, side in ((2, Side.LEFT), (3, Side.RIGHT)):
-        target = next_lane_m(situation, vehicle, side)
-        if target is None:
-            continue
-        kinds.append(np.full(level.size, kind))
-        levels.append(level)
-        untils.append(sideways[1])
-        matches.append(np.full(level.size, np.nan))
-        targets.append(np.full(level.size, target))
-        pushes.append(push)
+    sides = [next_lane_m(situation, vehicle, side) for side in (Side.LEFT, Side.RIGHT)]
+    spread = _spread(chosen, sides[0] is not None, sides[1] is not None)
+    most = np.array([brake, accelerate])[spread.limit]
+    comfort, gentle = _JUST * chosen.comfort_on(road.friction), min(1.0, 0.2 * grip)
+    level = spread.pace * most
+    level[spread.comfortable] = np.clip(level[spread.comfortable], -comfort, comfort)
+    push = spread.push * np.maximum(np.sqrt(grip * grip - level * level) - bend, 0.1 * grip)
+    push[spread.push == 0.0] = min(comfort, grip)
+    push[: spread.in_lane] = gentle
+    matched = [_speed_of_nearest(situation, company, sign) for sign in (1.0, -1.0)]
+    ends = np.array([-np.inf if matched[0] is None else matched[0], np.inf if matched[1] is None else matched[1], np.nan])
+    targets = np.array([np.nan, np.nan, *(np.nan if side is None else side for side in sides)])
     return Members(
-        kind=np.concatenate(kinds).astype(np.intp),
-        level_mps2=np.concatenate(levels),
-        until_s=np.concatenate(untils),
-        until_mps=np.concatenate(matches),
-        target_d_m=np.concatenate(targets),
-        lateral_mps2=np.concatenate(pushes),
+        kind=spread.kind,
+        of_kind=spread.of_kind,
+        level_mps2=level,
+        until_s=spread.until_s,
+        until_mps=ends[spread.matching],
+        target_d_m=targets[spread.kind],
+        lateral_mps2=push,
         shortest_s=_SHORTEST_S,
         straightening_mps2=gentle,
     )
 
 
-@lru_cache(maxsize=8)
-def _spread(chosen: EscapeSettings) -> tuple[Array, Array, Array]:
-    """Columns of shares, untils (and shares across): braking, accelerating, sideways; the last of each are the comfortable ones."""
-    in_lane = [np.array([*spread, (0.0, 0.0), (0.0, 2.0)]).T for spread in (chosen.braking, chosen.accelerating)]
-    return in_lane[0], in_lane[1], np.array([*chosen.sideways, (0.0, 0.0, 0.0)]).T
+class _Spread(NamedTuple):
+    """Columns (M,) that no situation changes: the kind; the pace as a share of the braking (-) or the accelerating there is, and which of
+    the two; until [s]; the share across, 0 for what is comfortable; whose speed is matched: 0 ahead, 1 behind, 2 nobody's."""
+
+    kind: NDArray[np.intp]
+    pace: Array
+    limit: NDArray[np.intp]
+    until_s: Array
+    push: Array
+    matching: NDArray[np.intp]
+    comfortable: NDArray[np.intp]
+    in_lane: int
+    of_kind: tuple[NDArray[np.intp], ...]
 
 
-def _speed_of_nearest(situation: Situation, prediction: Prediction, sign: float) -> float | None:
+def _spread(chosen: EscapeSettings, left: bool, right: bool) -> _Spread:
+    """As made before for the very same manoeuvres: to compare some hundred numbers takes longer than all the rest."""
+    own = chosen.braking, chosen.accelerating, chosen.sideways
+    key = (*map(id, own), left, right)
+    known = _MADE.get(key)
+    if known is None:
+        if len(_MADE) >= _MOST_MADE:
+            _MADE.clear()
+        known = _MADE[key] = own, _made(chosen, left, right)  # they are kept, so that their names stay theirs
+    return known[1]
+
+
+def _made(chosen: EscapeSettings, left: bool, right: bool) -> _Spread:
+    """Each kind's own, and behind them the comfortable ones."""
+    rows: list[tuple[int, float, float, float]] = []
+    comfortable: list[int] = []
+    for kind, sign, own in ((0, -1.0, chosen.braking), (1, 1.0, chosen.accelerating)):
+        rows += [(kind, sign * share, until, 1.0) for share, until in (*own, (1.0, 0.0), (1.0, 2.0))]
+        comfortable += [len(rows) - 2, len(rows) - 1]
+    in_lane = len(rows)
+    for kind, there in ((2, left), (3, right)):
+        if there:
+            rows += [(kind, *own) for own in (*chosen.sideways, (0.0, 0.0, 0.0))]
+    kinds, pace, until, push = np.ascontiguousarray(np.array(rows).T)
+    kind = kinds.astype(np.intp)
+    matching = np.where((until > 0.0) | (kind >= SIDEWAYS), 2, kind)
+    of_kind = tuple(np.flatnonzero(kind == k) for k in range(len(KINDS)))
+    return _Spread(kind, pace, (pace > 0.0).astype(np.intp), until, push, matching, np.array(comfortable), in_lane, of_kind)
+
+
+_MADE: dict[tuple[object, ...], tuple[object, _Spread]] = {}
+
+
+def _speed_of_nearest(situation: Situation, company: Company, sign: float) -> float | None:
     """Speed of the nearest body ahead (1) or behind (-1) in the host's way; None when there is nobody."""
-    host, now = situation.host, np.zeros(1)
-    best, speed = np.inf, None
-    for body in prediction.bodies:
-        motion = body.at(now)
-        apart = sign * (float(motion.s_m[0]) - host.s_m)
-        if 0.0 < apart < best and abs(float(motion.d_m[0]) - host.d_m) < 0.5 * situation.road.lane_width_m + 0.5:
-            best, speed = apart, float(motion.speed_s_mps[0])
-    return speed
+    host = situation.host
+    apart = sign * (company.s_m[:, 0] - host.s_m)
+    in_way = (apart > 0.0) & (np.abs(company.d_m[:, 0] - host.d_m) < 0.5 * situation.road.lane_width_m + 0.5)
+    if not in_way.any():
+        return None
+    return float(company.speed_mps[np.where(in_way, apart, np.inf).argmin(), 0])

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,14 +11,15 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.manoeuvres.compiled_escapes import compiled_escapes
 from mcdas_opt.manoeuvres.escape_guess import Case, Guess
 from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
 from mcdas_opt.manoeuvres.parting import LATTICE_S, Rows
 
-_BEST, _WIDER = 4, 8  # members of each kind that are looked at exactly: at first, and where that does not settle it
-_TRIED = (5, 3, 2, 1, 0, -1, -3, -6)  # at which steps of the lattice from their guessed last start
-_BEST_EASY, _TRIED_EASY = 2, (2, -1, -5)  # the same for comfortable ones
-_DOWN, _UP, _CLOSE, _ROUNDS = (7, 11, 18, 35, 80), (4, 10), 2, 4
+_BEST, _WIDER = 6, 12  # members of each kind that are looked at exactly: at first, and where that does not settle it
+_TRIED = np.array((5, 3, 2, 1, 0, -1, -3, -6))  # at which steps of the lattice from their guessed last start
+_BEST_EASY, _TRIED_EASY = 2, np.array((2, -1, -5))  # the same for comfortable ones
+_DOWN, _UP, _BETWEEN, _CLOSE, _ROUNDS = (7, 14, 35, 90, 220), (4, 10), (0.25, 0.5, 0.75), 2, 6
 _GENTLEST = 3
 
 
@@ -31,14 +30,12 @@ def escapes(situation: Situation, vehicle: Vehicle, prediction: Prediction, sett
     about that moment and parted from everybody exactly, so that a way called open is one.
     """
     chosen = settings or EscapeSettings()
-    case = Case(situation, vehicle, prediction, chosen)
+    case = Case(situation, vehicle, prediction, chosen, compiled_escapes())
     end_s, ender = case.end_of_keeping_on()
     guess = case.guess(end_s)
-    opened = guess.open_m
-    last, gentle = guess.last(opened), guess.last(np.minimum(opened, guess.ease_mps2))
-    kinds = [np.flatnonzero(case.members.kind == kind) for kind in range(len(KINDS))]
+    kinds = case.members.of_kind
     latest = int(np.floor(end_s / LATTICE_S + 1e-9))
-    found, now = _last_sound(case, kinds, (last, gentle), _gentlest(guess, opened[0] > 0.0, kinds), latest)
+    found, now = _last_sound(case, kinds, guess.last_s, _gentlest(guess, kinds), latest)
     answers: dict[str, Escape] = {}
     for kind, name in enumerate(KINDS):
         refusal = _refusal(name, situation)
@@ -64,37 +61,33 @@ def escapes(situation: Situation, vehicle: Vehicle, prediction: Prediction, sett
 
 
 def _last_sound(
-    case: Case, kinds: list[Rows], guesses: tuple[Array, Array], first: Rows, latest: int
+    case: Case, kinds: tuple[Rows, ...], guesses: tuple[Array, Array], first: Rows, latest: int
 ) -> tuple[list[list[int]], list[float | None]]:
     """The last start (on the lattice, -1 without) of each kind that is found sound: of any demand, and of a comfortable one. And what
     each kind asks of the tyres when one of its members of `first` begins now; None where it cannot."""
-    tasks = [
-        _Search(wanted=g, kind=kind, best=_latest(mine, last, (_BEST, _BEST_EASY)[g]), wider=_latest(mine, last, _WIDER))
-        for g, last in enumerate(guesses)
-        for kind, mine in enumerate(kinds)
-        if mine.size and last[mine].max() >= 0.0
-    ]
-    for task in tasks:
-        near = np.floor(guesses[task.wanted][task.best] / LATTICE_S + 1e-9).astype(np.intp)
-        task.ask = np.clip(near[:, None] + np.array((_TRIED, _TRIED_EASY)[task.wanted]), 0, latest)
+    tasks = []
+    for wanted, guess in enumerate(guesses):
+        for kind, mine in enumerate(kinds):
+            likely = _latest(mine, guess, _WIDER)
+            if likely.size:
+                tasks.append(_Search(wanted, kind, likely[: (_BEST, _BEST_EASY)[wanted]], likely, guess, latest))
     now: list[float | None] = [None] * len(KINDS)
     for _ in range(_ROUNDS):
-        pending = [task for task in tasks if task.ask.size]
+        pending = [task for task in tasks if task.members.size]
         if not pending and not first.size:
             break
-        members = np.concatenate([first, *(np.repeat(task.best, task.ask.shape[1]) for task in pending)])
-        starts = np.concatenate([np.zeros_like(first), *(task.ask.reshape(-1) for task in pending)])
+        members = np.concatenate([first, *(task.members for task in pending)])
+        starts = np.concatenate([np.zeros_like(first), *(task.starts for task in pending)])
         sound, demand = case.sound(members, starts)
-        for member, good, asked in zip(first, sound[: first.size], demand[: first.size], strict=True):
+        for member, good, asked in zip(first.tolist(), sound[: first.size].tolist(), demand[: first.size].tolist(), strict=True):
             kind = int(case.members.kind[member])
             if good and asked < (now[kind] or np.inf):
-                now[kind] = float(asked)
+                now[kind] = asked
         begin, first = first.size, first[:0]
         for task in pending:
-            rows = slice(begin, begin + task.ask.size)
-            good = sound[rows] & (demand[rows] <= case.comfort_mps2) if task.wanted else sound[rows]
-            task.learn(good, starts[rows], latest)
+            rows = slice(begin, begin + task.members.size)
             begin = rows.stop
+            task.learn(sound[rows] & (demand[rows] <= case.comfort_mps2) if task.wanted else sound[rows])
     answer = [[-1] * len(KINDS) for _ in guesses]
     for task in tasks:
         begun_now = 0 if task.wanted == 0 and now[task.kind] is not None else -1
@@ -103,60 +96,60 @@ def _last_sound(
 
 
 def _latest(mine: Rows, last_s: Array, count: int) -> Rows:
-    """The members whose last start was guessed the latest."""
-    best = mine[np.argsort(-last_s[mine], kind="stable")[:count]]
-    return best[last_s[best] >= 0.0]
+    """The members whose last start was guessed the latest, of those that have one."""
+    moments = last_s[mine]
+    best = np.argsort(-moments, kind="stable")[:count]
+    return mine[best[moments[best] >= 0.0]]
 
 
-@dataclass(slots=True)
 class _Search:
     """For the last sound start of a few members: the latest found so far, the earliest after it that was not, and what to try next."""
 
-    wanted: int
-    kind: int
-    best: Rows
-    wider: Rows
-    sound: int = -1
-    ask: Rows = field(default_factory=lambda: np.zeros((0, 0), dtype=np.intp))
+    def __init__(self, wanted: int, kind: int, best: Rows, wider: Rows, guess_s: Array, latest: int) -> None:
+        self.wanted, self.kind, self.wider, self.latest = wanted, kind, wider, latest
+        self.sound = -1
+        tried = (_TRIED, _TRIED_EASY)[wanted]
+        near = np.floor(guess_s[best] / LATTICE_S + 1e-9).astype(np.intp)
+        self.members = np.repeat(best, tried.size)
+        self.starts = np.clip(near[:, None] + tried, 0, latest).reshape(-1)
 
-    def learn(self, good: NDArray[np.bool_], starts: Rows, latest: int) -> None:
-        if good.any():
-            self.sound = max(self.sound, int(starts[good].max()))
-        beyond = starts[starts > self.sound]
-        limit = int(beyond.min()) if beyond.size else latest + 1
+    def learn(self, good: NDArray[np.bool_]) -> None:
+        tried, latest = self.starts.tolist(), self.latest
+        self.sound = max((start for start, sound in zip(tried, good.tolist(), strict=True) if sound), default=self.sound)
+        limit = min((start for start in tried if start > self.sound), default=latest + 1)
+        wanted: set[int] = set()
         if self.sound < 0:
-            wanted = np.maximum(limit - np.array(_DOWN), 0)
-            wanted = wanted[wanted < limit]
+            wanted = {max(limit - step, 0) for step in _DOWN} - {limit}
         elif self.wanted:
-            wanted = np.zeros(0, dtype=np.intp)
-        elif not beyond.size:
-            wanted = self.sound + np.array(_UP)
+            pass
+        elif limit > latest:
+            wanted = {self.sound + step for step in _UP}
         elif limit - self.sound > _CLOSE:
-            wanted = self.sound + ((limit - self.sound) * np.array([0.25, 0.5, 0.75])).astype(np.intp)
-        else:
-            wanted = np.zeros(0, dtype=np.intp)
-        self.best = self.wider
-        wanted = np.unique(wanted[(wanted > self.sound) & (wanted >= 0) & (wanted <= latest)])
-        self.ask = np.broadcast_to(wanted, (self.best.size, wanted.size)) if wanted.size else self.ask[:, :0]
+            wanted = {self.sound + int(share * (limit - self.sound)) for share in _BETWEEN}
+        ask = np.array(sorted(start for start in wanted if self.sound < start <= latest), dtype=np.intp)
+        self.members, self.starts = np.repeat(self.wider, ask.size), np.tile(ask, self.wider.size)
 
 
-def _gentlest(guess: Guess, ready: NDArray[np.bool_], kinds: list[Rows]) -> Rows:
-    """The members of each kind that ask the least when they begin now, of those (M,) that are worth looking at."""
+def _gentlest(guess: Guess, kinds: tuple[Rows, ...]) -> Rows:
+    """The members of each kind that ask the least when they begin now, of those that may."""
+    ready, ease = guess.open_now_m > 0.0, guess.needs.slack[2, 0]
     chosen = []
     for mine in kinds:
         mine = mine[ready[mine]]
-        chosen.append(mine[np.argsort(-guess.ease_mps2[0, mine], kind="stable")[:_GENTLEST]])
+        chosen.append(mine[np.argsort(-ease[mine], kind="stable")[:_GENTLEST]])
     return np.concatenate(chosen)
 
 
 def _closer(case: Case, guess: Guess, mine: Rows, n: int) -> Closer:
     """What is in the way of a kind at the start `n`: of its members that car and road allow, the one that comes nearest to being clear."""
-    possible = guess.ability[n, mine] >= 0.0
-    allowed = possible & (guess.edge_m[n, mine] >= 0.0)
+    edge, ability, _ = guess.slack(n, mine)
+    possible = ability >= 0.0
+    allowed = possible & (edge >= 0.0)
     if not allowed.any() or not case.company.s_m.shape[0]:
         return Closer.EDGE if possible.any() else Closer.FRICTION
-    best = mine[int(np.where(allowed, guess.free_m[n, mine], -np.inf).argmax())]
-    return case.closer(int(guess.nearest[n, best]), 0.0)
+    misses = guess.misses(n, mine)
+    best = int(np.where(allowed, misses.min(0), -np.inf).argmax())
+    return case.closer(int(misses[:, best].argmin()), 0.0)
 
 
 def _refusal(name: str, situation: Situation) -> Closer | None:

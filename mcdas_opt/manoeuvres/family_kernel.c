@@ -1,5 +1,5 @@
 /* The family of `manoeuvres.family`, member by member: speeds of `phases`, ways of `sidesteps`, separations of `clearance`, costs.
- * Operation by operation as there; the numbers in capitals stand before this text. Rows of samples are `row` long, a whole number of
+ * Operation by operation as there; the numbers in capitals stand before this text. Rows of samples are ROW long, a whole number of
  * LANES, filled up with the last sample. Loops over them are written so that a compiler can vectorise them; nothing global is written. */
 
 enum { ACCELERATION, SPEED, WAY, FADE, FADE_N, SLOPE, SLOPE_N, CURL, CURL_N, ROAD, OF_PHASE };
@@ -10,13 +10,13 @@ enum { SEPARATION, CONTACT, WITH, POSSIBLE, ON_ROAD, COST, OF_RESULT };
 typedef struct {
     const double *phases;                       /* (phases, 3): first, switch, then */
     const double *steps;                        /* (steps, 4): target, lateral, delay, b */
-    const double *times, *weights;              /* (row): weights are 1, and 0 for what fills it up */
-    const double *bodies;                       /* (bodies, OF_BODY, row) */
+    const double *times, *weights;              /* (ROW): weights are 1, and 0 for what fills it up */
+    const double *bodies;                       /* (bodies, OF_BODY, ROW) */
     const double *sizes;                        /* (bodies, 4): length, width, speed along the road at the end, bow */
     const double *knots, *kappas;
-    double *by_phase;                           /* (phases, OF_PHASE, row), filled by mcdas_family_speeds */
-    double *work;                               /* (OF_MEMBER, row) */
-    long long count_of_phases, count_of_steps, samples, row, count_of_bodies, count_of_knots;
+    double *by_phase;                           /* (phases, OF_PHASE, ROW), filled by mcdas_family_speeds */
+    double *work;                               /* (OF_MEMBER, ROW) */
+    long long count_of_phases, count_of_steps, samples, count_of_bodies, count_of_knots;
     double s0, d0, sine0, bend0, speed0, acceleration0, join;          /* the rear axle now */
     double centre, wheelbase, length, width, rise, fall, top;          /* the car, and its limits as far as they are used */
     double grip_squared, curvature_max, turn_max;                      /* tangents of steering angle and of its step, over the wheelbase */
@@ -118,13 +118,13 @@ static void speed_history(const Family *f, const double *phase, double *a, doubl
         way[t] = passed;
     }
     for (long long t = since; t < n; t++) a[t] = v[t] = 0.0;
-    for (long long t = n; t < f->row; t++) a[t] = a[n - 1], v[t] = v[n - 1], way[t] = way[n - 1];
+    for (long long t = n; t < ROW; t++) a[t] = a[n - 1], v[t] = v[n - 1], way[t] = way[n - 1];
 }
 
 /* what all members of a phase share: its speeds, and how the car's own heading and curvature fade over its way */
 PUBLIC void mcdas_family_speeds(const Family *f)
 {
-    const long long n = f->row;
+    const long long n = ROW;
     const double join = f->join;
     for (long long p = 0; p < f->count_of_phases; p++) {
         double *restrict q = f->by_phase + p * OF_PHASE * n;
@@ -148,10 +148,10 @@ static double nearest(const Family *f, const double *history, double index)
     return history[(long long)(at < 0.0 ? 0.0 : LESSER(at, last))];
 }
 
-/* the body's way (OF_MEMBER, row) of a sidestep at the speeds of a phase */
+/* the body's way (OF_MEMBER, ROW) of a sidestep at the speeds of a phase */
 static void roll_out(const Family *f, const double *q, const double *step, double *restrict w)
 {
-    const long long n = f->row;
+    const long long n = ROW;
     const double h = f->times[1] - f->times[0], target = step[0], lateral = step[1], delay = step[2], b = step[3], join = f->join, c = f->centre;
     const double shift = target - f->d0, size = GREATER(fabs(shift), LEAST_SHIFT_M);
     const double v = nearest(f, q + SPEED * n, (delay + 1.22 * sqrt(size / lateral)) / h);
@@ -203,7 +203,7 @@ static void roll_out(const Family *f, const double *q, const double *step, doubl
 
 static int possible(const Family *f, const double *restrict q, double *restrict w)
 {
-    const long long n = f->row;
+    const long long n = ROW;
     const double *restrict curvature = w + CURVATURE * n;
     double *restrict used = w + SCRATCH * n;
     for (long long t = 0; t < n; t++) {
@@ -221,7 +221,7 @@ static int possible(const Family *f, const double *restrict q, double *restrict 
 
 static int on_road(const Family *f, double *restrict w)
 {
-    const long long n = f->row;
+    const long long n = ROW;
     double *restrict out = w + SCRATCH * n;
     for (long long t = 0; t < n; t++) {
         const double room = 0.5 * (f->width * w[COSINE * n + t] + f->length * fabs(w[SINE * n + t])) + EDGE_M, d = w[WAY_D * n + t];
@@ -234,7 +234,7 @@ static int on_road(const Family *f, double *restrict w)
 /* the separation from the nearest body at each sample; whether any is near */
 static int separations(const Family *f, double *restrict w)
 {
-    const long long n = f->row;
+    const long long n = ROW;
     const double *restrict s = w + WAY_S * n, *restrict d = w + WAY_D * n, *restrict sine = w + SINE * n, *restrict cosine = w + COSINE * n;
     double *restrict best = w + NEAREST * n, *restrict who = w + WHO * n, *restrict room = w + SCRATCH * n;
     const double long_half = 0.5 * f->length, wide_half = 0.5 * f->width;
@@ -266,7 +266,7 @@ static int separations(const Family *f, double *restrict w)
 
 static double end_closing(const Family *f, const double *q, const double *w)
 {
-    const long long n = f->row, t = n - 1;
+    const long long n = ROW, t = n - 1;
     const double s = w[WAY_S * n + t], d = w[WAY_D * n + t], v = q[SPEED * n + t];
     double price = 0.0;
     for (long long i = 0; i < f->count_of_bodies; i++) {
@@ -281,7 +281,7 @@ static double end_closing(const Family *f, const double *q, const double *w)
 /* what a phase costs, whatever its sidestep */
 static double cost_along(const Family *f, const double *restrict q)
 {
-    const long long n = f->row;
+    const long long n = ROW;
     const double *restrict v = q + SPEED * n, *restrict a = q + ACCELERATION * n, h = f->times[1] - f->times[0];
     double *restrict scratch = f->work + SCRATCH * n, push;
     for (long long t = 0; t < n; t++) scratch[t] = a[t] * a[t];
@@ -292,7 +292,7 @@ static double cost_along(const Family *f, const double *restrict q)
 
 static double cost_across(const Family *f, const double *restrict q, const double *restrict w)
 {
-    const long long n = f->row;
+    const long long n = ROW;
     const double *restrict v = q + SPEED * n, *restrict curvature = w + CURVATURE * n, h = f->times[1] - f->times[0];
     double *restrict scratch = f->work + SCRATCH * n;
     for (long long t = 0; t < n; t++) {
@@ -304,7 +304,7 @@ static double cost_across(const Family *f, const double *restrict q, const doubl
 
 static double cost_near(const Family *f, const double *restrict gap)
 {
-    const long long n = f->row;
+    const long long n = ROW;
     double *restrict scratch = f->work + SCRATCH * n;
     for (long long t = 0; t < n; t++) scratch[t] = exp(GREATER(gap[t], 0.0) * (-1.0 / f->nearness));
     return (f->times[1] - f->times[0]) * f->price_near * total(n, scratch, f->weights);
@@ -312,13 +312,13 @@ static double cost_near(const Family *f, const double *restrict gap)
 
 static double cost_change(const Family *f, const double *w)
 {
-    return fabs(w[WAY_D * f->row + f->row - 1] - f->lane_d) > f->half_lane ? f->price_change : 0.0;
+    return fabs(w[WAY_D * ROW + ROW - 1] - f->lane_d) > f->half_lane ? f->price_change : 0.0;
 }
 
 /* results (OF_RESULT, phases, steps) of every member */
 PUBLIC void mcdas_family_score(const Family *f, double *result)
 {
-    const long long n = f->row, size = f->count_of_phases * f->count_of_steps;
+    const long long n = ROW, size = f->count_of_phases * f->count_of_steps;
     double *w = f->work;
     for (long long p = 0; p < f->count_of_phases; p++) {
         const double *q = f->by_phase + p * OF_PHASE * n, along = cost_along(f, q);
@@ -354,7 +354,7 @@ PUBLIC void mcdas_family_score(const Family *f, double *result)
 PUBLIC void mcdas_family_best(const Family *f, const long long *kinds, long long count_of_kinds, double *order, double *ticks, long long *best,
                               double *cost, double *separation)
 {
-    const long long n = f->row;
+    const long long n = ROW;
     double *w = f->work;
     for (long long i = 0; i < count_of_kinds; i++) best[i] = -1, ticks[i] = cost[i] = HUGE_VAL, separation[i] = NEAR_M;
     for (long long p = 0; p < f->count_of_phases; p++) order[p] = cost_along(f, f->by_phase + p * OF_PHASE * n);
@@ -389,7 +389,7 @@ PUBLIC void mcdas_family_best(const Family *f, const long long *kinds, long long
 /* (samples, 6): s, d, psi, v, a, delta of one member */
 PUBLIC void mcdas_family_states(const Family *f, long long phase, long long step, double *x)
 {
-    const long long n = f->row;
+    const long long n = ROW;
     const double *q = f->by_phase + phase * OF_PHASE * n;
     double *w = f->work;
     roll_out(f, q, f->steps + 4 * step, w);

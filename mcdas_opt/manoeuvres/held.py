@@ -10,7 +10,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.manoeuvres.sidesteps import Starts
 
-_PASSES = 4  # of the fixed point on a bend: each one gains a factor of kappa d
+PASSES = 4  # of the fixed point on a bend: each one gains a factor of kappa d
 
 
 def held(host: HostState, times_s: Array, vehicle: Vehicle, road: Road) -> Starts:
@@ -25,7 +25,7 @@ def held(host: HostState, times_s: Array, vehicle: Vehicle, road: Road) -> Start
     d0 = host.d_m - c * np.sin(psi0) + 0.5 * kappa0 * (c * np.cos(psi0)) ** 2
     s0 = host.s_m - c * np.cos(psi0) / (1.0 - kappa0 * d0)
     s, d = s0 + way, np.full_like(way, d0)
-    for _ in range(1 if road.is_straight else _PASSES):
+    for _ in range(1 if road.is_straight else PASSES):
         kappa = road.curvature_at(s)
         psi = psi0 + turn * way - _sum(kappa, s)
         s = s0 + _sum(np.cos(psi) / (1.0 - kappa * d), way)

@@ -17,6 +17,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.clearance import Margins
+from mcdas_opt.manoeuvres.compiled_family import compiled_family
 from mcdas_opt.manoeuvres.family import Member, Scoring, best_of_each
 from mcdas_opt.manoeuvres.members import Members, members
 from mcdas_opt.manoeuvres.phases import Phases
@@ -91,6 +92,15 @@ def next_lane_m(situation: Situation, vehicle: Vehicle, side: Side) -> float | N
     return edge - sign * 0.5 * shoulder if shoulder >= vehicle.width_m + 0.5 else None
 
 
+def build_family(grid: TimeGrid) -> None:
+    """Builds now what `best_of_kind` would build when it is first asked for this grid."""
+    compiled_family(_times(grid).size)
+
+
+def _times(grid: TimeGrid) -> Array:
+    return np.round(np.arange(round(float(grid.times_s[-1]) / _STEP_S) + 1) * _STEP_S, 9)
+
+
 def best_of_kind(
     situation: Situation,
     vehicle: Vehicle,
@@ -107,8 +117,7 @@ def best_of_kind(
     `grid` is the one that `states` are sampled on (the family itself is looked at every 0.1 s).
     """
     chosen = settings or FamilySettings()
-    duration = float((grid or TimeGrid()).times_s[-1])
-    times = np.round(np.arange(round(duration / _STEP_S) + 1) * _STEP_S, 9)
+    times = _times(grid or TimeGrid())
     usual, tight = (Scoring(margins=margins, clear_m=chosen.clear_m) for margins in (chosen.margins, chosen.tight))
     found = _found(_steps(chosen, situation, _lane_changes(situation, vehicle)), times, situation, vehicle, prediction, chosen)
     best = found.members.best(usual, found.kinds) or found.members.best(tight, found.kinds)
@@ -119,7 +128,10 @@ def best_of_kind(
             best = other.members.best(tight, other.kinds)
             found = other if best else found
     best = best or _least_bad(found, usual)
-    return tuple(_choice(member, found, chosen, prediction, grid, times, situation) for member in best[:most])
+    wanted = None if grid is None else grid.times_s
+    if wanted is not None and wanted.shape == times.shape and np.abs(wanted - times).max() <= 1e-6:
+        wanted = None
+    return tuple(_choice(member, found, chosen, prediction, times, wanted, situation) for member in best[:most])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -218,15 +230,14 @@ def _choice(
     found: _Found,
     chosen: FamilySettings,
     prediction: Prediction,
-    grid: TimeGrid | None,
     times: Array,
+    wanted: Array | None,
     situation: Situation,
 ) -> Choice:
     phases, steps, p, q = found.phases, found.steps, member.phase, member.step
     states = found.members.states(p, q)
     states[0] = situation.host.to_vector()
-    wanted = times if grid is None else grid.times_s
-    if wanted.shape != times.shape or np.abs(wanted - times).max() > 1e-6:
+    if wanted is not None:
         states = np.column_stack([np.interp(wanted, times, column) for column in states.T])
     sign, delay = int(found.sides[0, q]), float(steps.delay_s[0, q])
     gained = float(states[-1, 3]) - situation.host.speed_mps

@@ -60,7 +60,7 @@ class InterpretedMembers:
 
 def members(phases: Phases, steps: Sidesteps, times_s: Array, situation: Situation, vehicle: Vehicle, prediction: Prediction) -> Members:
     """The members of phases (P, 1) and sidesteps (1, Q), compiled where that is possible."""
-    library = compiled_family()
+    library = compiled_family(times_s.size)
     if library is None:
         return InterpretedMembers(phases, steps, times_s, situation, vehicle, prediction)
     return CompiledMembers(library, phases, steps, times_s, situation, vehicle, prediction)

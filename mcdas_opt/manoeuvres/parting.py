@@ -20,8 +20,11 @@ from mcdas_opt.manoeuvres.swerves import Motions, Swerves, pace
 LATTICE_S = 0.02  # starts and times are multiples of it
 ROOM_SHARE = 0.95  # of the braking or accelerating that ends what still closes in at the end
 NOWHERE_M = 1e4
-_STEP_REACH_M = 3.0  # more than bodies move against each other in a step
-_BOW = 0.2  # times kappa and both lengths squared: how far a lane bows over the bodies (0.125), and that distances shrink with d
+HELD_STEPS = 2  # of the lattice: the host that keeps on is known so often
+ARRIVED_M = 1.0  # who steps aside is so near to the middle of the next lane at the end: no longer in the old one
+ABILITY_M = 10.0  # a share of the car's limits as a distance: only where it changes sign matters
+STEP_REACH_M = 3.0  # more than bodies move against each other in a step
+BOW = 0.2  # times kappa and both lengths squared: how far a lane bows over the bodies (0.125), and that distances shrink with d
 
 Rows = NDArray[np.intp]
 
@@ -73,7 +76,7 @@ def touched(motions: Motions, clock: Rows, company: Company, vehicle: Vehicle, r
     apart = company.s_m[:, clock] - motions.s_m
     long, wide = 0.5 * vehicle.length_m, 0.5 * vehicle.width_m
     bend = 0.0 if road.is_straight else max(abs(kappa) for _, kappa in road.curvature)
-    reach = (np.hypot(long, wide) + company.half_length_m + clear_m + _STEP_REACH_M) * (2.0 if bend else 1.0)
+    reach = (np.hypot(long, wide) + company.half_length_m + clear_m + STEP_REACH_M) * (2.0 if bend else 1.0)
     close = np.abs(apart) < reach[:, None, None]
     near = np.flatnonzero(close[..., :-1] | close[..., 1:])
     if not near.size:
@@ -91,7 +94,7 @@ def touched(motions: Motions, clock: Rows, company: Company, vehicle: Vehicle, r
     extra: Any = 0.0
     if bend:
         x = x * (1.0 - road.curvature_at(motions.s_m.reshape(-1)[place] + x) * 0.5 * (other + across))
-        extra = _BOW * bend * (4.0 * company.half_length_m**2 + vehicle.length_m**2)[who]
+        extra = BOW * bend * (4.0 * company.half_length_m**2 + vehicle.length_m**2)[who]
     tilt = np.abs(sine)
     length, width = company.half_length_m[who], company.half_width_m[who]
     free = np.empty((8, *x.shape))

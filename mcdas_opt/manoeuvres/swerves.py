@@ -14,14 +14,14 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.manoeuvres.family import Demand
 from mcdas_opt.manoeuvres.sidesteps import Starts
 
-_EDGE_M = 0.05  # kept from the edges, for what a driver strays
-_SHARE = 0.98  # of the vehicle's jerk, steering rate and top speed
-_SLOWEST_MPS = 0.5  # steering is not followed below it
-_STEEPEST = 0.9  # sine of the heading
-_LEAST_M = 1e-4
-_GENTLE_S = 0.6  # in so long a car that keeps its lane builds up its lateral acceleration
-_CURVIEST_1PM = 0.08
-_ROUNDS = 3  # of shrinking the peak of a sidestep that is too short for it
+EDGE_M = 0.02  # kept from the edges, for what a driver strays
+SHARE = 0.98  # of the vehicle's jerk, steering rate and top speed
+SLOWEST_MPS = 0.5  # steering is not followed below it
+STEEPEST = 0.9  # sine of the heading
+LEAST_M = 1e-4
+GENTLE_S = 0.6  # in so long a car that keeps its lane builds up its lateral acceleration
+CURVIEST_1PM = 0.08
+ROUNDS = 3  # of shrinking the peak of a sidestep that is too short for it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,10 +102,10 @@ def swerve(rows: Swerves, times_s: Array, start: Starts, vehicle: Vehicle, road:
 
     timed = rows.timed[:, None]
     d, first, second, fits = _across(rows, v, times_s, way, start.speed_mps, a[:, 0], d0, sine0, bend0, vehicle)
-    per_way = np.where(timed, 1.0 / np.maximum(v, _SLOWEST_MPS), 1.0)
+    per_way = np.where(timed, 1.0 / np.maximum(v, SLOWEST_MPS), 1.0)
     sine = first * per_way
     steep = np.abs(sine).max(-1)
-    np.clip(sine, -_STEEPEST, _STEEPEST, out=sine)
+    np.clip(sine, -STEEPEST, STEEPEST, out=sine)
     cosine = np.sqrt(1.0 - sine * sine)
     curvature = (second - np.where(timed, a, 0.0) * sine) * per_way * per_way / cosine
     ratio = cosine / (1.0 - road.curvature_at(s0[:, None] + way) * d) if curved else cosine
@@ -128,7 +128,7 @@ def swerve(rows: Swerves, times_s: Array, start: Starts, vehicle: Vehicle, road:
     effort = np.sqrt((a * a + lateral * lateral).max(-1))
     steering = np.arctan(vehicle.wheelbase_m * curvature)
     turned = (np.abs(np.diff(steering, axis=-1)) / np.diff(times_s)).max(-1)
-    used = np.maximum(effort / (demand.friction * road.friction * GRAVITY_MPS2), steep / _STEEPEST)
+    used = np.maximum(effort / (demand.friction * road.friction * GRAVITY_MPS2), steep / STEEPEST)
     np.maximum(used, np.abs(steering).max(-1) / (demand.steering * vehicle.steering_max_rad), out=used)
     np.maximum(used, turned / (demand.steering * vehicle.steering_rate_max_radps), out=used)
     room = 0.5 * (vehicle.width_m * cosine + vehicle.length_m * np.abs(sine))
@@ -145,14 +145,14 @@ def swerve(rows: Swerves, times_s: Array, start: Starts, vehicle: Vehicle, road:
         curvature_1pm=curvature,
         demand_mps2=effort,
         ability=np.where(fits, 1.0 - used, -1.0),
-        edge_m=edge - _EDGE_M,
+        edge_m=edge - EDGE_M,
     )
 
 
 def pace(rows: Swerves, times_s: Array, start: Starts, vehicle: Vehicle) -> tuple[Array, Array, Array]:
     """Speed, acceleration and way (R, T) at times (T,), or (R, T), in order. A car that has come to rest stands; one at top speed keeps
     it. The way to rest is as long as that to the last time before it."""
-    rise, fall = _SHARE * vehicle.jerk_max_mps3, _SHARE * vehicle.jerk_min_mps3
+    rise, fall = SHARE * vehicle.jerk_max_mps3, SHARE * vehicle.jerk_min_mps3
     level, a0 = rows.level_mps2, start.acceleration_mps2
     rates = np.array([np.where(level >= a0, rise, fall), np.where(level > 0.0, fall, rise)])
     changes = np.array([level - a0, -level])
@@ -167,11 +167,13 @@ def pace(rows: Swerves, times_s: Array, start: Starts, vehicle: Vehicle) -> tupl
         standing = np.logical_or.accumulate(v <= 0.0, axis=-1)
         v, a = np.where(standing, 0.0, v), np.where(standing, 0.0, a)
         way = np.maximum.accumulate(way, axis=-1)
-    top = np.maximum(_SHARE * vehicle.speed_max_mps, start.speed_mps)[:, None]
-    if (v > top).any():
+    top = np.maximum(SHARE * vehicle.speed_max_mps, start.speed_mps)[:, None]
+    fast = np.asarray((v > top).any(-1))
+    if fast.any():
         a = np.where(v > top, 0.0, a)
         v = np.minimum(v, top)
-        way = np.concatenate([way[:, :1], way[:, :1] + np.cumsum(0.5 * (v[:, 1:] + v[:, :-1]) * np.diff(times_s), axis=-1)], axis=-1)
+        driven = way[:, :1] + np.cumsum(0.5 * (v[:, 1:] + v[:, :-1]) * np.diff(times_s), axis=-1)
+        way = np.where(fast[:, None], np.concatenate([way[:, :1], driven], axis=-1), way)
     return v, a, way
 
 
@@ -193,10 +195,10 @@ def _across(
     rate0 = np.where(timed, v0 * sine0, sine0)
     curl0 = np.where(timed, a0 * sine0 + v0 * v0 * bend0, bend0)
     middle = np.searchsorted(times_s, 1.0)
-    slow = np.maximum(np.minimum(v0, v[:, min(middle, v.shape[1] - 1)]), _SLOWEST_MPS)
-    turning = _SHARE * vehicle.steering_rate_max_radps / vehicle.wheelbase_m
-    peak = np.where(timed, rows.lateral_mps2, np.minimum(rows.lateral_mps2 / (floor * floor), _CURVIEST_1PM))
-    jerk = np.where(timed, turning * slow * slow, np.minimum(peak / (_GENTLE_S * floor), turning / floor))
+    slow = np.maximum(np.minimum(v0, v[:, min(middle, v.shape[1] - 1)]), SLOWEST_MPS)
+    turning = SHARE * vehicle.steering_rate_max_radps / vehicle.wheelbase_m
+    peak = np.where(timed, rows.lateral_mps2, np.minimum(rows.lateral_mps2 / (floor * floor), CURVIEST_1PM))
+    jerk = np.where(timed, turning * slow * slow, np.minimum(peak / (GENTLE_S * floor), turning / floor))
 
     undoing = np.where(timed, jerk, 0.5 * turning / floor)
     ends = np.abs(curl0) / undoing  # first the curvature that there is goes to 0
@@ -204,14 +206,14 @@ def _across(
     left = np.where(timed, rows.target_d_m - (d0 + (rate0 + curl0 * ends / 3.0) * ends), 0.0)
     sign = np.where(left - 0.5 * u * np.abs(u) / peak >= 0.0, 1.0, -1.0)
     u, left = u * sign, left * sign
-    far = np.maximum(np.abs(left), _LEAST_M)
+    far = np.maximum(np.abs(left), LEAST_M)
     # a car at an angle to the road turns more for the same motion across it (1 / cos(psi)), and braking then acts across too
-    quick = np.minimum(far / np.maximum(np.sqrt(far / peak), 2.0 * np.cbrt(0.5 * far / jerk)) * np.where(timed, 1.0 / slow, 0.0), _STEEPEST)
+    quick = np.minimum(far / np.maximum(np.sqrt(far / peak), 2.0 * np.cbrt(0.5 * far / jerk)) * np.where(timed, 1.0 / slow, 0.0), STEEPEST)
     upright = np.sqrt(1.0 - quick * quick)
     jerk = jerk * upright
     peak = np.maximum(peak * upright - np.where(timed, np.abs(rows.level_mps2) * quick, 0.0), 0.1 * peak)
     peak = np.minimum(peak, np.where(timed, jerk * np.cbrt(0.5 * far / jerk), np.sqrt(np.maximum(np.abs(u), 1e-9) * jerk)))
-    for _ in range(_ROUNDS):
+    for _ in range(ROUNDS):
         rising = peak / jerk
         half = 0.5 * (2.0 * u - peak * rising)
         out = (-half + np.sqrt(np.maximum(half * half - 0.5 * u * u + 0.5 * peak * rising * u + peak * left, 0.0))) / peak

@@ -16,11 +16,13 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Side
+from mcdas_opt.manoeuvres.kinds import build_family
 from mcdas_opt.planning.closed_form import drive
 from mcdas_opt.planning.continuation import Ended, to_safe_end
 from mcdas_opt.planning.lane_stage import LaneStage, Solved, StageSettings
 from mcdas_opt.planning.selection import WorthSettings, nearness, worth
 from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, shorter_side, spread_ways, strays, ways_out
+from mcdas_opt.reference.offset_path import build_search
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.prediction import predict
 from mcdas_opt.verification.judge import judge_all
@@ -72,6 +74,8 @@ class MpcMethod:
         self.vehicle, self.settings = vehicle, settings or Settings()
         self.stage = LaneStage(vehicle, self.settings, stage)
         self.stage.warm_up()
+        build_search()
+        build_family(self.settings.grid)
         self.worth = WorthSettings()
         self._assessment: Assessment | None = None
         self._solve_s = self._verify_s = 0.0

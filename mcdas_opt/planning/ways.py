@@ -179,8 +179,9 @@ def spread_ways(situation: Situation, vehicle: Vehicle, prediction: Prediction, 
     host, ways = situation.host, []
     for choice in best_of_kind(situation, vehicle, prediction, grid=grid):
         name = f"{'keep' if choice.side is Side.NONE else choice.side.value}-{choice.pace}{'' if choice.early else '-late'}"
-        path, manoeuvre, mode = keep_path(situation), None, Mode.BRAKE
-        if choice.side is not Side.NONE:
+        if choice.side is Side.NONE:
+            path, manoeuvre, mode = keep_path(situation), None, Mode.BRAKE
+        else:
             mode = Mode.EVADE
             path = corrected(
                 start_s_m=host.s_m + host.speed_mps * choice.delay_s,

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.rules import Array, finite, positive
 from mcdas_opt.dynamics.sigmoid import hump, renormalised, sigmoid
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.reference.compiled_path import compiled_search
+from mcdas_opt.reference.compiled_path import CompiledSearch, compiled_search
 
 _PEAK_OF_SECOND_DERIVATIVE = 1.0 / (6.0 * math.sqrt(3.0))  # max |S''| / a^2
 _PEAK_OF_FIRST_DERIVATIVE = 0.25  # max |S'| / |a|
@@ -160,8 +160,13 @@ def _sharpest_within(
     low: float, high: float, curvature: float, b: float, amplitude: float, bend: float, bend_x: float, width: float
 ) -> float:
     """The largest -a from `low`, which keeps the bound, towards `high`, up to which every tried one keeps it: three rounds of a grid."""
-    search = compiled_search(_ALONG, _AROUND, _ROUNDS, _TRIED) or sharpest_within
+    search = build_search() or sharpest_within
     return search(_samples(b), low, high, _SAMPLED_SHARE * curvature, b, amplitude, bend, bend_x, width)
+
+
+def build_search() -> CompiledSearch | None:
+    """Builds now what the first bent path would build; None where there is no compiler."""
+    return compiled_search(_ALONG, _AROUND, _ROUNDS, _TRIED)
 
 
 def sharpest_within(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,8 +27,7 @@ from mcdas_opt.solvers.compile_cache import SWITCH
 from mcdas_opt.tracking.prediction import predict
 
 SEDAN = Vehicle()
-LIBRARY = compiled_family()
-needs_compiler = pytest.mark.skipif(LIBRARY is None, reason="no C compiler")
+needs_compiler = pytest.mark.skipif(compiled_family(41) is None, reason="no C compiler")
 BENDS = (((0.0, 0.0),), ((0.0, 0.004), (40.0, -0.008), (90.0, 0.0)), ((0.0, -0.02),))
 NAMES = ("separation_m", "contact_s", "contact_with", "possible", "on_road", "feasible", "cost")
 
@@ -64,6 +64,12 @@ def random_situation(rng: np.random.Generator) -> Situation:
     return Situation(host=host, tracks=tracks, road=road, desired_speed_mps=float(rng.uniform(5.0, 35.0)))
 
 
+def compiled(*given_to_both: Any) -> CompiledMembers:
+    library = compiled_family(given_to_both[2].size)
+    assert library is not None
+    return CompiledMembers(library, *given_to_both)
+
+
 def members(rng: np.random.Generator) -> tuple[Phases, Sidesteps]:
     count, sides = 6, 12
     phases = Phases(
@@ -90,21 +96,20 @@ def scoring(rng: np.random.Generator) -> Scoring:
 @settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), samples=st.sampled_from([41, 40, 8, 61]))
 def test_compiled_members_are_the_interpreted_ones(seed: int, samples: int) -> None:
-    assert LIBRARY is not None
     rng = np.random.default_rng(seed)
     situation, (phases, steps), wanted = random_situation(rng), members(rng), scoring(rng)
     times, prediction = np.round(0.1 * np.arange(samples), 9), predict(situation.tracks)
     given_to_both = (phases, steps, times, situation, SEDAN, prediction)
-    reference, compiled = InterpretedMembers(*given_to_both), CompiledMembers(LIBRARY, *given_to_both)
-    mine, theirs = compiled.scored(wanted), reference.scored(wanted)
+    reference, ours = InterpretedMembers(*given_to_both), compiled(*given_to_both)
+    mine, theirs = ours.scored(wanted), reference.scored(wanted)
     for name in NAMES:
         assert np.allclose(getattr(mine, name), getattr(theirs, name), rtol=1e-9, atol=1e-9), name
-    assert np.allclose(compiled.end_speed_mps, reference.end_speed_mps, rtol=0.0, atol=1e-9)
+    assert np.allclose(ours.end_speed_mps, reference.end_speed_mps, rtol=0.0, atol=1e-9)
     for p, q in ((0, 0), (3, 7), (5, 11)):
-        assert np.allclose(compiled.states(p, q), reference.states(p, q), rtol=0.0, atol=1e-9)
+        assert np.allclose(ours.states(p, q), reference.states(p, q), rtol=0.0, atol=1e-9)
     kinds = rng.integers(0, 9, mine.cost.shape)
-    assert compiled.best(wanted, kinds) == best_of_each(np.where(mine.feasible, mine.cost, np.inf), mine, kinds)
-    for one, other in zip(compiled.best(wanted, kinds), reference.best(wanted, kinds), strict=True):
+    assert ours.best(wanted, kinds) == best_of_each(np.where(mine.feasible, mine.cost, np.inf), mine, kinds)
+    for one, other in zip(ours.best(wanted, kinds), reference.best(wanted, kinds), strict=True):
         assert (one.phase, one.step) == (other.phase, other.step)
         assert abs(one.cost - other.cost) < 1e-9 * max(1.0, other.cost)
         assert abs(one.separation_m - other.separation_m) < 1e-9
@@ -129,7 +134,6 @@ def test_without_a_compiler_the_choices_are_the_same(seed: int, monkeypatch: pyt
 @needs_compiler
 @pytest.mark.parametrize("seed", range(20))
 def test_mirrored_members_are_the_same_to_the_bit(seed: int) -> None:
-    assert LIBRARY is not None
     rng = np.random.default_rng(seed)
     situation, (phases, steps), wanted = random_situation(rng), members(rng), scoring(rng)
     host, road = situation.host, situation.road
@@ -140,9 +144,9 @@ def test_mirrored_members_are_the_same_to_the_bit(seed: int) -> None:
         road=replace(road, curvature=tuple((s, -kappa) for s, kappa in road.curvature)),
     )
     times = np.round(0.1 * np.arange(41), 9)
-    one = CompiledMembers(LIBRARY, phases, steps, times, situation, SEDAN, predict(situation.tracks))
+    one = compiled(phases, steps, times, situation, SEDAN, predict(situation.tracks))
     across = replace(steps, target_d_m=-steps.target_d_m)
-    two = CompiledMembers(LIBRARY, phases, across, times, other, SEDAN, predict(other.tracks))
+    two = compiled(phases, across, times, other, SEDAN, predict(other.tracks))
     mine, theirs = one.scored(wanted), two.scored(wanted)
     for name in NAMES:
         assert np.array_equal(getattr(mine, name), getattr(theirs, name)), name
@@ -153,7 +157,6 @@ def test_mirrored_members_are_the_same_to_the_bit(seed: int) -> None:
 @needs_compiler
 def test_bodies_of_any_motion_are_met() -> None:
     """A script is sampled one by one, cruising bodies all at once: together they are who they are alone."""
-    assert LIBRARY is not None
     rng = np.random.default_rng(3)
     situation, (phases, steps) = random_situation(rng), members(rng)
     track = Track(id="car", s_m=20.0, d_m=0.2, speed_s_mps=8.0, covariance=np.diag([0.2, 0.1, 0.05, 0.02]))
@@ -166,7 +169,7 @@ def test_bodies_of_any_motion_are_met() -> None:
     prediction = Prediction(name="both", bodies=(*predict((track,)).bodies, script))
     times = np.round(0.1 * np.arange(41), 9)
     given_to_both = (phases, steps, times, situation, SEDAN, prediction)
-    mine = CompiledMembers(LIBRARY, *given_to_both).scored(Scoring())
+    mine = compiled(*given_to_both).scored(Scoring())
     theirs = InterpretedMembers(*given_to_both).scored(Scoring())
     for name in NAMES:
         assert np.allclose(getattr(mine, name), getattr(theirs, name), rtol=1e-9, atol=1e-9), name

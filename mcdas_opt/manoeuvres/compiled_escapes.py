@@ -1,0 +1,174 @@
+"""The escape map's questions in C: `escape_kernel.c`, which says what `swerves` and `parting` say, and `escape_questions.c`."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from collections.abc import Mapping
+from functools import lru_cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.manoeuvres import parting, swerves
+from mcdas_opt.manoeuvres.held import PASSES
+from mcdas_opt.manoeuvres.parting import Rows
+from mcdas_opt.solvers.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
+
+_LANES, _ROOM = 8, 104  # nodes come in whole lanes, and there are at most so many
+_PLAIN = "-fno-math-errno -fno-trapping-math -ffp-contract=off"  # nothing that changes a result; half the time
+_BUILDS = (f"-O3 -march=native -mno-avx512f {_PLAIN} -lm", f"-O3 -march=native {_PLAIN} -lm", f"-O2 {_PLAIN} -lm", "-O2 -lm")
+_TABLES: tuple[str, ...] = (
+    "others_s",
+    "others_d",
+    "others_mps",
+    "half_length",
+    "half_width",
+    "table",
+    "level",
+    "until",
+    "until_mps",
+    "target",
+    "lateral",
+)
+_TABLES += ("knots", "kappas")
+_SIZES = ("bodies", "lattice", "held", "members", "in_lane", "half_steps", "count_of_knots")
+_NUMBERS: tuple[str, ...] = ("wheelbase", "centre", "length", "width", "jerk_min", "jerk_max", "speed_max", "steering_max", "steering_rate")
+_NUMBERS += ("limit", "steering_share", "brake", "accelerate", "left", "right", "end", "bend", "clear_m", "clear_s", "comfort", "shortest")
+_NUMBERS += ("straightening",)
+
+
+class _Case(ctypes.Structure):
+    _fields_ = [
+        *((name, ctypes.c_void_p) for name in _TABLES),
+        *((name, ctypes.c_longlong) for name in _SIZES),
+        *((name, ctypes.c_double) for name in _NUMBERS),
+    ]
+
+
+class Nodes:
+    """Times (T,) of a row on the lattice, as both sides want them: whole lanes, filled up with the last one."""
+
+    def __init__(self, steps: Rows) -> None:
+        self.steps = steps
+        self.times_s = np.asarray(parting.LATTICE_S * steps, dtype=np.float64)
+        missing = -steps.size % _LANES
+        self._steps = np.concatenate([steps, np.repeat(steps[-1:], missing)]).astype(np.int64)
+        self._times_s = np.asarray(parting.LATTICE_S * self._steps, dtype=np.float64)
+        middle = min(int(np.searchsorted(self.times_s, 1.0)), steps.size - 1)
+        self.arguments = (self._steps.size, steps.size - 1, self._steps.ctypes.data, self._times_s.ctypes.data, middle)
+
+
+class CompiledCase:
+    """One situation. `table` is contiguous: `held` writes into it."""
+
+    def __init__(
+        self, library: ctypes.CDLL, tables: Mapping[str, Array], numbers: Mapping[str, float], *, in_lane: int, half_steps: int
+    ) -> None:
+        self._library = library
+        tables = {name: np.ascontiguousarray(table) for name, table in tables.items()}
+        self._tables = tables
+        sizes = {
+            "bodies": tables["others_s"].shape[0],
+            "lattice": tables["others_s"].shape[1],
+            "held": tables["table"].shape[1],
+            "members": tables["level"].size,
+            "in_lane": in_lane,
+            "half_steps": half_steps,
+            "count_of_knots": tables["knots"].size,
+        }
+        self._sizes = sizes
+        self._case = _Case(**{name: table.ctypes.data for name, table in tables.items()}, **sizes, **numbers)
+        self._at = ctypes.addressof(self._case)
+
+    def held(self, begin: Array, times_s: Array) -> None:
+        """Fills the table with what a host does that keeps on from this state (6,), at times (H,)."""
+        self._library.mcdas_escape_held(self._at, begin.ctypes.data, times_s.ctypes.data, self._tables["table"].ctypes.data)
+
+    def needs(self, anchors: Rows, nodes: Nodes) -> tuple[Array, Array, Array]:
+        """Below and above which distances (J, K, M) everybody is met by members begun at the anchors (K,); their slack (3, K, M)."""
+        shape = anchors.size, self._sizes["members"]
+        low, high = np.empty((self._sizes["bodies"], *shape)), np.empty((self._sizes["bodies"], *shape))
+        slack = np.empty((3, *shape))
+        begin = np.ascontiguousarray(anchors, dtype=np.int64)
+        results = (low.ctypes.data, high.ctypes.data, slack.ctypes.data)
+        self._library.mcdas_escape_needs(self._at, anchors.size, begin.ctypes.data, *nodes.arguments, *results)
+        return low, high, slack
+
+    def guess(self, starts_s: Array, weights: Array, apart_m: Array, needs: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+        """The last of the starts (N,) in between, by weights (N, K) and distances (J, N), at which members are open; and comfortable.
+        And by how many metres they are open at the first of them."""
+        size = self._sizes["members"]
+        work, last = np.empty((4, size)), np.empty((2, size))
+        apart = np.ascontiguousarray(apart_m)
+        given = (q.ctypes.data for q in (starts_s, weights, apart, *needs))
+        self._library.mcdas_escape_guess(self._at, weights.shape[1], starts_s.size, *given, work.ctypes.data, last.ctypes.data)
+        return last[0], last[1], work[0]
+
+    def sound(self, members: Rows, starts: Rows, nodes: Nodes) -> tuple[NDArray[np.bool_], Array]:
+        """Which members from these starts (R,) are ways out, and what they ask of the tyres [m/s^2]."""
+        good, demand = np.empty(members.size, dtype=np.bool_), np.empty(members.size)
+        member, start = np.ascontiguousarray(members, dtype=np.int64), np.ascontiguousarray(starts, dtype=np.int64)
+        given, results = (member.ctypes.data, start.ctypes.data), (good.ctypes.data, demand.ctypes.data)
+        self._library.mcdas_escape_sound(self._at, members.size, *given, *nodes.arguments, *results)
+        return good, demand
+
+    def met(self, clock: Rows, places: Array) -> tuple[int, int]:
+        """When (as an index) a host that goes through these places (4, T): s, d, sine, cosine: first meets somebody, and whom; or -1."""
+        moments, where = np.ascontiguousarray(clock, dtype=np.int64), np.ascontiguousarray(places)
+        whom = ctypes.c_longlong(-1)
+        rows = [where.ctypes.data + 8 * i * clock.size for i in range(4)]
+        step = self._library.mcdas_escape_met(self._at, clock.size, moments.ctypes.data, *rows, ctypes.byref(whom))
+        return int(step), whom.value
+
+
+@lru_cache(maxsize=2)
+def _library(allowed: bool) -> ctypes.CDLL | None:
+    if not allowed:
+        return None
+    numbers = {
+        "LANES": _LANES,
+        "ROOM": _ROOM,
+        "SHARE": swerves.SHARE,
+        "SLOWEST_MPS": swerves.SLOWEST_MPS,
+        "STEEPEST": swerves.STEEPEST,
+        "LEAST_M": swerves.LEAST_M,
+        "GENTLE_S": swerves.GENTLE_S,
+        "CURVIEST_1PM": swerves.CURVIEST_1PM,
+        "ROUNDS": swerves.ROUNDS,
+        "PASSES": PASSES,
+        "EDGE_M": swerves.EDGE_M,
+        "ROOM_SHARE": parting.ROOM_SHARE,
+        "NOWHERE_M": parting.NOWHERE_M,
+        "STEP_REACH_M": parting.STEP_REACH_M,
+        "BOW": parting.BOW,
+        "ARRIVED_M": parting.ARRIVED_M,
+        "HELD_STEPS": parting.HELD_STEPS,
+        "ABILITY_M": parting.ABILITY_M,
+    }
+    texts = [
+        resources.files("mcdas_opt.manoeuvres").joinpath(name).read_text("utf-8") for name in ("escape_kernel.c", "escape_questions.c")
+    ]
+    source = "\n".join([HEAD, *(f"#define {name} {value!r}" for name, value in numbers.items()), *texts])
+    try:
+        library = load(source, _BUILDS, folder=cache_folder(), announce=to_stderr)
+    except NoLibraryError:
+        return None
+    pointer, whole = ctypes.c_void_p, ctypes.c_int
+    nodes: list[Any] = [whole, whole, pointer, pointer, whole]
+    library.mcdas_escape_held.argtypes = [pointer] * 4
+    library.mcdas_escape_needs.argtypes = [pointer, whole, pointer, *nodes, *[pointer] * 3]
+    library.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 8]
+    library.mcdas_escape_sound.argtypes = [pointer, whole, pointer, pointer, *nodes, pointer, pointer]
+    library.mcdas_escape_met.argtypes = [pointer, whole, *[pointer] * 6]
+    for function in (library.mcdas_escape_held, library.mcdas_escape_needs, library.mcdas_escape_guess, library.mcdas_escape_sound):
+        function.restype = None
+    return library
+
+
+def compiled_escapes() -> ctypes.CDLL | None:
+    """The library, built on first use; None where there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
+    return _library(os.environ.get(SWITCH, "1") != "0")

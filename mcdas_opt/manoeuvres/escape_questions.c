@@ -1,0 +1,241 @@
+/* The questions of `manoeuvres.escape_guess` about one situation; `escape_kernel.c` stands before this text. */
+
+static void at_nodes(whole start, const whole *nodes, int n, whole *clock)
+{
+    for (int t = 0; t < n; t++) clock[t] = start + nodes[t];
+}
+
+/* between which distances at its start each body would be met: low and high (bodies), `stride` apart */
+static void blocked(const Case *q, const Motion *m, int n, int last, const whole *clock, whole stride, double *low, double *high)
+{
+    const double host_long = 0.5 * q->length, host_wide = 0.5 * q->width;
+    double below[ROOM], above[ROOM], first[ROOM], final[ROOM], others[ROOM], aside[ROOM];
+    for (whole j = 0; j < q->bodies; j++) {
+        const double length = q->half_length[j], width = q->half_width[j];
+        const double *there = q->others_s + j * q->lattice, *beside = q->others_d + j * q->lattice;
+        double ahead, behind;
+        for (int t = 0; t < n; t++) {
+            others[t] = there[clock[t]];
+            aside[t] = beside[clock[t]] - m->d[t];
+        }
+        const double from = others[0] - m->s[0];
+        for (int t = 0; t < n; t++) {
+            const double sine = m->sine[t], c = m->cosine[t], bare = fabs(sine), y = aside[t];
+            const double way = sine > 0.0 ? 1.0 : (sine < 0.0 ? -1.0 : 0.0), tilt = bare + 1e-9;
+            const double side = y * c * way, flank = length * bare + (width * c + host_wide);
+            const double extent = length + (host_long * c + host_wide * tilt);
+            const double near = (side - flank) / tilt, far = (side + flank) / tilt, gained = from - (others[t] - m->s[t]);
+            const double a = GREATER(near, -extent), b = LESSER(far, extent);
+            const int apart = (a >= b) | (fabs(y) >= width + (host_long * tilt + host_wide * c));
+            first[t] = a;
+            final[t] = b;
+            below[t] = apart ? NOWHERE_M : a + gained;
+            above[t] = apart ? -NOWHERE_M : b + gained;
+        }
+        low[j * stride] = least(n, below);
+        high[j * stride] = greatest(n, above);
+        if (fabs(aside[last]) < width + host_wide) {
+            const double gained = from - (others[last] - m->s[last]);
+            room_needed(q, j, m->v[last], q->others_mps[j * q->lattice + clock[last]], &ahead, &behind);
+            const double nearer = LESSER(first[last], -behind), farther = GREATER(final[last], ahead);
+            low[j * stride] = LESSER(low[j * stride], gained + nearer);
+            high[j * stride] = GREATER(high[j * stride], gained + farther);
+        }
+    }
+}
+
+static void sorted(int n, double *x)
+{
+    for (int i = 1; i < n; i++) {
+        const double value = x[i];
+        int j = i;
+        for (; j > 0 && x[j - 1] > value; j--) x[j] = x[j - 1];
+        x[j] = value;
+    }
+}
+
+/* the same of a row that keeps its lane, of bodies that keep their speed: only the moments at which gaps can be least or greatest */
+static void blocked_in_lane(const Case *q, double level, double until, const double *begin, whole clock, whole stride, double *low,
+                            double *high)
+{
+    const double rise = q->jerk_max, fall = q->jerk_min, change = level - begin[ACCELERATION];
+    const double built = change >= 0.0 ? change / rise : change / fall;
+    const double reached = begin[SPEED] + 0.5 * (begin[ACCELERATION] + level) * built, steady = level == 0.0 ? 1.0 : level;
+    const double ended = GREATER(until, built);
+    for (whole j = 0; j < q->bodies; j++) {
+        const double other = q->others_mps[j * q->lattice + clock], *beside = q->others_d + j * q->lattice;
+        const double bodies = q->half_length[j] + 0.5 * q->length;
+        double z[LANES], v[LANES], a[LANES], way[LANES], ahead, behind;
+        double moments[6] = {0.0,   built + (other - reached) / steady, built - reached / steady, ended,
+                             ended + fabs(level) / (level > 0.0 ? -fall : rise), q->clear_s};
+        for (int i = 0; i < 6; i++) {
+            const double late = GREATER(moments[i], 0.0);
+            moments[i] = LESSER(late, q->clear_s);
+        }
+        sorted(6, moments);
+        for (int i = 0; i < LANES; i++) z[i] = moments[i < 5 ? i : 5];
+        pace(q, level, until, LANES, z, begin[SPEED], begin[ACCELERATION], v, a, way);
+        for (int i = 0; i < LANES; i++) way[i] -= other * z[i];
+        room_needed(q, j, v[5], other, &ahead, &behind);
+        const whole half = clock + q->half_steps < q->lattice ? clock + q->half_steps : q->lattice - 1;
+        const double now = fabs(beside[clock] - begin[D]), then = fabs(beside[half] - begin[D]);
+        const double below = least(LANES, way) - bodies, above = greatest(LANES, way) + bodies;
+        const int clear = LESSER(now, then) >= q->half_width[j] + 0.5 * q->width;
+        low[j * stride] = clear ? NOWHERE_M : LESSER(below, way[5] - behind);
+        high[j * stride] = clear ? -NOWHERE_M : GREATER(above, way[5] + ahead);
+    }
+}
+
+/* The host that keeps its acceleration and its steering from x on, at times (q->held): `manoeuvres.held`, into the table (STATES, held) */
+PUBLIC void mcdas_escape_held(const Case *q, const double *x, const double *times, double *table)
+{
+    const whole n = q->held;
+    const double c = q->centre, turn = tan(x[STEERING]) / q->wheelbase, top = GREATER(q->speed_max, x[SPEED]);
+    const double kappa0 = curvature_at(q, x[S]), psi0 = x[HEADING] + kappa0 * c, cosine0 = cos(psi0);
+    const double d0 = x[D] - c * sin(psi0) + 0.5 * kappa0 * (c * cosine0) * (c * cosine0), s0 = x[S] - c * cosine0 / (1.0 - kappa0 * d0);
+    double *s = table, *d = table + n, *psi = table + 2 * n, *v = table + 3 * n, *a = table + 4 * n, *way = table + 5 * n;
+    for (whole t = 0; t < n; t++) {
+        const double free = x[SPEED] + x[ACCELERATION] * times[t], capped = LESSER(free, top);
+        v[t] = GREATER(capped, 0.0);
+        a[t] = v[t] == free ? x[ACCELERATION] : 0.0;
+        way[t] = t ? way[t - 1] + 0.5 * (v[t] + v[t - 1]) * (times[t] - times[t - 1]) : 0.0;
+        s[t] = s0 + way[t];
+        d[t] = d0;
+    }
+    for (int pass = 0; pass < (q->bend > 0.0 ? PASSES : 1); pass++) {
+        double turned = 0.0, along = 0.0, across = 0.0, kappa_before = 0.0, s_before = 0.0, ratio_before = 0.0, sine_before = 0.0;
+        for (whole t = 0; t < n; t++) {
+            const double kappa = curvature_at(q, s[t]), step = t ? way[t] - way[t - 1] : 0.0;
+            if (t) turned += 0.5 * (kappa + kappa_before) * (s[t] - s_before);
+            s_before = s[t];
+            kappa_before = kappa;
+            psi[t] = psi0 + turn * way[t] - turned;
+            const double ratio = cos(psi[t]) / (1.0 - kappa * d[t]), sine = sin(psi[t]);
+            along += 0.5 * (ratio + ratio_before) * step;
+            across += 0.5 * (sine + sine_before) * step;
+            ratio_before = ratio;
+            sine_before = sine;
+            s[t] = s0 + along;
+            d[t] = d0 + across;
+        }
+    }
+    for (whole t = 0; t < n; t++) {
+        const double kappa = curvature_at(q, s[t]), cosine = cos(psi[t]), stretch = 1.0 - kappa * d[t];
+        s[t] += c * cosine / stretch;
+        d[t] += c * sin(psi[t]) - 0.5 * kappa * (c * cosine) * (c * cosine);
+        psi[t] -= kappa * c;
+        way[t] = x[STEERING];
+    }
+}
+
+/* Every member from the anchors: low and high (bodies, anchors, members), slack (3, anchors, members); all nodes padded to n */
+PUBLIC void mcdas_escape_needs(const Case *q, int anchors, const whole *anchor, int n, int last, const whole *nodes, const double *times,
+                               int middle, double *low, double *high, double *slack)
+{
+    const whole size = q->members, all = anchors * size;
+    whole clock[ROOM];
+    Motion m;
+    Begin b;
+    const double *x = b.x;
+    for (int k = 0; k < anchors; k++) {
+        begin_at(q, anchor[k], &b);
+        at_nodes(anchor[k], nodes, n, clock);
+        swerve(q, 0.0, 0.0, NAN, q->straightening, &b, n, times, middle, &m);
+        const double alone = m.demand, able = m.ability, edge = m.edge;
+        for (whole i = 0; i < size; i++) {
+            const whole at = k * size + i;
+            double level, until;
+            const int acts = begun(q, i, x[SPEED], &level, &until);
+            if (i < q->in_lane) {
+                double sideways = alone;
+                blocked_in_lane(q, level, until, x, anchor[k], all, low + at, high + at);
+                if (q->bend > 0.0) { /* faster, the same bend asks for more */
+                    const double gained = 1.0 + level * LESSER(until, q->clear_s) / GREATER(x[SPEED], 1.0);
+                    if (gained > 1.0) sideways *= gained * gained;
+                }
+                const double effort = sqrt(level * level + sideways * sideways), left = 1.0 - effort / q->limit;
+                slack[at] = edge;
+                slack[all + at] = acts ? LESSER(able, left) : -1.0;
+                slack[2 * all + at] = q->comfort - effort;
+            } else {
+                swerve(q, level, until, q->target[i], q->lateral[i], &b, n, times, middle, &m);
+                blocked(q, &m, n, last, clock, all, low + at, high + at);
+                slack[at] = m.edge;
+                slack[all + at] = m.ability;
+                slack[2 * all + at] = q->comfort - m.demand;
+            }
+        }
+    }
+}
+
+/* The last of the starts in between, by weights (starts, anchors) and the distances there (bodies, starts), at which a member is open, and
+ * open and comfortable: (2, members), -1 without. `work` (4, members): its first row is left with how open the first start is */
+PUBLIC void mcdas_escape_guess(const Case *q, int anchors, int starts, const double *seconds, const double *weights, const double *apart,
+                               const double *low, const double *high, const double *slack, double *restrict work, double *restrict last)
+{
+    const whole size = q->members, all = anchors * size;
+    double *open = work, *easy = work + size, *after = work + 2 * size;
+    for (whole i = 0; i < 2 * size; i++) {
+        last[i] = -1.0;
+        after[i] = 0.0;
+    }
+    for (int n = starts - 1; n >= 0; n--) {
+        const double *w = weights + (whole)n * anchors;
+        int k = 0;
+        while (k < anchors - 1 && w[k] == 0.0) k++;
+        const int next = k < anchors - 1 ? k + 1 : k;
+        const double share = w[k], rest = next > k ? w[next] : 0.0, step = n < starts - 1 ? seconds[n + 1] - seconds[n] : 0.0;
+        const double *edge = slack + k * size, *edge_next = slack + next * size, *able = edge + all, *able_next = edge_next + all;
+        for (whole i = 0; i < size; i++) {
+            const double room = share * edge[i] + rest * edge_next[i], left = ABILITY_M * (share * able[i] + rest * able_next[i]);
+            const double least_of = LESSER(room, left);
+            open[i] = LESSER(least_of, NOWHERE_M);
+            easy[i] = share * able[all + i] + rest * able_next[all + i];
+        }
+        for (whole j = 0; j < q->bodies; j++) {
+            const double gap = apart[j * starts + n];
+            const double *below = low + j * all + k * size, *below_next = low + j * all + next * size;
+            const double *above = high + j * all + k * size, *above_next = high + j * all + next * size;
+            for (whole i = 0; i < size; i++) {
+                const double under = share * below[i] + rest * below_next[i] - gap;
+                const double over = gap - (share * above[i] + rest * above_next[i]), miss = GREATER(under, over);
+                open[i] = LESSER(open[i], miss);
+            }
+        }
+        for (whole i = 0; i < size; i++) easy[i] = LESSER(easy[i], open[i]);
+        for (whole i = 0; i < 2 * size; i++) {
+            const double fall = open[i] - after[i];
+            if (last[i] < 0.0 && open[i] > 0.0) last[i] = seconds[n] + open[i] / GREATER(fall, 1e-9) * step;
+            after[i] = open[i];
+        }
+    }
+}
+
+/* Exactly: which members from these starts are ways out, and what they ask of the tyres */
+PUBLIC void mcdas_escape_sound(const Case *q, int rows, const whole *member, const whole *start, int n, int last, const whole *nodes,
+                               const double *times, int middle, unsigned char *good, double *demand)
+{
+    whole clock[ROOM], whom;
+    Motion m;
+    Begin b;
+    double level, until;
+    for (int r = 0; r < rows; r++) {
+        const whole i = member[r];
+        begin_at(q, start[r], &b);
+        at_nodes(start[r], nodes, n, clock);
+        const int acts = begun(q, i, b.x[SPEED], &level, &until);
+        swerve(q, level, until, q->target[i], q->lateral[i], &b, n, times, middle, &m);
+        demand[r] = m.demand;
+        const double target = q->target[i];
+        const int arrives = target != target || fabs(m.d[last] - target) <= ARRIVED_M;
+        good[r] = acts && arrives && m.ability >= 0.0 && m.edge >= 0.0 && !doomed(q, &m, last, clock[last]) &&
+                  touched(q, last + 1, clock, m.s, m.d, m.sine, m.cosine, q->clear_m, 1, &whom) < 0;
+    }
+}
+
+/* The step in which a host that goes through these places (nodes) first has nothing left to somebody, and to whom; -1 without */
+PUBLIC int mcdas_escape_met(const Case *q, int nodes, const whole *clock, const double *s, const double *d, const double *sine,
+                            const double *cosine, whole *whom)
+{
+    return touched(q, nodes, clock, s, d, sine, cosine, 0.0, 0, whom);
+}

@@ -1,0 +1,103 @@
+"""The escape map's questions in C against what they say in numpy."""
+
+from __future__ import annotations
+
+import ctypes
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from benchmarks.escape_truth import situation_of
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.manoeuvres import compiled_escapes as seat
+from mcdas_opt.manoeuvres.escape_guess import Case
+from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
+from mcdas_opt.manoeuvres.escapes import escapes
+from mcdas_opt.manoeuvres.parting import LATTICE_S
+from mcdas_opt.solvers.compile_cache import SWITCH
+from mcdas_opt.tracking.prediction import predict
+
+CAR = Vehicle()
+CLOSE = 1e-9
+
+
+@pytest.fixture(scope="module")
+def library() -> ctypes.CDLL:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv(SWITCH, raising=False)
+        built = seat.compiled_escapes()
+    if built is None:
+        pytest.skip("there is no C compiler here")
+    return built
+
+
+def varied(index: int) -> Situation:
+    """Situations of every kind: also roads that end, bends that change, hosts that brake to rest and that are at top speed."""
+    situation = situation_of(31, index)
+    road, host = situation.road, situation.host
+    if index % 4 == 1:
+        road = replace(road, curvature=((-20.0, 0.0), (15.0, 0.003), (60.0, 0.001), (120.0, -0.002)))
+    if index % 5 == 2:
+        road = Road(lanes_left=1, lanes_right=1, friction=road.friction, road_end_s_m=90.0)
+    if index % 3 == 0:
+        host = replace(host, speed_mps=(1.5, CAR.speed_max_mps)[index % 2], acceleration_mps2=(-1.0, 1.0)[index % 2])
+    return replace(situation, road=road, host=host)
+
+
+def both(index: int, library: ctypes.CDLL) -> tuple[Case, Case]:
+    situation = varied(index)
+    one = situation, CAR, predict(situation.tracks), EscapeSettings()
+    return Case(*one), Case(*one, library)
+
+
+@settings(max_examples=25, deadline=None)
+@given(index=st.integers(0, 10_000))
+def test_everything_it_answers_is_what_numpy_answers(index: int, library: ctypes.CDLL) -> None:
+    plain, fast = both(index, library)
+    assert np.abs(plain.table - fast.table).max() <= CLOSE
+    end_s, ender = plain.end_of_keeping_on()
+    assert fast.end_of_keeping_on() == (end_s, ender)
+    one, other = plain.guess(end_s), fast.guess(end_s)
+    for a, b in ((one.open_now_m, other.open_now_m), *zip(one.needs, other.needs, strict=True)):
+        assert np.all(np.abs(a - b) <= CLOSE * (1.0 + np.abs(a)))
+    for a, b in zip(one.last_s, other.last_s, strict=True):
+        assert np.abs(a - b).max() <= 1e-6
+    random = np.random.default_rng(index)
+    members = random.integers(0, plain.members.kind.size, 40)
+    starts = random.integers(0, int(end_s / LATTICE_S) + 1, 40)
+    (good, asked), (sound, demand) = plain.sound(members, starts), fast.sound(members, starts)
+    assert np.array_equal(good, sound)
+    assert np.all(np.abs(asked - demand) <= CLOSE * (1.0 + asked))
+
+
+@pytest.mark.parametrize("index", range(8))
+def test_the_map_is_the_same_without_a_compiler(index: int, library: ctypes.CDLL, monkeypatch: pytest.MonkeyPatch) -> None:
+    situation = situation_of(32, index)
+    fast = escapes(situation, CAR, predict(situation.tracks))
+    monkeypatch.setenv(SWITCH, "0")
+    assert seat.compiled_escapes() is None
+    plain = escapes(situation, CAR, predict(situation.tracks))
+    for kind in KINDS:
+        one, other = getattr(plain, kind), getattr(fast, kind)
+        assert replace(one, demand_mps2=None) == replace(other, demand_mps2=None)
+        assert one.demand_mps2 == pytest.approx(other.demand_mps2, abs=CLOSE)
+
+
+def test_a_machine_that_cannot_build_it_answers_in_numpy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setenv("CC", "no-such-compiler")
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.delenv(SWITCH, raising=False)
+    seat._library.cache_clear()
+    try:
+        assert seat.compiled_escapes() is None
+        situation = situation_of(33, 1)
+        assert escapes(situation, CAR, predict(situation.tracks)).to_dict()
+    finally:
+        seat._library.cache_clear()
