@@ -11,10 +11,11 @@ sys.path.insert(0, str(Path(__file__).parent / "extensions"))
 
 project = "mcdas-opt"
 author = "The mcdas-opt authors"
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "terms_of_the_mpc", "model_cards"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "equations", "terms_of_the_mpc", "model_cards"]
 exclude_patterns = ["extensions"]
 html_theme = "furo"
 html_title = "mcdas-opt"
+html_math_renderer = "mathml"
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 nb_execution_mode = "off"  # notebooks are kept with their outputs; the tests run them

@@ -19,7 +19,9 @@ def commands() -> list[str]:
 def main() -> None:
     for command in commands():
         print(f"$ {command}", flush=True)
-        done = subprocess.run([sys.executable, "-m", "mcdas_opt", *shlex.split(command)[1:]], cwd=HERE, stdout=subprocess.DEVNULL, check=False)
+        done = subprocess.run(
+            [sys.executable, "-m", "mcdas_opt", *shlex.split(command)[1:]], cwd=HERE, stdout=subprocess.DEVNULL, check=False
+        )
         if done.returncode:
             sys.exit(f"exit {done.returncode}")
 
