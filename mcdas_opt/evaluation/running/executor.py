@@ -11,6 +11,8 @@ from mcdas_opt.domain.rules import positive
 from mcdas_opt.evaluation.running.hand import Hand
 from mcdas_opt.evaluation.running.messages import Answer, Task
 
+_AGAIN_S = 0.2
+
 
 class Executor(Protocol):
     """Does tasks in any order. What a task does to its process (raise, hang, die) is an answer, never an exception here."""
@@ -50,11 +52,10 @@ class ProcessPool:
                 yield answers.get()
         finally:
             stopped.set()
-            if any(thread.is_alive() for thread in threads):
-                for hand in self._hands:
+            for thread, hand in zip(threads, self._hands, strict=False):
+                while thread.is_alive():  # again, where it was just about to give its task to a new child
                     hand.close()
-            for thread in threads:
-                thread.join()
+                    thread.join(_AGAIN_S)
 
     def close(self) -> None:
         for hand in self._hands:
