@@ -15,7 +15,10 @@ _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEX
 
 
 class Hand:
-    """Not shared between threads. Waiting for an answer costs nothing; the child computes in one thread and ends with its parent."""
+    """One thread gives it tasks, any may close it. Waiting for an answer costs nothing.
+
+    The child computes in one thread and ends with its parent.
+    """
 
     def __init__(self) -> None:
         self._child: subprocess.Popen[bytes] | None = None
@@ -38,7 +41,7 @@ class Hand:
         try:
             write(child.stdin, (task.function, task.arguments))
             return cast(Answer, read(child.stdout))
-        except (EOFError, OSError):
+        except (EOFError, OSError, ValueError):  # ValueError: closed by another thread
             code = child.wait()
             self.close()
             if late.is_set():
@@ -60,12 +63,13 @@ class Hand:
         child.wait()
 
     def _alive(self) -> subprocess.Popen[bytes]:
-        if self._child is None or self._child.poll() is not None:
+        child = self._child  # by a name of its own: `close` may come from another thread
+        if child is None or child.poll() is not None:
             self.close()
-            self._child = subprocess.Popen(
+            child = self._child = subprocess.Popen(
                 [sys.executable, "-m", "mcdas_opt.evaluation.running.child"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 env=os.environ | dict.fromkeys(_THREADS, "1"),
             )
-        return self._child
+        return child
