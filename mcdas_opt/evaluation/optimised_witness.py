@@ -13,8 +13,8 @@ from mcdas_opt.domain.prediction import PredictedBody
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.evaluation.feedback_swerves import Swerved, swerve, swerves
 from mcdas_opt.evaluation.oracle import held, passed, seen_from
-from mcdas_opt.evaluation.swerves import Swerved, swerve, swerves
 from mcdas_opt.geometry.clearance import Body, separating_lines
 from mcdas_opt.geometry.rectangle import corners
 from mcdas_opt.manoeuvres.clearance import clearance

@@ -14,8 +14,8 @@ from mcdas_opt.domain.prediction import BodyMotion, KnownBody, PredictedBody, Pr
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.evaluation.feedback_swerves import lane_keeping, swerve, swerves
 from mcdas_opt.evaluation.library import library
-from mcdas_opt.evaluation.swerves import lane_keeping, swerve, swerves
 from mcdas_opt.manoeuvres.clearance import clearance
 from mcdas_opt.manoeuvres.driven import driven
 from mcdas_opt.manoeuvres.family import Demand, roll_out

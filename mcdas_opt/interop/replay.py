@@ -138,21 +138,7 @@ def _beats(log: str | Path, recording: SensorLog, cycle_s: float) -> list[float]
 
 def _cycle(situation: Situation, assessment: Assessment, answer: Plan | None) -> Cycle:
     host = situation.host
-    tracks = tuple(
-        SeenTrack(
-            id=track.id,
-            role=assessment.roles.get(track.id, Role.OTHER),
-            s_m=track.s_m - host.s_m,
-            d_m=track.d_m - host.d_m,
-            speed_s_mps=track.speed_s_mps,
-            speed_d_mps=track.speed_d_mps,
-            covariance=track.covariance,
-            length_m=track.length_m,
-            width_m=track.width_m,
-            coasting=track.coasting,
-        )
-        for track in situation.tracks
-    )
+    tracks = tuple(SeenTrack.of(track, host, assessment.roles.get(track.id, Role.OTHER)) for track in situation.tracks)
     chosen = assessment if answer is None else answer
     return Cycle(
         t_s=situation.time_s,

@@ -10,6 +10,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Mounting
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vocabulary import Mode, Role, Sector, Side, Status
 from mcdas_opt.interop.sensor_log import SensorLog
 
@@ -31,6 +32,22 @@ class SeenTrack:
     length_m: float
     width_m: float
     coasting: bool
+
+    @classmethod
+    def of(cls, track: Track, host: HostState, role: Role) -> SeenTrack:
+        """A track as it is seen from the host."""
+        return cls(
+            id=track.id,
+            role=role,
+            s_m=track.s_m - host.s_m,
+            d_m=track.d_m - host.d_m,
+            speed_s_mps=track.speed_s_mps,
+            speed_d_mps=track.speed_d_mps,
+            covariance=track.covariance,
+            length_m=track.length_m,
+            width_m=track.width_m,
+            coasting=track.coasting,
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,6 +13,7 @@ from mcdas_opt.domain.prediction import BodyMotion, PredictedBody
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.geometry.rectangle import separation_of_poses
 from mcdas_opt.manoeuvres.sidesteps import Ways
 
 Place = tuple[Array, ...]  # where a body is as seen from the host's centre, along and across the road [m], and both headings [rad]
@@ -113,11 +114,11 @@ def _parted(places: list[Place], parts: int, long: float, wide: float, other_lon
 
     Where both ends are farther apart than the bodies move in between, the lesser end less half of that way will do.
     """
-    gap = _separation(places[0], long, wide, other_long, other_wide)
+    gap = _separation(places[0], (long, wide), (other_long, other_wide))
     if not parts:
         return gap
     begin, end = places
-    gap = np.minimum(gap, _separation(end, long, wide, other_long, other_wide))
+    gap = np.minimum(gap, _separation(end, (long, wide), (other_long, other_wide)))
     reach = long + np.max(other_long)
     moved = np.hypot(end[0] - begin[0], end[1] - begin[1]) + reach * (np.abs(end[2] - begin[2]) + np.abs(end[3] - begin[3]))
     doubtful = np.flatnonzero((gap > 0.0) & (gap < moved))
@@ -135,15 +136,9 @@ def _parted(places: list[Place], parts: int, long: float, wide: float, other_lon
     return np.asarray(gap)
 
 
-def _separation(place: Place, long: float, wide: float, other_long: Any, other_wide: Any) -> Array:
-    """The largest gap (n,) on the axes of both rectangles."""
+def _separation(place: Place, half: tuple[Any, Any], other_half: tuple[Any, Any]) -> Array:
     x, y, heading, other_heading = place
-    sine, cosine, other_sine, other_cosine = np.sin(heading), np.cos(heading), np.sin(other_heading), np.cos(other_heading)
-    c, s = np.abs(cosine * other_cosine + sine * other_sine), np.abs(sine * other_cosine - cosine * other_sine)
-    gap = np.abs(x * cosine + y * sine) - (long + other_long * c + other_wide * s)
-    np.maximum(gap, np.abs(y * cosine - x * sine) - (wide + other_long * s + other_wide * c), out=gap)
-    np.maximum(gap, np.abs(x * other_cosine + y * other_sine) - (other_long + long * c + wide * s), out=gap)
-    return np.asarray(np.maximum(gap, np.abs(y * other_cosine - x * other_sine) - (other_wide + long * s + wide * c), out=gap))
+    return separation_of_poses(x, y, heading, other_heading, half, other_half)
 
 
 def _axes(place: Place, long: float, wide: float, other_long: Any, other_wide: Any) -> tuple[Array, Array]:

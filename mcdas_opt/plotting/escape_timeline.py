@@ -16,7 +16,7 @@ from mcdas_opt.domain.vocabulary import Alert, Mode
 from mcdas_opt.manoeuvres.held import held
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.birdseye import BirdsEye
-from mcdas_opt.plotting.moments import HOST, Moment, Shown, View
+from mcdas_opt.plotting.moments import View
 from mcdas_opt.plotting.outlook import Outlook
 
 if TYPE_CHECKING:
@@ -41,34 +41,8 @@ def escape_sheet(situation: Situation, vehicle: Vehicle, escapes: Escapes, alert
         fig.set_layout_engine("none")
         fig.text(0.02, 1.0 - 0.26 / height, _heading(escapes, alert), fontsize=11, fontweight="bold", va="center")
         axes = fig.add_axes((0.015, 1.0 - (0.45 + bird) / height, 0.97, bird / height))
-        own = Shown(
-            name=HOST,
-            pose=(situation.host.s_m, situation.host.d_m, situation.host.heading_rad),
-            length_m=vehicle.length_m,
-            width_m=vehicle.width_m,
-            colour=style.HOST,
-        )
-        others = tuple(
-            Shown(
-                name=body.id,
-                pose=(float(now.s_m), float(now.d_m), float(now.heading_rad)),
-                length_m=body.length_m,
-                width_m=body.width_m,
-                colour=colour,
-            )
-            for body, colour in zip(outlook.bodies, outlook.colours(), strict=True)
-            for now in (body.at(np.array(0.0)),)
-        )
         keeping_on = _keeping_on(situation, vehicle, escapes)
-        moment = Moment(
-            time_s=situation.time_s,
-            host=own,
-            speed_mps=situation.host.speed_mps,
-            others=others,
-            tracks=situation.tracks,
-            plan=keeping_on,
-        )
-        BirdsEye(axes, situation.road, view, keeping_on.trajectory).show(moment)
+        BirdsEye(axes, situation.road, view, keeping_on.trajectory).show(outlook.moment(keeping_on))
         axes.set(xticks=[], yticks=[])
         below = fig.add_axes((0.1, 0.5 / height, 0.62, 1.75 / height))
         draw_timeline(below, escapes)

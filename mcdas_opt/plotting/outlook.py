@@ -12,6 +12,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.plotting import style
+from mcdas_opt.plotting.moments import HOST, Moment, Shown
 from mcdas_opt.plotting.plane import Ground, rounded
 from mcdas_opt.plotting.words import because, doing, judged, sentence
 from mcdas_opt.simulation.contact import surroundings
@@ -55,6 +56,30 @@ class Outlook:
             "every": _EVERY_S,
             "charts": self.charts(),
         }  # fmt: skip
+
+    def moment(self, plan: Plan) -> Moment:
+        """Everybody now, with a plan."""
+        host, car = self.situation.host, self.vehicle
+        others = tuple(
+            Shown(
+                name=body.id,
+                pose=(float(now.s_m), float(now.d_m), float(now.heading_rad)),
+                length_m=body.length_m,
+                width_m=body.width_m,
+                colour=colour,
+            )
+            for body, colour in zip(self.bodies, self.colours(), strict=True)
+            for now in (body.at(np.array(0.0)),)
+        )
+        pose = (host.s_m, host.d_m, host.heading_rad)
+        return Moment(
+            time_s=self.situation.time_s,
+            host=Shown(name=HOST, pose=pose, length_m=car.length_m, width_m=car.width_m, colour=style.HOST),
+            speed_mps=host.speed_mps,
+            others=others,
+            tracks=self.situation.tracks,
+            plan=plan,
+        )
 
     def plan(self, plan: Plan) -> dict[str, Any]:
         """A plan's poses, its quantities over time, and its words."""

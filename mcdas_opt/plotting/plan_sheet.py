@@ -13,7 +13,7 @@ from mcdas_opt.geometry.rectangle import corners
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.birdseye import BirdsEye, Camera
 from mcdas_opt.plotting.escape_timeline import draw_timeline
-from mcdas_opt.plotting.moments import HOST, Moment, Shown, View
+from mcdas_opt.plotting.moments import View
 from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.plotting.words import because, doing, sentence
 
@@ -57,29 +57,7 @@ def plan_sheet(situation: Situation, vehicle: Vehicle, plan: Plan) -> Figure:
 
 
 def _from_above(axes: Axes, situation: Situation, vehicle: Vehicle, plan: Plan, outlook: Outlook, view: View) -> None:
-    host = situation.host
-    others = tuple(
-        Shown(
-            name=body.id,
-            pose=(float(now.s_m), float(now.d_m), float(now.heading_rad)),
-            length_m=body.length_m,
-            width_m=body.width_m,
-            colour=colour,
-        )
-        for body, colour in zip(outlook.bodies, outlook.colours(), strict=True)
-        for now in (body.at(np.array(0.0)),)
-    )
-    own = Shown(
-        name=HOST,
-        pose=(host.s_m, host.d_m, host.heading_rad),
-        length_m=vehicle.length_m,
-        width_m=vehicle.width_m,
-        colour=style.HOST,
-    )
-    moment = Moment(
-        time_s=situation.time_s, host=own, speed_mps=host.speed_mps, others=others, tracks=situation.tracks, plan=plan
-    )  # fmt: skip
-    BirdsEye(axes, situation.road, view, plan.trajectory).show(moment)
+    BirdsEye(axes, situation.road, view, plan.trajectory).show(outlook.moment(plan))
     _seconds_later(axes, situation, vehicle, plan, outlook, view)
     axes.set(xticks=[], yticks=[])
     for spine in axes.spines.values():

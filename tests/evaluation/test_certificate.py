@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
 from mcdas_opt.evaluation.certificate import closes_at
 from mcdas_opt.evaluation.families import load_family
+from mcdas_opt.evaluation.feedback_swerves import swerve, swerves
 from mcdas_opt.evaluation.oracle import finer_witness_from, witness_from
 from mcdas_opt.evaluation.relaxed_vehicle import STEP_S, RelaxedVehicle
 from mcdas_opt.evaluation.speed_sets import at_least, at_most, hull, moved
-from mcdas_opt.evaluation.swerves import swerve, swerves
 from mcdas_opt.manoeuvres.clearance import clearance
 from mcdas_opt.simulation.neighbours import known_bodies
 

@@ -201,21 +201,7 @@ class LiveLoop:
     def _seen(self, situation: Situation) -> tuple[SeenTrack, ...]:
         host, road = situation.host, situation.road
         roles = cast(situation.tracks, road.lane_of(host.d_m), host, self._planner.vehicle, road, self._planner.settings.selector).roles
-        return tuple(
-            SeenTrack(
-                id=track.id,
-                role=roles.get(track.id, Role.OTHER),
-                s_m=track.s_m - host.s_m,
-                d_m=track.d_m - host.d_m,
-                speed_s_mps=track.speed_s_mps,
-                speed_d_mps=track.speed_d_mps,
-                covariance=track.covariance,
-                length_m=track.length_m,
-                width_m=track.width_m,
-                coasting=track.coasting,
-            )
-            for track in situation.tracks
-        )
+        return tuple(SeenTrack.of(track, host, roles.get(track.id, Role.OTHER)) for track in situation.tracks)
 
     def _silent(self, now: float) -> tuple[str, ...]:
         """Channels on which no radar was heard of late; raises when that is all of them, or the host's speed has ended."""
