@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
+from typing import Protocol
+
 import numpy as np
 
 from mcdas_opt.actuation import path_following
@@ -16,13 +19,32 @@ from mcdas_opt.planning.roll_out import knots
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.reference.offset_path import OffsetPath
 
+
+class Kind(IntEnum):
+    """Of a driver, as the C text knows them."""
+
+    APPROACH = 0
+    STEADY = 1
+    REACTION = 2
+    FOLLOWING = 3
+
+
+class CountedLaw(Protocol):
+    """A driver that can be written as a list of numbers, its `Kind` first, then what the C text asks of that kind."""
+
+    @property
+    def numbers(self) -> tuple[float, ...]: ...
+
+    def wanted_mps2(self, t_s: float, s_m: float, speed_mps: float) -> float: ...
+
+
 _NO_PATH = (0.0, -1.0, 2.0, 0.0, 0.0, 1.0)  # an offset path that goes nowhere: amplitude, a, b, bend, its place, its width
 
 
 def follow(
     start: HostState,
     path: OffsetPath | LaneCentre,
-    law: SpeedLaw,
+    law: SpeedLaw | CountedLaw,
     *,
     vehicle: Vehicle,
     road: Road,
@@ -48,8 +70,8 @@ def follow(
     states, inputs = np.empty((steps + 1, 6)), np.empty((steps, 2))
     states[0] = start.to_vector()
     car = np.array([vehicle.wheelbase_m, vehicle.centre_m])
-    rule = _law(law, vehicle, road, lateral_acceleration_mps2, cfg)
-    compiled.follow(states, inputs, cfg.step_s, car, knots(road), _path(path), rule)
+    rule, driver = _law(vehicle, road, lateral_acceleration_mps2, cfg), np.array(_driver(law), dtype=np.float64)
+    compiled.follow(states, inputs, cfg.step_s, car, knots(road), _path(path), rule, driver)
     return Trajectory.from_states(np.round(np.arange(steps + 1) * cfg.step_s, 9), states, inputs)
 
 
@@ -60,13 +82,16 @@ def _path(path: OffsetPath | LaneCentre) -> Array:
     return np.array([path.start_s_m, path.start_d_m, *shape])
 
 
-def _law(law: SpeedLaw, vehicle: Vehicle, road: Road, lateral_mps2: float, cfg: FollowingSettings) -> Array:
+def _driver(law: SpeedLaw | CountedLaw) -> tuple[float, ...]:
+    if isinstance(law, SpeedLaw):
+        return (Kind.APPROACH, law.speed_mps, law.acceleration_mps2, law.start_s)
+    return law.numbers
+
+
+def _law(vehicle: Vehicle, road: Road, lateral_mps2: float, cfg: FollowingSettings) -> Array:
     grip, share = cfg.friction_share * road.friction * GRAVITY_MPS2, cfg.limit_share
     return np.array(
         [
-            law.speed_mps,
-            law.acceleration_mps2,
-            law.start_s,
             min(lateral_mps2, grip),
             grip,
             cfg.bandwidth_radps,
@@ -77,5 +102,6 @@ def _law(law: SpeedLaw, vehicle: Vehicle, road: Road, lateral_mps2: float, cfg: 
             share * vehicle.jerk_max_mps3,
             share * vehicle.acceleration_min_mps2,
             share * vehicle.acceleration_max_mps2,
+            0.7 * share * vehicle.jerk_max_mps3,
         ]
     )
