@@ -6,7 +6,6 @@ told; its answers are judged as they are. Extra `commonroad-planner`.
 
 from __future__ import annotations
 
-import math
 import time
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -26,7 +25,6 @@ from mcdas_opt.domain.vocabulary import Mode, Request, Side
 from mcdas_opt.errors import MissingExtraError
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.planning.rivals.lane import judged, strongest_braking_mps2
-from mcdas_opt.planning.rivals.steady import SteadyLaw
 from mcdas_opt.tracking.prediction import predict
 from mcdas_opt.verification.judge import judge
 
@@ -46,6 +44,16 @@ class UnderWay:
 
     planned_s: float
     trajectory: Trajectory
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _FullBraking:
+    """What is done when no sample is free of collisions: the package itself leaves that open."""
+
+    strength_mps2: float
+
+    def wanted_mps2(self, t_s: float, s_m: float, speed_mps: float) -> float:
+        return -self.strength_mps2
 
 
 class _Package(NamedTuple):
@@ -88,7 +96,7 @@ class ReactiveMethod:
             return self._plan(situation, prediction, before, "goes on", started)
         trajectory = self._found(situation, prediction)
         if trajectory is None:
-            law = SteadyLaw(strength_mps2=strongest_braking_mps2(situation, self.vehicle), until_mps=-math.inf)
+            law = _FullBraking(strength_mps2=strongest_braking_mps2(situation, self.vehicle))
             return judged(self.name, situation, self.vehicle, self.settings, law=law, reason="no sample is free: brakes", warning=True)
         under_way = UnderWay(planned_s=situation.time_s, trajectory=trajectory)
         return self._plan(situation, prediction, under_way, f"cheapest free one of {self._planner.total_count_samples} samples", started)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from mcdas_opt.actuation import path_following
-from mcdas_opt.actuation.path_following import FollowingSettings, SpeedLaw
+from mcdas_opt.actuation.path_following import AccelerationLaw, FollowingSettings, SpeedLaw
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
@@ -29,13 +29,12 @@ class Kind(IntEnum):
     FOLLOWING = 3
 
 
+@runtime_checkable
 class CountedLaw(Protocol):
     """A driver that can be written as a list of numbers, its `Kind` first, then what the C text asks of that kind."""
 
     @property
     def numbers(self) -> tuple[float, ...]: ...
-
-    def wanted_mps2(self, t_s: float, s_m: float, speed_mps: float) -> float: ...
 
 
 _NO_PATH = (0.0, -1.0, 2.0, 0.0, 0.0, 1.0)  # an offset path that goes nowhere: amplitude, a, b, bend, its place, its width
@@ -44,7 +43,7 @@ _NO_PATH = (0.0, -1.0, 2.0, 0.0, 0.0, 1.0)  # an offset path that goes nowhere: 
 def follow(
     start: HostState,
     path: OffsetPath | LaneCentre,
-    law: SpeedLaw | CountedLaw,
+    law: SpeedLaw | AccelerationLaw,
     *,
     vehicle: Vehicle,
     road: Road,
@@ -52,9 +51,12 @@ def follow(
     lateral_acceleration_mps2: float,
     settings: FollowingSettings | None = None,
 ) -> Trajectory:
-    """As `path_following.follow`, to 1e-9: the trajectory of the bicycle from the measured state along `path`."""
-    compiled = compiled_drive()
-    if compiled is None:
+    """As `path_following.follow`, to 1e-9: the trajectory of the bicycle from the measured state along `path`.
+
+    A driver of somebody's own, who is no `CountedLaw`, is asked step by step.
+    """
+    compiled, driver = compiled_drive(), _driver(law)
+    if compiled is None or driver is None:
         return path_following.follow(
             start,
             path,
@@ -70,7 +72,7 @@ def follow(
     states, inputs = np.empty((steps + 1, 6)), np.empty((steps, 2))
     states[0] = start.to_vector()
     car = np.array([vehicle.wheelbase_m, vehicle.centre_m])
-    rule, driver = _law(vehicle, road, lateral_acceleration_mps2, cfg), np.array(_driver(law), dtype=np.float64)
+    rule = _law(vehicle, road, lateral_acceleration_mps2, cfg)
     compiled.follow(states, inputs, cfg.step_s, car, knots(road), _path(path), rule, driver)
     return Trajectory.from_states(np.round(np.arange(steps + 1) * cfg.step_s, 9), states, inputs)
 
@@ -82,10 +84,10 @@ def _path(path: OffsetPath | LaneCentre) -> Array:
     return np.array([path.start_s_m, path.start_d_m, *shape])
 
 
-def _driver(law: SpeedLaw | CountedLaw) -> tuple[float, ...]:
+def _driver(law: SpeedLaw | AccelerationLaw) -> Array | None:
     if isinstance(law, SpeedLaw):
-        return (Kind.APPROACH, law.speed_mps, law.acceleration_mps2, law.start_s)
-    return law.numbers
+        return np.array([Kind.APPROACH, law.speed_mps, law.acceleration_mps2, law.start_s], dtype=np.float64)
+    return np.array(law.numbers, dtype=np.float64) if isinstance(law, CountedLaw) else None
 
 
 def _law(vehicle: Vehicle, road: Road, lateral_mps2: float, cfg: FollowingSettings) -> Array:

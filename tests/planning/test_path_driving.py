@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mcdas_opt.actuation import path_following
-from mcdas_opt.actuation.path_following import FollowingSettings, SpeedLaw
+from mcdas_opt.actuation.path_following import AccelerationLaw, FollowingSettings, SpeedLaw
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
@@ -17,7 +17,7 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.car_following import IdmSettings
 from mcdas_opt.ocp.compiled_drive import compiled_drive
-from mcdas_opt.planning.path_driving import CountedLaw, follow
+from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.planning.rivals.competent_driver import CompetentDriverSettings, ReactionLaw
 from mcdas_opt.planning.rivals.idm_mobil import Following
 from mcdas_opt.planning.rivals.steady import SteadyLaw
@@ -76,7 +76,7 @@ def test_compiled_rivals_are_the_rivals(
     second = Track(id="second", s_m=40.0, d_m=3.7, speed_s_mps=15.0)
     leaders = {"nobody": (), "one": (first,), "two": (first, second)}
     if kind == "steady":
-        law: CountedLaw = SteadyLaw(strength_mps2=hard, until_mps=theirs)
+        law: AccelerationLaw = SteadyLaw(strength_mps2=hard, until_mps=theirs)
     elif kind == "reaction":
         law = ReactionLaw(since_s=since, until_mps=theirs, strength_mps2=hard, settings=CompetentDriverSettings())
     else:
@@ -87,6 +87,21 @@ def test_compiled_rivals_are_the_rivals(
     ours, written = follow(host, path, law, **keys), path_following.follow(host, path, law, **keys)
     assert np.abs(ours.states - written.states).max() < 1e-8
     assert np.abs(ours.inputs - written.inputs).max() < 1e-5
+
+
+class Pulsing:
+    """A driver of somebody's own."""
+
+    def wanted_mps2(self, t_s: float, s_m: float, speed_mps: float) -> float:
+        return -2.0 if int(2.0 * t_s) % 2 else 0.5
+
+
+def test_who_has_a_law_of_its_own_is_asked_step_by_step() -> None:
+    keys = {"vehicle": CAR, "road": Road(), "duration_s": 3.0, "lateral_acceleration_mps2": 3.0}
+    host, path = HostState(speed_mps=20.0), LaneCentre(d_m=0.0)
+    ours, written = follow(host, path, Pulsing(), **keys), path_following.follow(host, path, Pulsing(), **keys)
+    assert np.array_equal(ours.states, written.states)
+    assert ours.acceleration_mps2.min() < -1.9
 
 
 @given(v=st.floats(0.0, 40.0), hard=st.floats(0.5, 8.0), friction=st.floats(0.2, 1.0))
