@@ -21,7 +21,9 @@ class HostState:
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:
-            object.__setattr__(self, name, finite(name, getattr(self, name)))
+            value = getattr(self, name)
+            if type(value) is not float or not math.isfinite(value):
+                object.__setattr__(self, name, finite(name, value))
 
     def to_vector(self) -> Array:
         """(s, d, psi, v, a, delta)."""

@@ -30,7 +30,7 @@ class CompiledDrive:
         self._drive.argtypes = [whole, pointer, pointer, number, pointer, whole, *[pointer] * 4]
         self._follow = library.mcdas_follow
         self._follow.restype = None
-        self._follow.argtypes = [whole, number, pointer, whole, *[pointer] * 6]
+        self._follow.argtypes = [whole, number, pointer, whole, *[pointer] * 7]
 
     def __call__(
         self, states: Array, planned_speed_mps: Array, inputs: Array, steps_s: Array, car: Array, road: Array, starts: float
@@ -43,11 +43,11 @@ class CompiledDrive:
         knots = road.shape[1]
         self._drive(len(steps_s), h, planned, starts, of, knots, at, at + 8 * knots, u, x)
 
-    def follow(self, states: Array, inputs: Array, step_s: float, car: Array, road: Array, path: Array, law: Array) -> None:
-        """Fills `states` (N + 1, 6) from its first row, and `inputs` (N, 2). `path` and `law` as the records of the C text have them."""
-        of, at, way, rule, u, x = (array.ctypes.data for array in (car, road, path, law, inputs, states))
+    def follow(self, states: Array, inputs: Array, step_s: float, car: Array, road: Array, path: Array, law: Array, driver: Array) -> None:
+        """Fills `states` (N + 1, 6) from its first row, and `inputs` (N, 2). `path`, `law` and `driver` as the C text has them."""
+        of, at, way, rule, who, u, x = (array.ctypes.data for array in (car, road, path, law, driver, inputs, states))
         knots = road.shape[1]
-        self._follow(len(inputs), step_s, of, knots, at, at + 8 * knots, way, rule, u, x)
+        self._follow(len(inputs), step_s, of, knots, at, at + 8 * knots, way, rule, who, u, x)
 
 
 @lru_cache(maxsize=1)

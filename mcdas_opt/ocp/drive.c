@@ -102,9 +102,9 @@ static void path_at(const Path *p, double s, double out[3])
 }
 
 typedef struct {
-    double speed, acceleration, start_s;                             /* the speed law */
     double lateral, grip, bandwidth, preview;                        /* bounds and bandwidth of the following */
     double steering, rate, jerk_min, jerk_max, slowest, fastest;     /* the car's limits, as far as they are used */
+    double halting;                                                  /* (braking)^2 over speed from which the car still comes to rest [m/s^3] */
 } Law;
 
 static double bounded(double low, double value, double high) { return LESSER(GREATER(value, low), high); }
@@ -123,22 +123,70 @@ static double steering_rate(const double *x, const Path *path, double kappa, dou
     return x[V] < 0.05 ? 0.0 : bounded(-law->rate, (target - x[DELTA]) / h, law->rate);
 }
 
-static double jerk(const double *x, int begun, double wheelbase, const Law *law, double h)
+/* Who drives, as a list of numbers: its kind, then what that kind needs */
+enum { APPROACH, STEADY, REACTION, FOLLOWING };
+
+/* towards a speed, with at most an acceleration, from a time on */
+static double approach(const double *driver, double v, double t, const Law *law, double h)
 {
-    double wanted = 0.0;
-    if (begun) {
-        const double gap = law->speed - x[V], easing = gap > 0.0 ? -law->jerk_min : law->jerk_max;
-        const double most = LESSER(law->acceleration, LESSER(sqrt(1.6 * easing * fabs(gap)), fabs(gap) / (2.0 * h)));
-        wanted = copysign(most, gap);
+    const double gap = driver[0] - v, easing = gap > 0.0 ? -law->jerk_min : law->jerk_max;
+    if (t < driver[2] - 1e-9) return 0.0;
+    return copysign(LESSER(driver[1], LESSER(sqrt(1.6 * easing * fabs(gap)), fabs(gap) / (2.0 * h))), gap);
+}
+
+/* `planning.rivals.competent_driver`: since, until, strength, reaction, release, jerk */
+static double reaction(const double *driver, double v, double t)
+{
+    const double pressed = driver[0] + t - driver[3];
+    if (v <= driver[1]) return 0.0;
+    if (pressed < -1e-9) return -driver[4];
+    return -LESSER(GREATER(driver[5] * pressed, driver[4]), driver[2]);
+}
+
+/* `dynamics.car_following`, behind the most demanding of several: desired speed, headway, acceleration, deceleration, exponent, jam
+ * distance, braking limit, how many, and of each the place, the speed and half the lengths of both cars */
+static double following(const double *driver, double s, double v, double t)
+{
+    const int count = (int)driver[7];
+    const double *other = driver + 8;
+    double least = HUGE_VAL;
+    for (int k = 0; k < (count > 0 ? count : 1); k++, other += 3) {
+        double crowd = 0.0;
+        if (count > 0) {
+            const double gap = other[0] + other[1] * t - s - other[2];
+            const double urgency = v * (v - other[1]) / (2.0 * sqrt(driver[2] * driver[3]));
+            const double wanted = driver[5] + GREATER(v * driver[1] + urgency, 0.0);
+            crowd = pow(wanted / GREATER(gap, 0.01), 2.0);
+        }
+        const double asked = driver[2] * (1.0 - pow(v / driver[0], driver[4]) - crowd);
+        least = LESSER(least, GREATER(asked, -driver[6]));
     }
+    return least;
+}
+
+/* what the driver asks for; who is not eased by its own law is eased where it would brake beyond standstill */
+static double asked(const double *driver, const double *x, double t, const Law *law, double h)
+{
+    const double v = x[V];
+    double a = 0.0;
+    if (driver[0] == APPROACH) return approach(driver + 1, v, t, law, h);
+    if (driver[0] == STEADY) a = v > driver[2] ? -driver[1] : 0.0;
+    if (driver[0] == REACTION) a = reaction(driver + 1, v, t);
+    if (driver[0] == FOLLOWING) a = following(driver + 1, x[S], v, t);
+    if (a >= 0.0) return a;
+    return GREATER(a, v <= 0.0 ? -v / (2.0 * h) : -LESSER(sqrt(law->halting * v), v / (3.0 * h)));
+}
+
+static double jerk(const double *x, double wanted, double wheelbase, const Law *law, double h)
+{
     const double lateral = x[V] * x[V] * tan(x[DELTA]) / wheelbase, room = sqrt(GREATER(law->grip * law->grip - lateral * lateral, 0.0));
     wanted = GREATER(law->slowest, GREATER(-room, LESSER(law->fastest, LESSER(room, wanted))));
     return bounded(law->jerk_min, (wanted - x[A]) / h, law->jerk_max);
 }
 
-/* x (steps + 1, NX) with the start in its first row, u (steps, 2): what the following law makes of a path and a speed law */
+/* x (steps + 1, NX) with the start in its first row, u (steps, 2): what the following law makes of a path and a driver */
 PUBLIC void mcdas_follow(int steps, double h, const double *car, int knots, const double *at, const double *kappa, const double *path,
-                         const double *law, double *u, double *x)
+                         const double *law, const double *driver, double *u, double *x)
 {
     Path way;
     Law rule;
@@ -147,7 +195,7 @@ PUBLIC void mcdas_follow(int steps, double h, const double *car, int knots, cons
     for (int k = 0; k < steps; k++, x += NX, u += 2) {
         const Road on = {u, car, at, kappa, knots};
         u[1] = steering_rate(x, &way, curvature(x[S], knots, at, kappa), car[0], &rule, h);
-        u[0] = jerk(x, k * h >= rule.start_s - 1e-9, car[0], &rule, h);
+        u[0] = jerk(x, asked(driver, x, k * h, &rule, h), car[0], &rule, h);
         step(&on, x, h, x + NX);
     }
 }

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
+from typing import Protocol, runtime_checkable
+
 import numpy as np
 
 from mcdas_opt.actuation import path_following
-from mcdas_opt.actuation.path_following import FollowingSettings, SpeedLaw
+from mcdas_opt.actuation.path_following import AccelerationLaw, FollowingSettings, SpeedLaw
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
@@ -16,13 +19,31 @@ from mcdas_opt.planning.roll_out import knots
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.reference.offset_path import OffsetPath
 
+
+class Kind(IntEnum):
+    """Of a driver, as the C text knows them."""
+
+    APPROACH = 0
+    STEADY = 1
+    REACTION = 2
+    FOLLOWING = 3
+
+
+@runtime_checkable
+class CountedLaw(Protocol):
+    """A driver that can be written as a list of numbers, its `Kind` first, then what the C text asks of that kind."""
+
+    @property
+    def numbers(self) -> tuple[float, ...]: ...
+
+
 _NO_PATH = (0.0, -1.0, 2.0, 0.0, 0.0, 1.0)  # an offset path that goes nowhere: amplitude, a, b, bend, its place, its width
 
 
 def follow(
     start: HostState,
     path: OffsetPath | LaneCentre,
-    law: SpeedLaw,
+    law: SpeedLaw | AccelerationLaw,
     *,
     vehicle: Vehicle,
     road: Road,
@@ -30,9 +51,12 @@ def follow(
     lateral_acceleration_mps2: float,
     settings: FollowingSettings | None = None,
 ) -> Trajectory:
-    """As `path_following.follow`, to 1e-9: the trajectory of the bicycle from the measured state along `path`."""
-    compiled = compiled_drive()
-    if compiled is None:
+    """As `path_following.follow`, to 1e-9: the trajectory of the bicycle from the measured state along `path`.
+
+    A driver of somebody's own, who is no `CountedLaw`, is asked step by step.
+    """
+    compiled, driver = compiled_drive(), _driver(law)
+    if compiled is None or driver is None:
         return path_following.follow(
             start,
             path,
@@ -48,8 +72,8 @@ def follow(
     states, inputs = np.empty((steps + 1, 6)), np.empty((steps, 2))
     states[0] = start.to_vector()
     car = np.array([vehicle.wheelbase_m, vehicle.centre_m])
-    rule = _law(law, vehicle, road, lateral_acceleration_mps2, cfg)
-    compiled.follow(states, inputs, cfg.step_s, car, knots(road), _path(path), rule)
+    rule = _law(vehicle, road, lateral_acceleration_mps2, cfg)
+    compiled.follow(states, inputs, cfg.step_s, car, knots(road), _path(path), rule, driver)
     return Trajectory.from_states(np.round(np.arange(steps + 1) * cfg.step_s, 9), states, inputs)
 
 
@@ -60,13 +84,16 @@ def _path(path: OffsetPath | LaneCentre) -> Array:
     return np.array([path.start_s_m, path.start_d_m, *shape])
 
 
-def _law(law: SpeedLaw, vehicle: Vehicle, road: Road, lateral_mps2: float, cfg: FollowingSettings) -> Array:
+def _driver(law: SpeedLaw | AccelerationLaw) -> Array | None:
+    if isinstance(law, SpeedLaw):
+        return np.array([Kind.APPROACH, law.speed_mps, law.acceleration_mps2, law.start_s], dtype=np.float64)
+    return np.array(law.numbers, dtype=np.float64) if isinstance(law, CountedLaw) else None
+
+
+def _law(vehicle: Vehicle, road: Road, lateral_mps2: float, cfg: FollowingSettings) -> Array:
     grip, share = cfg.friction_share * road.friction * GRAVITY_MPS2, cfg.limit_share
     return np.array(
         [
-            law.speed_mps,
-            law.acceleration_mps2,
-            law.start_s,
             min(lateral_mps2, grip),
             grip,
             cfg.bandwidth_radps,
@@ -77,5 +104,6 @@ def _law(law: SpeedLaw, vehicle: Vehicle, road: Road, lateral_mps2: float, cfg: 
             share * vehicle.jerk_max_mps3,
             share * vehicle.acceleration_min_mps2,
             share * vehicle.acceleration_max_mps2,
+            0.7 * share * vehicle.jerk_max_mps3,
         ]
     )

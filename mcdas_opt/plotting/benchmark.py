@@ -89,7 +89,8 @@ def draw_cycle_times(times_ms: Mapping[str, Array]) -> Figure:
                 name, (1.0, level), (3, 0), xycoords=("axes fraction", "data"), textcoords="offset points", va="center", fontsize=8
             )
         axes.set(xscale="log", yscale="log", xlabel="time for a plan [ms]", ylabel="share of plans that took longer", ylim=(None, 1.15))
-        fig.legend(loc="outside upper center", ncols=3, frameon=False)
+        if any(times.size for times in times_ms.values()):  # else no planner made a single plan
+            fig.legend(loc="outside upper center", ncols=3, frameon=False)
     return fig
 
 

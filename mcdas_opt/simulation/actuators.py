@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.simulation.idm import STEP_S
@@ -27,14 +27,14 @@ class Actuators:
 
     vehicle: Vehicle
     friction: float
+    grip_mps2: float = field(init=False)
+    acceleration_range: tuple[float, float] = field(init=False)
 
-    @property
-    def grip_mps2(self) -> float:
-        return self.friction * GRAVITY_MPS2
-
-    @property
-    def acceleration_range(self) -> tuple[float, float]:
-        return max(self.vehicle.acceleration_min_mps2, -self.grip_mps2), min(self.vehicle.acceleration_max_mps2, self.grip_mps2)
+    def __post_init__(self) -> None:
+        grip = self.friction * GRAVITY_MPS2
+        object.__setattr__(self, "grip_mps2", grip)
+        low, high = max(self.vehicle.acceleration_min_mps2, -grip), min(self.vehicle.acceleration_max_mps2, grip)
+        object.__setattr__(self, "acceleration_range", (low, high))
 
     def hold(self, v: float, a: float, delta: float) -> tuple[float, float]:
         """The nearest acceleration and steering angle there can be at speed v."""

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners, distance, separation
 from mcdas_opt.geometry.window import REACH_M, frame_near
 
 EDGE_SLACK_M = 0.02
 TOUCH_WITHIN_M = 150.0
+_SURELY_M = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,14 +44,77 @@ def surroundings(
     own = corners(*frame.to_plane(s, d, psi), vehicle.length_m, vehicle.width_m)
     clearance = np.zeros((len(neighbours), len(s)))
     touching = np.zeros((len(neighbours), len(s)), dtype=bool)
-    for i, (motion, (length, width)) in enumerate(zip(neighbours, sizes, strict=True)):
+    for i, (motion, size) in enumerate(zip(neighbours, sizes, strict=True)):
         apart = np.abs(motion.s_m - s)
-        clearance[i] = apart - 0.5 * (length + vehicle.length_m)
-        near = apart < (np.inf if road.is_straight else REACH_M - 50.0)
-        other = corners(*frame.to_plane(motion.s_m[near], motion.d_m[near], motion.heading_rad[near]), length, width)
+        clearance[i] = apart - 0.5 * (size[0] + vehicle.length_m)
+        near, other = _near(frame, apart, motion, slice(None), size, road)
         clearance[i, near] = distance(own[near], other)
         touching[i, near] = (separation(own[near], other) <= 0.0) & (apart[near] < TOUCH_WITHIN_M)
     return Surroundings(clearance_m=clearance, touching=touching, beyond_edge_m=_beyond_edge(own, s, road))
+
+
+def is_free(host: Array, neighbours: tuple[BodyMotion, ...], sizes: tuple[tuple[float, float], ...], vehicle: Vehicle, road: Road) -> bool:
+    """Whether the shadows of the bodies along and across a straight road alone rule out that anybody touches or leaves it.
+
+    Sufficient, not necessary, and never true on a bent road.
+    """
+    if not road.is_straight:
+        return False
+    s, d = host[:, 0], host[:, 1]
+    turned = np.abs(host[:, 2])  # at least the sine; the cosine is at most 1
+    along, across = 0.5 * (vehicle.length_m + vehicle.width_m * turned), 0.5 * (vehicle.width_m + vehicle.length_m * turned)
+    if (d + across).max() > road.left_edge_m or (d - across).min() < road.right_edge_m:
+        return False
+    if road.road_end_s_m is not None and (s + along).max() > road.road_end_s_m:
+        return False
+    for motion, (length, width) in zip(neighbours, sizes, strict=True):
+        other = np.abs(motion.heading_rad)
+        gap = np.abs(motion.s_m - s) - along - 0.5 * (length + width * other)
+        beside = np.abs(motion.d_m - d) - across - 0.5 * (width + length * other)
+        if np.maximum(gap, beside).min() <= _SURELY_M:
+            return False
+    return True
+
+
+def clearances(
+    host: Array,
+    turns: Sequence[int],
+    neighbours: tuple[BodyMotion, ...],
+    sizes: tuple[tuple[float, float], ...],
+    vehicle: Vehicle,
+    road: Road,
+) -> Array:
+    """Distance to the nearest of the neighbours (n,) over a drive whose turns began at the instants `turns`, infinite without anybody.
+
+    A turn's instants, but for its first, are measured in the piece of road around where it began, as `surroundings` does; the drive's
+    first instant belongs to its first turn.
+    """
+    nearest = np.full(len(host), np.inf)
+    pieces: list[tuple[FrenetFrame, int]] = []
+    for first in turns:
+        frame = frame_near(road, float(host[first, 0]))
+        if not pieces or frame is not pieces[-1][0]:
+            pieces.append((frame, first + 1 if pieces else 0))
+    ends = [begin for _, begin in pieces[1:]] + [len(host)]
+    for (frame, begin), end in zip(pieces, ends, strict=True):
+        part = slice(begin, end)
+        own = corners(*frame.to_plane(*host[part, :3].T), vehicle.length_m, vehicle.width_m)
+        for motion, size in zip(neighbours, sizes, strict=True):
+            apart = np.abs(motion.s_m[part] - host[part, 0])
+            near, other = _near(frame, apart, motion, part, size, road)
+            gap = apart - 0.5 * (size[0] + vehicle.length_m)
+            gap[near] = distance(own[near], other)
+            nearest[part] = np.minimum(nearest[part], gap)
+    return nearest
+
+
+def _near(
+    frame: FrenetFrame, apart: Array, motion: BodyMotion, part: slice, size: tuple[float, float], road: Road
+) -> tuple[NDArray[np.bool_], Array]:
+    """Which instants are near enough for the plane, and the other's corners there."""
+    near = apart < (np.inf if road.is_straight else REACH_M - 50.0)
+    place = (column[part][near] for column in (motion.s_m, motion.d_m, motion.heading_rad))
+    return near, corners(*frame.to_plane(*place), *size)
 
 
 def _beyond_edge(own: Array, s: Array, road: Road) -> Array:

@@ -13,7 +13,7 @@ from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vocabulary import Status
-from mcdas_opt.simulation.contact import EDGE_SLACK_M, relative_speed, surroundings
+from mcdas_opt.simulation.contact import EDGE_SLACK_M, clearances, is_free, relative_speed, surroundings
 from mcdas_opt.simulation.controller import Controller
 from mcdas_opt.simulation.idm import STEP_S, step_times
 from mcdas_opt.simulation.metrics import History, driven, lane_changed, times_to_collision
@@ -33,15 +33,15 @@ class Drive:
     outcome: Outcome = Outcome.SAFE
     collided_with: str | None = None
     impact_speed_mps: float = 0.0
-    states: list[Array] = field(default_factory=list)
+    states: list[tuple[float, ...]] = field(default_factory=list)
     inputs: list[tuple[float, float]] = field(default_factory=list)
     lateral: list[float] = field(default_factory=list)
-    clearance_m: list[float] = field(default_factory=list)
+    turns: list[int] = field(default_factory=list)  # the first step of each
     cycles: list[Cycle] = field(default_factory=list)
     took_ms: list[float] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.states.append(self.car.state.to_vector())
+        self.states.append(_numbers(self.car.state))
 
     def note(self, now: float, plan: Plan, tracks: tuple[Track, ...], took_ms: float) -> None:
         """A plan, what it knew of the others, and how long it took."""
@@ -50,29 +50,34 @@ class Drive:
 
     def roll(self, plan: Plan, controller: Controller, steps: int, eyes: Perception) -> None:
         """The plant, then the traffic, through one turn; stops at the first touch or departure."""
-        first = len(self.states) - 1
-        times = step_times(first, steps + 1)
+        first, state = len(self.states) - 1, self.car.state
+        self.turns.append(first)
         for k in range(steps):
-            jerk, rate = controller.command(plan.trajectory, k * STEP_S, self.car.state)
+            jerk, rate = controller.command(plan.trajectory, k * STEP_S, state)
             applied = self.car.step(jerk, rate)
+            state = self.car.state
             self.inputs.append((applied.jerk_mps3, applied.steering_rate_radps))
             self.lateral.append(applied.lateral_acceleration_mps2)
-            self.states.append(self.car.state.to_vector())
+            self.states.append(_numbers(state))
         host = np.array(self.states[first:])
         self.traffic.advance(self._as_motion(host[:-1]))
-        others = self.traffic.motions(times)
+        others = self.traffic.motions_of_steps(first, steps + 1)
         end = self._check(host, others)
-        for k in range(1, end + 1):
+        for k, time_s in enumerate(step_times(first, end + 1).tolist()):
+            if k == 0 or not eyes.is_due(time_s):
+                continue
             moments = [_moment(motion, k) for motion in others]
             bodies = [
                 body_at(name, moment, *size, self.traffic.road)
                 for name, moment, size in zip(self.traffic.names, moments, self.traffic.sizes, strict=True)
             ]
-            eyes.look(float(times[k]), HostState.from_vector(host[k]), bodies)
+            eyes.look(time_s, HostState.from_vector(host[k]), bodies)
 
     def _check(self, host: Array, others: tuple[BodyMotion, ...]) -> int:
         """Index of the last instant driven; sets the outcome and cuts the history where the drive ends within this turn."""
         scene, sizes = self.scene, self.traffic.sizes
+        if is_free(host, others, sizes, scene.vehicle, scene.true_road):
+            return len(host) - 1
         around = surroundings(host, others, sizes, scene.vehicle, scene.true_road)
         touched = np.asarray(around.touching.any(axis=0))
         off = around.beyond_edge_m > EDGE_SLACK_M
@@ -84,8 +89,6 @@ class Drive:
             self.impact_speed_mps = relative_speed(host[end], _moment(others[struck], end), scene.vehicle, scene.true_road)
         elif ends.size:
             self.outcome = Outcome.LEFT_ROAD
-        nearest = around.clearance_m.min(axis=0, initial=np.inf)
-        self.clearance_m.extend(nearest[len(self.clearance_m) > 0 : end + 1].tolist())
         cut = len(host) - 1 - end
         if cut:
             del self.states[-cut:], self.inputs[-cut:], self.lateral[-cut:]
@@ -98,14 +101,17 @@ class Drive:
 
     def summary(self, *, planner: str, plant: str, seed: int) -> Simulation:
         scene, sizes = self.scene, self.traffic.sizes
+        states = np.array(self.states)
+        others = self.traffic.motions_of_steps(0, len(states))
+        nearest = clearances(states, self.turns, others, sizes, scene.vehicle, scene.true_road)
         history = History(
-            states=np.array(self.states),
+            states=states,
             inputs=np.array(self.inputs).reshape(-1, 2),
             lateral_acceleration_mps2=np.array(self.lateral),
-            clearance_m=np.array(self.clearance_m),
+            clearance_m=nearest,
         )
         trajectory = driven(history)
-        front, rear = times_to_collision(history.states, self.traffic.motions(history.t_s), sizes, scene.vehicle, scene.true_road)
+        front, rear = times_to_collision(states, others, sizes, scene.vehicle, scene.true_road)
         plans = [cycle.plan for cycle in self.cycles]
         took = np.array(self.took_ms)
         return Simulation(
@@ -118,7 +124,7 @@ class Drive:
             outcome=self.outcome,
             collided_with=self.collided_with,
             impact_speed_mps=self.impact_speed_mps,
-            min_clearance_m=min(self.clearance_m) if self.traffic.names else None,
+            min_clearance_m=float(nearest.min()) if self.traffic.names else None,
             min_ttc_front_s=front,
             min_ttc_rear_s=rear,
             max_lateral_acceleration_mps2=float(np.abs(history.lateral_acceleration_mps2).max(initial=0.0)),
@@ -160,6 +166,10 @@ class Drive:
             )
             for name, (length, width), motion in rows
         )
+
+
+def _numbers(state: HostState) -> tuple[float, ...]:
+    return (state.s_m, state.d_m, state.heading_rad, state.speed_mps, state.acceleration_mps2, state.steering_rad)
 
 
 def _moment(motion: BodyMotion, k: int) -> BodyMotion:

@@ -22,6 +22,7 @@ from mcdas_opt.simulation.scripted import ScriptedMotion
 
 Motion = Callable[[Array], BodyMotion]
 LONGEST_S = 600.0  # the longest scene there is
+_TABLE_STEPS = 1000
 
 
 def motion_of(neighbour: NeighbourPart, road: Road) -> Motion:
@@ -60,6 +61,7 @@ class Traffic:
             follower_of(part, self.road) if part.behaviour == "idm" else motion_of(part, self.road) for part in scene.neighbour
         )
         self._followers = tuple(m for m in self._motions if isinstance(m, Follower))
+        self._tables: dict[int, BodyMotion] = {}
         self._steps = 0
         self._remember(scene)
 
@@ -76,6 +78,20 @@ class Traffic:
     def motions(self, t_s: Array) -> tuple[BodyMotion, ...]:
         """Motion of each neighbour over a vector of times."""
         return tuple(motion(t_s) for motion in self._motions)
+
+    def motions_of_steps(self, first: int, count: int) -> tuple[BodyMotion, ...]:
+        """As `motions`, at `count` steps of STEP_S from step `first` on."""
+        return tuple(
+            motion(step_times(first, count)) if isinstance(motion, Follower) else _cut(self._table(i, first + count), first, count)
+            for i, motion in enumerate(self._motions)
+        )
+
+    def _table(self, i: int, steps: int) -> BodyMotion:
+        """A motion that nobody changes, tabulated once for at least so many steps."""
+        table = self._tables.get(i)
+        if table is None or len(table.s_m) < steps:
+            table = self._tables[i] = self._motions[i](step_times(0, max(2 * steps, _TABLE_STEPS)))
+        return table
 
     def bodies(self, t_s: float) -> tuple[Body, ...]:
         """Each neighbour at one instant."""
@@ -124,10 +140,21 @@ class Traffic:
         return [[Presence(s[k], d[k], v[k], *size) for s, d, v, size in columns] for k in range(len(times_s))]
 
 
+def _cut(motion: BodyMotion, first: int, count: int) -> BodyMotion:
+    part = slice(first, first + count)
+    return BodyMotion(
+        s_m=motion.s_m[part],
+        d_m=motion.d_m[part],
+        heading_rad=motion.heading_rad[part],
+        speed_s_mps=motion.speed_s_mps[part],
+        speed_d_mps=motion.speed_d_mps[part],
+    )
+
+
 def body_at(name: str, moment: BodyMotion, length_m: float, width_m: float, road: Road) -> Body:
     """The body at a single instant of its motion."""
     s, d = float(moment.s_m), float(moment.d_m)
-    along = float(moment.speed_s_mps) * (1.0 - d * float(road.curvature_at(s)))
+    along = float(moment.speed_s_mps) * (1.0 - d * (0.0 if road.is_straight else float(road.curvature_at(s))))
     speed = math.copysign(math.hypot(along, float(moment.speed_d_mps)), along)
     return Body(name=name, s_m=s, d_m=d, heading_rad=float(moment.heading_rad), speed_mps=speed, length_m=length_m, width_m=width_m)
 

@@ -40,10 +40,16 @@ class Perception:
         host = host_before(scene, times)
         start = scene.host_state
         for t, s in zip(times.tolist(), host.s_m.tolist(), strict=True):
+            if not self.is_due(t):
+                continue
             pose = HostState(
                 s_m=s, d_m=start.d_m, heading_rad=start.heading_rad, speed_mps=start.speed_mps, steering_rad=start.steering_rad
             )
             self.look(t, pose, traffic.bodies(t))
+
+    def is_due(self, t_s: float) -> bool:
+        """Whether anybody looks at t_s."""
+        return self._suite.is_due(t_s)
 
     def look(self, t_s: float, host: HostState, bodies: Sequence[Body]) -> None:
         """The scans that are due at t_s begin their way."""

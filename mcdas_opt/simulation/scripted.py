@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -82,6 +82,11 @@ class ScriptedMotion:
     lateral: tuple[LateralPiece, ...]
     start_d_m: float
     road: Road
+    _columns: Array = field(init=False, repr=False, compare=False)  # (4, pieces): start, s, speed, acceleration of `along`
+
+    def __post_init__(self) -> None:
+        rows = [(piece.t_s, piece.s_m, piece.speed_mps, piece.acceleration_mps2) for piece in self.along]
+        object.__setattr__(self, "_columns", np.array(rows, dtype=np.float64).T)
 
     @classmethod
     def from_script(cls, *, s_m: float, d_m: float, speed_mps: float, script: Sequence[MotionPart], road: Road) -> ScriptedMotion:
@@ -95,9 +100,9 @@ class ScriptedMotion:
         return BodyMotion(s_m=s, d_m=d, heading_rad=road_heading(s, d, speed, speed_d, self.road), speed_s_mps=speed, speed_d_mps=speed_d)
 
     def _along(self, t: Array) -> tuple[Array, Array]:
-        starts = np.array([p.t_s for p in self.along])
+        starts = self._columns[0]
         i = np.clip(np.searchsorted(starts, t, side="right") - 1, 0, len(starts) - 1)
-        s0, v0, a = (np.array([getattr(p, key) for p in self.along])[i] for key in ("s_m", "speed_mps", "acceleration_mps2"))
+        s0, v0, a = (column[i] for column in self._columns[1:])
         dt = t - starts[i]
         a = np.where(t < starts[0], 0.0, a)
         return s0 + (v0 + 0.5 * a * dt) * dt, v0 + a * dt

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -19,10 +19,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.sensor import Sensor
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
-from mcdas_opt.dynamics.radar import sensor_velocity
-from mcdas_opt.geometry.near_face import half_extent
-from mcdas_opt.geometry.rectangle import corners
-from mcdas_opt.geometry.window import REACH_M, frame_near
+from mcdas_opt.simulation.sight import View
 
 IDEAL_PERIOD_S = 0.05
 IDEAL_REACH_M = 60.0  # of the ideal side sensors, along the road, either way
@@ -57,6 +54,7 @@ class _Post:
     sector: Sector
     radar: Sensor | None
     random: np.random.Generator
+    place: Mounting
     began_s: float | None = None
     count: int = 0
 
@@ -69,11 +67,15 @@ class _Post:
         return IDEAL_PERIOD_S if self.radar is None else self.radar.period_s
 
     def is_due(self, t: float) -> bool:
-        """Whether a scan is due at t; scans missed since the last call are not made up for."""
+        """Whether a scan is due at t."""
+        return self.began_s is None or self.began_s + self.count * self.period_s <= t + 1e-9
+
+    def takes(self, t: float) -> bool:
+        """As `is_due`, and counts the scan; scans missed since the last call are not made up for."""
+        if not self.is_due(t):
+            return False
         if self.began_s is None:
             self.began_s = t
-        if self.began_s + self.count * self.period_s > t + 1e-9:
-            return False
         self.count = math.floor((t - self.began_s) / self.period_s + 1e-6) + 1
         return True
 
@@ -95,22 +97,30 @@ class SensorSuite:
             name = sensors.of(sector)
             if name != NONE:
                 radar = None if name == IDEAL else load_sensor(name, beside)
-                self._posts.append(_Post(sector, radar, np.random.default_rng(stream)))
+                self._posts.append(_Post(sector, radar, np.random.default_rng(stream), mounting(sector, vehicle)))
+
+    def is_due(self, t: float) -> bool:
+        """Whether any scan is due at t."""
+        return any(post.is_due(t) for post in self._posts)
 
     def scans(self, t: float, host: HostState, bodies: Sequence[Body]) -> tuple[Scan, ...]:
         """The scans due at t, of the world as it is at t. The first call starts every sensor's clock."""
-        return tuple(self._scan(post, t, host, bodies) for post in self._posts if post.is_due(t))
+        due = [post for post in self._posts if post.takes(t)]
+        if not due:
+            return ()
+        view = View(host, bodies, self._vehicle, self._road)
+        return tuple(self._scan(post, t, view) for post in due)
 
-    def _scan(self, post: _Post, t: float, host: HostState, bodies: Sequence[Body]) -> Scan:
-        place = mounting(post.sector, self._vehicle)
-        common = Scan(sensor=post.name, sector=post.sector, t_s=t, mounting=place, period_s=post.period_s)
+    def _scan(self, post: _Post, t: float, view: View) -> Scan:
+        place, bodies = post.place, view.bodies
         if post.radar is None:
-            return replace(common, bodies=ideal_detections(post.sector, host, bodies, self._vehicle))
+            seen_bodies = ideal_detections(post.sector, view.host, bodies, self._vehicle)
+            return Scan(sensor=post.name, sector=post.sector, t_s=t, mounting=place, period_s=post.period_s, bodies=seen_bodies)
         normal = post.random.standard_normal((len(bodies), 3))
         luck = post.random.random(len(bodies))
-        seen = radar_detections(post.radar, place, host, bodies, self._vehicle, self._road)
-        noisy = (_with_noise(echo, normal[i]) for i, echo in seen if luck[i] < post.radar.detection_probability)
-        return replace(common, radar=tuple(noisy))
+        seen = view.detections(post.radar, place)
+        noisy = tuple(_with_noise(echo, normal[i]) for i, echo in seen if luck[i] < post.radar.detection_probability)
+        return Scan(sensor=post.name, sector=post.sector, t_s=t, mounting=place, period_s=post.period_s, radar=noisy)
 
 
 def ideal_detections(sector: Sector, host: HostState, bodies: Sequence[Body], vehicle: Vehicle) -> tuple[BodyDetection, ...]:
@@ -140,69 +150,16 @@ def ideal_detections(sector: Sector, host: HostState, bodies: Sequence[Body], ve
 def radar_detections(
     radar: Sensor, place: Mounting, host: HostState, bodies: Sequence[Body], vehicle: Vehicle, road: Road
 ) -> list[tuple[int, RadarDetection]]:
-    """(index, noise-free detection) of the bodies in sight: in the field of view, and nobody across the line of sight.
-
-    The point lies where the line of sight to the body's centre enters the body (geometry.near_face); a body counts as hidden when
-    that line is cut, even if a corner peeps out. The range rate is the relative velocity on the line of sight: the body's along its
-    heading (its own yaw rate is left out: the point moves as the centre does), the sensor's by rear-axle speed and yaw rate
-    v tan(delta) / L.
-    """
-    frame = frame_near(road, host.s_m)
-    near = [i for i, body in enumerate(bodies) if abs(body.s_m - host.s_m) < REACH_M]
-    poses = [(host.s_m, host.d_m, host.heading_rad)] + [(bodies[i].s_m, bodies[i].d_m, bodies[i].heading_rad) for i in near]
-    x, y, yaw = frame.to_plane(*np.array(poses).T)
-    c, s = math.cos(yaw[0]), math.sin(yaw[0])
-    eye = np.array([x[0] + place.x_m * c - place.y_m * s, y[0] + place.x_m * s + place.y_m * c])
-    yaw_rate = host.speed_mps * math.tan(host.steering_rad) / vehicle.wheelbase_m
-    own = sensor_velocity(host.speed_mps, yaw_rate, yaw[0], vehicle.centre_m + place.x_m, place.y_m, np)
-    shapes = [
-        corners(px, py, angle, bodies[i].length_m, bodies[i].width_m) for i, px, py, angle in zip(near, x[1:], y[1:], yaw[1:], strict=True)
-    ]
-    seen: list[tuple[int, RadarDetection]] = []
-    for k, i in enumerate(near):
-        body, angle = bodies[i], yaw[1 + k]
-        line = np.array([x[1 + k], y[1 + k]]) - eye
-        bearing = math.atan2(line[1], line[0])
-        distance = math.hypot(line[0], line[1]) - float(half_extent(bearing - angle, body.length_m, body.width_m))
-        azimuth = math.remainder(bearing - yaw[0] - place.yaw_rad, 2.0 * math.pi)
-        if not radar.sees(distance, azimuth):
-            continue
-        u = np.array([math.cos(bearing), math.sin(bearing)])
-        if any(_cuts(eye, eye + distance * u, shape) for j, shape in enumerate(shapes) if j != k):
-            continue
-        moving = body.speed_mps * np.array([math.cos(angle), math.sin(angle)])
-        point = RadarDetection(
-            range_m=distance,
-            azimuth_rad=azimuth,
-            range_rate_mps=float(u @ (moving - np.array(own))),
-            range_sd_m=radar.range_sd_m,
-            azimuth_sd_rad=radar.azimuth_sd_rad,
-            range_rate_sd_mps=radar.range_rate_sd_mps,
-        )
-        seen.append((i, point))
-    return seen
+    """As `View.detections`, for one sensor alone."""
+    return View(host, bodies, vehicle, road).detections(radar, place)
 
 
 def _with_noise(point: RadarDetection, normal: Array) -> RadarDetection:
-    return replace(
-        point,
+    return RadarDetection(
         range_m=max(point.range_m + point.range_sd_m * float(normal[0]), 0.0),
         azimuth_rad=point.azimuth_rad + point.azimuth_sd_rad * float(normal[1]),
         range_rate_mps=point.range_rate_mps + point.range_rate_sd_mps * float(normal[2]),
+        range_sd_m=point.range_sd_m,
+        azimuth_sd_rad=point.azimuth_sd_rad,
+        range_rate_sd_mps=point.range_rate_sd_mps,
     )
-
-
-def _cuts(start: Array, end: Array, shape: Array) -> bool:
-    """Whether the segment meets the rectangle with corners (4, 2): clipped against the slab between each pair of opposite edges."""
-    low, high = 0.0, 1.0
-    for near, far in ((shape[1], shape[0]), (shape[2], shape[1])):
-        axis = far - near
-        span = float(axis @ axis)
-        a, b = float((start - near) @ axis), float((end - near) @ axis)
-        if a == b:
-            if not 0.0 <= a <= span:
-                return False
-            continue
-        t0, t1 = sorted((-a / (b - a), (span - a) / (b - a)))
-        low, high = max(low, t0), min(high, t1)
-    return low <= high

@@ -22,6 +22,7 @@ from mcdas_opt.evaluation.reporting.markdown import markdown
 from mcdas_opt.evaluation.row import Row, row_of
 from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.evaluation.summary import contradictions, pairs, summarise, worst
+from mcdas_opt.plotting.benchmark import draw_cycle_times
 from mcdas_opt.plotting.style import figure
 from mcdas_opt.plotting.thumbnail import draw_thumbnail, png_bytes
 from mcdas_opt.simulation.loop import simulate
@@ -233,6 +234,12 @@ def test_the_row_of_a_drive_agrees_with_the_drive() -> None:
         other = next(other for other in struck.neighbours if other.name == struck.collided_with)
         ahead = float(other.s_m[-1]) > float(struck.trajectory.s_m[-1])
         assert told.hit in ("side", "front" if ahead else "rear")
+
+
+def test_cycle_times_are_drawn_of_nobody_who_planned_too() -> None:
+    drawn = draw_cycle_times({"raised": np.zeros(0), "planned": np.array([1.0, 2.0])})
+    assert len(drawn.axes[0].get_legend_handles_labels()[0]) == 1
+    assert png_bytes(draw_cycle_times({"raised": np.zeros(0)}))  # a warning would fail here
 
 
 def test_a_thumbnail_shows_three_moments_of_any_drive() -> None:

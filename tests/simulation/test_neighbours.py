@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mcdas_opt.catalogue.scenes import load_scene
+from mcdas_opt.catalogue.scenes import load_scene, scene_from_document
 from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
@@ -166,3 +166,18 @@ def test_mirror_the_scene_and_the_traffic_mirrors() -> None:
         np.testing.assert_array_equal(a.s_m, b.s_m)
         np.testing.assert_array_equal(a.d_m, -b.d_m)
         np.testing.assert_array_equal(a.heading_rad, -b.heading_rad)
+
+
+def test_motions_by_steps_are_the_motions_at_their_times() -> None:
+    script = [{"start_s": 0.3, "acceleration_mps2": -4.0}, {"start_s": 0.5, "lateral_to_m": 3.0, "duration_s": 2.0}]
+    parts = [
+        {"s_m": 30.0, "speed_mps": 20.0, "motion": script},
+        {"s_m": -30.0, "speed_mps": 22.0, "behaviour": "idm"},
+    ]
+    scene = scene_from_document({"duration_s": 3.0, "host": {"speed_mps": 20.0}, "neighbour": parts}, Path("steps.toml"))
+    traffic = Traffic(scene)
+    traffic.advance(host_before(scene, step_times(0, 120)))
+    for first, count in ((0, 11), (40, 11), (100, 20), (0, 121)):
+        for ours, theirs in zip(traffic.motions_of_steps(first, count), traffic.motions(step_times(first, count)), strict=True):
+            for key in BodyMotion.__slots__:
+                assert np.array_equal(getattr(ours, key), getattr(theirs, key))

@@ -13,6 +13,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.dynamics.car_following import Leader
 from mcdas_opt.planning.rivals.lane import judged, leader_of, neighbours_in, strongest_braking_mps2
+from mcdas_opt.planning.rivals.steady import SteadyLaw
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,25 +41,6 @@ class Watched:
     speed_mps: float
     acceleration_mps2: float = 0.0
     braking_since_s: float | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Brake:
-    """As hard as can be until no faster than the car ahead."""
-
-    strength_mps2: float
-    until_mps: float
-
-    def wanted_mps2(self, t_s: float, s_m: float, speed_mps: float) -> float:
-        return -self.strength_mps2 if speed_mps > self.until_mps else 0.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Coast:
-    """The driver, who changes nothing."""
-
-    def wanted_mps2(self, t_s: float, s_m: float, speed_mps: float) -> float:
-        return 0.0
 
 
 def needed_gap_m(
@@ -97,18 +79,18 @@ class AebMethod:
         before = previous.reference if previous is not None and isinstance(previous.reference, Watched) else None
         leader = leader_of(ahead, situation, self.vehicle)
         if ahead is None or leader is None:
-            return judged(self.name, situation, self.vehicle, self.settings, law=_Coast(), reason="nobody ahead")
+            return judged(self.name, situation, self.vehicle, self.settings, law=SteadyLaw(), reason="nobody ahead")
         seen = self._watched(situation, ahead, before)
         if not self._must_brake(situation, leader, seen):
             calm = replace(seen, braking_since_s=None)
-            return judged(self.name, situation, self.vehicle, self.settings, law=_Coast(), reason="braking can wait", reference=calm)
+            return judged(self.name, situation, self.vehicle, self.settings, law=SteadyLaw(), reason="braking can wait", reference=calm)
         going = replace(seen, braking_since_s=situation.time_s if seen.braking_since_s is None else seen.braking_since_s)
         return judged(
             self.name,
             situation,
             self.vehicle,
             self.settings,
-            law=_Brake(strength_mps2=strongest_braking_mps2(situation, self.vehicle), until_mps=max(leader.speed_mps, 0.0)),
+            law=SteadyLaw(strength_mps2=strongest_braking_mps2(situation, self.vehicle), until_mps=max(leader.speed_mps, 0.0)),
             reason=f"braking since {going.braking_since_s:.1f} s: {leader.gap_m:.1f} m left",
             warning=True,
             reference=going,

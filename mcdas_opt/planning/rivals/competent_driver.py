@@ -11,7 +11,9 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request
+from mcdas_opt.planning.path_driving import Kind
 from mcdas_opt.planning.rivals.lane import judged, leader_of, neighbours_in, strongest_braking_mps2
+from mcdas_opt.planning.rivals.steady import SteadyLaw
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,6 +53,11 @@ class ReactionLaw:
     strength_mps2: float
     settings: CompetentDriverSettings
 
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        of = self.settings
+        return (Kind.REACTION, self.since_s, self.until_mps, self.strength_mps2, of.reaction_s, of.release_mps2, of.jerk_mps3)
+
     def wanted_mps2(self, t_s: float, s_m: float, speed_mps: float) -> float:
         if speed_mps <= self.until_mps:
             return 0.0
@@ -58,14 +65,6 @@ class ReactionLaw:
         if pressed < -1e-9:
             return -self.settings.release_mps2
         return -min(max(self.settings.jerk_mps3 * pressed, self.settings.release_mps2), self.strength_mps2)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Steady:
-    """Nothing perceived: the speed is kept."""
-
-    def wanted_mps2(self, t_s: float, s_m: float, speed_mps: float) -> float:
-        return 0.0
 
 
 class CompetentDriverMethod:
@@ -84,7 +83,7 @@ class CompetentDriverMethod:
         before = previous.reference if previous is not None and isinstance(previous.reference, Noticed) else None
         risk = self._risk(situation, before)
         if risk is None:
-            return judged(self.name, situation, self.vehicle, self.settings, law=_Steady(), reason="no risk perceived")
+            return judged(self.name, situation, self.vehicle, self.settings, law=SteadyLaw(), reason="no risk perceived")
         noticed = before or Noticed(at_s=situation.time_s, track=risk.id)
         law = ReactionLaw(
             since_s=situation.time_s - noticed.at_s,

@@ -12,6 +12,7 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Request, Sector, Side
 from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
+from mcdas_opt.planning.path_driving import Kind
 from mcdas_opt.planning.rivals.lane import judged, leader_of, neighbours_in, strongest_braking_mps2
 from mcdas_opt.planning.ways import Manoeuvre
 from mcdas_opt.reference.offset_path import corrected
@@ -45,7 +46,7 @@ class MobilSettings:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Following:
+class Following:
     """The IDM behind the most demanding of several leaders, who go on as they do."""
 
     situation: Situation
@@ -53,6 +54,13 @@ class _Following:
     leaders: tuple[Track, ...]
     desired_mps: float
     idm: IdmSettings
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        of, own = self.idm, self.vehicle.length_m
+        shape = (of.headway_s, of.acceleration_mps2, of.deceleration_mps2, of.exponent, of.jam_distance_m, of.braking_limit_mps2)
+        seen = [(track.s_m, track.speed_s_mps, 0.5 * (track.length_m + own)) for track in self.leaders]
+        return (Kind.FOLLOWING, self.desired_mps, *shape, len(seen), *(number for other in seen for number in other))
 
     def wanted_mps2(self, t_s: float, s_m: float, speed_mps: float) -> float:
         seen = [leader_of(track, self.situation, self.vehicle, s_m, t_s) for track in self.leaders]
@@ -100,7 +108,7 @@ class IdmMobilMethod:
         if going is not None:
             lanes.add(situation.road.lane_of(going.target_d_m))
         ahead = [neighbours_in(lane, situation, self.vehicle).ahead for lane in sorted(lanes)]
-        law = _Following(
+        law = Following(
             situation=situation,
             vehicle=self.vehicle,
             leaders=tuple(track for track in ahead if track is not None),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import Any, NamedTuple
 
-from mcdas_opt.actuation.path_following import AccelerationLaw, Path, follow
+from mcdas_opt.actuation.path_following import AccelerationLaw
 from mcdas_opt.domain.plan import Candidate, Plan, Timing
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
@@ -13,7 +13,9 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.dynamics.car_following import Leader
+from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
+from mcdas_opt.reference.offset_path import OffsetPath
 from mcdas_opt.tracking.prediction import predict
 from mcdas_opt.verification.judge import judge
 
@@ -69,7 +71,7 @@ def judged(
     *,
     law: AccelerationLaw,
     reason: str,
-    path: Path | None = None,
+    path: OffsetPath | None = None,
     side: Side = Side.NONE,
     warning: bool = False,
     lateral_mps2: float | None = None,
