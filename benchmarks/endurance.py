@@ -4,8 +4,9 @@
 
 Sensors, tracker, planner, plant and traffic, over and over with ever new noise, by one planner that is never built anew. Sampled after
 every hundredth of the cycles, garbage collected: resident memory, what is taken from the C heap (glibc), and Python's allocated blocks.
-The slope after the first fifth is the mean of ten stretches' own slopes, with Student's 95 % interval: a staircase of the allocator does
-not pass for precision.
+The
+slope after the first fifth is the mean of ten stretches' own slopes, with Student's 95 % interval: a staircase of the allocator does not
+pass for precision. Stopped early, it tells of what it has.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 import argparse
 import ctypes
 import gc
+import signal
 import sys
 from collections import Counter
 from pathlib import Path
@@ -72,7 +74,15 @@ def main() -> None:
     planner = Planner(vehicle=scenes[0].vehicle, method=asked.planner)
     ends: Counter[str] = Counter()
     samples, done, drives = [], 0, 0
-    while done < asked.cycles:
+    stopped = False
+
+    def stop(*_: object) -> None:
+        nonlocal stopped
+        stopped = True
+
+    for told in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(told, stop)
+    while done < asked.cycles and not stopped:
         drive = simulate(scenes[drives % len(scenes)], planner, seed=drives)
         done, drives = done + drive.plans, drives + 1
         ends[drive.outcome.value] += 1
@@ -85,6 +95,9 @@ def main() -> None:
                 print("after {:.0f} cycles: {:.0f} KiB resident, {:.0f} KiB of heap, {:.0f} blocks".format(*samples[-1]), flush=True)
     print(f"{done} cycles in {drives} drives: " + ", ".join(f"{count} {kind}" for kind, count in sorted(ends.items())))
     kept = np.array(samples[len(samples) // 5 :])
+    if len(kept) < 2 * _STRETCHES:
+        print(f"{len(kept)} samples are too few for a slope")
+        return
     for column, (name, unit) in enumerate((("resident", "KiB"), ("C heap", "KiB"), ("Python", "blocks")), start=1):
         mean, half = slope(kept[:, 0], kept[:, column])
         change = kept[-1, column] - kept[0, column]
