@@ -1,6 +1,9 @@
 """Random single situations: nothing raises, no NaN leaves, every plan is judged, and none is worse than the corrected closed form.
 
-    python benchmarks/one_shot.py --situations 2000 --seed 1 --workers 2
+    python benchmarks/one_shot.py --situations 100000 --seed 1 --workers 2 --out one_shot.journal
+
+With `--out` every block of situations is kept as it is done: stopped at any moment, the same command goes on where it was, and more of
+them can be asked for later.
 
 A plan is compared with the corrected closed form's by (passed, severity of the first impact, safe end, worth), in this order, and where
 nothing passes with five simple policies: full braking, full acceleration, hold, and steering out to either side as hard as the tyres
@@ -10,12 +13,20 @@ allow. Each situation is planned by a planner that remembers nothing.
 from __future__ import annotations
 
 import argparse
+import contextlib
+import hashlib
+import json
 import multiprocessing
+import time
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+import mcdas_opt
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
@@ -23,6 +34,9 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Mode, Status
+from mcdas_opt.errors import InputError
+from mcdas_opt.evaluation.provenance import versions
+from mcdas_opt.evaluation.running.journal import Journal
 from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.continuation import to_safe_end
 from mcdas_opt.planning.planner import Planner
@@ -34,6 +48,7 @@ from mcdas_opt.tracking.prediction import predict
 
 _SEVERITY_MPS, _WORTH_SHARE, _WORTH = 0.5, 0.02, 0.05  # differences that count as none; steering out costs 2
 _BEST_SIMPLE_MPS = 0.5
+_BLOCK = 50
 
 
 def random_situation(seed: int) -> Situation:
@@ -87,6 +102,7 @@ class Tally:
     seeds: dict[str, list[int]] = field(default_factory=dict)
     iterations: list[int] = field(default_factory=list)
     beyond_simple_mps: list[float] = field(default_factory=list)
+    seconds: float = 0.0
 
     def fault(self, kind: str, seed: int) -> None:
         self.counts[kind] += 1
@@ -98,6 +114,7 @@ class Tally:
             self.seeds.setdefault(kind, []).extend(seeds)
         self.iterations += other.iterations
         self.beyond_simple_mps += other.beyond_simple_mps
+        self.seconds += other.seconds
         return self
 
 
@@ -117,6 +134,10 @@ def examine(seed: int, planner: Planner, corrected: CorrectedMethod, tally: Tall
     tally.iterations.append(plan.iterations)
     if not all(np.isfinite(column).all() for column in (plan.trajectory.t_s, plan.trajectory.states, plan.trajectory.inputs)):
         tally.fault("NaN in a plan", seed)
+    try:
+        json.dumps(plan.to_dict(), allow_nan=False)
+    except ValueError:
+        tally.fault("NaN in a document", seed)
     if plan.verdict.passed == (plan.status is Status.UNAVOIDABLE):
         tally.fault("unverified plan", seed)
     _against_corrected(seed, situation, plan, planner, corrected, tally)
@@ -185,13 +206,63 @@ def _against_simple(seed: int, situation: Situation, plan: Plan, planner: Planne
         tally.fault("more severe than a simple policy", seed)
 
 
-def run(task: tuple[int, int]) -> Tally:
-    """Situations `first` to `last` of the numbering."""
-    planner, corrected, tally = Planner(), None, Tally()
-    corrected = CorrectedMethod(planner.vehicle, planner.settings)
-    for seed in range(*task):
-        examine(seed, planner, corrected, tally)
+_KEPT: list[tuple[Planner, CorrectedMethod]] = []  # of this process: built once, made to forget before each situation
+
+
+def run(first: int, last: int) -> Tally:
+    """The situations numbered `first` to `last` - 1."""
+    if not _KEPT:
+        planner = Planner()
+        _KEPT.append((planner, CorrectedMethod(planner.vehicle, planner.settings)))
+    tally, started = Tally(), time.process_time()
+    for seed in range(first, last):
+        examine(seed, *_KEPT[0], tally)
+    tally.seconds = time.process_time() - started
     return tally
+
+
+def _task(block: tuple[int, int]) -> tuple[tuple[int, int], Tally]:
+    return block, run(*block)
+
+
+def blocks(first: int, count: int, workers: int, kept: Path | None) -> Iterator[Tally]:
+    """Of every block, those that the journal holds first; the others as they are done, appended to it.
+
+    Raises InputError for a journal of other versions or other code: its counts are of another planner.
+    """
+    wanted = [(a, min(a + _BLOCK, first + count)) for a in range(first, first + count, _BLOCK)]
+    with contextlib.ExitStack() as opened:
+        journal = opened.enter_context(Journal(kept)) if kept is not None else None
+        done: set[tuple[int, int]] = set()
+        if journal is not None:
+            told = versions() | {"source": source_hash()}
+            if not journal.records:
+                journal.append(told)
+            if journal.records[0] != told:
+                raise InputError(kept, "", journal.records[0], f"was written by another version; this is {told}")
+            for record in journal.records[1:]:
+                block = record["first"], record["last"]
+                if block in wanted and block not in done:
+                    done.add(block)
+                    yield _tally(record["tally"])
+        left = [block for block in wanted if block not in done]
+        pool = opened.enter_context(multiprocessing.get_context("spawn").Pool(workers))
+        for (a, b), tally in pool.imap_unordered(_task, left):
+            if journal is not None:
+                journal.append({"first": a, "last": b, "tally": vars(tally)})
+            yield tally
+
+
+def source_hash() -> str:
+    """Of the package's code."""
+    found, folder = hashlib.sha256(), Path(mcdas_opt.__file__).parent
+    for path in sorted(folder.rglob("*.py")):
+        found.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes())
+    return found.hexdigest()[:16]
+
+
+def _tally(record: dict[str, Any]) -> Tally:
+    return Tally(**{**record, "counts": Counter(record["counts"])})
 
 
 def main() -> None:
@@ -199,17 +270,18 @@ def main() -> None:
     parser.add_argument("--situations", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1, help="situations are numbered from 10^6 times this")
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--out", type=Path, metavar="FILE", help="keep what is done here, and go on from it")
     arguments = parser.parse_args()
-    first, n = 1_000_000 * arguments.seed, arguments.situations
-    size = max(min(n // arguments.workers, 500), 1)
-    tasks = [(a, min(a + size, first + n)) for a in range(first, first + n, size)]
     total = Tally()
-    with multiprocessing.get_context("spawn").Pool(arguments.workers) as pool:
-        for part in pool.imap(run, tasks):
-            total += part
+    parts = blocks(1_000_000 * arguments.seed, arguments.situations, arguments.workers, arguments.out)
+    for part in parts:
+        total += part
+        if total.counts["situations"] // 5000 != (total.counts["situations"] - part.counts["situations"]) // 5000:
+            print(f"... {total.counts['situations']}", flush=True)
     for kind, count in sorted(total.counts.items()):
-        examples = f"   seeds {total.seeds[kind][:8]}" if kind in total.seeds else ""
+        examples = f"   seeds {sorted(total.seeds[kind])[:8]}" if kind in total.seeds else ""
         print(f"{kind:>36} {count:>8}{examples}")
+    print(f"{'processor time':>36} {total.seconds:>8.0f} s, {1e3 * total.seconds / max(total.counts['situations'], 1):.1f} ms a situation")
     print(
         f"{'solver iterations':>36} median {np.median(total.iterations):.0f}, p99 {np.percentile(total.iterations, 99):.0f}, "
         f"max {max(total.iterations)}"

@@ -1,13 +1,13 @@
 """Engines against one another on the same lane problems, in one process: time, iterations, cost over converged IPOPT, growth.
 
-    python -m benchmarks.solver_race [--loops 1] [--cold 20] [--neighbours 3] [--repeats 3] [--parts replay,closed,cold,growth]
+    python -m benchmarks.solver_race [--loops 1] [--cold 20] [--neighbours 3] [--repeats 3] [--parts replay,closed,cold,growth,others]
 
 Other solvers (fatrop; piqp and do-mpc, where they are installed) run on the same problems; a line says who is left out.
 
 replay: noisy closed loops with two events each, recorded once; every engine solves all of their problems with its own warm starts.
 closed: every engine but IPOPT drives the loops itself (a replay alone would punish whoever prefers another way round).
 cold: random evasions from the cold guess, against the best of two IPOPT starts.
-growth: time of a Newton step over horizon and neighbours, with the slope of the logarithms.
+growth: time of a Newton step over horizon and neighbours, with the slope of the logarithms; others: of a whole solve, by every solver.
 Cost of an answer: its inputs driven through the dynamics, with the least slacks. Times are a call's, from Python, with the warm start's
 shift; "cpu" is the thread's own time, which other processes do not disturb.
 """
@@ -259,13 +259,48 @@ def growth() -> None:
         each(f"{kind}, neighbours =", [1, 2, 4, 8, 12], by_seats)
 
 
+def growth_of_others(repeats: int = 5) -> None:
+    """A whole cold solve, because steps of different methods do not compare."""
+    print(f"\ngrowth of all: ms of processor time of a cold solve (least of {repeats})")
+    makers: dict[str, Callable[[StageProblem, int], Any]] = {
+        "interior point, compiled": InteriorPointEngine,
+        "OSQP, 8 steps": OsqpEngine,
+        "piqp, 8 steps": PiqpEngine,
+        "IPOPT": IpoptEngine,
+        "fatrop": FatropEngine,
+        "do-mpc": DoMpcEngine,
+    }
+    sizes = {"N": [(n, 3) for n in (20, 40, 80, 160)], "neighbours": [(NODES, seats) for seats in (1, 2, 4, 8, 12)]}
+    for name, make in makers.items():
+        cap = 8 if "8 steps" in name else 300
+        for what, pairs in sizes.items():
+            values, cost, missed = [n if what == "N" else seats for n, seats in pairs], [], 0
+            try:
+                for nodes, seats in pairs:
+                    problem = lane_problem(seats)
+                    engine, q = make(problem, nodes), posed(*evasion(np.random.default_rng(4), seats), problem, nodes)
+                    times, ending = [], Ending.FAILED
+                    for _ in range(repeats):
+                        started = time.thread_time()
+                        ending = engine.solve(q.x0, q.p, q.steps, q.guess, cap).ending
+                        times.append(time.thread_time() - started)
+                    cost.append(1e3 * min(times))
+                    missed += ending is not Ending.CONVERGED
+            except (RuntimeError, ImportError) as error:
+                print(f"{name} is left out: {error}")
+                break
+            slope = np.polyfit(np.log(values), np.log(cost), 1)[0]
+            shown = "  ".join(f"{value}: {ms:.2f}" for value, ms in zip(values, cost, strict=True))
+            print(f"{name:28} {what} =  {shown}   slope {slope:.2f}{f'   ({missed} not converged)' if missed else ''}", flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--loops", type=int, default=1)
     parser.add_argument("--cold", type=int, default=20, help="number of cold starts")
     parser.add_argument("--neighbours", type=int, default=3)
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--parts", default="replay,closed,cold,growth")
+    parser.add_argument("--parts", default="replay,closed,cold,growth,others")
     asked = parser.parse_args()
     problem = lane_problem(asked.neighbours)
     parts = asked.parts.split(",")
@@ -277,6 +312,8 @@ def main() -> None:
         cold(problem, asked.cold, asked.neighbours)
     if "growth" in parts:
         growth()
+    if "others" in parts:
+        growth_of_others()
 
 
 if __name__ == "__main__":

@@ -151,10 +151,14 @@ class MpcMethod:
         if not assessment.threatened:
             quiet = assessment.mode if assessment.mode in (Mode.CRUISE, Mode.PARK) else Mode.HOLD
             first = continued(situation, going) if going is not None else keeping_way(situation, quiet)
-            for answer in self._passed(situation, prediction, (first,), assessment):
-                ended = self._ended(answer, situation, prediction)
-                if ended.sound:
-                    return answer, ended
+            passed = self._passed(situation, prediction, (first,), assessment)
+            if passed and going is None and (previous is None or self._chosen != first.name):  # who keeps the lane already goes on
+                most = (passed[0].candidate.cost or 0.0) - self.worth.notable
+                driven = self._closed_forms(situation, prediction, (first,), assessment)
+                passed += [answer for answer in driven if (answer.candidate.cost or 0.0) < most]
+            best = self._cheapest(passed, situation, prediction, None, going)
+            if best is not None and best[1].sound:
+                return best
         four = ways_out(situation, assessment, self.vehicle, self.settings.sigmoid, going)
         if going is not None and going.half_done(situation):
             # the lane that holds the car is the one that it steers for: keeping it is no way of its own

@@ -18,13 +18,14 @@ class Engine(Protocol):
 
 
 def ask(engine: Engine, x0: Array, p: Array, steps_s: Array, guess: StageGuess, iterations: int) -> Outcome:
-    """The engine's outcome; `FAILED`, with the reason, where it raises or its arrays have another shape than the guess's."""
+    """The engine's outcome; `FAILED`, with the reason, where it raises or what comes back is no outcome of the guess's shape."""
     try:
         outcome = engine.solve(x0, p, steps_s, guess, iterations)
+        shapes = outcome.x.shape, outcome.u.shape, outcome.s.shape
     except Exception as error:  # an engine is foreign code: what it throws must not leave the cycle without an answer
         return _failed(guess, f"{type(error).__name__}: {error}")
-    if outcome.x.shape != guess.x.shape or outcome.u.shape != guess.u.shape or outcome.s.shape != guess.s.shape:
-        return _failed(guess, f"the solution has shapes {outcome.x.shape}, {outcome.u.shape}, {outcome.s.shape}")
+    if shapes != (guess.x.shape, guess.u.shape, guess.s.shape):
+        return _failed(guess, f"the solution has shapes {shapes[0]}, {shapes[1]}, {shapes[2]}")
     return outcome
 
 

@@ -129,15 +129,20 @@ class InteriorPointEngine:
     def shifted(self, outcome: Outcome) -> StageGuess:
         """The warm start for one step later: everything moved on by one node, the last state drawn on in a straight line, u = 0 there.
 
-        The multipliers hold slacks, t and multipliers of every node, side by side.
+        The multipliers hold slacks, t and multipliers of every node, side by side; of another size they are none, and the start is cold.
         """
         problem, stage = self.problem, self._stage
         x, u = outcome.x, outcome.u
         beyond = np.minimum(np.maximum(2.0 * x[-1] - x[-2], problem.x_lower), problem.x_upper)
-        kept = outcome.multipliers.reshape(self.nodes + 1, -1)
-        kept = np.concatenate((kept[1:], kept[-1:]))
-        for first in (stage.ns, stage.ns + stage.nc):  # the input's bounds did not hold at the node that was the last: no t, no multiplier
-            kept[-2, first + stage.inner : first + stage.nc] = 0.0
+        kept = np.zeros((0, 0))
+        if outcome.multipliers.size == self._kernel.iterate.multipliers:
+            kept = outcome.multipliers.reshape(self.nodes + 1, -1)
+            kept = np.concatenate((kept[1:], kept[-1:]))
+            for first in (
+                stage.ns,
+                stage.ns + stage.nc,
+            ):  # the input's bounds did not hold at the node that was the last: no t, no multiplier
+                kept[-2, first + stage.inner : first + stage.nc] = 0.0
         return StageGuess(
             x=np.concatenate((x[1:], beyond[None])),
             u=np.concatenate((u[1:], np.zeros((1, problem.nu)))),
@@ -154,7 +159,7 @@ class InteriorPointEngine:
         it.p[:], it.steps[:-1], it.steps[-1] = p, steps, steps[-1]
         it.z[:, :nx], it.z[:-1, nx:], it.z[-1, nx:] = guess.x, guess.u, 0.0
         it.z[0, :nx] = x0
-        if guess.multipliers.size != it.s.size + 2 * it.t.size:
+        if guess.multipliers.size != it.multipliers:
             return False
         kept = guess.multipliers.reshape(self.nodes + 1, -1)
         ns, nc = self._stage.ns, self._stage.nc

@@ -35,6 +35,11 @@ class Iterate:
         self.t, self.multiplier = np.ones((n, stage.nc)), np.zeros((n, stage.nc))
         self.p, self.steps = np.zeros((n, stage.np)), np.zeros(n)
 
+    @property
+    def multipliers(self) -> int:
+        """How many numbers a warm start holds besides z: s, t and multiplier of every node."""
+        return self.s.size + 2 * self.t.size
+
 
 class Kernel(Protocol):
     """Moves an `Iterate`; see `InterpretedKernel` for what each method does."""

@@ -59,6 +59,8 @@ class OsqpEngine:
             qp = pattern.assemble(lin, x, u, x0)
             if not all(np.all(np.isfinite(part)) for part in (qp.p_data, qp.q, qp.a_data)):
                 return self._failed(Ending.NOT_FINITE, x, u, s, done, inner, "the linearisation is not finite")
+            if not np.all(qp.lower <= qp.upper):  # a bound that is, or a row beyond what counts as no bound: OSQP prints that it refuses it
+                return self._failed(Ending.INFEASIBLE, x, u, s, done, inner, "bounds contradict each other, or numbers are out of range")
             try:
                 result = self._qp(qp, pattern.pack(x, u, s), y)
             except (ValueError, RuntimeError, ArithmeticError) as error:

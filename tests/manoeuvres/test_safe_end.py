@@ -43,6 +43,20 @@ def test_distance_to_hold_is_the_least_that_survives_a_front_car_that_brakes_ful
         assert float((needed - 0.01 + ahead - own).min()) < 0.0
 
 
+@given(host=SPEEDS, front=SPEEDS, friction=st.floats(0.2, 1.0), share=st.floats(-1.0, 0.5))
+def test_distance_to_hold_survives_every_constant_acceleration_of_the_front_car(
+    host: float, front: float, friction: float, share: float
+) -> None:
+    """Hypotheses of the safe end: constant velocity (share 0), constant acceleration (any), and full braking (share -1)."""
+    cfg, road = SafeEndSettings(), Road(friction=friction)
+    grip = friction * GRAVITY_MPS2
+    t = np.linspace(0.0, 60.0, 6001)
+    a = share * min(cfg.front_braking_mps2, grip)
+    ahead = travelled(t, front, -a, 0.0) if a < -1e-3 else front * t + 0.5 * max(a, 0.0) * t**2
+    own = travelled(t, host, cfg.braking_share * min(8.0, grip), cfg.response_s)
+    assert float((float(distance_to_hold(host, front, SEDAN, road, cfg)) + ahead - own).min()) > -1e-6
+
+
 @given(gap=st.floats(0.5, 80.0), closing=st.floats(0.1, 15.0))
 def test_follower_that_brakes_as_demanded_just_stops_short(gap: float, closing: float) -> None:
     demand = float(demand_on_follower(gap, closing, 1.0))

@@ -9,12 +9,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 from PIL import Image
 
+from mcdas_opt.domain.escapes import Escape, Escapes
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.track import Track
 from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.plotting import style
 from mcdas_opt.plotting.animation import MOST_FRAMES, check_suffix, frames, outcome_words, save, sheet
 from mcdas_opt.plotting.birdseye import Camera, ellipse
 from mcdas_opt.plotting.moments import moment_at, moments, view_of
@@ -107,6 +110,20 @@ def test_the_same_drive_is_the_same_bytes(drive: Simulation, tmp_path: Path) -> 
 def test_the_sheet_has_a_row_a_moment_and_three_charts(drive: Simulation) -> None:
     assert len(sheet(drive, count=3).axes) == 3 + 3
     assert outcome_words(drive) == f"collision with front at {drive.impact_speed_mps:.1f} m/s"
+
+
+def test_ways_out_are_drawn_where_the_plans_tell_of_them(drive: Simulation) -> None:
+    told = Escapes(brake=Escape(open=True, last_moment_s=1.0), left=Escape(open=True, last_moment_s=2.0, last_comfortable_s=1.5))
+    cycles = tuple(replace(cycle, plan=replace(cycle.plan, escapes=told)) for cycle in drive.cycles)
+    *_, ways = sheet(replace(drive, cycles=cycles), count=3).axes
+    assert [label.get_text() for label in ways.get_yticklabels()] == ["right", "left", "accelerate", "brake"]
+    shown = {
+        (round(box.y0), to_hex(bars.get_facecolor()[0]))
+        for bars in ways.collections
+        for path in bars.get_paths()
+        if (box := path.get_extents()).width > 0.0
+    }
+    assert shown == {(3, to_hex(style.ORANGE)), (2, "#d9d9dd"), (1, to_hex(style.GREEN)), (0, "#d9d9dd")}
 
 
 def test_an_empty_curved_road_can_be_drawn(tmp_path: Path) -> None:

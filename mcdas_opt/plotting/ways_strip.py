@@ -1,0 +1,69 @@
+"""The ways out over a whole drive: of each, when it was comfortable, open or closed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from mcdas_opt.domain.escapes import Escape
+from mcdas_opt.plotting import style
+from mcdas_opt.simulation.record import Simulation
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+
+NAMES = ("brake", "accelerate", "left", "right")
+COLOURS = {"comfortable": style.GREEN, "open": style.ORANGE, "closed": "#d9d9dd"}
+
+
+def has_escapes(simulation: Simulation) -> bool:
+    """Whether any plan of the drive holds an escape map."""
+    return any(cycle.plan.escapes is not None for cycle in simulation.cycles)
+
+
+class WaysStrip:
+    """Draws a row a way out over the drive's time; `show(t)` moves a line there."""
+
+    def __init__(self, axes: Axes, simulation: Simulation) -> None:
+        from matplotlib.lines import Line2D
+        from matplotlib.patches import Patch
+
+        cycles = simulation.cycles
+        starts = [cycle.time_s for cycle in cycles]
+        ends = [*starts[1:], simulation.duration_s]
+        for row, name in enumerate(NAMES):
+            bars: dict[str, list[tuple[float, float]]] = {kind: [] for kind in COLOURS}
+            for cycle, start, end in zip(cycles, starts, ends, strict=True):
+                if cycle.plan.escapes is not None and end > start:
+                    bars[_kind(getattr(cycle.plan.escapes, name))].append((start, end - start))
+            for kind, spans in bars.items():
+                axes.broken_barh(spans, (len(NAMES) - 1 - row - 0.4, 0.8), facecolors=COLOURS[kind], lw=0)
+        axes.set(xlim=(0.0, simulation.duration_s), ylim=(-0.5, len(NAMES) - 0.5), yticks=range(len(NAMES)))
+        axes.set_yticklabels(NAMES[::-1], fontsize=7.5)
+        axes.set_xlabel("time [s]", labelpad=1)
+        axes.grid(False)
+        axes.set_title("ways out", fontsize=9.0, fontweight="normal", loc="left")
+        axes.legend(
+            handles=[Patch(color=colour, label=kind) for kind, colour in COLOURS.items()],
+            loc="lower right",
+            bbox_to_anchor=(1.0, 1.0),
+            ncols=3,
+            frameon=False,
+            borderaxespad=0.1,
+            fontsize=7.5,
+        )
+        self._line = Line2D([0.0, 0.0], [-0.5, len(NAMES) - 0.5], color=style.HOST, lw=1.6, zorder=5)
+        axes.add_line(self._line)
+
+    @property
+    def artists(self) -> list[Artist]:
+        return [self._line]
+
+    def show(self, time_s: float) -> None:
+        self._line.set_xdata([time_s, time_s])
+
+
+def _kind(way: Escape) -> str:
+    if way.last_moment_s is None:
+        return "closed"
+    return "open" if way.last_comfortable_s is None else "comfortable"
