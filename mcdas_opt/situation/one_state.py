@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Sequence
 from typing import Any
 
 abs = abs
 maximum = max
+logical_not = operator.not_
 isfinite = math.isfinite
 
 

@@ -65,7 +65,7 @@ def rules_of(vehicle: Vehicle, road: Road, tolerances: Tolerances, along_reaches
     """The record `Rules` of the C text."""
     of = tolerances
     edge_doubt = 5.0 * max(abs(kappa) for _, kappa in road.curvature) * 0.25 * (vehicle.length_m**2 + vehicle.width_m**2) + of.edge_m
-    car = (vehicle.wheelbase_m, vehicle.centre_m, vehicle.length_m, vehicle.width_m, vehicle.steering_max_rad)
+    car: tuple[float, ...] = (vehicle.wheelbase_m, vehicle.centre_m, vehicle.length_m, vehicle.width_m, vehicle.steering_max_rad)
     car += (vehicle.steering_rate_max_radps, vehicle.acceleration_min_mps2, vehicle.acceleration_max_mps2)
     car += (vehicle.jerk_min_mps3, vehicle.jerk_max_mps3, vehicle.speed_max_mps)
     end = math.inf if road.road_end_s_m is None else road.road_end_s_m

@@ -27,7 +27,8 @@ def said_sound(drive: Drive) -> bool:
     bodies = rows_of(drive.prediction.bodies)
     frame = judging._frame(table[1], drive.vehicle, drive.road, drive.prediction)
     quick = plainly_sound()
-    assert quick is not None and bodies is not None
+    assert quick is not None
+    assert bodies is not None
     return quick(table, drive.start, rules, bodies, frame)
 
 
