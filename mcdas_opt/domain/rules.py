@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 
 def finite(name: str, value: float, unit: str = "") -> float:
     """`value` as a float; it must be a finite number."""
+    if type(value) is float and math.isfinite(value):
+        return value
     if isinstance(value, bool) or not isinstance(value, (int, float, np.floating, np.integer)):
         raise ParameterError(name, value, "must be a number", unit)
     if not math.isfinite(value):

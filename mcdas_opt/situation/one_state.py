@@ -13,6 +13,12 @@ logical_not = operator.not_
 isfinite = math.isfinite
 
 
+def take(table: Any, index: int) -> int:
+    """The number at that place, from the end where it is negative."""
+    number: int = table.item(index)
+    return number
+
+
 def where(condition: Any, then: Any, otherwise: Any) -> Any:
     """Either of the two."""
     return then if condition else otherwise

@@ -156,7 +156,7 @@ def _seen(f: Facts, settings: SelectorSettings, m: Any) -> tuple[Threat, Threat,
 
 def _selected(f: Facts, front: Threat, rear: Threat, rule: Any, settings: SelectorSettings, m: Any) -> Selection:
     """What the rules say, unless the mode before lives on."""
-    mode = _MODE_OF_RULE[rule]
+    mode = m.take(_MODE_OF_RULE, rule)
     kept = (mode != f.previous_mode) & _lives_on(f, front.threat, rear.threat, mode, settings, m)
     mode, rule = m.where(kept, f.previous_mode, mode), m.where(kept, _NO_RULE, rule)
     sandwiched = (f.front_gap <= settings.distance_front_long_m) & (f.rear_gap <= settings.distance_rear_m)
@@ -183,7 +183,7 @@ def _lives_on(f: Facts, front: Any, rear: Any, mode: Any, settings: SelectorSett
     before = f.previous_mode
     young = (before >= 0) & (f.previous_age_s < settings.hold_s)
     new = (front & m.logical_not(f.previous_front_threat)) | (rear & m.logical_not(f.previous_rear_threat))
-    worse = new | (_URGENCY[mode] > _URGENCY[before])
+    worse = new | (m.take(_URGENCY, mode) > m.take(_URGENCY, before))
     side_open = m.where(f.previous_side == _LEFT, f.left_open, m.where(f.previous_side == _RIGHT, f.right_open, False))
     admissible = m.select(
         [before == code for code in (_HOLD, _CRUISE, _BRAKE, _ACCELERATE, _EVADE, _PARK)],

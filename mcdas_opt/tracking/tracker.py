@@ -190,7 +190,8 @@ class Tracker:
 
     def _merge(self, time_s: float) -> None:
         """Two tracks cannot be in one place: the named, else the latest heard, else the sharper one stays."""
-        if len(self._lives) < 2:
+        places = [(life.place(time_s), life.size) for life in self._lives]
+        if not any(_overlap(*one, *other, 0.5) for i, one in enumerate(places) for other in places[:i]):
             return
         ranked = sorted(self._lives, key=lambda life: (life.name is None, not life.confirmed, -life.heard_s, life.vagueness()))
         kept: list[tuple[TrackLife, tuple[float, float]]] = []
