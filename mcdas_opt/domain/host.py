@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mcdas_opt.domain.rules import Array, finite, vector
+import numpy as np
+
+from mcdas_opt.domain.rules import Array, finite
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,10 +29,9 @@ class HostState:
 
     def to_vector(self) -> Array:
         """(s, d, psi, v, a, delta)."""
-        return vector(
-            "host",
-            [self.s_m, self.d_m, self.heading_rad, self.speed_mps, self.acceleration_mps2, self.steering_rad],
-        )
+        x = np.array((self.s_m, self.d_m, self.heading_rad, self.speed_mps, self.acceleration_mps2, self.steering_rad))
+        x.setflags(write=False)
+        return x
 
     @classmethod
     def from_vector(cls, x: Array) -> HostState:

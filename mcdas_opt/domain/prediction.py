@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
@@ -60,16 +60,7 @@ class CruisingBody:
 
     def at(self, t_s: Any) -> BodyMotion:
         t = np.asarray(t_s, dtype=np.float64)
-        fade = np.exp(-t / self.lateral_fade_s)
-        speed_d = self.speed_d_mps * fade
-        speed_s = np.full_like(t, self.speed_s_mps)
-        return BodyMotion(
-            s_m=self.s_m + self.speed_s_mps * t,
-            d_m=self.d_m + self.speed_d_mps * self.lateral_fade_s * (1.0 - fade),
-            heading_rad=np.arctan(speed_d / np.copysign(np.maximum(np.abs(speed_s), 1.0), speed_s)),
-            speed_s_mps=speed_s,
-            speed_d_mps=speed_d,
-        )
+        return _cruise(self.s_m, self.d_m, self.speed_s_mps, self.speed_d_mps, self.lateral_fade_s, t)
 
     def _margin(self, t_s: Any, position: int, cap: float) -> Array:
         t = np.minimum(np.asarray(t_s, dtype=np.float64), self.growth_s)
@@ -108,3 +99,48 @@ class Prediction:
 
     name: str
     bodies: tuple[PredictedBody, ...] = ()
+    _on: dict[int, tuple[Array, tuple[BodyMotion, ...]]] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    def on(self, t_s: Array) -> tuple[BodyMotion, ...]:
+        """Every body's motion at these times (n,). Of times that nobody can write into, as a grid's, it is worked out once."""
+        known = self._on.get(id(t_s))
+        if known is not None and known[0] is t_s:
+            return known[1]
+        motions = _cruising(self.bodies, t_s) or tuple(body.at(t_s) for body in self.bodies)
+        if not t_s.flags.writeable:
+            if len(self._on) >= _KEPT:
+                self._on.clear()
+            self._on[id(t_s)] = t_s, motions
+        return motions
+
+
+def _cruising(bodies: tuple[PredictedBody, ...], t_s: Array) -> tuple[BodyMotion, ...] | None:
+    """`CruisingBody.at` of several at once; None where they are not all such."""
+    beginnings = [
+        (body.s_m, body.d_m, body.speed_s_mps, body.speed_d_mps, body.lateral_fade_s) for body in bodies if isinstance(body, CruisingBody)
+    ]
+    if not bodies or len(beginnings) < len(bodies):
+        return None
+    s, d, speed_s, speed_d, fade = np.array(beginnings, dtype=np.float64).T[:, :, None]
+    all_ = _cruise(s, d, speed_s, speed_d, fade, np.broadcast_to(t_s, (len(bodies), t_s.size)))
+    rows = zip(all_.s_m, all_.d_m, all_.heading_rad, all_.speed_s_mps, all_.speed_d_mps, strict=True)
+    return tuple(BodyMotion(s_m=a, d_m=b, heading_rad=c, speed_s_mps=e, speed_d_mps=f) for a, b, c, e, f in rows)
+
+
+def _cruise(s: Any, d: Any, speed_s: Any, speed_d: Any, fade_s: Any, t: Array) -> BodyMotion:
+    """At t, of t's shape: constant speed along the road, lateral speed fading."""
+    fade = np.exp(-t / fade_s)
+    across = speed_d * fade
+    slowest = np.copysign(np.maximum(np.abs(speed_s), 1.0), speed_s)
+    along = np.empty(t.shape)
+    along[...] = speed_s
+    return BodyMotion(
+        s_m=s + speed_s * t,
+        d_m=d + speed_d * fade_s * (1.0 - fade),
+        heading_rad=np.arctan(across / slowest),
+        speed_s_mps=along,
+        speed_d_mps=across,
+    )
+
+
+_KEPT = 4  # vectors of times whose motions a prediction remembers

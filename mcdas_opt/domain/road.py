@@ -65,7 +65,10 @@ class Road:
 
     @property
     def is_straight(self) -> bool:
-        return all(kappa == 0.0 for _, kappa in self.curvature)
+        for _, kappa in self.curvature:  # noqa: SIM110  # asked often: no generator
+            if kappa != 0.0:
+                return False
+        return True
 
     def curvature_at(self, s: Any) -> Array:
         """Curvature [1/m] of the reference line at s [m], of the shape of `s`."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from operator import mul
 from typing import Any
 
 import numpy as np
@@ -64,6 +65,9 @@ def covariance(name: str, value: Any, size: int, unit: str = "") -> Array:
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
         raise ParameterError(name, value, f"must be a {size} x {size} matrix", unit) from None
+    if array.shape == (size, size) and _plainly_definite(array.tolist()):
+        array.setflags(write=False)
+        return array
     if array.shape != (size, size):
         raise ParameterError(name, f"shape {array.shape}", f"must be a {size} x {size} matrix", unit)
     if not np.all(np.isfinite(array)):
@@ -75,3 +79,19 @@ def covariance(name: str, value: Any, size: int, unit: str = "") -> Array:
         raise ParameterError(name, "matrix", "must be symmetric and positive semi-definite", unit)
     array.setflags(write=False)
     return array
+
+
+def _plainly_definite(rows: list[list[float]]) -> bool:
+    """Whether a matrix is symmetric to the bit, and Cholesky's pivots are well above rounding: then no eigenvalues need be asked for."""
+    size = len(rows)
+    lower = [[0.0] * size for _ in range(size)]
+    for i, row in enumerate(rows):
+        for j in range(i):
+            if row[j] != rows[j][i]:
+                return False
+            lower[i][j] = (row[j] - sum(map(mul, lower[i][:j], lower[j][:j]))) / lower[j][j]
+        pivot = row[i] - sum(map(mul, lower[i][:i], lower[i][:i]))
+        if not 1e-9 * row[i] < pivot < math.inf:  # nor what is no number
+            return False
+        lower[i][i] = math.sqrt(pivot)
+    return True

@@ -54,4 +54,4 @@ class Coverage:
     right: bool = True
 
     def sees(self, sector: Sector) -> bool:
-        return bool(getattr(self, sector.value))
+        return bool(getattr(self, sector))

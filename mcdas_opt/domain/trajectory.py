@@ -55,23 +55,22 @@ class Trajectory:
     @classmethod
     def from_states(cls, t_s: Array, x: Array, u: Array) -> Trajectory:
         """From times (n,), states (n, 6) and inputs (n - 1, 2) or (n, 2); a missing last input repeats."""
-        if len(u) == len(t_s) - 1:
-            u = np.vstack([u, u[-1:]]) if len(u) else np.zeros((1, 2))
+        t = t_s if _kept_as_it_is(t_s) and t_s.ndim == 1 and np.isfinite(t_s).all() else vector("t_s", t_s, "s")
         rows = np.empty((8, len(x)))
-        rows[:6], rows[6:] = np.asarray(x).T, np.asarray(u).T
+        rows[:6] = np.asarray(x).T
+        if len(u) == t.size - 1:
+            rows[6:, :-1] = np.asarray(u).T
+            rows[6:, -1] = u[-1] if len(u) else 0.0
+        else:
+            rows[6:] = np.asarray(u).T
+        if t.size != len(x):
+            raise ParameterError("s_m", f"shape {(len(x),)}", f"must be a list of {t.size} numbers, as t_s")
         rows.setflags(write=False)
         s, d, psi, v, a, delta, jerk, rate = rows
-        return cls(
-            t_s=vector("t_s", t_s, "s"),
-            s_m=s,
-            d_m=d,
-            heading_rad=psi,
-            speed_mps=v,
-            acceleration_mps2=a,
-            steering_rad=delta,
-            steering_rate_radps=rate,
-            jerk_mps3=jerk,
-        )
+        made = object.__new__(cls)  # the rows are what __post_init__ would make of them
+        for name, row in zip(_NAMES, (t, s, d, psi, v, a, delta, rate, jerk), strict=True):
+            object.__setattr__(made, name, row)
+        return made
 
     def to_dict(self) -> dict[str, list[float]]:
         document: dict[str, list[float]] = to_document(self)
@@ -80,6 +79,9 @@ class Trajectory:
     @classmethod
     def from_columns(cls, columns: dict[str, Any]) -> Trajectory:
         return cls(**{field.name: columns[field.name] for field in fields(cls)})
+
+
+_NAMES = tuple(field.name for field in fields(Trajectory))
 
 
 def _kept_as_it_is(value: Any) -> bool:

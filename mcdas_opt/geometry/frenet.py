@@ -62,6 +62,10 @@ class FrenetFrame:
         inside = headings[i] + 0.5 * (kk[i] + np.interp(s, ks, kk)) * (s - ks[i])
         return np.asarray(np.where(s < ks[0], headings[0] + (s - ks[0]) * kk[0], inside))
 
+    def tables(self) -> tuple[Array, Array]:
+        """What `frenet.c` reads: (3, n) s, x, y of the reference line, (3, knots) s, curvature, heading; nothing on a straight road."""
+        return np.array([self._s, self._x, self._y]), np.ascontiguousarray(self._knots)
+
     def _line(self, s: Array) -> tuple[Array, Array, Array]:
         if s.size and (s.min() < self._s[0] or s.max() > self._s[-1]):
             raise ValueError(f"s outside the tabulated road [{self._s[0]:g}, {self._s[-1]:g}] m")

@@ -92,21 +92,22 @@ def ends(
     margin, demand = np.full(t.shape, math.inf), np.full(t.shape, -math.inf)
     front_fails = ~standing & (np.abs(psi) > cfg.settled_rad)
     follower_fails = np.zeros(t.shape, dtype=bool)
-    for body in prediction.bodies:
-        motion, first = body.at(t), body.at(np.zeros(1))
-        in_way = np.abs(motion.d_m - d) < 0.5 * (body.width_m + vehicle.width_m) + _IN_THE_WAY_M
+    for body, whole in zip(prediction.bodies, prediction.on(drive.t_s), strict=True):
+        its_s, its_v = whole.s_m[samples], whole.speed_s_mps[samples]
+        in_way = np.abs(whole.d_m[samples] - d) < 0.5 * (body.width_m + vehicle.width_m) + _IN_THE_WAY_M
         if not in_way.any():
             continue
+        first = body.at(np.zeros(1))
         lengths = 0.5 * (body.length_m + vehicle.length_m)
-        ahead = in_way & (motion.s_m >= s)
-        room = motion.s_m - s - lengths - distance_to_hold(v, motion.speed_s_mps, vehicle, road, cfg)
+        ahead = in_way & (its_s >= s)
+        room = its_s - s - lengths - distance_to_hold(v, its_v, vehicle, road, cfg)
         before = float(first.s_m[0]) - start.s_m - lengths
         before -= float(distance_to_hold(start.speed_mps, float(first.speed_s_mps[0]), vehicle, road, cfg))
         owed = min(before, 0.0) if float(first.s_m[0]) > start.s_m else 0.0
         margin = np.where(ahead, np.minimum(margin, room), margin)
         front_fails |= ahead & ~standing & (room < owed - _ROUNDING_M)
-        behind = in_way & (motion.s_m < s)
-        asked = demand_on_follower(s - motion.s_m - lengths, motion.speed_s_mps - v, cfg.follower_response_s)
+        behind = in_way & (its_s < s)
+        asked = demand_on_follower(s - its_s - lengths, its_v - v, cfg.follower_response_s)
         asked_before = 0.0
         if float(first.s_m[0]) < start.s_m:
             gap, closing = start.s_m - float(first.s_m[0]) - lengths, float(first.speed_s_mps[0]) - start.speed_mps

@@ -34,16 +34,19 @@ class Seated:
         return self.body.id
 
 
-def seated(bodies: Sequence[PredictedBody], times_s: Array, *, along_m: float, across_m: float) -> tuple[Seated, ...]:
-    """Bodies evaluated on the grid, grown by a clearance and by the uncertainty of their estimates."""
+def seated(
+    bodies: Sequence[PredictedBody], times_s: Array, *, along_m: float, across_m: float, motions: Sequence[BodyMotion] | None = None
+) -> tuple[Seated, ...]:
+    """Bodies on the grid (`motions`, where they are known already), grown by a clearance and by the uncertainty of their estimates."""
+    moving = [body.at(times_s) for body in bodies] if motions is None else motions
     return tuple(
         Seated(
             body,
-            body.at(times_s),
+            motion,
             0.5 * body.length_m + along_m + body.margin_along_m(times_s),
             0.5 * body.width_m + across_m + body.margin_across_m(times_s),
         )
-        for body in bodies
+        for body, motion in zip(bodies, moving, strict=True)
     )
 
 
@@ -140,7 +143,7 @@ def guessed_states(situation: Situation, way: Way, vehicle: Vehicle, times_s: Ar
     rate = np.clip(gap / 2.0, 0.6 * vehicle.acceleration_min_mps2, 0.9 * vehicle.acceleration_max_mps2)
     v = np.maximum(host.speed_mps + np.clip(rate * times_s, min(gap, 0.0), max(gap, 0.0)), 0.0)
     s = host.s_m + np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(times_s))])
-    path_d = np.asarray(way.path.d(s))
+    path_d, slope = way.path.d_and_slope(s)
     d = path_d + (host.d_m - path_d[0]) * np.exp(-times_s / _SETTLING_S)
-    psi = np.arctan(np.asarray(way.path.slope(s)))
+    psi = np.arctan(slope)
     return np.column_stack([s, d, psi, v, np.zeros_like(s), np.zeros_like(s)])

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import copy
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import chain
 
 import numpy as np
 
@@ -32,6 +33,7 @@ from mcdas_opt.solvers.stage_problem import StageGuess
 
 _IPOPT_ITERATIONS = 200
 Engine = InteriorPointEngine | OsqpEngine | IpoptEngine
+Asked = tuple[Engine, Callable[[], StageGuess], int]  # who, from which guess, with which cap on iterations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -188,13 +190,13 @@ class LaneStage:
             return turned_guess(guess) if turned else guess
 
         memory = self._memory.pop(way.name, None)
-        attempts = self._attempts(posed, cold)
+        attempts: Iterator[Asked] = self._attempts(posed, cold)
         engine = posed.interior_point if self.stage.solver == "interior-point" else posed.osqp
         fits = memory is not None and memory.engine is engine and memory.turned == turned
         if memory is not None and fits and not self._event(memory, situation, way, others):
             outcome = memory.outcome
             steps = self.stage.newton_steps if engine is posed.interior_point else self.stage.iterations_warm
-            attempts.insert(0, (engine, lambda: engine.shifted(outcome), steps))
+            attempts = chain([(engine, lambda: engine.shifted(outcome), steps)], attempts)
         # a measured state a hair outside a hard bound (rounding, a limit just touched) is brought to it
         x0 = np.minimum(np.maximum(within_reach(situation.host, self.vehicle), posed.problem.x_lower), posed.problem.x_upper)
         x0 = turned_states(x0) if turned else x0
@@ -219,15 +221,16 @@ class LaneStage:
         trajectory = self._driven(situation, posed, best.x[:, 3], u)
         return Solved(trajectory=trajectory, reason=reason, iterations=iterations, converged=best.ending is Ending.CONVERGED)
 
-    def _attempts(self, posed: Posed, cold: Callable[[], StageGuess]) -> list[tuple[Engine, Callable[[], StageGuess], int]]:
+    def _attempts(self, posed: Posed, cold: Callable[[], StageGuess]) -> Iterator[Asked]:
         """Engines in the order in which they are asked, from a cold start, with their iteration caps: the first that converges answers."""
         if self.stage.cold_start == "ipopt":
-            first: tuple[Engine, Callable[[], StageGuess], int] = (posed.ipopt, cold, _IPOPT_ITERATIONS)
+            yield posed.ipopt, cold, _IPOPT_ITERATIONS
         elif self.stage.solver == "osqp":
-            return [(posed.osqp, cold, self.stage.iterations_event)]
+            yield posed.osqp, cold, self.stage.iterations_event
+            return
         else:
-            first = (posed.interior_point, cold, self.stage.newton_steps)
-        return [first, (posed.osqp, cold, self.stage.iterations_second)]
+            yield posed.interior_point, cold, self.stage.newton_steps
+        yield posed.osqp, cold, self.stage.iterations_second  # built when it is first asked
 
     def _driven(self, situation: Situation, posed: Posed, speed_mps: Array, u: Array) -> Trajectory:
         """The inputs, kept inside their limits, driven through the equations of motion from the measured state."""
@@ -237,13 +240,14 @@ class LaneStage:
     def nearest(self, situation: Situation, prediction: Prediction) -> tuple[Seated, ...]:
         """The bodies that come nearest over the horizon, at most as many as there are seats; in order of their ids, to keep seats."""
         times, most = self.settings.grid.times_s, self.stage.seats[-1]
-        host, bodies = situation.host, list(prediction.bodies)
-        if len(bodies) > most:
-            some = times[::5]
-            reach = {body.id: float(np.abs(body.at(some).s_m - host.s_m - host.speed_mps * some).min()) for body in bodies}
-            bodies = sorted(bodies, key=lambda body: (reach[body.id], body.id))[:most]
-        bodies.sort(key=lambda body: body.id)
-        return seated(bodies, times, along_m=self.stage.clearance_along_m, across_m=self.stage.clearance_across_m)
+        host, moving = situation.host, list(zip(prediction.bodies, prediction.on(times), strict=True))
+        if len(moving) > most:
+            some = host.s_m + host.speed_mps * times[::5]
+            reach = {body.id: float(np.abs(motion.s_m[::5] - some).min()) for body, motion in moving}
+            moving = sorted(moving, key=lambda pair: (reach[pair[0].id], pair[0].id))[:most]
+        moving.sort(key=lambda pair: pair[0].id)
+        bodies, motions = [body for body, _ in moving], [motion for _, motion in moving]
+        return seated(bodies, times, motions=motions, along_m=self.stage.clearance_along_m, across_m=self.stage.clearance_across_m)
 
     def _scene(self, situation: Situation, prediction: Prediction) -> _Scene:
         """Made for a situation's first way, and kept for the others."""

@@ -37,8 +37,7 @@ def roll_out(host: HostState, planned_speed_mps: Array, inputs: Array, grid: Tim
         return Trajectory.from_states(grid.times_s, interpreted(host, planned, u, grid, vehicle, road), u)
     states = np.empty((grid.nodes + 1, 6))
     states[0] = host.to_vector()
-    car = np.array([vehicle.wheelbase_m, vehicle.centre_m])
-    compiled(states, planned, u, grid.steps_s, car, knots(road), _STARTS_MPS)
+    compiled(states, planned, u, grid.steps_s, _car(vehicle), knots(road), _STARTS_MPS)
     return Trajectory.from_states(grid.times_s, states, u)
 
 
@@ -48,6 +47,11 @@ def soon(planned_mps: Array, grid: TimeGrid) -> Array:
         return np.ascontiguousarray(planned_mps)
     last = np.searchsorted(grid.times_s, grid.times_s + _STARTS_WITHIN_S + 1e-9)
     return np.array([planned_mps[k:end].max() for k, end in enumerate(last)])
+
+
+@lru_cache(maxsize=16)
+def _car(vehicle: Vehicle) -> Array:
+    return np.array([vehicle.wheelbase_m, vehicle.centre_m])
 
 
 @lru_cache(maxsize=16)

@@ -50,7 +50,7 @@ def nearness(trajectories: Sequence[Trajectory], vehicle: Vehicle, road: Road, p
     if not trajectories:
         return ()
     t, bodies = trajectories[0].t_s, prediction.bodies
-    motions = [body.at(t) for body in bodies]
+    motions = prediction.on(t)
     table = np.array([[m.s_m, m.d_m, m.heading_rad] for m in motions]).reshape(len(bodies), 3, t.size)
     frame = frame_near(road, float(trajectories[0].s_m[0]))
     if not road.is_straight:  # who is beyond the frame is far enough away there too

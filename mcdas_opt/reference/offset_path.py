@@ -83,6 +83,10 @@ class OffsetPath:
         """dd/ds [-] at s [m]; at a jump the value inside the path."""
         return self._derivatives(s)[1]
 
+    def d_and_slope(self, s: Any) -> tuple[Array, Array]:
+        """Both at once."""
+        return self._derivatives(s)[:2]
+
     def curvature(self, s: Any) -> Array:
         """Exact curvature d'' / (1 + d'^2)^(3/2) [1/m] at s [m], on a straight road; the slope's jumps at the ends are not in it."""
         _, first, second = self._derivatives(s)

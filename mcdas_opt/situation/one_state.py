@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Sequence
 from typing import Any
 
 abs = abs
 maximum = max
+logical_not = operator.not_
 isfinite = math.isfinite
+
+
+def take(table: Any, index: int) -> int:
+    """The number at that place, from the end where it is negative."""
+    number: int = table.item(index)
+    return number
 
 
 def where(condition: Any, then: Any, otherwise: Any) -> Any:

@@ -31,6 +31,8 @@ class CompiledKernel:
             getattr(library, f"mcdas_{name}") for name in ("cold", "warm", "newton", "measure")
         )
         self._newton.restype = self._measure.restype = library.mcdas_prepare.restype = None
+        number, pointer = ctypes.c_double, ctypes.c_void_p
+        self._newton.argtypes = [pointer, ctypes.c_int, number, number, number, pointer]
         library.mcdas_prepare(self._work)
 
     def cold(self, mu: float, least: float) -> bool:
@@ -42,8 +44,7 @@ class CompiledKernel:
         return finite == 1
 
     def newton(self, *, corrected: bool, mu: float, boundary: float, longest: float) -> Progress:
-        lengths = ctypes.c_double(boundary), ctypes.c_double(longest)
-        self._newton(self._work, int(corrected), ctypes.c_double(mu), *lengths, self._to)
+        self._newton(self._work, corrected, mu, boundary, longest, self._to)
         return Progress(*self._numbers.tolist())
 
     def measure(self) -> tuple[float, float]:

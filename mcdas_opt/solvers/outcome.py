@@ -36,5 +36,6 @@ class Outcome:
 
     @property
     def usable(self) -> bool:
-        finite = bool(np.all(np.isfinite(self.x)) and np.all(np.isfinite(self.u)) and np.all(np.isfinite(self.s)))
-        return self.ending in (Ending.CONVERGED, Ending.LIMIT) and finite
+        if self.ending is not Ending.CONVERGED and self.ending is not Ending.LIMIT:
+            return False
+        return bool(np.isfinite(self.x).all() and np.isfinite(self.u).all() and np.isfinite(self.s).all())

@@ -11,7 +11,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.tracking.fix import Belief, Fix
 
 _NEVER = 1e9
-_FAR_M, _FAR_SD = 20.0, 6.0  # further from the belief than this plus so many of its deviations no radar is that wrong
+FAR_M, FAR_SD = 20.0, 6.0  # further from the belief than this plus so many of its deviations no radar is that wrong
 
 
 def innovation(belief: Belief, fix: Fix) -> tuple[Array, Array]:
@@ -28,7 +28,7 @@ def gated_costs(beliefs: Sequence[Belief], fixes: Sequence[Sequence[Fix | None]]
     """
     costs = np.full((len(beliefs), len(fixes[0]) if fixes else 0), np.inf)
     for i, (x, P) in enumerate(beliefs):
-        far_s, far_d = (_FAR_M + _FAR_SD * math.sqrt(P[k, k]) for k in (0, 2))
+        far_s, far_d = (FAR_M + FAR_SD * math.sqrt(P[k, k]) for k in (0, 2))
         for j, fix in enumerate(fixes[i]):
             if fix is None or abs(fix.place[0] - x[0]) > far_s or abs(fix.place[1] - x[2]) > far_d:
                 continue
@@ -41,12 +41,11 @@ def gated_costs(beliefs: Sequence[Belief], fixes: Sequence[Sequence[Fix | None]]
 
 def assign(costs: Array) -> list[tuple[int, int]]:
     """Pairs (row, column) that match as many as can be matched at the least total cost; infinite entries are never paired."""
-    possible = np.isfinite(costs)
-    if not possible.any():
-        return []
-    if possible.sum() == 1 or ((possible.sum(axis=0) <= 1).all() and (possible.sum(axis=1) <= 1).all()):
-        return [(int(i), int(j)) for i, j in np.argwhere(possible)]
+    pairs = [(i, j) for i, row in enumerate(costs.tolist()) for j, cost in enumerate(row) if math.isfinite(cost)]
+    if len({i for i, _ in pairs}) == len({j for _, j in pairs}) == len(pairs):
+        return pairs
     from scipy.optimize import linear_sum_assignment
 
+    possible = np.isfinite(costs)
     rows, columns = linear_sum_assignment(np.where(possible, costs, _NEVER))
     return [(int(i), int(j)) for i, j in zip(rows, columns, strict=True) if possible[i, j]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,8 @@ import numpy as np
 from mcdas_opt.domain.motion import TargetMotion
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.dynamics.target import process_noise, transition
+from mcdas_opt.tracking.association import gated_costs
+from mcdas_opt.tracking.fix import Fix
 
 
 def load_libraries() -> None:
@@ -52,11 +55,20 @@ class ConstantVelocityFilter:
         P = F @ self.covariance @ F.T + self._noise(abs(dt))
         return F @ self.state, 0.5 * (P + P.T)
 
-    def mean_at(self, time_s: float) -> Array:
-        """The state (4,) believed at `time_s`."""
+    def place_at(self, time_s: float) -> tuple[float, float]:
+        """(s, d) believed at `time_s`."""
         s, vs, d, vd = self._kf.x[:, 0].tolist()
         dt = time_s - self.time_s
-        return np.array([s + vs * dt, vs, d + vd * dt, vd])
+        return s + vs * dt, d + vd * dt
+
+    def take(self, time_s: float, fix: Fix) -> None:
+        """Take in a fix of that time."""
+        self.correct(time_s, *fix.read(self.at(time_s)))
+
+    def costs(self, time_s: float, fixes: Sequence[Fix | None], gate: float) -> list[float]:
+        """Of each fix of that time: `association.gated_costs`."""
+        costs: list[float] = gated_costs([self.at(time_s)], [fixes], gate)[0].tolist()
+        return costs
 
     def correct(self, time_s: float, z: Array, H: Array, R: Array) -> None:
         """Take in z = H x(time_s) + noise of covariance R; z (m,), H (m, 4), R (m, m).

@@ -24,7 +24,7 @@ from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.near_face import half_extent, half_extent_and_slope
 
 Belief = tuple[Array, Array]  # state (s, vs, d, vd), covariance (4, 4)
-_LEAST_STRETCH = 0.2  # of 1 - d kappa
+LEAST_STRETCH = 0.2  # of 1 - d kappa
 _HEADING_SD_RAD = 0.1  # of cars' headings against the road
 _SLOWEST_MPS = 3.0  # below this the direction of motion says little about the heading
 
@@ -132,16 +132,18 @@ class Viewpoint:
     @classmethod
     def of(cls, mounting: Mounting, host: HostState, vehicle: Vehicle, frame: FrenetFrame) -> Viewpoint:
         """Where `mounting` is and how it moves: rear-axle speed, and the yaw rate v tan(delta) / L on the lever to the sensor."""
-        x, y, yaw = (float(q[0]) for q in frame.to_plane(np.array([host.s_m]), np.array([host.d_m]), np.array([host.heading_rad])))
-        c, s = np.cos(yaw), np.sin(yaw)
-        yaw_rate = host.speed_mps * np.tan(host.steering_rad) / vehicle.wheelbase_m
-        vx, vy = sensor_velocity(host.speed_mps, yaw_rate, yaw, vehicle.centre_m + mounting.x_m, mounting.y_m, np)
+        x, y, yaw = host.s_m, host.d_m, host.heading_rad
+        if not frame.road.is_straight:
+            x, y, yaw = (float(q[0]) for q in frame.to_plane(np.array([x]), np.array([y]), np.array([yaw])))
+        c, s = math.cos(yaw), math.sin(yaw)
+        yaw_rate = host.speed_mps * math.tan(host.steering_rad) / vehicle.wheelbase_m
+        vx, vy = sensor_velocity(host.speed_mps, yaw_rate, yaw, vehicle.centre_m + mounting.x_m, mounting.y_m, math)
         return cls(
             x=x + mounting.x_m * c - mounting.y_m * s,
             y=y + mounting.x_m * s + mounting.y_m * c,
             yaw=yaw + mounting.yaw_rad,
-            vx=float(vx),
-            vy=float(vy),
+            vx=vx,
+            vy=vy,
             host_s_m=host.s_m,
         )
 
@@ -188,7 +190,7 @@ def radar_fixes(
             variance=np.array([point.range_sd_m**2, point.azimuth_sd_rad**2, point.range_rate_sd_mps**2]),
             size=size,
         )
-        fixes.append(fix if fix.stretch >= _LEAST_STRETCH else None)
+        fixes.append(fix if fix.stretch >= LEAST_STRETCH else None)
     return fixes
 
 

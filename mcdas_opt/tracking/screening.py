@@ -26,13 +26,13 @@ COUNTERS = (
 
 
 def source_of(scan: Scan) -> Source:
-    return scan.sensor, scan.sector.value
+    return scan.sensor, scan.sector
 
 
 def scan_fault(scan: Scan, now: float, last_s: float | None, clock_s: float | None, settings: TrackerSettings) -> str | None:
     """Why a scan is refused, or None. `last_s` is the time of this sensor's last scan, `clock_s` the newest of all sensors'."""
     mounting = scan.mounting
-    if not all(math.isfinite(q) for q in (scan.t_s, mounting.x_m, mounting.y_m, mounting.yaw_rad)):
+    if not all(map(math.isfinite, (scan.t_s, mounting.x_m, mounting.y_m, mounting.yaw_rad))):
         return "not_finite"
     if scan.t_s > now + settings.future_tolerance_s:
         return "future"
@@ -46,7 +46,7 @@ def scan_fault(scan: Scan, now: float, last_s: float | None, clock_s: float | No
 def radar_fault(point: RadarDetection, settings: TrackerSettings) -> str | None:
     """Why a radar point is refused, or None."""
     sds = (point.range_sd_m, point.azimuth_sd_rad, point.range_rate_sd_mps)
-    if not all(math.isfinite(q) for q in (point.range_m, point.azimuth_rad, point.range_rate_mps, *sds)):
+    if not all(map(math.isfinite, (point.range_m, point.azimuth_rad, point.range_rate_mps, *sds))):
         return "not_finite"
     if point.range_m < 0.0:
         return "negative_range"
@@ -59,7 +59,7 @@ def radar_fault(point: RadarDetection, settings: TrackerSettings) -> str | None:
 def body_fault(body: BodyDetection, settings: TrackerSettings) -> str | None:
     """Why an ideal detection is refused, or None."""
     values = (body.s_m, body.d_m, body.speed_s_mps, body.speed_d_mps, body.length_m, body.width_m)
-    if not all(math.isfinite(q) for q in values):
+    if not all(map(math.isfinite, values)):
         return "not_finite"
     fast = math.hypot(body.speed_s_mps, body.speed_d_mps) > settings.speed_max_mps
     return "implausible" if fast or min(body.length_m, body.width_m) <= 0.0 else None

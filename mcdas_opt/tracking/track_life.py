@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,8 +13,7 @@ from mcdas_opt.domain.motion import TargetMotion
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.tracker_settings import TrackerSettings
-from mcdas_opt.tracking.cv_filter import ConstantVelocityFilter
-from mcdas_opt.tracking.fix import Belief, Fix
+from mcdas_opt.tracking.filtering import Filtering, TargetFilter, TargetFix
 from mcdas_opt.tracking.screening import Source, source_of
 
 _ANYWHERE_M = 100.0  # sd of the position before the first detection: as good as unknown
@@ -22,7 +22,7 @@ _ANYWHERE_M = 100.0  # sd of the position before the first detection: as good as
 class TrackLife:
     """A filter with its history. Built by `begin`; mutated by `hit` and `miss` only."""
 
-    def __init__(self, filter_: ConstantVelocityFilter, size: tuple[float, float], settings: TrackerSettings) -> None:
+    def __init__(self, filter_: TargetFilter, size: tuple[float, float], settings: TrackerSettings) -> None:
         self._filter = filter_
         self._settings = settings
         self._hits: deque[bool] = deque(maxlen=settings.confirm_window)
@@ -37,13 +37,21 @@ class TrackLife:
 
     @classmethod
     def begin(
-        cls, fix: Fix, scan: Scan, host: HostState, now: float, size: tuple[float, float], motion: TargetMotion, settings: TrackerSettings
+        cls,
+        fix: TargetFix,
+        scan: Scan,
+        host: HostState,
+        now: float,
+        size: tuple[float, float],
+        motion: TargetMotion,
+        settings: TrackerSettings,
+        filtering: Filtering,
     ) -> TrackLife:
         """A new track: an ordinary update of a belief that knows no place and expects about the host's speed along the road."""
         s, d = fix.place
         state = np.array([s, host.speed_mps * np.cos(host.heading_rad), d, 0.0])
         sds = [_ANYWHERE_M, settings.initial_speed_sd_mps, _ANYWHERE_M, settings.initial_lateral_speed_sd_mps]
-        life = cls(ConstantVelocityFilter(state, np.diag(np.square(sds)), scan.t_s, motion), size, settings)
+        life = cls(filtering.begin(state, np.diag(np.square(sds)), scan.t_s, motion), size, settings)
         life.hit(fix, scan, now)
         return life
 
@@ -52,12 +60,12 @@ class TrackLife:
         """When the last hit arrived."""
         return self._arrival_s
 
-    def at(self, time_s: float) -> Belief:
-        """State (4,) and covariance (4, 4) believed at `time_s`."""
-        return self._filter.at(time_s)
+    def costs(self, time_s: float, fixes: Sequence[TargetFix | None]) -> list[float]:
+        """Of each fix of that time, how ill it fits; infinite where it does not, or is none."""
+        return self._filter.costs(time_s, fixes, self._settings.gate)
 
-    def hit(self, fix: Fix, scan: Scan, now: float) -> None:
-        self._filter.correct(scan.t_s, *fix.read(self._filter.at(scan.t_s)))
+    def hit(self, fix: TargetFix, scan: Scan, now: float) -> None:
+        self._filter.take(scan.t_s, fix)
         self._sources.add(source_of(scan))
         self._arrival_s, self._period_s = now, scan.period_s
         self._hits.append(True)
@@ -82,8 +90,7 @@ class TrackLife:
 
     def place(self, time_s: float) -> tuple[float, float]:
         """(s, d) at `time_s`."""
-        s, _, d, _ = self._filter.mean_at(time_s).tolist()
-        return s, d
+        return self._filter.place_at(time_s)
 
     def vagueness(self) -> float:
         """Variance of the position, summed [m^2]."""
@@ -91,14 +98,15 @@ class TrackLife:
         return float(P[0, 0] + P[2, 2])
 
     def track(self, now: float) -> Track:
-        x, P = self._filter.at(now)
+        state, P = self._filter.at(now)
+        s, vs, d, vd = state.tolist()
         length, width = self.size
         return Track(
             id=str(self.number),
-            s_m=float(x[0]),
-            d_m=float(x[2]),
-            speed_s_mps=float(x[1]),
-            speed_d_mps=float(x[3]),
+            s_m=s,
+            d_m=d,
+            speed_s_mps=vs,
+            speed_d_mps=vd,
             covariance=P,
             length_m=length,
             width_m=width,

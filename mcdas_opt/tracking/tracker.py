@@ -18,10 +18,10 @@ from mcdas_opt.domain.tracker_settings import TrackerSettings
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.window import frame_near
-from mcdas_opt.tracking.association import assign, gated_costs
+from mcdas_opt.tracking.association import assign
 from mcdas_opt.tracking.coverage import SectorWatch
-from mcdas_opt.tracking.cv_filter import load_libraries
-from mcdas_opt.tracking.fix import BodyFix, Fix, RadarFix, Viewpoint, body_fix, radar_fixes
+from mcdas_opt.tracking.filtering import TargetFix, build_filtering
+from mcdas_opt.tracking.fix import Viewpoint
 from mcdas_opt.tracking.screening import COUNTERS, Source, body_fault, radar_fault, scan_fault, source_of
 from mcdas_opt.tracking.track_life import TrackLife
 
@@ -51,7 +51,7 @@ class Tracker:
         self._body = (positive("body length", body[0], "m"), positive("body width", body[1], "m"))
         self._vehicle = Vehicle() if vehicle is None else vehicle
         self._motion = load_motion(self.settings.motion)
-        load_libraries()
+        self._filtering = build_filtering()
         self.reset()
 
     def reset(self) -> None:
@@ -108,9 +108,9 @@ class Tracker:
         """Ideal detections: by name, else by overlap with a track that no name is known of, else a new track."""
         settings, time_s = self.settings, look.scan.t_s
         named = {life.name: life for life in self._lives if life.name is not None}
-        strangers: list[tuple[BodyDetection, BodyFix]] = []
+        strangers: list[tuple[BodyDetection, TargetFix]] = []
         for body in bodies:
-            fix = body_fix(body, look.frame, settings.body_position_sd_m, settings.body_speed_sd_mps)
+            fix: TargetFix = self._filtering.body_fix(body, look.frame, settings.body_position_sd_m, settings.body_speed_sd_mps)
             if body.name not in named:
                 strangers.append((body, fix))
                 continue
@@ -121,6 +121,8 @@ class Tracker:
                 continue
             self._hit(life, fix, look)
             life.know(body)
+        if not strangers:
+            return
         nameless = [life for life in self._lives if life.name is None]
         costs = np.full((len(nameless), len(strangers)), np.inf)
         for i, life in enumerate(nameless):
@@ -143,12 +145,12 @@ class Tracker:
             return
         time_s = look.scan.t_s
         view = Viewpoint.of(look.scan.mounting, look.host, self._vehicle, look.frame)
-        reads: dict[Size | None, list[RadarFix | None]] = {}
+        reads: dict[Size | None, Sequence[TargetFix | None]] = {}
 
-        def read(size: Size) -> list[RadarFix | None]:
+        def read(size: Size) -> Sequence[TargetFix | None]:
             key = size if self.settings.reflection == "face" else None
             if key not in reads:
-                reads[key] = radar_fixes(points, view, look.frame, key)
+                reads[key] = self._filtering.radar_fixes(points, view, look.frame, key)
             return reads[key]
 
         left = [j for j, fix in enumerate(read(self._body)) if fix is not None]
@@ -157,9 +159,9 @@ class Tracker:
         for confirmed in (True, False):
             lives = [life for life in self._lives if life.confirmed is confirmed and life not in look.hit]
             rows = [[read(life.size)[j] for j in left] for life in lives]
-            costs = gated_costs([life.at(time_s) for life in lives], rows, self.settings.gate)
-            fitted.update(left[j] for j in np.flatnonzero(np.isfinite(costs).any(axis=0)))
-            pairs = assign(costs)
+            costs = [life.costs(time_s, row) for life, row in zip(lives, rows, strict=True)]
+            fitted.update(left[j] for row in costs for j, cost in enumerate(row) if cost < math.inf)
+            pairs = assign(np.array(costs)) if costs and left else []
             for i, j in pairs:
                 fix = rows[i][j]
                 assert fix is not None
@@ -174,13 +176,13 @@ class Tracker:
             if not any(_overlap(life.place(time_s), life.size, fix.place, self._body, 1.0) for life in look.hit):
                 self._begin(fix, look)
 
-    def _hit(self, life: TrackLife, fix: Fix, look: _Look) -> None:
+    def _hit(self, life: TrackLife, fix: TargetFix, look: _Look) -> None:
         life.hit(fix, look.scan, look.now)
         look.hit.add(life)
         self.counters["associated"] += 1
 
-    def _begin(self, fix: Fix, look: _Look) -> TrackLife:
-        life = TrackLife.begin(fix, look.scan, look.host, look.now, self._body, self._motion, self.settings)
+    def _begin(self, fix: TargetFix, look: _Look) -> TrackLife:
+        life = TrackLife.begin(fix, look.scan, look.host, look.now, self._body, self._motion, self.settings, self._filtering)
         self._lives.append(life)
         look.hit.add(life)
         self.counters["initiated"] += 1
@@ -188,7 +190,8 @@ class Tracker:
 
     def _merge(self, time_s: float) -> None:
         """Two tracks cannot be in one place: the named, else the latest heard, else the sharper one stays."""
-        if len(self._lives) < 2:
+        places = [(life.place(time_s), life.size) for life in self._lives]
+        if not any(_overlap(*one, *other, 0.5) for i, one in enumerate(places) for other in places[:i]):
             return
         ranked = sorted(self._lives, key=lambda life: (life.name is None, not life.confirmed, -life.heard_s, life.vagueness()))
         kept: list[tuple[TrackLife, tuple[float, float]]] = []

@@ -11,6 +11,7 @@ import numpy as np
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
@@ -19,6 +20,7 @@ from mcdas_opt.verification.bodies import ALONG_REACHES, collisions
 from mcdas_opt.verification.finding import Findings
 from mcdas_opt.verification.limits import actuators, friction
 from mcdas_opt.verification.motion import drive
+from mcdas_opt.verification.plainly_sound import plainly_sound, rows_of, rules_of
 from mcdas_opt.verification.record import Samples, sampling, started_elsewhere, table, unreadable
 from mcdas_opt.verification.surface import on_road
 from mcdas_opt.verification.tolerances import CONTRACT, Tolerances
@@ -49,14 +51,19 @@ def judge_all(
     prediction: Prediction,
     tolerances: Tolerances = CONTRACT,
 ) -> tuple[Verdict, ...]:
-    """`judge` of each; those that are sampled at the same times are judged in one pass."""
+    """`judge` of each; what is plainly sound passes at once, of the rest those that are sampled at the same times in one go."""
     verdicts: dict[int, Verdict] = {}
     groups: list[list[int]] = []
     tables = [table(trajectory) for trajectory in trajectories]
+    plainly, bodies = plainly_sound(), rows_of(prediction.bodies)
+    rules = rules_of(vehicle, road, tolerances, ALONG_REACHES)
     for i, one in enumerate(tables):
         found = unreadable(one, tolerances)
         if found:
             verdicts[i] = Verdict(violations=tuple(found))
+            continue
+        if plainly is not None and bodies is not None and plainly(one, start, rules, bodies, _frame(one[1], vehicle, road, prediction)):
+            verdicts[i] = Verdict()
             continue
         group = next((g for g in groups if np.array_equal(tables[g[0]][0], one[0])), None)
         if group is None:
@@ -83,7 +90,7 @@ def _examined(
     sampling(samples.t_s, tolerances, found)
     if start is not None:
         started_elsewhere(samples, start, tolerances, found)
-    frame = _frame(samples, vehicle, road, prediction)
+    frame = _frame(samples.s_m, vehicle, road, prediction)
     motion = drive(samples, vehicle, frame, tolerances, found)
     actuators(samples, motion, vehicle, tolerances, found)
     friction(motion, vehicle, road, tolerances, found)
@@ -92,13 +99,13 @@ def _examined(
     return found
 
 
-def _frame(samples: Samples, vehicle: Vehicle, road: Road, prediction: Prediction) -> FrenetFrame:
+def _frame(s_m: Array, vehicle: Vehicle, road: Road, prediction: Prediction) -> FrenetFrame:
     """The road's frame, long enough for the host and everybody who may touch it."""
     if road.is_straight:
         return FrenetFrame(road=road)
     longest = max((math.hypot(b.length_m, b.width_m) for b in prediction.bodies), default=0.0)
     pad = ALONG_REACHES * 0.5 * (math.hypot(vehicle.length_m, vehicle.width_m) + longest) + 50.0
-    low, high = float(samples.s_m.min()) - pad, float(samples.s_m.max()) + pad
+    low, high = float(s_m.min()) - pad, float(s_m.max()) + pad
     return _tabulated(road, 100 * math.floor(low / 100.0), 100 * math.ceil(high / 100.0))
 
 

@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 from mcdas_opt.cli import app
 from mcdas_opt.evaluation import doctor
 from mcdas_opt.evaluation.doctor import Check, Diagnosis, Package, diagnose
+from mcdas_opt.native import compile_cache
 from mcdas_opt.planning.mpc import MpcMethod
-from mcdas_opt.solvers import compile_cache
 
 
 def test_doctor_finds_a_working_installation_and_says_so_in_json() -> None:

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from benchmarks.lane_situations import evasion, lane_problem, posed
-from mcdas_opt.solvers import c_text, compile_cache
+from mcdas_opt.native import compile_cache
+from mcdas_opt.solvers import c_text
 from mcdas_opt.solvers.interior_point import SWITCH, InteriorPointEngine
 from mcdas_opt.solvers.outcome import Ending
 from tests.solvers.small_problems import chain, double_integrator, idle_guess, one_step, parameters, problem, wall

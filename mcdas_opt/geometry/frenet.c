@@ -1,0 +1,85 @@
+/* `FrenetFrame.to_plane` of one place; portable C99, for the texts that it is put before. Nothing global is written. */
+
+typedef struct {
+    long samples, knots;          /* no samples: a straight road */
+    const double *s, *x, *y;      /* the tabulated reference line */
+    const double *at, *kappa, *heading; /* of the knots */
+} Frame;
+
+static double road_curvature(const Frame *f, double s)
+{
+    long i = 0;
+    if (s <= f->at[0]) return f->kappa[0];
+    if (s >= f->at[f->knots - 1]) return f->kappa[f->knots - 1];
+    while (s >= f->at[i + 1]) i++;
+    return (f->kappa[i + 1] - f->kappa[i]) / (f->at[i + 1] - f->at[i]) * (s - f->at[i]) + f->kappa[i];
+}
+
+static double road_heading(const Frame *f, double s)
+{
+    long i = 0;
+    if (s < f->at[0]) return f->heading[0] + (s - f->at[0]) * f->kappa[0];
+    while (i + 1 < f->knots && s >= f->at[i + 1]) i++;
+    return f->heading[i] + 0.5 * (f->kappa[i] + road_curvature(f, s)) * (s - f->at[i]);
+}
+
+/* x, y, yaw of (s, d, psi); 0 where s is not tabulated */
+static int to_plane(const Frame *f, double s, double d, double psi, double *x, double *y, double *yaw)
+{
+    static const double node[4] = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526};
+    static const double weight[4] = {0.34785484513745385, 0.6521451548625461, 0.6521451548625461, 0.34785484513745385};
+    long low = 0, high = f->samples - 1;
+    double half, theta, along = 0.0, across = 0.0;
+    if (f->samples == 0) {
+        *x = s;
+        *y = d;
+        *yaw = psi;
+        return 1;
+    }
+    if (!(s >= f->s[0] && s <= f->s[high])) return 0;
+    while (high - low > 1) {
+        const long middle = (low + high) / 2;
+        if (s >= f->s[middle]) low = middle; else high = middle;
+    }
+    half = 0.5 * (s - f->s[low]);
+    for (int k = 0; k < 4; k++) {
+        theta = road_heading(f, f->s[low] + half * (1.0 + node[k]));
+        along += weight[k] * cos(theta);
+        across += weight[k] * sin(theta);
+    }
+    theta = road_heading(f, s);
+    *x = f->x[low] + half * along - d * sin(theta);
+    *y = f->y[low] + half * across + d * cos(theta);
+    *yaw = psi + theta;
+    return 1;
+}
+
+/* s, d of (x, y), sought within 300 m of `near`: `FrenetFrame.to_road` of one place */
+static void to_road(const Frame *f, double x, double y, double near, double *s_out, double *d_out)
+{
+    const double low = f->samples ? f->s[0] : 0.0, high = f->samples ? f->s[f->samples - 1] : 0.0;
+    double s = near, best = HUGE_VAL, px, py, theta, along, across;
+    long first = 0;
+    if (f->samples == 0) {
+        *s_out = x;
+        *d_out = y;
+        return;
+    }
+    while (first < f->samples && f->s[first] < near - 300.0) first++;
+    for (long i = first; i < f->samples && f->s[i] < near + 300.0; i += 8) {
+        const double apart = (x - f->x[i]) * (x - f->x[i]) + (y - f->y[i]) * (y - f->y[i]);
+        if (apart < best) best = apart, s = f->s[i];
+    }
+    for (int round = 0; round < 12; round++) {
+        double step;
+        to_plane(f, s, 0.0, 0.0, &px, &py, &theta);
+        along = (x - px) * cos(theta) + (y - py) * sin(theta);
+        across = -(x - px) * sin(theta) + (y - py) * cos(theta);
+        step = along / GREATER(1.0 - across * road_curvature(f, s), 0.1);
+        s = LESSER(GREATER(s + step, low), high);
+        if (fabs(step) < 1e-12) break;
+    }
+    to_plane(f, s, 0.0, 0.0, &px, &py, &theta);
+    *s_out = s;
+    *d_out = -(x - px) * sin(theta) + (y - py) * cos(theta);
+}

@@ -1,0 +1,135 @@
+"""C text to a shared library, compiled once with the machine's compiler and kept in the user's cache folder.
+
+A library is found by a hash of its text, flags and processor, and its file name carries a digest of its content: a file that was
+cut off or changed is thrown away and built again. It appears under its name whole or not at all, so processes may build at once.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import hashlib
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+SWITCH = "MCDAS_OPT_COMPILE"  # environment variable: 0 forbids the compiler
+HEAD = """\
+#include <math.h>
+#include <string.h>
+#if defined(_WIN32)
+#define PUBLIC __declspec(dllexport)
+#else
+#define PUBLIC __attribute__((visibility("default")))
+#endif
+#define LESSER(a, b) ((a) < (b) ? (a) : (b))
+#define GREATER(a, b) ((a) > (b) ? (a) : (b))
+"""  # what every text here begins with
+_SUFFIX = ".dll" if sys.platform == "win32" else ".so"
+_TIMEOUT_S = 300.0
+
+
+class NoLibraryError(Exception):
+    """There is no compiled library; says why."""
+
+
+def to_stderr(line: str) -> None:
+    """The default announcement of a build."""
+    if sys.stderr is not None:
+        sys.stderr.write(line + "\n")
+        sys.stderr.flush()
+
+
+def cache_folder() -> Path:
+    """$XDG_CACHE_HOME/mcdas-opt, or ~/.cache/mcdas-opt."""
+    home = os.environ.get("XDG_CACHE_HOME", "")
+    return (Path(home) if os.path.isabs(home) else Path.home() / ".cache") / "mcdas-opt"
+
+
+def load(text: str, builds: Sequence[str], *, folder: Path, announce: Callable[[str], None]) -> ctypes.CDLL:
+    """The library of `text`, from `folder` or built into it with the first of `builds` (compiler flags, best first) that works.
+
+    Raises `NoLibraryError` when there is no compiler, none of the builds works, or the folder cannot be written.
+    """
+    key = hashlib.sha256("\0".join([text, *builds, _processor()]).encode()).hexdigest()[:24]
+    try:
+        for path in sorted(folder.glob(f"{key}-*{_SUFFIX}")):
+            library = _kept(path)
+            if library is not None:
+                return library
+        found = compiler()
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        announce("building the solver once (some seconds) ...")
+        with tempfile.TemporaryDirectory(dir=folder, prefix="build-") as name:
+            built = _built(text, builds, found, Path(name))
+            path = folder / f"{key}-{_digest(built)}{_SUFFIX}"
+            os.replace(built, path)
+        library = _kept(path)
+    except (OSError, RuntimeError) as error:  # RuntimeError: no home folder
+        raise NoLibraryError(f"the cache folder {folder} cannot be used: {error}") from error
+    if library is None:
+        raise NoLibraryError("the library that was built cannot be loaded")
+    return library
+
+
+def _kept(path: Path) -> ctypes.CDLL | None:
+    """A library that is whole, our own and loads; else it is removed."""
+    with contextlib.suppress(OSError):
+        own = sys.platform == "win32" or path.stat().st_uid == os.getuid()
+        if own and path.stem.endswith(_digest(path)):
+            return ctypes.CDLL(str(path))
+    with contextlib.suppress(OSError):
+        path.unlink()
+    return None
+
+
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:24]
+
+
+def compiler() -> str:
+    """The path of the C compiler: $CC, cc, gcc or clang. Raises `NoLibraryError` when there is none."""
+    for name in (os.environ.get("CC", ""), "cc", "gcc", "clang"):
+        found = shutil.which(name) if name else None
+        if found is not None:
+            return found
+    raise NoLibraryError("there is no C compiler")
+
+
+def _built(text: str, builds: Sequence[str], compiler: str, folder: Path) -> Path:
+    source, target = folder / "solver.c", folder / f"solver{_SUFFIX}"
+    source.write_text(text, "utf-8")
+    said = ""
+    for flags in builds:
+        options = flags.split()
+        libraries = [o for o in options if o.startswith("-l")]
+        command = [compiler, "-std=c99", *(o for o in options if o not in libraries), "-fPIC", "-shared", "-o", str(target), str(source)]
+        try:
+            done = subprocess.run([*command, *libraries], capture_output=True, text=True, timeout=_TIMEOUT_S, check=False)
+        except (OSError, subprocess.SubprocessError) as error:
+            said = str(error)
+            continue
+        if done.returncode == 0 and target.is_file():
+            try:
+                ctypes.CDLL(str(target))
+            except OSError as error:  # a symbol that no library has
+                said = str(error)
+                continue
+            return target
+        said = done.stderr.strip().splitlines()[-1] if done.stderr.strip() else f"exit {done.returncode}"
+    raise NoLibraryError(f"{compiler} cannot build it: {said}")
+
+
+def _processor() -> str:
+    """What "native" means here."""
+    with contextlib.suppress(OSError):
+        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
+        return "\n".join(
+            [platform.machine(), *dict.fromkeys(line for line in lines if line.startswith(("model name", "flags", "Features")))]
+        )
+    return f"{platform.machine()} {platform.processor()}"

@@ -1,0 +1,141 @@
+"""The target filter and its fixes in C (`filter_kernel.c`): what `cv_filter` and `fix` do, to 1e-9, at a tenth of the time."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from collections.abc import Sequence
+from functools import lru_cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from mcdas_opt.domain.measurement import BodyDetection, RadarDetection
+from mcdas_opt.domain.motion import TargetMotion
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.native.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
+from mcdas_opt.tracking.association import FAR_M, FAR_SD
+from mcdas_opt.tracking.fix import LEAST_STRETCH, Viewpoint
+
+_BUILDS = ("-O2 -lm",)
+_FIX = 16  # numbers of a fix, as the C text orders them
+_PLACE_S, _PLACE_D, _STRETCH = 1, 2, 7
+_NOWHERE: Array = np.zeros((3, 0))
+_BODY = 1.0
+
+
+class CompiledFix:
+    """One fix: its `place` (s, d), and its numbers where the C text reads them."""
+
+    __slots__ = ("_row", "at", "place")
+
+    def __init__(self, row: Array) -> None:
+        self._row, self.at = row, row.ctypes.data
+        self.place: tuple[float, float] = (float(row[_PLACE_S]), float(row[_PLACE_D]))
+
+
+class CompiledFilter:
+    """What `ConstantVelocityFilter` is; it takes in fixes of its own form."""
+
+    def __init__(self, library: Any, state: Array, covariance: Array, time_s: float, motion: TargetMotion) -> None:
+        self._library, self.time_s = library, time_s
+        self._noise = motion.acceleration_along_mps2, motion.acceleration_across_mps2
+        self._belief = np.concatenate([np.ravel(state), np.ravel(covariance)]).astype(np.float64)
+        self._then = np.empty(20)
+        self._at, self._then_at = self._belief.ctypes.data, self._then.ctypes.data
+
+    @property
+    def state(self) -> Array:
+        """(4,)"""
+        return self._belief[:4].copy()
+
+    @property
+    def covariance(self) -> Array:
+        """(4, 4)"""
+        return self._belief[4:].reshape(4, 4).copy()
+
+    def at(self, time_s: float) -> tuple[Array, Array]:
+        """State and covariance believed at `time_s` without committing to it; also for a time shortly before the filter's own."""
+        self._library.mcdas_at(self._at, time_s - self.time_s, *self._noise, self._then_at)
+        then = self._then.copy()
+        return then[:4], then[4:].reshape(4, 4)
+
+    def place_at(self, time_s: float) -> tuple[float, float]:
+        """(s, d) believed at `time_s`."""
+        s, vs, d, vd = self._belief[:4].tolist()
+        dt = time_s - self.time_s
+        return s + vs * dt, d + vd * dt
+
+    def take(self, time_s: float, fix: CompiledFix) -> None:
+        """Take in a fix of that time, at the filter's own time where that is later."""
+        dt = time_s - self.time_s
+        self._library.mcdas_correct(self._at, dt, *self._noise, fix.at)
+        if dt > 0.0:
+            self.time_s = time_s
+
+    def costs(self, time_s: float, fixes: Sequence[CompiledFix | None], gate: float) -> list[float]:
+        """Of each fix of that time d^2 + ln det S inside the gate, infinite outside or where there is none."""
+        cost, dt, noise = self._library.mcdas_cost, time_s - self.time_s, self._noise
+        return [np.inf if fix is None else cost(self._at, dt, *noise, fix.at, gate, FAR_M, FAR_SD) for fix in fixes]
+
+
+class CompiledFiltering:
+    """Makes fixes and filters."""
+
+    def __init__(self, library: ctypes.CDLL) -> None:
+        pointer, number, whole = ctypes.c_void_p, ctypes.c_double, ctypes.c_long
+        self._library = library
+        library.mcdas_cost.restype = number
+        library.mcdas_at.restype = library.mcdas_correct.restype = library.mcdas_fixes.restype = None
+        library.mcdas_at.argtypes = [pointer, number, number, number, pointer]
+        library.mcdas_correct.argtypes = [pointer, number, number, number, pointer]
+        library.mcdas_cost.argtypes = [pointer, number, number, number, pointer, number, number, number]
+        library.mcdas_fixes.argtypes = [whole, pointer, pointer, number, number, whole, pointer, whole, pointer, pointer]
+
+    def radar_fixes(
+        self, detections: Sequence[RadarDetection], view: Viewpoint, frame: FrenetFrame, size: tuple[float, float] | None
+    ) -> list[CompiledFix | None]:
+        """`fix.radar_fixes`."""
+        points = np.array(
+            [(p.range_m, p.azimuth_rad, p.range_rate_mps, p.range_sd_m**2, p.azimuth_sd_rad**2, p.range_rate_sd_mps**2) for p in detections]
+        )
+        seen = np.array([view.x, view.y, view.yaw, view.vx, view.vy, view.host_s_m])
+        line, bends = (_NOWHERE, _NOWHERE) if frame.road.is_straight else _tables(frame.road, frame.s_min_m, frame.s_max_m)
+        rows = np.empty((len(detections), _FIX))
+        road = line.shape[1], line.ctypes.data, bends.shape[1], bends.ctypes.data
+        at = points.ctypes.data, seen.ctypes.data
+        self._library.mcdas_fixes(len(detections), *at, *(size or (0.0, 0.0)), *road, rows.ctypes.data)
+        return [CompiledFix(row) if row[_STRETCH] >= LEAST_STRETCH else None for row in rows]
+
+    def body_fix(self, body: BodyDetection, frame: FrenetFrame, position_sd: float, speed_sd: float) -> CompiledFix:
+        """`fix.body_fix`."""
+        stretch = 1.0 if frame.road.is_straight else 1.0 - body.d_m * float(frame.road.curvature_at(body.s_m))
+        p, v = position_sd * position_sd, speed_sd * speed_sd
+        state = body.s_m, body.speed_s_mps / stretch, body.d_m, body.speed_d_mps
+        return CompiledFix(np.array([_BODY, body.s_m, body.d_m, *state, 0.0, 0.0, 0.0, p, v, p, v, 0.0, 0.0]))
+
+    def begin(self, state: Array, covariance: Array, time_s: float, motion: TargetMotion) -> CompiledFilter:
+        return CompiledFilter(self._library, state, covariance, time_s, motion)
+
+
+@lru_cache(maxsize=32)
+def _tables(road: Road, s_min_m: float, s_max_m: float) -> tuple[Array, Array]:
+    return FrenetFrame(road=road, s_min_m=s_min_m, s_max_m=s_max_m).tables()
+
+
+def compiled_filtering() -> CompiledFiltering | None:
+    """Built on first use; None where there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
+    return _built() if os.environ.get(SWITCH, "1") != "0" else None
+
+
+@lru_cache(maxsize=1)
+def _built() -> CompiledFiltering | None:
+    frame = resources.files("mcdas_opt.geometry").joinpath("frenet.c").read_text("utf-8")
+    text = resources.files("mcdas_opt.tracking").joinpath("filter_kernel.c").read_text("utf-8")
+    try:
+        return CompiledFiltering(load("\n".join([HEAD, frame, text]), _BUILDS, folder=cache_folder(), announce=to_stderr))
+    except NoLibraryError:
+        return None

@@ -1,0 +1,287 @@
+/* The judge's examination of one trajectory, as `judge._examined` makes it, with one answer: plainly sound, or not plainly.
+ *
+ * Every limit is kept with CERTAINLY to spare, which is more than rounding, and bodies must be apart by CLEAR on an axis that stands
+ * still for the step: what is called sound here, the array operations find nothing against. All the rest is theirs to examine.
+ * The equations of motion are written out again, as in `dynamics.bicycle`. Portable C99; the frame of the road stands before it. */
+
+#define CERTAINLY 1e-9
+#define CLEAR 0.05
+#define MOST_STEPS 5
+#define MOST_FINE (2 * MOST_STEPS + 1)
+#define PI 3.14159265358979323846
+
+enum { T, S, D, PSI, V, A, DELTA, RATE, JERK };  /* rows of a trajectory's table */
+enum { BODY_S, BODY_D, BODY_VS, BODY_VD, BODY_FADE, BODY_LENGTH, BODY_WIDTH, OF_BODY };
+
+typedef struct {
+    double wheelbase, centre, length, width, steering_max, rate_max, slowest, fastest, jerk_min, jerk_max, top; /* the car */
+    double grip, left, right, end, edge_doubt;                                                             /* the road */
+    double limit, reverse, edge, start_position, start_heading, start_speed, start_acceleration, start_steering, start_time;
+    double end_position, end_heading, residual_position, residual_heading, residual_speed, residual_acceleration, residual_steering;
+    double longest_step, largest, fine_step, along_reaches;
+} Rules;
+
+static int within(double value, double limit) { return value <= limit - CERTAINLY; }  /* never of what is no number */
+
+static int between(double value, double low, double high) { return value >= low + CERTAINLY && value <= high - CERTAINLY; }
+
+static double wrapped(double angle) { return angle - 2.0 * PI * floor((angle + PI) / (2.0 * PI)); }
+
+static int readable(const double *table, long n, const Rules *rule)
+{
+    if (n < 2) return 0;
+    for (long i = 0; i < 9 * n; i++)
+        if (!between(table[i], -rule->largest, rule->largest)) return 0;
+    if (!within(fabs(table[0]), rule->start_time)) return 0;
+    for (long k = 1; k < n; k++)
+        if (!(table[k] > table[k - 1]) || !within(table[k] - table[k - 1], rule->longest_step)) return 0;
+    return 1;
+}
+
+static int starts_there(const double *table, long n, const double *start, const Rules *rule)
+{
+    const double *first = table;
+    return within(hypot(first[S * n] - start[0], first[D * n] - start[1]), rule->start_position)
+        && within(fabs(remainder(first[PSI * n] - start[2], 2.0 * PI)), rule->start_heading)
+        && within(fabs(first[V * n] - start[3]), rule->start_speed)
+        && within(fabs(first[A * n] - start[4]), rule->start_acceleration)
+        && within(fabs(first[DELTA * n] - start[5]), rule->start_steering);
+}
+
+/* integral of f at the ends and middles of `steps` steps of length h, by the parabola through each step's values */
+static void integral(const double *f, int steps, double h, double *sum)
+{
+    sum[0] = 0.0;
+    for (int i = 0; i < steps; i++) {
+        const double *at = f + 2 * i;
+        sum[2 * i + 1] = sum[2 * i] + (5.0 * at[0] + 8.0 * at[1] - at[2]) / 24.0 * h;
+        sum[2 * i + 2] = sum[2 * i] + (4.0 * at[0] + 16.0 * at[1] + 4.0 * at[2]) / 24.0 * h;
+    }
+}
+
+typedef struct { double v, a, delta, yaw, x, y; } State;  /* of the rear axle, in the plane */
+typedef struct { double v[MOST_FINE], a[MOST_FINE], delta[MOST_FINE], yaw[MOST_FINE], x[MOST_FINE], y[MOST_FINE]; } Piece;
+
+/* one interval under held inputs from `from`, at its 2 steps + 1 fine times tau; the speed that begins under `rest` stands, if held */
+static void driven(const State *from, double jerk, double rate, const double *tau, int steps, int held, const Rules *rule, Piece *out)
+{
+    const int count = 2 * steps + 1;
+    double turn[MOST_FINE], along[MOST_FINE], across[MOST_FINE], h = 2.0 * tau[1];
+    int rests = 0;
+    for (int i = 0; i < count; i++) {
+        const double gained = jerk * tau[i];
+        out->a[i] = from->a + gained;
+        out->v[i] = from->v + tau[i] * (from->a + 0.5 * gained);
+        out->delta[i] = from->delta + rate * tau[i];
+        rests |= out->v[i] <= rule->reverse;
+        if (held && rests) out->a[i] = out->v[i] = 0.0;
+        turn[i] = out->v[i] * tan(out->delta[i]) / rule->wheelbase;
+    }
+    integral(turn, steps, h, out->yaw);
+    for (int i = 0; i < count; i++) {
+        out->yaw[i] += from->yaw;
+        along[i] = out->v[i] * cos(out->yaw[i]);
+        across[i] = out->v[i] * sin(out->yaw[i]);
+    }
+    integral(along, steps, h, out->x);
+    integral(across, steps, h, out->y);
+    for (int i = 0; i < count; i++) {
+        out->x[i] += from->x;
+        out->y[i] += from->y;
+    }
+}
+
+/* where the speed would fall through 0 the car may stand, its deceleration 0 at once */
+static int brought_to_rest(double v, double a, double jerk, const double *tau, int steps, double next_a, double rest)
+{
+    double least = v;
+    const double end_a = a + jerk * tau[2 * steps];
+    for (int i = 1; i <= 2 * steps; i++) {
+        const double here = v + tau[i] * (a + 0.5 * jerk * tau[i]);
+        if (here < least) least = here;
+    }
+    return least <= rest && end_a < 0.0 && fabs(next_a) < fabs(next_a - end_a);
+}
+
+static int kept_limits(const Piece *one, int steps, const Rules *rule)
+{
+    const double more = 1.0 + rule->limit;
+    for (int i = 0; i <= 2 * steps; i += 2) {
+        const double across = one->v[i] * one->v[i] * tan(one->delta[i]) / rule->wheelbase;
+        if (!between(one->v[i], -rule->reverse, rule->top * more)) return 0;
+        if (!between(one->a[i], rule->slowest * more, rule->fastest * more)) return 0;
+        if (!within(fabs(one->delta[i]), rule->steering_max * more)) return 0;
+        if (!within(hypot(one->a[i], across), rule->grip)) return 0;
+    }
+    return 1;
+}
+
+/* the body centre's poses at every fine time and between (`node`: 2 per fine step, and the last); 0 where the drive is not sound */
+static int followed(const double *table, long n, const Frame *frame, const Rules *rule, int steps, double *node, double *time, long stride)
+{
+    double tau[MOST_FINE], *node_x = node, *node_y = node + stride, *node_yaw = node + 2 * stride;
+    double here[3], next[3], begun[3];
+    State run;
+    Piece piece, whole;
+    long out = 0;
+    if (!to_plane(frame, table[S * n], table[D * n], table[PSI * n], here, here + 1, here + 2)) return 0;
+    memcpy(begun, here, sizeof begun);
+    run.v = table[V * n], run.a = table[A * n], run.delta = table[DELTA * n], run.yaw = here[2];
+    run.x = here[0] - rule->centre * cos(here[2]), run.y = here[1] - rule->centre * sin(here[2]);
+    for (long k = 0; k + 1 < n; k++) {
+        const double jerk = table[JERK * n + k], rate = table[RATE * n + k], dt = table[k + 1] - table[k];
+        const int last = 2 * steps;
+        State from = {table[V * n + k], table[A * n + k], table[DELTA * n + k], here[2], 0.0, 0.0};
+        double miss_x, miss_y, miss_yaw;
+        int held;
+        from.x = here[0] - rule->centre * cos(here[2]);
+        from.y = here[1] - rule->centre * sin(here[2]);
+        for (int i = 0; i <= last; i++) tau[i] = dt * i / last;
+        held = brought_to_rest(from.v, from.a, jerk, tau, steps, table[A * n + k + 1], rule->reverse);
+        driven(&from, jerk, rate, tau, steps, held, rule, &piece);
+        driven(&run, jerk, rate, tau, steps, held, rule, &whole);
+        run.v = held ? 0.0 : run.v + (run.a + 0.5 * jerk * dt) * dt;
+        run.a = held ? 0.0 : run.a + jerk * dt;
+        run.delta += rate * dt;
+        run.yaw = whole.yaw[last], run.x = whole.x[last], run.y = whole.y[last];
+        if (!to_plane(frame, table[S * n + k + 1], table[D * n + k + 1], table[PSI * n + k + 1], next, next + 1, next + 2)) return 0;
+        miss_x = next[0] - piece.x[last] - rule->centre * cos(piece.yaw[last]);
+        miss_y = next[1] - piece.y[last] - rule->centre * sin(piece.yaw[last]);
+        miss_yaw = wrapped(next[2] - piece.yaw[last]);
+        if (!within(hypot(miss_x, miss_y), rule->residual_position) || !within(fabs(miss_yaw), rule->residual_heading)
+            || !within(fabs(table[V * n + k + 1] - piece.v[last]), rule->residual_speed)
+            || !within(fabs(table[A * n + k + 1] - piece.a[last]), rule->residual_acceleration)
+            || !within(fabs(table[DELTA * n + k + 1] - piece.delta[last]), rule->residual_steering)) return 0;
+        if (!kept_limits(&piece, steps, rule)) return 0;
+        for (int i = 0; i < last + (k + 2 == n); i++, out++) {  /* bent to pass through every sample */
+            const double share = (double)i / last;
+            time[out] = table[k] + tau[i];
+            node_x[out] = piece.x[i] + rule->centre * cos(piece.yaw[i]) + miss_x * share;
+            node_y[out] = piece.y[i] + rule->centre * sin(piece.yaw[i]) + miss_y * share;
+            node_yaw[out] = piece.yaw[i] + miss_yaw * share;
+        }
+        memcpy(here, next, sizeof here);
+    }
+    run.x += rule->centre * cos(run.yaw) - here[0];
+    run.y += rule->centre * sin(run.yaw) - here[1];
+    return within(hypot(run.x, run.y), rule->end_position) && within(fabs(wrapped(here[2] - run.yaw)), rule->end_heading);
+}
+
+static int last_sample_and_inputs(const double *table, long n, const Rules *rule)
+{
+    const double more = 1.0 + rule->limit;
+    const double across = table[V * n + n - 1] * table[V * n + n - 1] * tan(table[DELTA * n + n - 1]) / rule->wheelbase;
+    for (long k = 0; k < n; k++) {
+        if (!between(table[JERK * n + k], rule->jerk_min * more, rule->jerk_max * more)) return 0;
+        if (!within(fabs(table[RATE * n + k]), rule->rate_max * more)) return 0;
+        if (!between(table[D * n + k], rule->right - rule->edge, rule->left + rule->edge)) return 0;
+    }
+    return between(table[V * n + n - 1], -rule->reverse, rule->top * more)
+        && between(table[A * n + n - 1], rule->slowest * more, rule->fastest * more)
+        && within(fabs(table[DELTA * n + n - 1]), rule->steering_max * more) && within(hypot(table[A * n + n - 1], across), rule->grip);
+}
+
+/* every corner inside the edges and before the end; on a curved road by an estimate that errs to the safe side, or not plainly */
+static int on_road(const double *table, long n, const Frame *frame, const Rules *rule, int steps, const double *node, long stride)
+{
+    const double radius = 0.5 * hypot(rule->length, rule->width);
+    for (long k = 0, i = 0; k < n; k++) {
+        for (int j = 0; j < steps && i < stride; j++, i += 2) {
+            const double share = (double)j / steps;
+            double s = node[i], d = node[stride + i], psi = node[2 * stride + i], c, q, ahead, aside;
+            if (frame->samples) {
+                s = k + 1 < n ? table[S * n + k] + (table[S * n + k + 1] - table[S * n + k]) * share : table[S * n + k];
+                d = k + 1 < n ? table[D * n + k] + (table[D * n + k + 1] - table[D * n + k]) * share : table[D * n + k];
+                psi -= road_heading(frame, s);
+            }
+            c = fabs(cos(psi)), q = fabs(sin(psi));
+            ahead = 0.5 * (rule->length * c + rule->width * q), aside = 0.5 * (rule->length * q + rule->width * c);
+            if (frame->samples) {
+                if (!between(d - aside, rule->right + rule->edge_doubt, HUGE_VAL) || !within(d + aside, rule->left - rule->edge_doubt)) return 0;
+                if (!within(s + 10.0 * radius, rule->end)) return 0;
+            } else {
+                if (!between(d - aside, rule->right - rule->edge, HUGE_VAL) || !within(d + aside, rule->left + rule->edge)) return 0;
+                if (!within(s + ahead, rule->end + rule->edge)) return 0;
+            }
+        }
+    }
+    return 1;
+}
+
+/* the gap on the axes of the angle `turn` that is kept at both ends of a step, on one and the same side */
+static double kept_gap(double turn, const double *x, const double *y, const double *yaw, const double *other_yaw, const double *size,
+                       const double *other)
+{
+    const double c = cos(turn), s = sin(turn);
+    double before[2], behind[2];
+    for (int axis = 0; axis < 2; axis++) {
+        before[axis] = behind[axis] = HUGE_VAL;
+        for (int end = 0; end < 2; end++) {
+            const double offset = axis ? c * y[end] - s * x[end] : c * x[end] + s * y[end];
+            const double p = cos(yaw[end] - turn), q = sin(yaw[end] - turn), u = cos(other_yaw[end] - turn), w = sin(other_yaw[end] - turn);
+            const double own = 0.5 * (size[axis] * fabs(p) + size[1 - axis] * fabs(q));
+            const double its = 0.5 * (other[axis] * fabs(u) + other[1 - axis] * fabs(w));
+            before[axis] = LESSER(before[axis], offset - own - its);
+            behind[axis] = LESSER(behind[axis], -offset - own - its);
+        }
+    }
+    return GREATER(GREATER(before[0], behind[0]), GREATER(before[1], behind[1]));
+}
+
+/* a body that cruises, its lateral speed fading, plainly apart from the host in every fine step */
+static int apart(const double *body, const double *table, long n, const Frame *frame, const Rules *rule, int steps, const double *node,
+                 const double *time, long stride)
+{
+    const double size[2] = {rule->length, rule->width}, other[2] = {body[BODY_LENGTH], body[BODY_WIDTH]};
+    const double reach = 0.5 * (hypot(size[0], size[1]) + hypot(other[0], other[1])), vs = body[BODY_VS];
+    const double slow = copysign(GREATER(fabs(vs), 1.0), vs);
+    double x[2], y[2], yaw[2], its[2], was = 0.0;
+    if (!(reach < rule->largest)) return 0;
+    for (long i = 0, k = 0; i < stride; i += 2) {
+        const double fade = exp(-time[i] / body[BODY_FADE]);
+        const double s = body[BODY_S] + vs * time[i], d = body[BODY_D] + body[BODY_VD] * body[BODY_FADE] * (1.0 - fade);
+        const double psi = atan(body[BODY_VD] * fade / slow);
+        double px = s, py = d, pyaw = psi, now;
+        if (!(fabs(s) < rule->largest && fabs(d) < rule->largest && fabs(psi) < 2.0)) return 0;  /* nor what is no number */
+        if (frame->samples) {
+            const double share = (double)(i / 2 % steps) / steps;
+            k = i / 2 / steps;
+            const double away = s - (k + 1 < n ? table[S * n + k] + (table[S * n + k + 1] - table[S * n + k]) * share : table[S * n + k]);
+            if (fabs(away) > rule->along_reaches * reach + 1.0) {  /* cannot touch on a road that may be */
+                was = HUGE_VAL;
+                continue;
+            }
+            if (!to_plane(frame, s, d, psi, &px, &py, &pyaw)) return 0;
+        }
+        x[1] = px - node[i], y[1] = py - node[stride + i], yaw[1] = node[2 * stride + i], its[1] = pyaw;
+        now = hypot(x[1], y[1]);
+        if (i > 0 && was < HUGE_VAL && LESSER(was, now) <= reach + hypot(x[1] - x[0], y[1] - y[0]) + CERTAINLY) {
+            if (!(kept_gap(yaw[0], x, y, yaw, its, size, other) >= CLEAR + CERTAINLY)
+                && !(kept_gap(its[0], x, y, yaw, its, size, other) >= CLEAR + CERTAINLY)) return 0;
+        }
+        x[0] = x[1], y[0] = y[1], yaw[0] = yaw[1], its[0] = its[1], was = now;
+    }
+    return 1;
+}
+
+/* table (9, n) of a trajectory; start (6) or none; bodies (count, OF_BODY); work (4, 2 MOST_STEPS (n - 1) + 1) */
+PUBLIC int mcdas_plainly_sound(const double *table, long n, const double *start, const double *rules, const double *bodies, long count,
+                               long samples, const double *line, long knots, const double *bends, double *work)
+{
+    Rules rule;
+    const Frame frame = {samples, knots, line, line + samples, line + 2 * samples, bends, bends + knots, bends + 2 * knots};
+    double longest = 0.0;
+    long stride;
+    int steps;
+    memcpy(&rule, rules, sizeof rule);
+    if (!readable(table, n, &rule) || (start && !starts_there(table, n, start, &rule))) return 0;
+    for (long k = 1; k < n; k++) longest = GREATER(longest, table[k] - table[k - 1]);
+    steps = (int)ceil(longest / rule.fine_step - 1e-6);
+    steps = steps < 1 ? 1 : steps > MOST_STEPS ? MOST_STEPS : steps;
+    stride = 2 * steps * (n - 1) + 1;
+    if (!last_sample_and_inputs(table, n, &rule) || !followed(table, n, &frame, &rule, steps, work, work + 3 * stride, stride)) return 0;
+    if (!on_road(table, n, &frame, &rule, steps, work, stride)) return 0;
+    for (long i = 0; i < count; i++)
+        if (!apart(bodies + OF_BODY * i, table, n, &frame, &rule, steps, work, work + 3 * stride, stride)) return 0;
+    return 1;
+}

@@ -1,0 +1,97 @@
+"""A quick yes: what the judge's C text (`plainly_sound.c`) finds plainly sound, the array operations find nothing against.
+
+The C text keeps every limit with more than rounding to spare and has one answer, so that a verdict never depends on which of the two
+forms ran: what is not plainly sound is examined, and its violations measured, by the array operations alone.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import os
+from collections.abc import Sequence
+from functools import lru_cache
+from importlib import resources
+
+import numpy as np
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.prediction import CruisingBody, PredictedBody
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.native.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
+from mcdas_opt.verification.motion import FINE_STEP_S
+from mcdas_opt.verification.tolerances import Tolerances
+
+_BUILDS = ("-O2 -fno-math-errno -lm",)
+_HALF_STEPS = 10  # in a sample interval, at most
+_STRAIGHT: Array = np.zeros((3, 0))
+
+
+class PlainlySound:
+    """Asked with a trajectory's table (9, n), contiguous: true where nothing can be found against it."""
+
+    def __init__(self, library: ctypes.CDLL) -> None:
+        pointer, whole = ctypes.c_void_p, ctypes.c_long
+        self._sound = library.mcdas_plainly_sound
+        self._sound.restype = ctypes.c_int
+        self._sound.argtypes = [pointer, whole, pointer, pointer, pointer, whole, whole, pointer, whole, pointer, pointer]
+
+    def __call__(self, table: Array, start: HostState | None, rules: Array, bodies: Array, frame: FrenetFrame) -> bool:
+        """`rules` from `rules_of`, `bodies` from `rows_of`."""
+        n = table.shape[1]
+        work = np.empty((4, _HALF_STEPS * max(n - 1, 0) + 1))
+        begun = None if start is None else start.to_vector()
+        line, bends = (_STRAIGHT, _STRAIGHT) if frame.road.is_straight else _tables(frame.road, frame.s_min_m, frame.s_max_m)
+        at = None if begun is None else begun.ctypes.data
+        road = line.shape[1], line.ctypes.data, bends.shape[1], bends.ctypes.data
+        return bool(self._sound(table.ctypes.data, n, at, rules.ctypes.data, bodies.ctypes.data, len(bodies), *road, work.ctypes.data))
+
+
+def rows_of(bodies: Sequence[PredictedBody]) -> Array | None:
+    """(bodies, 7) as the C text has them; None where one moves otherwise than it knows."""
+    if not all(type(body) is CruisingBody for body in bodies):
+        return None
+    rows = [
+        (b.s_m, b.d_m, b.speed_s_mps, b.speed_d_mps, b.lateral_fade_s, b.length_m, b.width_m) for b in bodies if isinstance(b, CruisingBody)
+    ]
+    return np.array(rows, dtype=np.float64).reshape(-1, 7)
+
+
+@lru_cache(maxsize=32)
+def rules_of(vehicle: Vehicle, road: Road, tolerances: Tolerances, along_reaches: float) -> Array:
+    """The record `Rules` of the C text."""
+    of = tolerances
+    edge_doubt = 5.0 * max(abs(kappa) for _, kappa in road.curvature) * 0.25 * (vehicle.length_m**2 + vehicle.width_m**2) + of.edge_m
+    car: tuple[float, ...] = (vehicle.wheelbase_m, vehicle.centre_m, vehicle.length_m, vehicle.width_m, vehicle.steering_max_rad)
+    car += (vehicle.steering_rate_max_radps, vehicle.acceleration_min_mps2, vehicle.acceleration_max_mps2)
+    car += (vehicle.jerk_min_mps3, vehicle.jerk_max_mps3, vehicle.speed_max_mps)
+    end = math.inf if road.road_end_s_m is None else road.road_end_s_m
+    ground = (road.friction * GRAVITY_MPS2 * (1.0 + of.friction), road.left_edge_m, road.right_edge_m, end, edge_doubt + 0.05)
+    start = (of.start_position_m, of.start_heading_rad, of.start_speed_mps, of.start_acceleration_mps2, of.start_steering_rad)
+    residual = (of.residual_position_m, of.residual_heading_rad, of.residual_speed_mps, of.residual_acceleration_mps2)
+    last = (of.residual_steering_rad, of.longest_step_s + of.step_rounding_s, of.largest_number, FINE_STEP_S, along_reaches)
+    ends = (of.end_position_m, of.end_heading_rad)
+    return np.array([*car, *ground, of.limit, of.reverse_mps, of.edge_m, *start, of.start_time_s, *ends, *residual, *last])
+
+
+@lru_cache(maxsize=32)
+def _tables(road: Road, s_min_m: float, s_max_m: float) -> tuple[Array, Array]:
+    return FrenetFrame(road=road, s_min_m=s_min_m, s_max_m=s_max_m).tables()
+
+
+def plainly_sound() -> PlainlySound | None:
+    """Built on first use; None where there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
+    return _built() if os.environ.get(SWITCH, "1") != "0" else None
+
+
+@lru_cache(maxsize=1)
+def _built() -> PlainlySound | None:
+    frame = resources.files("mcdas_opt.geometry").joinpath("frenet.c").read_text("utf-8")
+    text = resources.files("mcdas_opt.verification").joinpath("plainly_sound.c").read_text("utf-8")
+    try:
+        return PlainlySound(load("\n".join([HEAD, frame, text]), _BUILDS, folder=cache_folder(), announce=to_stderr))
+    except NoLibraryError:
+        return None
