@@ -7,17 +7,43 @@ import os
 from collections.abc import Mapping
 from functools import lru_cache
 from importlib import resources
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.manoeuvres import parting, swerves
+from mcdas_opt.manoeuvres import escape_effort, parting, swerves
+from mcdas_opt.manoeuvres.escape_effort import ANCHORS, STARTS
+from mcdas_opt.manoeuvres.escape_library import KINDS
 from mcdas_opt.manoeuvres.held import PASSES
 from mcdas_opt.manoeuvres.parting import Rows
 from mcdas_opt.solvers.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
 
+_TEXTS = ("escape_kernel.c", "escape_questions.c", "escape_search.c")
+_EFFORT: tuple[str, ...] = (
+    "LEAST_ANCHORS",
+    "ANCHORS",
+    "APART_S",
+    "STARTS",
+    "BEST",
+    "WIDER",
+    "TRIED",
+    "BEST_EASY",
+    "TRIED_EASY",
+    "DOWN",
+    "UP",
+    "BETWEEN",
+    "CLOSE",
+    "GENTLEST",
+    "FARTHER",
+    "REFINED",
+    "IN_LANE",
+    "STEERED",
+    "STEADY",
+    "MOST",
+    "LEAST",
+)
 _LANES, _ROOM = 8, 104  # nodes come in whole lanes, and there are at most so many
 _PLAIN = "-fno-math-errno -fno-trapping-math -ffp-contract=off"  # nothing that changes a result; half the time
 _BUILDS = (f"-O3 -march=native -mno-avx512f {_PLAIN} -lm", f"-O3 -march=native {_PLAIN} -lm", f"-O2 {_PLAIN} -lm", "-O2 -lm")
@@ -27,6 +53,7 @@ _TABLES: tuple[str, ...] = (
     "others_mps",
     "half_length",
     "half_width",
+    "longest",
     "table",
     "level",
     "until",
@@ -49,6 +76,31 @@ class _Case(ctypes.Structure):
     ]
 
 
+def _nodes_fields(name: str) -> list[tuple[str, Any]]:
+    pointers = [(f"{name}_{of}", ctypes.c_void_p) for of in ("steps", "times")]
+    return [*pointers, *((f"{name}_{of}", ctypes.c_longlong) for of in ("n", "last", "middle"))]
+
+
+class _Search(ctypes.Structure):
+    _fields_ = [
+        *((name, ctypes.c_void_p) for name in ("case", "kind", "times")),
+        *_nodes_fields("coarse"),
+        *_nodes_fields("exact"),
+        *((name, ctypes.c_double) for name in ("host_d", "near_d", "latest_s")),
+    ]
+
+
+class Answer(NamedTuple):
+    """When keeping on ends [s] and by what (a number, -1 for nothing); for each kind the last step of the lattice, of any demand and of a
+    comfortable one, -1 without; what it asks that begins now, infinite without; what closes it (a number)."""
+
+    end_s: float
+    ender: int
+    start: tuple[list[int], list[int]]
+    now: list[float]
+    closer: list[int]
+
+
 class Nodes:
     """Times (T,) of a row on the lattice, as both sides want them: whole lanes, filled up with the last one."""
 
@@ -59,6 +111,7 @@ class Nodes:
         self._steps = np.concatenate([steps, np.repeat(steps[-1:], missing)]).astype(np.int64)
         self._times_s = np.asarray(parting.LATTICE_S * self._steps, dtype=np.float64)
         middle = min(int(np.searchsorted(self.times_s, 1.0)), steps.size - 1)
+        self.record = self._steps.ctypes.data, self._times_s.ctypes.data, self._steps.size, steps.size - 1, middle
         self.arguments = (self._steps.size, steps.size - 1, self._steps.ctypes.data, self._times_s.ctypes.data, middle)
 
 
@@ -116,6 +169,21 @@ class CompiledCase:
         self._library.mcdas_escape_sound(self._at, members.size, *given, *nodes.arguments, *results)
         return good, demand
 
+    def map(self, kind: Rows, times_s: Array, coarse: Nodes, exact: Nodes, host_d_m: float, near_m: float, latest_s: float) -> Answer:
+        """The whole map: `escape_search.c`."""
+        sizes, count = self._sizes, len(KINDS)
+        size, held, bodies = sizes["members"], sizes["held"], sizes["bodies"]
+        work = np.empty(2 * held + STARTS * (1 + ANCHORS + bodies) + size * (2 * bodies * ANCHORS + 3 * ANCHORS + 6))
+        clock, floats, wholes = np.empty(held, dtype=np.int64), np.empty(1 + count), np.empty(1 + 3 * count, dtype=np.int64)
+        kinds = np.ascontiguousarray(kind, dtype=np.int64)
+        nodes = (q for each in (coarse, exact) for q in each.record)
+        asked = _Search(self._at, kinds.ctypes.data, times_s.ctypes.data, *nodes, host_d_m, near_m, latest_s)
+        results = work.ctypes.data, clock.ctypes.data, floats.ctypes.data, wholes.ctypes.data
+        self._library.mcdas_escape_map(ctypes.byref(asked), *results)
+        end, *now = floats.tolist()
+        ender, *rest = wholes.tolist()
+        return Answer(end, ender, (rest[:count], rest[count : 2 * count]), now, rest[2 * count :])
+
     def met(self, clock: Rows, places: Array) -> tuple[int, int]:
         """When (as an index) a host that goes through these places (4, T): s, d, sine, cosine: first meets somebody, and whom; or -1."""
         moments, where = np.ascontiguousarray(clock, dtype=np.int64), np.ascontiguousarray(places)
@@ -123,6 +191,10 @@ class CompiledCase:
         rows = [where.ctypes.data + 8 * i * clock.size for i in range(4)]
         step = self._library.mcdas_escape_met(self._at, clock.size, moments.ctypes.data, *rows, ctypes.byref(whom))
         return int(step), whom.value
+
+
+def _written(value: Any) -> str:
+    return f"{{{', '.join(map(_written, value))}}}" if isinstance(value, tuple) else repr(value)
 
 
 @lru_cache(maxsize=2)
@@ -148,11 +220,12 @@ def _library(allowed: bool) -> ctypes.CDLL | None:
         "ARRIVED_M": parting.ARRIVED_M,
         "HELD_STEPS": parting.HELD_STEPS,
         "ABILITY_M": parting.ABILITY_M,
+        "LATTICE_S": parting.LATTICE_S,
+        **{name: getattr(escape_effort, name) for name in _EFFORT},
+        "SEARCH_ROUNDS": escape_effort.ROUNDS,
     }
-    texts = [
-        resources.files("mcdas_opt.manoeuvres").joinpath(name).read_text("utf-8") for name in ("escape_kernel.c", "escape_questions.c")
-    ]
-    source = "\n".join([HEAD, *(f"#define {name} {value!r}" for name, value in numbers.items()), *texts])
+    texts = [resources.files("mcdas_opt.manoeuvres").joinpath(name).read_text("utf-8") for name in _TEXTS]
+    source = "\n".join([HEAD, *(f"#define {name} {_written(value)}" for name, value in numbers.items()), *texts])
     try:
         library = load(source, _BUILDS, folder=cache_folder(), announce=to_stderr)
     except NoLibraryError:
@@ -163,9 +236,10 @@ def _library(allowed: bool) -> ctypes.CDLL | None:
     library.mcdas_escape_needs.argtypes = [pointer, whole, pointer, *nodes, *[pointer] * 3]
     library.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 8]
     library.mcdas_escape_sound.argtypes = [pointer, whole, pointer, pointer, *nodes, pointer, pointer]
+    library.mcdas_escape_map.argtypes = [pointer] * 5
     library.mcdas_escape_met.argtypes = [pointer, whole, *[pointer] * 6]
-    for function in (library.mcdas_escape_held, library.mcdas_escape_needs, library.mcdas_escape_guess, library.mcdas_escape_sound):
-        function.restype = None
+    for name in ("held", "needs", "guess", "sound", "map"):
+        getattr(library, f"mcdas_escape_{name}").restype = None
     return library
 
 

@@ -16,7 +16,8 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.manoeuvres.compiled_escapes import CompiledCase, Nodes
-from mcdas_opt.manoeuvres.escape_library import SIDEWAYS, EscapeSettings, members
+from mcdas_opt.manoeuvres.escape_effort import ANCHORS, APART_S, LEAST_ANCHORS, STARTS
+from mcdas_opt.manoeuvres.escape_library import SIDEWAYS, EscapeSettings, Members, members
 from mcdas_opt.manoeuvres.held import held
 from mcdas_opt.manoeuvres.parting import (
     ABILITY_M,
@@ -34,10 +35,8 @@ from mcdas_opt.manoeuvres.parting import (
 from mcdas_opt.manoeuvres.sidesteps import Starts
 from mcdas_opt.manoeuvres.swerves import EDGE_M, Motions, swerve
 
-_ANCHORS = 3
-_STARTS = 41
-_GUESS_NODES = Nodes(np.concatenate([np.arange(0, 75, 3), np.arange(75, 180, 20), [200]]))  # on the lattice: 0.06 s apart, later 0.3 s
-_EXACT_NODES = Nodes(np.arange(0, 201, 2))  # 0.04 s apart: steering turns fast and briefly
+GUESS_NODES = Nodes(np.concatenate([np.arange(0, 75, 3), np.arange(75, 180, 20), [200]]))  # on the lattice: 0.06 s apart, later 0.3 s
+EXACT_NODES = Nodes(np.arange(0, 201, 2))  # 0.04 s apart: steering turns fast and briefly
 
 
 class _Needs(NamedTuple):
@@ -71,16 +70,24 @@ class Guess:
 
 
 class Case:
-    """One situation, with what is needed again and again; `library` answers in C where there is one."""
+    """One situation, with what is needed again and again; `library` answers in C where there is one. `among`: other manoeuvres."""
 
     def __init__(
-        self, situation: Situation, vehicle: Vehicle, prediction: Prediction, chosen: EscapeSettings, library: ctypes.CDLL | None = None
+        self,
+        situation: Situation,
+        vehicle: Vehicle,
+        prediction: Prediction,
+        chosen: EscapeSettings,
+        library: ctypes.CDLL | None = None,
+        among: Members | None = None,
     ) -> None:
         self.situation, self.vehicle, self.chosen = situation, vehicle, chosen
+        grip = situation.road.friction * GRAVITY_MPS2
+        self.brake_mps2, self.accelerate_mps2 = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
         self.comfort_mps2 = chosen.comfort_on(situation.road.friction)
         self.company = Company.of(prediction.bodies, chosen.latest_s + chosen.clear_s, chosen.margins)
         self.times_s = _times(chosen.latest_s)
-        self.members = members(situation, vehicle, self.company, chosen)
+        self.members = members(situation, vehicle, self.company, chosen) if among is None else among
         self.table = np.empty((6, self.times_s.size))
         self.compiled = None if library is None else self._compiled(library)
         if self.compiled is None:
@@ -101,6 +108,7 @@ class Case:
             "others_mps": company.speed_mps,
             "half_length": company.half_length_m,
             "half_width": company.half_width_m,
+            "longest": company.half_length_m.max(-1),
             "table": self.table,
             "level": all_of.level_mps2,
             "until": all_of.until_s,
@@ -122,8 +130,8 @@ class Case:
             "steering_rate": car.steering_rate_max_radps,
             "limit": chosen.demand.friction * grip,
             "steering_share": chosen.demand.steering,
-            "brake": min(-car.acceleration_min_mps2, grip),
-            "accelerate": min(car.acceleration_max_mps2, grip),
+            "brake": self.brake_mps2,
+            "accelerate": self.accelerate_mps2,
             "left": road.left_edge_m,
             "right": road.right_edge_m,
             "end": np.inf if road.road_end_s_m is None else road.road_end_s_m,
@@ -144,10 +152,10 @@ class Case:
         s, d, heading, speed, acceleration, steering = begin + (starts / HELD_STEPS - before) * (self.table[:, before + 1] - begin)
         return Starts(s_m=s, d_m=d, heading_rad=heading, speed_mps=speed, acceleration_mps2=acceleration, steering_rad=steering)
 
-    def driven(self, member: Any, starts: Rows, nodes: Rows) -> tuple[Motions, Rows, NDArray[np.bool_]]:
+    def driven(self, member: Any, starts: Rows, nodes: Rows, among: Members | None = None) -> tuple[Motions, Rows, NDArray[np.bool_]]:
         """Members from starts (R,), on the nodes (T,) of the lattice; their clocks (R, T); which of them do anything."""
         begin = self.at(starts)
-        rows, acts = self.members.rows(member, begin.speed_mps)
+        rows, acts = (among or self.members).rows(member, begin.speed_mps)
         motions = swerve(rows, _seconds(nodes), begin, self.vehicle, self.situation.road, self.chosen.demand)
         return motions, starts[:, None] + nodes, acts
 
@@ -198,13 +206,14 @@ class Case:
 
     def guess(self, end_s: float) -> Guess:
         """Every member from a few starts, all other starts in between by the gaps that it needs."""
-        anchors = np.unique(np.rint(np.linspace(0.0, end_s, _ANCHORS) / LATTICE_S).astype(np.intp))
-        moments = np.linspace(0.0, end_s, _STARTS)
+        count = min(max(LEAST_ANCHORS, 1 + int(np.ceil(end_s / APART_S))), ANCHORS)
+        anchors = np.unique(np.rint(np.linspace(0.0, end_s, count) / LATTICE_S).astype(np.intp))
+        moments = np.linspace(0.0, end_s, STARTS)
         weights = _hats(moments, _seconds(anchors))
         k = np.rint(moments / LATTICE_S).astype(np.intp)
         apart = self.company.s_m[:, k] - np.interp(_seconds(k), self.times_s, self.path.s_m)
         if self.compiled is not None:
-            needs = _Needs(*self.compiled.needs(anchors, _GUESS_NODES))
+            needs = _Needs(*self.compiled.needs(anchors, GUESS_NODES))
             lasts, easy, now = self.compiled.guess(moments, weights, apart, needs)
             return Guess(starts_s=moments, last_s=(lasts, easy), open_now_m=now, needs=needs, weights=weights, apart_m=apart)
         steered, lone = self._sideways(anchors)
@@ -222,11 +231,14 @@ class Case:
         begin = self.at(starts)
         steered, acts = self.members.rows(np.tile(mine, anchors.size), begin.speed_mps[: mine.size * anchors.size])
         rows = steered.and_straight(anchors.size, self.members.straightening_mps2)
-        motions = swerve(rows, _GUESS_NODES.times_s, begin, self.vehicle, self.situation.road, self.chosen.demand)
-        low, high = blocked(motions, starts[:, None] + _GUESS_NODES.steps, self.company, self.vehicle, self.situation.road)
-        slack = np.array([motions.edge_m, motions.ability, self.comfort_mps2 - motions.demand_mps2])
+        motions = swerve(rows, GUESS_NODES.times_s, begin, self.vehicle, self.situation.road, self.chosen.demand)
+        low, high = blocked(motions, starts[:, None] + GUESS_NODES.steps, self.company, self.vehicle, self.situation.road)
+        steers = slice(acts.size)
+        arrives = (ARRIVED_M - np.abs(motions.d_m[steers, -1] - steered.target_d_m)) / ABILITY_M
+        ability = np.minimum(motions.ability[steers], arrives)
+        slack = np.array([motions.edge_m[steers], ability, self.comfort_mps2 - motions.demand_mps2[steers]])
         shape = anchors.size, mine.size
-        return _Needs(*(q[:, : acts.size].reshape(len(q), *shape) for q in (low, high, slack))), motions
+        return _Needs(*(q[:, steers].reshape(len(q), *shape) for q in (low, high, slack))), motions
 
     def _in_lane(self, anchors: Rows, alone: Motions) -> _Needs:
         """The same of the members that keep the lane: across, all of them do as the one that keeps its speed, the last rows of `alone`."""
@@ -238,24 +250,30 @@ class Case:
         low, high = blocked_in_lane(rows, begin, starts, chosen.clear_s, self.company, self.vehicle, road)
         shape = anchors.size, mine.size
         level = rows.level_mps2.reshape(shape)
-        across, ability, edge = (q[-anchors.size :, None] for q in (alone.demand_mps2, alone.ability, alone.edge_m))
+        sideways = np.abs(alone.speed_mps**2 * alone.curvature_1pm)[-anchors.size :]
+        across, ability, edge = sideways.max(-1)[:, None], alone.ability[-anchors.size :, None], alone.edge_m[-anchors.size :, None]
         if not road.is_straight:  # faster, the same bend asks for more
             speed = begin.speed_mps.reshape(level.shape)
             gained = level * np.minimum(rows.until_s, chosen.clear_s).reshape(level.shape)
-            across = across * np.maximum(1.0 + gained / np.maximum(speed, 1.0), 1.0) ** 2
+            faster = np.maximum(1.0 + gained / np.maximum(speed, 1.0), 1.0)
+            across = np.where(faster > 1.0, np.maximum(across, sideways[:, -1:] * faster**2), across)
         effort = np.hypot(level, across)
         left = np.minimum(ability, 1.0 - effort / (chosen.demand.friction * road.friction * GRAVITY_MPS2))
         slack = np.array([np.broadcast_to(edge, level.shape), np.where(acts.reshape(level.shape), left, -1.0), self.comfort_mps2 - effort])
         return _Needs(low.reshape(len(low), *shape), high.reshape(len(high), *shape), slack)
 
-    def sound(self, member: Rows, starts: Rows) -> tuple[NDArray[np.bool_], Array]:
+    def sound(self, member: Rows, starts: Rows, nodes: Nodes = EXACT_NODES) -> tuple[NDArray[np.bool_], Array]:
         """Exactly: which members from these starts are ways out, and what they ask of the tyres [m/s^2]."""
         if self.compiled is not None:
-            return self.compiled.sound(member, starts, _EXACT_NODES)
-        motions, clock, acts = self.driven(member, starts, _EXACT_NODES.steps)
+            return self.compiled.sound(member, starts, nodes)
+        return self.sound_among(self.members, member, starts, nodes)
+
+    def sound_among(self, among: Members, member: Rows, starts: Rows, nodes: Nodes = EXACT_NODES) -> tuple[NDArray[np.bool_], Array]:
+        """The same of other members, in numpy."""
+        motions, clock, acts = self.driven(member, starts, nodes.steps, among)
         step, _ = touched(motions, clock, self.company, self.vehicle, self.situation.road, self.chosen.clear_m)
         ends = doomed(motions, clock, self.company, self.vehicle, self.situation.road, self.chosen.clear_m)
-        arrives = ~(np.abs(motions.d_m[:, -1] - self.members.target_d_m[member]) > ARRIVED_M)
+        arrives = ~(np.abs(motions.d_m[:, -1] - among.target_d_m[member]) > ARRIVED_M)
         return acts & arrives & motions.possible & motions.on_road & (step < 0) & (ends < 0), motions.demand_mps2
 
 

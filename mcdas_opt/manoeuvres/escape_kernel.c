@@ -7,8 +7,8 @@ typedef long long whole;
 enum { S, D, HEADING, SPEED, ACCELERATION, STEERING, STATES };
 
 typedef struct {
-    const double *others_s, *others_d, *others_mps; /* (bodies, lattice) */
-    const double *half_length, *half_width;         /* (bodies) */
+    const double *others_s, *others_d, *others_mps, *half_length, *half_width; /* (bodies, lattice) */
+    const double *longest;                           /* (bodies): the greatest half length */
     const double *table;                            /* (STATES, held): the host that keeps on */
     const double *level, *until, *until_mps, *target, *lateral;
     const double *knots, *kappas;
@@ -161,6 +161,7 @@ static double turning_rate(int n, const double *restrict times, const double *re
             continue;
         }
         for (; t < n && fabs(times[t] - times[t - 1] - h) < 1e-12; t++) run = GREATER(run, turned[t]);
+        if (run <= most * h) continue; /* an angle is no greater than its tangent */
         run = atan(run) / h;
         most = GREATER(most, run);
     }
@@ -248,9 +249,9 @@ static void swerve(const Case *q, double level, double until, double target, dou
     m->edge = edge - EDGE_M;
 }
 
-static void room_needed(const Case *q, whole who, double v, double other, double *ahead, double *behind)
+static void room_needed(const Case *q, double v, double other, double half_length, double *ahead, double *behind)
 {
-    const double closing = v - other, bodies = q->half_length[who] + 0.5 * q->length;
+    const double closing = v - other, bodies = half_length + 0.5 * q->length;
     const double on = GREATER(closing, 0.0), off = LESSER(closing, 0.0);
     *ahead = bodies + on * on / (2.0 * ROOM_SHARE * q->brake);
     *behind = bodies + off * off / (2.0 * ROOM_SHARE * q->accelerate);
@@ -286,16 +287,17 @@ static int touched(const Case *q, int nodes, const whole *clock, const double *s
     int first = -1;
     *whom = -1;
     for (whole j = 0; j < q->bodies; j++) {
-        const double length = q->half_length[j], width = q->half_width[j];
+        const double *lengths = q->half_length + j * q->lattice, *widths = q->half_width + j * q->lattice;
         const double *there = q->others_s + j * q->lattice, *aside = q->others_d + j * q->lattice;
-        const double reach = (corner + length + kept + STEP_REACH_M) * (q->bend > 0.0 ? 2.0 : 1.0);
-        const double bow = q->bend > 0.0 ? BOW * q->bend * (4.0 * length * length + q->length * q->length) : 0.0;
+        const double reach = (corner + q->longest[j] + kept + STEP_REACH_M) * (q->bend > 0.0 ? 2.0 : 1.0);
         int near = 0;
         for (int k = 0; k < nodes && (first < 0 || k <= first); k++) {
             const int before = near;
             near = fabs(there[clock[k]] - s[k]) < reach;
             if (!k || !(before || near)) continue;
             double x[2], y[2];
+            const double length = GREATER(lengths[clock[k - 1]], lengths[clock[k]]), width = GREATER(widths[clock[k - 1]], widths[clock[k]]);
+            const double bow = q->bend > 0.0 ? BOW * q->bend * (4.0 * length * length + q->length * q->length) : 0.0;
             for (int e = 0; e < 2; e++) {
                 const int i = k - 1 + e;
                 x[e] = there[clock[i]] - s[i];
@@ -318,20 +320,22 @@ static int doomed(const Case *q, const Motion *m, int last, whole clock)
         const whole at = j * q->lattice + clock;
         const double apart = q->others_s[at] - m->s[last];
         double ahead, behind;
-        room_needed(q, j, m->v[last], q->others_mps[at], &ahead, &behind);
-        if (fabs(q->others_d[at] - m->d[last]) < q->half_width[j] + 0.5 * q->width &&
+        room_needed(q, m->v[last], q->others_mps[at], q->half_length[at], &ahead, &behind);
+        if (fabs(q->others_d[at] - m->d[last]) < q->half_width[at] + 0.5 * q->width &&
             (apart > 0.0 ? apart < ahead + q->clear_m : -apart < behind + q->clear_m))
             return 1;
     }
     return 0;
 }
 
-/* a member begun at this speed: its level and until when; returns whether it does anything */
-static int begun(const Case *q, whole member, double speed, double *level, double *until)
+static const double AS_IT_IS[3] = {1.0, 1.0, 1.0}; /* factors of level, until and push */
+
+/* a member begun at this speed, times these factors: its level and until when; returns whether it does anything */
+static int begun(const Case *q, whole member, const double *factor, double speed, double *level, double *until)
 {
     const double ends = q->until_mps[member];
-    *level = q->level[member];
-    *until = q->until[member];
+    *level = q->level[member] * factor[0];
+    *until = q->until[member] * factor[1];
     if (ends != ends) return 1;
     *until = (ends - speed) / (*level == 0.0 ? 1.0 : *level);
     if (*until >= q->shortest) return 1;

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -70,6 +70,7 @@ class EscapeSettings:
         *((0.95, until) for until in (0.0, 1.6, 1.8, 2.2, 2.8)),
         *((0.9, until) for until in (0.7, 0.85, 1.2, 2.0, 2.2, 99.0)),
         *((0.84, until) for until in (0.5, 0.7, 0.85, 1.0, 1.35, 3.2)),
+        *((0.8, until) for until in (0.0, 3.5)),
         *((0.78, until) for until in (1.2, 1.9, 2.2, 2.5, 99.0)),
         *((0.72, until) for until in (0.0, 0.5, 0.85, 1.8, 2.2, 3.7)),
         *((0.66, until) for until in (0.5, 0.75, 1.6, 1.9, 2.2)),
@@ -86,7 +87,7 @@ class EscapeSettings:
         (0.97, 0.7, 1.08),
         *((0.97, 1.2, share) for share in (1.08, 0.85, 0.35, 0.15)),
         *((0.97, 2.0, share) for share in (1.08, 0.65)),
-        *((0.97, 9.0, share) for share in (1.0, 0.25, 0.15)),
+        *((0.97, 9.0, share) for share in (1.04, 1.0, 0.3, 0.25, 0.15)),
         *((0.95, 2.0, share) for share in (1.02, 0.5)),
         (0.95, 9.0, 0.2),
         (0.65, 0.7, 1.08),
@@ -94,6 +95,7 @@ class EscapeSettings:
         (0.65, 2.0, 1.08),
         *((0.65, 9.0, share) for share in (0.85, 0.35)),
         (0.3, 0.7, 1.03),
+        (-0.2, 9.0, 1.0),
         *((0.3, 1.2, share) for share in (1.08, 1.03, 1.02, 0.9)),
         *((0.3, 2.0, share) for share in (1.08, 0.97)),
         (-0.2, 0.45, 1.08),
@@ -101,7 +103,7 @@ class EscapeSettings:
         (-0.2, 0.8, 1.08),
         (-0.2, 1.2, 1.0),
         *((-0.4, 0.45, share) for share in (1.08, 1.03)),
-        (-0.4, 0.5, 0.5),
+        *((-0.4, until, 0.5) for until in (0.5, 0.8)),
         (-0.4, 0.9, 0.97),
         (-0.4, 2.0, 1.02),
         (-0.4, 9.0, 0.97),
@@ -142,6 +144,20 @@ class Members:
     shortest_s: float
     straightening_mps2: float
 
+    def varied(self, member: int, factors: Array) -> Members:
+        """One member, its level, its time and its push times these factors (V, 3)."""
+        same = np.full(len(factors), member)
+        level, until, push = factors.T
+        return replace(
+            self,
+            kind=self.kind[same],
+            level_mps2=self.level_mps2[same] * level,
+            until_s=self.until_s[same] * until,
+            until_mps=self.until_mps[same],
+            target_d_m=self.target_d_m[same],
+            lateral_mps2=self.lateral_mps2[same] * push,
+        )
+
     def rows(self, member: Any, speed_mps: Array) -> tuple[Swerves, NDArray[np.bool_]]:
         """Members (R,) begun at these speeds (R,), and which of them do anything."""
         level, ends = self.level_mps2[member], self.until_mps[member]
@@ -163,18 +179,16 @@ def members(situation: Situation, vehicle: Vehicle, company: Company, chosen: Es
     bend = min(situation.host.speed_mps**2 * abs(float(road.curvature_at(situation.host.s_m))), _BEND_SHARE * grip)
     spare = np.sqrt(grip * grip - bend * bend)
     brake, accelerate = min(-vehicle.acceleration_min_mps2, spare), min(vehicle.acceleration_max_mps2, spare - _FASTER * bend)
-    comfort = _JUST * chosen.comfort_on(road.friction)
     sides = [next_lane_m(situation, vehicle, side) for side in (Side.LEFT, Side.RIGHT)]
     spread = _spread(chosen, sides[0] is not None, sides[1] is not None)
     most = np.array([brake, accelerate])[spread.limit]
     comfort, gentle = _JUST * chosen.comfort_on(road.friction), min(1.0, 0.2 * grip)
     level = spread.pace * most
-    level[spread.comfortable] = np.clip(level[spread.comfortable], -comfort, comfort)
+    level[spread.comfortable] = np.minimum(np.maximum(level[spread.comfortable], -comfort), comfort)
     push = spread.push * np.maximum(np.sqrt(grip * grip - level * level) - bend, 0.1 * grip)
     push[spread.push == 0.0] = min(comfort, grip)
     push[: spread.in_lane] = gentle
-    matched = [_speed_of_nearest(situation, company, sign) for sign in (1.0, -1.0)]
-    ends = np.array([-np.inf if matched[0] is None else matched[0], np.inf if matched[1] is None else matched[1], np.nan])
+    ends = np.array([*_speeds_of_nearest(situation, company), np.nan])
     targets = np.array([np.nan, np.nan, *(np.nan if side is None else side for side in sides)])
     return Members(
         kind=spread.kind,
@@ -237,11 +251,14 @@ def _made(chosen: EscapeSettings, left: bool, right: bool) -> _Spread:
 _MADE: dict[tuple[object, ...], tuple[object, _Spread]] = {}
 
 
-def _speed_of_nearest(situation: Situation, company: Company, sign: float) -> float | None:
-    """Speed of the nearest body ahead (1) or behind (-1) in the host's way; None when there is nobody."""
-    host = situation.host
-    apart = sign * (company.s_m[:, 0] - host.s_m)
-    in_way = (apart > 0.0) & (np.abs(company.d_m[:, 0] - host.d_m) < 0.5 * situation.road.lane_width_m + 0.5)
-    if not in_way.any():
-        return None
-    return float(company.speed_mps[np.where(in_way, apart, np.inf).argmin(), 0])
+def _speeds_of_nearest(situation: Situation, company: Company) -> tuple[float, float]:
+    """Speed of the nearest body ahead and behind in the host's way; -inf and inf where there is nobody."""
+    host, width = situation.host, 0.5 * situation.road.lane_width_m + 0.5
+    ahead, behind, front, rear = np.inf, np.inf, -np.inf, np.inf
+    for s, d, speed in zip(company.s_m[:, 0].tolist(), company.d_m[:, 0].tolist(), company.speed_mps[:, 0].tolist(), strict=True):
+        apart = s - host.s_m
+        if abs(d - host.d_m) < width and 0.0 < apart < ahead:
+            ahead, front = apart, speed
+        if abs(d - host.d_m) < width and 0.0 < -apart < behind:
+            behind, rear = -apart, speed
+    return front, rear

@@ -9,18 +9,20 @@ static void at_nodes(whole start, const whole *nodes, int n, whole *clock)
 static void blocked(const Case *q, const Motion *m, int n, int last, const whole *clock, whole stride, double *low, double *high)
 {
     const double host_long = 0.5 * q->length, host_wide = 0.5 * q->width;
-    double below[ROOM], above[ROOM], first[ROOM], final[ROOM], others[ROOM], aside[ROOM];
+    double below[ROOM], above[ROOM], first[ROOM], final[ROOM], others[ROOM], aside[ROOM], lengths[ROOM], widths[ROOM];
     for (whole j = 0; j < q->bodies; j++) {
-        const double length = q->half_length[j], width = q->half_width[j];
+        const double *long_of = q->half_length + j * q->lattice, *wide_of = q->half_width + j * q->lattice;
         const double *there = q->others_s + j * q->lattice, *beside = q->others_d + j * q->lattice;
         double ahead, behind;
         for (int t = 0; t < n; t++) {
             others[t] = there[clock[t]];
             aside[t] = beside[clock[t]] - m->d[t];
+            lengths[t] = long_of[clock[t]];
+            widths[t] = wide_of[clock[t]];
         }
         const double from = others[0] - m->s[0];
         for (int t = 0; t < n; t++) {
-            const double sine = m->sine[t], c = m->cosine[t], bare = fabs(sine), y = aside[t];
+            const double length = lengths[t], width = widths[t], sine = m->sine[t], c = m->cosine[t], bare = fabs(sine), y = aside[t];
             const double way = sine > 0.0 ? 1.0 : (sine < 0.0 ? -1.0 : 0.0), tilt = bare + 1e-9;
             const double side = y * c * way, flank = length * bare + (width * c + host_wide);
             const double extent = length + (host_long * c + host_wide * tilt);
@@ -34,9 +36,9 @@ static void blocked(const Case *q, const Motion *m, int n, int last, const whole
         }
         low[j * stride] = least(n, below);
         high[j * stride] = greatest(n, above);
-        if (fabs(aside[last]) < width + host_wide) {
+        if (fabs(aside[last]) < widths[last] + host_wide) {
             const double gained = from - (others[last] - m->s[last]);
-            room_needed(q, j, m->v[last], q->others_mps[j * q->lattice + clock[last]], &ahead, &behind);
+            room_needed(q, m->v[last], q->others_mps[j * q->lattice + clock[last]], lengths[last], &ahead, &behind);
             const double nearer = LESSER(first[last], -behind), farther = GREATER(final[last], ahead);
             low[j * stride] = LESSER(low[j * stride], gained + nearer);
             high[j * stride] = GREATER(high[j * stride], gained + farther);
@@ -64,7 +66,7 @@ static void blocked_in_lane(const Case *q, double level, double until, const dou
     const double ended = GREATER(until, built);
     for (whole j = 0; j < q->bodies; j++) {
         const double other = q->others_mps[j * q->lattice + clock], *beside = q->others_d + j * q->lattice;
-        const double bodies = q->half_length[j] + 0.5 * q->length;
+        const double length = q->half_length[j * q->lattice + clock], bodies = length + 0.5 * q->length;
         double z[LANES], v[LANES], a[LANES], way[LANES], ahead, behind;
         double moments[6] = {0.0,   built + (other - reached) / steady, built - reached / steady, ended,
                              ended + fabs(level) / (level > 0.0 ? -fall : rise), q->clear_s};
@@ -76,11 +78,11 @@ static void blocked_in_lane(const Case *q, double level, double until, const dou
         for (int i = 0; i < LANES; i++) z[i] = moments[i < 5 ? i : 5];
         pace(q, level, until, LANES, z, begin[SPEED], begin[ACCELERATION], v, a, way);
         for (int i = 0; i < LANES; i++) way[i] -= other * z[i];
-        room_needed(q, j, v[5], other, &ahead, &behind);
+        room_needed(q, v[5], other, length, &ahead, &behind);
         const whole half = clock + q->half_steps < q->lattice ? clock + q->half_steps : q->lattice - 1;
         const double now = fabs(beside[clock] - begin[D]), then = fabs(beside[half] - begin[D]);
         const double below = least(LANES, way) - bodies, above = greatest(LANES, way) + bodies;
-        const int clear = LESSER(now, then) >= q->half_width[j] + 0.5 * q->width;
+        const int clear = LESSER(now, then) >= q->half_width[j * q->lattice + clock] + 0.5 * q->width;
         low[j * stride] = clear ? NOWHERE_M : LESSER(below, way[5] - behind);
         high[j * stride] = clear ? -NOWHERE_M : GREATER(above, way[5] + ahead);
     }
@@ -141,17 +143,19 @@ PUBLIC void mcdas_escape_needs(const Case *q, int anchors, const whole *anchor, 
         begin_at(q, anchor[k], &b);
         at_nodes(anchor[k], nodes, n, clock);
         swerve(q, 0.0, 0.0, NAN, q->straightening, &b, n, times, middle, &m);
-        const double alone = m.demand, able = m.ability, edge = m.edge;
+        double alone = 0.0;
+        for (int t = 0; t < n; t++) alone = GREATER(alone, fabs(m.v[t] * m.v[t] * m.curvature[t]));
+        const double able = m.ability, edge = m.edge, steady = fabs(m.v[last] * m.v[last] * m.curvature[last]);
         for (whole i = 0; i < size; i++) {
             const whole at = k * size + i;
             double level, until;
-            const int acts = begun(q, i, x[SPEED], &level, &until);
+            const int acts = begun(q, i, AS_IT_IS, x[SPEED], &level, &until);
             if (i < q->in_lane) {
                 double sideways = alone;
                 blocked_in_lane(q, level, until, x, anchor[k], all, low + at, high + at);
                 if (q->bend > 0.0) { /* faster, the same bend asks for more */
                     const double gained = 1.0 + level * LESSER(until, q->clear_s) / GREATER(x[SPEED], 1.0);
-                    if (gained > 1.0) sideways *= gained * gained;
+                    if (gained > 1.0) sideways = GREATER(sideways, steady * gained * gained);
                 }
                 const double effort = sqrt(level * level + sideways * sideways), left = 1.0 - effort / q->limit;
                 slack[at] = edge;
@@ -161,7 +165,8 @@ PUBLIC void mcdas_escape_needs(const Case *q, int anchors, const whole *anchor, 
                 swerve(q, level, until, q->target[i], q->lateral[i], &b, n, times, middle, &m);
                 blocked(q, &m, n, last, clock, all, low + at, high + at);
                 slack[at] = m.edge;
-                slack[all + at] = m.ability;
+                const double arrives = (ARRIVED_M - fabs(m.d[last] - q->target[i])) / ABILITY_M;
+                slack[all + at] = LESSER(m.ability, arrives);
                 slack[2 * all + at] = q->comfort - m.demand;
             }
         }
@@ -211,26 +216,31 @@ PUBLIC void mcdas_escape_guess(const Case *q, int anchors, int starts, const dou
     }
 }
 
-/* Exactly: which members from these starts are ways out, and what they ask of the tyres */
-PUBLIC void mcdas_escape_sound(const Case *q, int rows, const whole *member, const whole *start, int n, int last, const whole *nodes,
-                               const double *times, int middle, unsigned char *good, double *demand)
+/* whether a member, times these factors, is a way out from this start that asks no more than `most` of the tyres, and what it asks */
+static int sound_one(const Case *q, whole i, const double *factor, whole start, int n, int last, const whole *nodes, const double *times,
+                     int middle, double most, double *demand)
 {
     whole clock[ROOM], whom;
     Motion m;
     Begin b;
     double level, until;
-    for (int r = 0; r < rows; r++) {
-        const whole i = member[r];
-        begin_at(q, start[r], &b);
-        at_nodes(start[r], nodes, n, clock);
-        const int acts = begun(q, i, b.x[SPEED], &level, &until);
-        swerve(q, level, until, q->target[i], q->lateral[i], &b, n, times, middle, &m);
-        demand[r] = m.demand;
-        const double target = q->target[i];
-        const int arrives = target != target || fabs(m.d[last] - target) <= ARRIVED_M;
-        good[r] = acts && arrives && m.ability >= 0.0 && m.edge >= 0.0 && !doomed(q, &m, last, clock[last]) &&
-                  touched(q, last + 1, clock, m.s, m.d, m.sine, m.cosine, q->clear_m, 1, &whom) < 0;
-    }
+    const double target = q->target[i];
+    begin_at(q, start, &b);
+    at_nodes(start, nodes, n, clock);
+    const int acts = begun(q, i, factor, b.x[SPEED], &level, &until);
+    swerve(q, level, until, target, q->lateral[i] * factor[2], &b, n, times, middle, &m);
+    *demand = m.demand;
+    const int arrives = target != target || fabs(m.d[last] - target) <= ARRIVED_M;
+    return acts && arrives && m.demand <= most && m.ability >= 0.0 && m.edge >= 0.0 && !doomed(q, &m, last, clock[last]) &&
+           touched(q, last + 1, clock, m.s, m.d, m.sine, m.cosine, q->clear_m, 1, &whom) < 0;
+}
+
+/* Exactly: which members from these starts are ways out, and what they ask of the tyres */
+PUBLIC void mcdas_escape_sound(const Case *q, int rows, const whole *member, const whole *start, int n, int last, const whole *nodes,
+                               const double *times, int middle, unsigned char *good, double *demand)
+{
+    for (int r = 0; r < rows; r++)
+        good[r] = (unsigned char)sound_one(q, member[r], AS_IT_IS, start[r], n, last, nodes, times, middle, INFINITY, demand + r);
 }
 
 /* The step in which a host that goes through these places (nodes) first has nothing left to somebody, and to whom; -1 without */

@@ -25,15 +25,16 @@ ARRIVED_M = 1.0  # who steps aside is so near to the middle of the next lane at 
 ABILITY_M = 10.0  # a share of the car's limits as a distance: only where it changes sign matters
 STEP_REACH_M = 3.0  # more than bodies move against each other in a step
 BOW = 0.2  # times kappa and both lengths squared: how far a lane bows over the bodies (0.125), and that distances shrink with d
+_TURNED_STEPS = 5  # of the lattice: so often bodies are looked at for how they are turned
 
 Rows = NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Company:
-    """Everybody (J,) on the lattice (J, N): places along and across the road, speeds along it; half sizes (J,) grown by margins.
+    """Everybody on the lattice (J, N): places along and across the road, speeds along it, half sizes grown by margins.
 
-    A body at an angle counts as the box around it, as it is turned most.
+    A body at an angle counts as the box around it, as it is turned at that time.
     """
 
     s_m: Array
@@ -46,13 +47,11 @@ class Company:
     def of(cls, bodies: Sequence[PredictedBody], until_s: float, margins: Margins) -> Company:
         times = LATTICE_S * np.arange(round(until_s / LATTICE_S) + 1)
         count = len(bodies)
-        s, d, speed = (np.empty((count, times.size)) for _ in range(3))
-        half_length, half_width = np.empty(count), np.empty(count)
+        s, d, speed, half_length, half_width = np.empty((5, count, times.size))
         for j, body in enumerate(bodies):
             motion = body.at(times)
             s[j], d[j], speed[j] = motion.s_m, motion.d_m, motion.speed_s_mps
-            turned = float(np.abs(motion.heading_rad).max())
-            cosine, sine = np.cos(turned), np.sin(turned)
+            cosine, sine = _box(motion.heading_rad)
             along, across = margins.along_m, margins.across_m
             if margins.share_of_prediction:
                 along += margins.share_of_prediction * float(np.max(body.margin_along_m(times)))
@@ -60,6 +59,17 @@ class Company:
             half_length[j] = 0.5 * (body.length_m + body.width_m * sine) + along
             half_width[j] = 0.5 * (body.width_m * cosine + body.length_m * sine) + across
         return cls(s_m=s, d_m=d, speed_mps=speed, half_length_m=half_length, half_width_m=half_width)
+
+
+def _box(heading_rad: Array) -> tuple[Array, Array]:
+    """Cosine and sine (N,) of angles no less than these: the greatest that there is from this time to the next that is looked at."""
+    turned = np.abs(heading_rad)
+    if turned[0] == 0.0 and not turned.any():
+        return np.ones_like(turned), turned
+    few = np.maximum.reduceat(turned, np.arange(0, turned.size, _TURNED_STEPS))
+    few[1:] = np.maximum(few[1:], turned[_TURNED_STEPS - 1 : -1 : _TURNED_STEPS])
+    cosine, sine = np.cos(few), np.sin(few)
+    return np.repeat(cosine, _TURNED_STEPS)[: turned.size], np.repeat(sine, _TURNED_STEPS)[: turned.size]
 
 
 def touched(motions: Motions, clock: Rows, company: Company, vehicle: Vehicle, road: Road, clear_m: float) -> tuple[Rows, Rows]:
@@ -76,7 +86,7 @@ def touched(motions: Motions, clock: Rows, company: Company, vehicle: Vehicle, r
     apart = company.s_m[:, clock] - motions.s_m
     long, wide = 0.5 * vehicle.length_m, 0.5 * vehicle.width_m
     bend = 0.0 if road.is_straight else max(abs(kappa) for _, kappa in road.curvature)
-    reach = (np.hypot(long, wide) + company.half_length_m + clear_m + STEP_REACH_M) * (2.0 if bend else 1.0)
+    reach = (np.hypot(long, wide) + company.half_length_m.max(-1) + clear_m + STEP_REACH_M) * (2.0 if bend else 1.0)
     close = np.abs(apart) < reach[:, None, None]
     near = np.flatnonzero(close[..., :-1] | close[..., 1:])
     if not near.size:
@@ -87,16 +97,17 @@ def touched(motions: Motions, clock: Rows, company: Company, vehicle: Vehicle, r
     place = np.array([at, at + 1])
     x = apart.reshape(-1)[who * apart[0].size + place]
     across = motions.d_m.reshape(-1)[place]
-    other = company.d_m.reshape(-1)[who * company.d_m.shape[1] + clock.reshape(-1)[place]]
+    there = who * company.d_m.shape[1] + clock.reshape(-1)[place]
+    other = company.d_m.reshape(-1)[there]
+    length, width = (q.reshape(-1)[there].max(0) for q in (company.half_length_m, company.half_width_m))
     y = other - across
     sine, cosine = motions.sine.reshape(-1)[place], motions.cosine.reshape(-1)[place]
     kept_m = clear_m
     extra: Any = 0.0
     if bend:
         x = x * (1.0 - road.curvature_at(motions.s_m.reshape(-1)[place] + x) * 0.5 * (other + across))
-        extra = BOW * bend * (4.0 * company.half_length_m**2 + vehicle.length_m**2)[who]
+        extra = BOW * bend * (4.0 * length**2 + vehicle.length_m**2)
     tilt = np.abs(sine)
-    length, width = company.half_length_m[who], company.half_width_m[who]
     free = np.empty((8, *x.shape))
     for axis, (offset, extent) in enumerate(
         (
@@ -135,18 +146,18 @@ def doomed(motions: Motions, clock: Rows, company: Company, vehicle: Vehicle, ro
     if not company.s_m.shape[0]:
         return who
     apart = company.s_m[:, end] - motions.s_m[:, -1]
-    ahead, behind = room_needed(motions.speed_mps[:, -1], company.speed_mps[:, end], company, vehicle, road)
+    ahead, behind = room_needed(motions.speed_mps[:, -1], company.speed_mps[:, end], company.half_length_m[:, end], vehicle, road)
     late = np.where(apart > 0.0, apart < ahead + clear_m, -apart < behind + clear_m)
-    late &= np.abs(company.d_m[:, end] - motions.d_m[:, -1]) < (company.half_width_m + 0.5 * vehicle.width_m)[:, None]
+    late &= np.abs(company.d_m[:, end] - motions.d_m[:, -1]) < company.half_width_m[:, end] + 0.5 * vehicle.width_m
     return np.where(late.any(0), late.argmax(0), who)
 
 
-def room_needed(speed_mps: Array, others_mps: Array, company: Company, vehicle: Vehicle, road: Road) -> tuple[Array, Array]:
+def room_needed(speed_mps: Array, others_mps: Array, half_length_m: Array, vehicle: Vehicle, road: Road) -> tuple[Array, Array]:
     """How far bodies (J, ...) must be ahead of a host at these speeds that then brakes, or else behind one that accelerates: of centres."""
     grip = road.friction * GRAVITY_MPS2
     brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
     closing = speed_mps - others_mps
-    bodies = (company.half_length_m + 0.5 * vehicle.length_m).reshape(-1, *[1] * (closing.ndim - 1))
+    bodies = half_length_m + 0.5 * vehicle.length_m
     ahead = bodies + np.maximum(closing, 0.0) ** 2 / (2.0 * ROOM_SHARE * brake)
     behind = bodies + np.minimum(closing, 0.0) ** 2 / (2.0 * ROOM_SHARE * accelerate)
     return ahead, behind
@@ -158,7 +169,7 @@ def blocked(motions: Motions, clock: Rows, company: Company, vehicle: Vehicle, r
     `-NOWHERE_M` above `NOWHERE_M` reversed where it never is. Looked at between the times of the grid no closer than that.
     """
     long, wide = 0.5 * vehicle.length_m, 0.5 * vehicle.width_m
-    length, width = company.half_length_m[:, None, None], company.half_width_m[:, None, None]
+    length, width = company.half_length_m[:, clock], company.half_width_m[:, clock]
     sine, cosine = motions.sine, motions.cosine
     tilt = np.abs(sine)
     y = company.d_m[:, clock] - motions.d_m
@@ -172,8 +183,8 @@ def blocked(motions: Motions, clock: Rows, company: Company, vehicle: Vehicle, r
     np.maximum(low, -extent, out=low)
     np.minimum(high, extent, out=high)
     apart = (low >= high) | (np.abs(y) >= width + (long * tilt + wide * cosine))
-    ahead, behind = room_needed(motions.speed_mps[:, -1], company.speed_mps[:, clock[:, -1]], company, vehicle, road)
-    in_way = np.abs(y[..., -1]) < width[..., 0] + wide
+    ahead, behind = room_needed(motions.speed_mps[:, -1], company.speed_mps[:, clock[:, -1]], length[..., -1], vehicle, road)
+    in_way = np.abs(y[..., -1]) < width[..., -1] + wide
     apart[..., -1] &= ~in_way
     low[..., -1] = np.where(in_way, np.minimum(low[..., -1], -behind), low[..., -1])
     high[..., -1] = np.where(in_way, np.maximum(high[..., -1], ahead), high[..., -1])
@@ -210,11 +221,12 @@ def blocked_in_lane(
     speed, _, travelled = pace(rows[each], moments.reshape(-1, 6), begin[each], vehicle)
     v, way = speed.reshape(moments.shape), travelled.reshape(moments.shape)
     gained = way - others[..., None] * moments
-    ahead, behind = room_needed(v[..., -1], others, company, vehicle, road)
-    bodies = (company.half_length_m + 0.5 * vehicle.length_m)[:, None]
+    half_length = company.half_length_m[:, clock]
+    ahead, behind = room_needed(v[..., -1], others, half_length, vehicle, road)
+    bodies = half_length + 0.5 * vehicle.length_m
     low = np.minimum(gained.min(-1) - bodies, gained[..., -1] - behind)
     high = np.maximum(gained.max(-1) + bodies, gained[..., -1] + ahead)
     half = np.minimum(clock + round(0.5 * clear_s / LATTICE_S), company.s_m.shape[1] - 1)
-    room = (company.half_width_m + 0.5 * vehicle.width_m)[:, None]
+    room = company.half_width_m[:, clock] + 0.5 * vehicle.width_m
     beside = np.minimum(np.abs(company.d_m[:, clock] - begin.d_m), np.abs(company.d_m[:, half] - begin.d_m)) >= room
     return np.where(beside, NOWHERE_M, low), np.where(beside, -NOWHERE_M, high)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import mcdas_opt
@@ -14,8 +15,10 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.manoeuvres.escape_library import KINDS
 from mcdas_opt.manoeuvres.escapes import escapes
+from mcdas_opt.manoeuvres.parting import LATTICE_S, Company
 from mcdas_opt.tracking.prediction import predict
 from tests.planning.situations import mirrored, random_sandwich
 
@@ -51,9 +54,9 @@ def test_steering_out_needs_what_the_closed_form_says(closing_kmh: float, needed
     for side in ("left", "right"):
         answer = getattr(of(chased(closing_kmh, needed_m + 2.0 * closing, friction=0.6)), side)
         assert answer.open
-        # accelerating meanwhile (the circle's other half) may win a little
+        # accelerating meanwhile (the circle's other half) may win a little: at 20 km/h up to an eighth of what is needed
         left = needed_m + (2.0 - answer.last_moment_s) * closing
-        assert 0.9 * needed_m <= left <= needed_m + 0.4 * closing
+        assert 0.85 * needed_m <= left <= needed_m + 0.4 * closing
 
 
 @pytest.mark.parametrize("speed", [10.0, 20.0, 30.0])
@@ -135,6 +138,18 @@ def test_a_last_moment_is_never_late_and_hardly_early(index: int) -> None:
         else:
             assert (way.last_moment_s or 0.0) <= last + 1e-9
             assert last - (way.last_moment_s or 0.0) <= 0.2
+
+
+@pytest.mark.parametrize("sideways", [0.0, 0.4, -1.5])
+def test_a_body_at_an_angle_counts_as_a_box_that_holds_it_and_straightens_up_with_it(sideways: float) -> None:
+    body = predict((Track(id="a", s_m=20.0, d_m=0.0, speed_s_mps=10.0, speed_d_mps=sideways),)).bodies[0]
+    company = Company.of([body], 4.0, Margins())
+    turned = np.abs(body.at(LATTICE_S * np.arange(company.s_m.shape[1])).heading_rad)
+    holds_long = 0.5 * (body.length_m * np.cos(turned) + body.width_m * np.sin(turned))
+    holds_wide = 0.5 * (body.width_m * np.cos(turned) + body.length_m * np.sin(turned))
+    assert np.all(company.half_length_m[0] >= holds_long - 1e-12)
+    assert np.all(company.half_width_m[0] >= holds_wide - 1e-12)
+    assert company.half_width_m[0, -1] <= 0.5 * body.width_m + 0.025 * abs(sideways)
 
 
 def test_less_grip_closes_sooner() -> None:

@@ -1,0 +1,273 @@
+/* The search of `manoeuvres.escape_search` and what it begins with, for one situation in one call; `escape_questions.c` stands before this. */
+
+enum { KINDS = 4, SIDEWAYS = 2 };
+enum { NOBODY = -1, FRONT, REAR, BESIDE, EDGE, FRICTION };
+
+typedef struct {
+    const whole *steps;
+    const double *times;
+    whole n, last, middle;
+} Nodes;
+
+typedef struct {
+    const Case *q;
+    const whole *kind;   /* (members) */
+    const double *times; /* (held) */
+    Nodes coarse, exact;
+    double host_d, near_d, latest_s;
+} Search;
+
+static whole closer_of(const Search *o, whole who, double moment, double own_s)
+{
+    const Case *q = o->q;
+    whole k = (whole)rint(moment / LATTICE_S);
+    if (k > q->lattice - 1) k = q->lattice - 1;
+    if (fabs(q->others_d[who * q->lattice + k] - o->host_d) > o->near_d) return BESIDE;
+    return q->others_s[who * q->lattice + k] > own_s ? FRONT : REAR;
+}
+
+/* when keeping on ends, and by what */
+static double end_of_keeping_on(const Search *o, double *work, whole *clock, whole *ender)
+{
+    const Case *q = o->q;
+    const whole n = q->held;
+    const double *s = q->table, *d = q->table + n, *psi = q->table + 2 * n;
+    double *sine = work, *cosine = work + n, leaves = INFINITY, moment = INFINITY;
+    whole who;
+    for (whole t = 0; t < n; t++) {
+        sine[t] = sin(psi[t]);
+        cosine[t] = cos(psi[t]);
+        clock[t] = HELD_STEPS * t;
+    }
+    const int step = touched(q, (int)n, clock, s, d, sine, cosine, 0.0, 0, &who);
+    if (step >= 0) moment = o->times[step];
+    for (whole t = 0; t < n; t++) {
+        const double room = 0.5 * (q->width * cosine[t] + q->length * fabs(sine[t])) + EDGE_M;
+        if (d[t] + room > q->left || d[t] - room < q->right || s[t] + 0.5 * q->length + EDGE_M > q->end) {
+            leaves = o->times[t > 0 ? t - 1 : 0];
+            break;
+        }
+    }
+    *ender = NOBODY;
+    if (LESSER(moment, leaves) >= o->latest_s) return o->latest_s;
+    *ender = leaves < moment ? EDGE : closer_of(o, who, moment, s[step]);
+    return LESSER(leaves, moment);
+}
+
+static int sound_as(const Search *o, whole member, const double *factor, whole start, double most, double *demand)
+{
+    const Nodes *e = &o->exact;
+    return sound_one(o->q, member, factor, start, (int)e->n, (int)e->last, e->steps, e->times, (int)e->middle, most, demand);
+}
+
+/* The `most` members of a kind of the greatest value, of those that have at least `least_of`, the greatest first; how many */
+static int greatest_of(const Search *o, whole kind, const double *value, double least_of, int most, whole *found)
+{
+    int count = 0;
+    for (whole i = 0; i < o->q->members; i++) {
+        if (o->kind[i] != kind || !(value[i] >= least_of) || (count == most && value[i] <= value[found[count - 1]])) continue;
+        int j = count < most ? count++ : count - 1;
+        for (; j > 0 && value[found[j - 1]] < value[i]; j--) found[j] = found[j - 1];
+        found[j] = i;
+    }
+    return count;
+}
+
+/* Of rows (member, start) the latest start that is sound, -1 without, and whose: from the latest on, until one is */
+static whole latest_sound(const Search *o, int rows, const whole *member, whole *start, double most, whole *who)
+{
+    for (;;) {
+        int latest = -1;
+        double demand;
+        for (int r = 0; r < rows; r++)
+            if (start[r] >= 0 && (latest < 0 || start[r] > start[latest])) latest = r;
+        if (latest < 0) return -1;
+        if (sound_as(o, member[latest], AS_IT_IS, start[latest], most, &demand)) {
+            *who = member[latest];
+            return start[latest];
+        }
+        start[latest] = -1;
+    }
+}
+
+/* whether a member, times these factors, still is what the car can do; and, in the lane, more than next to nothing */
+static int within(const Search *o, whole member, const double *factor)
+{
+    const Case *q = o->q;
+    const double level = q->level[member] * factor[0], until = q->until[member] * factor[1];
+    const double share = level < 0.0 ? -level / q->brake : level / q->accelerate;
+    const int timed = q->until_mps[member] != q->until_mps[member];
+    return share <= MOST && (o->kind[member] >= SIDEWAYS || (share >= LEAST && (!timed || until >= q->shortest)));
+}
+
+/* a later start than this one that a member is still sound from when it is varied a little */
+static whole refined(const Search *o, whole member, whole sound, whole latest)
+{
+    static const double in_lane[][3] = IN_LANE, steered[][3] = STEERED;
+    static const whole farther[] = FARTHER;
+    const int sideways = o->kind[member] >= SIDEWAYS, steady = sideways && o->q->level[member] == 0.0;
+    const double(*varied)[3] = sideways ? steered : in_lane;
+    const int count = steady ? STEADY : (int)(sideways ? sizeof steered / sizeof *steered : sizeof in_lane / sizeof *in_lane);
+    double so_far[3] = {1.0, 1.0, 1.0}, demand;
+    for (int round = 0, moved = 1; round < REFINED && moved; round++) {
+        moved = 0;
+        for (size_t k = 0; k < sizeof farther / sizeof *farther && !moved; k++)
+            for (int v = 0; v < count && !moved && sound + farther[k] <= latest; v++) {
+                double factor[3];
+                for (int i = 0; i < 3; i++) factor[i] = so_far[i] * varied[v][i];
+                if (!within(o, member, factor)) continue;
+                if (!sound_as(o, member, factor, sound + farther[k], INFINITY, &demand)) continue;
+                memcpy(so_far, factor, sizeof factor);
+                sound += farther[k];
+                moved = 1;
+            }
+    }
+    return sound;
+}
+
+static whole last_sound(const Search *o, int easy, whole kind, const double *guess, whole latest)
+{
+    static const whole tried[] = TRIED, tried_easy[] = TRIED_EASY, down[] = DOWN, up[] = UP;
+    static const double between[] = BETWEEN;
+    enum { COUNT = sizeof tried / sizeof *tried, COUNT_EASY = sizeof tried_easy / sizeof *tried_easy };
+    enum { MEMBERS = BEST > WIDER ? BEST : WIDER, ROWS = BEST * COUNT > 8 * WIDER ? BEST * COUNT : 8 * WIDER };
+    const double most = easy ? o->q->comfort : INFINITY;
+    whole likely[MEMBERS], member[ROWS], start[ROWS], wanted[8], sound = -1, limit = latest + 1, who = NOBODY, best_of = NOBODY;
+    const int all = greatest_of(o, kind, guess, 0.0, MEMBERS, likely), count = easy ? COUNT_EASY : COUNT;
+    const int best = all < (easy ? BEST_EASY : BEST) ? all : (easy ? BEST_EASY : BEST), wider = all < WIDER ? all : WIDER;
+    int rows = 0;
+    for (int i = 0; i < best; i++) {
+        const whole near = (whole)floor(guess[likely[i]] / LATTICE_S + 1e-9);
+        for (int k = 0; k < count; k++) {
+            const whole at = near + (easy ? tried_easy[k] : tried[k]);
+            member[rows] = likely[i];
+            start[rows++] = at < 0 ? 0 : (at > latest ? latest : at);
+        }
+    }
+    for (int round = 0; round < SEARCH_ROUNDS && rows; round++) {
+        whole asked[ROWS];
+        memcpy(asked, start, sizeof(whole) * (size_t)rows);
+        const whole found = latest_sound(o, rows, member, start, most, &who);
+        int wishes = 0;
+        if (found > sound) {
+            sound = found;
+            best_of = who;
+        }
+        if (limit <= sound) limit = latest + 1;
+        for (int r = 0; r < rows; r++)
+            if (asked[r] > sound && asked[r] < limit) limit = asked[r];
+        rows = 0;
+        if (sound < 0)
+            for (size_t k = 0; k < sizeof down / sizeof *down; k++) wanted[wishes++] = limit > down[k] ? limit - down[k] : 0;
+        else if (easy)
+            continue;
+        else if (limit > latest)
+            for (size_t k = 0; k < sizeof up / sizeof *up; k++) wanted[wishes++] = sound + up[k];
+        else if (limit - sound > CLOSE)
+            for (size_t k = 0; k < sizeof between / sizeof *between; k++) wanted[wishes++] = sound + (whole)(between[k] * (double)(limit - sound));
+        for (int k = 0; k < wishes; k++)
+            if (sound < wanted[k] && wanted[k] <= latest && wanted[k] != limit)
+                for (int i = 0; i < wider; i++) {
+                    member[rows] = likely[i];
+                    start[rows++] = wanted[k];
+                }
+    }
+    return sound < 0 || easy ? sound : refined(o, best_of, sound, latest);
+}
+
+/* what is in the way of a kind at a start: of its members that car and road allow, the one that comes nearest to being clear */
+static whole in_the_way(const Search *o, whole kind, int anchors, int starts, int n, const double *weights, const double *apart,
+                        const double *low, const double *high, const double *slack)
+{
+    const Case *q = o->q;
+    const whole size = q->members, all = anchors * size;
+    const double *w = weights + n * anchors;
+    int k = 0, possible = 0;
+    while (k < anchors - 1 && w[k] == 0.0) k++;
+    const int next = k < anchors - 1 ? k + 1 : k;
+    const double share = w[k], rest = next > k ? w[next] : 0.0;
+    double best = -INFINITY;
+    whole who = NOBODY, mine = 0;
+    for (whole i = 0; i < size; i++) {
+        const whole here = k * size + i, there = next * size + i;
+        mine += o->kind[i] == kind;
+        if (o->kind[i] != kind || !(share * slack[all + here] + rest * slack[all + there] >= 0.0)) continue;
+        possible = 1;
+        if (!(share * slack[here] + rest * slack[there] >= 0.0)) continue;
+        double nearest = INFINITY;
+        whole whom = NOBODY;
+        for (whole j = 0; j < q->bodies; j++) {
+            const double gap = apart[j * starts + n], *below = low + j * all, *above = high + j * all;
+            const double under = share * below[here] + rest * below[there] - gap, over = gap - (share * above[here] + rest * above[there]);
+            const double miss = GREATER(under, over);
+            if (miss < nearest) {
+                nearest = miss;
+                whom = j;
+            }
+        }
+        if (whom >= 0 && nearest > best) {
+            best = nearest;
+            who = whom;
+        }
+    }
+    if (who == NOBODY) return possible || !mine ? EDGE : FRICTION;
+    return closer_of(o, who, 0.0, q->table[S]);
+}
+
+/* The whole map: when keeping on ends, what each kind asks that begins now (INFINITY without); what ends it, the last steps of each kind (of
+ * any demand, of a comfortable one; -1 without), what closes each. `work`: 2 held + starts (1 + ANCHORS + bodies) + members (2 bodies ANCHORS + 3 ANCHORS + 6) numbers; `clock` (held) */
+PUBLIC void mcdas_escape_map(const Search *o, double *work, whole *clock, double *floats, whole *wholes)
+{
+    double *now_of = floats + 1;
+    whole *start_of = wholes + 1, *closers = wholes + 1 + 2 * KINDS;
+    const Case *q = o->q;
+    const Nodes *c = &o->coarse;
+    const whole size = q->members;
+    double *seconds = work + 2 * q->held, *weights = seconds + STARTS, *apart = weights + STARTS * ANCHORS;
+    double *low = apart + STARTS * q->bodies, *high = low + q->bodies * ANCHORS * size, *slack = high + q->bodies * ANCHORS * size;
+    double *opened = slack + 3 * ANCHORS * size, *last = opened + 4 * size;
+    whole anchor[ANCHORS];
+    int anchors = 0;
+    const double end = floats[0] = end_of_keeping_on(o, work, clock, wholes), step = end / (STARTS - 1);
+    const int wanted = 1 + (int)ceil(end / APART_S), least_of = GREATER(wanted, LEAST_ANCHORS), count_of = LESSER(least_of, ANCHORS);
+    for (int k = 0; k < count_of; k++) {
+        const whole at = (whole)rint((k < count_of - 1 ? k * (end / (count_of - 1)) : end) / LATTICE_S);
+        if (!anchors || at > anchor[anchors - 1]) anchor[anchors++] = at;
+    }
+    for (int n = 0, k = 0; n < STARTS; n++) {
+        seconds[n] = n < STARTS - 1 ? n * step : end;
+        while (k < anchors - 1 && seconds[n] >= LATTICE_S * (double)anchor[k + 1]) k++;
+        double *w = weights + n * anchors;
+        for (int i = 0; i < anchors; i++) w[i] = 0.0;
+        w[k] = 1.0;
+        if (k < anchors - 1) {
+            const double from = LATTICE_S * (double)anchor[k], per = 1.0 / (LATTICE_S * (double)anchor[k + 1] - from);
+            w[k] = -per * (seconds[n] - from) + 1.0;
+            w[k + 1] = per * (seconds[n] - from);
+        }
+        const whole at = (whole)rint(seconds[n] / LATTICE_S), before = at / HELD_STEPS < q->held - 1 ? at / HELD_STEPS : q->held - 2;
+        const double *s = q->table + before, *t = o->times + before;
+        const double own = (s[1] - s[0]) / (t[1] - t[0]) * (LATTICE_S * (double)at - t[0]) + s[0];
+        for (whole j = 0; j < q->bodies; j++) apart[j * STARTS + n] = q->others_s[j * q->lattice + at] - own;
+    }
+    mcdas_escape_needs(q, anchors, anchor, (int)c->n, (int)c->last, c->steps, c->times, (int)c->middle, low, high, slack);
+    mcdas_escape_guess(q, anchors, STARTS, seconds, weights, apart, low, high, slack, opened, last);
+    const whole latest = (whole)floor(end / LATTICE_S + 1e-9);
+    double *ease = opened + size;
+    for (whole i = 0; i < size; i++) ease[i] = opened[i] > 0.0 ? slack[2 * anchors * size + i] : -INFINITY;
+    for (whole kind = 0; kind < KINDS; kind++) {
+        whole gentle[GENTLEST];
+        double now = INFINITY, demand;
+        const int count = greatest_of(o, kind, ease, -NOWHERE_M, GENTLEST, gentle);
+        for (int i = 0; i < count; i++)
+            if (sound_as(o, gentle[i], AS_IT_IS, 0, INFINITY, &demand) && demand < now) now = demand;
+        now_of[kind] = now;
+        for (int easy = 0; easy < 2; easy++) start_of[easy * KINDS + kind] = last_sound(o, easy, kind, last + easy * size, latest);
+        whole *start = start_of + kind;
+        if (*start < 0 && now < INFINITY) *start = 0;
+        int after = 0;
+        if (*start >= 0)
+            while (after < STARTS - 1 && seconds[after] <= LATTICE_S * (double)*start) after++;
+        closers[kind] = in_the_way(o, kind, anchors, STARTS, after, weights, apart, low, high, slack);
+    }
+}
