@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 import warnings
 from collections import Counter
 from collections.abc import Sequence
@@ -115,7 +116,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenarios", nargs="+", type=Path)
     parser.add_argument("--plans", type=int, default=500)
-    parser.add_argument("--driveable", type=int, default=100, help="of these, how many are also checked for what the vehicle can do")
+    parser.add_argument("--driveable", type=int, default=100, help="of these, how many are also checked for what the vehicle can do (slow)")
     parser.add_argument("--seed", type=int, default=1)
     wanted = parser.parse_args(arguments)
     warnings.simplefilter("ignore")
@@ -145,7 +146,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
             able[pair] += 1
             if pair[0] != pair[1]:
                 why = [{"rule": v.name, "value": v.value, "limit": v.limit} for v in broken]
-                print(json.dumps({"plan": k, "scenario": case.name, "driveable": pair[0], "there": pair[1], "found": why}))
+                print(json.dumps({"plan": k, "scenario": case.name, "driveable": pair[0], "there": pair[1], "found": why}), flush=True)
+            if k % 20 == 19:
+                print(f"{k + 1} plans: {dict(able)} (ours, theirs)", file=sys.stderr, flush=True)
     for name, counts in (("collides", table), ("driveable", able)):
         cells = {f"ours {a}, theirs {b}": counts[a, b] for a in (True, False) for b in (True, False)}
         agreed = counts[True, True] + counts[False, False]

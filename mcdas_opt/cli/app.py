@@ -23,6 +23,7 @@ from mcdas_opt.cli.park import park
 from mcdas_opt.cli.plan import plan
 from mcdas_opt.cli.replay import replay
 from mcdas_opt.cli.reproduce import reproduce
+from mcdas_opt.cli.screen import CutShort
 from mcdas_opt.cli.simulate import simulate
 from mcdas_opt.cli.studio import studio
 from mcdas_opt.cli.tune import tune
@@ -53,6 +54,9 @@ def main() -> None:
     except McdasError as error:
         print(f"mcdas-opt: {error}", file=sys.stderr)  # noqa: T201
         sys.exit(2)
+    except CutShort as stop:
+        _say_interrupted(str(stop))
+        sys.exit(_INTERRUPTED)
     except typer.Exit as stop:
         sys.exit(stop.exit_code)
     except typer.Abort:
@@ -65,8 +69,12 @@ def main() -> None:
         raise
     if isinstance(code, int) and code:
         if code == _INTERRUPTED:
-            print("mcdas-opt: interrupted; what was not yet written is lost", file=sys.stderr)  # noqa: T201
+            _say_interrupted("what was not yet written is lost")
         sys.exit(code)
+
+
+def _say_interrupted(left: str) -> None:
+    print(f"mcdas-opt: interrupted; {left}", file=sys.stderr)  # noqa: T201
 
 
 @app.callback(invoke_without_command=True)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mcdas_opt.cli.screen import JsonOption, console, emit
+from mcdas_opt.cli.screen import JsonOption, console, emit, leaving
 
 if TYPE_CHECKING:
     from mcdas_opt.evaluation.running.executor import Executor
@@ -59,7 +59,7 @@ def benchmark(
     folder = out if out is not None else Path(f"benchmark-{chosen.name}-{chosen.seed}")
     executor = _executor(workers, scheduler)
     try:
-        with _progress() as progress:
+        with leaving(f"rows so far are in {folder}: the same command with --resume goes on"), _progress() as progress:
             results = run(chosen, names, folder, executor, plant=plant, limit_s=limit, resume=resume, progress=progress)
             done = publish(chosen, results, folder, executor, progress)
     except StoppedError as error:

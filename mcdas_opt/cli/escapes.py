@@ -16,7 +16,10 @@ def escapes(
     over: Annotated[bool, typer.Option("--map", help="Over front gaps and rear closing speeds instead, Table 1 drawn over it.")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """The ways out at t = 0: open or closed, the last moment, what closes them, what they ask."""
+    """The ways out at t = 0: open or closed, the last moment, what closes them, what they ask.
+
+    Example: mcdas-opt escapes sandwich-60-40 --out escapes.png
+    """
     from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
     from mcdas_opt.domain.settings import WarningSettings
     from mcdas_opt.planning.escape_map import escapes as escapes_of
@@ -45,6 +48,8 @@ def escapes(
             for name, moments in zip(("brake", "accelerate", "left", "right"), sweep.last_moment_s, strict=True):
                 screen.print(f"{name}: open in {(moments == moments).mean():.0%} of {moments.size} states")
             screen.print(f"Table 1 has a row for {(sweep.table1_row > 0).mean():.0%} of them")
+            if out is not None:
+                screen.print(f"drawn: {out}")
         return
     found = escapes_of(situation, vehicle)
     told = alert(found, WarningSettings())
@@ -67,3 +72,5 @@ def escapes(
     screen = console()
     screen.print(table)
     screen.print(f"keeping on ends in {number(found.keeping_on_s, 's')}; alert: {told}")
+    if out is not None:
+        screen.print(f"drawn: {out}")

@@ -19,6 +19,9 @@ def export_c(
     neighbours: Annotated[int, typer.Option("--neighbours", help="How many vehicles the problem has seats for.")] = 4,
     compiler: Annotated[str | None, typer.Option("--compiler", help="Default $CC, cc, gcc or clang, whichever there is.")] = None,
     flags: Annotated[str, typer.Option("--flags", help="For the compiler, beside -std=c99.")] = "-O3 -Wall -Wextra",
+    arithmetic: Annotated[
+        str, typer.Option("--arithmetic", help="Python's side: portable (what plain flags make of the C), or native (as it flies here).")
+    ] = "portable",
     as_json: JsonOption = False,
 ) -> None:
     """The MPC step as C99 that takes no memory: written, compiled, and held against Python on a scene's own solves.
@@ -27,8 +30,10 @@ def export_c(
     """
     from mcdas_opt.catalogue.scenes import load_scene
     from mcdas_opt.interop.c_export.export import export_c as run
+    from mcdas_opt.interop.c_export.recording import one_arithmetic
 
-    done = run(folder, load_scene(scene), steps=steps, neighbours=neighbours, compiler=compiler, flags=flags)
+    chosen = one_arithmetic(arithmetic)
+    done = run(folder, load_scene(scene), steps=steps, neighbours=neighbours, compiler=compiler, flags=flags, arithmetic=chosen)
     if as_json:
         emit(done.to_dict())
         return
@@ -40,7 +45,7 @@ def export_c(
         ("files", ", ".join(done.checksums)),
         ("solves", f"{done.steps} of {scene}, {done.warm_steps} of them warm"),
         ("compiler", f"{done.compiler} -std=c99 {done.flags}" if done.compiler else "none found"),
-        ("against Python", compared),
+        (f"against Python's {done.python_solver}", compared),
     ]
     for side, times in done.timing_us.items():
         if times is not None:

@@ -28,7 +28,10 @@ def follow(
     out: Annotated[Path | None, typer.Option("--out", help="Draw it: a sheet (.png).")] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """A parking manoeuvre in closed loop: noise, delay, a slot shorter than believed, people in the way."""
+    """A parking manoeuvre in closed loop: noise, delay, a slot shorter than believed, people in the way.
+
+    Example: mcdas-opt follow case.toml --seed 3 --out follow.gif
+    """
     from mcdas_opt.catalogue.parking_cases import load_parking_case
     from mcdas_opt.simulation.parking_loop import follow_parking
     from mcdas_opt.simulation.parking_sight import shorter_slot

@@ -18,7 +18,10 @@ def judge(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """The judge alone, on anybody's trajectory, in traffic or in a parking case."""
+    """The judge alone, on anybody's trajectory, in traffic or in a parking case.
+
+    Example: mcdas-opt plan cut-in --json > plan.json; mcdas-opt judge cut-in plan.json
+    """
     from mcdas_opt.catalogue.parking_cases import is_parking_case
 
     if is_parking_case(scene):

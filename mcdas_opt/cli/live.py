@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mcdas_opt.cli.screen import PlannerOption, emit
+from mcdas_opt.cli.screen import PlannerOption, emit, leaving
 from mcdas_opt.errors import InputError
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def live(
     try:
         settings = LiveSettings(cycle_s=1.0 / rate, silence_s=silence, speed_mps=speed, trajectories=trajectories)
         scene = None if road is None else load_scene(road)
-        with contextlib.suppress(KeyboardInterrupt):
+        with leaving("what was printed stands") if cycles is not None else contextlib.suppress(KeyboardInterrupt):
             run(
                 publish, bus=bus, rear=rear, interface=interface, play=play, dbc=dbc, road=scene, planner=planner, settings=settings,
                 deadline_s=None if deadline is None else 1e-3 * deadline, cycles=cycles, ended=_say,

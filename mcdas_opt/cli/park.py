@@ -26,7 +26,10 @@ def park(
     out: Annotated[Path | None, typer.Option("--out", help="Draw it: .png (a sheet), .gif, or .html (plays and scrubs).")] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """One parking plan, judged."""
+    """One parking plan, judged.
+
+    Example, with case.toml holding [slot], length_m = 6.0 and depth_m = 2.1: mcdas-opt park case.toml --out park.gif
+    """
     from mcdas_opt.catalogue.parking_cases import load_parking_case
     from mcdas_opt.ocp.parking_records import costs_named
     from mcdas_opt.planning.parking.exchange import ExchangeSettings

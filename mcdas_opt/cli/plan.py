@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from mcdas_opt.cli.screen import JsonOption, PlannerOption, console, emit, facts_table, number, write_text
+from mcdas_opt.errors import InputError
 
 
 def plan(
@@ -17,7 +18,10 @@ def plan(
     out: Annotated[Path | None, typer.Option("--out", help="Draw the plan (.png, .html), or save the planned situation (.json).")] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """One plan at t = 0, judged."""
+    """One plan at t = 0, judged.
+
+    Example: mcdas-opt plan sandwich-60-40 --out plan.png
+    """
     from mcdas_opt.planning.parameter_files import planner_with
     from mcdas_opt.simulation.first_situation import situation_of
 
@@ -26,6 +30,8 @@ def plan(
         from mcdas_opt.plotting.export import STILL, check_picture
 
         check_picture(out, STILL)
+    elif out is not None and out.suffix.lower() != ".json":
+        raise InputError(out, "", None, "must end in .png or .html (a picture) or in .json (the situation)")
     situation, vehicle = situation_of(scene)
     chosen = planner_with(params, vehicle, planner)
     if out is not None and not drawing:
@@ -58,3 +64,5 @@ def plan(
     for candidate in answer.candidates:
         table.add_row(candidate.name, number(candidate.cost), "yes" if candidate.passed else "no", candidate.refusal)
     screen.print(table)
+    if out is not None:
+        screen.print(f"{'drawn' if drawing else 'written'}: {out}")

@@ -27,7 +27,10 @@ def replay(
     out: Annotated[Path | None, typer.Option("--out", help="Draw the tracks (against the truth, if given) into a PNG.")] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Recorded sensor data through tracker, situation and planner."""
+    """Recorded sensor data through tracker, situation and planner.
+
+    Example: mcdas-opt replay esr.log --format esr-candump --host speed.csv
+    """
     from mcdas_opt.interop.radar_csv import Columns
     from mcdas_opt.interop.replay import replay as run
     from mcdas_opt.interop.truth import compare

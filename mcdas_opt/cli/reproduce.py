@@ -14,7 +14,10 @@ def reproduce(
     out: Annotated[Path, typer.Option("--out", help="Folder for Figures 7-12 (PNG); made if absent.")] = Path("reproduction"),
     as_json: JsonOption = False,
 ) -> None:
-    """Every table and figure of the paper: published against computed, and the reading under which they agree."""
+    """Every table and figure of the paper: published against computed, and the reading under which they agree.
+
+    Example: mcdas-opt reproduce --out paper
+    """
     from mcdas_opt.evaluation.reproduction import reproduce as run
 
     done = run(out)

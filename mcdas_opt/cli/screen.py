@@ -72,6 +72,19 @@ def write_text(path: Path, text: str) -> None:
         raise InputError(path, "", None, f"cannot be written: {error.strerror}") from None
 
 
+class CutShort(Exception):  # noqa: N818
+    """Ctrl-C; says what it leaves."""
+
+
+@contextmanager
+def leaving(what: str) -> Iterator[None]:
+    """Turns Ctrl-C into `CutShort`, which tells the user `what` it leaves."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise CutShort(what) from None
+
+
 @contextmanager
 def progress_bar(title: str) -> Iterator[Callable[[int, int], None]]:
     """A bar on stderr where that is a terminal: call what this yields with (done, of)."""

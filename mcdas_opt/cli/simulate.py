@@ -21,7 +21,10 @@ def simulate(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """The closed loop: sensors, tracker, planner, plant and traffic until the scene's end, a collision, or the road's edge."""
+    """The closed loop: sensors, tracker, planner, plant and traffic until the scene's end, a collision, or the road's edge.
+
+    Example: mcdas-opt simulate curved-road --plant dynamic --out drive.html
+    """
     from mcdas_opt.catalogue.scenes import load_scene
     from mcdas_opt.simulation.loop import simulate as run
 

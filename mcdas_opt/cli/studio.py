@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from mcdas_opt.cli.screen import console
+from mcdas_opt.cli.screen import console, leaving
 
 
 def studio(
@@ -15,8 +15,12 @@ def studio(
     folder: Annotated[Path, typer.Option("--folder", help="The only folder whose scenes, logs and results the page may read.")] = Path("."),
     show: Annotated[bool, typer.Option("--show/--no-show", help="Open the page in a browser.")] = True,
 ) -> None:
-    """The page: a sandwich that answers while a slider moves, the closed loop, and a slot to park in."""
+    """The page: a sandwich that answers while a slider moves, the closed loop, and a slot to park in.
+
+    Example: mcdas-opt studio --folder results --port 8090
+    """
     from mcdas_opt.studio.server import HOST, serve
 
     console().print(f"studio: http://{HOST}:{port}  (files of {folder.resolve()}; Ctrl-C ends it)")
-    serve(folder, port, open_browser=show)
+    with leaving("the page is closed"):
+        serve(folder, port, open_browser=show)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, number, progress_bar
+from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, leaving, number, progress_bar
 
 if TYPE_CHECKING:
     from mcdas_opt.tuning.design import Design
@@ -50,7 +50,10 @@ def tune(
     scheduler: Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, instead of --workers.")] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """The best sigmoid for a speed, with what binds it; with --scenes, the MPC's numbers tuned in traffic."""
+    """The best sigmoid for a speed, with what binds it; with --scenes, the MPC's numbers tuned in traffic.
+
+    Example: mcdas-opt tune --speed 16.7 --objective jerk --out best.toml
+    """
     if scenes is not None:
         from mcdas_opt.errors import ParameterError
         from mcdas_opt.tuning.study_options import StudyOptions
@@ -114,7 +117,7 @@ def _study(suite: str, trials: int, storage: Path, options: StudyOptions, out: P
 
     from mcdas_opt.tuning.tune_in_traffic import tune_in_traffic
 
-    with progress_bar("trials") as advance:
+    with leaving(f"trials so far are in {storage}: the same command goes on"), progress_bar("trials") as advance:
         found = tune_in_traffic(suite, trials, storage, options, out=out, progress=advance)
     if as_json:
         emit(found.to_dict())

@@ -18,7 +18,7 @@ from mcdas_opt.manoeuvres.escape_effort import ANCHORS, STARTS
 from mcdas_opt.manoeuvres.escape_library import KINDS
 from mcdas_opt.manoeuvres.held import PASSES
 from mcdas_opt.manoeuvres.parting import Rows
-from mcdas_opt.solvers.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
+from mcdas_opt.native.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
 
 _TEXTS = ("escape_kernel.c", "escape_questions.c", "escape_search.c")
 _EFFORT: tuple[str, ...] = (

@@ -20,7 +20,7 @@ from mcdas_opt.manoeuvres import clearance, family, phases, sidesteps
 from mcdas_opt.manoeuvres.family import Demand, Member, Scored, Scoring
 from mcdas_opt.manoeuvres.phases import Phases
 from mcdas_opt.manoeuvres.sidesteps import Sidesteps
-from mcdas_opt.solvers.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
+from mcdas_opt.native.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
 from mcdas_opt.solvers.vector_math import BUILDS, DECLARED
 
 _LANES = 8  # samples come in whole lanes

@@ -18,7 +18,8 @@ import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-SWITCH = "MCDAS_OPT_COMPILE"  # environment variable: 0 forbids the compiler
+SWITCH = "MCDAS_OPT_COMPILE"  # environment variable: 0 forbids the compiler, "portable" all but the last of the builds
+PORTABLE = "portable"
 HEAD = """\
 #include <math.h>
 #include <string.h>
@@ -54,8 +55,13 @@ def cache_folder() -> Path:
 def load(text: str, builds: Sequence[str], *, folder: Path, announce: Callable[[str], None]) -> ctypes.CDLL:
     """The library of `text`, from `folder` or built into it with the first of `builds` (compiler flags, best first) that works.
 
+    The last of the builds is the portable one: no instruction of this machine's, no fused operation, the C library's scalar mathematics,
+    so that two machines with the same C library get the same bits. MCDAS_OPT_COMPILE=portable allows no other.
+
     Raises `NoLibraryError` when there is no compiler, none of the builds works, or the folder cannot be written.
     """
+    if os.environ.get(SWITCH) == PORTABLE:
+        builds = builds[-1:]
     key = hashlib.sha256("\0".join([text, *builds, _processor()]).encode()).hexdigest()[:24]
     try:
         for path in sorted(folder.glob(f"{key}-*{_SUFFIX}")):

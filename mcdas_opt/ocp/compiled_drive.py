@@ -12,8 +12,8 @@ import casadi as ca
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.dynamics.bicycle import INPUTS, STATES, road_bicycle
+from mcdas_opt.native.compile_cache import NoLibraryError, cache_folder, load, to_stderr
 from mcdas_opt.solvers.c_text import c_function
-from mcdas_opt.solvers.compile_cache import NoLibraryError, cache_folder, load, to_stderr
 from mcdas_opt.solvers.interior_point import SWITCH
 from mcdas_opt.solvers.kernel_source import HEAD
 

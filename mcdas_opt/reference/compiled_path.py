@@ -8,7 +8,7 @@ from functools import lru_cache
 from importlib import resources
 
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.solvers.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
+from mcdas_opt.native.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
 from mcdas_opt.solvers.vector_math import BUILDS, DECLARED
 
 

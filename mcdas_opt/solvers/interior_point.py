@@ -10,16 +10,16 @@ from __future__ import annotations
 import copy
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.native.compile_cache import SWITCH as SWITCH
+from mcdas_opt.native.compile_cache import NoLibraryError, cache_folder, load, to_stderr
 from mcdas_opt.solvers.barrier_stage import BarrierStage
 from mcdas_opt.solvers.c_text import UnsupportedOperationError
-from mcdas_opt.solvers.compile_cache import SWITCH as SWITCH
-from mcdas_opt.solvers.compile_cache import NoLibraryError, cache_folder, load, to_stderr
 from mcdas_opt.solvers.compiled_kernel import CompiledKernel
 from mcdas_opt.solvers.interpreted_kernel import CORRECTION, InterpretedKernel
 from mcdas_opt.solvers.iterate import Kernel, Progress
@@ -64,14 +64,18 @@ class InteriorPointEngine:
         settings: InteriorPointSettings | None = None,
         *,
         compiled: bool | None = None,
+        builds: Sequence[str] = BUILDS,
         announce: Callable[[str], None] = to_stderr,
     ) -> None:
-        """`compiled`: None takes the compiler there is, unless MCDAS_OPT_COMPILE=0; `announce` is told when the first build begins."""
+        """`compiled`: None takes the compiler there is, unless MCDAS_OPT_COMPILE=0; `builds`: its flags, best first.
+
+        `announce` is told when the first build begins.
+        """
         self.problem, self.nodes = problem, nodes
         self.settings = settings or InteriorPointSettings()
         self._stage, functions = stage_functions(problem)
         wanted = os.environ.get(SWITCH, "1") != "0" if compiled is None else compiled
-        self._make, self.reason = _maker(self._stage, functions, nodes, wanted, announce)
+        self._make, self.reason = _maker(self._stage, functions, nodes, builds if wanted else (), announce)
         self._kernel = self._make()
 
     def twin(self) -> InteriorPointEngine:
@@ -186,13 +190,13 @@ class InteriorPointEngine:
 
 
 def _maker(
-    stage: BarrierStage, functions: StageFunctions, nodes: int, wanted: bool, announce: Callable[[str], None]
+    stage: BarrierStage, functions: StageFunctions, nodes: int, builds: Sequence[str], announce: Callable[[str], None]
 ) -> tuple[Callable[[], Kernel], str]:
-    """Makes compiled kernels, or interpreted ones, with the reason for it."""
+    """Makes compiled kernels, or interpreted ones (always without `builds`), with the reason for it."""
     reason = "compiling is switched off"
-    if wanted:
+    if builds:
         try:
-            library = load(kernel_source(stage, functions, nodes, CORRECTION), BUILDS, folder=cache_folder(), announce=announce)
+            library = load(kernel_source(stage, functions, nodes, CORRECTION), builds, folder=cache_folder(), announce=announce)
             return lambda: CompiledKernel(library, stage, nodes), ""
         except (NoLibraryError, UnsupportedOperationError) as error:
             reason = str(error)

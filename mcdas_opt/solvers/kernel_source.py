@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from importlib import resources
 
+from mcdas_opt.native.compile_cache import HEAD as HEAD
 from mcdas_opt.solvers.barrier_stage import BarrierStage
 from mcdas_opt.solvers.c_text import c_function
-from mcdas_opt.solvers.compile_cache import HEAD as HEAD
 from mcdas_opt.solvers.stage_functions import StageFunctions
 
 # best first. Measured on AVX-512, a plain iteration with three neighbours: 14 us, 37 us, 45 us. Portable is what the last one is.
 _FAST = "-O2 -ftree-vectorize -march=native -fno-math-errno -fno-trapping-math"
 BUILDS = (f"{_FAST} -fno-builtin-sin -fno-builtin-cos -DVECTOR_MATH -lmvec -lm", f"{_FAST} -lm", "-O2 -lm")
+PORTABLE = BUILDS[-1:]
 
 _LANES = 8  # stages are padded to a whole number of the widest vectors
 _VECTORISED = ("sin", "cos", "tan", "atan", "exp", "log", "tanh")  # of glibc's libmvec, version 2.35

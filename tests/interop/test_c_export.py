@@ -13,9 +13,11 @@ import pytest
 from typer.testing import CliRunner
 
 from mcdas_opt.catalogue.scenes import load_scene
+from mcdas_opt.catalogue.shelf import shipped
 from mcdas_opt.cli import app
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.c_export.export import Export, ExportError, export_c, run_replay
+from mcdas_opt.interop.c_export.recording import one_arithmetic
 from mcdas_opt.solvers.kernel_source import BUILDS
 
 GCC = shutil.which("gcc")
@@ -30,6 +32,8 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Export:
 @needs_gcc
 def test_a_thousand_steps_equal_pythons(tmp_path: Path) -> None:
     done = export_c(tmp_path, load_scene("sandwich-60-40"), steps=1000, neighbours=2, compiler=GCC)
+    assert done.flags == "-O3 -Wall -Wextra"
+    assert done.python_solver == "interior-point (compiled, portable)"
     assert done.steps == 1000
     assert done.warm_steps > 100
     assert done.steps - done.warm_steps > 100
@@ -44,8 +48,9 @@ def test_a_thousand_steps_equal_pythons(tmp_path: Path) -> None:
 
 
 @needs_gcc
-@pytest.mark.parametrize("scene", ["curved-road", "low-friction"])
-def test_other_roads(scene: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("scene", shipped("scenes"))
+def test_every_shipped_scene_where_both_sides_calculate_alike(scene: str, tmp_path: Path) -> None:
+    """Also those in which solves hardly converge. The first seconds of each; benchmarks/c_export.py does a thousand."""
     done = export_c(tmp_path, load_scene(scene), steps=60, neighbours=2, compiler=GCC, flags="-O1 -Wall -Wextra -Wpedantic")
     assert done.max_error is not None
     assert done.max_error <= 1e-6
@@ -54,9 +59,9 @@ def test_other_roads(scene: str, tmp_path: Path) -> None:
 
 
 @needs_gcc
-def test_what_hardly_converges_is_counted(tmp_path: Path) -> None:
+def test_against_other_mathematics_what_hardly_converges_is_counted(tmp_path: Path) -> None:
     """Close behind an obstacle some solves wander until the last digit of a sine decides: these are told from the rest."""
-    done = export_c(tmp_path, load_scene("stopped-obstacle"), steps=60, neighbours=2, compiler=GCC, flags="-O1")
+    done = export_c(tmp_path, load_scene("stopped-obstacle"), steps=60, neighbours=2, compiler=GCC, flags="-O1", arithmetic="native")
     assert done.max_error is not None
     assert done.apart is not None
     assert done.mismatches is not None
@@ -66,15 +71,24 @@ def test_what_hardly_converges_is_counted(tmp_path: Path) -> None:
 
 
 @needs_gcc
-def test_with_pythons_own_flags_even_those_are_equal(tmp_path: Path) -> None:
+def test_with_pythons_own_flags_it_equals_python_as_it_flies(tmp_path: Path) -> None:
     scene = load_scene("both-lanes-blocked")
     try:
-        done = export_c(tmp_path, scene, steps=100, neighbours=2, compiler=GCC, flags=BUILDS[0])
+        done = export_c(tmp_path, scene, steps=100, neighbours=2, compiler=GCC, flags=BUILDS[0], arithmetic="native")
     except ExportError as error:
         pytest.skip(f"no vector mathematics here: {error}")
     assert done.max_error is not None
     assert done.max_error <= 1e-9
     assert done.mismatches == 0
+
+
+@needs_gcc
+@pytest.mark.skipif(shutil.which("make") is None, reason="no make")
+def test_the_makefile_builds_and_checks(small: Export, tmp_path: Path) -> None:
+    folder = _copy(small, tmp_path)
+    said = subprocess.run(["make", "-s", "check"], cwd=folder, check=True, capture_output=True, text=True)
+    assert json.loads(said.stdout)["apart"] == 0
+    assert said.stderr == ""
 
 
 @needs_gcc
@@ -161,6 +175,8 @@ def test_bad_input_is_named(tmp_path: Path) -> None:
         export_c(tmp_path, scene, steps=0)
     with pytest.raises(ParameterError, match="neighbours = 17"):
         export_c(tmp_path, scene, neighbours=17)
+    with pytest.raises(ParameterError, match="must be one of portable, native"):
+        one_arithmetic("fast")
     with pytest.raises(ParameterError, match="no-such-compiler"):
         export_c(tmp_path, scene, compiler="no-such-compiler")
 

@@ -20,7 +20,7 @@ from mcdas_opt.manoeuvres.escape_guess import Case
 from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
 from mcdas_opt.manoeuvres.escapes import escapes
 from mcdas_opt.manoeuvres.parting import LATTICE_S
-from mcdas_opt.solvers.compile_cache import SWITCH
+from mcdas_opt.native.compile_cache import SWITCH
 from mcdas_opt.tracking.prediction import predict
 
 CAR = Vehicle()

@@ -23,7 +23,7 @@ from mcdas_opt.manoeuvres.kinds import best_of_kind
 from mcdas_opt.manoeuvres.members import InterpretedMembers
 from mcdas_opt.manoeuvres.phases import Phases
 from mcdas_opt.manoeuvres.sidesteps import Sidesteps
-from mcdas_opt.solvers.compile_cache import SWITCH
+from mcdas_opt.native.compile_cache import SWITCH
 from mcdas_opt.tracking.prediction import predict
 
 SEDAN = Vehicle()

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mcdas_opt.native.compile_cache import SWITCH
 from mcdas_opt.reference.offset_path import corrected
-from mcdas_opt.solvers.compile_cache import SWITCH
 
 BENT: dict[str, Any] = {
     "start_s_m": st.floats(-50, 200),

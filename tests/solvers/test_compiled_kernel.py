@@ -15,6 +15,7 @@ from benchmarks.lane_situations import evasion, lane_problem, posed
 from mcdas_opt.native import compile_cache
 from mcdas_opt.solvers import c_text
 from mcdas_opt.solvers.interior_point import SWITCH, InteriorPointEngine
+from mcdas_opt.solvers.kernel_source import PORTABLE
 from mcdas_opt.solvers.outcome import Ending
 from tests.solvers.small_problems import chain, double_integrator, idle_guess, one_step, parameters, problem, wall
 
@@ -183,6 +184,23 @@ def test_the_switch_forbids_compiling(cache, monkeypatch):
     engine = InteriorPointEngine(SMALL, 20, announce=pytest.fail)
     assert (engine.kind, engine.reason) == ("interpreted", "compiling is switched off")
     assert not cache.exists()
+
+
+@needs_compiler
+def test_the_switch_allows_the_portable_build_alone(cache, monkeypatch, tmp_path):
+    told = tmp_path / "told"
+    wrapped = tmp_path / "wrapped"
+    wrapped.write_text(f'#!/bin/sh\necho "$@" >> {told}\nexec {compile_cache.compiler()} "$@"\n')
+    wrapped.chmod(0o755)
+    monkeypatch.setenv("CC", str(wrapped))
+    monkeypatch.setenv(SWITCH, "portable")
+    chosen = InteriorPointEngine(SMALL, 20, announce=lambda line: None)
+    monkeypatch.delenv(SWITCH)
+    asked = InteriorPointEngine(SMALL, 20, builds=PORTABLE, announce=lambda line: pytest.fail("it was built already"))
+    assert chosen.kind == asked.kind == "compiled"
+    assert "-march=native" not in told.read_text()
+    assert "VECTOR_MATH" not in told.read_text()
+    assert np.array_equal(answer(chosen).x, answer(asked).x)
 
 
 def test_what_has_no_c_text_is_interpreted(cache):

@@ -70,6 +70,7 @@ class Hand:
                 [sys.executable, "-m", "mcdas_opt.evaluation.running.child"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
+                process_group=0,  # a terminal's Ctrl-C is the parent's affair: it closes its children
                 env=os.environ | dict.fromkeys(_THREADS, "1"),
             )
         return child

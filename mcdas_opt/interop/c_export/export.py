@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import shutil
 import subprocess
 import tempfile
@@ -17,11 +16,11 @@ import numpy as np
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.errors import InputError, McdasError, ParameterError
-from mcdas_opt.interop.c_export.recording import Recording, record
+from mcdas_opt.interop.c_export.recording import Arithmetic, Recording, record
 from mcdas_opt.interop.c_export.source import files
+from mcdas_opt.native import compile_cache
 
 FLAGS = "-O3 -Wall -Wextra"
-_COMPILERS = ("cc", "gcc", "clang")
 _TIMEOUT_S = 300.0
 _MOST_STEPS, _MOST_NEIGHBOURS = 20_000, 16
 
@@ -31,9 +30,9 @@ class Export:
     """What was written, and how the C code compares with Python. Without a compiler, `max_error` and the C side's times are None.
 
     `max_error`: largest difference of a state or an input, in its own SI unit, of all solves; `apart`: how many differ by more than
-    1e-6; `mismatches`: how many ended otherwise, or took another number of iterations. Neither is 0 where solves hardly converge: there
-    the last digit of a sine decides, which differs between a compiler's mathematics and the vectorised ones. `timing_us`: of a solve,
-    on both sides, measured beside each other on this machine.
+    1e-6; `mismatches`: how many ended otherwise, or took another number of iterations. With the same arithmetic on both sides (portable
+    Python against plain flags, native Python against its own) they are 0. With different ones they are not where solves hardly converge:
+    there the last digit of a sine decides. `timing_us`: of a solve, on both sides, measured beside each other on this machine.
     """
 
     folder: str
@@ -60,11 +59,19 @@ class ExportError(McdasError):
 
 
 def export_c(
-    folder: str | Path, scene: Scene, *, steps: int = 1000, neighbours: int = 4, compiler: str | None = None, flags: str = FLAGS
+    folder: str | Path,
+    scene: Scene,
+    *,
+    steps: int = 1000,
+    neighbours: int = 4,
+    compiler: str | None = None,
+    flags: str = FLAGS,
+    arithmetic: Arithmetic = "portable",
 ) -> Export:
     """Writes the solver for scenes like `scene` into `folder` (made if absent), and checks it on the first `steps` solves of its drive.
 
     `compiler`: a program's name or path; None takes $CC, cc, gcc or clang, whichever there is; it is given -std=c99 and `flags`.
+    `arithmetic`: how the Python side is built: "portable", which is what plain flags make of the C code, or "native", as it flies.
     Raises `ParameterError` for a number out of range or a compiler that there is not, `InputError` where the folder cannot be written
     or the scene asks for no solve, `ExportError` where what was written does not compile or run.
     """
@@ -77,7 +84,7 @@ def export_c(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(folder, "", None, f"cannot be made a folder: {error.strerror}") from None
-    recording = record(scene, steps, neighbours)
+    recording = record(scene, steps, neighbours, arithmetic)
     if not recording.steps:
         raise InputError(scene.file, "", None, "asks the MPC for no solve, so that there is nothing to compare")
     written = files(recording)
@@ -138,8 +145,10 @@ def _compiler(name: str | None) -> str | None:
         if found is None:
             raise ParameterError("compiler", name, "is no program that can be found")
         return found
-    wanted = (os.environ.get("CC", ""), *_COMPILERS)
-    return next((found for found in (shutil.which(candidate) for candidate in wanted if candidate) if found), None)
+    try:
+        return compile_cache.compiler()
+    except compile_cache.NoLibraryError:
+        return None
 
 
 def _timing(recording: Recording) -> dict[str, float]:

@@ -3,25 +3,41 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import Settings
+from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.lane_stage import Posed, StageSettings
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.solvers.interior_point import InteriorPointEngine
+from mcdas_opt.solvers.kernel_source import BUILDS, PORTABLE
 from mcdas_opt.solvers.outcome import Ending, Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess
 
 SLOTS = 64  # answers kept for warm starts: more than the planner has ways
 ENDINGS = (Ending.CONVERGED, Ending.LIMIT, Ending.INFEASIBLE, Ending.NOT_FINITE)  # in the order of the header's enum
 _MOST_DRIVES = 200
+
+Arithmetic = Literal["portable", "native"]
+"""Of the Python side. "portable": the kernel built without this machine's instructions and with scalar mathematics, as any C99 compiler
+builds it; "native": as the planner flies with it here, its sines from the vector library where there is one."""
+ARITHMETICS: dict[Arithmetic, Sequence[str]] = {"portable": PORTABLE, "native": BUILDS}
+
+
+def one_arithmetic(name: str) -> Arithmetic:
+    """Raises `ParameterError` for a name that is none of them."""
+    for known in ARITHMETICS:
+        if name == known:
+            return known
+    raise ParameterError("arithmetic", name, f"must be one of {', '.join(ARITHMETICS)}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,8 +92,8 @@ class _Slots:
 class RecordingEngine(InteriorPointEngine):
     """The interior point, which also writes down its first `most` solves."""
 
-    def __init__(self, posed: Posed, most: int) -> None:
-        super().__init__(posed.problem, posed.nodes)
+    def __init__(self, posed: Posed, most: int, builds: Sequence[str]) -> None:
+        super().__init__(posed.problem, posed.nodes, builds=builds)
         self.steps: list[Step] = []
         self._most, self._slots = most, _Slots()
 
@@ -114,7 +130,7 @@ class RecordingEngine(InteriorPointEngine):
         return guess
 
 
-def record(scene: Scene, steps: int, neighbours: int) -> Recording:
+def record(scene: Scene, steps: int, neighbours: int, arithmetic: Arithmetic = "portable") -> Recording:
     """The first `steps` solves of the MPC planner driving through `scene`, again with the next seed of the noise where one drive has fewer.
 
     The problem is posed for `neighbours` at a time; the planner takes the nearest. Of a scene in which fewer solves are asked for, all.
@@ -122,13 +138,14 @@ def record(scene: Scene, steps: int, neighbours: int) -> Recording:
     settings = Settings()
     method = MpcMethod(scene.vehicle, settings, StageSettings(seats=(neighbours,)))
     posed = method.stage.posed(neighbours)
-    engine = posed.interior_point = RecordingEngine(posed, steps)
+    engine = posed.interior_point = RecordingEngine(posed, steps, ARITHMETICS[arithmetic])
     for seed in _seeds(scene):
         before = len(engine.steps)
         simulate(scene, Planner(scene.vehicle, method, settings=settings, road=scene.assumed_road), seed=seed, settings=settings)
         if not before < len(engine.steps) < steps:
             break
-    return Recording(posed=posed, steps_s=settings.grid.steps_s, steps=tuple(engine.steps), solver=f"interior-point ({engine.kind})")
+    kind = f"{engine.kind}, {arithmetic}" if engine.kind == "compiled" else engine.kind
+    return Recording(posed=posed, steps_s=settings.grid.steps_s, steps=tuple(engine.steps), solver=f"interior-point ({kind})")
 
 
 def _seeds(scene: Scene) -> Iterator[int]:

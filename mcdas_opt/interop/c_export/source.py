@@ -14,27 +14,37 @@ from mcdas_opt.interop.c_export.recording import ENDINGS, SLOTS, Recording
 from mcdas_opt.solvers import interior_point as engine
 from mcdas_opt.solvers.interior_point import InteriorPointSettings
 from mcdas_opt.solvers.interpreted_kernel import CORRECTION
-from mcdas_opt.solvers.kernel_source import kernel_source
+from mcdas_opt.solvers.kernel_source import BUILDS, kernel_source
 from mcdas_opt.solvers.stage_functions import stage_functions
 from mcdas_opt.solvers.stage_problem import StageProblem
 
 MAGIC = 20261.5  # a recording begins with it: another byte order reads something else
 _UNBOUNDED = 1e300  # a bound that does not bind
 
-_MAKEFILE = """\
-CC ?= gcc
+_MAKEFILE = f"""\
+ifeq ($(origin CC),default)
+CC = gcc
+endif
 CFLAGS ?= -O3 -Wall -Wextra
+# as mcdas-opt builds its own kernel on x86-64 with glibc: this machine's instructions, sines of whole vectors at once
+VECTORS ?= {BUILDS[0]}
 
 replay: replay.c mcdas_mpc.c mcdas_mpc.h
 \t$(CC) -std=c99 $(CFLAGS) -o $@ replay.c mcdas_mpc.c -lm
 
+replay-vectors: replay.c mcdas_mpc.c mcdas_mpc.h
+\t$(CC) -std=c99 -o $@ replay.c mcdas_mpc.c $(VECTORS)
+
 check: replay
 \t./replay replay.bin
 
-clean:
-\trm -f replay
+check-vectors: replay-vectors
+\t./replay-vectors replay.bin
 
-.PHONY: check clean
+clean:
+\trm -f replay replay-vectors
+
+.PHONY: check check-vectors clean
 """
 
 

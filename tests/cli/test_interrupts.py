@@ -1,0 +1,66 @@
+"""Ctrl-C as a terminal sends it, to the whole group of processes: exit 130, one line, and what was found stays usable."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from mcdas_opt.catalogue.shelf import find
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals as POSIX has them")
+_PATIENCE_S = 120.0
+
+
+def interrupted(ready: Callable[[], bool] | None, *arguments: str) -> tuple[int, str, list[str]]:
+    """Exit code, stdout and stderr's lines of a command that is interrupted as soon as `ready` says so (None: it prints)."""
+    command = [sys.executable, "-m", "mcdas_opt", *arguments]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True) as running:
+        assert running.stdout is not None
+        first = running.stdout.readline() if ready is None else ""
+        until = time.monotonic() + _PATIENCE_S
+        while ready is not None and not ready() and running.poll() is None and time.monotonic() < until:
+            time.sleep(0.05)
+        assert running.poll() is None, running.communicate()
+        os.killpg(running.pid, signal.SIGINT)
+        out, said = running.communicate(timeout=_PATIENCE_S)
+    lines = [line for line in said.splitlines() if not line.startswith(("building", "labels", "drives"))]
+    return running.returncode, first + out, lines
+
+
+def after(seconds: float) -> Callable[[], bool]:
+    until = time.monotonic() + seconds
+    return lambda: time.monotonic() > until
+
+
+def test_a_benchmark_with_two_workers_says_how_it_goes_on(tmp_path: Path) -> None:
+    folder = tmp_path / "results"
+    labelled = folder / "labelling.journal"
+    command = ("benchmark", "sandwich", "--scenes", "20", "--planners", "mpc", "--out", str(folder), "--workers", "2", "--json")
+    code, out, said = interrupted(lambda: labelled.is_file() and labelled.stat().st_size > 0, *command)
+    assert (code, out) == (130, "")
+    assert said == [f"mcdas-opt: interrupted; rows so far are in {folder}: the same command with --resume goes on"]
+
+
+def test_a_command_that_writes_only_at_its_end_says_that_nothing_is_left(tmp_path: Path) -> None:
+    long = tmp_path / "long.toml"
+    long.write_text(find("scenes", "curved-road").read_text("utf-8").replace("duration_s = 8.0", "duration_s = 60.0"), "utf-8")
+    code, out, said = interrupted(after(3.0), "simulate", str(long), "--json")
+    assert (code, out) == (130, "")
+    assert said == ["mcdas-opt: interrupted; what was not yet written is lost"]
+
+
+def test_live_ends_with_its_counts() -> None:
+    pytest.importorskip("can")
+    code, out, said = interrupted(None, "live", "--play", "front_and_rear", "--rear", "can1", "--cycles", "100000")
+    assert code == 130
+    lines = [json.loads(line) for line in out.splitlines()]
+    assert json.loads(said[-2])["cycles"] == sum(line["status"] != "late" for line in lines) > 0
+    assert said[-1] == "mcdas-opt: interrupted; what was printed stands"
