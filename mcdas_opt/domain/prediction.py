@@ -94,6 +94,47 @@ class KnownBody:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class AnsweringBody:
+    """A body that goes on as it does until `response_s`, then brakes with `braking_mps2` to a standstill: a driver who looks ahead."""
+
+    body: PredictedBody
+    response_s: float
+    braking_mps2: float
+
+    @property
+    def id(self) -> str:
+        return self.body.id
+
+    @property
+    def length_m(self) -> float:
+        return self.body.length_m
+
+    @property
+    def width_m(self) -> float:
+        return self.body.width_m
+
+    def at(self, t_s: Any) -> BodyMotion:
+        t = np.asarray(t_s, dtype=np.float64)
+        free, now = self.body.at(t), self.body.at(np.full(t.shape, self.response_s))
+        v = np.maximum(now.speed_s_mps, 0.0)
+        braked = np.clip(t - self.response_s, 0.0, v / self.braking_mps2)
+        late = t > self.response_s
+        return BodyMotion(
+            s_m=np.where(late, now.s_m + v * braked - 0.5 * self.braking_mps2 * braked**2, free.s_m),
+            d_m=free.d_m,
+            heading_rad=free.heading_rad,
+            speed_s_mps=np.where(late, v - self.braking_mps2 * braked, free.speed_s_mps),
+            speed_d_mps=free.speed_d_mps,
+        )
+
+    def margin_along_m(self, t_s: Any) -> Array:
+        return self.body.margin_along_m(t_s)
+
+    def margin_across_m(self, t_s: Any) -> Array:
+        return self.body.margin_across_m(t_s)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Prediction:
     """A named hypothesis about every neighbour. Times are counted from the situation's time."""
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from mcdas_opt.actuation.path_following import SpeedLaw
 from mcdas_opt.domain.plan import Attempt, Candidate, Plan, Refusal, Timing
-from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.prediction import AnsweringBody, Prediction
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
@@ -21,7 +21,7 @@ from mcdas_opt.planning.simple_policies import simple_policies
 from mcdas_opt.planning.tail import tail
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.tracking.prediction import predict
-from mcdas_opt.verification.judge import judge
+from mcdas_opt.verification.judge import judge, judge_all
 
 _BRAKING_SHARES = (0.25, 0.5, 0.75, 1.0)
 _ACCELERATING_SHARES = (0.5, 1.0)
@@ -58,6 +58,12 @@ class Ladder:
         if first is not None:
             return self._passed(situation, prediction, *first, refusal, tried, started)
         options += [a for a in refusal.attempts if all(v.name.startswith("collision with") for v in a.verdict.violations)]
+        trusting = self._trusting(situation, prediction, options)
+        if trusting is not None:
+            drive, names = trusting
+            most = self.settings.safe_end.everyday_braking_mps2
+            why = f"nothing passes unless {names} brakes; {drive.name} asks less than {most:.1f} m/s^2 of it; before: {refusal.reason}"
+            return self._plan(situation, prediction, drive, None, Status.UNAVOIDABLE, why, tried, started)
         hurt = [severity(option.trajectory, self.vehicle, situation.road, prediction) for option in options]
         going = Side.NONE if previous is None else previous.side
 
@@ -69,6 +75,26 @@ class Ladder:
         least = min(range(len(options)), key=rank)
         why = f"nothing passes; least severe is {options[least].name} (equivalent to {hurt[least][0]:.1f} m/s); before: {refusal.reason}"
         return self._plan(situation, prediction, options[least], None, Status.UNAVOIDABLE, why, tried, started)
+
+    def _trusting(self, situation: Situation, prediction: Prediction, options: list[Attempt]) -> tuple[Attempt, str] | None:
+        """The first drive that hits nobody but a follower, and not even that one should it brake as drivers do every day: as in a queue,
+        where whoever is behind stops too. With whom it relies on."""
+        behind = _followers(situation, self.vehicle)
+        allowed = {f"collision with {name}" for name in behind}
+        candidates = [a for a in options if {v.name for v in a.verdict.violations} <= allowed]
+        if not candidates:
+            return None
+        cfg = self.settings.safe_end
+        bodies = tuple(
+            AnsweringBody(body=body, response_s=cfg.follower_response_s, braking_mps2=cfg.everyday_braking_mps2)
+            if body.id in behind
+            else body
+            for body in prediction.bodies
+        )
+        hoped = Prediction(name="followers brake", bodies=bodies)
+        verdicts = judge_all([a.trajectory for a in candidates], situation.host, self.vehicle, situation.road, hoped)
+        found = next((a for a, verdict in zip(candidates, verdicts, strict=True) if verdict.passed), None)
+        return None if found is None else (found, " and ".join(behind))
 
     def rest_of(self, situation: Situation, previous: Plan | None) -> Plan | None:
         """What is left of the last judged plan, where it still passes and comes to a safe end."""
@@ -188,6 +214,16 @@ class Ladder:
             time_s=situation.time_s,
             reference=drive.reference,
         )
+
+
+def _followers(situation: Situation, vehicle: Vehicle) -> list[str]:
+    """Who is behind the host, in its way."""
+    host = situation.host
+    return [
+        track.id
+        for track in situation.tracks
+        if track.s_m < host.s_m and abs(track.d_m - host.d_m) < 0.5 * (track.width_m + vehicle.width_m)
+    ]
 
 
 def _candidate(drive: Attempt) -> Candidate:
