@@ -24,6 +24,7 @@ class FrenetFrame:
     road: Road
     s_min_m: float = -400.0
     s_max_m: float = 1600.0
+    _table: Array = field(init=False, repr=False)  # (3, n): s, x, y of the reference line
     _s: Array = field(init=False, repr=False)
     _x: Array = field(init=False, repr=False)
     _y: Array = field(init=False, repr=False)
@@ -32,8 +33,10 @@ class FrenetFrame:
     def __post_init__(self) -> None:
         if self.road.is_straight:
             empty = np.zeros(0)
-            for name in ("_s", "_x", "_y", "_knots"):
+            for name in ("_s", "_x", "_y"):
                 object.__setattr__(self, name, empty)
+            for name in ("_table", "_knots"):
+                object.__setattr__(self, name, np.zeros((3, 0)))
             return
         knots, kappa = np.asarray(self.road.curvature).T
         heading = np.concatenate([[0.0], np.cumsum(0.5 * (kappa[1:] + kappa[:-1]) * np.diff(knots))])
@@ -47,9 +50,9 @@ class FrenetFrame:
         x = np.concatenate([[0.0], np.cumsum(half * (np.cos(theta) @ _GAUSS_WEIGHTS))])
         y = np.concatenate([[0.0], np.cumsum(half * (np.sin(theta) @ _GAUSS_WEIGHTS))])
         origin = int(np.searchsorted(s, 0.0))
-        object.__setattr__(self, "_s", s)
-        object.__setattr__(self, "_x", x - x[origin])
-        object.__setattr__(self, "_y", y - y[origin])
+        object.__setattr__(self, "_table", np.array([s, x - x[origin], y - y[origin]]))
+        for name, row in zip(("_s", "_x", "_y"), self._table, strict=True):
+            object.__setattr__(self, name, row)
 
     def road_heading(self, s: Array) -> Array:
         """Heading of the reference line [rad] at s [m], zero at s = 0."""
@@ -64,7 +67,7 @@ class FrenetFrame:
 
     def tables(self) -> tuple[Array, Array]:
         """What `frenet.c` reads: (3, n) s, x, y of the reference line, (3, knots) s, curvature, heading; nothing on a straight road."""
-        return np.array([self._s, self._x, self._y]), np.ascontiguousarray(self._knots)
+        return self._table, self._knots
 
     def _line(self, s: Array) -> tuple[Array, Array, Array]:
         if s.size and (s.min() < self._s[0] or s.max() > self._s[-1]):

@@ -13,7 +13,6 @@ import numpy as np
 
 from mcdas_opt.domain.measurement import BodyDetection, RadarDetection
 from mcdas_opt.domain.motion import TargetMotion
-from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.native.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
@@ -23,7 +22,6 @@ from mcdas_opt.tracking.fix import LEAST_STRETCH, Viewpoint
 _BUILDS = ("-O2 -lm",)
 _FIX = 16  # numbers of a fix, as the C text orders them
 _PLACE_S, _PLACE_D, _STRETCH = 1, 2, 7
-_NOWHERE: Array = np.zeros((3, 0))
 _BODY = 1.0
 
 
@@ -103,7 +101,7 @@ class CompiledFiltering:
             [(p.range_m, p.azimuth_rad, p.range_rate_mps, p.range_sd_m**2, p.azimuth_sd_rad**2, p.range_rate_sd_mps**2) for p in detections]
         )
         seen = np.array([view.x, view.y, view.yaw, view.vx, view.vy, view.host_s_m])
-        line, bends = (_NOWHERE, _NOWHERE) if frame.road.is_straight else _tables(frame.road, frame.s_min_m, frame.s_max_m)
+        line, bends = frame.tables()
         rows = np.empty((len(detections), _FIX))
         road = line.shape[1], line.ctypes.data, bends.shape[1], bends.ctypes.data
         at = points.ctypes.data, seen.ctypes.data
@@ -119,11 +117,6 @@ class CompiledFiltering:
 
     def begin(self, state: Array, covariance: Array, time_s: float, motion: TargetMotion) -> CompiledFilter:
         return CompiledFilter(self._library, state, covariance, time_s, motion)
-
-
-@lru_cache(maxsize=32)
-def _tables(road: Road, s_min_m: float, s_max_m: float) -> tuple[Array, Array]:
-    return FrenetFrame(road=road, s_min_m=s_min_m, s_max_m=s_max_m).tables()
 
 
 def compiled_filtering() -> CompiledFiltering | None:

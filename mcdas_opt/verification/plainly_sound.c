@@ -60,13 +60,16 @@ static void integral(const double *f, int steps, double h, double *sum)
 }
 
 typedef struct { double v, a, delta, yaw, x, y; } State;  /* of the rear axle, in the plane */
-typedef struct { double v[MOST_FINE], a[MOST_FINE], delta[MOST_FINE], yaw[MOST_FINE], x[MOST_FINE], y[MOST_FINE]; } Piece;
+typedef struct {
+    double v[MOST_FINE], a[MOST_FINE], delta[MOST_FINE], yaw[MOST_FINE], x[MOST_FINE], y[MOST_FINE];
+    double turn[MOST_FINE], cosine[MOST_FINE], sine[MOST_FINE];  /* yaw rate, and of the yaw */
+} Piece;
 
 /* one interval under held inputs from `from`, at its 2 steps + 1 fine times tau; the speed that begins under `rest` stands, if held */
 static void driven(const State *from, double jerk, double rate, const double *tau, int steps, int held, const Rules *rule, Piece *out)
 {
     const int count = 2 * steps + 1;
-    double turn[MOST_FINE], along[MOST_FINE], across[MOST_FINE], h = 2.0 * tau[1];
+    double along[MOST_FINE], across[MOST_FINE], h = 2.0 * tau[1];
     int rests = 0;
     for (int i = 0; i < count; i++) {
         const double gained = jerk * tau[i];
@@ -75,13 +78,15 @@ static void driven(const State *from, double jerk, double rate, const double *ta
         out->delta[i] = from->delta + rate * tau[i];
         rests |= out->v[i] <= rule->reverse;
         if (held && rests) out->a[i] = out->v[i] = 0.0;
-        turn[i] = out->v[i] * tan(out->delta[i]) / rule->wheelbase;
+        out->turn[i] = out->v[i] * tan(out->delta[i]) / rule->wheelbase;
     }
-    integral(turn, steps, h, out->yaw);
+    integral(out->turn, steps, h, out->yaw);
     for (int i = 0; i < count; i++) {
         out->yaw[i] += from->yaw;
-        along[i] = out->v[i] * cos(out->yaw[i]);
-        across[i] = out->v[i] * sin(out->yaw[i]);
+        out->cosine[i] = cos(out->yaw[i]);
+        out->sine[i] = sin(out->yaw[i]);
+        along[i] = out->v[i] * out->cosine[i];
+        across[i] = out->v[i] * out->sine[i];
     }
     integral(along, steps, h, out->x);
     integral(across, steps, h, out->y);
@@ -107,7 +112,7 @@ static int kept_limits(const Piece *one, int steps, const Rules *rule)
 {
     const double more = 1.0 + rule->limit;
     for (int i = 0; i <= 2 * steps; i += 2) {
-        const double across = one->v[i] * one->v[i] * tan(one->delta[i]) / rule->wheelbase;
+        const double across = one->v[i] * one->turn[i];
         if (!between(one->v[i], -rule->reverse, rule->top * more)) return 0;
         if (!between(one->a[i], rule->slowest * more, rule->fastest * more)) return 0;
         if (!within(fabs(one->delta[i]), rule->steering_max * more)) return 0;
@@ -145,8 +150,8 @@ static int followed(const double *table, long n, const Frame *frame, const Rules
         run.delta += rate * dt;
         run.yaw = whole.yaw[last], run.x = whole.x[last], run.y = whole.y[last];
         if (!to_plane(frame, table[S * n + k + 1], table[D * n + k + 1], table[PSI * n + k + 1], next, next + 1, next + 2)) return 0;
-        miss_x = next[0] - piece.x[last] - rule->centre * cos(piece.yaw[last]);
-        miss_y = next[1] - piece.y[last] - rule->centre * sin(piece.yaw[last]);
+        miss_x = next[0] - piece.x[last] - rule->centre * piece.cosine[last];
+        miss_y = next[1] - piece.y[last] - rule->centre * piece.sine[last];
         miss_yaw = wrapped(next[2] - piece.yaw[last]);
         if (!within(hypot(miss_x, miss_y), rule->residual_position) || !within(fabs(miss_yaw), rule->residual_heading)
             || !within(fabs(table[V * n + k + 1] - piece.v[last]), rule->residual_speed)
@@ -156,8 +161,8 @@ static int followed(const double *table, long n, const Frame *frame, const Rules
         for (int i = 0; i < last + (k + 2 == n); i++, out++) {  /* bent to pass through every sample */
             const double share = (double)i / last;
             time[out] = table[k] + tau[i];
-            node_x[out] = piece.x[i] + rule->centre * cos(piece.yaw[i]) + miss_x * share;
-            node_y[out] = piece.y[i] + rule->centre * sin(piece.yaw[i]) + miss_y * share;
+            node_x[out] = piece.x[i] + rule->centre * piece.cosine[i] + miss_x * share;
+            node_y[out] = piece.y[i] + rule->centre * piece.sine[i] + miss_y * share;
             node_yaw[out] = piece.yaw[i] + miss_yaw * share;
         }
         memcpy(here, next, sizeof here);

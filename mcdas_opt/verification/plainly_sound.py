@@ -27,7 +27,6 @@ from mcdas_opt.verification.tolerances import Tolerances
 
 _BUILDS = ("-O2 -fno-math-errno -lm",)
 _HALF_STEPS = 10  # in a sample interval, at most
-_STRAIGHT: Array = np.zeros((3, 0))
 
 
 class PlainlySound:
@@ -44,7 +43,7 @@ class PlainlySound:
         n = table.shape[1]
         work = np.empty((4, _HALF_STEPS * max(n - 1, 0) + 1))
         begun = None if start is None else start.to_vector()
-        line, bends = (_STRAIGHT, _STRAIGHT) if frame.road.is_straight else _tables(frame.road, frame.s_min_m, frame.s_max_m)
+        line, bends = frame.tables()
         at = None if begun is None else begun.ctypes.data
         road = line.shape[1], line.ctypes.data, bends.shape[1], bends.ctypes.data
         return bool(self._sound(table.ctypes.data, n, at, rules.ctypes.data, bodies.ctypes.data, len(bodies), *road, work.ctypes.data))
@@ -75,11 +74,6 @@ def rules_of(vehicle: Vehicle, road: Road, tolerances: Tolerances, along_reaches
     last = (of.residual_steering_rad, of.longest_step_s + of.step_rounding_s, of.largest_number, FINE_STEP_S, along_reaches)
     ends = (of.end_position_m, of.end_heading_rad)
     return np.array([*car, *ground, of.limit, of.reverse_mps, of.edge_m, *start, of.start_time_s, *ends, *residual, *last])
-
-
-@lru_cache(maxsize=32)
-def _tables(road: Road, s_min_m: float, s_max_m: float) -> tuple[Array, Array]:
-    return FrenetFrame(road=road, s_min_m=s_min_m, s_max_m=s_max_m).tables()
 
 
 def plainly_sound() -> PlainlySound | None:
