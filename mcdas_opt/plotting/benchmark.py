@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_COLOURS = (style.BLUE, style.VERMILION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.BLACK, style.GREY)
+_COLOURS = (style.BLUE, style.VERMILION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.GREY, style.BLACK)
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 _FARTHEST_M = 6.0  # clearance beyond this is drawn at the edge
 Interval = tuple[float, float, float, int]  # rate, low, high, n

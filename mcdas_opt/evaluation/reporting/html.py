@@ -11,7 +11,7 @@ _STYLE = """
 :root { --ink: #1b1f24; --soft: #59636e; --line: #d9dee4; --paper: #ffffff; --shade: #f4f6f8; --accent: #0072b2; }
 * { box-sizing: border-box; }
 body { margin: 0; color: var(--ink); background: var(--paper); font: 15px/1.5 system-ui, "Segoe UI", Roboto, "DejaVu Sans", sans-serif; }
-main, header > div, footer > div { max-width: 1180px; margin: 0 auto; padding: 0 24px; }
+main, header > div, footer > div { max-width: 1360px; margin: 0 auto; padding: 0 24px; }
 header { background: var(--shade); border-bottom: 1px solid var(--line); padding: 28px 0 22px; }
 h1 { margin: 0 0 4px; font-size: 26px; line-height: 1.25; }
 h2 { margin: 40px 0 10px; font-size: 20px; }
@@ -20,10 +20,10 @@ p { max-width: 82ch; margin: 8px 0; }
 .subtitle { color: var(--soft); margin: 0; }
 .wide { overflow-x: auto; margin: 12px 0 4px; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 14px; }
-th, td { padding: 6px 12px; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); vertical-align: top; }
+th, td { padding: 6px 6px; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); vertical-align: top; }
 thead th { border-bottom: 2px solid var(--ink); vertical-align: bottom; white-space: normal; max-width: 11em; font-weight: 600; }
 th:first-child, td:first-child { text-align: left; padding-left: 0; font-weight: 600; }
-td small { display: block; color: var(--soft); font-size: 12px; line-height: 1.3; }
+td small { display: block; color: var(--soft); font-size: 11px; line-height: 1.3; }
 td.best { color: var(--accent); font-weight: 700; }
 tbody tr:hover { background: var(--shade); }
 .caption { color: var(--soft); font-size: 13px; }
