@@ -154,19 +154,16 @@ def _refined(case: Case, member: int, sound: int, latest: int) -> int:
         varied = varied[:STEADY]
     so_far = np.ones(3)
     for _ in range(REFINED):
-        for step in FARTHER:
-            if sound + step > latest:
-                continue
-            among, rows = case.members.varied(member, so_far * varied), np.arange(len(varied))
-            good, _ = case.sound_among(among, rows, np.full(rows.size, sound + step))
-            share = np.where(among.level_mps2 < 0.0, -among.level_mps2 / case.brake_mps2, among.level_mps2 / case.accelerate_mps2)
-            brief = np.isnan(among.until_mps) & (among.until_s < among.shortest_s)
-            good &= (share <= MOST) & (steers | ((share >= LEAST) & ~brief))
-            if good.any():
-                so_far, sound = so_far * varied[good.argmax()], sound + step
-                break
-        else:
+        later = np.array([sound + step for step in FARTHER if sound + step <= latest], dtype=np.intp)
+        among, rows = case.members.varied(member, so_far * varied), np.arange(len(varied))
+        good = case.sound_among(among, np.tile(rows, later.size), np.repeat(later, rows.size))[0].reshape(later.size, rows.size)
+        share = np.where(among.level_mps2 < 0.0, -among.level_mps2 / case.brake_mps2, among.level_mps2 / case.accelerate_mps2)
+        brief = np.isnan(among.until_mps) & (among.until_s < among.shortest_s)
+        good &= (share <= MOST) & (steers | ((share >= LEAST) & ~brief))
+        moved = np.flatnonzero(good.any(-1))
+        if not moved.size:
             break
+        so_far, sound = so_far * varied[good[moved[0]].argmax()], int(later[moved[0]])
     return sound
 
 

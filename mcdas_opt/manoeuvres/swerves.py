@@ -14,7 +14,7 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.manoeuvres.family import Demand
 from mcdas_opt.manoeuvres.sidesteps import Starts
 
-EDGE_M = 0.02  # kept from the edges, for what a driver strays
+EDGE_M = 0.01  # kept from the edges, for what a driver strays
 SHARE = 0.98  # of the vehicle's jerk, steering rate and top speed
 SLOWEST_MPS = 0.5  # steering is not followed below it
 STEEPEST = 0.9  # sine of the heading

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 from mcdas_opt.actuation.path_following import SpeedLaw
 from mcdas_opt.domain.plan import Attempt, Candidate, Plan, Refusal, Timing
@@ -61,7 +62,7 @@ class Ladder:
         trusting = self._trusting(situation, prediction, options)
         if trusting is not None:
             drive, names = trusting
-            most = self.settings.safe_end.everyday_braking_mps2
+            most = self.settings.safe_end.attentive_braking_mps2
             why = f"nothing passes unless {names} brakes; {drive.name} asks less than {most:.1f} m/s^2 of it; before: {refusal.reason}"
             return self._plan(situation, prediction, drive, None, Status.UNAVOIDABLE, why, tried, started)
         hurt = [severity(option.trajectory, self.vehicle, situation.road, prediction) for option in options]
@@ -77,20 +78,16 @@ class Ladder:
         return self._plan(situation, prediction, options[least], None, Status.UNAVOIDABLE, why, tried, started)
 
     def _trusting(self, situation: Situation, prediction: Prediction, options: list[Attempt]) -> tuple[Attempt, str] | None:
-        """The first drive that hits nobody but a follower, and not even that one should it brake as drivers do every day: as in a queue,
-        where whoever is behind stops too. With whom it relies on."""
+        """The first drive that hits nobody but a follower, and not even that one should it brake as an attentive driver does: as in a
+        queue, where whoever is behind stops too. With whom it relies on."""
         behind = _followers(situation, self.vehicle)
         allowed = {f"collision with {name}" for name in behind}
         candidates = [a for a in options if {v.name for v in a.verdict.violations} <= allowed]
         if not candidates:
             return None
         cfg = self.settings.safe_end
-        bodies = tuple(
-            AnsweringBody(body=body, response_s=cfg.follower_response_s, braking_mps2=cfg.everyday_braking_mps2)
-            if body.id in behind
-            else body
-            for body in prediction.bodies
-        )
+        answers = partial(AnsweringBody, response_s=cfg.attentive_response_s, braking_mps2=cfg.attentive_braking_mps2)
+        bodies = tuple(answers(body=body) if body.id in behind else body for body in prediction.bodies)
         hoped = Prediction(name="followers brake", bodies=bodies)
         verdicts = judge_all([a.trajectory for a in candidates], situation.host, self.vehicle, situation.road, hoped)
         found = next((a for a, verdict in zip(candidates, verdicts, strict=True) if verdict.passed), None)
