@@ -30,14 +30,15 @@ class SafeEndSettings:
     front_braking_mps2: float = 8.0  # of the front car, never beyond the road's grip
     follower_demand_mps2: float = 4.0  # what may be asked of who is behind ...
     follower_response_s: float = 1.0  # ... after so long
-    attentive_braking_mps2: float = 3.0  # what an attentive follower does: relied on only where nothing else is left ...
+    attentive_braking_mps2: float = 3.0  # what an attentive follower does in a queue; relied on only where nothing else is left ...
     attentive_response_s: float = 0.5  # ... after so long
+    queue_mps: float = 10.0  # whoever is behind and no faster than this is in a queue
     settled_rad: float = 0.05  # a heading at the end within this is along the road
     longest_s: float = 12.0  # that a plan is continued by, to reach a safe end
 
     def __post_init__(self) -> None:
         times = ("response_s", "follower_response_s", "attentive_response_s", "longest_s")
-        for name in (*times, "front_braking_mps2", "follower_demand_mps2", "attentive_braking_mps2", "settled_rad"):
+        for name in (*times, "front_braking_mps2", "follower_demand_mps2", "attentive_braking_mps2", "queue_mps", "settled_rad"):
             positive(name, getattr(self, name))
         within("braking_share", self.braking_share, 0.1, 1.0)
 

@@ -78,14 +78,14 @@ class Ladder:
         return self._plan(situation, prediction, options[least], None, Status.UNAVOIDABLE, why, tried, started)
 
     def _trusting(self, situation: Situation, prediction: Prediction, options: list[Attempt]) -> tuple[Attempt, str] | None:
-        """The first drive that hits nobody but a follower, and not even that one should it brake as an attentive driver does: as in a
-        queue, where whoever is behind stops too. With whom it relies on."""
-        behind = _followers(situation, self.vehicle)
+        """In a queue, where whoever is behind stops too: the first drive that hits nobody but a follower, and not even that one should it
+        brake as an attentive driver does. With whom it relies on."""
+        cfg = self.settings.safe_end
+        behind = _queued(situation, self.vehicle, cfg.queue_mps)
         allowed = {f"collision with {name}" for name in behind}
         candidates = [a for a in options if {v.name for v in a.verdict.violations} <= allowed]
         if not candidates:
             return None
-        cfg = self.settings.safe_end
         answers = partial(AnsweringBody, response_s=cfg.attentive_response_s, braking_mps2=cfg.attentive_braking_mps2)
         bodies = tuple(answers(body=body) if body.id in behind else body for body in prediction.bodies)
         hoped = Prediction(name="followers brake", bodies=bodies)
@@ -213,13 +213,13 @@ class Ladder:
         )
 
 
-def _followers(situation: Situation, vehicle: Vehicle) -> list[str]:
-    """Who is behind the host, in its way."""
+def _queued(situation: Situation, vehicle: Vehicle, at_most_mps: float) -> list[str]:
+    """Who is behind the host, in its way, and slow."""
     host = situation.host
     return [
         track.id
         for track in situation.tracks
-        if track.s_m < host.s_m and abs(track.d_m - host.d_m) < 0.5 * (track.width_m + vehicle.width_m)
+        if track.s_m < host.s_m and abs(track.d_m - host.d_m) < 0.5 * (track.width_m + vehicle.width_m) and track.speed_s_mps <= at_most_mps
     ]
 
 

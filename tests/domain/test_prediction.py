@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mcdas_opt.domain.prediction import BodyMotion, CruisingBody, KnownBody
+from mcdas_opt.domain.prediction import AnsweringBody, BodyMotion, CruisingBody, KnownBody
 
 speeds = st.floats(-40.0, 60.0)
 
@@ -74,3 +74,18 @@ def test_a_known_body_has_its_script_and_no_margin():
     body = KnownBody(id="scripted", length_m=4.5, width_m=1.8, motion=motion)
     assert body.at([1.0, 2.0]).s_m.tolist() == [1.0, 4.0]
     assert body.margin_along_m([1.0, 2.0]).tolist() == body.margin_across_m([1.0, 2.0]).tolist() == [0.0, 0.0]
+
+
+@given(speed=speeds, response=st.floats(0.1, 2.0), braking=st.floats(0.5, 9.0))
+def test_who_answers_brakes_after_its_response_and_comes_to_rest(speed, response, braking):
+    free = cruising(speed_s_mps=speed)
+    body = AnsweringBody(body=free, response_s=response, braking_mps2=braking)
+    before, t = np.linspace(0.0, response, 7), np.linspace(response, response + 1.1 * abs(speed) / braking + 0.1, 2001)
+    assert np.array_equal(body.at(before).s_m, free.at(before).s_m)
+    motion = body.at(t[1:])
+    travelled = np.concatenate([[0.0], np.cumsum(0.5 * (motion.speed_s_mps[1:] + motion.speed_s_mps[:-1]) * np.diff(t[1:]))])
+    assert motion.s_m - motion.s_m[0] == pytest.approx(travelled, abs=1e-3)
+    assert motion.speed_s_mps[-1] == pytest.approx(0.0, abs=1e-9)
+    assert (np.diff(motion.speed_s_mps) <= 1e-12).all()
+    stop = free.s_m + speed * response + max(speed, 0.0) ** 2 / (2.0 * braking)
+    assert motion.s_m[-1] == pytest.approx(stop, abs=1e-6)

@@ -81,3 +81,15 @@ def test_stop_and_go(follower: list[dict[str, Any]]) -> None:
     t, v = drive.trajectory.t_s, drive.trajectory.speed_mps
     assert v[t < 7.0].min() < 2.5
     assert v[(t > 7.0) & (t < 13.0)].max() > v[t < 7.0].min() + 0.3
+
+
+@pytest.mark.parametrize(
+    ("speed", "ahead", "braking", "behind"), [(6.0, 8.5, -2.5, -11.5), (4.0, 7.5, -2.0, -9.0), (10.0, 14.0, -3.0, -14.0)]
+)
+def test_in_a_queue_it_stops_as_whoever_follows_does(speed: float, ahead: float, braking: float, behind: float) -> None:
+    """Were the follower never to brake, nothing would pass: the plans say so, and that they rely on it."""
+    stops = ({"start_s": 0.5, "acceleration_mps2": braking},)
+    cars = [car("front", ahead, speed, 0.0, stops), car("rear", behind, speed, behaviour="idm")]
+    drive = driven(scene(10.0, speed, cars, lanes_left=0, lanes_right=0), 1)
+    assert drive.trajectory.speed_mps[-1] < 0.1
+    assert any("passes unless" in cycle.plan.reason for cycle in drive.cycles)
