@@ -26,6 +26,7 @@ from mcdas_opt.reference.offset_path import build_search
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.prediction import predict
 from mcdas_opt.verification.judge import judge_all
+from mcdas_opt.verification.plainly_sound import plainly_sound
 
 _STEADY_MPS2 = 0.3  # a plan that stays under it over its first second neither brakes nor accelerates
 
@@ -76,6 +77,7 @@ class MpcMethod:
         self.stage.warm_up()
         build_search()
         build_family(self.settings.grid)
+        plainly_sound()  # and the judge's library, before the first cycle
         self.worth = WorthSettings()
         self._assessment: Assessment | None = None
         self._solve_s = self._verify_s = 0.0
