@@ -50,13 +50,13 @@ def escape_sheet(situation: Situation, vehicle: Vehicle, escapes: Escapes, alert
         )
         others = tuple(
             Shown(
-                name=body.id,
+                name=name,
                 pose=(float(now.s_m), float(now.d_m), float(now.heading_rad)),
                 length_m=body.length_m,
                 width_m=body.width_m,
                 colour=colour,
             )
-            for body, colour in zip(outlook.bodies, outlook.colours(), strict=True)
+            for body, name, colour in zip(outlook.bodies, outlook.names(), outlook.colours(), strict=True)
             for now in (body.at(np.array(0.0)),)
         )
         keeping_on = _keeping_on(situation, vehicle, escapes)
@@ -70,6 +70,8 @@ def escape_sheet(situation: Situation, vehicle: Vehicle, escapes: Escapes, alert
         )
         BirdsEye(axes, situation.road, view, keeping_on.trajectory).show(moment)
         axes.set(xticks=[], yticks=[])
+        for spine in axes.spines.values():
+            spine.set(visible=True, color="#c8c8c8", lw=0.8)
         below = fig.add_axes((0.1, 0.5 / height, 0.62, 1.75 / height))
         draw_timeline(below, escapes)
     return fig

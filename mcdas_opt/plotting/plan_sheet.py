@@ -60,13 +60,13 @@ def _from_above(axes: Axes, situation: Situation, vehicle: Vehicle, plan: Plan, 
     host = situation.host
     others = tuple(
         Shown(
-            name=body.id,
+            name=name,
             pose=(float(now.s_m), float(now.d_m), float(now.heading_rad)),
             length_m=body.length_m,
             width_m=body.width_m,
             colour=colour,
         )
-        for body, colour in zip(outlook.bodies, outlook.colours(), strict=True)
+        for body, name, colour in zip(outlook.bodies, outlook.names(), outlook.colours(), strict=True)
         for now in (body.at(np.array(0.0)),)
     )
     own = Shown(
