@@ -29,7 +29,7 @@ def escapes(
     if out is not None:
         from mcdas_opt.plotting.export import check_picture
 
-        check_picture(out, (".png", ".PNG"))
+        check_picture(out, (".png",))
     situation, vehicle = situation_of(scene)
     if over:
         from mcdas_opt.planning.escape_sweep import swept

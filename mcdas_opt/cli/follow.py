@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, number
-from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.errors import ParameterError
 
 if TYPE_CHECKING:
     from mcdas_opt.simulation.parking_sight import Visitor
@@ -25,12 +25,12 @@ def follow(
     ] = None,
     vehicle: Annotated[str | None, typer.Option("--vehicle", help="Instead of the case's vehicle.")] = None,
     clearance: Annotated[float | None, typer.Option("--clearance", min=0.0, help="Instead of the case's clearance [m].")] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Draw it: a sheet (.png).")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Draw it: .png (a sheet), .gif, or .html (plays and scrubs).")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """A parking manoeuvre in closed loop: noise, delay, a slot shorter than believed, people in the way.
 
-    Example: mcdas-opt follow case.toml --seed 3 --out follow.gif
+    Example: mcdas-opt follow parallel --shorter 0.3 --seed 3 --out follow.gif
     """
     from mcdas_opt.catalogue.parking_cases import load_parking_case
     from mcdas_opt.simulation.parking_loop import follow_parking
@@ -38,19 +38,18 @@ def follow(
 
     if planner not in ("nlp", "search"):
         raise ParameterError("planner", planner, "must be nlp or search")
-    if out is not None and (out.suffix.lower() != ".png" or not out.parent.is_dir()):
-        raise InputError(out, "", None, "a picture must end in .png, in a folder that exists")
+    if out is not None:
+        from mcdas_opt.plotting.export import check_picture
+
+        check_picture(out)
     problem = load_parking_case(case, vehicle=vehicle, clearance_m=clearance)
     truth = shorter_slot(problem, shorter) if shorter > 0.0 else problem
     visitors = tuple(_visitor(text) for text in person or ())
     drive = follow_parking(problem, planner, seed, truth=truth, visitors=visitors)
     if out is not None:
-        from mcdas_opt.plotting.parking_follow import save
+        from mcdas_opt.plotting.export import save_follow
 
-        try:
-            save(truth, drive, out)
-        except OSError as error:
-            raise InputError(out, "", None, f"cannot be written: {error.strerror}") from None
+        save_follow(truth, drive, out)
     if as_json:
         emit(drive.to_dict())
         return

@@ -28,7 +28,7 @@ def park(
 ) -> None:
     """One parking plan, judged.
 
-    Example, with case.toml holding [slot], length_m = 6.0 and depth_m = 2.1: mcdas-opt park case.toml --out park.gif
+    Example: mcdas-opt park parallel --out park.gif
     """
     from mcdas_opt.catalogue.parking_cases import load_parking_case
     from mcdas_opt.ocp.parking_records import costs_named

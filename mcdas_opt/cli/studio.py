@@ -21,6 +21,8 @@ def studio(
     """
     from mcdas_opt.studio.server import HOST, serve
 
-    console().print(f"studio: http://{HOST}:{port}  (files of {folder.resolve()}; Ctrl-C ends it)")
+    def listening() -> None:
+        console().print(f"studio: http://{HOST}:{port}  (files of {folder.resolve()}; Ctrl-C ends it)", soft_wrap=True)
+
     with leaving("the page is closed"):
-        serve(folder, port, open_browser=show)
+        serve(folder, port, open_browser=show, announce=listening)

@@ -44,6 +44,8 @@ def escape_sheet(situation: Situation, vehicle: Vehicle, escapes: Escapes, alert
         keeping_on = _keeping_on(situation, vehicle, escapes)
         BirdsEye(axes, situation.road, view, keeping_on.trajectory).show(outlook.moment(keeping_on))
         axes.set(xticks=[], yticks=[])
+        for spine in axes.spines.values():
+            spine.set(visible=True, color="#c8c8c8", lw=0.8)
         below = fig.add_axes((0.1, 0.5 / height, 0.62, 1.75 / height))
         draw_timeline(below, escapes)
     return fig

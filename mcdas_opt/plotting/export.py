@@ -11,6 +11,7 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError
+from mcdas_opt.simulation.parking_record import ParkingDrive
 from mcdas_opt.simulation.record import Simulation
 
 MOVING = (".gif", ".png", ".html")
@@ -20,7 +21,7 @@ STILL = (".png", ".html")
 def check_picture(path: Path, suffixes: tuple[str, ...] = MOVING) -> Path:
     """`path`, if a picture can be written there. Raises `InputError` for another suffix, or a missing folder."""
     if path.suffix.lower() not in suffixes:
-        raise InputError(path, "", None, f"a picture must end in {', '.join(suffixes[:-1])} or {suffixes[-1]}")
+        raise InputError(path, "", None, f"a picture must end in {' or '.join(filter(None, (', '.join(suffixes[:-1]), suffixes[-1])))}")
     if not path.parent.is_dir():
         raise InputError(path, "", None, "no such folder")
     return path
@@ -52,6 +53,19 @@ def save_parking(case: ParkingCase, parking: Parking, path: Path) -> Path | None
         from mcdas_opt.plotting.parking import save
 
         return save(case, parking, path)
+
+
+def save_follow(truth: ParkingCase, drive: ParkingDrive, path: Path) -> Path:
+    """A manoeuvre that was driven, as an animation (.gif), a sheet (.png) or a page (.html)."""
+    check_picture(path)
+    with _writing(path):
+        if path.suffix.lower() == ".html":
+            from mcdas_opt.plotting.player import save_follow as save_page
+
+            return save_page(truth, drive, path)
+        from mcdas_opt.plotting.parking_follow import save
+
+        return save(truth, drive, path)
 
 
 def save_plan(situation: Situation, vehicle: Vehicle, plan: Plan, path: Path) -> Path:

@@ -42,10 +42,10 @@ class Outlook:
         host = situation.host
         t = np.arange(0.0, _LONGEST_S + 1e-9, _EVERY_S)
         bodies = []
-        for body, colour in zip(self.bodies, self.colours(), strict=True):
+        for body, name, colour in zip(self.bodies, self.names(), self.colours(), strict=True):
             motion = body.at(t)
             poses = ground.place(motion.s_m, motion.d_m, motion.heading_rad)
-            bodies.append({"name": body.id, "length": body.length_m, "width": body.width_m, "colour": colour, "poses": rounded(poses)})
+            bodies.append({"name": name, "length": body.length_m, "width": body.width_m, "colour": colour, "poses": rounded(poses)})
         own = rounded(ground.place(host.s_m, host.d_m, host.heading_rad)[0], 3)
         return {
             "road": ground.document(),
@@ -62,13 +62,13 @@ class Outlook:
         host, car = self.situation.host, self.vehicle
         others = tuple(
             Shown(
-                name=body.id,
+                name=name,
                 pose=(float(now.s_m), float(now.d_m), float(now.heading_rad)),
                 length_m=body.length_m,
                 width_m=body.width_m,
                 colour=colour,
             )
-            for body, colour in zip(self.bodies, self.colours(), strict=True)
+            for body, name, colour in zip(self.bodies, self.names(), self.colours(), strict=True)
             for now in (body.at(np.array(0.0)),)
         )
         pose = (host.s_m, host.d_m, host.heading_rad)
@@ -187,3 +187,9 @@ class Outlook:
         for colour, (_, k) in near.items():
             colours[k] = colour
         return colours
+
+    def names(self) -> list[str]:
+        """What the bodies are called in a picture: a name that the situation gives, else what the track's number is to the host."""
+        words = {style.FRONT: "front", style.REAR: "rear"}
+        bodies = zip(self.bodies, self.colours(), strict=True)
+        return [f"{words.get(colour, 'track')} {body.id}" if body.id.isdigit() else body.id for body, colour in bodies]

@@ -17,9 +17,13 @@ from mcdas_opt.planning.parking.path import counted
 from mcdas_opt.plotting import style
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from PIL.Image import Image
+
+    from mcdas_opt.simulation.parking_sight import Visitor
 
 _FORWARD, _REVERSE = style.BLUE, style.ORANGE
 _MOST_FRAMES, _FRAME_DPI = 90, 90
@@ -30,9 +34,13 @@ def save(case: ParkingCase, parking: Parking, path: str | Path) -> Path:
     target = Path(path)
     if target.suffix.lower() == ".png":
         return style.save_png(sheet(case, parking), target, dpi=130)
-    pictures, milliseconds = frames(case, parking)
-    pictures[0].save(target, save_all=True, append_images=pictures[1:], duration=milliseconds, loop=0)
-    return target
+    return save_gif(*frames(case, parking), target)
+
+
+def save_gif(pictures: list[Image], milliseconds: list[int], path: Path) -> Path:
+    """Writes what `moving` made."""
+    pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=milliseconds, loop=0)
+    return path
 
 
 def sheet(case: ParkingCase, parking: Parking) -> Figure:
@@ -58,14 +66,22 @@ def sheet(case: ParkingCase, parking: Parking) -> Figure:
 
 
 def frames(case: ParkingCase, parking: Parking) -> tuple[list[Image], list[int]]:
-    """Palette images in real time, at most `_MOST_FRAMES` of them, with their durations [ms]; the gear is written on each."""
+    """A manoeuvre as `moving` pictures."""
+    return moving(case, _local(case, parking))
+
+
+def moving(case: ParkingCase, trajectory: ParkingTrajectory, people: Sequence[Visitor] = ()) -> tuple[list[Image], list[int]]:
+    """Palette images in real time, at most `_MOST_FRAMES` of them, with their durations [ms]; the gear is written on each.
+
+    The trajectory in the case's own frame; `people` are drawn while they are there.
+    """
     from PIL import Image
 
-    trajectory = _local(case, parking)
     t = trajectory.t_s
     count = min(_MOST_FRAMES, max(2, int(t[-1] / 0.1)))
     at = np.searchsorted(t, np.linspace(t[0], t[-1], count)).clip(0, len(t) - 1)
     corners = body_corners(trajectory.poses, body_of(case.vehicle))
+    goal = body_corners(case.goal[None], body_of(case.vehicle))[0]
     gears = gears_of(trajectory)
     changes = np.concatenate([[0], np.cumsum(np.diff(gears) != 0)])
     pictures = []
@@ -75,9 +91,12 @@ def frames(case: ParkingCase, parking: Parking) -> tuple[list[Image], list[int]]
         for k in at:
             axes.clear()
             _plane(axes, case, trajectory)
-            _body(axes, corners[-1], style.GREEN, "goal", alpha=0.25)
+            _body(axes, goal, style.GREEN, "goal", alpha=0.25)
             _path(axes, trajectory, gears, until=int(k) + 1)
             _body(axes, corners[k], _FORWARD if gears[k] > 0 else _REVERSE, "car")
+            for person in people:
+                if person.there(float(t[k])):
+                    axes.fill(*person.outline().T, facecolor=style.VERMILION, edgecolor=style.BLACK, zorder=7)
             word = "forward" if gears[k] > 0 else "reverse"
             axes.set_title(f"{t[k]:.1f} s, {word}, {abs(trajectory.speed_mps[k]):.1f} m/s, gear changes so far: {changes[k]}")
             store = io.BytesIO()
@@ -135,7 +154,7 @@ def gears_of(trajectory: ParkingTrajectory) -> Array:
 
 
 def _plane(axes: Axes, case: ParkingCase, trajectory: ParkingTrajectory) -> None:
-    corners = body_corners(trajectory.poses, body_of(case.vehicle)).reshape(-1, 2)
+    corners = body_corners(np.vstack([trajectory.poses, case.goal]), body_of(case.vehicle)).reshape(-1, 2)
     low, high = corners.min(0) - 1.0, corners.max(0) + 1.0
     for outline in case.obstacles:
         axes.fill(*outline.T, facecolor="#c9c9ce", edgecolor=style.EDGE, lw=1.0, zorder=1)

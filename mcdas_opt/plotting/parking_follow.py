@@ -11,6 +11,7 @@ from mcdas_opt.catalogue.parking_cases import body_of
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.geometry.clearance import body_corners
 from mcdas_opt.plotting import style
+from mcdas_opt.plotting.parking import moving, save_gif
 from mcdas_opt.simulation.parking_record import ParkingDrive
 
 if TYPE_CHECKING:
@@ -22,8 +23,11 @@ _SHOWN = 110  # letters of an event
 
 
 def save(truth: ParkingCase, drive: ParkingDrive, path: str | Path) -> Path:
-    """Writes the sheet as a PNG."""
-    return style.save_png(sheet(truth, drive), Path(path), dpi=130)
+    """Writes a sheet (.png) or an animation (.gif)."""
+    target = Path(path)
+    if target.suffix.lower() == ".gif":
+        return save_gif(*moving(truth, drive.trajectory, drive.visitors), target)
+    return style.save_png(sheet(truth, drive), target, dpi=130)
 
 
 def sheet(truth: ParkingCase, drive: ParkingDrive) -> Figure:
@@ -74,10 +78,15 @@ def _plane(axes: Axes, truth: ParkingCase, drive: ParkingDrive) -> None:
     axes.grid(False)
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
+    axes.set_title(f"{drive.name}, {drive.planner}: {drive_words(drive)}")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+def drive_words(drive: ParkingDrive) -> str:
+    """How it went, in a sentence."""
     least = "" if drive.min_clearance_m is None else f", least clearance {100.0 * drive.min_clearance_m:.1f} cm"
     again = f", {drive.replans} plan{'' if drive.replans == 1 else 's'} anew" if drive.replans else ""
-    axes.set_title(f"{drive.name}, {drive.planner}: {drive.outcome} after {drive.duration_s:.1f} s{least}{again}")
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return f"{drive.outcome} after {drive.duration_s:.1f} s{least}{again}"
 
 
 def _short(text: str) -> str:

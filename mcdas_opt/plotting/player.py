@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mcdas_opt.catalogue.parking_cases import body_of
-from mcdas_opt.domain.parking import Parking, ParkingCase
+from mcdas_opt.domain.parking import Parking, ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
@@ -20,8 +21,10 @@ from mcdas_opt.plotting.animation import outcome_words, plan_words
 from mcdas_opt.plotting.moments import HOST, Moment, moment_at, neighbour_colours, view_of
 from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.plotting.parking import gears_of
+from mcdas_opt.plotting.parking_follow import drive_words
 from mcdas_opt.plotting.plane import Ground, rounded, view_document
 from mcdas_opt.plotting.strips import Strip, strips_of
+from mcdas_opt.simulation.parking_record import ParkingDrive, ParkingOutcome
 from mcdas_opt.simulation.record import Outcome, Simulation
 
 SUFFIX = ".html"
@@ -39,6 +42,11 @@ def save_drive(simulation: Simulation, path: str | Path) -> Path:
 def save_parking(case: ParkingCase, parking: Parking, path: str | Path) -> Path:
     """Writes the manoeuvre, or the refusal, as a page. Raises `InputError` for another suffix than .html."""
     return _write(path, web.page(f"{case.name} · {parking.planner}", "Parking", parking_document(case, parking)))
+
+
+def save_follow(truth: ParkingCase, drive: ParkingDrive, path: str | Path) -> Path:
+    """Writes a manoeuvre that was driven as a page. Raises `InputError` for another suffix than .html."""
+    return _write(path, web.page(f"{drive.name} · {drive.planner}, driven", "Parking", follow_document(truth, drive)))
 
 
 def save_plan(situation: Situation, vehicle: Vehicle, plan: Plan, path: str | Path) -> Path:
@@ -92,33 +100,58 @@ def drive_document(simulation: Simulation) -> dict[str, Any]:
 
 def parking_document(case: ParkingCase, parking: Parking) -> dict[str, Any]:
     """Everything that the script's `Parking` shows; without a trajectory, only the place and the reason."""
-    car, body = case.vehicle, body_of(case.vehicle)
     driven = None if parking.trajectory is None else parking.trajectory.moved(-case.origin_m[0], -case.origin_m[1])
-    poses = np.array([case.start, case.goal]) if driven is None else np.vstack([driven.poses, case.start, case.goal])
-    swept = body_corners(poses, body).reshape(-1, 2)
-    (x0, y0), (x1, y1) = swept.min(axis=0) - 1.2, swept.max(axis=0) + 1.2
     document: dict[str, Any] = {
-        "yard": {
-            "obstacles": [rounded(outline, 3) for outline in case.obstacles],
-            "bounds": rounded([x0, y0, x1, y1]),
-            "car": {"length": car.length_m, "width": car.width_m, "centre": car.centre_m},
-            "start": rounded(case.start, 4),
-            "goal": rounded(case.goal, 4),
-        },
+        "yard": _yard(case, driven),
         "status": parking.status,
         "sound": parking.passed,
         "words": parking_words(parking),
         "manoeuvre": None,
     }
-    if driven is None:
-        return document
+    return document if driven is None else {**document, **_manoeuvre(case, driven)}
+
+
+def follow_document(truth: ParkingCase, drive: ParkingDrive) -> dict[str, Any]:
+    """The same for a manoeuvre that was driven, with the people who stood in the way."""
+    driven = _thinned(drive.trajectory)
+    people = [{"outline": rounded(one.outline(), 3), "from": one.from_s, "until": one.until_s} for one in drive.visitors]
+    return {
+        "yard": {**_yard(truth, driven), "people": people},
+        "status": str(drive.outcome),
+        "sound": drive.outcome is ParkingOutcome.PARKED,
+        "words": drive_words(drive),
+        **_manoeuvre(truth, driven),
+    }
+
+
+def _thinned(driven: ParkingTrajectory) -> ParkingTrajectory:
+    """Samples some `_POSE_EVERY_S` apart, the last one included."""
+    shown = np.unique(np.searchsorted(driven.t_s, np.append(np.arange(driven.t_s[0], driven.t_s[-1], _POSE_EVERY_S), driven.t_s[-1])))
+    return ParkingTrajectory(**{item.name: getattr(driven, item.name)[shown] for item in fields(driven)})
+
+
+def _yard(case: ParkingCase, driven: ParkingTrajectory | None) -> dict[str, Any]:
+    car, body = case.vehicle, body_of(case.vehicle)
+    poses = np.array([case.start, case.goal]) if driven is None else np.vstack([driven.poses, case.start, case.goal])
+    swept = body_corners(poses, body).reshape(-1, 2)
+    (x0, y0), (x1, y1) = swept.min(axis=0) - 1.2, swept.max(axis=0) + 1.2
+    return {
+        "obstacles": [rounded(outline, 3) for outline in case.obstacles],
+        "bounds": rounded([x0, y0, x1, y1]),
+        "car": {"length": car.length_m, "width": car.width_m, "centre": car.centre_m},
+        "start": rounded(case.start, 4),
+        "goal": rounded(case.goal, 4),
+    }
+
+
+def _manoeuvre(case: ParkingCase, driven: ParkingTrajectory) -> dict[str, Any]:
+    car = case.vehicle
     t, gears = driven.t_s - driven.t_s[0], gears_of(driven)
     curvature = np.tan(driven.steering_rad) / car.wheelbase_m
     top = float(np.tan(car.steering_max_rad) / car.wheelbase_m)
     forward, reverse = case.limits.forward_mps, -case.limits.reverse_mps
     speed = driven.speed_mps
     return {
-        **document,
         "duration": driven.duration_s,
         "manoeuvre": {
             "t": rounded(t, 3),

@@ -76,9 +76,13 @@ class Hand:
             raise LostHandError
         spawning = multiprocessing.get_context("spawn")
         self._line, theirs = spawning.Pipe()
-        self._process = spawning.Process(target=_serve, args=(theirs,), daemon=True)
-        self._process.start()
+        process = spawning.Process(target=_serve, args=(theirs,), daemon=True)
+        process.start()
+        self._process = process
         theirs.close()
+        if self._closed:  # meanwhile, by another thread that found no process yet
+            process.terminate()
+            raise LostHandError
         return self._line
 
     def close(self) -> None:

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import socket
+import sys
+from collections.abc import Callable
 from pathlib import Path
 
-from mcdas_opt.errors import MissingExtraError
+from mcdas_opt.errors import MissingExtraError, ParameterError
 from mcdas_opt.studio.folder import Folder
 from mcdas_opt.studio.guard import Guard
 
 HOST = "127.0.0.1"
 
 
-def serve(folder: Path, port: int, *, open_browser: bool) -> None:
-    """Serves the page until interrupted. Raises `InputError` for a folder that is none, `MissingExtraError` without NiceGUI."""
+def serve(folder: Path, port: int, *, open_browser: bool, announce: Callable[[], None] = lambda: None) -> None:
+    """Serves the page until interrupted; `announce` is called when nothing more stands in the way.
+
+    Raises `InputError` for a folder that is none, `ParameterError` for a port that is taken, `MissingExtraError` without NiceGUI.
+    """
     room = Folder(root=folder)
+    _check_free(port)
     try:
         from nicegui import app, ui
     except ImportError:
@@ -26,6 +33,7 @@ def serve(folder: Path, port: int, *, open_browser: bool) -> None:
     app.on_startup(studio.warm)
     app.on_shutdown(studio.close)
     register(studio)
+    announce()
     ui.run(
         host=HOST,
         port=port,
@@ -38,3 +46,13 @@ def serve(folder: Path, port: int, *, open_browser: bool) -> None:
         reconnect_timeout=10.0,
         ws_max_size=1_000_000,
     )
+
+
+def _check_free(port: int) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as trial:
+        if sys.platform != "win32":  # there it would share a port that is taken
+            trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            trial.bind((HOST, port))
+        except OSError as error:
+            raise ParameterError("port", port, f"cannot be listened on: {error.strerror}; name another with --port") from None

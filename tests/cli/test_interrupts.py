@@ -62,5 +62,6 @@ def test_live_ends_with_its_counts() -> None:
     code, out, said = interrupted(None, "live", "--play", "front_and_rear", "--rear", "can1", "--cycles", "100000")
     assert code == 130
     lines = [json.loads(line) for line in out.splitlines()]
-    assert json.loads(said[-2])["cycles"] == sum(line["status"] != "late" for line in lines) > 0
+    printed = sum(line["status"] != "late" for line in lines)
+    assert 0 <= printed - json.loads(said[-2])["cycles"] <= 1  # the one that was being printed may not have been counted yet
     assert said[-1] == "mcdas-opt: interrupted; what was printed stands"

@@ -117,3 +117,15 @@ def test_records_come_back_to_the_last_bit(tmp_path: Path) -> None:
         journal.append({"values": numbers()})
     with Journal(path) as journal:
         assert journal.records == [{"values": numbers()}]
+
+
+def test_two_runs_never_write_one_file(tmp_path: Path) -> None:
+    pytest.importorskip("fcntl")
+    path = tmp_path / "rows.journal"
+    with Journal(path) as first:
+        first.append({"index": 0})
+        with pytest.raises(InputError, match="another run"):
+            Journal(path)
+        first.append({"index": 1})
+    with Journal(path) as again:
+        assert [record["index"] for record in again.records] == [0, 1]

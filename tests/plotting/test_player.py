@@ -183,5 +183,8 @@ def test_a_page_plays_scrubs_and_runs_no_foreign_script(drive: Simulation, tmp_p
         assert tab.evaluate("view.transport.time") > 0.1
         tab.get_by_label("time", exact=True).fill("0.5")
         assert tab.evaluate("view.transport.time") == pytest.approx(0.5)
+        tab.get_by_label("time", exact=True).focus()
+        tab.keyboard.press("ArrowRight")
+        assert tab.evaluate("view.transport.time") == pytest.approx(0.6)
         assert tab.evaluate("window.hacked === undefined")
         assert (faults, asked) == ([], [file.as_uri()])

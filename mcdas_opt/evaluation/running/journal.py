@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import time
@@ -22,8 +23,8 @@ class StoppedError(McdasError):
 class Journal:
     """One JSON record a line, each behind its checksum. Opening it cuts off a line that a kill has torn; `records` holds the rest.
 
-    Raises `InputError` where an earlier line is damaged, `StoppedError` where the disk takes no more: then the file ends with the last
-    whole record.
+    Raises `InputError` where an earlier line is damaged or another process has it open, `StoppedError` where the disk takes no more: then
+    the file ends with the last whole record.
     """
 
     def __init__(self, path: Path) -> None:
@@ -32,6 +33,9 @@ class Journal:
             self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
         except OSError as error:
             raise InputError(path, "", None, f"cannot be written: {error.strerror}") from None
+        if not _held(self._file):
+            os.close(self._file)
+            raise InputError(path, "", None, "is being written by another run")
         self.records: list[dict[str, Any]] = []
         self._end = 0
         for record, size in _whole_lines(path):
@@ -64,6 +68,19 @@ class Journal:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _held(file: int) -> bool:
+    """Whether the file is now this process's alone, until it is closed. Where the system knows no such thing: taken for granted."""
+    try:
+        import fcntl
+    except ImportError:
+        return True
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        return error.errno not in (errno.EAGAIN, errno.EACCES)
+    return True
 
 
 def _line(record: dict[str, Any]) -> bytes:

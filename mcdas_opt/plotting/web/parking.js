@@ -93,6 +93,10 @@
         });
         from = to;
       }
+      for (const person of this.yard.people || []) {
+        if (time < person.from || time >= person.until) continue;
+        shape("path", { d: path(person.outline.map((p) => this.place(p))) + "Z", fill: look.danger, stroke: look.black }, this.moving);
+      }
       const colour = colours[manoeuvre.gears[now]];
       this.body(this.moving, manoeuvre.poses[now], { fill: colour, "fill-opacity": 0.6, stroke: look.black, "stroke-width": 1.2 });
     }

@@ -67,10 +67,10 @@
       this.button.setAttribute("aria-pressed", String(this.playing));
     }
 
-    // Keys for the whole page, but not while a control has the keyboard.
+    // Keys for the whole page, but not while another control than the slider has the keyboard.
     listen(active) {
       document.addEventListener("keydown", (event) => {
-        const on = document.activeElement, busy = on && /^(INPUT|SELECT|BUTTON|TEXTAREA)$/.test(on.tagName);
+        const on = document.activeElement, busy = on && on !== this.slider && /^(INPUT|SELECT|BUTTON|TEXTAREA)$/.test(on.tagName);
         if (busy || event.altKey || event.ctrlKey || event.metaKey || !active()) return;
         const step = event.shiftKey ? 1 : 0.1;
         if (event.key === " ") this.toggle();
