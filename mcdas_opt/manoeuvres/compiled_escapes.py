@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-import os
 from collections.abc import Mapping
 from functools import lru_cache
-from importlib import resources
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +16,7 @@ from mcdas_opt.manoeuvres.escape_effort import ANCHORS, STARTS
 from mcdas_opt.manoeuvres.escape_library import KINDS
 from mcdas_opt.manoeuvres.held import PASSES
 from mcdas_opt.manoeuvres.parting import Rows
-from mcdas_opt.native.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
+from mcdas_opt.native.kernels import c_text, defined, library, wanted
 
 _TEXTS = ("escape_kernel.c", "escape_questions.c", "escape_search.c")
 _EFFORT: tuple[str, ...] = (
@@ -193,14 +191,8 @@ class CompiledCase:
         return int(step), whom.value
 
 
-def _written(value: Any) -> str:
-    return f"{{{', '.join(map(_written, value))}}}" if isinstance(value, tuple) else repr(value)
-
-
-@lru_cache(maxsize=2)
-def _library(allowed: bool) -> ctypes.CDLL | None:
-    if not allowed:
-        return None
+@lru_cache(maxsize=1)
+def _library() -> ctypes.CDLL | None:
     numbers = {
         "LANES": _LANES,
         "ROOM": _ROOM,
@@ -224,25 +216,22 @@ def _library(allowed: bool) -> ctypes.CDLL | None:
         **{name: getattr(escape_effort, name) for name in _EFFORT},
         "SEARCH_ROUNDS": escape_effort.ROUNDS,
     }
-    texts = [resources.files("mcdas_opt.manoeuvres").joinpath(name).read_text("utf-8") for name in _TEXTS]
-    source = "\n".join([HEAD, *(f"#define {name} {_written(value)}" for name, value in numbers.items()), *texts])
-    try:
-        library = load(source, _BUILDS, folder=cache_folder(), announce=to_stderr)
-    except NoLibraryError:
+    found = library([defined(numbers), *(c_text("mcdas_opt.manoeuvres", name) for name in _TEXTS)], _BUILDS)
+    if found is None:
         return None
     pointer, whole = ctypes.c_void_p, ctypes.c_int
     nodes: list[Any] = [whole, whole, pointer, pointer, whole]
-    library.mcdas_escape_held.argtypes = [pointer] * 4
-    library.mcdas_escape_needs.argtypes = [pointer, whole, pointer, *nodes, *[pointer] * 3]
-    library.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 8]
-    library.mcdas_escape_sound.argtypes = [pointer, whole, pointer, pointer, *nodes, pointer, pointer]
-    library.mcdas_escape_map.argtypes = [pointer] * 5
-    library.mcdas_escape_met.argtypes = [pointer, whole, *[pointer] * 6]
+    found.mcdas_escape_held.argtypes = [pointer] * 4
+    found.mcdas_escape_needs.argtypes = [pointer, whole, pointer, *nodes, *[pointer] * 3]
+    found.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 8]
+    found.mcdas_escape_sound.argtypes = [pointer, whole, pointer, pointer, *nodes, pointer, pointer]
+    found.mcdas_escape_map.argtypes = [pointer] * 5
+    found.mcdas_escape_met.argtypes = [pointer, whole, *[pointer] * 6]
     for name in ("held", "needs", "guess", "sound", "map"):
-        getattr(library, f"mcdas_escape_{name}").restype = None
-    return library
+        getattr(found, f"mcdas_escape_{name}").restype = None
+    return found
 
 
 def compiled_escapes() -> ctypes.CDLL | None:
     """The library, built on first use; None where there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
-    return _library(os.environ.get(SWITCH, "1") != "0")
+    return _library() if wanted() else None

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-import os
 from collections.abc import Sequence
 from functools import lru_cache
-from importlib import resources
 from typing import Any
 
 import numpy as np
@@ -20,7 +18,7 @@ from mcdas_opt.manoeuvres import clearance, family, phases, sidesteps
 from mcdas_opt.manoeuvres.family import Demand, Member, Scored, Scoring
 from mcdas_opt.manoeuvres.phases import Phases
 from mcdas_opt.manoeuvres.sidesteps import Sidesteps
-from mcdas_opt.native.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
+from mcdas_opt.native.kernels import c_text, defined, library, wanted
 from mcdas_opt.solvers.vector_math import BUILDS, DECLARED
 
 _LANES = 8  # samples come in whole lanes
@@ -219,21 +217,17 @@ def _library(row: int) -> ctypes.CDLL | None:
         "EDGE_M": family.EDGE_M,
         "TICK": family.TICK,
     }
-    text = resources.files("mcdas_opt.manoeuvres").joinpath("family_kernel.c").read_text("utf-8")
-    defined = [f"#define {name} {value!r}" for name, value in numbers.items()]
-    try:
-        source = "\n".join([HEAD, DECLARED, *defined, text])
-        library = load(source, BUILDS, folder=cache_folder(), announce=to_stderr)
-    except NoLibraryError:
+    found = library([DECLARED, defined(numbers), c_text("mcdas_opt.manoeuvres", "family_kernel.c")], BUILDS)
+    if found is None:
         return None
     pointer, whole = ctypes.c_void_p, ctypes.c_longlong
-    library.mcdas_family_speeds.argtypes = [pointer]
-    library.mcdas_family_score.argtypes = [pointer, pointer]
-    library.mcdas_family_best.argtypes = [pointer, pointer, whole, *[pointer] * 5]
-    library.mcdas_family_states.argtypes = [pointer, whole, whole, pointer]
+    found.mcdas_family_speeds.argtypes = [pointer]
+    found.mcdas_family_score.argtypes = [pointer, pointer]
+    found.mcdas_family_best.argtypes = [pointer, pointer, whole, *[pointer] * 5]
+    found.mcdas_family_states.argtypes = [pointer, whole, whole, pointer]
     for name in ("speeds", "score", "best", "states"):
-        getattr(library, f"mcdas_family_{name}").restype = None
-    return library
+        getattr(found, f"mcdas_family_{name}").restype = None
+    return found
 
 
 def row_length(samples: int) -> int:
@@ -244,4 +238,4 @@ def row_length(samples: int) -> int:
 def compiled_family(samples: int) -> ctypes.CDLL | None:
     """The library for so many times, built on first use (loops of a known length take two thirds of the time of others); None where
     there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
-    return _library(row_length(samples)) if os.environ.get(SWITCH, "1") != "0" else None
+    return _library(row_length(samples)) if wanted() else None

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import ctypes
-import os
 from functools import lru_cache
-from importlib import resources
 from typing import Any
 
 import casadi as ca
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.dynamics.bicycle import INPUTS, STATES, road_bicycle
-from mcdas_opt.native.compile_cache import NoLibraryError, cache_folder, load, to_stderr
+from mcdas_opt.native.kernels import c_text, defined, library, wanted
 from mcdas_opt.solvers.c_text import c_function
-from mcdas_opt.solvers.interior_point import SWITCH
-from mcdas_opt.solvers.kernel_source import HEAD
 
 _BUILDS = ("-O2 -lm",)  # no fused operations: the same bits as the interpreted roll-out, where both have the same libm
 
@@ -50,19 +46,17 @@ class CompiledDrive:
         self._follow(len(inputs), step_s, of, knots, at, at + 8 * knots, way, rule, who, u, x)
 
 
-@lru_cache(maxsize=1)
 def compiled_drive() -> CompiledDrive | None:
     """The library, built on first use; None where there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
-    if os.environ.get(SWITCH, "1") == "0":
-        return None
+    return _built() if wanted() else None
+
+
+@lru_cache(maxsize=1)
+def _built() -> CompiledDrive | None:
     x, u = ca.SX.sym("x", len(STATES)), ca.SX.sym("u", len(INPUTS))
     kappa: Any = ca.SX.sym("kappa")
     car: Any = ca.SX.sym("car", 2)
     slope = road_bicycle(ca.vertsplit(x), ca.vertsplit(u), kappa, car[0], car[1], ca)
     motion = ca.Function("motion", [x, u, kappa, car], [ca.cse(ca.densify(ca.vertcat(*slope)))])
-    text = resources.files("mcdas_opt.ocp").joinpath("drive.c").read_text("utf-8")
-    try:
-        source = "\n".join([HEAD, "#define LD 1", c_function(motion, loop=False), text])
-        return CompiledDrive(load(source, _BUILDS, folder=cache_folder(), announce=to_stderr))
-    except NoLibraryError:
-        return None
+    found = library([defined({"LD": 1}), c_function(motion, loop=False), c_text("mcdas_opt.ocp", "drive.c")], _BUILDS)
+    return None if found is None else CompiledDrive(found)

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import ctypes
-import os
 from functools import lru_cache
-from importlib import resources
 
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.native.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
+from mcdas_opt.native.kernels import c_text, defined, library, wanted
 from mcdas_opt.solvers.vector_math import BUILDS, DECLARED
 
 
@@ -28,15 +26,11 @@ class CompiledSearch:
 
 def compiled_search(along: int, around: int, rounds: int, tried: int) -> CompiledSearch | None:
     """The search on so many places, in so many rounds of so many tries; None where there is no compiler, or it is forbidden."""
-    return _built(along, around, rounds, tried) if os.environ.get(SWITCH, "1") != "0" else None
+    return _built(along, around, rounds, tried) if wanted() else None
 
 
 @lru_cache(maxsize=2)
 def _built(along: int, around: int, rounds: int, tried: int) -> CompiledSearch | None:
     sizes = {"ALONG": along, "AROUND": around, "ROUNDS": rounds, "TRIED": tried}
-    text = resources.files("mcdas_opt.reference").joinpath("sharpest_path.c").read_text("utf-8")
-    source = "\n".join([HEAD, DECLARED, *(f"#define {name} {size}" for name, size in sizes.items()), text])
-    try:
-        return CompiledSearch(load(source, BUILDS, folder=cache_folder(), announce=to_stderr))
-    except NoLibraryError:
-        return None
+    found = library([DECLARED, defined(sizes), c_text("mcdas_opt.reference", "sharpest_path.c")], BUILDS)
+    return None if found is None else CompiledSearch(found)

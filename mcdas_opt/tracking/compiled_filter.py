@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-import os
 from collections.abc import Sequence
 from functools import lru_cache
-from importlib import resources
 from typing import Any
 
 import numpy as np
@@ -15,7 +13,7 @@ from mcdas_opt.domain.measurement import BodyDetection, RadarDetection
 from mcdas_opt.domain.motion import TargetMotion
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.frenet import FrenetFrame
-from mcdas_opt.native.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
+from mcdas_opt.native.kernels import c_text, library, wanted
 from mcdas_opt.tracking.association import FAR_M, FAR_SD
 from mcdas_opt.tracking.fix import LEAST_STRETCH, Viewpoint
 
@@ -121,14 +119,10 @@ class CompiledFiltering:
 
 def compiled_filtering() -> CompiledFiltering | None:
     """Built on first use; None where there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
-    return _built() if os.environ.get(SWITCH, "1") != "0" else None
+    return _built() if wanted() else None
 
 
 @lru_cache(maxsize=1)
 def _built() -> CompiledFiltering | None:
-    frame = resources.files("mcdas_opt.geometry").joinpath("frenet.c").read_text("utf-8")
-    text = resources.files("mcdas_opt.tracking").joinpath("filter_kernel.c").read_text("utf-8")
-    try:
-        return CompiledFiltering(load("\n".join([HEAD, frame, text]), _BUILDS, folder=cache_folder(), announce=to_stderr))
-    except NoLibraryError:
-        return None
+    found = library([c_text("mcdas_opt.geometry", "frenet.c"), c_text("mcdas_opt.tracking", "filter_kernel.c")], _BUILDS)
+    return None if found is None else CompiledFiltering(found)

@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import ctypes
 import math
-import os
 from collections.abc import Sequence
 from functools import lru_cache
-from importlib import resources
 
 import numpy as np
 
@@ -21,7 +19,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.geometry.frenet import FrenetFrame
-from mcdas_opt.native.compile_cache import HEAD, SWITCH, NoLibraryError, cache_folder, load, to_stderr
+from mcdas_opt.native.kernels import c_text, library, wanted
 from mcdas_opt.verification.motion import FINE_STEP_S
 from mcdas_opt.verification.tolerances import Tolerances
 
@@ -78,14 +76,10 @@ def rules_of(vehicle: Vehicle, road: Road, tolerances: Tolerances, along_reaches
 
 def plainly_sound() -> PlainlySound | None:
     """Built on first use; None where there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
-    return _built() if os.environ.get(SWITCH, "1") != "0" else None
+    return _built() if wanted() else None
 
 
 @lru_cache(maxsize=1)
 def _built() -> PlainlySound | None:
-    frame = resources.files("mcdas_opt.geometry").joinpath("frenet.c").read_text("utf-8")
-    text = resources.files("mcdas_opt.verification").joinpath("plainly_sound.c").read_text("utf-8")
-    try:
-        return PlainlySound(load("\n".join([HEAD, frame, text]), _BUILDS, folder=cache_folder(), announce=to_stderr))
-    except NoLibraryError:
-        return None
+    found = library([c_text("mcdas_opt.geometry", "frenet.c"), c_text("mcdas_opt.verification", "plainly_sound.c")], _BUILDS)
+    return None if found is None else PlainlySound(found)
