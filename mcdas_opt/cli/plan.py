@@ -15,7 +15,7 @@ def plan(
     scene: Annotated[str, typer.Argument(metavar="SCENE|SITUATION.json", help="A scene, or a saved situation (JSON).")],
     planner: PlannerOption = "mpc",
     params: Annotated[Path | None, typer.Option("--params", help="Parameters to plan with: a TOML of `tune`.")] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Draw the plan (.png, .html), or save the planned situation (.json).")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Draw the plan (.png, .gif, .html), or save its situation (.json).")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """One plan at t = 0, judged.
@@ -25,13 +25,13 @@ def plan(
     from mcdas_opt.planning.parameter_files import planner_with
     from mcdas_opt.simulation.first_situation import situation_of
 
-    drawing = out is not None and out.suffix.lower() in (".png", ".html")
+    drawing = out is not None and out.suffix.lower() in (".png", ".gif", ".html")
     if out is not None and drawing:
-        from mcdas_opt.plotting.export import STILL, check_picture
+        from mcdas_opt.plotting.export import check_picture
 
-        check_picture(out, STILL)
+        check_picture(out)
     elif out is not None and out.suffix.lower() != ".json":
-        raise InputError(out, "", None, "must end in .png or .html (a picture) or in .json (the situation)")
+        raise InputError(out, "", None, "must end in .png, .gif or .html (a picture) or in .json (the situation)")
     situation, vehicle = situation_of(scene)
     chosen = planner_with(params, vehicle, planner)
     if out is not None and not drawing:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.errors import InputError
 from mcdas_opt.plotting import style
@@ -47,20 +47,23 @@ def save(simulation: Simulation, path: str | Path) -> Path:
     target = check_suffix(Path(path))
     if target.suffix.lower() == ".png":
         return style.save_png(sheet(simulation), target, dpi=130)
-    pictures, durations = frames(simulation)
-    pictures[0].save(target, save_all=True, append_images=pictures[1:], duration=durations, loop=0, optimize=False, disposal=1)
-    return target
+    scenes = moments(simulation, at_most=MOST_FRAMES)
+    return save_gif(frames(simulation, scenes), np.diff([moment.time_s for moment in scenes]), target)
 
 
-def frames(simulation: Simulation) -> tuple[list[Image], list[int]]:
-    """At most `MOST_FRAMES` palette images with their durations [ms], in real time; the last one stays for a while."""
+def save_gif(pictures: Sequence[Image], steps_s: Array, path: Path) -> Path:
+    """Pictures in real time, `steps_s` (n - 1,) apart; the last one stays for a while."""
+    durations = [*(max(round(100.0 * step) * 10, 20) for step in steps_s.tolist()), _LAST_FRAME_MS]
+    first, *rest = _one_palette(pictures)
+    first.save(path, save_all=True, append_images=rest, duration=durations, loop=0, optimize=False, disposal=1)
+    return path
+
+
+def frames(simulation: Simulation, scenes: Sequence[Moment]) -> list[Image]:
+    """A picture of each of these moments."""
     with style.styled():
         stage = _Stage(simulation)
-        scenes = moments(simulation, at_most=MOST_FRAMES)
-        pictures = [stage.picture(moment) for moment in scenes]
-    times = [moment.time_s for moment in scenes]
-    durations = [max(round(100.0 * (b - a)) * 10, 20) for a, b in pairwise(times)]
-    return _one_palette(pictures), [*durations, _LAST_FRAME_MS]
+        return [stage.picture(moment) for moment in scenes]
 
 
 def sheet(simulation: Simulation, count: int = 5) -> Figure:

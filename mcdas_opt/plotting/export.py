@@ -15,7 +15,6 @@ from mcdas_opt.simulation.parking_record import ParkingDrive
 from mcdas_opt.simulation.record import Simulation
 
 MOVING = (".gif", ".png", ".html")
-STILL = (".png", ".html")
 
 
 def check_picture(path: Path, suffixes: tuple[str, ...] = MOVING) -> Path:
@@ -69,14 +68,17 @@ def save_follow(truth: ParkingCase, drive: ParkingDrive, path: Path) -> Path:
 
 
 def save_plan(situation: Situation, vehicle: Vehicle, plan: Plan, path: Path) -> Path:
-    """A plan in its situation as a sheet (.png) or a page that looks ahead (.html)."""
-    check_picture(path, STILL)
+    """A plan in its situation as a sheet (.png), an animation of what it means to do (.gif), or a page that looks ahead (.html)."""
+    check_picture(path)
     with _writing(path):
         if path.suffix.lower() == ".html":
             from mcdas_opt.plotting.player import save_plan as save_page
 
             return save_page(situation, vehicle, plan, path)
-        from mcdas_opt.plotting.plan_sheet import plan_sheet
+        from mcdas_opt.plotting.plan_sheet import plan_sheet, save_frames
+
+        if path.suffix.lower() == ".gif":
+            return save_frames(situation, vehicle, plan, path)
         from mcdas_opt.plotting.style import save_png
 
         return save_png(plan_sheet(situation, vehicle, plan), path)

@@ -57,27 +57,27 @@ class Outlook:
             "charts": self.charts(),
         }  # fmt: skip
 
-    def moment(self, plan: Plan) -> Moment:
-        """Everybody now, with a plan."""
-        host, car = self.situation.host, self.vehicle
+    def moment(self, plan: Plan, after_s: float = 0.0) -> Moment:
+        """Everybody so long after now, the host as planned and the others as predicted; what the radar sees, only now."""
+        car, x = self.vehicle, plan.trajectory
+        s, d, psi, v = (float(np.interp(after_s, x.t_s, column)) for column in (x.s_m, x.d_m, x.heading_rad, x.speed_mps))
         others = tuple(
             Shown(
                 name=name,
-                pose=(float(now.s_m), float(now.d_m), float(now.heading_rad)),
+                pose=(float(then.s_m), float(then.d_m), float(then.heading_rad)),
                 length_m=body.length_m,
                 width_m=body.width_m,
                 colour=colour,
             )
             for body, name, colour in zip(self.bodies, self.names(), self.colours(), strict=True)
-            for now in (body.at(np.array(0.0)),)
+            for then in (body.at(np.array(after_s)),)
         )
-        pose = (host.s_m, host.d_m, host.heading_rad)
         return Moment(
-            time_s=self.situation.time_s,
-            host=Shown(name=HOST, pose=pose, length_m=car.length_m, width_m=car.width_m, colour=style.HOST),
-            speed_mps=host.speed_mps,
+            time_s=self.situation.time_s + after_s,
+            host=Shown(name=HOST, pose=(s, d, psi), length_m=car.length_m, width_m=car.width_m, colour=style.HOST),
+            speed_mps=v,
             others=others,
-            tracks=self.situation.tracks,
+            tracks=self.situation.tracks if after_s == 0.0 else (),
             plan=plan,
         )
 

@@ -1,7 +1,9 @@
-"""One plan as a still picture: the road from above with what is predicted, and what the plan asks of the car."""
+"""One plan as a picture, still or moving: the road from above with what is predicted, and what the plan asks of the car."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +13,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.rectangle import corners
 from mcdas_opt.plotting import style
+from mcdas_opt.plotting.animation import MOST_FRAMES, save_gif
 from mcdas_opt.plotting.birdseye import BirdsEye, Camera
 from mcdas_opt.plotting.escape_timeline import draw_timeline
 from mcdas_opt.plotting.moments import View
@@ -21,12 +24,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_WIDTH_IN = 9.6
+_WIDTH_IN, _FRAME_S = 9.6, 0.1
 
 
-def plan_sheet(situation: Situation, vehicle: Vehicle, plan: Plan) -> Figure:
-    """The road from above, now and where everybody is believed to be after each second, over the plan's charts with their limits and the
-    timeline of the ways out."""
+def plan_sheet(situation: Situation, vehicle: Vehicle, plan: Plan, after_s: float = 0.0) -> Figure:
+    """The road from above so long after now, and where everybody is believed to be after each second, over the plan's charts with their
+    limits and the timeline of the ways out."""
     from textwrap import shorten
 
     outlook = Outlook(situation, vehicle)
@@ -43,7 +46,7 @@ def plan_sheet(situation: Situation, vehicle: Vehicle, plan: Plan) -> Figure:
         fig.text(0.02, 1.0 - 0.47 / height, shorten(sentence(plan), 150, placeholder=" …"), fontsize=9, va="center", color=colour)
         fig.text(0.02, 1.0 - 0.69 / height, shorten(because(plan), 150, placeholder=" …"), fontsize=8.5, va="center", color="#444444")
         axes = fig.add_axes((0.015, 1.0 - (0.85 + bird) / height, 0.97, bird / height))
-        _from_above(axes, situation, vehicle, plan, outlook, view)
+        _from_above(axes, situation, vehicle, plan, outlook, view, after_s)
         charts = outlook.charts()
         left, gap = 0.05, 0.045
         width = (0.985 - left - gap * (len(charts) - 1)) / len(charts)
@@ -51,14 +54,27 @@ def plan_sheet(situation: Situation, vehicle: Vehicle, plan: Plan) -> Figure:
         for k, chart in enumerate(charts):
             below = fig.add_axes((left + k * (width + gap), (0.45 + timeline) / height, width, 1.2 / height))
             _chart(below, chart, plan.trajectory.t_s, quantities[chart["key"]])
+            if after_s > 0.0:
+                below.axvline(after_s, color=style.BLACK, lw=1.0, alpha=0.6, zorder=2)
         if plan.escapes is not None:
             draw_timeline(fig.add_axes((0.1, 0.48 / height, 0.62, 1.45 / height)), plan.escapes)
     return fig
 
 
-def _from_above(axes: Axes, situation: Situation, vehicle: Vehicle, plan: Plan, outlook: Outlook, view: View) -> None:
-    BirdsEye(axes, situation.road, view, plan.trajectory).show(outlook.moment(plan))
-    _seconds_later(axes, situation, vehicle, plan, outlook, view)
+def save_frames(situation: Situation, vehicle: Vehicle, plan: Plan, path: Path) -> Path:
+    """The plan as it would be driven, in real time, as an animation (.gif)."""
+    x = plan.trajectory
+    last = float(x.t_s[-1]) if np.isfinite(x.states).all() else 0.0
+    times = np.linspace(0.0, last, min(round(last / _FRAME_S), MOST_FRAMES) + 1)
+    pictures = [style.picture(plan_sheet(situation, vehicle, plan, float(t))) for t in times]
+    return save_gif(pictures, np.diff(times), path)
+
+
+def _from_above(axes: Axes, situation: Situation, vehicle: Vehicle, plan: Plan, outlook: Outlook, view: View, after_s: float) -> None:
+    begun = replace(plan.trajectory, t_s=plan.trajectory.t_s + situation.time_s)
+    BirdsEye(axes, situation.road, view, begun).show(outlook.moment(plan, after_s))
+    if after_s == 0.0:
+        _seconds_later(axes, situation, vehicle, plan, outlook, view)
     axes.set(xticks=[], yticks=[])
     for spine in axes.spines.values():
         spine.set(visible=True, color="#c8c8c8", lw=0.8)

@@ -7,12 +7,15 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from mcdas_opt.domain.road import Road
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.patches import Polygon
+    from PIL.Image import Image
 
 # Okabe and Ito (2008), "Color Universal Design": told apart by every kind of colour vision.
 BLACK, GREY = "#000000", "#7f7f7f"
@@ -67,6 +70,16 @@ def save_png(fig: Figure, path: Path, dpi: int = 150) -> Path:
     with styled():
         fig.savefig(path, dpi=dpi, format="png", metadata={"Software": None})
     return path
+
+
+def picture(fig: Figure, dpi: int = 100) -> Image:
+    """A figure as one picture of an animation."""
+    import PIL.Image
+
+    fig.set_dpi(dpi)
+    canvas: Any = fig.canvas
+    canvas.draw()
+    return PIL.Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
 
 
 def draw_road(axes: Axes, road: Road, s_from_m: float, s_to_m: float) -> None:
