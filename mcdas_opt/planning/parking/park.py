@@ -15,7 +15,7 @@ from mcdas_opt.ocp.parking_records import COSTS, ParkingCosts
 from mcdas_opt.planning.parking.closed_form import CLOSED_FORMS
 from mcdas_opt.planning.parking.exchange import Exchanged, ExchangeSettings, exchange
 from mcdas_opt.planning.parking.guesses import GUESSES, Guess, guesses
-from mcdas_opt.planning.parking.ladder import LEVELS, Level, beyond_the_wall, climb
+from mcdas_opt.planning.parking.ladder import LEVELS, Climb, Level, beyond_the_wall, climb
 from mcdas_opt.planning.parking.manoeuvre import INTERVAL_S, standing_start
 from mcdas_opt.planning.parking.path import ArcPath, counted, drive
 from mcdas_opt.planning.parking.refusal import lengthened, relief, too_tight
@@ -76,17 +76,17 @@ def park(case: ParkingCase, planner: str = "nlp", *, settings: ParkSettings | No
     tight = too_tight(case, world)
     if tight is not None:
         return run.answer(planner, None, Verdict(violations=(tight[1],)), None, status="refused", reason=tight[0])
-    paths, exhausted = _searched(run, settings)
+    paths, climbed = _searched(run, settings)
     if planner == "nlp":
         _programs(run, settings, paths)
     if run.best is None:
-        return _refused(run, settings, planner, exhausted)
+        return _refused(run, settings, planner, climbed)
     trajectory, judgement = run.best
     return run.answer(planner, trajectory, judgement.verdict, judgement.min_clearance_m, status="planned", reason=_story(run))
 
 
-def _searched(run: Run, settings: ParkSettings) -> tuple[list[ArcPath], bool]:
-    """Sound paths, cheapest first, one for each number of gear changes, and whether the last search saw everything."""
+def _searched(run: Run, settings: ParkSettings) -> tuple[list[ArcPath], Climb]:
+    """Sound paths, cheapest first, one for each number of gear changes, and what the searches saw."""
     begin = time.perf_counter()
     cheapest: dict[int, tuple[float, ArcPath]] = {}
 
@@ -101,7 +101,7 @@ def _searched(run: Run, settings: ParkSettings) -> tuple[list[ArcPath], bool]:
     done = climb(run.case, run.world, settings.levels, settings.search, settings.many, offer, run.late)
     run.nodes += done.nodes
     run.timing["search"] += 1e3 * (time.perf_counter() - begin)
-    return [path for _, path in sorted(cheapest.values(), key=lambda entry: entry[0])], done.exhausted
+    return [path for _, path in sorted(cheapest.values(), key=lambda entry: entry[0])], done
 
 
 def _programs(run: Run, settings: ParkSettings, paths: list[ArcPath]) -> None:
@@ -193,10 +193,12 @@ def _offered(run: Run, name: str, solve: Callable[[], Exchanged]) -> Exchanged |
     return None
 
 
-def _refused(run: Run, settings: ParkSettings, planner: str, exhausted: bool) -> Parking:
+def _refused(run: Run, settings: ParkSettings, planner: str, climbed: Climb) -> Parking:
     """A last attempt from the answer of a relieved case; else why not, how near the best attempt came, and what would help."""
     case = run.case
-    reason = "every cell was searched and none leads home" if exhausted else "the search's cap on nodes was reached without a path"
+    reason = "every cell was searched and none leads home" if climbed.exhausted else "the search's cap on nodes was reached without a path"
+    if np.isfinite(climbed.left_m):
+        reason += f"; from the {climbed.ends[0]} the search came within {climbed.left_m:.1f} m of the {climbed.ends[1]}"
     if beyond_the_wall(case):
         reason += "; the slot is shorter than the car's diagonal and two clearances, so that only vanishing zigzags are left"
     helps = "no small relief was found that helps"
