@@ -36,17 +36,22 @@ def guesses(
     costs: ParkingCosts,
     settings: ExchangeSettings,
     interval_s: float = INTERVAL_S,
+    more_first_from: int = 0,
 ) -> Iterator[Guess]:
     """Guesses of the wanted kinds, most promising first; a closed form's needs no path of the search.
 
-    A path without a gear change is not given one: what that gains is not worth a driver's while.
+    A path without a gear change is not given one: what that gains is not worth a driver's while. From `more_first_from` gear changes on the
+    path with one more comes first.
     """
     for rank, path in enumerate(paths):
-        if "one-more" in kinds and rank == 0 and (path.gear_changes > 0 or "search" not in kinds):
+        plain = [Guess(counted(path.gear_changes), partial(standing_start, case, path, interval_s))] if "search" in kinds else []
+        more = []
+        if "one-more" in kinds and rank == 0 and (path.gear_changes > 0 or not plain):
             longer = one_more(path)
-            yield Guess(f"{counted(longer.gear_changes)}, one put before", partial(standing_start, case, longer, interval_s), pieces=True)
-        if "search" in kinds:
-            yield Guess(counted(path.gear_changes), partial(standing_start, case, path, interval_s))
+            more = [
+                Guess(f"{counted(longer.gear_changes)}, one put before", partial(standing_start, case, longer, interval_s), pieces=True)
+            ]
+        yield from [*more, *plain] if path.gear_changes >= more_first_from else [*plain, *more]
     if "two-arc" in kinds:
         yield Guess("two arcs", partial(_closed, case, "two arcs"))
     if "sigmoid" in kinds:

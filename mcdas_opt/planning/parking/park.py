@@ -41,7 +41,7 @@ class ParkSettings:
     levels: tuple[Level, ...] = LEVELS
     guesses: tuple[str, ...] = ("search", "one-more")  # of `GUESSES`
     starts: int = 3  # guesses that the program is started from at most; so many anyhow until one has an answer
-    tight_from: int = 5  # from so many gear changes on, one answer has to do
+    tight_from: int = 5  # from so many gear changes on, one answer has to do, and one gear more is tried first
     fine_for: tuple[int, int] = (7, 10)  # gear changes for which the grid is fine from the beginning, which costs less ...
     fine_s: float = 0.2  # ... than a second solution: its interval [s]
     work: int = 22_000  # iterations times intervals, after which no other start is begun once there is an answer
@@ -111,7 +111,7 @@ def _programs(run: Run, settings: ParkSettings, paths: list[ArcPath]) -> None:
     fewest = min((path.gear_changes for path in paths), default=0)
     most = settings.starts if fewest < settings.tight_from else 1
     interval_s = settings.fine_s if settings.fine_for[0] <= fewest <= settings.fine_for[1] else INTERVAL_S
-    chosen = list(guesses(run.case, paths, settings.guesses, settings.costs, settings.exchange, interval_s))
+    chosen = list(guesses(run.case, paths, settings.guesses, settings.costs, settings.exchange, interval_s, settings.tight_from))
     extra = [guess for guess in chosen if guess.name in ("two arcs", "reverse sigmoid", "a longer slot")]
     best: Exchanged | None = None
     for number, guess in enumerate([*[g for g in chosen if g not in extra][: settings.starts], *extra]):
