@@ -38,7 +38,7 @@ RATIOS = (2.6, 2.2, 2.0, 1.8, 1.6, 1.5, 1.4, 1.35, 1.3, 1.25, 1.2, 1.15, 1.12, 1
 PLANNERS = ("nlp", "search", "closed-form-corrected", "two-arc", "closed-form")
 VARIANTS = {
     "nlp:duals": ParkSettings(exchange=ExchangeSettings(form="duals")),
-    "nlp:plain": ParkSettings(guesses=("search",), polish_up_to=0, left_out=0, starts=1, starts_tight=1, starts_long=1),
+    "nlp:plain": ParkSettings(guesses=("search",), polish_up_to=0, left_out=0, starts=1),
     "nlp:one-more": ParkSettings(guesses=("one-more",), polish_up_to=0, left_out=0),
     "nlp:two-arc": ParkSettings(guesses=("two-arc",), polish_up_to=0, left_out=0),
     "nlp:sigmoid": ParkSettings(guesses=("sigmoid",), polish_up_to=0, left_out=0),

@@ -22,6 +22,7 @@ def park(
         str, typer.Option("--guesses", help="Where it starts from: search, one-more, two-arc, sigmoid, continuation; with commas.")
     ] = "search,one-more",
     checks: Annotated[str, typer.Option("--checks", help="Form of the collision checks: half-planes or duals.")] = "half-planes",
+    solver: Annotated[str, typer.Option("--solver", help="ipopt, or fatrop with IPOPT where that finds nothing sound.")] = "ipopt",
     budget: Annotated[float | None, typer.Option("--budget", min=0.0, help="Stop improving after so many seconds (an extra cap).")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Draw it: .png (a sheet), .gif, or .html (plays and scrubs).")] = None,
     as_json: JsonOption = False,
@@ -44,7 +45,7 @@ def park(
     settings = ParkSettings(
         costs=costs_named(cost),
         guesses=tuple(name.strip() for name in guesses.split(",")),
-        exchange=ExchangeSettings(form=checks),
+        exchange=ExchangeSettings(form=checks, solver=solver),
         time_budget_s=budget,
     )
     answer = run(problem, planner, settings=settings)

@@ -15,6 +15,7 @@ Rows = NDArray[np.int64]
 CORNERS = 4  # of the body, and of an obstacle as far as a check sees it
 WANTED_M = 0.25  # clearance beyond the asked one that the clearance cost still pays for
 FORMS = ("half-planes", "duals")
+SOLVERS = ("ipopt", "fatrop")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

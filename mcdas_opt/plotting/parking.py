@@ -133,7 +133,7 @@ def slot_sweep(rows: list[dict[str, str]], shortest_m: dict[str, float | None], 
         axes.set_xlabel("slot length [car lengths]")
         axes.set_ylabel("driving time [s]")
         axes.set_title("Parallel slots: who parks where, and how fast")
-        axes.legend(loc="upper center")
+        axes.legend(loc="upper right", bbox_to_anchor=(0.93, 1.0))
     return fig
 
 

@@ -12,6 +12,7 @@ from mcdas_opt.ocp.blocks import Copies, nlp_of
 from mcdas_opt.ocp.parking import solve_parking
 from mcdas_opt.ocp.parking_blocks import COMMON, EXTRA, STATE, check, check_rows, check_unknowns, interval
 from mcdas_opt.ocp.parking_records import COSTS, FORMS, Checks, ParkingPhysics, ParkingProgram, costs_named
+from mcdas_opt.ocp.parking_stages import Stages
 from mcdas_opt.solvers.interrupts import interrupts_kept
 
 PHYSICS = ParkingPhysics(2.7, -0.9, 3.6, 0.9, 1.5, 0.5, 0.05)
@@ -74,8 +75,8 @@ def test_a_check_is_met_just_when_the_clearance_is(form, gap):
     assert held == (gap > 0.0)
 
 
-def straight(form: str):
-    """Four metres ahead from rest to rest, no obstacle nearer than the box."""
+def straight() -> ParkingProgram:
+    """Two metres ahead from rest to rest, no obstacle nearer than the box."""
     n = 12
     nodes = np.zeros((n + 1, STATE))
     nodes[:, 0] = np.linspace(0.0, 2.0, n + 1)
@@ -88,7 +89,7 @@ def straight(form: str):
         angles=np.array([np.pi]),
         offsets=np.array([-6.0]),
     )
-    program = ParkingProgram(
+    return ParkingProgram(
         nodes=nodes,
         nodes_low=low,
         nodes_high=high,
@@ -98,14 +99,23 @@ def straight(form: str):
         steps_high=np.array([1.0]),
         checks=checks,
     )
-    return solve_parking(program, PHYSICS, COSTS["time"], form=form)
 
 
 def test_both_forms_give_the_shortest_time_there_is():
     for form in FORMS:
-        found = straight(form)
+        found = solve_parking(straight(), PHYSICS, COSTS["time"], form=form)
         assert found.violation < 1e-6
         assert found.duration_s == pytest.approx(2.0 * np.sqrt(2.0 / PHYSICS.acceleration_mps2), rel=2e-3)
+
+
+def test_stage_by_stage_is_the_same_program():
+    by_stages = Stages(straight(), PHYSICS, COSTS["time"], 100).solve()
+    whole = solve_parking(straight(), PHYSICS, COSTS["time"])
+    assert by_stages.solver == "fatrop"
+    assert by_stages.violation < 1e-6
+    assert by_stages.duration_s == pytest.approx(whole.duration_s, rel=1e-4)
+    assert by_stages.nodes[0] == pytest.approx(whole.nodes[0], abs=1e-6)
+    assert by_stages.nodes[-1] == pytest.approx(whole.nodes[-1], abs=1e-6)
 
 
 def test_costs_have_names():
@@ -120,7 +130,7 @@ def test_an_interrupt_during_a_solve_is_raised_after_it():
     def interrupted() -> None:
         with interrupts_kept():
             os.kill(os.getpid(), signal.SIGINT)
-            finished.append(straight("half-planes"))
+            finished.append(solve_parking(straight(), PHYSICS, COSTS["time"]))
 
     with pytest.raises(KeyboardInterrupt):
         interrupted()

@@ -122,6 +122,8 @@ def test_impossible_slots_are_refused_with_what_would_help():
     answer = park(parking_case_from_document(boxed), settings=ParkSettings(levels=(Level(0.04, 4000, False),)))
     assert answer.status == "refused"
     assert "every cell was searched" in answer.reason or "cap on nodes" in answer.reason
+    assert "came within" in answer.reason
+    assert answer.reason.index("from the") < answer.reason.index("m of the")
 
 
 def test_a_plain_without_obstacles_and_a_car_that_is_there_already():

@@ -1,19 +1,24 @@
 """Manoeuvres changed: phases, finer grids, guesses, what a cost is worth, and refusals that say how near they came."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mcdas_opt.catalogue.parking_cases import slot_case
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.ocp.parking_records import COSTS
+from mcdas_opt.ocp.parking_stages import Stages
 from mcdas_opt.planning.parking.closed_form import two_arc
+from mcdas_opt.planning.parking.costs import PathCost
 from mcdas_opt.planning.parking.exchange import ExchangeSettings, exchange
 from mcdas_opt.planning.parking.guesses import GUESSES, guesses, one_more
 from mcdas_opt.planning.parking.ladder import Level
-from mcdas_opt.planning.parking.manoeuvre import standing_start
+from mcdas_opt.planning.parking.manoeuvre import node_poses, standing_start
 from mcdas_opt.planning.parking.park import ParkSettings, park
 from mcdas_opt.planning.parking.path import Arc, ArcPath
-from mcdas_opt.planning.parking.structure import finer, from_trajectory, in_pieces, phases, ways, without
+from mcdas_opt.planning.parking.search import SearchSettings, search
+from mcdas_opt.planning.parking.structure import finer, finer_places, from_trajectory, in_pieces, phases, ways, without
 from mcdas_opt.planning.parking.world import World
 from mcdas_opt.planning.parking.worth import worth
 from mcdas_opt.verification.parking_judge import judge_parking
@@ -47,6 +52,38 @@ def test_a_finer_grid_drives_the_same():
     pieces = in_pieces(manoeuvre, 4)
     assert np.bincount(pieces.segments.astype(int)).max() == 4
     assert np.all(np.diff(pieces.segments)[np.diff(manoeuvre.segments) != 0] == 1)
+
+
+def test_checks_stay_where_they_are_on_a_finer_grid():
+    manoeuvre = standing_start(CASE, ZIGZAG)
+    halved = finer(CASE, manoeuvre)
+    coarse, at = node_poses(CASE, manoeuvre, 96)
+    fine, _ = node_poses(CASE, halved, 96)
+    assert at[-1] == 1.0
+    for k, point in ((1, 0), (3, 10), (3, 47), (5, 48), (7, 95)):
+        ((there, polygon, beside),) = finer_places(frozenset({(k, 2, point)}), 96)
+        assert polygon == 2
+        assert fine[there, beside] == pytest.approx(coarse[k, point], abs=1e-6)
+
+
+@pytest.mark.parametrize("answers", [True, False])
+def test_fatrop_or_whoever_answers_for_it(monkeypatch, answers):
+    path = search(CASE, World.of(CASE), SearchSettings(), PathCost.of(CASE)).paths[0]
+    guess = standing_start(CASE, path)
+    if not answers:
+        plain = Stages.solve
+        monkeypatch.setattr(Stages, "solve", lambda self: replace(plain(self), violation=np.inf))
+    solve = ExchangeSettings(solver="fatrop", rounds=2, rounds_unsound=6)
+    found = exchange(CASE, World.of(CASE), guess, COSTS["time"], solve)
+    assert found.best is not None
+    assert judge_parking(CASE, found.best.trajectory(CASE)).verdict.passed
+    if not answers:
+        ours = exchange(CASE, World.of(CASE), guess, COSTS["time"], replace(solve, solver="ipopt"))
+        assert ours.best is not None
+        assert found.best.nodes == pytest.approx(ours.best.nodes)
+        assert found.iterations > ours.iterations
+    with pytest.raises(ParameterError, match="did you mean 'fatrop'"):
+        ExchangeSettings(solver="fatrob")
 
 
 def test_a_driven_trajectory_is_a_guess():
@@ -116,4 +153,4 @@ def test_a_search_that_fails_says_how_near_it_came_and_what_would_do():
 
 def test_guesses_of_a_path_come_first():
     names = [guess.name for guess in guesses(CASE, [ZIGZAG], ("search", "one-more"), COSTS["time"], ExchangeSettings())]
-    assert names == ["2 gear changes", "3 gear changes, one put before"]
+    assert names == ["3 gear changes, one put before", "2 gear changes"]

@@ -12,9 +12,13 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.geometry.clearance import separating_lines
 from mcdas_opt.ocp.parking import solve_parking
-from mcdas_opt.ocp.parking_records import CORNERS, FORMS, Checks, ParkingCosts, ParkingPhysics, ParkingProgram
+from mcdas_opt.ocp.parking_records import CORNERS, FORMS, SOLVERS, Checks, ParkingCosts, ParkingPhysics, ParkingProgram, ParkingSolution
+from mcdas_opt.ocp.parking_stages import Stages
 from mcdas_opt.planning.parking.manoeuvre import Manoeuvre, node_poses, with_solution
 from mcdas_opt.planning.parking.world import World
+
+Place = tuple[int, int, int]  # of a check: interval, polygon of the world, roll-out point of the interval
+_SOUND = 1e-5  # a solution's violation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,30 +35,34 @@ class ExchangeSettings:
     trust_rad: float = 0.4
     trust_room: float = 0.7  # share of a pose's clearance that it may move, where that is more
     per_interval: int = 96  # roll-out points per interval
-    margin_m: float = 4e-4  # more clearance than asked, for what lies between roll-out points
+    margin_m: float = 2e-4  # more clearance than asked, for what lies between roll-out points
     max_iterations: int = 120
-    end_share: float = 0.9  # of the end tolerance that may be used: in narrow slots it is worth a tenth of the time
+    end_share: float = 0.995  # of the end tolerance that may be used: in narrow slots it is worth a tenth of the time
     gain: float = 0.01  # stop when a round gains less than this share
     around_m: tuple[float, ...] = (0.0, 0.025, 0.06)  # where else to check where the clearance dips
     nearly_m: float = 1e-3  # what lacks less than this is asked for as well
     trust_from: int = 2  # round after which the box of trust ...
     trust_shrinks: float = 0.5  # ... shrinks, every round
     form: str = "half-planes"  # of the collision checks; or "duals"
+    solver: str = "ipopt"  # or "fatrop", which IPOPT answers for where it finds nothing sound, and where it cannot be asked
 
     def __post_init__(self) -> None:
         if self.form not in FORMS:
             raise ParameterError("checks", self.form, f"is unknown; {nearest(self.form, FORMS)}")
+        if self.solver not in SOLVERS:
+            raise ParameterError("solver", self.solver, f"is unknown; {nearest(self.solver, SOLVERS)}")
 
 
 @dataclass(frozen=True, slots=True)
 class Exchanged:
-    """The best sound manoeuvre of the loop (None when no round gave one), and what the last round lacked."""
+    """The best sound manoeuvre of the loop (None when no round gave one), what the last round lacked, and where it had to look."""
 
     best: Manoeuvre | None
     last: Manoeuvre
     lacking_m: float
     rounds: int
     iterations: int
+    checked: frozenset[Place] = frozenset()
 
 
 def exchange(
@@ -64,10 +72,12 @@ def exchange(
     costs: ParkingCosts,
     settings: ExchangeSettings,
     end_steering_rad: float | None = None,
+    checked: frozenset[Place] = frozenset(),
 ) -> Exchanged:
     """Improve a manoeuvre: every round's solution is rolled out and measured between its nodes.
 
     The start is held; the goal within a share of its tolerance, or exactly, with the steering angle there, where that is given.
+    `checked` are places to look at from the first round on.
     """
     asked = case.limits.clearance_m
     car = case.vehicle
@@ -84,10 +94,11 @@ def exchange(
     centre = 0.5 * (first.nodes[:, :2].max(0) + first.nodes[:, :2].min(0))
     spread = float(np.hypot(*(first.nodes[:, :2] - centre).T).max())
     near = whole.near(float(centre[0]), float(centre[1]), spread + world.body.reach + 2.0)
+    rank = {int(k): place for place, k in enumerate(near)}
     if near.size < len(whole.polygons):
         world = World(world.body, whole.only(near), [world.owner[int(k)] for k in near])
     current, best = first, None
-    kept: set[tuple[int, int, int]] = set()
+    kept = {(k, rank[polygon], point) for k, polygon, point in checked if polygon in rank}
     durations = [0.0]
     iterations, lacking, margin, trust = 0, np.inf, settings.margin_m, 1.0
     rounds = 0
@@ -103,10 +114,8 @@ def exchange(
             program.nodes_high[-1, :3] += slack
         else:
             program.nodes[-1, 4] = program.nodes_low[-1, 4] = program.nodes_high[-1, 4] = end_steering_rad
-        solution = solve_parking(
-            program, physics._replace(clearance_m=asked + margin), costs, settings.max_iterations, warm=rounds > 1, form=settings.form
-        )
-        iterations += solution.iterations
+        tried, solution = _solved(program, physics._replace(clearance_m=asked + margin), costs, settings, warm=rounds > 1)
+        iterations += tried
         if not solution.violation <= 0.5:
             break
         current = with_solution(current, solution.nodes, solution.steps)
@@ -115,7 +124,7 @@ def exchange(
         least = float(apart.min(initial=np.inf))
         lacking = max(asked - least, solution.violation - 1e-5, 0.0)
         kept |= _dips(apart, asked + margin, _ways(current), settings.around_m)
-        if least >= asked - 1e-6 and solution.violation < 1e-5:
+        if least >= asked - 1e-6 and solution.violation < _SOUND:
             if best is None or current.duration_s < best.duration_s:
                 best = current
             margin = settings.margin_m
@@ -126,7 +135,22 @@ def exchange(
         durations = [*durations, current.duration_s][-2:]
         if rounds >= settings.trust_from:
             trust = max(trust * settings.trust_shrinks, 0.05)
-    return Exchanged(best, current, lacking, rounds, iterations)
+    places = frozenset((k, int(near[polygon]), point) for k, polygon, point in kept)
+    return Exchanged(best, current, lacking, rounds, iterations, places)
+
+
+def _solved(
+    program: ParkingProgram, physics: ParkingPhysics, costs: ParkingCosts, settings: ExchangeSettings, *, warm: bool
+) -> tuple[int, ParkingSolution]:
+    """(iterations of both solvers, solution)."""
+    tried = 0
+    if settings.solver == "fatrop" and settings.form == "half-planes" and costs.clearance == 0.0:
+        first = Stages(program, physics, costs, settings.max_iterations, warm).solve()
+        if first.violation < _SOUND:
+            return first.iterations, first
+        tried = first.iterations
+    second = solve_parking(program, physics, costs, settings.max_iterations, warm=warm, form=settings.form)
+    return tried + second.iterations, second
 
 
 def _ways(manoeuvre: Manoeuvre) -> Array:
@@ -141,7 +165,7 @@ def _apart(world: World, poses: Array) -> Array:
     return world.whole.separation(poses.reshape(-1, 3), world.body).reshape(n, m, len(world.whole.polygons))
 
 
-def _dips(apart: Array, asked: float, way: Array, around_m: tuple[float, ...]) -> set[tuple[int, int, int]]:
+def _dips(apart: Array, asked: float, way: Array, around_m: tuple[float, ...]) -> set[Place]:
     """(interval, polygon, point) where the clearance falls short, and places around it: the next solution dips a little farther on.
 
     `way` (n,) is how far the car goes in each interval [m].
@@ -168,7 +192,7 @@ def _program(
     poses: Array,
     fractions: Array,
     apart: Array,
-    kept: set[tuple[int, int, int]],
+    kept: set[Place],
     settings: ExchangeSettings,
     trust: float,
 ) -> ParkingProgram:

@@ -10,7 +10,7 @@ from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.ocp.parking_records import ParkingCosts
 from mcdas_opt.planning.parking.closed_form import corrected, two_arc
 from mcdas_opt.planning.parking.exchange import ExchangeSettings, exchange
-from mcdas_opt.planning.parking.manoeuvre import Manoeuvre, standing_start
+from mcdas_opt.planning.parking.manoeuvre import INTERVAL_S, Manoeuvre, standing_start
 from mcdas_opt.planning.parking.path import Arc, ArcPath, counted, merged
 from mcdas_opt.planning.parking.refusal import lengthened
 from mcdas_opt.planning.parking.structure import from_trajectory
@@ -30,15 +30,28 @@ class Guess(NamedTuple):
 
 
 def guesses(
-    case: ParkingCase, paths: list[ArcPath], kinds: tuple[str, ...], costs: ParkingCosts, settings: ExchangeSettings
+    case: ParkingCase,
+    paths: list[ArcPath],
+    kinds: tuple[str, ...],
+    costs: ParkingCosts,
+    settings: ExchangeSettings,
+    interval_s: float = INTERVAL_S,
+    more_first_from: int = 0,
 ) -> Iterator[Guess]:
-    """Guesses of the wanted kinds, most promising first; a closed form's needs no path of the search."""
+    """Guesses of the wanted kinds, most promising first; a closed form's needs no path of the search.
+
+    A path without a gear change is not given one: what that gains is not worth a driver's while. From `more_first_from` gear changes on the
+    path with one more comes first.
+    """
     for rank, path in enumerate(paths):
-        if "search" in kinds:
-            yield Guess(counted(path.gear_changes), partial(standing_start, case, path))
-        if "one-more" in kinds and rank == 0:
+        plain = [Guess(counted(path.gear_changes), partial(standing_start, case, path, interval_s))] if "search" in kinds else []
+        more = []
+        if "one-more" in kinds and rank == 0 and (path.gear_changes > 0 or not plain):
             longer = one_more(path)
-            yield Guess(f"{counted(longer.gear_changes)}, one put before", partial(standing_start, case, longer), pieces=True)
+            more = [
+                Guess(f"{counted(longer.gear_changes)}, one put before", partial(standing_start, case, longer, interval_s), pieces=True)
+            ]
+        yield from [*more, *plain] if path.gear_changes >= more_first_from else [*plain, *more]
     if "two-arc" in kinds:
         yield Guess("two arcs", partial(_closed, case, "two arcs"))
     if "sigmoid" in kinds:

@@ -38,10 +38,12 @@ LEVELS = (
 
 @dataclass(slots=True)
 class Climb:
-    """What the ladder cost: poses seen, and whether the last search saw every cell that it could reach."""
+    """What the ladder cost: poses, whether the last search saw every cell that it could reach, how near one came, from which end."""
 
     nodes: int = 0
     exhausted: bool = False
+    left_m: float = np.inf
+    ends: tuple[str, str] = ("goal", "start")
 
 
 def climb(
@@ -106,6 +108,8 @@ class _Side:
 
         outcome = search(self.case, self.world, steps, self.cost, report)
         done.nodes += outcome.nodes
+        if outcome.left_m < done.left_m:
+            done.left_m, done.ends = outcome.left_m, ("start", "goal") if self.backwards else ("goal", "start")
         return outcome.exhausted
 
 

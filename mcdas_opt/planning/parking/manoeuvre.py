@@ -42,7 +42,7 @@ class Manoeuvre:
         return sampled(case, self.times, self.nodes[:, 3], self.nodes[:, 4])
 
 
-def standing_start(case: ParkingCase, path: ArcPath) -> Manoeuvre:
+def standing_start(case: ParkingCase, path: ArcPath, interval_s: float = INTERVAL_S) -> Manoeuvre:
     """The path of arcs as a manoeuvre that a program can start from: feasible as it stands, up to the corners of the speed profile."""
     limits, car = case.limits, case.vehicle
     durations = []
@@ -50,7 +50,7 @@ def standing_start(case: ParkingCase, path: ArcPath) -> Manoeuvre:
         top = limits.forward_mps if arc.length > 0.0 else limits.reverse_mps
         reached = min(top, float(np.sqrt(limits.acceleration_mps2 * abs(arc.length))))
         durations.append(2.0 * reached / limits.acceleration_mps2 + (abs(arc.length) - reached**2 / limits.acceleration_mps2) / reached)
-    counts = np.array([max(4, 2 * int(np.ceil(0.5 * d / INTERVAL_S))) for d in durations])
+    counts = np.array([max(4, 2 * int(np.ceil(0.5 * d / interval_s))) for d in durations])
     counts = np.minimum(counts, 20)
     wanted = int(counts.sum()) + len(counts)
     size = next((s for s in SIZES if s >= wanted), wanted)

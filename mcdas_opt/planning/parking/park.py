@@ -15,13 +15,13 @@ from mcdas_opt.ocp.parking_records import COSTS, ParkingCosts
 from mcdas_opt.planning.parking.closed_form import CLOSED_FORMS
 from mcdas_opt.planning.parking.exchange import Exchanged, ExchangeSettings, exchange
 from mcdas_opt.planning.parking.guesses import GUESSES, Guess, guesses
-from mcdas_opt.planning.parking.ladder import LEVELS, Level, beyond_the_wall, climb
-from mcdas_opt.planning.parking.manoeuvre import Manoeuvre, standing_start
+from mcdas_opt.planning.parking.ladder import LEVELS, Climb, Level, beyond_the_wall, climb
+from mcdas_opt.planning.parking.manoeuvre import INTERVAL_S, standing_start
 from mcdas_opt.planning.parking.path import ArcPath, counted, drive
 from mcdas_opt.planning.parking.refusal import lengthened, relief, too_tight
 from mcdas_opt.planning.parking.run import Run
 from mcdas_opt.planning.parking.search import SearchSettings
-from mcdas_opt.planning.parking.structure import finer, in_pieces, ways, without
+from mcdas_opt.planning.parking.structure import finer, finer_places, in_pieces, ways, without
 from mcdas_opt.planning.parking.windows import WindowSettings, improve
 from mcdas_opt.planning.parking.world import World
 from mcdas_opt.verification.parking_judge import judge_parking
@@ -40,18 +40,19 @@ class ParkSettings:
     windows: WindowSettings = field(default_factory=WindowSettings)
     levels: tuple[Level, ...] = LEVELS
     guesses: tuple[str, ...] = ("search", "one-more")  # of `GUESSES`
-    starts: int = 3  # guesses that the program is started from
-    starts_tight: int = 2  # the same, for paths with more gear changes than ...
-    tight_from: int = 4
-    starts_long: int = 3  # the same, from so many gear changes on as ...
-    long_from: int = 17
-    single_from: int = 25  # from so many gear changes on, one start has to do
-    work: int = 30_000  # iterations times intervals, after which nothing more is begun below `long_from` gear changes
+    starts: int = 3  # guesses that the program is started from at most; so many anyhow until one has an answer
+    tight_from: int = 5  # from so many gear changes on, one answer has to do, and one gear more is tried first
+    fine_for: tuple[int, int] = (7, 10)  # gear changes for which the grid is fine from the beginning, which costs less ...
+    fine_s: float = 0.2  # ... than a second solution: its interval [s]
+    work: int = 22_000  # iterations times intervals, after which no other start is begun once there is an answer
+    work_polishing: int = 46_000  # the same, with what it is expected to take, for the finer grid ...
+    long_from: int = 17  # ... below so many gear changes
     many: int = 14  # a search's path with more gear changes asks for another search of finer cells
     left_out_m: float = 0.06  # phases shorter than this are tried without ...
     left_out: int = 2  # ... at most so many times
-    polish_up_to: int = 100  # intervals: what has at most so many is solved once more on a grid of half the spacing
+    polish_up_to: int = 260  # intervals: what has at most so many is solved once more on a grid of half the spacing
     polish_m: float = 0.2  # trust of that
+    polish_iterations: int = 110  # expected of it
     time_budget_s: float | None = None
 
     def __post_init__(self) -> None:
@@ -75,17 +76,17 @@ def park(case: ParkingCase, planner: str = "nlp", *, settings: ParkSettings | No
     tight = too_tight(case, world)
     if tight is not None:
         return run.answer(planner, None, Verdict(violations=(tight[1],)), None, status="refused", reason=tight[0])
-    paths, exhausted = _searched(run, settings)
+    paths, climbed = _searched(run, settings)
     if planner == "nlp":
         _programs(run, settings, paths)
     if run.best is None:
-        return _refused(run, settings, planner, exhausted)
+        return _refused(run, settings, planner, climbed)
     trajectory, judgement = run.best
     return run.answer(planner, trajectory, judgement.verdict, judgement.min_clearance_m, status="planned", reason=_story(run))
 
 
-def _searched(run: Run, settings: ParkSettings) -> tuple[list[ArcPath], bool]:
-    """Sound paths, cheapest first, one for each number of gear changes, and whether the last search saw everything."""
+def _searched(run: Run, settings: ParkSettings) -> tuple[list[ArcPath], Climb]:
+    """Sound paths, cheapest first, one for each number of gear changes, and what the searches saw."""
     begin = time.perf_counter()
     cheapest: dict[int, tuple[float, ArcPath]] = {}
 
@@ -100,7 +101,7 @@ def _searched(run: Run, settings: ParkSettings) -> tuple[list[ArcPath], bool]:
     done = climb(run.case, run.world, settings.levels, settings.search, settings.many, offer, run.late)
     run.nodes += done.nodes
     run.timing["search"] += 1e3 * (time.perf_counter() - begin)
-    return [path for _, path in sorted(cheapest.values(), key=lambda entry: entry[0])], done.exhausted
+    return [path for _, path in sorted(cheapest.values(), key=lambda entry: entry[0])], done
 
 
 def _programs(run: Run, settings: ParkSettings, paths: list[ArcPath]) -> None:
@@ -108,31 +109,27 @@ def _programs(run: Run, settings: ParkSettings, paths: list[ArcPath]) -> None:
     if any(not path.arcs for path in paths):
         return  # the car is there already
     fewest = min((path.gear_changes for path in paths), default=0)
-    most = settings.starts if fewest <= settings.tight_from else settings.starts_tight
-    most = 1 if fewest >= settings.single_from else settings.starts_long if fewest >= settings.long_from else most
-    chosen = list(guesses(run.case, paths, settings.guesses, settings.costs, settings.exchange))
+    most = settings.starts if fewest < settings.tight_from else 1
+    interval_s = settings.fine_s if settings.fine_for[0] <= fewest <= settings.fine_for[1] else INTERVAL_S
+    chosen = list(guesses(run.case, paths, settings.guesses, settings.costs, settings.exchange, interval_s, settings.tight_from))
     extra = [guess for guess in chosen if guess.name in ("two arcs", "reverse sigmoid", "a longer slot")]
-    enough = settings.work if fewest < settings.long_from else np.inf
-    best: Manoeuvre | None = None
-    for guess in [*[g for g in chosen if g not in extra][:most], *extra]:
+    best: Exchanged | None = None
+    for number, guess in enumerate([*[g for g in chosen if g not in extra][: settings.starts], *extra]):
         if run.late():
             return
-        if best is None or run.work < enough or guess in extra:
+        if best is None or guess in extra or (number < most and run.work < settings.work):
             best = _tried(run, settings, guess, best)
-    for _ in range(settings.left_out if best is not None and best.gear_changes <= settings.windows.whole_up_to else 0):
-        if run.work >= enough:
-            break
+    if best is None or best.best is None or best.best.gear_changes > settings.windows.whole_up_to:
+        return
+    for _ in range(settings.left_out):
         shorter = _without_shortest(run, settings, best)
         if shorter is best:
             break
         best = shorter
-    if best is not None and len(best.steps) <= settings.polish_up_to and run.work < enough and not run.late():
-        fine = replace(settings.exchange, trust_m=settings.polish_m, trust_rad=0.5 * settings.polish_m)
-        halved = in_pieces(finer(run.case, best), PIECE)
-        _offered(run, "nlp, finer grid", lambda: exchange(run.case, run.world, halved, settings.costs, fine))
+    _polished(run, settings, best)
 
 
-def _tried(run: Run, settings: ParkSettings, guess: Guess, best: Manoeuvre | None) -> Manoeuvre | None:
+def _tried(run: Run, settings: ParkSettings, guess: Guess, best: Exchanged | None) -> Exchanged | None:
     """The better of the best so far and what the program makes of a guess."""
     begin = time.perf_counter()
     first = guess.make()
@@ -140,36 +137,48 @@ def _tried(run: Run, settings: ParkSettings, guess: Guess, best: Manoeuvre | Non
         run.timing["solve"] += 1e3 * (time.perf_counter() - begin)
         return best
     before = run.value
-
-    def solved(manoeuvre: Manoeuvre) -> Callable[[], Exchanged]:
-        return lambda: improve(run.case, run.world, manoeuvre, settings.costs, settings.exchange, settings.windows)
-
-    done = _offered(run, f"nlp from {guess.name}", solved(in_pieces(first, PIECE) if guess.pieces else first))
-    if done is None and best is None and guess.pieces:
-        done = _offered(run, f"nlp from {guess.name}, even grid", solved(first))
+    manoeuvre = in_pieces(first, PIECE) if guess.pieces else first
+    done = _offered(
+        run,
+        f"nlp from {guess.name}",
+        lambda: improve(run.case, run.world, manoeuvre, settings.costs, settings.exchange, settings.windows),
+    )
     return done if done is not None and (best is None or run.value < before) else best
 
 
-def _without_shortest(run: Run, settings: ParkSettings, best: Manoeuvre | None) -> Manoeuvre | None:
+def _without_shortest(run: Run, settings: ParkSettings, best: Exchanged) -> Exchanged:
     """The best manoeuvre without its shortest phase but the first, where that is short and the program gains; else the best itself.
 
     A short first phase was put in on purpose, or the path has none.
     """
-    if best is None or best.gear_changes < 1 or run.late():
+    manoeuvre = best.best
+    if manoeuvre is None or manoeuvre.gear_changes < 1 or run.late():
         return best
-    driven = ways(best)
+    driven = ways(manoeuvre)
     shortest = 1 + int(np.argmin(driven[1:]))
     if driven[shortest] > settings.left_out_m:
         return best
-    before = run.value
-    done = _offered(
-        run, "nlp, a phase left out", lambda: exchange(run.case, run.world, without(best, shortest), settings.costs, settings.exchange)
-    )
+    before, fewer = run.value, without(manoeuvre, shortest)
+    done = _offered(run, "nlp, a phase left out", lambda: exchange(run.case, run.world, fewer, settings.costs, settings.exchange))
     return done if done is not None and run.value < before else best
 
 
-def _offered(run: Run, name: str, solve: Callable[[], Exchanged]) -> Manoeuvre | None:
-    """Solve, and offer what came of it; the manoeuvre when it is sound."""
+def _polished(run: Run, settings: ParkSettings, best: Exchanged) -> None:
+    """The best manoeuvre on a grid of half the spacing, looking from the first round on where it had to look before."""
+    manoeuvre = best.best
+    if manoeuvre is None or len(manoeuvre.steps) > settings.polish_up_to or run.late():
+        return
+    halved = in_pieces(finer(run.case, manoeuvre), PIECE)
+    expected = run.work + settings.polish_iterations * len(halved.steps)
+    if manoeuvre.gear_changes < settings.long_from and expected > settings.work_polishing:
+        return
+    closely = replace(settings.exchange, trust_m=settings.polish_m, trust_rad=0.5 * settings.polish_m)
+    places = finer_places(best.checked, settings.exchange.per_interval)
+    _offered(run, "nlp, finer grid", lambda: exchange(run.case, run.world, halved, settings.costs, closely, checked=places))
+
+
+def _offered(run: Run, name: str, solve: Callable[[], Exchanged]) -> Exchanged | None:
+    """Solve, and offer what came of it; it comes back when it is sound."""
     begin = time.perf_counter()
     done = solve()
     seconds = time.perf_counter() - begin
@@ -179,15 +188,17 @@ def _offered(run: Run, name: str, solve: Callable[[], Exchanged]) -> Manoeuvre |
     note = f"{done.rounds} rounds, {done.iterations} iterations"
     driven = (done.best if done.best is not None else done.last).trajectory(run.case)
     if run.offer(name, driven, note, seconds):
-        return done.best
+        return done
     run.failed(name, done.lacking_m, driven)
     return None
 
 
-def _refused(run: Run, settings: ParkSettings, planner: str, exhausted: bool) -> Parking:
+def _refused(run: Run, settings: ParkSettings, planner: str, climbed: Climb) -> Parking:
     """A last attempt from the answer of a relieved case; else why not, how near the best attempt came, and what would help."""
     case = run.case
-    reason = "every cell was searched and none leads home" if exhausted else "the search's cap on nodes was reached without a path"
+    reason = "every cell was searched and none leads home" if climbed.exhausted else "the search's cap on nodes was reached without a path"
+    if np.isfinite(climbed.left_m):
+        reason += f"; from the {climbed.ends[0]} the search came within {climbed.left_m:.1f} m of the {climbed.ends[1]}"
     if beyond_the_wall(case):
         reason += "; the slot is shorter than the car's diagonal and two clearances, so that only vanishing zigzags are left"
     helps = "no small relief was found that helps"

@@ -53,11 +53,15 @@ class SearchSettings:
 
 @dataclass(frozen=True, slots=True)
 class SearchOutcome:
-    """Paths, cheapest first, one for each number of gear changes; `exhausted` when every cell was seen and none leads home."""
+    """Paths, cheapest first, one for each number of gear changes; `exhausted` when every cell was seen and none leads home.
+
+    `left_m` is how near to the other end [m] a pose came.
+    """
 
     paths: tuple[ArcPath, ...]
     nodes: int
     exhausted: bool
+    left_m: float
 
 
 def search(
@@ -111,7 +115,9 @@ class _Search:
             rounds += 1
             left -= left > 0
         ranked = sorted(self.found.values(), key=lambda entry: entry[0])
-        return SearchOutcome(tuple(path for _, path in ranked), self.nodes.count, exhausted=not any(self.queues) and not self.found)
+        off = self.nodes.pose[: self.nodes.count, :2] - self.case.start[:2]
+        left_m = 0.0 if ranked else float(np.hypot(off[:, 0], off[:, 1]).min())
+        return SearchOutcome(tuple(path for _, path in ranked), self.nodes.count, not any(self.queues) and not self.found, left_m)
 
     def _pop(self) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
         batch: list[int] = []

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
+from mcdas_opt.planning.parking.exchange import Place
 from mcdas_opt.planning.parking.manoeuvre import INTERVAL_S, Manoeuvre, node_poses
 
 _LEAST = 8  # intervals of a run
@@ -69,6 +70,12 @@ def finer(case: ParkingCase, manoeuvre: Manoeuvre) -> Manoeuvre:
     nodes[1::2, 3:] = 0.5 * (manoeuvre.nodes[:-1, 3:] + manoeuvre.nodes[1:, 3:])
     steps, gears, segments = (np.repeat(column, 2) for column in (0.5 * manoeuvre.steps, manoeuvre.gears, manoeuvre.segments))
     return Manoeuvre(nodes, steps, gears, segments, manoeuvre.name)
+
+
+def finer_places(checked: frozenset[Place], per_interval: int) -> frozenset[Place]:
+    """Where the checks of a manoeuvre lie once its intervals are halved."""
+    half = per_interval // 2
+    return frozenset((2 * k + point // half, polygon, 2 * (point % half)) for k, polygon, point in checked)
 
 
 def from_trajectory(case: ParkingCase, trajectory: ParkingTrajectory, name: str) -> Manoeuvre:

@@ -26,6 +26,7 @@ class WindowSettings:
     twice_up_to: int = 60  # gear changes; beyond, one pass has to do
     rounds: int = 4
     rounds_unsound: int = 6
+    left_out: int = 3  # phases of a window that are left out one at a time, while it gains
     closing_m: float = 0.1  # trust of the whole at the end, where the windows do not fit together
 
 
@@ -59,13 +60,14 @@ def improve(
             iterations += done.iterations
             rounds += done.rounds
             better = done.best if done.best is not None and done.best.duration_s < part.duration_s else part
-            if number > 0 or passes == 1:
+            for _ in range(windows.left_out if number > 0 or passes == 1 else 0):
                 fewer = without(better, int(np.argmin(ways(better)[1:-1])) + 1)
                 tried = exchange(piece, world, fewer, costs, inner, None if last else float(part.nodes[-1, 4]))
                 iterations += tried.iterations
                 rounds += tried.rounds
-                if tried.best is not None and tried.best.duration_s < better.duration_s:
-                    better = tried.best
+                if tried.best is None or tried.best.duration_s >= better.duration_s:
+                    break
+                better = tried.best
             current = _spliced(current, low, high, better)
             if last:
                 break
