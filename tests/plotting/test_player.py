@@ -12,10 +12,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from PIL import Image
 
 from mcdas_opt.catalogue.parking_cases import load_parking_case
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.planning.parking.park import park
@@ -131,6 +133,20 @@ def test_pages_are_self_contained_and_small(drive: Simulation, tmp_path: Path) -
         self_contained(text)
         assert len(text) < 400_000
     assert save_plan(situation, vehicle, plan, tmp_path / "plan.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_plan_moves_in_real_time(tmp_path: Path) -> None:
+    situation, vehicle = situation_of("sandwich-60-40")
+    plan = Planner(vehicle, "closed-form-corrected").plan(situation)
+    end = int(np.searchsorted(plan.trajectory.t_s, 0.5)) + 1
+    x = plan.trajectory
+    begun = replace(plan, trajectory=Trajectory.from_states(x.t_s[:end], x.states[:end], x.inputs[: end - 1]))
+    with Image.open(save_plan(situation, vehicle, begun, tmp_path / "plan.gif")) as moving:
+        lengths = []
+        for k in range(moving.n_frames):
+            moving.seek(k)
+            lengths.append(moving.info["duration"])
+    assert sum(lengths[:-1]) == pytest.approx(1000.0 * float(begun.trajectory.t_s[-1]), abs=15.0)
 
 
 def test_the_same_drive_is_the_same_page(drive: Simulation, tmp_path: Path) -> None:
