@@ -34,7 +34,7 @@ def test_bad_options_are_named(tmp_path: Path):
     with pytest.raises(ParameterError, match="planner"):
         follow("parallel", planner="two-arc")
     with pytest.raises(InputError, match=r"\.png"):
-        follow("parallel", out=tmp_path / "drive.gif")
+        follow("parallel", out=tmp_path / "drive.json")
 
 
 @pytest.mark.parametrize(
