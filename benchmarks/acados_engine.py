@@ -66,6 +66,7 @@ class AcadosEngine:
             setattr(options, f"nlp_solver_tol_{kind}", tolerance)
         options.ext_fun_compile_flags = "-O3 -march=native"
         self._solver = _built(template, ocp)
+        self.reset()
 
     def reset(self) -> None:
         self._solver.reset()
