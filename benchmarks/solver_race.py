@@ -2,14 +2,14 @@
 
     python -m benchmarks.solver_race [--loops 1] [--cold 20] [--neighbours 3] [--repeats 3] [--parts replay,closed,cold,growth,others]
 
-Other solvers (fatrop; piqp and do-mpc, where they are installed) run on the same problems; a line says who is left out.
+Other solvers (fatrop; piqp, do-mpc and acados, where they are installed) run on the same problems; a line says who is left out.
 
 replay: noisy closed loops with two events each, recorded once; every engine solves all of their problems with its own warm starts.
 closed: every engine but IPOPT drives the loops itself (a replay alone would punish whoever prefers another way round).
 cold: random evasions from the cold guess, against the best of two IPOPT starts.
 growth: time of a Newton step over horizon and neighbours, with the slope of the logarithms; others: of a whole solve, by every solver.
 Cost of an answer: its inputs driven through the dynamics, with the least slacks. Times are a call's, from Python, with the warm start's
-shift; "cpu" is the thread's own time, which other processes do not disturb.
+shift; "cpu" is the thread's own time, which other processes do not disturb. acados' own clock, where it has a line, leaves Python out.
 """
 
 from __future__ import annotations
@@ -18,11 +18,13 @@ import argparse
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from benchmarks.acados_engine import AcadosEngine
 from benchmarks.do_mpc_engine import DoMpcEngine
 from benchmarks.fatrop_engine import FatropEngine
 from benchmarks.lane_situations import NoisyLoop, Posed, evasion, lane_problem, posed
@@ -103,7 +105,7 @@ class Price:
         return float(0.5 * r @ r + s @ problem.slack_linear + 0.5 * s**2 @ problem.slack_quadratic)
 
 
-def routes(problem: StageProblem, ipopt: bool = True, foreign: bool = True) -> list[Route]:
+def routes(problem: StageProblem, ipopt: bool = True) -> list[Route]:
     made = [
         Route("interior point, compiled", InteriorPointEngine(problem, NODES), problem, 60, 60),
         Route("interior point, interpreted", InteriorPointEngine(problem, NODES, compiled=False), problem, 60, 60),
@@ -112,8 +114,7 @@ def routes(problem: StageProblem, ipopt: bool = True, foreign: bool = True) -> l
     ]
     if ipopt:
         made.append(Route("IPOPT", IpoptEngine(problem, NODES), problem, 300, 300))
-    if foreign:
-        made += others(problem)
+    made += others(problem)
     if made[0].engine.kind != "compiled":
         print(f"not compiled: {made[0].engine.reason}")
     return made
@@ -126,6 +127,8 @@ def others(problem: StageProblem) -> list[Route]:
         ("piqp, 3 steps, 8 at events", PiqpEngine, 3, 8),
         ("fatrop", FatropEngine, 0, 0),
         ("do-mpc", DoMpcEngine, 0, 0),
+        ("acados", AcadosEngine, 0, 0),
+        ("acados, rows' curvature", partial(AcadosEngine, curved=True), 0, 0),
     ):
         try:
             made.append(Route(name, engine(problem, NODES), problem, warm, event))
@@ -174,6 +177,8 @@ def replay(problem: StageProblem, loops: int, neighbours: int, repeats: int) -> 
             f"{100 * ((costs - known)[ok] / (0.1 + known[ok])).max():14.3f} |"
             f" {sum(a.outcome.ending is not Ending.CONVERGED for a in answers)} of {len(answers)}"
         )
+        if hasattr(route.engine, "seconds"):
+            print(f"{'  by its own clock, no Python':28} {percentiles(route.engine.seconds)}")
 
 
 def closed(problem: StageProblem, loops: int, neighbours: int) -> None:
@@ -194,11 +199,11 @@ def closed(problem: StageProblem, loops: int, neighbours: int) -> None:
         print(f"{route.name:28} {paid:12.4f}   {bad:4d} of {len(times)}   {percentiles(times)}")
 
 
-def cold(problem: StageProblem, count: int, neighbours: int) -> None:
+def cold(problem: StageProblem, count: int, neighbours: int, urgency: float) -> None:
     price, oracle = Price(problem, NODES), IpoptEngine(problem, NODES)
     rng = np.random.default_rng(2024)
-    problems = [posed(*evasion(rng, neighbours), problem, NODES) for _ in range(count)]
-    engines = [r for r in routes(problem, ipopt=False, foreign=False) if "1 step" not in r.name]
+    problems = [posed(*evasion(rng, neighbours, urgency=urgency), problem, NODES) for _ in range(count)]
+    engines = [r for r in routes(problem, ipopt=False) if "1 step" not in r.name]
     found: dict[str, list[Outcome]] = {}
     times: dict[str, list[float]] = {}
     for route in engines:
@@ -215,7 +220,7 @@ def cold(problem: StageProblem, count: int, neighbours: int) -> None:
         near = oracle.solve(q.x0, q.p, q.steps, StageGuess(x=ours.x, u=ours.u, s=ours.s))
         best[i] = min([price.of(o.u, q) for o in (from_cold, near) if o.ending is Ending.CONVERGED], default=np.inf)
         worse += price.of(from_cold.u, q) > 1.01 * best[i]
-    print(f"\ncold starts: {count} evasions; IPOPT from the same guess is more than 1 % above the best known in {worse}")
+    print(f"\ncold starts: {count} evasions, urgency {urgency:g}; IPOPT from the same guess is over 1 % above the best known in {worse}")
     for route in engines:
         costs = np.array([price.of(o.u, q) for o, q in zip(found[route.name], problems, strict=True)])
         its = [o.iterations for o in found[route.name]]
@@ -269,6 +274,7 @@ def growth_of_others(repeats: int = 5) -> None:
         "IPOPT": IpoptEngine,
         "fatrop": FatropEngine,
         "do-mpc": DoMpcEngine,
+        "acados": AcadosEngine,
     }
     sizes = {"N": [(n, 3) for n in (20, 40, 80, 160)], "neighbours": [(NODES, seats) for seats in (1, 2, 4, 8, 12)]}
     for name, make in makers.items():
@@ -298,6 +304,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--loops", type=int, default=1)
     parser.add_argument("--cold", type=int, default=20, help="number of cold starts")
+    parser.add_argument("--urgency", type=float, default=1.0, help="of the cold starts: at 2 many of them end in a scrape")
     parser.add_argument("--neighbours", type=int, default=3)
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--parts", default="replay,closed,cold,growth,others")
@@ -309,7 +316,7 @@ def main() -> None:
     if "closed" in parts:
         closed(problem, asked.loops, asked.neighbours)
     if "cold" in parts:
-        cold(problem, asked.cold, asked.neighbours)
+        cold(problem, asked.cold, asked.neighbours, asked.urgency)
     if "growth" in parts:
         growth()
     if "others" in parts:
