@@ -1,10 +1,10 @@
 """How much faster two workers are than one: the same drives by both pools in turn, in one run.
 
 Each round drives every scene with both pools, the one that went second before going first now, so that whoever else uses the machine
-slows both alike. The ratio means something only where as many cores are free as there are workers: what others take is measured
-(Linux) and said.
+slows both alike. A few drives of unequal length end unevenly: it takes some dozens. The ratio means something only where as many cores are
+free as there are workers: what others take is measured (Linux) and said.
 
-python benchmarks/worker_scaling.py --suite sandwich --planner mpc --scenes 12 --rounds 3
+python benchmarks/worker_scaling.py --suite sandwich --planner mpc --scenes 40 --rounds 2
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--suite", default="sandwich")
     parser.add_argument("--planner", default="mpc")
-    parser.add_argument("--scenes", type=int, default=12)
-    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--scenes", type=int, default=40)
+    parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--workers", type=int, default=2)
     arguments = parser.parse_args()
     cases = expand(arguments.suite, arguments.scenes).cases

@@ -23,7 +23,7 @@ table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size
 th, td { padding: 6px 6px; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); vertical-align: top; }
 thead th { border-bottom: 2px solid var(--ink); vertical-align: bottom; white-space: normal; max-width: 11em; font-weight: 600; }
 th:first-child, td:first-child { text-align: left; padding-left: 0; font-weight: 600; }
-td small { display: block; color: var(--soft); font-size: 11px; line-height: 1.3; }
+td small { display: block; color: var(--soft); font-size: 11px; line-height: 1.3; white-space: normal; }
 td.best { color: var(--accent); font-weight: 700; }
 tbody tr:hover { background: var(--shade); }
 .caption { color: var(--soft); font-size: 13px; }
@@ -80,11 +80,16 @@ def _table(table: Table) -> str:
         cells = []
         for c, cell in enumerate(row):
             text, small = cell if isinstance(cell, tuple) else (cell, "")
-            inner = escape(text) + (f"<small>{escape(small)}</small>" if small else "")
+            inner = escape(text) + (f"<small>{_unbroken(small)}</small>" if small else "")
             cells.append(f'<td class="best">{inner}</td>' if (r, c) in table.best else f"<td>{inner}</td>")
         rows.append(f"<tr>{''.join(cells)}</tr>")
     caption = f'<p class="caption">{escape(table.caption)}</p>' if table.caption else ""
     return f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>{caption}'
+
+
+def _unbroken(text: str) -> str:
+    """Breaks between a share and its interval, where there is no room for both; never inside one."""
+    return escape(text).replace(", ", ",&nbsp;").replace(" .. ", "&nbsp;..&nbsp;").replace("(n ", "(n&nbsp;")
 
 
 def _card(card: Card) -> str:
