@@ -47,9 +47,10 @@ class UnderWay:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _FullBraking:
-    """What is done when no sample is free of collisions: the package itself leaves that open."""
+class FullBraking:
+    """What is done, for three steps too, when no sample is free of collisions: the package itself leaves that open."""
 
+    planned_s: float
     strength_mps2: float
 
     def wanted_mps2(self, t_s: float, s_m: float, speed_mps: float) -> float:
@@ -71,7 +72,7 @@ class _Package(NamedTuple):
 class ReactiveMethod:
     """The package's defaults stand (four sampling levels, its cost, a plan every 0.3 s), but for the vehicle's size and limits, the
     width of the road for the lateral samples, and a horizon of 4 s. It knows no friction circle. When no sample is free it brakes in its
-    lane. Raises `MissingExtraError` where the package is not installed."""
+    lane until it plans again. Raises `MissingExtraError` where the package is not installed."""
 
     has_ladder = False
     name = "commonroad-reactive"
@@ -91,15 +92,21 @@ class ReactiveMethod:
         started = time.perf_counter()
         prediction = predict(situation.tracks, self.settings.prediction)
         self._lay(situation)
-        before = previous.reference if previous is not None and isinstance(previous.reference, UnderWay) else None
+        before = previous.reference if previous is not None and isinstance(previous.reference, UnderWay | FullBraking) else None
         if before is not None and situation.time_s - before.planned_s < _AGAIN_S - 1e-6:
+            if isinstance(before, FullBraking):
+                return self._braking(situation, before)
             return self._plan(situation, prediction, before, "goes on", started)
         trajectory = self._found(situation, prediction)
         if trajectory is None:
-            law = _FullBraking(strength_mps2=strongest_braking_mps2(situation, self.vehicle))
-            return judged(self.name, situation, self.vehicle, self.settings, law=law, reason="no sample is free: brakes", warning=True)
+            strongest = strongest_braking_mps2(situation, self.vehicle)
+            return self._braking(situation, FullBraking(planned_s=situation.time_s, strength_mps2=strongest))
         under_way = UnderWay(planned_s=situation.time_s, trajectory=trajectory)
         return self._plan(situation, prediction, under_way, f"cheapest free one of {self._planner.total_count_samples} samples", started)
+
+    def _braking(self, situation: Situation, law: FullBraking) -> Plan:
+        why = "no sample is free: brakes"
+        return judged(self.name, situation, self.vehicle, self.settings, law=law, reason=why, warning=True, reference=law)
 
     def _plan(self, situation: Situation, prediction: Prediction, under_way: UnderWay, reason: str, started: float) -> Plan:
         trajectory = _from(under_way.trajectory, situation.time_s - under_way.planned_s)

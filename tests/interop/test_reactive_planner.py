@@ -74,6 +74,20 @@ class TestWithThePackage:
         assert (plan.mode, plan.side) == (Mode.BRAKE, Side.NONE)
         assert not plan.verdict.passed
 
+    def test_braking_too_is_held_for_three_steps(self) -> None:
+        wall = replace(SITUATION, tracks=(replace(FRONT, s_m=12.0, speed_s_mps=0.0),), road=Road())
+        method = build_method("commonroad-reactive", CAR, Settings())
+        first = method.plan(wall, None)
+        assert isinstance(first, Plan)
+        gone = replace(wall, time_s=0.1, tracks=())
+        held = method.plan(gone, first)
+        assert isinstance(held, Plan)
+        assert held.reference is first.reference
+        assert held.mode is Mode.BRAKE
+        free = method.plan(replace(gone, time_s=0.3), held)
+        assert isinstance(free, Plan)
+        assert "samples" in free.reason
+
     def test_it_does_not_park(self) -> None:
         answer = build_method("commonroad-reactive", CAR, Settings()).plan(Situation(host=HostState(), request=Request.PARK), None)
         assert isinstance(answer, Refusal)
