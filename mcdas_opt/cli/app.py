@@ -23,7 +23,7 @@ from mcdas_opt.cli.park import park
 from mcdas_opt.cli.plan import plan
 from mcdas_opt.cli.replay import replay
 from mcdas_opt.cli.reproduce import reproduce
-from mcdas_opt.cli.screen import CutShort
+from mcdas_opt.cli.screen import CutShort, complain
 from mcdas_opt.cli.simulate import simulate
 from mcdas_opt.cli.studio import studio
 from mcdas_opt.cli.tune import tune
@@ -52,10 +52,10 @@ def main() -> None:
     try:
         code = app(standalone_mode=False)  # an interrupt comes back as the exit code 130
     except McdasError as error:
-        print(f"mcdas-opt: {error}", file=sys.stderr)  # noqa: T201
+        complain(str(error))
         sys.exit(2)
     except CutShort as stop:
-        _say_interrupted(str(stop))
+        complain(f"interrupted; {stop}")
         sys.exit(_INTERRUPTED)
     except typer.Exit as stop:
         sys.exit(stop.exit_code)
@@ -69,12 +69,9 @@ def main() -> None:
         raise
     if isinstance(code, int) and code:
         if code == _INTERRUPTED:
-            _say_interrupted("what was not yet written is lost")
+            complain("interrupted; what was not yet written is lost")
         sys.exit(code)
 
-
-def _say_interrupted(left: str) -> None:
-    print(f"mcdas-opt: interrupted; {left}", file=sys.stderr)  # noqa: T201
 
 
 @app.callback(invoke_without_command=True)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mcdas_opt.cli.screen import JsonOption, console, emit, leaving
+from mcdas_opt.cli.screen import JsonOption, complain, console, emit, leaving
 
 if TYPE_CHECKING:
     from mcdas_opt.evaluation.running.executor import Executor
@@ -63,7 +63,7 @@ def benchmark(
             results = run(chosen, names, folder, executor, plant=plant, limit_s=limit, resume=resume, progress=progress)
             done = publish(chosen, results, folder, executor, progress)
     except StoppedError as error:
-        print(f"mcdas-opt: {error}", file=sys.stderr)  # noqa: T201
+        complain(str(error))
         raise typer.Exit(1) from None
     finally:
         executor.close()
@@ -74,7 +74,7 @@ def benchmark(
     wrong = contradictions(results.rows)
     if wrong:
         told = ", ".join(f"{row['scene']} ({row['planner']})" for row in wrong[:5])
-        print(f"mcdas-opt: the oracle calls {len(wrong)} safe drives unavoidable: {told}", file=sys.stderr)  # noqa: T201
+        complain(f"the oracle calls {len(wrong)} safe drives unavoidable: {told}")
         raise typer.Exit(1)
 
 

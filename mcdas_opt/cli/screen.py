@@ -29,6 +29,11 @@ def emit(document: dict[str, Any]) -> None:
     sys.stdout.write(json.dumps(document, allow_nan=False) + "\n")
 
 
+def complain(text: str) -> None:
+    """One line on stderr, by the name of the command."""
+    print(f"mcdas-opt: {text}", file=sys.stderr)  # noqa: T201
+
+
 def console() -> Console:
     from rich.console import Console
 

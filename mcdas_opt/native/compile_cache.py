@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 
 SWITCH = "MCDAS_OPT_COMPILE"  # environment variable: 0 forbids the compiler, "portable" all but the last of the builds
@@ -39,8 +40,9 @@ class NoLibraryError(Exception):
     """There is no compiled library; says why."""
 
 
+@cache
 def to_stderr(line: str) -> None:
-    """The default announcement of a build."""
+    """The default announcement of a build; the same line is said once a process, however many libraries follow."""
     if sys.stderr is not None:
         sys.stderr.write(line + "\n")
         sys.stderr.flush()
@@ -70,7 +72,7 @@ def load(text: str, builds: Sequence[str], *, folder: Path, announce: Callable[[
                 return library
         found = compiler()
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        announce("building the solver once (some seconds) ...")
+        announce("compiling the planner's kernels once (some seconds) ...")
         with tempfile.TemporaryDirectory(dir=folder, prefix="build-") as name:
             built = _built(text, builds, found, Path(name))
             path = folder / f"{key}-{_digest(built)}{_SUFFIX}"

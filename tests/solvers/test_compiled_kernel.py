@@ -103,7 +103,7 @@ def test_it_is_built_once_and_announced_once(cache):
     said = []
     for _ in range(3):
         assert InteriorPointEngine(SMALL, 20, announce=said.append).kind == "compiled"
-    assert said == ["building the solver once (some seconds) ..."]
+    assert said == ["compiling the planner's kernels once (some seconds) ..."]
     assert len(list(cache.iterdir())) == 1  # the library, and no traces of its building
 
 
