@@ -11,6 +11,7 @@ import numpy as np
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.planning.parking.costs import PathCost
+from mcdas_opt.planning.parking.crawl import CrawlSettings
 from mcdas_opt.planning.parking.path import ArcPath, reversed_path
 from mcdas_opt.planning.parking.search import SearchSettings, free_lengths, search
 from mcdas_opt.planning.parking.world import World, turned_round
@@ -25,11 +26,13 @@ class Level(NamedTuple):
     cell_m: float
     nodes: int
     contacts_only: bool
+    crawls: bool = False  # out of the tight end first, in cells as fine as the car is free
 
 
 LEVELS = (
     Level(0.03, 15_000, True),
     Level(0.04, 30_000, False),
+    Level(0.03, 30_000, True, crawls=True),
     Level(0.02, 60_000, True),
     Level(0.01, 150_000, True),
     Level(0.01, 220_000, False),
@@ -65,18 +68,20 @@ def climb(
     sides = [_Side(case, world, backwards) for backwards in _order(case, world)]
     asked_again = False
     for number, level in enumerate(levels):
-        if number == len(levels) - 1 and beyond_the_wall(case):
-            break
-        if asked_again and not level.contacts_only:
+        if beyond_the_wall(case) and (level.crawls or number == len(levels) - 1):
+            continue
+        if asked_again and (level.crawls or not level.contacts_only):
             continue
         steps = replace(settings, cell_m=level.cell_m, cell_rad=0.5 * level.cell_m, max_nodes=level.nodes)
         if level.contacts_only:
             steps = replace(steps, steers=(1.0, 0.0, -1.0), half_way=False)
+        if level.crawls:
+            steps = replace(steps, crawl=CrawlSettings(), margin_m=CrawlSettings().margin_m)
         for side in sides:
             done.exhausted = side.search(steps, offer, sound, done)
             if sound or late():
                 break
-        if late() or (sound and (min(sound) <= many or asked_again)):
+        if late() or (sound and (min(sound) <= many or asked_again or level.crawls)):
             break
         asked_again = bool(sound)
     return done

@@ -41,7 +41,7 @@ class ParkSettings:
     levels: tuple[Level, ...] = LEVELS
     guesses: tuple[str, ...] = ("search", "one-more")  # of `GUESSES`
     starts: int = 3  # guesses that the program is started from at most; so many anyhow until one has an answer
-    tight_from: int = 5  # from so many gear changes on, one answer has to do, and one gear more is tried first
+    tight_from: int = 3  # from so many gear changes on, one answer has to do, and one gear more is tried first
     fine_for: tuple[int, int] = (7, 10)  # gear changes for which the grid is fine from the beginning, which costs less ...
     fine_s: float = 0.2  # ... than a second solution: its interval [s]
     work: int = 22_000  # iterations times intervals, after which no other start is begun once there is an answer

@@ -18,6 +18,7 @@ from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.reeds_shepp import WORD_TURNS, along_arc, reeds_shepp
 from mcdas_opt.planning.parking.costs import PathCost
+from mcdas_opt.planning.parking.crawl import Crawl, CrawlSettings
 from mcdas_opt.planning.parking.nodes import Nodes
 from mcdas_opt.planning.parking.path import Arc, ArcPath, merged
 from mcdas_opt.planning.parking.world import World
@@ -49,6 +50,7 @@ class SearchSettings:
     greed: float = 1.3  # weight of the estimate
     shots: int = 12  # words of a batch that are looked at closely
     words: int = 2  # Reeds-Shepp words tried per shot and gear at the far end
+    crawl: CrawlSettings | None = None  # out of the tight end from contact to contact first, then on from the ways out
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +106,10 @@ class _Search:
     def run(self) -> SearchOutcome:
         s = self.settings
         left, rounds = -1, 0
-        while self.nodes.count < s.max_nodes and left != 0:
+        if s.crawl is not None:
+            self._crawl(s.crawl)
+        most = s.max_nodes + self.nodes.count
+        while self.nodes.count < most and left != 0:
             batch = self._pop()
             if batch.size == 0:
                 break
@@ -118,6 +123,15 @@ class _Search:
         off = self.nodes.pose[: self.nodes.count, :2] - self.case.start[:2]
         left_m = 0.0 if ranked else float(np.hypot(off[:, 0], off[:, 1]).min())
         return SearchOutcome(tuple(path for _, path in ranked), self.nodes.count, not any(self.queues) and not self.found, left_m)
+
+    def _crawl(self, settings: CrawlSettings) -> None:
+        out = Crawl(self.case, self.world, self.nodes, settings).run()
+        for queue in self.queues:
+            queue.clear()
+        if out:
+            h = self.cost.estimate(self.nodes.pose[out], self.case.start)
+            for value, node in zip((self.nodes.g[out] + self.settings.greed * h).tolist(), out, strict=True):
+                heapq.heappush(self.queues[0], (value, node))
 
     def _pop(self) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
         batch: list[int] = []

@@ -10,23 +10,23 @@ from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.ocp.parking_records import ParkingCosts
 from mcdas_opt.planning.parking.exchange import Exchanged, ExchangeSettings, exchange
 from mcdas_opt.planning.parking.manoeuvre import Manoeuvre
-from mcdas_opt.planning.parking.structure import ways, without
 from mcdas_opt.planning.parking.world import World
 from mcdas_opt.verification.parking_judge import judge_parking
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WindowSettings:
-    """A window holds `phases` gears and the next one starts `stride` gears later; `passes` over the whole."""
+    """A window holds `phases` gears and the next one starts `stride` gears later. Passes after the first cut elsewhere, and only where a
+
+    window had no answer.
+    """
 
     whole_up_to: int = 24  # gear changes that are still solved in one piece
     phases: int = 14
     stride: int = 8
     passes: int = 2
-    twice_up_to: int = 60  # gear changes; beyond, one pass has to do
     rounds: int = 4
     rounds_unsound: int = 6
-    left_out: int = 3  # phases of a window that are left out one at a time, while it gains
     closing_m: float = 0.1  # trust of the whole at the end, where the windows do not fit together
 
 
@@ -38,14 +38,19 @@ def improve(
         return exchange(case, world, first, costs, settings)
     current, iterations, rounds = first, 0, 0
     inner = replace(settings, rounds=windows.rounds, rounds_unsound=windows.rounds_unsound)
-    passes = windows.passes if first.gear_changes <= windows.twice_up_to else 1
-    for number in range(passes):
+    unanswered: list[tuple[int, int]] = []  # windows, by their phases
+    for number in range(windows.passes):
+        again, unanswered = unanswered, []
         phase = 0 if number == 0 else -(windows.stride // 2)  # the second pass cuts elsewhere
         while True:
             cusps = _cusps(current)
             if phase >= len(cusps) - 1:
                 break
-            low, high = cusps[max(phase, 0)], cusps[min(phase + windows.phases, len(cusps) - 1)]
+            begin, end = max(phase, 0), min(phase + windows.phases, len(cusps) - 1)
+            phase += windows.stride
+            if number > 0 and not any(begin < until and since < end for since, until in again):
+                continue
+            low, high = cusps[begin], cusps[end]
             part = Manoeuvre(
                 current.nodes[low : high + 1], current.steps[low:high], current.gears[low:high], current.segments[low:high], current.name
             )
@@ -60,18 +65,11 @@ def improve(
             iterations += done.iterations
             rounds += done.rounds
             better = done.best if done.best is not None and done.best.duration_s < part.duration_s else part
-            for _ in range(windows.left_out if number > 0 or passes == 1 else 0):
-                fewer = without(better, int(np.argmin(ways(better)[1:-1])) + 1)
-                tried = exchange(piece, world, fewer, costs, inner, None if last else float(part.nodes[-1, 4]))
-                iterations += tried.iterations
-                rounds += tried.rounds
-                if tried.best is None or tried.best.duration_s >= better.duration_s:
-                    break
-                better = tried.best
+            if done.best is None:
+                unanswered.append((begin, end))
             current = _spliced(current, low, high, better)
             if last:
                 break
-            phase += windows.stride
     if judge_parking(case, current.trajectory(case)).verdict.passed:
         return Exchanged(current, current, 0.0, rounds, iterations)
     closed = replace(settings, rounds=2, rounds_unsound=5, trust_m=windows.closing_m, trust_rad=0.5 * windows.closing_m)
