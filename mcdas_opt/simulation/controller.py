@@ -6,6 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
+from mcdas_opt.actuation.grip_monitor import GripMonitor
 from mcdas_opt.actuation.lateral_lqr import LqrTracking
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.trajectory import Trajectory
@@ -35,6 +36,17 @@ class FeedForward:
         left = float(trajectory.t_s[after]) - since_s
         jerk = (float(trajectory.acceleration_mps2[after]) - state.acceleration_mps2) / left
         return jerk, (float(trajectory.steering_rad[after]) - state.steering_rad) / left
+
+
+class Feeling:
+    """A controller whose car is felt: what the monitor learns of the road, it learns from the states that the controller is given."""
+
+    def __init__(self, controller: Controller, monitor: GripMonitor) -> None:
+        self._controller, self._monitor = controller, monitor
+
+    def command(self, trajectory: Trajectory, since_s: float, state: HostState) -> tuple[float, float]:
+        self._monitor.note(state, float(np.interp(since_s, trajectory.t_s, trajectory.acceleration_mps2)))
+        return self._controller.command(trajectory, since_s, state)
 
 
 def default_controller(plant: str, vehicle: Vehicle) -> Controller:
