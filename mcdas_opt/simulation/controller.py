@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -9,8 +10,11 @@ import numpy as np
 from mcdas_opt.actuation.grip_monitor import GripMonitor
 from mcdas_opt.actuation.lateral_lqr import LqrTracking
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
+
+STEERING_RATE_SHARE = 0.3  # planned with; chosen on sandwiches that were left at the side without it
 
 
 class Controller(Protocol):
@@ -52,3 +56,11 @@ class Feeling:
 def default_controller(plant: str, vehicle: Vehicle) -> Controller:
     """Feed-forward alone suffices for the plant the plans are made with; a car that slips is tracked with feedback."""
     return LqrTracking.design(vehicle) if plant == "dynamic" else FeedForward()
+
+
+def planned_for(plant: str, settings: Settings) -> Settings:
+    """The settings to plan with. A car that slips turns later than its wheels, and its path later still: who plans to steer back at the
+    last moment at the full rate leaves the road. So it is planned with STEERING_RATE_SHARE at most, and feedback has the rest."""
+    if plant != "dynamic":
+        return settings
+    return replace(settings, steering_rate_share=min(settings.steering_rate_share, STEERING_RATE_SHARE))

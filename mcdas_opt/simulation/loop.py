@@ -17,7 +17,7 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.simulation.controller import Controller, Feeling, default_controller
+from mcdas_opt.simulation.controller import Controller, Feeling, default_controller, planned_for
 from mcdas_opt.simulation.drive import Drive
 from mcdas_opt.simulation.idm import STEP_S
 from mcdas_opt.simulation.neighbours import Traffic
@@ -63,7 +63,7 @@ def simulate(
     """
     settings = settings or Settings()
     seed = scene.seed if seed is None else seed
-    driver, name = _driver(planner, scene, settings)
+    driver, name = _driver(planner, scene, planned_for(plant, settings))
     traffic, car = Traffic(scene), make_plant(plant, scene.vehicle, scene.true_road, scene.host_state)
     monitor = GripMonitor(vehicle=scene.vehicle, believed=scene.assumed_road.friction, step_s=STEP_S)
     controller = Feeling(controller or default_controller(plant, scene.vehicle), monitor)
