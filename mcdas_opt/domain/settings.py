@@ -95,9 +95,13 @@ class Settings:
     """Groups of settings; a user replaces what differs: `replace(settings, cycle_s=0.05)`."""
 
     cycle_s: float = 0.1
+    steering_rate_share: float = 1.0  # of the limit that the MPC plans with; the judge allows the whole
     grid: TimeGrid = field(default_factory=TimeGrid)
     selector: SelectorSettings = field(default_factory=SelectorSettings)
     prediction: PredictionSettings = field(default_factory=PredictionSettings)
     sigmoid: SigmoidSettings = field(default_factory=SigmoidSettings)
     safe_end: SafeEndSettings = field(default_factory=SafeEndSettings)
     warning: WarningSettings = field(default_factory=WarningSettings)
+
+    def __post_init__(self) -> None:
+        within("steering_rate_share", self.steering_rate_share, 0.05, 1.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import os
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import chain
 
@@ -146,6 +146,8 @@ class LaneStage:
 
     def __init__(self, vehicle: Vehicle, settings: Settings, stage: StageSettings | None = None) -> None:
         self.vehicle, self.settings, self.stage = vehicle, settings, stage or StageSettings()
+        share = settings.steering_rate_share
+        self._planned = vehicle if share == 1.0 else replace(vehicle, steering_rate_max_radps=share * vehicle.steering_rate_max_radps)
         self._posed: dict[int, Posed] = {}
         self._memory: dict[str, _Memory] = {}
         self._last: _Scene | None = None
@@ -154,7 +156,7 @@ class LaneStage:
         """The problem with the fewest seats that hold so many neighbours (at most the last), built when first asked for."""
         seats = next((n for n in self.stage.seats if n >= neighbours), self.stage.seats[-1])
         if seats not in self._posed:
-            original = _original(self.vehicle, seats, self.stage.weights is not None, self.settings.grid.nodes, _circumstances())
+            original = _original(self._planned, seats, self.stage.weights is not None, self.settings.grid.nodes, _circumstances())
             self._posed[seats] = original.twin()
         return self._posed[seats]
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
 
+from mcdas_opt.actuation.grip_monitor import GripMonitor
 from mcdas_opt.actuation.lateral_lqr import LqrTracking
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
+
+STEERING_RATE_SHARE = 0.3  # planned with; chosen on sandwiches that were left at the side without it
 
 
 class Controller(Protocol):
@@ -37,6 +42,25 @@ class FeedForward:
         return jerk, (float(trajectory.steering_rad[after]) - state.steering_rad) / left
 
 
+class Feeling:
+    """A controller whose car is felt: what the monitor learns of the road, it learns from the states that the controller is given."""
+
+    def __init__(self, controller: Controller, monitor: GripMonitor) -> None:
+        self._controller, self._monitor = controller, monitor
+
+    def command(self, trajectory: Trajectory, since_s: float, state: HostState) -> tuple[float, float]:
+        self._monitor.note(state, float(np.interp(since_s, trajectory.t_s, trajectory.acceleration_mps2)))
+        return self._controller.command(trajectory, since_s, state)
+
+
 def default_controller(plant: str, vehicle: Vehicle) -> Controller:
     """Feed-forward alone suffices for the plant the plans are made with; a car that slips is tracked with feedback."""
     return LqrTracking.design(vehicle) if plant == "dynamic" else FeedForward()
+
+
+def planned_for(plant: str, settings: Settings) -> Settings:
+    """The settings to plan with. A car that slips turns later than its wheels, and its path later still: who plans to steer back at the
+    last moment at the full rate leaves the road. So it is planned with STEERING_RATE_SHARE at most, and feedback has the rest."""
+    if plant != "dynamic":
+        return settings
+    return replace(settings, steering_rate_share=min(settings.steering_rate_share, STEERING_RATE_SHARE))

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, Protocol
 
+from mcdas_opt.actuation.grip_monitor import GripMonitor, within_grip
 from mcdas_opt.catalogue.scenes import Scene
-from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
@@ -15,7 +17,7 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.simulation.controller import Controller, default_controller
+from mcdas_opt.simulation.controller import Controller, Feeling, default_controller, planned_for
 from mcdas_opt.simulation.drive import Drive
 from mcdas_opt.simulation.idm import STEP_S
 from mcdas_opt.simulation.neighbours import Traffic
@@ -53,27 +55,30 @@ def simulate(
 
     Ends at the scene's duration, at the first touch of another body, or when a corner is more than 0.02 m off the road. `planner` is
     a registered name, a `Driver`, or a method (an object with `plan(situation, previous)`). The planner gets the plant's true state,
-    of a car that slips the no-slip state that moves alike. The default controller is the plant's: `default_controller`.
+    of a car that slips the no-slip state that moves alike. Friction is what the scene assumes until the car is felt to have less
+    (`GripMonitor`). The default controller is the plant's: `default_controller`.
     `progress` is told after every turn how many are done, and of how many.
     Without its `cycle_ms` the result repeats to the byte for the same scene and seed (default the scene's). Raises `InputError` or
     `ParameterError` for a planner, plant or sensor that is not known.
     """
     settings = settings or Settings()
     seed = scene.seed if seed is None else seed
-    driver, name = _driver(planner, scene, settings)
+    driver, name = _driver(planner, scene, planned_for(plant, settings))
     traffic, car = Traffic(scene), make_plant(plant, scene.vehicle, scene.true_road, scene.host_state)
-    controller = controller or default_controller(plant, scene.vehicle)
+    monitor = GripMonitor(vehicle=scene.vehicle, believed=scene.assumed_road.friction, step_s=STEP_S)
+    controller = Feeling(controller or default_controller(plant, scene.vehicle), monitor)
     eyes = Perception(scene, seed, driver)
     eyes.warm_up(scene, traffic)
     drive = Drive(scene=scene, traffic=traffic, car=car)
     turns = _turns(scene.duration_s, settings.cycle_s)
     for turn, (now, steps) in enumerate(turns, start=1):
         started = time.perf_counter()
+        road = _believed(scene.assumed_road, monitor)
         plan = driver.step(
             eyes.arrived(now),
-            car.equivalent,
+            within_grip(car.equivalent, road, scene.vehicle.wheelbase_m) if isinstance(car.state, SlidingState) else car.equivalent,
             now,
-            road=scene.assumed_road,
+            road=road,
             desired_speed_mps=scene.desired_speed_mps,
             request=scene.request,
         )
@@ -85,6 +90,11 @@ def simulate(
         if drive.outcome is not Outcome.SAFE:
             break
     return drive.summary(planner=name, plant=plant, seed=seed)
+
+
+def _believed(road: Road, monitor: GripMonitor) -> Road:
+    """The road as it is believed, its friction no more than was felt; the same record where that changes nothing."""
+    return road if monitor.friction == road.friction else replace(road, friction=monitor.friction)
 
 
 def _tracks(driver: Driver) -> tuple[Track, ...]:

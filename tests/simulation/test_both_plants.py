@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mcdas_opt.catalogue.scenes import load_scene
+from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.evaluation.families import load_family
 from mcdas_opt.simulation.loop import simulate
-from mcdas_opt.simulation.record import Simulation
-from tests.simulation.fake_driver import FakeDriver
+from mcdas_opt.simulation.record import Outcome, Simulation
+from tests.simulation.fake_driver import FakeDriver, braking
 from tests.simulation.scene_maker import make_scene
 
 
@@ -36,6 +37,33 @@ def test_a_drive_with_tyres_repeats() -> None:
     scene = make_scene()
     first, second = (simulate(scene, FakeDriver(), plant="dynamic", seed=3) for _ in range(2))
     assert first.history.states.tobytes() == second.history.states.tobytes()
+
+
+def believing(scene: Scene, times: float) -> Scene:
+    document = scene.model_dump(exclude_none=True)
+    document["host"]["assumed_friction"] = times * scene.road.friction
+    return Scene.model_validate(document)
+
+
+@pytest.mark.parametrize("plant", ["kinematic", "dynamic"])
+@pytest.mark.parametrize("friction", [0.3, 0.6])
+def test_what_brakes_feel_is_told_to_the_planner(plant: str, friction: float) -> None:
+    scene = make_scene(speed_mps=25.0, road={"friction": friction}, duration_s=1.5)
+    deceived, right = FakeDriver(braking()), FakeDriver(braking())
+    simulate(believing(scene, 1.5), deceived, plant=plant)
+    simulate(scene, right, plant=plant)
+    told = [asked["road"].friction for asked in deceived.asked]
+    assert told[0] == pytest.approx(1.5 * friction)
+    assert told[-1] == pytest.approx(friction, rel=0.02)
+    assert {asked["road"].friction for asked in right.asked} == {friction}
+
+
+@pytest.mark.parametrize("index", [5, 11, 20])
+def test_tyres_on_a_road_believed_better_than_it_is_still_keep_it(index: int) -> None:
+    """Sandwiches that were left at the side before the car felt its tyres."""
+    drive = simulate(believing(load_family("sandwich").scene(index, 5), 1.5), plant="dynamic")
+    assert drive.outcome is Outcome.SAFE
+    assert drive.unverified_plans == 0
 
 
 def test_an_unknown_plant_is_refused_with_both_names() -> None:

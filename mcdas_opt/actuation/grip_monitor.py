@@ -1,0 +1,131 @@
+"""Friction, felt: brakes that give no more than they do, and tyres that give less than their slip should bring, tell what the road gives.
+
+Source of the second: the slope of force over slip falls long before the force does, so that the limit shows before it is reached (Hsu, Laws
+and Gerdes, IEEE Trans. Control Systems Technology 18(4) 2010; Ahn, Peng and Tseng, Vehicle System Dynamics 50(4) 2012). Here axle by axle:
+lateral forces from measured lateral and yaw acceleration, slip from measured speeds, and Fiala's curve solved for its limit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, field, replace
+
+from mcdas_opt.domain.chassis import Chassis
+from mcdas_opt.domain.host import HostState, SlidingState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import positive, within
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.dynamics.single_track import axle_loads, fiala_limit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GripSettings:
+    """`sliding_share`: how much of an axle's contact must slide before it is believed (0.5: it gives 87 % of what it can). `significant`:
+    the belief stands while what is felt is at least this share of it. `lag_s`: of what is felt behind a single sample. Braking is held
+    by the road where more than `missing_mps2` of what is asked is missing and the rest has stood still over the span.
+    """
+
+    sliding_share: float = 0.5
+    significant: float = 0.95
+    lag_s: float = 0.05
+    missing_mps2: float = 0.3
+    least_demand: float = 0.15  # friction that the slip would ask of tyres that do not slide; less of it is too small to be measured by
+    span_s: float = 0.02  # over which accelerations are taken
+    slowest_mps: float = 5.0
+
+    def __post_init__(self) -> None:
+        within("sliding_share", self.sliding_share, 0.1, 1.0)
+        within("significant", self.significant, 0.1, 1.0)
+        for name, unit in (("least_demand", ""), ("lag_s", "s"), ("missing_mps2", "m/s^2"), ("span_s", "s"), ("slowest_mps", "m/s")):
+            positive(name, getattr(self, name), unit)
+
+
+@dataclass(slots=True, kw_only=True)
+class GripMonitor:
+    """Fed with the measured state every `step_s`; `friction` is what to plan with: the belief, or what was felt last where that is less.
+
+    Never above the belief: that nothing slides says nothing of grip there may be. A car whose tyres are not worked hard, and one below
+    5 m/s, teach nothing; a state that says nothing of slip teaches by braking alone. What was felt stays until something else is felt.
+    """
+
+    vehicle: Vehicle
+    believed: float
+    step_s: float = 0.01
+    settings: GripSettings = field(default_factory=GripSettings)
+    felt: float | None = None  # friction, once tyres have been worked hard
+    _chassis: Chassis = field(init=False)
+    _past: deque[HostState] = field(init=False)
+
+    def __post_init__(self) -> None:
+        positive("believed", self.believed)
+        self._chassis = Chassis.of(self.vehicle)
+        self._past = deque(maxlen=2 * max(round(0.5 * self.settings.span_s / positive("step_s", self.step_s, "s")), 1) + 1)
+
+    @property
+    def friction(self) -> float:
+        return self.believed if self.felt is None or self.felt >= self.settings.significant * self.believed else self.felt
+
+    def note(self, state: HostState, asked_mps2: float = 0.0) -> None:
+        """The state of now, a step after the one before, and the acceleration that the plan asks for."""
+        if state.speed_mps < self.settings.slowest_mps:
+            self._past.clear()
+            return
+        self._past.append(state)
+        if len(self._past) < (self._past.maxlen or 0):
+            return
+        braked = self._braked(asked_mps2)
+        if braked is not None:
+            self._feel(braked)
+        first, now, last = self._past[0], self._past[len(self._past) // 2], self._past[-1]
+        if isinstance(first, SlidingState) and isinstance(now, SlidingState) and isinstance(last, SlidingState):
+            sliding, friction = max(self._axles(first, now, last))
+            if sliding >= self.settings.sliding_share:
+                self._feel(friction)
+
+    def _feel(self, friction: float) -> None:
+        if self.felt is None:
+            self.felt = friction
+        self.felt += (friction - self.felt) * min(self.step_s / self.settings.lag_s, 1.0)
+
+    def _braked(self, asked_mps2: float) -> float | None:
+        """Friction by braking that is asked for and does not come; None where it comes, or where it is the brakes that end."""
+        cfg, end = self.settings, self.vehicle.acceleration_min_mps2
+        has = [state.acceleration_mps2 for state in self._past]
+        held = max(has) - min(has) < 0.1 * cfg.missing_mps2 and max(has) < -cfg.missing_mps2
+        if held and asked_mps2 < has[-1] - cfg.missing_mps2 and has[-1] > end + cfg.missing_mps2:
+            return -has[-1] / GRAVITY_MPS2
+        return None
+
+    def _axles(self, first: SlidingState, now: SlidingState, last: SlidingState) -> list[tuple[float, float]]:
+        """(share of the contact that slides, friction) of front and rear axle in the middle of the span; a share of 0 says nothing."""
+        c = self._chassis
+        a, b, span = c.cog_to_front_axle_m, c.cog_to_rear_axle_m, self.step_s * (len(self._past) - 1)
+        v, r, vy, delta, ax = now.speed_mps, now.yaw_rate_radps, now.lateral_speed_mps, now.steering_rad, now.acceleration_mps2
+        turning = (last.yaw_rate_radps - first.yaw_rate_radps) / span
+        aside = (last.lateral_speed_mps - first.lateral_speed_mps) / span + b * turning + v * r
+        loads = axle_loads(c, ax)
+        along = [ax / GRAVITY_MPS2 * load for load in loads]
+        front = (c.yaw_inertia_kgm2 * turning + b * c.mass_kg * aside) / c.wheelbase_m
+        across = (
+            (front - along[0] * math.sin(delta)) / math.cos(delta),
+            (a * c.mass_kg * aside - c.yaw_inertia_kgm2 * turning) / c.wheelbase_m,
+        )
+        slips = (delta - math.atan2(vy + c.wheelbase_m * r, v), -math.atan2(vy, v))
+        stiffness = (c.cornering_stiffness_front_nprad, c.cornering_stiffness_rear_nprad)
+        found = []
+        for force, pull, load, slip, stiff in zip(across, along, loads, slips, stiffness, strict=True):
+            sliding, limit = fiala_limit(slip, stiff, force) if stiff * abs(slip) > self.settings.least_demand * load else (0.0, 0.0)
+            found.append((sliding, math.hypot(limit, pull) / max(load, 1.0)))
+        return found
+
+
+def within_grip(host: HostState, road: Road, wheelbase_m: float, share: float = 0.97) -> HostState:
+    """The host, its path bent no more than friction allows beside its acceleration: who slides turns faster than the path bends."""
+    grip = share * road.friction * GRAVITY_MPS2
+    most = math.sqrt(max(grip**2 - host.acceleration_mps2**2, 0.0))
+    v = host.speed_mps
+    if v**2 * abs(math.tan(host.steering_rad)) <= most * wheelbase_m:
+        return host
+    held = math.copysign(math.atan(most * wheelbase_m / v**2), host.steering_rad)
+    return replace(host, steering_rad=held)
