@@ -19,6 +19,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.window import frame_near
 from mcdas_opt.tracking.association import assign
+from mcdas_opt.tracking.blind_range import unseen_near
 from mcdas_opt.tracking.coverage import SectorWatch
 from mcdas_opt.tracking.filtering import TargetFix, build_filtering
 from mcdas_opt.tracking.fix import Viewpoint
@@ -26,6 +27,7 @@ from mcdas_opt.tracking.screening import COUNTERS, Source, body_fault, radar_fau
 from mcdas_opt.tracking.track_life import TrackLife
 
 Size = tuple[float, float]
+_OTHER_SD = 4.0  # speeds of one car, tracked twice, do not differ by so many standard deviations
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +102,7 @@ class Tracker:
         self._take_bodies(bodies, look)
         self._take_points(points, look)
         for life in self._lives:
-            if life not in look.hit:
+            if life not in look.hit and not (scan.blind is not None and self._hides(life, look)):
                 life.miss(scan)
         self._merge(scan.t_s)
 
@@ -176,6 +178,20 @@ class Tracker:
             if not any(_overlap(life.place(time_s), life.size, fix.place, self._body, 1.0) for life in look.hit):
                 self._begin(fix, look)
 
+    def _hides(self, life: TrackLife, look: _Look) -> bool:
+        """Whether the scan could not see this target for being too near; then it keeps that in mind."""
+        scan = look.scan
+        if not life.may_hide_from(scan, look.now):
+            return False
+        view = Viewpoint.of(scan.mounting, look.host, self._vehicle, look.frame)
+        size = life.size if self.settings.reflection == "face" else None
+        unseen = unseen_near(life.place(scan.t_s), life.sd_m(scan.t_s), size, scan, view, look.frame)
+        (fix,) = self._filtering.radar_fixes([unseen], view, look.frame, size) if unseen is not None else (None,)
+        if fix is None:
+            return False
+        life.hide(fix, scan, look.now)
+        return True
+
     def _hit(self, life: TrackLife, fix: TargetFix, look: _Look) -> None:
         life.hit(fix, look.scan, look.now)
         look.hit.add(life)
@@ -189,7 +205,11 @@ class Tracker:
         return life
 
     def _merge(self, time_s: float) -> None:
-        """Two tracks cannot be in one place: the named, else the latest heard, else the sharper one stays."""
+        """Two tracks cannot be in one place: the named, else the latest heard, else the sharper one stays.
+
+        Both stay where both are confirmed and differ plainly in speed: these are two cars, one of which has run into the other or seems
+        to, and not one car tracked twice.
+        """
         places = [(life.place(time_s), life.size) for life in self._lives]
         if not any(_overlap(*one, *other, 0.5) for i, one in enumerate(places) for other in places[:i]):
             return
@@ -197,7 +217,7 @@ class Tracker:
         kept: list[tuple[TrackLife, tuple[float, float]]] = []
         for life in ranked:
             place = life.place(time_s)
-            rivals = (pair for pair in kept if life.name is None or pair[0].name is None)
+            rivals = [pair for pair in kept if (life.name is None or pair[0].name is None) and not _two(life, pair[0], time_s)]
             if not any(_overlap(place, life.size, there, other.size, 0.5) for other, there in rivals):
                 kept.append((life, place))
         if len(kept) < len(self._lives):
@@ -241,6 +261,14 @@ class Tracker:
             else:
                 self.counters[fault] += 1
         return sound
+
+
+def _two(one: TrackLife, other: TrackLife, time_s: float) -> bool:
+    """Whether two confirmed tracks move too differently to be of one car."""
+    if not (one.confirmed and other.confirmed):
+        return False
+    (v, variance), (w, its) = one.speed(time_s), other.speed(time_s)
+    return abs(v - w) > _OTHER_SD * math.sqrt(max(variance + its, 0.0))
 
 
 def _overlap(a: tuple[float, float], a_size: Size, b: tuple[float, float], b_size: Size, share: float) -> bool:
