@@ -11,7 +11,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 _SIGMAS = 3.0
 _OVERLAP_M = 0.5  # bodies that overlap by more, beyond their uncertainty, cannot both be there
 _JUMP_M, _JUMP_MPS = 3.0, 8.0  # farther from where it was going, within a cycle, no car gets
-_AGAINST_MPS = 2.0
+_AGAINST_MPS, _AGAINST_SIGMAS = 2.0, 2.0  # who differ in speed by both move against one another
 _HARDEST_MPS2 = 12.0
 _MEMORY_S = 1.0  # an older situation says nothing of this one
 
@@ -62,8 +62,8 @@ def _known(situation: Situation, before: Situation | None) -> dict[str, Track]:
 
 def _run_together(one: Track, other: Track) -> bool:
     """Whether the two plainly differ in speed."""
-    spread = _SIGMAS * math.sqrt(max(float(one.covariance[1, 1] + other.covariance[1, 1]), 0.0))
-    return abs(one.speed_s_mps - other.speed_s_mps) > max(spread, _AGAINST_MPS)
+    spread = math.sqrt(max(float(one.covariance[1, 1] + other.covariance[1, 1]), 0.0))
+    return abs(one.speed_s_mps - other.speed_s_mps) > max(_AGAINST_SIGMAS * spread, _AGAINST_MPS)
 
 
 def _overlap(one: Track, other: Track | None, apart: tuple[float, float], reach: tuple[float, float]) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections import deque
 from collections.abc import Sequence
 
@@ -36,6 +37,7 @@ class TrackLife:
         self.name: str | None = None
         self.number = 0  # given when the update that began it ends
         self.confirmed = False
+        self.others: weakref.WeakSet[TrackLife] = weakref.WeakSet()  # no other track of the same car
 
     @classmethod
     def begin(
@@ -81,7 +83,7 @@ class TrackLife:
         """It was not seen, where it could not be seen: `fix` says no more. Who stands may do so for ever."""
         self._filter.take(scan.t_s, fix)
         self._hidden_s = now
-        if abs(self.speed(scan.t_s)[0]) < _STANDING_MPS:
+        if abs(self._filter.at(scan.t_s)[0][1]) < _STANDING_MPS:
             self._stood_s = now
 
     def _is_quiet(self, now: float) -> bool:
@@ -110,15 +112,9 @@ class TrackLife:
         """(s, d) at `time_s`."""
         return self._filter.place_at(time_s)
 
-    def speed(self, time_s: float) -> tuple[float, float]:
-        """Speed along the road at `time_s`, and its variance."""
-        state, P = self._filter.at(time_s)
-        return float(state[1]), float(P[1, 1])
-
-    def sd_m(self, time_s: float) -> float:
-        """Standard deviation of the position at `time_s`, the greater of along and across."""
-        P = self._filter.at(time_s)[1]
-        return float(np.sqrt(max(P[0, 0], P[2, 2], 0.0)))
+    def spread(self, time_s: float) -> Array:
+        """(2, 2) covariance of the position (s, d) at `time_s`."""
+        return np.asarray(self._filter.at(time_s)[1][::2, ::2])
 
     def vagueness(self) -> float:
         """Variance of the position, summed [m^2]."""

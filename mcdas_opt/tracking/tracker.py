@@ -27,7 +27,6 @@ from mcdas_opt.tracking.screening import COUNTERS, Source, body_fault, radar_fau
 from mcdas_opt.tracking.track_life import TrackLife
 
 Size = tuple[float, float]
-_OTHER_SD = 4.0  # speeds of one car, tracked twice, do not differ by so many standard deviations
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +103,7 @@ class Tracker:
         for life in self._lives:
             if life not in look.hit and not (scan.blind is not None and self._hides(life, look)):
                 life.miss(scan)
+        self._tell_apart(look)
         self._merge(scan.t_s)
 
     def _take_bodies(self, bodies: list[BodyDetection], look: _Look) -> None:
@@ -185,7 +185,7 @@ class Tracker:
             return False
         view = Viewpoint.of(scan.mounting, look.host, self._vehicle, look.frame)
         size = life.size if self.settings.reflection == "face" else None
-        unseen = unseen_near(life.place(scan.t_s), life.sd_m(scan.t_s), size, scan, view, look.frame)
+        unseen = unseen_near(life.place(scan.t_s), life.spread(scan.t_s), size, scan, view, look.frame)
         (fix,) = self._filtering.radar_fixes([unseen], view, look.frame, size) if unseen is not None else (None,)
         if fix is None:
             return False
@@ -204,11 +204,22 @@ class Tracker:
         self.counters["initiated"] += 1
         return life
 
+    def _tell_apart(self, look: _Look) -> None:
+        """Confirmed tracks that one scan shows in two places, a body's size apart, are two cars for as long as they live."""
+        seen = [life for life in self._lives if life.confirmed and life in look.hit]
+        for i, life in enumerate(seen):
+            for other in seen[:i]:
+                if other in life.others:
+                    continue
+                if not _overlap(life.place(look.scan.t_s), life.size, other.place(look.scan.t_s), other.size, 1.0):
+                    life.others.add(other)
+                    other.others.add(life)
+
     def _merge(self, time_s: float) -> None:
         """Two tracks cannot be in one place: the named, else the latest heard, else the sharper one stays.
 
-        Both stay where both are confirmed and differ plainly in speed: these are two cars, one of which has run into the other or seems
-        to, and not one car tracked twice.
+        Both stay where one scan has once shown them side by side: these are two cars, one of which has run into the other or seems to,
+        and not one car tracked twice.
         """
         places = [(life.place(time_s), life.size) for life in self._lives]
         if not any(_overlap(*one, *other, 0.5) for i, one in enumerate(places) for other in places[:i]):
@@ -217,7 +228,7 @@ class Tracker:
         kept: list[tuple[TrackLife, tuple[float, float]]] = []
         for life in ranked:
             place = life.place(time_s)
-            rivals = [pair for pair in kept if (life.name is None or pair[0].name is None) and not _two(life, pair[0], time_s)]
+            rivals = [pair for pair in kept if (life.name is None or pair[0].name is None) and pair[0] not in life.others]
             if not any(_overlap(place, life.size, there, other.size, 0.5) for other, there in rivals):
                 kept.append((life, place))
         if len(kept) < len(self._lives):
@@ -261,14 +272,6 @@ class Tracker:
             else:
                 self.counters[fault] += 1
         return sound
-
-
-def _two(one: TrackLife, other: TrackLife, time_s: float) -> bool:
-    """Whether two confirmed tracks move too differently to be of one car."""
-    if not (one.confirmed and other.confirmed):
-        return False
-    (v, variance), (w, its) = one.speed(time_s), other.speed(time_s)
-    return abs(v - w) > _OTHER_SD * math.sqrt(max(variance + its, 0.0))
 
 
 def _overlap(a: tuple[float, float], a_size: Size, b: tuple[float, float], b_size: Size, share: float) -> bool:
