@@ -239,7 +239,7 @@ class Watched(Planner):
             json.dumps(plan.to_dict(), allow_nan=False)
         except ValueError:
             found.fault("NaN in the document", where)
-        prediction = predict(situation.tracks, self.settings.prediction)
+        prediction = predict(situation.tracks, self.settings.prediction, situation.road)
         again = judge(plan.trajectory, situation.host, self.vehicle, situation.road, prediction)
         if again != plan.verdict or again.passed == (plan.status is Status.UNAVOIDABLE):
             found.fault("unverified", where)

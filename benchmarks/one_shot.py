@@ -149,7 +149,7 @@ def _against_corrected(seed: int, situation: Situation, plan: Plan, planner: Pla
     other = corrected.plan(situation, None)
     if not isinstance(other, Plan):
         return
-    prediction = predict(situation.tracks, planner.settings.prediction)
+    prediction = predict(situation.tracks, planner.settings.prediction, situation.road)
     if other.verdict.passed != plan.verdict.passed:
         tally.counts["better than corrected: passed" if plan.verdict.passed else "worse than corrected: passed"] += 1
         if other.verdict.passed:
@@ -195,7 +195,7 @@ def _horizon(plan: Plan, planner: Planner) -> Trajectory:
 
 
 def _against_simple(seed: int, situation: Situation, plan: Plan, planner: Planner, tally: Tally) -> None:
-    prediction = predict(situation.tracks, planner.settings.prediction)
+    prediction = predict(situation.tracks, planner.settings.prediction, situation.road)
     ours = severity(plan.trajectory, planner.vehicle, situation.road, prediction)[0]
     best = min(
         severity(drive, planner.vehicle, situation.road, prediction)[0]

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 from mcdas_opt.domain.rules import positive
+from mcdas_opt.domain.sensor import Beam
 from mcdas_opt.domain.vocabulary import Sector
 
 
@@ -48,7 +49,10 @@ class BodyDetection:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scan:
-    """Everything one sensor saw at one instant. `working` false: the sensor is there and dead, its sector is not covered."""
+    """Everything one sensor saw at one instant. `working` false: the sensor is there and dead, its sector is not covered.
+
+    `blind` is where it looks and yet sees nobody, being too near; None: it does not say.
+    """
 
     sensor: str
     sector: Sector
@@ -58,6 +62,7 @@ class Scan:
     bodies: tuple[BodyDetection, ...] = ()
     working: bool = True
     period_s: float = 0.1
+    blind: Beam | None = None
 
     def __post_init__(self) -> None:
         positive("period_s", self.period_s, "s")

@@ -40,6 +40,9 @@ class PredictedBody(Protocol):
 class CruisingBody:
     """Constant speed along the road; lateral speed fades with `lateral_fade_s` (drivers settle in a lane).
 
+    With a `lateral_swell` q > 0 it swells before it fades, as in a lane change (a logistic curve): the way still to go to the asymptote
+    is q times the way already gone, and of the form r(t) = (1 + q) r(0) e / (1 + q e), e = exp(-t / fade). q = 0 is fading alone.
+
     Time zero is the situation's time. Margins: `sigmas` standard deviations of the present estimate, growing with the speed's
     uncertainty over the first `growth_s` only, capped.
     """
@@ -53,6 +56,7 @@ class CruisingBody:
     speed_d_mps: float
     covariance: Array
     lateral_fade_s: float = 1.0
+    lateral_swell: float = 0.0
     sigmas: float = 2.5
     growth_s: float = 1.0
     cap_along_m: float = 3.0
@@ -60,7 +64,7 @@ class CruisingBody:
 
     def at(self, t_s: Any) -> BodyMotion:
         t = np.asarray(t_s, dtype=np.float64)
-        return _cruise(self.s_m, self.d_m, self.speed_s_mps, self.speed_d_mps, self.lateral_fade_s, t)
+        return _cruise(self.s_m, self.d_m, self.speed_s_mps, self.speed_d_mps, self.lateral_fade_s, self.lateral_swell, t)
 
     def _margin(self, t_s: Any, position: int, cap: float) -> Array:
         t = np.minimum(np.asarray(t_s, dtype=np.float64), self.growth_s)
@@ -158,26 +162,29 @@ class Prediction:
 def _cruising(bodies: tuple[PredictedBody, ...], t_s: Array) -> tuple[BodyMotion, ...] | None:
     """`CruisingBody.at` of several at once; None where they are not all such."""
     beginnings = [
-        (body.s_m, body.d_m, body.speed_s_mps, body.speed_d_mps, body.lateral_fade_s) for body in bodies if isinstance(body, CruisingBody)
+        (body.s_m, body.d_m, body.speed_s_mps, body.speed_d_mps, body.lateral_fade_s, body.lateral_swell)
+        for body in bodies
+        if isinstance(body, CruisingBody)
     ]
     if not bodies or len(beginnings) < len(bodies):
         return None
-    s, d, speed_s, speed_d, fade = np.array(beginnings, dtype=np.float64).T[:, :, None]
-    all_ = _cruise(s, d, speed_s, speed_d, fade, np.broadcast_to(t_s, (len(bodies), t_s.size)))
+    s, d, speed_s, speed_d, fade, swell = np.array(beginnings, dtype=np.float64).T[:, :, None]
+    all_ = _cruise(s, d, speed_s, speed_d, fade, swell, np.broadcast_to(t_s, (len(bodies), t_s.size)))
     rows = zip(all_.s_m, all_.d_m, all_.heading_rad, all_.speed_s_mps, all_.speed_d_mps, strict=True)
     return tuple(BodyMotion(s_m=a, d_m=b, heading_rad=c, speed_s_mps=e, speed_d_mps=f) for a, b, c, e, f in rows)
 
 
-def _cruise(s: Any, d: Any, speed_s: Any, speed_d: Any, fade_s: Any, t: Array) -> BodyMotion:
-    """At t, of t's shape: constant speed along the road, lateral speed fading."""
+def _cruise(s: Any, d: Any, speed_s: Any, speed_d: Any, fade_s: Any, swell: Any, t: Array) -> BodyMotion:
+    """At t, of t's shape: constant speed along the road, lateral speed swelling and fading."""
     fade = np.exp(-t / fade_s)
-    across = speed_d * fade
+    risen = (1.0 + swell) / (1.0 + swell * fade)
+    across = speed_d * risen * risen * fade
     slowest = np.copysign(np.maximum(np.abs(speed_s), 1.0), speed_s)
     along = np.empty(t.shape)
     along[...] = speed_s
     return BodyMotion(
         s_m=s + speed_s * t,
-        d_m=d + speed_d * fade_s * (1.0 - fade),
+        d_m=d + speed_d * fade_s * risen * (1.0 - fade),
         heading_rad=np.arctan(across / slowest),
         speed_s_mps=along,
         speed_d_mps=across,

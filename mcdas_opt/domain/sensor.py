@@ -60,6 +60,13 @@ class Sensor:
     def range_max_m(self) -> float:
         return max(beam.range_max_m for beam in self.beams)
 
+    @property
+    def blind(self) -> Beam | None:
+        """The fan before the sensor, as wide as its widest beam, in which everybody is too near to be seen."""
+        if self.range_min_m <= 0.0:
+            return None
+        return Beam(name="blind", range_max_m=self.range_min_m, half_angle_rad=max(beam.half_angle_rad for beam in self.beams))
+
     def sees(self, range_m: float, azimuth_rad: float) -> bool:
         """Whether a point in the sensor's own frame lies in any beam."""
         return range_m >= self.range_min_m and any(beam.holds(range_m, azimuth_rad) for beam in self.beams)

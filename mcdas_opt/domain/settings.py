@@ -43,13 +43,21 @@ class SelectorSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PredictionSettings:
-    """How far a track's uncertainty is planned with (not the tracker's process noise: it would close every gap there is)."""
+    """How far a track's uncertainty is planned with (not the tracker's process noise: it would close every gap there is).
+
+    Who moves sideways by `change_mps` and by `change_sigmas` standard deviations, `change_from_m` from the middle of his lane, may be
+    changing lanes; no lane change fades faster than `change_fastest_s` (0.5: one lane in about 4 s).
+    """
 
     sigmas: float = 2.5
     growth_s: float = 1.0
     cap_along_m: float = 3.0
     cap_across_m: float = 0.5
     lateral_fade_s: float = 1.0
+    change_mps: float = 0.5
+    change_sigmas: float = 2.5
+    change_from_m: float = 0.2
+    change_fastest_s: float = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -27,6 +27,7 @@ class TrackerSettings:
     confirm_window: int = 4  # ... in so many scans of the sensors that have seen it
     tentative_s: float = 0.35  # a tentative track dies without a hit for this long
     coast_s: float = 1.0  # and a confirmed one for this long
+    blind_s: float = 5.0  # or this long, while it is too near to its sensor to be seen and does not stand
     coasting_periods: float = 1.5  # without a hit for so many scan periods a track counts as coasting
     coverage_periods: float = 3.0  # without a scan for so many periods a sector counts as blind
     future_tolerance_s: float = 0.05  # measurements further ahead of the clock are refused

@@ -95,7 +95,7 @@ class MpcMethod:
             self._assessment = None
         assessment = assess(situation, self.vehicle, self.settings.selector, self._assessment)
         self._assessment = assessment
-        prediction = predict(situation.tracks, self.settings.prediction)
+        prediction = predict(situation.tracks, self.settings.prediction, situation.road)
         going = self._going(situation, previous)
         self._tried, self._failed = [], []
         chosen = self._choose(situation, assessment, prediction, previous, going)

@@ -60,11 +60,11 @@ def foresee(
     if isinstance(target, Situation):
         if prediction not in (None, CONSTANT_VELOCITY):
             raise ParameterError("prediction", prediction, f"a situation knows only {CONSTANT_VELOCITY!r}")
-        return predict(target.tracks, settings)
+        return predict(target.tracks, settings, target.road)
     if prediction in (None, SCENE):
         return Prediction(name=SCENE, bodies=known_bodies(target, trajectory))
     if prediction == CONSTANT_VELOCITY:
-        return predict(exact_tracks(target), settings)
+        return predict(exact_tracks(target), settings, target.assumed_road)
     raise ParameterError("prediction", prediction, nearest(str(prediction), PREDICTIONS))
 
 

@@ -120,7 +120,15 @@ class SensorSuite:
         luck = post.random.random(len(bodies))
         seen = view.detections(post.radar, place)
         noisy = tuple(_with_noise(echo, normal[i]) for i, echo in seen if luck[i] < post.radar.detection_probability)
-        return Scan(sensor=post.name, sector=post.sector, t_s=t, mounting=place, period_s=post.period_s, radar=noisy)
+        return Scan(
+            sensor=post.name,
+            sector=post.sector,
+            t_s=t,
+            mounting=place,
+            period_s=post.period_s,
+            radar=noisy,
+            blind=post.radar.blind,
+        )
 
 
 def ideal_detections(sector: Sector, host: HostState, bodies: Sequence[Body], vehicle: Vehicle) -> tuple[BodyDetection, ...]:

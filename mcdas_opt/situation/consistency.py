@@ -11,6 +11,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 _SIGMAS = 3.0
 _OVERLAP_M = 0.5  # bodies that overlap by more, beyond their uncertainty, cannot both be there
 _JUMP_M, _JUMP_MPS = 3.0, 8.0  # farther from where it was going, within a cycle, no car gets
+_AGAINST_MPS, _AGAINST_SIGMAS = 2.0, 2.0  # who differ in speed by both move against one another
 _HARDEST_MPS2 = 12.0
 _MEMORY_S = 1.0  # an older situation says nothing of this one
 
@@ -19,8 +20,10 @@ def contradiction(situation: Situation, before: Situation | None, vehicle: Vehic
     """Why the tracks cannot all be true, in words; empty where they can.
 
     Two bodies, or one and the host, that overlap deeply; a track that is not where it was going, or whose speed has jumped, since the
-    situation `before` (at most a second older). Who is believed without uncertainty is taken at its word.
+    situation `before` (at most a second older). Who is believed without uncertainty is taken at its word. Two that were known before and
+    plainly move against one another are no contradiction: one has run into the other, and both are to be kept clear of.
     """
+    known = _known(situation, before)
     for i, one in enumerate(situation.tracks):
         host = situation.host
         apart = (abs(one.s_m - host.s_m), abs(one.d_m - host.d_m))
@@ -28,14 +31,11 @@ def contradiction(situation: Situation, before: Situation | None, vehicle: Vehic
             return f"track {one.id} is where the host is"
         for other in situation.tracks[i + 1 :]:
             apart = (abs(one.s_m - other.s_m), abs(one.d_m - other.d_m))
+            if one.id in known and other.id in known and _run_together(one, other):
+                continue
             if _overlap(one, other, apart, (0.5 * (one.length_m + other.length_m), 0.5 * (one.width_m + other.width_m))):
                 return f"tracks {one.id} and {other.id} are in one place"
-    if before is None:
-        return ""
-    elapsed = situation.time_s - before.time_s
-    if not 0.0 < elapsed <= _MEMORY_S:
-        return ""
-    known = {track.id: track for track in before.tracks}
+    elapsed = 0.0 if before is None else situation.time_s - before.time_s
     for track in situation.tracks:
         last = known.get(track.id)
         if last is None:
@@ -51,6 +51,19 @@ def contradiction(situation: Situation, before: Situation | None, vehicle: Vehic
         if faster > _JUMP_MPS + _HARDEST_MPS2 * elapsed + spread:
             return f"the speed of track {track.id} jumped by {faster:.1f} m/s in {elapsed:.2g} s"
     return ""
+
+
+def _known(situation: Situation, before: Situation | None) -> dict[str, Track]:
+    """The tracks of the situation before, where it is young enough to tell."""
+    if before is None or not 0.0 < situation.time_s - before.time_s <= _MEMORY_S:
+        return {}
+    return {track.id: track for track in before.tracks}
+
+
+def _run_together(one: Track, other: Track) -> bool:
+    """Whether the two plainly differ in speed."""
+    spread = math.sqrt(max(float(one.covariance[1, 1] + other.covariance[1, 1]), 0.0))
+    return abs(one.speed_s_mps - other.speed_s_mps) > max(_AGAINST_SIGMAS * spread, _AGAINST_MPS)
 
 
 def _overlap(one: Track, other: Track | None, apart: tuple[float, float], reach: tuple[float, float]) -> bool:

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from mcdas_opt.domain.prediction import CruisingBody, Prediction
+from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.track import Track
 
 CONSTANT_VELOCITY = "constant-velocity"
+CHANGING = "changing lanes"
 
 
-def predict(tracks: Sequence[Track], settings: PredictionSettings | None = None) -> Prediction:
+def predict(tracks: Sequence[Track], settings: PredictionSettings | None = None, road: Road | None = None) -> Prediction:
     """Everybody keeps the speed along the road and settles across it; margins from the *present* covariance (see `CruisingBody`).
 
-    The tracks are at the situation's time, which is the prediction's time zero.
+    On a `road`, who plainly moves sideways is there twice: as one who settles where he is, and as one who goes on to the next lane
+    (`lane_change`). Plans must pass both. The tracks are at the situation's time, which is the prediction's time zero.
     """
     settings = PredictionSettings() if settings is None else settings
-    bodies = tuple(
-        CruisingBody(
+    bodies: list[CruisingBody] = []
+    for track in tracks:
+        drifting = CruisingBody(
             id=track.id,
             length_m=track.length_m,
             width_m=track.width_m,
@@ -33,6 +39,33 @@ def predict(tracks: Sequence[Track], settings: PredictionSettings | None = None)
             cap_along_m=settings.cap_along_m,
             cap_across_m=settings.cap_across_m,
         )
-        for track in tracks
-    )
-    return Prediction(name=CONSTANT_VELOCITY, bodies=bodies)
+        bodies.append(drifting)
+        change = None if road is None else lane_change(track, settings, road)
+        if change is not None:
+            fade_s, swell = change
+            bodies.append(replace(drifting, id=f"{track.id} {CHANGING}", lateral_fade_s=fade_s, lateral_swell=swell))
+    return Prediction(name=CONSTANT_VELOCITY, bodies=tuple(bodies))
+
+
+def lane_change(track: Track, settings: PredictionSettings, road: Road) -> tuple[float, float] | None:
+    """(fade [s], swell) of a logistic lane change that has the track's place and speed now and ends in the middle of the lane ahead of
+    its sideways motion; None where it does not plainly move sideways, has hardly left its lane's middle, has no lane to go to, or would
+    settle there anyway. None is faster than `change_fastest_s`: it then counts as further on than it is.
+
+    What is left, r, shrinks as r' = -r (w - r) / (w fade), w the lane's width (Verhulst's equation).
+    """
+    sideways, sd = abs(track.speed_d_mps), math.sqrt(max(float(track.covariance[3, 3]), 0.0))
+    if sideways < max(settings.change_mps, settings.change_sigmas * sd) or sideways > abs(track.speed_s_mps):
+        return None
+    left, width = track.speed_d_mps > 0.0, road.lane_width_m
+    across = track.d_m if left else -track.d_m  # towards where it goes
+    lane = math.ceil((across + sideways * settings.lateral_fade_s) / width)
+    to_go = lane * width - across
+    gone = width - to_go
+    if gone < settings.change_from_m or not road.has_lane(lane if left else -lane):
+        return None
+    fastest = to_go / settings.change_fastest_s - sideways
+    if fastest <= 0.0:
+        return None
+    gone = max(gone, sideways * to_go / fastest)
+    return to_go * gone / (sideways * (to_go + gone)), to_go / gone

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections import deque
 from collections.abc import Sequence
 
@@ -16,11 +17,12 @@ from mcdas_opt.domain.tracker_settings import TrackerSettings
 from mcdas_opt.tracking.filtering import Filtering, TargetFilter, TargetFix
 from mcdas_opt.tracking.screening import Source, source_of
 
+_STANDING_MPS = 0.5
 _ANYWHERE_M = 100.0  # sd of the position before the first detection: as good as unknown
 
 
 class TrackLife:
-    """A filter with its history. Built by `begin`; mutated by `hit` and `miss` only."""
+    """A filter with its history. Built by `begin`; mutated by `hit`, `hide` and `miss` only."""
 
     def __init__(self, filter_: TargetFilter, size: tuple[float, float], settings: TrackerSettings) -> None:
         self._filter = filter_
@@ -29,11 +31,13 @@ class TrackLife:
         self._sources: set[Source] = set()
         self._born_s = filter_.time_s
         self._arrival_s = -np.inf
+        self._hidden_s = self._stood_s = -np.inf
         self._period_s = 0.0
         self.size = size
         self.name: str | None = None
         self.number = 0  # given when the update that began it ends
         self.confirmed = False
+        self.others: weakref.WeakSet[TrackLife] = weakref.WeakSet()  # no other track of the same car
 
     @classmethod
     def begin(
@@ -71,6 +75,20 @@ class TrackLife:
         self._hits.append(True)
         self.confirmed = self.confirmed or sum(self._hits) >= self._settings.confirm_hits
 
+    def may_hide_from(self, scan: Scan, now: float) -> bool:
+        """Whether it has been seen by that sensor, and is seen by nobody now."""
+        return self.confirmed and source_of(scan) in self._sources and self._is_quiet(now)
+
+    def hide(self, fix: TargetFix, scan: Scan, now: float) -> None:
+        """It was not seen, where it could not be seen: `fix` says no more. Who stands may do so for ever."""
+        self._filter.take(scan.t_s, fix)
+        self._hidden_s = now
+        if abs(self._filter.at(scan.t_s)[0][1]) < _STANDING_MPS:
+            self._stood_s = now
+
+    def _is_quiet(self, now: float) -> bool:
+        return bool(now - self._arrival_s > self._settings.coasting_periods * self._period_s + 1e-9)
+
     def know(self, body: BodyDetection) -> None:
         """An ideal sensor has told the name and the size: nothing is left to confirm."""
         self.name, self.size, self.confirmed = body.name, (body.length_m, body.width_m), True
@@ -83,7 +101,9 @@ class TrackLife:
     def is_over(self, now: float) -> bool:
         """Gone: unheard of for too long, or tentative and no longer able to be confirmed in its window."""
         settings = self._settings
-        if now - self._arrival_s > (settings.coast_s if self.confirmed else settings.tentative_s) + 1e-9:
+        hidden = now - self._hidden_s <= settings.coast_s + 1e-9
+        longest = settings.blind_s if hidden else settings.coast_s if self.confirmed else settings.tentative_s
+        if now - max(self._arrival_s, self._stood_s if hidden else -np.inf) > longest + 1e-9:
             return True
         misses = len(self._hits) - sum(self._hits)
         return not self.confirmed and misses > settings.confirm_window - settings.confirm_hits
@@ -91,6 +111,10 @@ class TrackLife:
     def place(self, time_s: float) -> tuple[float, float]:
         """(s, d) at `time_s`."""
         return self._filter.place_at(time_s)
+
+    def spread(self, time_s: float) -> Array:
+        """(2, 2) covariance of the position (s, d) at `time_s`."""
+        return np.asarray(self._filter.at(time_s)[1][::2, ::2])
 
     def vagueness(self) -> float:
         """Variance of the position, summed [m^2]."""
@@ -111,5 +135,5 @@ class TrackLife:
             length_m=length,
             width_m=width,
             age_s=max(now - self._born_s, 0.0),
-            coasting=bool(now - self._arrival_s > self._settings.coasting_periods * self._period_s + 1e-9),
+            coasting=self._is_quiet(now),
         )

@@ -19,6 +19,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.window import frame_near
 from mcdas_opt.tracking.association import assign
+from mcdas_opt.tracking.blind_range import unseen_near
 from mcdas_opt.tracking.coverage import SectorWatch
 from mcdas_opt.tracking.filtering import TargetFix, build_filtering
 from mcdas_opt.tracking.fix import Viewpoint
@@ -100,8 +101,9 @@ class Tracker:
         self._take_bodies(bodies, look)
         self._take_points(points, look)
         for life in self._lives:
-            if life not in look.hit:
+            if life not in look.hit and not (scan.blind is not None and self._hides(life, look)):
                 life.miss(scan)
+        self._tell_apart(look)
         self._merge(scan.t_s)
 
     def _take_bodies(self, bodies: list[BodyDetection], look: _Look) -> None:
@@ -176,6 +178,20 @@ class Tracker:
             if not any(_overlap(life.place(time_s), life.size, fix.place, self._body, 1.0) for life in look.hit):
                 self._begin(fix, look)
 
+    def _hides(self, life: TrackLife, look: _Look) -> bool:
+        """Whether the scan could not see this target for being too near; then it keeps that in mind."""
+        scan = look.scan
+        if not life.may_hide_from(scan, look.now):
+            return False
+        view = Viewpoint.of(scan.mounting, look.host, self._vehicle, look.frame)
+        size = life.size if self.settings.reflection == "face" else None
+        unseen = unseen_near(life.place(scan.t_s), life.spread(scan.t_s), size, scan, view, look.frame)
+        (fix,) = self._filtering.radar_fixes([unseen], view, look.frame, size) if unseen is not None else (None,)
+        if fix is None:
+            return False
+        life.hide(fix, scan, look.now)
+        return True
+
     def _hit(self, life: TrackLife, fix: TargetFix, look: _Look) -> None:
         life.hit(fix, look.scan, look.now)
         look.hit.add(life)
@@ -188,8 +204,23 @@ class Tracker:
         self.counters["initiated"] += 1
         return life
 
+    def _tell_apart(self, look: _Look) -> None:
+        """Confirmed tracks that one scan shows in two places, a body's size apart, are two cars for as long as they live."""
+        seen = [life for life in self._lives if life.confirmed and life in look.hit]
+        for i, life in enumerate(seen):
+            for other in seen[:i]:
+                if other in life.others:
+                    continue
+                if not _overlap(life.place(look.scan.t_s), life.size, other.place(look.scan.t_s), other.size, 1.0):
+                    life.others.add(other)
+                    other.others.add(life)
+
     def _merge(self, time_s: float) -> None:
-        """Two tracks cannot be in one place: the named, else the latest heard, else the sharper one stays."""
+        """Two tracks cannot be in one place: the named, else the latest heard, else the sharper one stays.
+
+        Both stay where one scan has once shown them side by side: these are two cars, one of which has run into the other or seems to,
+        and not one car tracked twice.
+        """
         places = [(life.place(time_s), life.size) for life in self._lives]
         if not any(_overlap(*one, *other, 0.5) for i, one in enumerate(places) for other in places[:i]):
             return
@@ -197,7 +228,7 @@ class Tracker:
         kept: list[tuple[TrackLife, tuple[float, float]]] = []
         for life in ranked:
             place = life.place(time_s)
-            rivals = (pair for pair in kept if life.name is None or pair[0].name is None)
+            rivals = [pair for pair in kept if (life.name is None or pair[0].name is None) and pair[0] not in life.others]
             if not any(_overlap(place, life.size, there, other.size, 0.5) for other, there in rivals):
                 kept.append((life, place))
         if len(kept) < len(self._lives):

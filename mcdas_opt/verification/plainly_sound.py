@@ -48,13 +48,15 @@ class PlainlySound:
 
 
 def rows_of(bodies: Sequence[PredictedBody]) -> Array | None:
-    """(bodies, 7) as the C text has them; None where one moves otherwise than it knows."""
+    """(bodies, 8) as the C text has them; None where one moves otherwise than it knows."""
     if not all(type(body) is CruisingBody for body in bodies):
         return None
     rows = [
-        (b.s_m, b.d_m, b.speed_s_mps, b.speed_d_mps, b.lateral_fade_s, b.length_m, b.width_m) for b in bodies if isinstance(b, CruisingBody)
+        (b.s_m, b.d_m, b.speed_s_mps, b.speed_d_mps, b.lateral_fade_s, b.lateral_swell, b.length_m, b.width_m)
+        for b in bodies
+        if isinstance(b, CruisingBody)
     ]
-    return np.array(rows, dtype=np.float64).reshape(-1, 7)
+    return np.array(rows, dtype=np.float64).reshape(-1, 8)
 
 
 @lru_cache(maxsize=32)

@@ -48,7 +48,7 @@ class TestWithThePackage:
             plan = self.planned(at)
             start = plan.trajectory.states[0]
             assert np.allclose(start[:4], at.host.to_vector()[:4], atol=0.02)
-            assert plan.verdict == judge(plan.trajectory, at.host, CAR, at.road, predict(at.tracks))
+            assert plan.verdict == judge(plan.trajectory, at.host, CAR, at.road, predict(at.tracks, road=at.road))
 
     def test_it_leaves_a_slow_car_aside_and_mirrors(self) -> None:
         left = self.planned(SITUATION)

@@ -51,7 +51,7 @@ def test_planned_comes_to_a_safe_end_and_what_does_not_says_so(planner: Planner,
         return
     assert plan.safe_end is not None
     assert plan.safe_end.t_s == plan.trajectory.t_s[-1]
-    prediction = predict(situation.tracks, planner.settings.prediction)
+    prediction = predict(situation.tracks, planner.settings.prediction, situation.road)
     again = ends(plan.trajectory, slice(-1, None), situation.host, planner.vehicle, situation.road, prediction)
     assert bool(again.safe[0]) == plan.safe_end.safe
     if plan.status is Status.PLANNED:
@@ -123,7 +123,7 @@ def test_unavoidable_is_no_more_severe_than_what_anybody_would_try(planner: Plan
     if plan.status is not Status.UNAVOIDABLE:
         assert plan.verdict.passed
         return
-    prediction: Prediction = predict(situation.tracks, planner.settings.prediction)
+    prediction: Prediction = predict(situation.tracks, planner.settings.prediction, situation.road)
     simple = [
         severity(drive, planner.vehicle, situation.road, prediction)[0]
         for _, drive in simple_policies(situation, planner.vehicle, planner.settings)

@@ -52,7 +52,11 @@ def test_no_plan_leaves_unverified(seed: int) -> None:
     planner = Planner()
     plan = planner.plan(situation)
     verdict = judge(
-        plan.trajectory, situation.host, planner.vehicle, situation.road, predict(situation.tracks, planner.settings.prediction)
+        plan.trajectory,
+        situation.host,
+        planner.vehicle,
+        situation.road,
+        predict(situation.tracks, planner.settings.prediction, situation.road),
     )
     assert verdict == plan.verdict
     assert plan.verdict.passed == (plan.status is not Status.UNAVOIDABLE)

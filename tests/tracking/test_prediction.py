@@ -1,12 +1,20 @@
-"""Tracks go on at constant velocity."""
+"""Tracks go on at constant velocity; who plainly moves sideways also goes on into the next lane."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from mcdas_opt.domain.prediction import CruisingBody
+from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.track import Track
-from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.tracking.prediction import CHANGING, lane_change, predict
+
+ROAD = Road(lanes_left=2, lanes_right=1)
+SETTINGS = PredictionSettings()
 
 
 def test_a_prediction_holds_every_track_with_the_settings_of_the_planner() -> None:
@@ -28,3 +36,99 @@ def test_a_prediction_holds_every_track_with_the_settings_of_the_planner() -> No
     np.testing.assert_allclose(along, [0.4, 2.0 * np.sqrt(0.04 + 0.25 * 0.01), 2.0 * np.sqrt(0.0425)])
     np.testing.assert_allclose(across, 2.0 * np.sqrt([0.09, 0.09 + 0.0625, 0.09 + 0.0625]))
     assert predict([]).bodies == ()
+
+
+def sideways(d: float, vd: float, *, sd: float = 0.15, speed: float = 15.0) -> Track:
+    return Track(id="7", s_m=20.0, d_m=d, speed_s_mps=speed, speed_d_mps=vd, covariance=np.diag([0.01, 0.04, 0.01, sd * sd]))
+
+
+places, sideways_mps = st.floats(-6.0, 10.0), st.floats(-4.0, 4.0)
+
+
+@st.composite
+def under_way(draw: st.DrawFn) -> tuple[float, float]:
+    """(d, its rate) of one who has left the middle of his lane for the next one, and would not settle before it."""
+    gone = draw(st.floats(0.21, 2.4))
+    speed = draw(st.floats(0.5, min(3.0, ROAD.lane_width_m - gone - 0.01)))
+    lane, side = draw(st.sampled_from([(0, 1.0), (1, 1.0), (-1, 1.0), (0, -1.0), (1, -1.0), (2, -1.0)]))
+    return ROAD.lane_centre_m(lane) + side * gone, side * speed
+
+
+def changing(track: Track, road: Road = ROAD) -> CruisingBody:
+    """The body of the lane change; the drift stands before it, unchanged."""
+    alone = predict([track], SETTINGS).bodies
+    bodies = predict([track], SETTINGS, road).bodies
+    assert bodies[0] == alone[0]
+    assert len(bodies) == 2
+    assert isinstance(bodies[1], CruisingBody)
+    assert bodies[1].id == f"7 {CHANGING}"
+    return bodies[1]
+
+
+@given(state=under_way())
+def test_a_lane_change_begins_as_the_track_is_and_ends_in_the_middle_of_a_lane_ahead_of_it(state: tuple[float, float]) -> None:
+    d, vd = state
+    body = changing(sideways(d, vd))
+    t = np.linspace(0.0, 60.0, 6001)
+    motion = body.at(t)
+    for column in (motion.s_m, motion.d_m, motion.heading_rad, motion.speed_s_mps, motion.speed_d_mps):
+        assert np.isfinite(column).all()
+    assert motion.d_m[0] == d
+    assert motion.speed_d_mps[0] == pytest.approx(vd, rel=1e-12)
+    lane = ROAD.lane_of(float(motion.d_m[-1]))
+    assert motion.d_m[-1] == pytest.approx(ROAD.lane_centre_m(lane), abs=1e-6)
+    assert (motion.speed_d_mps * np.sign(vd) >= 0.0).all()
+    np.testing.assert_allclose(np.diff(motion.d_m), 0.01 * 0.5 * (motion.speed_d_mps[1:] + motion.speed_d_mps[:-1]), atol=2e-4)
+    assert abs(motion.d_m[-1] - d) > abs(vd) * SETTINGS.lateral_fade_s  # else it would be the drift once more
+
+
+@given(state=under_way())
+def test_what_is_left_shrinks_as_a_logistic_curve_and_never_faster_than_the_fastest(state: tuple[float, float]) -> None:
+    d, vd = state
+    body = changing(sideways(d, vd))
+    assert body.lateral_fade_s >= SETTINGS.change_fastest_s - 1e-9
+    assert body.lateral_swell >= 0.0
+    motion = body.at(np.linspace(0.0, 5.0, 51))
+    end = float(body.at(1e3).d_m)
+    left = np.abs(end - motion.d_m)
+    width = left[0] * (1.0 + 1.0 / body.lateral_swell)
+    np.testing.assert_allclose(np.abs(motion.speed_d_mps), left * (1.0 - left / width) / body.lateral_fade_s, rtol=1e-6, atol=1e-9)
+    assert np.abs(motion.speed_d_mps).max() <= max(0.25 * width / body.lateral_fade_s, abs(vd)) + 1e-9
+
+
+@given(d=places, vd=sideways_mps)
+def test_the_mirrored_world_has_the_mirrored_lane_change(d: float, vd: float) -> None:
+    other = Road(lanes_left=ROAD.lanes_right, lanes_right=ROAD.lanes_left)
+    assert lane_change(sideways(d, vd), SETTINGS, ROAD) == lane_change(sideways(-d, -vd), SETTINGS, other)
+
+
+@given(d=places, vd=sideways_mps, sd=st.floats(0.0, 2.0), speed=st.floats(-30.0, 40.0))
+def test_nobody_changes_lanes_who_does_not_plainly_move_sideways(d: float, vd: float, sd: float, speed: float) -> None:
+    if lane_change(sideways(d, vd, sd=sd, speed=speed), SETTINGS, ROAD) is not None:
+        assert abs(vd) >= max(0.5, 2.5 * sd)
+        assert abs(vd) <= abs(speed)
+        assert abs(d - ROAD.lane_centre_m(round(d / ROAD.lane_width_m))) > 0.0
+    assert lane_change(sideways(d, 0.45, sd=sd), SETTINGS, ROAD) is None
+    assert lane_change(sideways(0.1, 0.8), SETTINGS, ROAD) is None  # hardly out of the middle of its lane
+    assert lane_change(sideways(d, vd), SETTINGS, Road()) is None or abs(d) > 1.85 - 0.2  # nowhere to go on a single lane
+
+
+@pytest.mark.parametrize("duration_s", [2.8, 4.0, 5.5, 7.0])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_smooth_lane_change_is_foretold_better_than_by_the_drift(duration_s: float, side: float) -> None:
+    """A quintic over one lane, seen exactly: a second ahead, the lane change errs by less than half of what the drift does."""
+    width, ahead_s = ROAD.lane_width_m, 1.0
+
+    def at(t: float) -> tuple[float, float]:
+        x = min(t / duration_s, 1.0)
+        return side * width * (10 * x**3 - 15 * x**4 + 6 * x**5), side * width * 30 * (x * (1 - x)) ** 2 / duration_s
+
+    errors = []
+    for t in np.arange(0.0, 0.6 * duration_s, 0.05):
+        d, vd = at(float(t))
+        bodies = predict([sideways(d, vd)], SETTINGS, ROAD).bodies
+        if len(bodies) == 2:
+            errors.append([abs(float(body.at(ahead_s).d_m) - at(float(t) + ahead_s)[0]) for body in bodies])
+    drift, change = np.mean(errors, axis=0)
+    assert len(errors) >= 5
+    assert change < 0.5 * drift

@@ -21,7 +21,7 @@ from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.simulation.sensors import mounting
 from mcdas_opt.tracking.tracker import Tracker
-from tests.tracking.worlds import BEND, CAR, STRAIGHT, host_at, ideal_scan, radar_scan
+from tests.tracking.worlds import BEND, CAR, STRAIGHT, body_of, host_at, ideal_scan, radar_scan
 
 CORNER = load_sensor("corner_radar")
 PERIOD = 0.05
@@ -339,3 +339,23 @@ def test_reset_forgets_everything() -> None:
     assert not tracker.coverage(1.0).front
     feed(tracker, beats(0, 20), lead)  # the clock begins anew, too
     assert only(tracker, 0.95).id == "1"
+
+
+@pytest.mark.parametrize("faster_mps", [8.0, 12.0, 17.0])
+@pytest.mark.parametrize("seed", range(3))
+def test_one_that_drives_through_another_takes_nobody_away(faster_mps: float, seed: int) -> None:
+    """A scripted car runs into the one ahead, hides it for 0.4 s, and comes out before it: two tracks at all times, each the same."""
+    random, tracker = np.random.default_rng(seed), Tracker()
+    names: dict[str, set[str]] = {"slow": set(), "fast": set()}
+    for k in range(60):
+        t = 0.05 * k
+        slow = np.array([40.0 + 9.0 * t, 9.0, 3.7, 0.0])
+        fast = np.array([slow[0] + (t - 1.5) * faster_mps, 9.0 + faster_mps, 3.7, 0.0])
+        seen = [fast] if 1.2 < t < 1.6 else [slow, fast]
+        scans = [radar_scan(t, [body_of(x)], random=random) for x in seen]
+        tracker.update([replace(scans[0], radar=tuple(point for scan in scans for point in scan.radar))], host_at(t), STRAIGHT, t)
+        if t > 0.5:
+            one, other = sorted(tracker.tracks(t), key=lambda track: track.speed_s_mps)
+            names["slow"].add(one.id)
+            names["fast"].add(other.id)
+    assert len(names["slow"]) == len(names["fast"]) == 1

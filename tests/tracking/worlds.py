@@ -62,7 +62,7 @@ def radar_scan(
     place = mounting(sector, CAR)
     seen = radar_detections(sensor, place, host_at(t, road) if host is None else host, bodies, CAR, road)
     points = tuple(point if random is None else noisy(point, random) for _, point in seen)
-    return Scan(sensor=sensor.name, sector=sector, t_s=t, mounting=place, radar=points, period_s=sensor.period_s)
+    return Scan(sensor=sensor.name, sector=sector, t_s=t, mounting=place, radar=points, period_s=sensor.period_s, blind=sensor.blind)
 
 
 def ideal_scan(t: float, bodies: Sequence[Body], *, sector: Sector = Sector.FRONT, host: HostState | None = None) -> Scan:

@@ -66,7 +66,8 @@ def test_nobody_is_touched_by_what_is_called_sound(road, seed):
     t = drive.trajectory
     k = int(rng.integers(len(t)))
     speed, sideways = rng.uniform(-5.0, 30.0), rng.uniform(-3.0, 3.0)
-    fade = 1.0 - np.exp(-t.t_s[k])
+    swell = rng.choice([0.0, rng.uniform(0.0, 12.0)])
+    fade = (1.0 + swell) * (1.0 - np.exp(-t.t_s[k])) / (1.0 + swell * np.exp(-t.t_s[k]))
     body = CruisingBody(
         id="1",
         length_m=rng.uniform(0.5, 12.0),
@@ -75,6 +76,7 @@ def test_nobody_is_touched_by_what_is_called_sound(road, seed):
         d_m=float(t.d_m[k] - sideways * fade + rng.uniform(-4.0, 4.0)),
         speed_s_mps=speed,
         speed_d_mps=sideways,
+        lateral_swell=swell,
         covariance=np.zeros((4, 4)),
     )
     drive = replace(drive, prediction=Prediction(name="one", bodies=(body,)))
