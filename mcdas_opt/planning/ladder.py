@@ -6,16 +6,16 @@ import math
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
 
 from mcdas_opt.actuation.path_following import SpeedLaw
 from mcdas_opt.domain.plan import Attempt, Candidate, Plan, Refusal, Timing
-from mcdas_opt.domain.prediction import AnsweringBody, Prediction
+from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.domain.vocabulary import Mode, Side, Status
+from mcdas_opt.domain.vocabulary import Mode, Sector, Side, Status
+from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.continuation import Ended, to_safe_end
 from mcdas_opt.planning.glance import verdicts
@@ -23,13 +23,17 @@ from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.planning.selection import severities
 from mcdas_opt.planning.simple_policies import Policy, simple_policies
 from mcdas_opt.planning.tail import tail
+from mcdas_opt.planning.trust import relying
 from mcdas_opt.reference.lane_centre import LaneCentre
+from mcdas_opt.reference.offset_path import corrected
 from mcdas_opt.tracking.prediction import predict
-from mcdas_opt.verification.judge import judge, judge_all
+from mcdas_opt.verification.judge import judge
 
 _BRAKING_SHARES = (0.25, 0.5, 0.75, 1.0)
 _ACCELERATING_SHARES = (0.5, 1.0)
 _STEERING_OUT_MPS = 0.5
+_ASIDE_M = 0.5
+_ASIDE_SHARE = 0.5
 _CORRECTED = "corrected sigmoid, driven,"
 
 
@@ -65,11 +69,16 @@ class Ladder:
         own = len(options)
         options += [a for a in refusal.attempts if _only_collides(a)]
         hurt = severities([option.trajectory for option in options], self.vehicle, situation.road, prediction)
-        trusting = self._trusting(situation, prediction, options, [speed for speed, _ in hurt])
-        if trusting is not None:
-            drive, names = trusting
-            most = self.settings.safe_end.attentive_braking_mps2
-            why = f"nothing passes unless {names} brakes; {drive.name} asks less than {most:.1f} m/s^2 of it; before: {refusal.reason}"
+        # nobody is relied on in a drive that, should that fail, is more severe than the closed form, which relies on nobody
+        forms = [speed for one, (speed, _) in zip(options, hurt, strict=True) if one.name == _CORRECTED]
+        most = min(forms, default=math.inf) + _STEERING_OUT_MPS
+        mild = [one for one, (speed, _) in zip(options, hurt, strict=True) if speed <= most]
+        found = relying(mild, situation, previous, prediction, self.vehicle, self.settings.safe_end)
+        if found is not None:
+            drive, trust = found
+            asked = self.settings.safe_end.attentive_braking_mps2
+            why = f"nothing passes unless {trust} brakes; {drive.name} asks less than {asked:.1f} m/s^2 of it; before: {refusal.reason}"
+            drive = replace(drive, reference=drive.reference or trust)
             return self._plan(
                 situation, prediction, self._exact(situation, prediction, drive), None, Status.UNAVOIDABLE, why, tried, started
             )
@@ -90,35 +99,6 @@ class Ladder:
     def _exact(self, situation: Situation, prediction: Prediction, drive: Attempt) -> Attempt:
         """With the judge's own verdict: until then a glance was enough."""
         return replace(drive, verdict=judge(drive.trajectory, situation.host, self.vehicle, situation.road, prediction))
-
-    def _trusting(
-        self, situation: Situation, prediction: Prediction, options: list[Attempt], hurt_mps: list[float]
-    ) -> tuple[Attempt, str] | None:
-        """In a queue, where whoever is behind stops too: of the drives that hit nobody but a follower, and not even that one should it
-        brake as an attentive driver does, the least severe should it not. With whom it relies on.
-
-        None is relied on that would then be more severe than the closed form, which trusts nobody.
-        """
-        cfg = self.settings.safe_end
-        behind = _queued(situation, self.vehicle, cfg.queue_mps)
-        allowed = {f"collision with {name}" for name in behind}
-        most = min(
-            (hurt + _STEERING_OUT_MPS for one, hurt in zip(options, hurt_mps, strict=True) if one.name == _CORRECTED), default=math.inf
-        )
-        candidates = [
-            (hurt, i)
-            for i, (one, hurt) in enumerate(zip(options, hurt_mps, strict=True))
-            if hurt <= most and {violation.name for violation in one.verdict.violations} <= allowed
-        ]
-        if not candidates:
-            return None
-        answers = partial(AnsweringBody, response_s=cfg.attentive_response_s, braking_mps2=cfg.attentive_braking_mps2)
-        bodies = tuple(answers(body=body) if body.id in behind else body for body in prediction.bodies)
-        hoped = Prediction(name="followers brake", bodies=bodies)
-        drives = [options[i].trajectory for _, i in sorted(candidates)]
-        passing = [verdict.passed for verdict in judge_all(drives, situation.host, self.vehicle, situation.road, hoped)]
-        found = next((options[i] for (_, i), passed in zip(sorted(candidates), passing, strict=True) if passed), None)
-        return None if found is None else (found, " and ".join(behind))
 
     def rest_of(self, situation: Situation, previous: Plan | None) -> Plan | None:
         """What is left of the last judged plan, where it still passes and comes to a safe end."""
@@ -152,16 +132,16 @@ class Ladder:
         if rest is not None:
             tried.append(_candidate(rest))
             yield rest
-        corrected = CorrectedMethod(self.vehicle, self.settings).plan(situation, previous)
-        tried.extend(corrected.candidates)
-        if isinstance(corrected, Plan):
+        form = CorrectedMethod(self.vehicle, self.settings).plan(situation, previous)
+        tried.extend(form.candidates)
+        if isinstance(form, Plan):
             yield Attempt(
                 name=_CORRECTED,
-                mode=corrected.mode,
-                side=corrected.side,
-                trajectory=corrected.trajectory,
-                verdict=corrected.verdict,
-                reference=corrected.reference,
+                mode=form.mode,
+                side=form.side,
+                trajectory=form.trajectory,
+                verdict=form.verdict,
+                reference=form.reference,
             )
         last = [
             *self._keeping(situation),
@@ -216,6 +196,42 @@ class Ladder:
             if policy.side is not Side.NONE:
                 yield policy, trajectory
 
+    def _stopping_aside(self, situation: Situation) -> Iterator[tuple[Policy, Trajectory]]:
+        """Braking with what steering leaves of the grip: to a stop in the next lane, or only just out of the way of who is behind."""
+        host, road, vehicle = situation.host, situation.road, self.vehicle
+        grip = road.friction * GRAVITY_MPS2
+        law = SpeedLaw(speed_mps=0.0, acceleration_mps2=min(-vehicle.acceleration_min_mps2, grip))
+        for side, sign in ((Side.LEFT, 1.0), (Side.RIGHT, -1.0)):
+            lane = next_lane_m(situation, vehicle, side)
+            if lane is None or not situation.coverage.sees(Sector(side.value)) or host.speed_mps < self.settings.selector.evading_speed_mps:
+                continue
+            for name, target in (
+                (f"stop {side.value}", lane),
+                (f"stop aside {side.value}", host.d_m + sign * (vehicle.width_m + _ASIDE_M)),
+            ):
+                if sign * (lane - target) < 0.0:
+                    continue
+                lateral = _ASIDE_SHARE * grip
+                path = corrected(
+                    start_s_m=host.s_m,
+                    start_d_m=host.d_m,
+                    target_d_m=target,
+                    speed_mps=host.speed_mps,
+                    lateral_acceleration_mps2=lateral,
+                    b=self.settings.sigmoid.b,
+                    speed_floor_mps=self.settings.sigmoid.speed_floor_mps,
+                )
+                trajectory = follow(
+                    host,
+                    path,
+                    law,
+                    vehicle=vehicle,
+                    road=road,
+                    duration_s=float(self.settings.grid.times_s[-1]),
+                    lateral_acceleration_mps2=lateral,
+                )
+                yield Policy(name, Mode.EVADE, side), trajectory
+
     def _plan(
         self,
         situation: Situation,
@@ -243,16 +259,6 @@ class Ladder:
             time_s=situation.time_s,
             reference=drive.reference,
         )
-
-
-def _queued(situation: Situation, vehicle: Vehicle, at_most_mps: float) -> list[str]:
-    """Who is behind the host, in its way, and slow."""
-    host = situation.host
-    return [
-        track.id
-        for track in situation.tracks
-        if track.s_m < host.s_m and abs(track.d_m - host.d_m) < 0.5 * (track.width_m + vehicle.width_m) and track.speed_s_mps <= at_most_mps
-    ]
 
 
 def _only_collides(drive: Attempt) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import os
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import chain
 
@@ -53,7 +53,9 @@ class StageSettings:
     iterations_event: int = 8
     iterations_second: int = 2  # of OSQP as a second opinion
     second_opinions: int = 1  # at most so many where nothing passes, on ways that did not converge ...
-    second_near_m: float = 0.3  # ... and whose drive overlaps somebody by no more
+    closer_ways: int = 3  # so many are solved again where nothing passes, with ...
+    closer_m: float = 0.1  # ... this clearance along and across
+    near_m: float = 0.5  # only what overlaps somebody by no more is tried again, either way
     friction_share: float = 0.97
     clearance_along_m: float = 0.5
     clearance_across_m: float = 0.25
@@ -166,6 +168,11 @@ class LaneStage:
         for seats in self.stage.seats:
             self.posed(seats)
         compiled_drive()
+
+    def closer(self) -> LaneStage:
+        """The same, with less clearance asked for."""
+        least = self.stage.closer_m
+        return LaneStage(self.vehicle, self.settings, replace(self.stage, clearance_along_m=least, clearance_across_m=least))
 
     @property
     def solver(self) -> str:
