@@ -14,8 +14,7 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.domain.vocabulary import Mode, Sector, Side, Status
-from mcdas_opt.manoeuvres.kinds import next_lane_m
+from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.continuation import Ended, to_safe_end
 from mcdas_opt.planning.glance import verdicts
@@ -25,15 +24,12 @@ from mcdas_opt.planning.simple_policies import Policy, simple_policies
 from mcdas_opt.planning.tail import tail
 from mcdas_opt.planning.trust import relying
 from mcdas_opt.reference.lane_centre import LaneCentre
-from mcdas_opt.reference.offset_path import corrected
 from mcdas_opt.tracking.prediction import predict
 from mcdas_opt.verification.judge import judge
 
 _BRAKING_SHARES = (0.25, 0.5, 0.75, 1.0)
 _ACCELERATING_SHARES = (0.5, 1.0)
 _STEERING_OUT_MPS = 0.5
-_ASIDE_M = 0.5
-_ASIDE_SHARE = 0.5
 _CORRECTED = "corrected sigmoid, driven,"
 
 
@@ -195,42 +191,6 @@ class Ladder:
         for policy, trajectory in simple_policies(situation, self.vehicle, self.settings):
             if policy.side is not Side.NONE:
                 yield policy, trajectory
-
-    def _stopping_aside(self, situation: Situation) -> Iterator[tuple[Policy, Trajectory]]:
-        """Braking with what steering leaves of the grip: to a stop in the next lane, or only just out of the way of who is behind."""
-        host, road, vehicle = situation.host, situation.road, self.vehicle
-        grip = road.friction * GRAVITY_MPS2
-        law = SpeedLaw(speed_mps=0.0, acceleration_mps2=min(-vehicle.acceleration_min_mps2, grip))
-        for side, sign in ((Side.LEFT, 1.0), (Side.RIGHT, -1.0)):
-            lane = next_lane_m(situation, vehicle, side)
-            if lane is None or not situation.coverage.sees(Sector(side.value)) or host.speed_mps < self.settings.selector.evading_speed_mps:
-                continue
-            for name, target in (
-                (f"stop {side.value}", lane),
-                (f"stop aside {side.value}", host.d_m + sign * (vehicle.width_m + _ASIDE_M)),
-            ):
-                if sign * (lane - target) < 0.0:
-                    continue
-                lateral = _ASIDE_SHARE * grip
-                path = corrected(
-                    start_s_m=host.s_m,
-                    start_d_m=host.d_m,
-                    target_d_m=target,
-                    speed_mps=host.speed_mps,
-                    lateral_acceleration_mps2=lateral,
-                    b=self.settings.sigmoid.b,
-                    speed_floor_mps=self.settings.sigmoid.speed_floor_mps,
-                )
-                trajectory = follow(
-                    host,
-                    path,
-                    law,
-                    vehicle=vehicle,
-                    road=road,
-                    duration_s=float(self.settings.grid.times_s[-1]),
-                    lateral_acceleration_mps2=lateral,
-                )
-                yield Policy(name, Mode.EVADE, side), trajectory
 
     def _plan(
         self,
