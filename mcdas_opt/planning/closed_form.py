@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import chain, islice
 
 import numpy as np
 
@@ -19,6 +21,7 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Request, Side
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.planning.glance import verdicts
 from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.planning.selection import WorthSettings, worth
 from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, lateral_bound_mps2, shorter_side, ways_out
@@ -170,8 +173,7 @@ class CorrectedMethod:
             going = None
         tried: list[Candidate] = []
         first: _Driven | None = None
-        for group in self.groups(situation, assessment, going):
-            driven = [self.driven(situation, prediction, way, shorter_side(assessment)) for way in group if not way.refusal]
+        for driven in self._driven(situation, prediction, self.groups(situation, assessment, going), shorter_side(assessment)):
             driven.sort(key=self._price)
             tried += [one.candidate for one in driven]
             best = next((one for one in driven if one.verdict.passed), None)
@@ -179,6 +181,7 @@ class CorrectedMethod:
                 return self._plan(situation, assessment, prediction, best, tried, started)
             first = first or next(iter(driven), None)
         assert first is not None  # keeping the lane by braking is never refused
+        first = replace(first, verdict=judge(first.trajectory, situation.host, self.vehicle, situation.road, prediction))
         return self._plan(situation, assessment, prediction, first, tried, started)
 
     def groups(self, situation: Situation, assessment: Assessment, going: Manoeuvre | None) -> list[list[Way]]:
@@ -191,10 +194,19 @@ class CorrectedMethod:
             return [[keeping_way(situation, Mode.CRUISE if assessment.mode is Mode.CRUISE else Mode.HOLD)], *groups]
         return groups
 
-    def driven(self, situation: Situation, prediction: Prediction, way: Way, leaning: Side) -> _Driven:
-        """A way, driven and judged."""
-        trajectory = drive(situation, way, self.vehicle, self.settings)
-        verdict = judge(trajectory, situation.host, self.vehicle, situation.road, prediction)
+    def _driven(self, situation: Situation, prediction: Prediction, groups: list[list[Way]], leaning: Side) -> Iterator[list[_Driven]]:
+        """Each group, driven and judged: the first by itself, the others, where they are asked for, together."""
+        for some in (groups[:1], groups[1:]):
+            ways = [[way for way in group if not way.refusal] for group in some]
+            drives = [[drive(situation, way, self.vehicle, self.settings) for way in group] for group in ways]
+            judged = iter(verdicts(list(chain(*drives)), situation, self.vehicle, prediction))
+            for group, driven in zip(ways, drives, strict=True):
+                each = zip(group, driven, islice(judged, len(group)), strict=True)
+                yield [self._priced(situation, prediction, *one, leaning) for one in each]
+
+    def _priced(
+        self, situation: Situation, prediction: Prediction, way: Way, trajectory: Trajectory, verdict: Verdict, leaning: Side
+    ) -> _Driven:
         cost = worth(
             trajectory,
             vehicle=self.vehicle,

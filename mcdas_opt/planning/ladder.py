@@ -2,31 +2,35 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
 
 from mcdas_opt.actuation.path_following import SpeedLaw
 from mcdas_opt.domain.plan import Attempt, Candidate, Plan, Refusal, Timing
-from mcdas_opt.domain.prediction import AnsweringBody, Prediction
+from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.continuation import Ended, to_safe_end
+from mcdas_opt.planning.glance import verdicts
 from mcdas_opt.planning.path_driving import follow
-from mcdas_opt.planning.selection import severity
-from mcdas_opt.planning.simple_policies import simple_policies
+from mcdas_opt.planning.selection import severities
+from mcdas_opt.planning.simple_policies import Policy, simple_policies
 from mcdas_opt.planning.tail import tail
+from mcdas_opt.planning.trust import relying
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.tracking.prediction import predict
-from mcdas_opt.verification.judge import judge, judge_all
+from mcdas_opt.verification.judge import judge
 
 _BRAKING_SHARES = (0.25, 0.5, 0.75, 1.0)
 _ACCELERATING_SHARES = (0.5, 1.0)
 _STEERING_OUT_MPS = 0.5
+_CORRECTED = "corrected sigmoid, driven,"
 
 
 class Ladder:
@@ -49,23 +53,31 @@ class Ladder:
         options: list[Attempt] = []
         first: tuple[Attempt, Ended] | None = None
         for drive in self._drives(situation, previous, prediction, tried):
+            if not drive.verdict.passed:
+                options.append(drive)
+                continue
             ended = to_safe_end(drive.trajectory, drive.verdict, situation, self.vehicle, prediction, self.settings.safe_end)
             if ended.sound:
                 return self._passed(situation, prediction, drive, ended, refusal, tried, started)
-            if drive.verdict.passed:
-                first = first or (drive, ended)
-            else:
-                options.append(drive)
+            first = first or (drive, ended)
         if first is not None:
             return self._passed(situation, prediction, *first, refusal, tried, started)
-        options += [a for a in refusal.attempts if all(v.name.startswith("collision with") for v in a.verdict.violations)]
-        trusting = self._trusting(situation, prediction, options)
-        if trusting is not None:
-            drive, names = trusting
-            most = self.settings.safe_end.attentive_braking_mps2
-            why = f"nothing passes unless {names} brakes; {drive.name} asks less than {most:.1f} m/s^2 of it; before: {refusal.reason}"
-            return self._plan(situation, prediction, drive, None, Status.UNAVOIDABLE, why, tried, started)
-        hurt = [severity(option.trajectory, self.vehicle, situation.road, prediction) for option in options]
+        own = len(options)
+        options += [a for a in refusal.attempts if _only_collides(a)]
+        hurt = severities([option.trajectory for option in options], self.vehicle, situation.road, prediction)
+        # nobody is relied on in a drive that, should that fail, is more severe than the closed form, which relies on nobody
+        forms = [speed for one, (speed, _) in zip(options, hurt, strict=True) if one.name == _CORRECTED]
+        most = min(forms, default=math.inf) + _STEERING_OUT_MPS
+        mild = [one for one, (speed, _) in zip(options, hurt, strict=True) if speed <= most]
+        found = relying(mild, situation, previous, prediction, self.vehicle, self.settings.safe_end)
+        if found is not None:
+            drive, trust = found
+            asked = self.settings.safe_end.attentive_braking_mps2
+            why = f"nothing passes unless {trust} brakes; {drive.name} asks less than {asked:.1f} m/s^2 of it; before: {refusal.reason}"
+            drive = replace(drive, reference=drive.reference or trust)
+            return self._plan(
+                situation, prediction, self._exact(situation, prediction, drive), None, Status.UNAVOIDABLE, why, tried, started
+            )
         going = Side.NONE if previous is None else previous.side
 
         def rank(i: int) -> tuple[float, float]:
@@ -73,25 +85,16 @@ class Ladder:
             speed, when = hurt[i]
             return (speed if options[i].side in (Side.NONE, going) else speed + _STEERING_OUT_MPS, when)
 
-        least = min(range(len(options)), key=rank)
-        why = f"nothing passes; least severe is {options[least].name} (equivalent to {hurt[least][0]:.1f} m/s); before: {refusal.reason}"
-        return self._plan(situation, prediction, options[least], None, Status.UNAVOIDABLE, why, tried, started)
+        for least in sorted(range(len(options)), key=rank):
+            drive = self._exact(situation, prediction, options[least])
+            if least < own or _only_collides(drive):
+                break
+        why = f"nothing passes; least severe is {drive.name} (equivalent to {hurt[least][0]:.1f} m/s); before: {refusal.reason}"
+        return self._plan(situation, prediction, drive, None, Status.UNAVOIDABLE, why, tried, started)
 
-    def _trusting(self, situation: Situation, prediction: Prediction, options: list[Attempt]) -> tuple[Attempt, str] | None:
-        """In a queue, where whoever is behind stops too: the first drive that hits nobody but a follower, and not even that one should it
-        brake as an attentive driver does. With whom it relies on."""
-        cfg = self.settings.safe_end
-        behind = _queued(situation, self.vehicle, cfg.queue_mps)
-        allowed = {f"collision with {name}" for name in behind}
-        candidates = [a for a in options if {v.name for v in a.verdict.violations} <= allowed]
-        if not candidates:
-            return None
-        answers = partial(AnsweringBody, response_s=cfg.attentive_response_s, braking_mps2=cfg.attentive_braking_mps2)
-        bodies = tuple(answers(body=body) if body.id in behind else body for body in prediction.bodies)
-        hoped = Prediction(name="followers brake", bodies=bodies)
-        verdicts = judge_all([a.trajectory for a in candidates], situation.host, self.vehicle, situation.road, hoped)
-        found = next((a for a, verdict in zip(candidates, verdicts, strict=True) if verdict.passed), None)
-        return None if found is None else (found, " and ".join(behind))
+    def _exact(self, situation: Situation, prediction: Prediction, drive: Attempt) -> Attempt:
+        """With the judge's own verdict: until then a glance was enough."""
+        return replace(drive, verdict=judge(drive.trajectory, situation.host, self.vehicle, situation.road, prediction))
 
     def rest_of(self, situation: Situation, previous: Plan | None) -> Plan | None:
         """What is left of the last judged plan, where it still passes and comes to a safe end."""
@@ -125,26 +128,26 @@ class Ladder:
         if rest is not None:
             tried.append(_candidate(rest))
             yield rest
-        corrected = CorrectedMethod(self.vehicle, self.settings).plan(situation, previous)
-        tried.extend(corrected.candidates)
-        if isinstance(corrected, Plan):
+        form = CorrectedMethod(self.vehicle, self.settings).plan(situation, previous)
+        tried.extend(form.candidates)
+        if isinstance(form, Plan):
             yield Attempt(
-                name="corrected sigmoid, driven,",
-                mode=corrected.mode,
-                side=corrected.side,
-                trajectory=corrected.trajectory,
-                verdict=corrected.verdict,
-                reference=corrected.reference,
+                name=_CORRECTED,
+                mode=form.mode,
+                side=form.side,
+                trajectory=form.trajectory,
+                verdict=form.verdict,
+                reference=form.reference,
             )
-        for drive in self._keeping(situation, prediction):
+        last = [
+            *self._keeping(situation),
+            *self._steering(situation),
+        ]  # judged in one go: what many fail costs little more than what one does
+        seen = verdicts([drive for *_, drive in last], situation, self.vehicle, prediction)
+        for (policy, trajectory), verdict in zip(last, seen, strict=True):
+            drive = Attempt(name=policy.name, mode=policy.mode, side=policy.side, trajectory=trajectory, verdict=verdict)
             tried.append(_candidate(drive))
-            yield replace(drive, name=f"{drive.name} in the lane")
-        for policy, trajectory in simple_policies(situation, self.vehicle, self.settings):
-            if policy.side is not Side.NONE:
-                verdict = judge(trajectory, situation.host, self.vehicle, situation.road, prediction)
-                drive = Attempt(name=policy.name, mode=policy.mode, side=policy.side, trajectory=trajectory, verdict=verdict)
-                tried.append(_candidate(drive))
-                yield drive
+            yield drive if policy.side is not Side.NONE else replace(drive, name=f"{drive.name} in the lane")
 
     def _tail(self, situation: Situation, previous: Plan | None, prediction: Prediction) -> Attempt | None:
         trajectory = tail(previous, situation, self.vehicle)
@@ -159,7 +162,7 @@ class Ladder:
             reference=previous.reference,
         )
 
-    def _keeping(self, situation: Situation, prediction: Prediction) -> Iterator[Attempt]:
+    def _keeping(self, situation: Situation) -> Iterator[tuple[Policy, Trajectory]]:
         """In the lane: hold, brake ever harder to a stop, accelerate."""
         grip = situation.road.friction * GRAVITY_MPS2
         vehicle = self.vehicle
@@ -181,8 +184,13 @@ class Ladder:
                 duration_s=float(self.settings.grid.times_s[-1]),
                 lateral_acceleration_mps2=0.5 * grip,
             )
-            verdict = judge(trajectory, situation.host, vehicle, situation.road, prediction)
-            yield Attempt(name=name, mode=mode, side=Side.NONE, trajectory=trajectory, verdict=verdict)
+            yield Policy(name, mode, Side.NONE), trajectory
+
+    def _steering(self, situation: Situation) -> Iterator[tuple[Policy, Trajectory]]:
+        """Out to either side, as hard as the tyres allow."""
+        for policy, trajectory in simple_policies(situation, self.vehicle, self.settings):
+            if policy.side is not Side.NONE:
+                yield policy, trajectory
 
     def _plan(
         self,
@@ -213,14 +221,8 @@ class Ladder:
         )
 
 
-def _queued(situation: Situation, vehicle: Vehicle, at_most_mps: float) -> list[str]:
-    """Who is behind the host, in its way, and slow."""
-    host = situation.host
-    return [
-        track.id
-        for track in situation.tracks
-        if track.s_m < host.s_m and abs(track.d_m - host.d_m) < 0.5 * (track.width_m + vehicle.width_m) and track.speed_s_mps <= at_most_mps
-    ]
+def _only_collides(drive: Attempt) -> bool:
+    return all(violation.name.startswith("collision with") for violation in drive.verdict.violations)
 
 
 def _candidate(drive: Attempt) -> Candidate:

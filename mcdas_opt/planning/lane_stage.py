@@ -40,7 +40,8 @@ Asked = tuple[Engine, Callable[[], StageGuess], int]  # who, from which guess, w
 class StageSettings:
     """Counted work and margins of one solve.
 
-    `solver` is "interior-point" or "osqp"; where the interior point does not converge, OSQP is asked before any fallback is. `cold_start`
+    `solver` is "interior-point" or "osqp". Where the interior point has no answer at all, OSQP is asked at once; where it has one that did
+    not converge, `second_opinion` asks OSQP when nothing passes, before any fallback is. `cold_start`
     "ipopt" gives every solve without a warm start to IPOPT: converged, and some hundred times slower.
     """
 
@@ -51,6 +52,10 @@ class StageSettings:
     iterations_warm: int = 3  # of OSQP's real-time iteration
     iterations_event: int = 8
     iterations_second: int = 2  # of OSQP as a second opinion
+    second_opinions: int = 1  # at most so many where nothing passes, on ways that did not converge ...
+    closer_ways: int = 3  # so many are solved again where nothing passes, with ...
+    closer_m: float = 0.1  # ... this clearance along and across
+    near_m: float = 0.5  # only what overlaps somebody by no more is tried again, either way
     friction_share: float = 0.97
     clearance_along_m: float = 0.5
     clearance_across_m: float = 0.25
@@ -166,6 +171,11 @@ class LaneStage:
             self.posed(seats)
         compiled_drive()
 
+    def closer(self) -> LaneStage:
+        """The same, with less clearance asked for."""
+        least = self.stage.closer_m
+        return LaneStage(self.vehicle, self.settings, replace(self.stage, clearance_along_m=least, clearance_across_m=least))
+
     @property
     def solver(self) -> str:
         """Which engine answers first, and in which form; known once it has solved."""
@@ -181,8 +191,12 @@ class LaneStage:
             for posed in self._posed.values():
                 posed.osqp.reset()
 
-    def solve(self, situation: Situation, prediction: Prediction, way: Way) -> Solved:
-        """From the way's last solve when that says something of this one, else from the way's own path."""
+    def second_opinion(self, situation: Situation, prediction: Prediction, way: Way) -> Solved:
+        """OSQP's answer, from the way's own path."""
+        return self.solve(situation, prediction, way, second=True)
+
+    def solve(self, situation: Situation, prediction: Prediction, way: Way, *, second: bool = False) -> Solved:
+        """From the way's last solve when that says something of this one, else from the way's own path. `second`: by OSQP alone."""
         scene = self._scene(situation, prediction)
         posed, others = scene.posed, scene.others
         turned = is_turned(situation, others, way)
@@ -192,7 +206,8 @@ class LaneStage:
             return turned_guess(guess) if turned else guess
 
         memory = self._memory.pop(way.name, None)
-        attempts: Iterator[Asked] = self._attempts(posed, cold)
+        best: Outcome | None = None
+        attempts: Iterator[Asked] = self._attempts(posed, cold, second, lambda: best is not None)
         engine = posed.interior_point if self.stage.solver == "interior-point" else posed.osqp
         fits = memory is not None and memory.engine is engine and memory.turned == turned
         if memory is not None and fits and not self._event(memory, situation, way, others):
@@ -202,7 +217,6 @@ class LaneStage:
         # a measured state a hair outside a hard bound (rounding, a limit just touched) is brought to it
         x0 = np.minimum(np.maximum(within_reach(situation.host, self.vehicle), posed.problem.x_lower), posed.problem.x_upper)
         x0 = turned_states(x0) if turned else x0
-        best: Outcome | None = None
         by: Engine = engine
         iterations, reason = 0, ""
         for trial, guessed, cap in attempts:
@@ -223,16 +237,22 @@ class LaneStage:
         trajectory = self._driven(situation, posed, best.x[:, 3], u)
         return Solved(trajectory=trajectory, reason=reason, iterations=iterations, converged=best.ending is Ending.CONVERGED)
 
-    def _attempts(self, posed: Posed, cold: Callable[[], StageGuess]) -> Iterator[Asked]:
-        """Engines in the order in which they are asked, from a cold start, with their iteration caps: the first that converges answers."""
-        if self.stage.cold_start == "ipopt":
+    def _attempts(self, posed: Posed, cold: Callable[[], StageGuess], second: bool, answered: Callable[[], bool]) -> Iterator[Asked]:
+        """Engines in the order in which they are asked, from a cold start, with their iteration caps: the first that converges answers.
+
+        The second opinion is for where it is asked for, or the first engine has not `answered` at all.
+        """
+        if second:
+            pass
+        elif self.stage.cold_start == "ipopt":
             yield posed.ipopt, cold, _IPOPT_ITERATIONS
         elif self.stage.solver == "osqp":
             yield posed.osqp, cold, self.stage.iterations_event
             return
         else:
             yield posed.interior_point, cold, self.stage.newton_steps
-        yield posed.osqp, cold, self.stage.iterations_second  # built when it is first asked
+        if second or not answered():
+            yield posed.osqp, cold, self.stage.iterations_second  # built when it is first asked
 
     def _driven(self, situation: Situation, posed: Posed, speed_mps: Array, u: Array) -> Trajectory:
         """The inputs, kept inside their limits, driven through the equations of motion from the measured state."""

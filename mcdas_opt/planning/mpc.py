@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,19 +17,20 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
-from mcdas_opt.domain.vocabulary import Mode, Side
+from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.manoeuvres.kinds import build_family
 from mcdas_opt.planning.closed_form import drive
 from mcdas_opt.planning.continuation import Ended, to_safe_end
+from mcdas_opt.planning.glance import verdicts
 from mcdas_opt.planning.lane_stage import LaneStage, Solved, StageSettings
 from mcdas_opt.planning.selection import WorthSettings, nearness, worth
 from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, shorter_side, spread_ways, strays, ways_out
 from mcdas_opt.reference.offset_path import build_search
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.prediction import predict
-from mcdas_opt.verification.judge import judge_all
 from mcdas_opt.verification.plainly_sound import plainly_sound
 
+Solving = Callable[[Situation, Prediction, Way], Solved]
 _STEADY_MPS2 = 0.3  # a plan that stays under it over its first second neither brakes nor accelerates
 
 
@@ -66,6 +69,13 @@ class _Answer:
         )
 
 
+def _shortfall_m(verdict: Verdict) -> float:
+    """The room that was short of passing: the deepest overlap; infinite where something else is wrong."""
+    if any(not violation.name.startswith("collision with") for violation in verdict.violations):
+        return math.inf
+    return max((violation.limit - violation.value for violation in verdict.violations), default=0.0)
+
+
 class MpcMethod:
     """Kinematic-bicycle MPC on the sigmoid offset path; keeps its warm starts and its last assessment between calls."""
 
@@ -74,7 +84,9 @@ class MpcMethod:
     def __init__(self, vehicle: Vehicle, settings: Settings | None = None, stage: StageSettings | None = None) -> None:
         self.vehicle, self.settings = vehicle, settings or Settings()
         self.stage = LaneStage(vehicle, self.settings, stage)
-        self.stage.warm_up()
+        self.close = self.stage.closer()
+        for each in (self.stage, self.close):
+            each.warm_up()
         build_search()
         build_family(self.settings.grid)
         plainly_sound()  # and the judge's library, before the first cycle
@@ -85,6 +97,8 @@ class MpcMethod:
         self._chosen = ""
         self._tried: list[Candidate] = []
         self._failed: list[Attempt] = []
+        self._strayed: list[_Answer] = []  # pass the judge, half in a lane beside that somebody watches, though they were to keep theirs
+        self._short: list[tuple[float, Way, bool]] = []  # failed for a little room [m] alone; whether they converged
         self.stop_at: float | None = None  # perf_counter after which no further candidate is begun
 
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
@@ -92,12 +106,13 @@ class MpcMethod:
         self._iterations = 0
         if previous is None:
             self.stage.forget()
+            self.close.forget()
             self._assessment = None
         assessment = assess(situation, self.vehicle, self.settings.selector, self._assessment)
         self._assessment = assessment
         prediction = predict(situation.tracks, self.settings.prediction, situation.road)
         going = self._going(situation, previous)
-        self._tried, self._failed = [], []
+        self._tried, self._failed, self._strayed, self._short = [], [], [], []
         chosen = self._choose(situation, assessment, prediction, previous, going)
         candidates = tuple(self._tried)
         if chosen is None:
@@ -148,33 +163,49 @@ class MpcMethod:
         """The gentlest set of ways that holds one which passes.
 
         When nothing threatens: what is under way, or the lane. At a threat: the four ways out, the best of the sampled family, and the four
-        as driven without an optimiser; while a manoeuvre is under way the family waits until nothing else passes to a safe end.
+        as driven without an optimiser; while a manoeuvre is under way the family waits until nothing else passes to a safe end. What passed
+        before takes part in the last comparison; where that finds no safe end, so does what was to keep its lane and only passes half out
+        of it. Where nothing passes, the second opinions are asked.
         """
+        four = ways_out(situation, assessment, self.vehicle, self.settings.sigmoid, going)
+        passed: list[_Answer] = []
         if not assessment.threatened:
             quiet = assessment.mode if assessment.mode in (Mode.CRUISE, Mode.PARK) else Mode.HOLD
             first = continued(situation, going) if going is not None else keeping_way(situation, quiet)
             passed = self._passed(situation, prediction, (first,), assessment)
+            gentle = passed
             if passed and going is None and (previous is None or self._chosen != first.name):  # who keeps the lane already goes on
                 most = (passed[0].candidate.cost or 0.0) - self.worth.notable
                 driven = self._closed_forms(situation, prediction, (first,), assessment)
-                passed += [answer for answer in driven if (answer.candidate.cost or 0.0) < most]
-            best = self._cheapest(passed, situation, prediction, None, going)
+                if not driven and previous is None:  # the closed form would begin with something else
+                    driven = self._closed_forms(situation, prediction, four, assessment)
+                gentle = passed + [answer for answer in driven if (answer.candidate.cost or 0.0) < most]
+                passed = passed + driven
+            best = self._cheapest(gentle, situation, prediction, None, going)
             if best is not None and best[1].sound:
                 return best
-        four = ways_out(situation, assessment, self.vehicle, self.settings.sigmoid, going)
         if going is not None and going.half_done(situation):
             # the lane that holds the car is the one that it steers for: keeping it is no way of its own
             four = tuple(way for way in four if way.side is not Side.NONE)
         before = None if previous is None else self._chosen
-        passed = self._passed(situation, prediction, four, assessment)
-        if going is not None and passed:
+        spread = spread_ways(situation, self.vehicle, prediction, self.settings.grid) if going is None else ()
+        passed += self._passed(situation, prediction, four + spread, assessment)
+        if going is not None:
             best = self._cheapest(passed, situation, prediction, before, going)
             if best is not None and best[1].sound:
                 return best
-        passed += self._passed(situation, prediction, spread_ways(situation, self.vehicle, prediction, self.settings.grid), assessment)
+            spread = spread_ways(situation, self.vehicle, prediction, self.settings.grid)
+            passed += self._passed(situation, prediction, spread, assessment)
         if passed:  # a closed form alone is the ladder's to drive, and to label
             passed += self._closed_forms(situation, prediction, four, assessment)
-        return self._cheapest(passed, situation, prediction, before, going)
+        best = self._cheapest(passed, situation, prediction, before, going)
+        if (best is None or not best[1].sound) and self._strayed:
+            passed += self._strayed
+            best = self._cheapest(passed, situation, prediction, before, going)
+        if best is None:
+            passed = self._closer(situation, prediction, assessment) or self._second_opinions(situation, prediction, assessment)
+            best = self._cheapest(passed + self._strayed, situation, prediction, before, going)
+        return best
 
     def _cheapest(
         self, passed: list[_Answer], situation: Situation, prediction: Prediction, before: str | None, going: Manoeuvre | None
@@ -199,21 +230,38 @@ class MpcMethod:
         tie = self.settings.selector.tie_break
         return (round(cost, 5), 0 if answer.way.side is tie else 1)
 
-    def _solve(self, situation: Situation, prediction: Prediction, way: Way) -> Solved:
+    def _solve(self, situation: Situation, prediction: Prediction, way: Way, by: Solving) -> Solved:
         """One way, unless there is a reason not even to try; without a trajectory the reason is the candidate's refusal."""
         if way.refusal:
             return Solved(trajectory=None, reason=way.refusal, iterations=0)
         started = time.perf_counter()
         if self.stop_at is not None and started > self.stop_at:
             return Solved(trajectory=None, reason="the deadline passed before it was tried", iterations=0)
-        solved = self.stage.solve(situation, prediction, way)
+        solved = by(situation, prediction, way)
         self._solve_s += time.perf_counter() - started
         self._iterations += solved.iterations
         return solved if solved.trajectory is not None else replace(solved, reason=f"not solved: {solved.reason}")
 
     def _passed(self, situation: Situation, prediction: Prediction, ways: tuple[Way, ...], assessment: Assessment) -> list[_Answer]:
         """Solves the ways, one by one, and judges them."""
-        return self._judged(situation, prediction, ways, [self._solve(situation, prediction, way) for way in ways], assessment)
+        return self._judged(
+            situation, prediction, ways, [self._solve(situation, prediction, way, self.stage.solve) for way in ways], assessment
+        )
+
+    def _closer(self, situation: Situation, prediction: Prediction, assessment: Assessment) -> list[_Answer]:
+        """The ways that were a little short of room, the nearest ones, solved again with less of it asked for."""
+        near = sorted(self._short, key=lambda one: one[0])[: self.stage.stage.closer_ways]
+        ways = tuple(replace(way, name=f"{way.name}-close") for _, way, _ in near)
+        solutions = [self._solve(situation, prediction, way, self.close.solve) for way in ways]
+        return self._judged(situation, prediction, ways, solutions, assessment)
+
+    def _second_opinions(self, situation: Situation, prediction: Prediction, assessment: Assessment) -> list[_Answer]:
+        """What the second engine makes of the ways that the first one left unfinished a little short of passing, the nearest ones."""
+        most = 0 if self.stage.stage.solver == "osqp" else self.stage.stage.second_opinions
+        near = sorted((one for one in self._short if not one[2]), key=lambda one: one[0])[:most]
+        ways = tuple(replace(way, name=f"{way.name}-again") for _, way, _ in near)
+        solutions = [self._solve(situation, prediction, way, self.stage.second_opinion) for way in ways]
+        return self._judged(situation, prediction, ways, solutions, assessment)
 
     def _closed_forms(self, situation: Situation, prediction: Prediction, ways: tuple[Way, ...], assessment: Assessment) -> list[_Answer]:
         """The same ways as the bicycle drives them without an optimiser: what leaves is never worth less than the closed form."""
@@ -228,14 +276,14 @@ class MpcMethod:
         """Judges them, all at once; records them among the tried, and their drives among the failed. Those that pass."""
         started = time.perf_counter()
         driven = [solved.trajectory for solved in solutions if solved.trajectory is not None]
-        verdicts = iter(judge_all(driven, situation.host, self.vehicle, situation.road, prediction))
-        near = iter(nearness(driven, self.vehicle, situation.road, prediction))
+        close = nearness(driven, self.vehicle, situation.road, prediction)
+        judged, near = iter(verdicts(driven, situation, self.vehicle, prediction, close)), iter(close)
         answers: list[_Answer] = []
         for way, solved in zip(ways, solutions, strict=True):
             if solved.trajectory is None:
                 self._tried.append(Candidate(name=way.name, cost=None, passed=False, refusal=solved.reason))
                 continue
-            verdict = next(verdicts)
+            verdict = next(judged)
             cost = worth(
                 solved.trajectory,
                 vehicle=self.vehicle,
@@ -249,14 +297,25 @@ class MpcMethod:
                 near=next(near),
             )
             cost += self.worth.waiting if way.waits else 0.0
-            refusal = strays(solved.trajectory, situation, way, self.vehicle) or ("" if verdict.passed else verdict.reason)
+            strayed = strays(solved.trajectory, situation, way, self.vehicle)
+            watched = strayed is Side.NONE or situation.coverage.sees(Sector(strayed.value))
+            refusal = "" if verdict.passed else verdict.reason
+            if strayed is not Side.NONE:
+                refusal = f"leaves its lane to the {strayed.value}{'' if watched else ', where nobody watches'}"
             candidate = Candidate(name=way.name, cost=cost, passed=not refusal, refusal=refusal)
             self._tried.append(candidate)
             answer = _Answer(way, candidate, solved.trajectory, verdict)
             if candidate.passed:
                 answers.append(answer)
+            elif verdict.passed and watched:
+                half_way = replace(candidate, cost=cost + self.worth.lane_change, passed=True, refusal="")
+                self._strayed.append(replace(answer, way=replace(way, mode=Mode.EVADE, side=strayed), candidate=half_way))
             elif solved.converged and not verdict.passed:
                 # what was cut short is no plan to fall back on: it would not even mirror with its situation
                 self._failed.append(answer.attempt())
+            if not verdict.passed:
+                short = _shortfall_m(verdict)
+                if short <= self.stage.stage.near_m:
+                    self._short.append((short, way, solved.converged))
         self._verify_s += time.perf_counter() - started
         return answers

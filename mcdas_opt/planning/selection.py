@@ -117,10 +117,25 @@ def severity(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: P
     Whoever was not in the host's lane is a third vehicle, not to be hit to spare oneself; the road's end is a wall. A model of this
     project, to rank ways out, not to predict injuries.
     """
+    return severities((trajectory,), vehicle, road, prediction)[0]
+
+
+def severities(trajectories: Sequence[Trajectory], vehicle: Vehicle, road: Road, prediction: Prediction) -> list[tuple[float, float]]:
+    """`severity` of each; those that are sampled at the same times in one go."""
+    groups: dict[bytes, list[int]] = {}
+    for i, trajectory in enumerate(trajectories):
+        groups.setdefault(trajectory.t_s.tobytes(), []).append(i)
+    found: dict[int, tuple[float, float]] = {}
+    for group in groups.values():
+        for i, near in zip(group, nearness([trajectories[i] for i in group], vehicle, road, prediction), strict=True):
+            found[i] = _severity(trajectories[i], vehicle, road, prediction, near.separation_m)
+    return [found[i] for i in range(len(trajectories))]
+
+
+def _severity(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: Prediction, separations: Array) -> tuple[float, float]:
     reach = 0.5 * vehicle.width_m
     if np.any(trajectory.d_m + reach > road.left_edge_m + 0.02) or np.any(trajectory.d_m - reach < road.right_edge_m - 0.02):
         return (_OFF_THE_ROAD, 0.0)
-    separations = nearness((trajectory,), vehicle, road, prediction)[0].separation_m
     hits = [(int(np.argmax(row <= 0.0)), i) for i, row in enumerate(separations) if np.any(row <= 0.0)]
     if road.road_end_s_m is not None:
         over = trajectory.s_m + 0.5 * vehicle.length_m > road.road_end_s_m

@@ -235,18 +235,21 @@ def keeping_way(situation: Situation, mode: Mode) -> Way:
     return Way(name="keep", mode=mode, side=Side.NONE, path=keep_path(situation), speed_mps=speed)
 
 
-def strays(trajectory: Trajectory, situation: Situation, way: Way, vehicle: Vehicle) -> str:
-    """Why a drive that was to keep its lane does not: its body crosses the marking to a side that nobody watches, or by half its width.
+def strays(trajectory: Trajectory, situation: Situation, way: Way, vehicle: Vehicle) -> Side:
+    """Where a drive that was to keep its lane does not: its body crosses the marking to a side that nobody watches, or by half its width.
 
-    Empty where it keeps the lane, or was to leave it. A car that begins beyond the marking is let back in.
+    None where it keeps the lane, or was to leave it. A car that begins beyond the marking is let back in.
     """
     if way.side is not Side.NONE:
-        return ""
+        return Side.NONE
     reach = 0.5 * vehicle.width_m * np.cos(trajectory.heading_rad) + 0.5 * vehicle.length_m * np.abs(np.sin(trajectory.heading_rad))
     half, offset = 0.5 * situation.road.lane_width_m, trajectory.d_m - way.path.start_d_m
-    for side, sector, over in ((Side.LEFT, Sector.LEFT, offset + reach - half), (Side.RIGHT, Sector.RIGHT, reach - offset - half)):
-        room = 0.5 * vehicle.width_m if situation.coverage.sees(sector) else _MARKING_M
+    found = Side.NONE
+    for side, over in ((Side.LEFT, offset + reach - half), (Side.RIGHT, reach - offset - half)):
+        watched = situation.coverage.sees(Sector(side.value))
+        room = 0.5 * vehicle.width_m if watched else _MARKING_M
         if float(over.max()) > max(room, float(over[0]) + _MARKING_M):
-            unwatched = "" if situation.coverage.sees(sector) else ", where nobody watches"
-            return f"leaves its lane to the {side}{unwatched}"
-    return ""
+            if not watched:
+                return side
+            found = found if found is not Side.NONE else side
+    return found

@@ -84,7 +84,8 @@ def test_stop_and_go(follower: list[dict[str, Any]]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("speed", "ahead", "braking", "behind"), [(6.0, 8.5, -2.5, -11.5), (4.0, 7.5, -2.0, -9.0), (10.0, 14.0, -3.0, -14.0)]
+    ("speed", "ahead", "braking", "behind"),
+    [(6.0, 8.5, -2.5, -11.5), (4.0, 7.5, -2.0, -9.0), (10.0, 14.0, -3.0, -14.0), (8.6, 10.8, -2.6, -13.1), (8.9, 10.7, -2.6, -12.7)],
 )
 def test_in_a_queue_it_stops_as_whoever_follows_does(speed: float, ahead: float, braking: float, behind: float) -> None:
     """Were the follower never to brake, nothing would pass: the plans say so, and that they rely on it."""

@@ -1,0 +1,112 @@
+"""What the planner chooses: never worse than the closed form, and where nothing passes with counted work."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from benchmarks.one_shot import Tally, examine, random_situation
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.vocabulary import Status
+from mcdas_opt.planning import lane_stage
+from mcdas_opt.planning.closed_form import CorrectedMethod
+from mcdas_opt.planning.glance import verdicts
+from mcdas_opt.planning.planner import Planner
+from mcdas_opt.planning.selection import severities, severity
+from mcdas_opt.planning.simple_policies import simple_policies
+from mcdas_opt.planning.trust import Trust
+from mcdas_opt.solvers.osqp_engine import OsqpEngine
+from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.verification.judge import judge
+
+# quiet, but the closed form would stop or steer out; quiet and kept lane had an open end; trusting a follower where that costs more
+ONCE_WORSE = (4242001778, 4242003516, 4242008968, 4242011260, 4242012914, 4242014407, 4242019634, 4242023247, 4242035698, 4242039406)
+FAMILY = range(7_100_000_000, 7_100_000_060)
+
+
+@pytest.fixture(scope="module")
+def planner() -> Planner:
+    return Planner()
+
+
+def test_no_plan_is_worse_than_the_closed_forms(planner: Planner) -> None:
+    corrected, tally = CorrectedMethod(planner.vehicle, planner.settings), Tally()
+    for seed in (*ONCE_WORSE, *FAMILY):
+        examine(seed, planner, corrected, tally)
+    assert tally.counts["situations"] == len(ONCE_WORSE) + len(FAMILY)
+    assert tally.counts["both pass"] >= 20
+    worse = {kind: seeds for kind, seeds in tally.seeds.items() if kind.startswith(("worse", "NaN", "unverified", "exception"))}
+    assert not worse
+
+
+def test_a_glance_convicts_nobody_whom_the_judge_would_pass(planner: Planner) -> None:
+    seen = exact = 0
+    for seed in FAMILY:
+        situation = random_situation(seed)
+        prediction = predict(situation.tracks, planner.settings.prediction)
+        drives = [drive for _, drive in simple_policies(situation, planner.vehicle, planner.settings)]
+        glances = verdicts(drives, situation, planner.vehicle, prediction)
+        for drive, glance in zip(drives, glances, strict=True):
+            judged = judge(drive, situation.host, planner.vehicle, situation.road, prediction)
+            assert glance.passed == judged.passed
+            if glance == judged:
+                exact += 1
+            else:
+                seen += 1
+                assert {violation.name for violation in glance.violations} <= {violation.name for violation in judged.violations}
+        together = severities(drives, planner.vehicle, situation.road, prediction)
+        assert together == [severity(drive, planner.vehicle, situation.road, prediction) for drive in drives]
+    assert seen > 20
+    assert exact > 20
+
+
+def test_a_plan_that_leaves_has_the_judges_own_verdict(planner: Planner) -> None:
+    unavoidable = 0
+    for seed in FAMILY:
+        situation = random_situation(seed)
+        planner.reset()
+        plan = planner.plan(situation)
+        prediction = predict(situation.tracks, planner.settings.prediction)
+        assert plan.verdict == judge(plan.trajectory, situation.host, planner.vehicle, situation.road, prediction)
+        unavoidable += plan.status is Status.UNAVOIDABLE
+    assert unavoidable >= 3
+
+
+def test_second_opinions_are_counted(planner: Planner, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the first engine has an answer of its own, OSQP is asked at most so many times a plan."""
+    asked: list[str] = []
+    ask = lane_stage.ask
+
+    def counting(engine: Any, *rest: Any) -> Any:
+        asked.append("second" if isinstance(engine, OsqpEngine) else "first")
+        return ask(engine, *rest)
+
+    monkeypatch.setattr(lane_stage, "ask", counting)
+    most = 0
+    for seed in FAMILY:
+        asked.clear()
+        planner.reset()
+        planner.plan(random_situation(seed))
+        most = max(most, asked.count("second"))
+        assert asked.count("second") <= lane_stage.StageSettings().second_opinions
+    assert most <= 1
+
+
+def test_who_was_relied_on_before_has_responded(planner: Planner) -> None:
+    """Trust is kept from plan to plan, as long as it is the same follower's."""
+    for seed in range(4242_000_984, 4242_000_985):
+        situation = random_situation(seed)
+        planner.reset()
+        first = planner.plan(situation)
+        assert isinstance(first.reference, Trust)
+        again = planner.ladder.answer(replace(situation, time_s=0.3), first, _refused(first))
+        assert isinstance(again.reference, Trust)
+        assert again.reference == first.reference
+
+
+def _refused(plan: Plan) -> Any:
+    from mcdas_opt.domain.plan import Refusal
+
+    return Refusal(reason=plan.reason)
