@@ -73,7 +73,6 @@ def main() -> None:
         sys.exit(code)
 
 
-
 @app.callback(invoke_without_command=True)
 def _root(
     version: Annotated[bool, typer.Option("--version", help="Print versions, of what this stands on too, and exit.")] = False,
