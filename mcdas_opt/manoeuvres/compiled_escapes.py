@@ -18,7 +18,7 @@ from mcdas_opt.manoeuvres.held import PASSES
 from mcdas_opt.manoeuvres.parting import Rows
 from mcdas_opt.native.kernels import c_text, defined, library, wanted
 
-_TEXTS = ("escape_kernel.c", "escape_questions.c", "escape_search.c")
+_TEXTS = ("escape_kernel.c", "escape_questions.c", "escape_guess.c", "escape_search.c")
 _EFFORT: tuple[str, ...] = (
     "LEAST_ANCHORS",
     "ANCHORS",
@@ -90,7 +90,7 @@ class _Search(ctypes.Structure):
 
 class Answer(NamedTuple):
     """When keeping on ends [s] and by what (a number, -1 for nothing); for each kind the last step of the lattice, of any demand and of a
-    comfortable one, -1 without; what it asks that begins now, infinite without; what closes it (a number)."""
+    comfortable one, -1 without; what it asks that begins now, infinite without; what closes it (a number, -1 where it lasts until the end)."""
 
     end_s: float
     ender: int
@@ -153,11 +153,11 @@ class CompiledCase:
         """The last of the starts (N,) in between, by weights (N, K) and distances (J, N), at which members are open; and comfortable.
         And by how many metres they are open at the first of them."""
         size = self._sizes["members"]
-        work, last = np.empty((4, size)), np.empty((2, size))
+        now, last, known = np.empty(size), np.empty((2, size)), np.empty((weights.shape[1], size), dtype=np.uint8)
         apart = np.ascontiguousarray(apart_m)
-        given = (q.ctypes.data for q in (starts_s, weights, apart, *needs))
-        self._library.mcdas_escape_guess(self._at, weights.shape[1], starts_s.size, *given, work.ctypes.data, last.ctypes.data)
-        return last[0], last[1], work[0]
+        given = (q.ctypes.data for q in (starts_s, weights, apart, *needs, known))
+        self._library.mcdas_escape_guess(self._at, weights.shape[1], starts_s.size, *given, now.ctypes.data, last.ctypes.data)
+        return last[0], last[1], now
 
     def sound(self, members: Rows, starts: Rows, nodes: Nodes) -> tuple[NDArray[np.bool_], Array]:
         """Which members from these starts (R,) are ways out, and what they ask of the tyres [m/s^2]."""
@@ -171,12 +171,13 @@ class CompiledCase:
         """The whole map: `escape_search.c`."""
         sizes, count = self._sizes, len(KINDS)
         size, held, bodies = sizes["members"], sizes["held"], sizes["bodies"]
-        work = np.empty(2 * held + STARTS * (1 + ANCHORS + bodies) + size * (2 * bodies * ANCHORS + 3 * ANCHORS + 6))
+        work = np.empty(2 * held + STARTS * (1 + bodies) + size * (2 * bodies * ANCHORS + 3 * ANCHORS + 3))
+        known = np.empty(ANCHORS * size, dtype=np.uint8)
         clock, floats, wholes = np.empty(held, dtype=np.int64), np.empty(1 + count), np.empty(1 + 3 * count, dtype=np.int64)
         kinds = np.ascontiguousarray(kind, dtype=np.int64)
         nodes = (q for each in (coarse, exact) for q in each.record)
         asked = _Search(self._at, kinds.ctypes.data, times_s.ctypes.data, *nodes, host_d_m, near_m, latest_s)
-        results = work.ctypes.data, clock.ctypes.data, floats.ctypes.data, wholes.ctypes.data
+        results = work.ctypes.data, clock.ctypes.data, known.ctypes.data, floats.ctypes.data, wholes.ctypes.data
         self._library.mcdas_escape_map(ctypes.byref(asked), *results)
         end, *now = floats.tolist()
         ender, *rest = wholes.tolist()
@@ -223,9 +224,9 @@ def _library() -> ctypes.CDLL | None:
     nodes: list[Any] = [whole, whole, pointer, pointer, whole]
     found.mcdas_escape_held.argtypes = [pointer] * 4
     found.mcdas_escape_needs.argtypes = [pointer, whole, pointer, *nodes, *[pointer] * 3]
-    found.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 8]
+    found.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 9]
     found.mcdas_escape_sound.argtypes = [pointer, whole, pointer, pointer, *nodes, pointer, pointer]
-    found.mcdas_escape_map.argtypes = [pointer] * 5
+    found.mcdas_escape_map.argtypes = [pointer] * 6
     found.mcdas_escape_met.argtypes = [pointer, whole, *[pointer] * 6]
     for name in ("held", "needs", "guess", "sound", "map"):
         getattr(found, f"mcdas_escape_{name}").restype = None
