@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mcdas_opt.domain.prediction import CruisingBody, PredictedBody
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.manoeuvres import escape_effort, parting, swerves
+from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.manoeuvres.escape_effort import ANCHORS, STARTS
 from mcdas_opt.manoeuvres.escape_library import KINDS
 from mcdas_opt.manoeuvres.held import PASSES
-from mcdas_opt.manoeuvres.parting import Rows
+from mcdas_opt.manoeuvres.parting import Company, Rows
 from mcdas_opt.native.kernels import c_text, defined, library, wanted
 
 _TEXTS = ("escape_kernel.c", "escape_questions.c", "escape_guess.c", "escape_search.c")
@@ -111,6 +113,27 @@ class Nodes:
         middle = min(int(np.searchsorted(self.times_s, 1.0)), steps.size - 1)
         self.record = self._steps.ctypes.data, self._times_s.ctypes.data, self._steps.size, steps.size - 1, middle
         self.arguments = (self._steps.size, steps.size - 1, self._steps.ctypes.data, self._times_s.ctypes.data, middle)
+
+
+def company(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: float, margins: Margins) -> Company:
+    """`Company.of`, in C where everybody cruises and nobody is grown by the prediction's own margins."""
+    fades = {body.lateral_fade_s for body in bodies if isinstance(body, CruisingBody)}
+    if len(fades) != 1 or margins.share_of_prediction or not all(isinstance(body, CruisingBody) for body in bodies):
+        return Company.of(bodies, until_s, margins)
+    times = parting.lattice_s(round(until_s / parting.LATTICE_S) + 1)
+    more = margins.along_m, margins.across_m
+    begin = np.array([(b.s_m, b.d_m, b.speed_s_mps, b.speed_d_mps, b.lateral_fade_s, b.length_m, b.width_m, *more) for b in bodies])
+    tables = np.empty((5, len(bodies), times.size))
+    given = (q.ctypes.data for q in (begin, times, _faded(fades.pop(), times.size), tables))
+    library.mcdas_escape_company(len(bodies), times.size, *given)
+    s, d, speed, half_length, half_width = tables
+    return Company(s_m=s, d_m=d, speed_mps=speed, half_length_m=half_length, half_width_m=half_width)
+
+
+@lru_cache(maxsize=8)
+def _faded(fade_s: float, count: int) -> Array:
+    """What is left of a speed across at the lattice's first times."""
+    return np.exp(-parting.lattice_s(count) / fade_s)
 
 
 class CompiledCase:
@@ -212,6 +235,7 @@ def _library() -> ctypes.CDLL | None:
         "BOW": parting.BOW,
         "ARRIVED_M": parting.ARRIVED_M,
         "HELD_STEPS": parting.HELD_STEPS,
+        "TURNED_STEPS": parting.TURNED_STEPS,
         "ABILITY_M": parting.ABILITY_M,
         "LATTICE_S": parting.LATTICE_S,
         **{name: getattr(escape_effort, name) for name in _EFFORT},
@@ -222,13 +246,14 @@ def _library() -> ctypes.CDLL | None:
         return None
     pointer, whole = ctypes.c_void_p, ctypes.c_int
     nodes: list[Any] = [whole, whole, pointer, pointer, whole]
+    found.mcdas_escape_company.argtypes = [ctypes.c_longlong, ctypes.c_longlong, *[pointer] * 4]
     found.mcdas_escape_held.argtypes = [pointer] * 4
     found.mcdas_escape_needs.argtypes = [pointer, whole, pointer, *nodes, *[pointer] * 3]
     found.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 9]
     found.mcdas_escape_sound.argtypes = [pointer, whole, pointer, pointer, *nodes, pointer, pointer]
     found.mcdas_escape_map.argtypes = [pointer] * 6
     found.mcdas_escape_met.argtypes = [pointer, whole, *[pointer] * 6]
-    for name in ("held", "needs", "guess", "sound", "map"):
+    for name in ("company", "held", "needs", "guess", "sound", "map"):
         getattr(found, f"mcdas_escape_{name}").restype = None
     return found
 

@@ -103,6 +103,32 @@ static void blocked_in_lane(const Case *q, double level, double until, const dou
     }
 }
 
+/* Bodies that cruise (bodies, CRUISER) on the lattice, as `domain.prediction` and `parting.Company` have them, into tables (5, bodies, lattice):
+ * places along and across, speeds, half lengths and half widths of the boxes around them. `fade` (lattice): what is left of speeds across */
+PUBLIC void mcdas_escape_company(whole bodies, whole lattice, const double *begin, const double *times, const double *fade, double *tables)
+{
+    enum { AT, ASIDE, ALONG, ACROSS, FADE_S, LENGTH, WIDTH, MORE_LENGTH, MORE_WIDTH, CRUISER };
+    for (whole j = 0; j < bodies; j++, begin += CRUISER) {
+        double *s = tables + j * lattice, *d = s + bodies * lattice, *v = d + bodies * lattice;
+        double *half_length = v + bodies * lattice, *half_width = half_length + bodies * lattice;
+        const double slowest = GREATER(fabs(begin[ALONG]), 1.0), length = begin[LENGTH], width = begin[WIDTH];
+        for (whole t = 0; t < lattice; t++) {
+            s[t] = begin[AT] + begin[ALONG] * times[t];
+            d[t] = begin[ASIDE] + begin[ACROSS] * begin[FADE_S] * (1.0 - fade[t]);
+            v[t] = begin[ALONG];
+        }
+        for (whole t = 0; t < lattice; t += TURNED_STEPS) { /* it is turned the most where a box begins: speeds across only fade */
+            const whole end = t + TURNED_STEPS < lattice ? t + TURNED_STEPS : lattice;
+            const double turned = atan(fabs(begin[ACROSS] * fade[t > 0 ? t - 1 : 0]) / slowest), sine = sin(turned), cosine = cos(turned);
+            const double longer = 0.5 * (length + width * sine) + begin[MORE_LENGTH], wider = 0.5 * (width * cosine + length * sine) + begin[MORE_WIDTH];
+            for (whole i = t; i < end; i++) {
+                half_length[i] = longer;
+                half_width[i] = wider;
+            }
+        }
+    }
+}
+
 /* The host that keeps its acceleration and its steering from x on, at times (q->held): `manoeuvres.held`, into the table (STATES, held) */
 PUBLIC void mcdas_escape_held(const Case *q, const double *x, const double *times, double *table)
 {
