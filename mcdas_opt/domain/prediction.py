@@ -156,7 +156,7 @@ class Prediction:
 
 
 def _each(bodies: tuple[PredictedBody, ...], t_s: Array) -> tuple[BodyMotion, ...]:
-    if len(bodies) < 2 or not _all_cruise(bodies):
+    if len(bodies) < 2 or not all_cruise(bodies):
         return tuple(body.at(t_s) for body in bodies)
     all_ = together(bodies, t_s)
     rows = zip(all_.s_m, all_.d_m, all_.heading_rad, all_.speed_s_mps, all_.speed_d_mps, strict=True)
@@ -165,7 +165,7 @@ def _each(bodies: tuple[PredictedBody, ...], t_s: Array) -> tuple[BodyMotion, ..
 
 def together(bodies: Sequence[PredictedBody], t_s: Array) -> BodyMotion:
     """Every body's motion at these times (n,), as rows (J, n) of one motion."""
-    if bodies and _all_cruise(bodies):
+    if bodies and all_cruise(bodies):
         beginnings = [(body.s_m, body.d_m, body.speed_s_mps, body.speed_d_mps, body.lateral_fade_s) for body in bodies]
         s, d, speed_s, speed_d, fade = np.array(beginnings, dtype=np.float64).T[:, :, None]
         return _cruise(s, d, speed_s, speed_d, fade, t_s, (len(bodies), t_s.size))
@@ -179,7 +179,7 @@ def together(bodies: Sequence[PredictedBody], t_s: Array) -> BodyMotion:
 
 def margins_together(bodies: Sequence[PredictedBody], t_s: Array) -> tuple[Array, Array]:
     """Every body's inflation along and across [m] at these times (n,), as rows (J, n)."""
-    if not bodies or not _all_cruise(bodies):
+    if not bodies or not all_cruise(bodies):
         of = [(body.margin_along_m(t_s), body.margin_across_m(t_s)) for body in bodies]
         along, across = np.array(of, dtype=np.float64).reshape(len(of), 2, t_s.size).transpose(1, 0, 2)
         return along, across
@@ -195,7 +195,8 @@ def margins_together(bodies: Sequence[PredictedBody], t_s: Array) -> tuple[Array
     return along, across
 
 
-def _all_cruise(bodies: Sequence[PredictedBody]) -> TypeGuard[Sequence[CruisingBody]]:
+def all_cruise(bodies: Sequence[PredictedBody]) -> TypeGuard[Sequence[CruisingBody]]:
+    """Whether all of them keep their speed: then they are worked out together."""
     return all(isinstance(body, CruisingBody) for body in bodies)
 
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mcdas_opt.domain.prediction import CruisingBody, PredictedBody
+from mcdas_opt.domain.prediction import PredictedBody, all_cruise
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.manoeuvres import escape_effort, parting, swerves
 from mcdas_opt.manoeuvres.clearance import Margins
@@ -92,7 +92,7 @@ class _Search(ctypes.Structure):
 
 class Answer(NamedTuple):
     """When keeping on ends [s] and by what (a number, -1 for nothing); for each kind the last step of the lattice, of any demand and of a
-    comfortable one, -1 without; what it asks that begins now, infinite without; what closes it (a number, -1 where it lasts until the end)."""
+    comfortable one, -1 without; what it asks that begins now, infinite without; what closes it (a number, -1: nothing before that end)."""
 
     end_s: float
     ender: int
@@ -117,14 +117,13 @@ class Nodes:
 
 def company(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: float, margins: Margins) -> Company:
     """`Company.of`, in C where everybody cruises and nobody is grown by the prediction's own margins."""
-    fades = {body.lateral_fade_s for body in bodies if isinstance(body, CruisingBody)}
-    if len(fades) != 1 or margins.share_of_prediction or not all(isinstance(body, CruisingBody) for body in bodies):
+    if not bodies or not all_cruise(bodies) or len({b.lateral_fade_s for b in bodies}) > 1 or margins.share_of_prediction:
         return Company.of(bodies, until_s, margins)
     times = parting.lattice_s(round(until_s / parting.LATTICE_S) + 1)
     more = margins.along_m, margins.across_m
     begin = np.array([(b.s_m, b.d_m, b.speed_s_mps, b.speed_d_mps, b.lateral_fade_s, b.length_m, b.width_m, *more) for b in bodies])
     tables = np.empty((5, len(bodies), times.size))
-    given = (q.ctypes.data for q in (begin, times, _faded(fades.pop(), times.size), tables))
+    given = (q.ctypes.data for q in (begin, times, _faded(bodies[0].lateral_fade_s, times.size), tables))
     library.mcdas_escape_company(len(bodies), times.size, *given)
     s, d, speed, half_length, half_width = tables
     return Company(s_m=s, d_m=d, speed_mps=speed, half_length_m=half_length, half_width_m=half_width)

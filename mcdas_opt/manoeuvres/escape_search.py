@@ -38,7 +38,7 @@ _AT_ONCE = 24  # rows of a search that are driven together
 
 class Found(NamedTuple):
     """When keeping on ends [s] and by what; for each kind the last sound step of the lattice, of any demand and of a comfortable one, -1
-    without; what it asks that begins now [m/s^2], None without; and what closes it after its last step, None where that is the last of all."""
+    without; what it asks that begins now [m/s^2], None without; and what closes it after its last step, None where nothing does."""
 
     end_s: float
     ender: Closer | None
@@ -56,7 +56,9 @@ def found(case: Case) -> Found:
         case.members.kind, case.times_s, GUESS_NODES, EXACT_NODES, case.situation.host.d_m, 0.5 * width + 0.5, case.chosen.latest_s
     )
     by = None if ender < 0 else CLOSERS[ender]
-    return Found(end_s, by, start, [None if asked == np.inf else asked for asked in now], [None if who < 0 else CLOSERS[who] for who in closer])
+    return Found(
+        end_s, by, start, [None if asked == np.inf else asked for asked in now], [None if who < 0 else CLOSERS[who] for who in closer]
+    )
 
 
 def _found(case: Case) -> Found:

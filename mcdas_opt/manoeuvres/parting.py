@@ -64,7 +64,7 @@ class Company:
 @lru_cache(maxsize=8)
 def lattice_s(count: int) -> Array:
     """The first times of the lattice, which nobody can write into."""
-    times: Array = LATTICE_S * np.arange(count)
+    times = np.asarray(LATTICE_S * np.arange(count), dtype=np.float64)
     times.setflags(write=False)
     return times
 
