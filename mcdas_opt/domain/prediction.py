@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeGuard
 
 import numpy as np
 
@@ -64,7 +64,7 @@ class CruisingBody:
 
     def at(self, t_s: Any) -> BodyMotion:
         t = np.asarray(t_s, dtype=np.float64)
-        return _cruise(self.s_m, self.d_m, self.speed_s_mps, self.speed_d_mps, self.lateral_fade_s, self.lateral_swell, t)
+        return _cruise(self.s_m, self.d_m, self.speed_s_mps, self.speed_d_mps, self.lateral_fade_s, self.lateral_swell, t, t.shape)
 
     def _margin(self, t_s: Any, position: int, cap: float) -> Array:
         t = np.minimum(np.asarray(t_s, dtype=np.float64), self.growth_s)
@@ -151,7 +151,7 @@ class Prediction:
         known = self._on.get(id(t_s))
         if known is not None and known[0] is t_s:
             return known[1]
-        motions = _cruising(self.bodies, t_s) or tuple(body.at(t_s) for body in self.bodies)
+        motions = _each(self.bodies, t_s)
         if not t_s.flags.writeable:
             if len(self._on) >= _KEPT:
                 self._on.clear()
@@ -159,28 +159,58 @@ class Prediction:
         return motions
 
 
-def _cruising(bodies: tuple[PredictedBody, ...], t_s: Array) -> tuple[BodyMotion, ...] | None:
-    """`CruisingBody.at` of several at once; None where they are not all such."""
-    beginnings = [
-        (body.s_m, body.d_m, body.speed_s_mps, body.speed_d_mps, body.lateral_fade_s, body.lateral_swell)
-        for body in bodies
-        if isinstance(body, CruisingBody)
-    ]
-    if not bodies or len(beginnings) < len(bodies):
-        return None
-    s, d, speed_s, speed_d, fade, swell = np.array(beginnings, dtype=np.float64).T[:, :, None]
-    all_ = _cruise(s, d, speed_s, speed_d, fade, swell, np.broadcast_to(t_s, (len(bodies), t_s.size)))
+def _each(bodies: tuple[PredictedBody, ...], t_s: Array) -> tuple[BodyMotion, ...]:
+    if len(bodies) < 2 or not all_cruise(bodies):
+        return tuple(body.at(t_s) for body in bodies)
+    all_ = together(bodies, t_s)
     rows = zip(all_.s_m, all_.d_m, all_.heading_rad, all_.speed_s_mps, all_.speed_d_mps, strict=True)
     return tuple(BodyMotion(s_m=a, d_m=b, heading_rad=c, speed_s_mps=e, speed_d_mps=f) for a, b, c, e, f in rows)
 
 
-def _cruise(s: Any, d: Any, speed_s: Any, speed_d: Any, fade_s: Any, swell: Any, t: Array) -> BodyMotion:
-    """At t, of t's shape: constant speed along the road, lateral speed swelling and fading."""
+def together(bodies: Sequence[PredictedBody], t_s: Array) -> BodyMotion:
+    """Every body's motion at these times (n,), as rows (J, n) of one motion."""
+    if bodies and all_cruise(bodies):
+        beginnings = [(body.s_m, body.d_m, body.speed_s_mps, body.speed_d_mps, body.lateral_fade_s, body.lateral_swell) for body in bodies]
+        s, d, speed_s, speed_d, fade, swell = np.array(beginnings, dtype=np.float64).T[:, :, None]
+        return _cruise(s, d, speed_s, speed_d, fade, swell, t_s, (len(bodies), t_s.size))
+    rows = np.empty((5, len(bodies), t_s.size))
+    for j, body in enumerate(bodies):
+        one = body.at(t_s)
+        rows[:, j] = one.s_m, one.d_m, one.heading_rad, one.speed_s_mps, one.speed_d_mps
+    s_m, d_m, heading, along, across = rows
+    return BodyMotion(s_m=s_m, d_m=d_m, heading_rad=heading, speed_s_mps=along, speed_d_mps=across)
+
+
+def margins_together(bodies: Sequence[PredictedBody], t_s: Array) -> tuple[Array, Array]:
+    """Every body's inflation along and across [m] at these times (n,), as rows (J, n)."""
+    if not bodies or not all_cruise(bodies):
+        of = [(body.margin_along_m(t_s), body.margin_across_m(t_s)) for body in bodies]
+        along, across = np.array(of, dtype=np.float64).reshape(len(of), 2, t_s.size).transpose(1, 0, 2)
+        return along, across
+    settings = np.array([(body.sigmas, body.growth_s, body.cap_along_m, body.cap_across_m) for body in bodies]).T[:, :, None]
+    sigmas, growth, *caps = settings
+    covariances = np.array([body.covariance for body in bodies])[..., None]
+    t = np.minimum(t_s, growth)
+    squared = t**2
+    along, across = (
+        np.minimum(sigmas * np.sqrt(np.maximum(p[:, i, i] + 2.0 * t * p[:, i, i + 1] + squared * p[:, i + 1, i + 1], 0.0)), cap)
+        for p, i, cap in ((covariances, 0, caps[0]), (covariances, 2, caps[1]))
+    )
+    return along, across
+
+
+def all_cruise(bodies: Sequence[PredictedBody]) -> TypeGuard[Sequence[CruisingBody]]:
+    """Whether all of them keep their speed: then they are worked out together."""
+    return all(isinstance(body, CruisingBody) for body in bodies)
+
+
+def _cruise(s: Any, d: Any, speed_s: Any, speed_d: Any, fade_s: Any, swell: Any, t: Array, shape: tuple[int, ...]) -> BodyMotion:
+    """At t, of this shape: constant speed along the road, lateral speed swelling and fading."""
     fade = np.exp(-t / fade_s)
     risen = (1.0 + swell) / (1.0 + swell * fade)
     across = speed_d * risen * risen * fade
     slowest = np.copysign(np.maximum(np.abs(speed_s), 1.0), speed_s)
-    along = np.empty(t.shape)
+    along = np.empty(shape)
     along[...] = speed_s
     return BodyMotion(
         s_m=s + speed_s * t,

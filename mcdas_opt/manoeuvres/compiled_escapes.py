@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mcdas_opt.domain.prediction import PredictedBody, all_cruise
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.manoeuvres import escape_effort, parting, swerves
+from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.manoeuvres.escape_effort import ANCHORS, STARTS
 from mcdas_opt.manoeuvres.escape_library import KINDS
 from mcdas_opt.manoeuvres.held import PASSES
-from mcdas_opt.manoeuvres.parting import Rows
+from mcdas_opt.manoeuvres.parting import Company, Rows
 from mcdas_opt.native.kernels import c_text, defined, library, wanted
 
-_TEXTS = ("escape_kernel.c", "escape_questions.c", "escape_search.c")
+_TEXTS = ("escape_kernel.c", "escape_questions.c", "escape_guess.c", "escape_search.c")
 _EFFORT: tuple[str, ...] = (
     "LEAST_ANCHORS",
     "ANCHORS",
@@ -90,7 +92,7 @@ class _Search(ctypes.Structure):
 
 class Answer(NamedTuple):
     """When keeping on ends [s] and by what (a number, -1 for nothing); for each kind the last step of the lattice, of any demand and of a
-    comfortable one, -1 without; what it asks that begins now, infinite without; what closes it (a number)."""
+    comfortable one, -1 without; what it asks that begins now, infinite without; what closes it (a number, -1: nothing before that end)."""
 
     end_s: float
     ender: int
@@ -111,6 +113,28 @@ class Nodes:
         middle = min(int(np.searchsorted(self.times_s, 1.0)), steps.size - 1)
         self.record = self._steps.ctypes.data, self._times_s.ctypes.data, self._steps.size, steps.size - 1, middle
         self.arguments = (self._steps.size, steps.size - 1, self._steps.ctypes.data, self._times_s.ctypes.data, middle)
+
+
+def company(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: float, margins: Margins) -> Company:
+    """`Company.of`, in C where everybody cruises, alike across, and nobody is grown by the prediction's own margins."""
+    if not bodies or not all_cruise(bodies) or margins.share_of_prediction:
+        return Company.of(bodies, until_s, margins)
+    if len({b.lateral_fade_s for b in bodies}) > 1 or any(b.lateral_swell for b in bodies):
+        return Company.of(bodies, until_s, margins)
+    times = parting.lattice_s(round(until_s / parting.LATTICE_S) + 1)
+    more = margins.along_m, margins.across_m
+    begin = np.array([(b.s_m, b.d_m, b.speed_s_mps, b.speed_d_mps, b.lateral_fade_s, b.length_m, b.width_m, *more) for b in bodies])
+    tables = np.empty((5, len(bodies), times.size))
+    given = (q.ctypes.data for q in (begin, times, _faded(bodies[0].lateral_fade_s, times.size), tables))
+    library.mcdas_escape_company(len(bodies), times.size, *given)
+    s, d, speed, half_length, half_width = tables
+    return Company(s_m=s, d_m=d, speed_mps=speed, half_length_m=half_length, half_width_m=half_width)
+
+
+@lru_cache(maxsize=8)
+def _faded(fade_s: float, count: int) -> Array:
+    """What is left of a speed across at the lattice's first times."""
+    return np.exp(-parting.lattice_s(count) / fade_s)
 
 
 class CompiledCase:
@@ -153,11 +177,11 @@ class CompiledCase:
         """The last of the starts (N,) in between, by weights (N, K) and distances (J, N), at which members are open; and comfortable.
         And by how many metres they are open at the first of them."""
         size = self._sizes["members"]
-        work, last = np.empty((4, size)), np.empty((2, size))
+        now, last, known = np.empty(size), np.empty((2, size)), np.empty((weights.shape[1], size), dtype=np.uint8)
         apart = np.ascontiguousarray(apart_m)
-        given = (q.ctypes.data for q in (starts_s, weights, apart, *needs))
-        self._library.mcdas_escape_guess(self._at, weights.shape[1], starts_s.size, *given, work.ctypes.data, last.ctypes.data)
-        return last[0], last[1], work[0]
+        given = (q.ctypes.data for q in (starts_s, weights, apart, *needs, known))
+        self._library.mcdas_escape_guess(self._at, weights.shape[1], starts_s.size, *given, now.ctypes.data, last.ctypes.data)
+        return last[0], last[1], now
 
     def sound(self, members: Rows, starts: Rows, nodes: Nodes) -> tuple[NDArray[np.bool_], Array]:
         """Which members from these starts (R,) are ways out, and what they ask of the tyres [m/s^2]."""
@@ -171,12 +195,13 @@ class CompiledCase:
         """The whole map: `escape_search.c`."""
         sizes, count = self._sizes, len(KINDS)
         size, held, bodies = sizes["members"], sizes["held"], sizes["bodies"]
-        work = np.empty(2 * held + STARTS * (1 + ANCHORS + bodies) + size * (2 * bodies * ANCHORS + 3 * ANCHORS + 6))
+        work = np.empty(2 * held + STARTS * (1 + bodies) + size * (2 * bodies * ANCHORS + 3 * ANCHORS + 3))
+        known = np.empty(ANCHORS * size, dtype=np.uint8)
         clock, floats, wholes = np.empty(held, dtype=np.int64), np.empty(1 + count), np.empty(1 + 3 * count, dtype=np.int64)
         kinds = np.ascontiguousarray(kind, dtype=np.int64)
         nodes = (q for each in (coarse, exact) for q in each.record)
         asked = _Search(self._at, kinds.ctypes.data, times_s.ctypes.data, *nodes, host_d_m, near_m, latest_s)
-        results = work.ctypes.data, clock.ctypes.data, floats.ctypes.data, wholes.ctypes.data
+        results = work.ctypes.data, clock.ctypes.data, known.ctypes.data, floats.ctypes.data, wholes.ctypes.data
         self._library.mcdas_escape_map(ctypes.byref(asked), *results)
         end, *now = floats.tolist()
         ender, *rest = wholes.tolist()
@@ -211,6 +236,7 @@ def _library() -> ctypes.CDLL | None:
         "BOW": parting.BOW,
         "ARRIVED_M": parting.ARRIVED_M,
         "HELD_STEPS": parting.HELD_STEPS,
+        "TURNED_STEPS": parting.TURNED_STEPS,
         "ABILITY_M": parting.ABILITY_M,
         "LATTICE_S": parting.LATTICE_S,
         **{name: getattr(escape_effort, name) for name in _EFFORT},
@@ -221,13 +247,14 @@ def _library() -> ctypes.CDLL | None:
         return None
     pointer, whole = ctypes.c_void_p, ctypes.c_int
     nodes: list[Any] = [whole, whole, pointer, pointer, whole]
+    found.mcdas_escape_company.argtypes = [ctypes.c_longlong, ctypes.c_longlong, *[pointer] * 4]
     found.mcdas_escape_held.argtypes = [pointer] * 4
     found.mcdas_escape_needs.argtypes = [pointer, whole, pointer, *nodes, *[pointer] * 3]
-    found.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 8]
+    found.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 9]
     found.mcdas_escape_sound.argtypes = [pointer, whole, pointer, pointer, *nodes, pointer, pointer]
-    found.mcdas_escape_map.argtypes = [pointer] * 5
+    found.mcdas_escape_map.argtypes = [pointer] * 6
     found.mcdas_escape_met.argtypes = [pointer, whole, *[pointer] * 6]
-    for name in ("held", "needs", "guess", "sound", "map"):
+    for name in ("company", "held", "needs", "guess", "sound", "map"):
         getattr(found, f"mcdas_escape_{name}").restype = None
     return found
 

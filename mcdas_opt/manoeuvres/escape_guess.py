@@ -15,7 +15,7 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.manoeuvres.compiled_escapes import CompiledCase, Nodes
+from mcdas_opt.manoeuvres.compiled_escapes import CompiledCase, Nodes, company
 from mcdas_opt.manoeuvres.escape_effort import ANCHORS, APART_S, LEAST_ANCHORS, STARTS
 from mcdas_opt.manoeuvres.escape_library import SIDEWAYS, EscapeSettings, Members, members
 from mcdas_opt.manoeuvres.held import held
@@ -85,7 +85,8 @@ class Case:
         grip = situation.road.friction * GRAVITY_MPS2
         self.brake_mps2, self.accelerate_mps2 = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
         self.comfort_mps2 = chosen.comfort_on(situation.road.friction)
-        self.company = Company.of(prediction.bodies, chosen.latest_s + chosen.clear_s, chosen.margins)
+        until_s, bodies, margins = chosen.latest_s + chosen.clear_s, prediction.bodies, chosen.margins
+        self.company = Company.of(bodies, until_s, margins) if library is None else company(library, bodies, until_s, margins)
         self.times_s = _times(chosen.latest_s)
         self.members = members(situation, vehicle, self.company, chosen) if among is None else among
         self.table = np.empty((6, self.times_s.size))

@@ -190,16 +190,26 @@ static void begin_at(const Case *q, whole start, Begin *b)
     b->bend0 = (tan(x[STEERING]) / q->wheelbase - kappa * cosine / (1.0 - kappa * b->d0)) * cosine;
 }
 
-static void swerve(const Case *q, double level, double until, double target, double lateral, const Begin *begin, int n,
-                   const double *restrict times, int middle, Motion *restrict m)
+/* the way along the road, from what a metre of it takes off the road's */
+static void along(double s0, int n, Motion *m)
+{
+    m->s[0] = s0;
+    for (int t = 1; t < n; t++) m->s[t] = m->s[t - 1] + 0.5 * (m->way[t] - m->way[t - 1]) * (m->ratio[t] + m->ratio[t - 1]);
+}
+
+/* The motion of one row. With `brief` it stops, and returns 0, as soon as it is beyond the car, or asks the tyres for more than `most`:
+ * where the body is comes last. */
+static int swerve(const Case *q, double level, double until, double target, double lateral, const Begin *begin, int n,
+                  const double *restrict times, int middle, int brief, double most, Motion *restrict m)
 {
     const double c = q->centre, v0 = begin->x[SPEED], a0 = begin->x[ACCELERATION], s0 = begin->s0;
     const int timed = target == target;
-    double work[ROOM];
+    double work[ROOM], kappa[ROOM];
     pace(q, level, until, n, times, v0, a0, m->v, m->a, m->way);
     const double slow = LESSER(v0, m->v[middle]);
     const int fits = across(q, level, target, lateral, timed, n, timed ? times : m->way, GREATER(slow, SLOWEST_MPS), v0, m->a[0],
                             begin->d0, begin->sine0, begin->bend0, m);
+    if (brief && !fits) return 0;
     for (int t = 0; t < n; t++) {
         const double per_way = timed ? 1.0 / GREATER(m->v[t], SLOWEST_MPS) : 1.0, raw = m->first[t] * per_way;
         const double capped = LESSER(raw, STEEPEST), sine = GREATER(capped, -STEEPEST), cosine = sqrt(1.0 - sine * sine);
@@ -209,44 +219,53 @@ static void swerve(const Case *q, double level, double until, double target, dou
         m->curvature[t] = (m->second[t] - (timed ? m->a[t] : 0.0) * sine) * per_way * per_way / cosine;
     }
     const double steep = greatest(n, work);
-    if (q->bend > 0.0)
+    if (q->bend > 0.0) {
         for (int t = 0; t < n; t++) m->ratio[t] /= 1.0 - curvature_at(q, s0 + m->way[t]) * m->d[t];
-    m->s[0] = s0;
-    for (int t = 1; t < n; t++) m->s[t] = m->s[t - 1] + 0.5 * (m->way[t] - m->way[t - 1]) * (m->ratio[t] + m->ratio[t - 1]);
-    if (q->bend > 0.0)
+        along(s0, n, m);
         for (int t = 0; t < n; t++) {
-            const double kappa = curvature_at(q, m->s[t]), stretch = 1.0 - kappa * m->d[t], cosine = m->cosine[t];
-            const double psi = asin(m->sine[t]) - kappa * c;
-            m->curvature[t] += kappa * cosine / stretch;
-            m->s[t] += c * cosine / stretch;
-            m->d[t] += c * m->sine[t] - 0.5 * kappa * (c * cosine) * (c * cosine);
-            m->sine[t] = sin(psi);
-            m->cosine[t] = cos(psi);
+            kappa[t] = curvature_at(q, m->s[t]);
+            m->curvature[t] += kappa[t] * m->cosine[t] / (1.0 - kappa[t] * m->d[t]);
         }
-    else
-        for (int t = 0; t < n; t++) {
-            m->s[t] += c * m->cosine[t];
-            m->d[t] += c * m->sine[t];
-        }
+    }
     for (int t = 0; t < n; t++) {
         const double sideways = m->v[t] * m->v[t] * m->curvature[t];
         work[t] = m->a[t] * m->a[t] + sideways * sideways;
     }
     m->demand = sqrt(greatest(n, work));
+    double used = GREATER(m->demand / q->limit, steep / STEEPEST);
+    if (brief && (m->demand > most || used > 1.0)) return 0;
     for (int t = 0; t < n; t++) work[t] = q->wheelbase * m->curvature[t];
     const double turned = turning_rate(n, times, work);
     for (int t = 0; t < n; t++) work[t] = fabs(work[t]);
     const double angle = atan(greatest(n, work)) / (q->steering_share * q->steering_max);
-    double used = GREATER(m->demand / q->limit, steep / STEEPEST);
     used = GREATER(used, angle);
     used = GREATER(used, turned / (q->steering_share * q->steering_rate));
     m->ability = fits ? 1.0 - used : -1.0;
+    if (brief && !(m->ability >= 0.0)) return 0;
+    if (q->bend > 0.0) { /* turned by kappa c, whose sine and cosine are worked out anew only where the bend changes */
+        double sin_turn = 0.0, cos_turn = 1.0, turn = 0.0;
+        for (int t = 0; t < n; t++) {
+            const double stretch = 1.0 - kappa[t] * m->d[t], cosine = m->cosine[t], sine = m->sine[t];
+            if (kappa[t] * c != turn) turn = kappa[t] * c, sin_turn = sin(turn), cos_turn = cos(turn);
+            m->s[t] += c * cosine / stretch;
+            m->d[t] += c * sine - 0.5 * kappa[t] * (c * cosine) * (c * cosine);
+            m->sine[t] = sine * cos_turn - cosine * sin_turn;
+            m->cosine[t] = cosine * cos_turn + sine * sin_turn;
+        }
+    } else {
+        along(s0, n, m);
+        for (int t = 0; t < n; t++) {
+            m->s[t] += c * m->cosine[t];
+            m->d[t] += c * m->sine[t];
+        }
+    }
     for (int t = 0; t < n; t++) work[t] = m->d[t] + 0.5 * (q->width * m->cosine[t] + q->length * fabs(m->sine[t]));
     double edge = q->left - greatest(n, work);
     for (int t = 0; t < n; t++) work[t] = m->d[t] - 0.5 * (q->width * m->cosine[t] + q->length * fabs(m->sine[t]));
     edge = LESSER(edge, least(n, work) - q->right);
     edge = LESSER(edge, q->end - m->s[n - 1] - 0.5 * q->length);
     m->edge = edge - EDGE_M;
+    return 1;
 }
 
 static void room_needed(const Case *q, double v, double other, double half_length, double *ahead, double *behind)
@@ -325,20 +344,5 @@ static int doomed(const Case *q, const Motion *m, int last, whole clock)
             (apart > 0.0 ? apart < ahead + q->clear_m : -apart < behind + q->clear_m))
             return 1;
     }
-    return 0;
-}
-
-static const double AS_IT_IS[3] = {1.0, 1.0, 1.0}; /* factors of level, until and push */
-
-/* a member begun at this speed, times these factors: its level and until when; returns whether it does anything */
-static int begun(const Case *q, whole member, const double *factor, double speed, double *level, double *until)
-{
-    const double ends = q->until_mps[member];
-    *level = q->level[member] * factor[0];
-    *until = q->until[member] * factor[1];
-    if (ends != ends) return 1;
-    *until = (ends - speed) / (*level == 0.0 ? 1.0 : *level);
-    if (*until >= q->shortest) return 1;
-    *level = *until = 0.0;
     return 0;
 }

@@ -1,5 +1,20 @@
 /* The questions of `manoeuvres.escape_guess` about one situation; `escape_kernel.c` stands before this text. */
 
+static const double AS_IT_IS[3] = {1.0, 1.0, 1.0}; /* factors of level, until and push */
+
+/* a member begun at this speed, times these factors: its level and until when; returns whether it does anything */
+static int begun(const Case *q, whole member, const double *factor, double speed, double *level, double *until)
+{
+    const double ends = q->until_mps[member];
+    *level = q->level[member] * factor[0];
+    *until = q->until[member] * factor[1];
+    if (ends != ends) return 1;
+    *until = (ends - speed) / (*level == 0.0 ? 1.0 : *level);
+    if (*until >= q->shortest) return 1;
+    *level = *until = 0.0;
+    return 0;
+}
+
 static void at_nodes(whole start, const whole *nodes, int n, whole *clock)
 {
     for (int t = 0; t < n; t++) clock[t] = start + nodes[t];
@@ -88,6 +103,32 @@ static void blocked_in_lane(const Case *q, double level, double until, const dou
     }
 }
 
+/* Bodies that cruise (bodies, CRUISER) on the lattice, as `domain.prediction` and `parting.Company` have them, into tables (5, bodies, lattice):
+ * places along and across, speeds, half lengths and half widths of the boxes around them. `fade` (lattice): what is left of speeds across */
+PUBLIC void mcdas_escape_company(whole bodies, whole lattice, const double *begin, const double *times, const double *fade, double *tables)
+{
+    enum { AT, ASIDE, ALONG, ACROSS, FADE_S, LENGTH, WIDTH, MORE_LENGTH, MORE_WIDTH, CRUISER };
+    for (whole j = 0; j < bodies; j++, begin += CRUISER) {
+        double *s = tables + j * lattice, *d = s + bodies * lattice, *v = d + bodies * lattice;
+        double *half_length = v + bodies * lattice, *half_width = half_length + bodies * lattice;
+        const double slowest = GREATER(fabs(begin[ALONG]), 1.0), length = begin[LENGTH], width = begin[WIDTH];
+        for (whole t = 0; t < lattice; t++) {
+            s[t] = begin[AT] + begin[ALONG] * times[t];
+            d[t] = begin[ASIDE] + begin[ACROSS] * begin[FADE_S] * (1.0 - fade[t]);
+            v[t] = begin[ALONG];
+        }
+        for (whole t = 0; t < lattice; t += TURNED_STEPS) { /* it is turned the most where a box begins: speeds across only fade */
+            const whole end = t + TURNED_STEPS < lattice ? t + TURNED_STEPS : lattice;
+            const double turned = atan(fabs(begin[ACROSS] * fade[t > 0 ? t - 1 : 0]) / slowest), sine = sin(turned), cosine = cos(turned);
+            const double longer = 0.5 * (length + width * sine) + begin[MORE_LENGTH], wider = 0.5 * (width * cosine + length * sine) + begin[MORE_WIDTH];
+            for (whole i = t; i < end; i++) {
+                half_length[i] = longer;
+                half_width[i] = wider;
+            }
+        }
+    }
+}
+
 /* The host that keeps its acceleration and its steering from x on, at times (q->held): `manoeuvres.held`, into the table (STATES, held) */
 PUBLIC void mcdas_escape_held(const Case *q, const double *x, const double *times, double *table)
 {
@@ -130,105 +171,91 @@ PUBLIC void mcdas_escape_held(const Case *q, const double *x, const double *time
     }
 }
 
+/* the nodes of a row: steps of the lattice and seconds, padded to n */
+typedef struct {
+    const whole *steps;
+    const double *times;
+    whole n, last, middle;
+} Nodes;
+
+/* a start from which members are driven, and of a car that keeps its lane and its speed from there: the share of its limits that is left, the
+ * room to the edges, what it asks across at most and in the end */
+typedef struct {
+    Begin begin;
+    whole start, clock[ROOM];
+    double able, edge, alone, steady;
+} Anchor;
+
+static void anchor_at(const Case *q, whole start, const Nodes *c, Anchor *a)
+{
+    Motion m;
+    a->start = start;
+    begin_at(q, start, &a->begin);
+    at_nodes(start, c->steps, (int)c->n, a->clock);
+    swerve(q, 0.0, 0.0, NAN, q->straightening, &a->begin, (int)c->n, c->times, (int)c->middle, 0, 0.0, &m);
+    a->alone = 0.0;
+    for (int t = 0; t < c->n; t++) a->alone = GREATER(a->alone, fabs(m.v[t] * m.v[t] * m.curvature[t]));
+    a->steady = fabs(m.v[c->last] * m.v[c->last] * m.curvature[c->last]);
+    a->able = m.ability;
+    a->edge = m.edge;
+}
+
+/* What member i needs from an anchor: low and high (bodies), slack (3), each `all` apart */
+static void need(const Case *q, const Anchor *a, whole i, const Nodes *c, whole all, double *low, double *high, double *slack)
+{
+    const double *x = a->begin.x;
+    double level, until;
+    const int acts = begun(q, i, AS_IT_IS, x[SPEED], &level, &until);
+    if (i < q->in_lane) {
+        double sideways = a->alone;
+        blocked_in_lane(q, level, until, x, a->start, all, low, high);
+        if (q->bend > 0.0) { /* faster, the same bend asks for more */
+            const double gained = 1.0 + level * LESSER(until, q->clear_s) / GREATER(x[SPEED], 1.0);
+            if (gained > 1.0) sideways = GREATER(sideways, a->steady * gained * gained);
+        }
+        const double effort = sqrt(level * level + sideways * sideways), left = 1.0 - effort / q->limit;
+        slack[0] = a->edge;
+        slack[all] = acts ? LESSER(a->able, left) : -1.0;
+        slack[2 * all] = q->comfort - effort;
+    } else {
+        Motion m;
+        swerve(q, level, until, q->target[i], q->lateral[i], &a->begin, (int)c->n, c->times, (int)c->middle, 0, 0.0, &m);
+        blocked(q, &m, (int)c->n, (int)c->last, a->clock, all, low, high);
+        const double arrives = (ARRIVED_M - fabs(m.d[c->last] - q->target[i])) / ABILITY_M;
+        slack[0] = m.edge;
+        slack[all] = LESSER(m.ability, arrives);
+        slack[2 * all] = q->comfort - m.demand;
+    }
+}
+
 /* Every member from the anchors: low and high (bodies, anchors, members), slack (3, anchors, members); all nodes padded to n */
 PUBLIC void mcdas_escape_needs(const Case *q, int anchors, const whole *anchor, int n, int last, const whole *nodes, const double *times,
                                int middle, double *low, double *high, double *slack)
 {
     const whole size = q->members, all = anchors * size;
-    whole clock[ROOM];
-    Motion m;
-    Begin b;
-    const double *x = b.x;
+    const Nodes c = {nodes, times, n, last, middle};
+    Anchor a;
     for (int k = 0; k < anchors; k++) {
-        begin_at(q, anchor[k], &b);
-        at_nodes(anchor[k], nodes, n, clock);
-        swerve(q, 0.0, 0.0, NAN, q->straightening, &b, n, times, middle, &m);
-        double alone = 0.0;
-        for (int t = 0; t < n; t++) alone = GREATER(alone, fabs(m.v[t] * m.v[t] * m.curvature[t]));
-        const double able = m.ability, edge = m.edge, steady = fabs(m.v[last] * m.v[last] * m.curvature[last]);
-        for (whole i = 0; i < size; i++) {
-            const whole at = k * size + i;
-            double level, until;
-            const int acts = begun(q, i, AS_IT_IS, x[SPEED], &level, &until);
-            if (i < q->in_lane) {
-                double sideways = alone;
-                blocked_in_lane(q, level, until, x, anchor[k], all, low + at, high + at);
-                if (q->bend > 0.0) { /* faster, the same bend asks for more */
-                    const double gained = 1.0 + level * LESSER(until, q->clear_s) / GREATER(x[SPEED], 1.0);
-                    if (gained > 1.0) sideways = GREATER(sideways, steady * gained * gained);
-                }
-                const double effort = sqrt(level * level + sideways * sideways), left = 1.0 - effort / q->limit;
-                slack[at] = edge;
-                slack[all + at] = acts ? LESSER(able, left) : -1.0;
-                slack[2 * all + at] = q->comfort - effort;
-            } else {
-                swerve(q, level, until, q->target[i], q->lateral[i], &b, n, times, middle, &m);
-                blocked(q, &m, n, last, clock, all, low + at, high + at);
-                slack[at] = m.edge;
-                const double arrives = (ARRIVED_M - fabs(m.d[last] - q->target[i])) / ABILITY_M;
-                slack[all + at] = LESSER(m.ability, arrives);
-                slack[2 * all + at] = q->comfort - m.demand;
-            }
-        }
+        anchor_at(q, anchor[k], &c, &a);
+        for (whole i = 0; i < size; i++) need(q, &a, i, &c, all, low + k * size + i, high + k * size + i, slack + k * size + i);
     }
 }
 
-/* The last of the starts in between, by weights (starts, anchors) and the distances there (bodies, starts), at which a member is open, and
- * open and comfortable: (2, members), -1 without. `work` (4, members): its first row is left with how open the first start is */
-PUBLIC void mcdas_escape_guess(const Case *q, int anchors, int starts, const double *seconds, const double *weights, const double *apart,
-                               const double *low, const double *high, const double *slack, double *restrict work, double *restrict last)
-{
-    const whole size = q->members, all = anchors * size;
-    double *open = work, *easy = work + size, *after = work + 2 * size;
-    for (whole i = 0; i < 2 * size; i++) {
-        last[i] = -1.0;
-        after[i] = 0.0;
-    }
-    for (int n = starts - 1; n >= 0; n--) {
-        const double *w = weights + (whole)n * anchors;
-        int k = 0;
-        while (k < anchors - 1 && w[k] == 0.0) k++;
-        const int next = k < anchors - 1 ? k + 1 : k;
-        const double share = w[k], rest = next > k ? w[next] : 0.0, step = n < starts - 1 ? seconds[n + 1] - seconds[n] : 0.0;
-        const double *edge = slack + k * size, *edge_next = slack + next * size, *able = edge + all, *able_next = edge_next + all;
-        for (whole i = 0; i < size; i++) {
-            const double room = share * edge[i] + rest * edge_next[i], left = ABILITY_M * (share * able[i] + rest * able_next[i]);
-            const double least_of = LESSER(room, left);
-            open[i] = LESSER(least_of, NOWHERE_M);
-            easy[i] = share * able[all + i] + rest * able_next[all + i];
-        }
-        for (whole j = 0; j < q->bodies; j++) {
-            const double gap = apart[j * starts + n];
-            const double *below = low + j * all + k * size, *below_next = low + j * all + next * size;
-            const double *above = high + j * all + k * size, *above_next = high + j * all + next * size;
-            for (whole i = 0; i < size; i++) {
-                const double under = share * below[i] + rest * below_next[i] - gap;
-                const double over = gap - (share * above[i] + rest * above_next[i]), miss = GREATER(under, over);
-                open[i] = LESSER(open[i], miss);
-            }
-        }
-        for (whole i = 0; i < size; i++) easy[i] = LESSER(easy[i], open[i]);
-        for (whole i = 0; i < 2 * size; i++) {
-            const double fall = open[i] - after[i];
-            if (last[i] < 0.0 && open[i] > 0.0) last[i] = seconds[n] + open[i] / GREATER(fall, 1e-9) * step;
-            after[i] = open[i];
-        }
-    }
-}
-
-/* whether a member, times these factors, is a way out from this start that asks no more than `most` of the tyres, and what it asks */
-static int sound_one(const Case *q, whole i, const double *factor, whole start, int n, int last, const whole *nodes, const double *times,
-                     int middle, double most, double *demand)
+/* whether a member, times these factors, is a way out from this start that asks no more than `most` of the tyres, and what it asks, which
+ * with `brief` is left open where it is none */
+static int sound_one(const Case *q, whole i, const double *factor, whole start, const Nodes *e, int brief, double most, double *demand)
 {
     whole clock[ROOM], whom;
     Motion m;
     Begin b;
     double level, until;
     const double target = q->target[i];
+    const int last = (int)e->last;
     begin_at(q, start, &b);
-    at_nodes(start, nodes, n, clock);
     const int acts = begun(q, i, factor, b.x[SPEED], &level, &until);
-    swerve(q, level, until, target, q->lateral[i] * factor[2], &b, n, times, middle, &m);
+    if (brief && !acts) return 0;
+    if (!swerve(q, level, until, target, q->lateral[i] * factor[2], &b, (int)e->n, e->times, (int)e->middle, brief, most, &m)) return 0;
+    at_nodes(start, e->steps, (int)e->n, clock);
     *demand = m.demand;
     const int arrives = target != target || fabs(m.d[last] - target) <= ARRIVED_M;
     return acts && arrives && m.demand <= most && m.ability >= 0.0 && m.edge >= 0.0 && !doomed(q, &m, last, clock[last]) &&
@@ -239,8 +266,8 @@ static int sound_one(const Case *q, whole i, const double *factor, whole start, 
 PUBLIC void mcdas_escape_sound(const Case *q, int rows, const whole *member, const whole *start, int n, int last, const whole *nodes,
                                const double *times, int middle, unsigned char *good, double *demand)
 {
-    for (int r = 0; r < rows; r++)
-        good[r] = (unsigned char)sound_one(q, member[r], AS_IT_IS, start[r], n, last, nodes, times, middle, INFINITY, demand + r);
+    const Nodes e = {nodes, times, n, last, middle};
+    for (int r = 0; r < rows; r++) good[r] = (unsigned char)sound_one(q, member[r], AS_IT_IS, start[r], &e, 0, INFINITY, demand + r);
 }
 
 /* The step in which a host that goes through these places (nodes) first has nothing left to somebody, and to whom; -1 without */

@@ -4,12 +4,6 @@ enum { KINDS = 4, SIDEWAYS = 2 };
 enum { NOBODY = -1, FRONT, REAR, BESIDE, EDGE, FRICTION };
 
 typedef struct {
-    const whole *steps;
-    const double *times;
-    whole n, last, middle;
-} Nodes;
-
-typedef struct {
     const Case *q;
     const whole *kind;   /* (members) */
     const double *times; /* (held) */
@@ -56,8 +50,7 @@ static double end_of_keeping_on(const Search *o, double *work, whole *clock, who
 
 static int sound_as(const Search *o, whole member, const double *factor, whole start, double most, double *demand)
 {
-    const Nodes *e = &o->exact;
-    return sound_one(o->q, member, factor, start, (int)e->n, (int)e->last, e->steps, e->times, (int)e->middle, most, demand);
+    return sound_one(o->q, member, factor, start, &o->exact, 1, most, demand);
 }
 
 /* The `most` members of a kind of the greatest value, of those that have at least `least_of`, the greatest first; how many */
@@ -125,17 +118,20 @@ static whole refined(const Search *o, whole member, whole sound, whole latest)
     return sound;
 }
 
-static whole last_sound(const Search *o, int easy, whole kind, const double *guess, whole latest)
+static whole last_sound(const Search *o, Guesses *g, Depth *depth, int easy, whole kind, whole latest)
 {
     static const whole tried[] = TRIED, tried_easy[] = TRIED_EASY, down[] = DOWN, up[] = UP;
     static const double between[] = BETWEEN;
     enum { COUNT = sizeof tried / sizeof *tried, COUNT_EASY = sizeof tried_easy / sizeof *tried_easy };
     enum { MEMBERS = BEST > WIDER ? BEST : WIDER, ROWS = BEST * COUNT > 8 * WIDER ? BEST * COUNT : 8 * WIDER };
-    const double most = easy ? o->q->comfort : INFINITY;
+    const double most = easy ? o->q->comfort : INFINITY, *guess = g->last + (easy ? o->q->members : 0);
     whole likely[MEMBERS], member[ROWS], start[ROWS], wanted[8], sound = -1, limit = latest + 1, who = NOBODY, best_of = NOBODY;
-    const int all = greatest_of(o, kind, guess, 0.0, MEMBERS, likely), count = easy ? COUNT_EASY : COUNT;
-    const int best = all < (easy ? BEST_EASY : BEST) ? all : (easy ? BEST_EASY : BEST), wider = all < WIDER ? all : WIDER;
-    int rows = 0;
+    if (easy)
+        deepen(g, depth, 0, BEST_EASY);
+    else
+        deepen(g, depth, MEMBERS, BEST_EASY); /* comfortable ones on the way: they are looked for next */
+    int all = greatest_of(o, kind, guess, 0.0, MEMBERS, likely), rows = 0;
+    const int count = easy ? COUNT_EASY : COUNT, first = easy ? BEST_EASY : BEST, best = all < first ? all : first;
     for (int i = 0; i < best; i++) {
         const whole near = (whole)floor(guess[likely[i]] / LATTICE_S + 1e-9);
         for (int k = 0; k < count; k++) {
@@ -157,6 +153,11 @@ static whole last_sound(const Search *o, int easy, whole kind, const double *gue
         for (int r = 0; r < rows; r++)
             if (asked[r] > sound && asked[r] < limit) limit = asked[r];
         rows = 0;
+        if (easy && sound < 0 && round == 0) { /* then more of them, which may lie deeper */
+            deepen(g, depth, 0, WIDER);
+            all = greatest_of(o, kind, guess, 0.0, MEMBERS, likely);
+        }
+        const int wider = all < WIDER ? all : WIDER;
         if (sound < 0)
             for (size_t k = 0; k < sizeof down / sizeof *down; k++) wanted[wishes++] = limit > down[k] ? limit - down[k] : 0;
         else if (easy)
@@ -175,31 +176,62 @@ static whole last_sound(const Search *o, int easy, whole kind, const double *gue
     return sound < 0 || easy ? sound : refined(o, best_of, sound, latest);
 }
 
+/* what a kind asks of the tyres that begins now with one of its most comfortable members, INFINITY without; members that cannot be among
+ * those, by their braking or accelerating alone, are not driven */
+static double asked_now(const Search *o, Guesses *g, const Depth *d, whole kind, double *ease)
+{
+    const double *at_most = g->slack + 2 * g->anchors * o->q->members;
+    double best[GENTLEST], now = INFINITY, demand, easy;
+    whole gentle[GENTLEST];
+    for (int j = 0; j < GENTLEST; j++) best[j] = -INFINITY;
+    for (whole i = d->from; i < d->to; i++) {
+        ease[i] = NAN;
+        ease_at_most(g, i, 0);
+    }
+    for (;;) {
+        whole next = NOBODY;
+        double most = best[GENTLEST - 1];
+        for (whole i = d->from; i < d->to; i++)
+            if (ease[i] != ease[i] && at_most[i] >= most) most = at_most[next = i];
+        if (next == NOBODY) break;
+        const int opened = open_at(g, next, 0, &easy) > 0.0;
+        double value = ease[next] = opened ? at_most[next] : -INFINITY;
+        for (int j = 0; j < GENTLEST; j++)
+            if (value > best[j]) {
+                const double lesser = best[j];
+                best[j] = value;
+                value = lesser;
+            }
+    }
+    const int count = greatest_of(o, kind, ease, -NOWHERE_M, GENTLEST, gentle);
+    for (int i = 0; i < count; i++)
+        if (sound_as(o, gentle[i], AS_IT_IS, 0, INFINITY, &demand) && demand < now) now = demand;
+    return now;
+}
+
 /* what is in the way of a kind at a start: of its members that car and road allow, the one that comes nearest to being clear */
-static whole in_the_way(const Search *o, whole kind, int anchors, int starts, int n, const double *weights, const double *apart,
-                        const double *low, const double *high, const double *slack)
+static whole in_the_way(const Search *o, Guesses *g, const Depth *d, int n)
 {
     const Case *q = o->q;
-    const whole size = q->members, all = anchors * size;
-    const double *w = weights + n * anchors;
-    int k = 0, possible = 0;
-    while (k < anchors - 1 && w[k] == 0.0) k++;
-    const int next = k < anchors - 1 ? k + 1 : k;
-    const double share = w[k], rest = next > k ? w[next] : 0.0;
+    const Between b = g->between[n];
+    const whole size = q->members, all = g->anchors * size;
+    const double *low = g->low, *high = g->high, *slack = g->slack;
+    int possible = 0;
     double best = -INFINITY;
-    whole who = NOBODY, mine = 0;
-    for (whole i = 0; i < size; i++) {
-        const whole here = k * size + i, there = next * size + i;
-        mine += o->kind[i] == kind;
-        if (o->kind[i] != kind || !(share * slack[all + here] + rest * slack[all + there] >= 0.0)) continue;
+    whole who = NOBODY;
+    for (whole i = d->from; i < d->to; i++) {
+        const whole here = b.k * size + i, there = b.next * size + i;
+        ask(g, i, b.k);
+        ask(g, i, b.next);
+        if (!(b.share * slack[all + here] + b.rest * slack[all + there] >= 0.0)) continue;
         possible = 1;
-        if (!(share * slack[here] + rest * slack[there] >= 0.0)) continue;
+        if (!(b.share * slack[here] + b.rest * slack[there] >= 0.0)) continue;
         double nearest = INFINITY;
         whole whom = NOBODY;
         for (whole j = 0; j < q->bodies; j++) {
-            const double gap = apart[j * starts + n], *below = low + j * all, *above = high + j * all;
-            const double under = share * below[here] + rest * below[there] - gap, over = gap - (share * above[here] + rest * above[there]);
-            const double miss = GREATER(under, over);
+            const double gap = g->apart[j * g->starts + n], *below = low + j * all, *above = high + j * all;
+            const double under = b.share * below[here] + b.rest * below[there] - gap;
+            const double over = gap - (b.share * above[here] + b.rest * above[there]), miss = GREATER(under, over);
             if (miss < nearest) {
                 nearest = miss;
                 whom = j;
@@ -210,23 +242,24 @@ static whole in_the_way(const Search *o, whole kind, int anchors, int starts, in
             who = whom;
         }
     }
-    if (who == NOBODY) return possible || !mine ? EDGE : FRICTION;
+    if (who == NOBODY) return possible || d->from == d->to ? EDGE : FRICTION;
     return closer_of(o, who, 0.0, q->table[S]);
 }
 
 /* The whole map: when keeping on ends, what each kind asks that begins now (INFINITY without); what ends it, the last steps of each kind (of
- * any demand, of a comfortable one; -1 without), what closes each. `work`: 2 held + starts (1 + ANCHORS + bodies) + members (2 bodies ANCHORS + 3 ANCHORS + 6) numbers; `clock` (held) */
-PUBLIC void mcdas_escape_map(const Search *o, double *work, whole *clock, double *floats, whole *wholes)
+ * any demand, of a comfortable one; -1 without), what closes each (NOBODY where it lasts until keeping on ends). `work`: 2 held +
+ * starts (1 + bodies) + members (2 bodies ANCHORS + 3 ANCHORS + 3) numbers; `clock` (held), `known` (ANCHORS, members) */
+PUBLIC void mcdas_escape_map(const Search *o, double *work, whole *clock, unsigned char *known, double *floats, whole *wholes)
 {
     double *now_of = floats + 1;
     whole *start_of = wholes + 1, *closers = wholes + 1 + 2 * KINDS;
     const Case *q = o->q;
-    const Nodes *c = &o->coarse;
     const whole size = q->members;
-    double *seconds = work + 2 * q->held, *weights = seconds + STARTS, *apart = weights + STARTS * ANCHORS;
+    double *seconds = work + 2 * q->held, *apart = seconds + STARTS;
     double *low = apart + STARTS * q->bodies, *high = low + q->bodies * ANCHORS * size, *slack = high + q->bodies * ANCHORS * size;
-    double *opened = slack + 3 * ANCHORS * size, *last = opened + 4 * size;
+    double *last = slack + 3 * ANCHORS * size, *ease = last + 2 * size;
     whole anchor[ANCHORS];
+    Between between[STARTS];
     int anchors = 0;
     const double end = floats[0] = end_of_keeping_on(o, work, clock, wholes), step = end / (STARTS - 1);
     const int wanted = 1 + (int)ceil(end / APART_S), least_of = GREATER(wanted, LEAST_ANCHORS), count_of = LESSER(least_of, ANCHORS);
@@ -237,37 +270,34 @@ PUBLIC void mcdas_escape_map(const Search *o, double *work, whole *clock, double
     for (int n = 0, k = 0; n < STARTS; n++) {
         seconds[n] = n < STARTS - 1 ? n * step : end;
         while (k < anchors - 1 && seconds[n] >= LATTICE_S * (double)anchor[k + 1]) k++;
-        double *w = weights + n * anchors;
-        for (int i = 0; i < anchors; i++) w[i] = 0.0;
+        double w[ANCHORS] = {0.0};
         w[k] = 1.0;
         if (k < anchors - 1) {
             const double from = LATTICE_S * (double)anchor[k], per = 1.0 / (LATTICE_S * (double)anchor[k + 1] - from);
             w[k] = -per * (seconds[n] - from) + 1.0;
             w[k + 1] = per * (seconds[n] - from);
         }
+        between[n] = between_of(w, anchors);
         const whole at = (whole)rint(seconds[n] / LATTICE_S), before = at / HELD_STEPS < q->held - 1 ? at / HELD_STEPS : q->held - 2;
         const double *s = q->table + before, *t = o->times + before;
         const double own = (s[1] - s[0]) / (t[1] - t[0]) * (LATTICE_S * (double)at - t[0]) + s[0];
         for (whole j = 0; j < q->bodies; j++) apart[j * STARTS + n] = q->others_s[j * q->lattice + at] - own;
     }
-    mcdas_escape_needs(q, anchors, anchor, (int)c->n, (int)c->last, c->steps, c->times, (int)c->middle, low, high, slack);
-    mcdas_escape_guess(q, anchors, STARTS, seconds, weights, apart, low, high, slack, opened, last);
+    Guesses g = {q, &o->coarse, anchor, anchors, STARTS, seconds, apart, between, low, high, slack, last, known, .ready = {0}};
+    memset(known, UNKNOWN, (size_t)(anchors * size));
+    for (whole i = 0; i < 2 * size; i++) last[i] = -1.0;
     const whole latest = (whole)floor(end / LATTICE_S + 1e-9);
-    double *ease = opened + size;
-    for (whole i = 0; i < size; i++) ease[i] = opened[i] > 0.0 ? slack[2 * anchors * size + i] : -INFINITY;
-    for (whole kind = 0; kind < KINDS; kind++) {
-        whole gentle[GENTLEST];
-        double now = INFINITY, demand;
-        const int count = greatest_of(o, kind, ease, -NOWHERE_M, GENTLEST, gentle);
-        for (int i = 0; i < count; i++)
-            if (sound_as(o, gentle[i], AS_IT_IS, 0, INFINITY, &demand) && demand < now) now = demand;
-        now_of[kind] = now;
-        for (int easy = 0; easy < 2; easy++) start_of[easy * KINDS + kind] = last_sound(o, easy, kind, last + easy * size, latest);
+    for (whole kind = 0, i = 0; kind < KINDS; kind++) {
+        Depth d = {i, i, i, STARTS - 1};
+        while (i < size && o->kind[i] == kind) i++;
+        d.to = i;
+        const double now = now_of[kind] = asked_now(o, &g, &d, kind, ease);
+        for (int easy = 0; easy < 2; easy++) start_of[easy * KINDS + kind] = last_sound(o, &g, &d, easy, kind, latest);
         whole *start = start_of + kind;
         if (*start < 0 && now < INFINITY) *start = 0;
         int after = 0;
         if (*start >= 0)
             while (after < STARTS - 1 && seconds[after] <= LATTICE_S * (double)*start) after++;
-        closers[kind] = in_the_way(o, kind, anchors, STARTS, after, weights, apart, low, high, slack);
+        closers[kind] = *start < latest ? in_the_way(o, &g, &d, after) : NOBODY;
     }
 }

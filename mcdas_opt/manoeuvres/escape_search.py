@@ -38,13 +38,13 @@ _AT_ONCE = 24  # rows of a search that are driven together
 
 class Found(NamedTuple):
     """When keeping on ends [s] and by what; for each kind the last sound step of the lattice, of any demand and of a comfortable one, -1
-    without; what it asks that begins now [m/s^2], None without; and what closes it after its last step."""
+    without; what it asks that begins now [m/s^2], None without; and what closes it after its last step, None where nothing does."""
 
     end_s: float
     ender: Closer | None
     start: tuple[list[int], list[int]]
     now: list[float | None]
-    closer: list[Closer]
+    closer: list[Closer | None]
 
 
 def found(case: Case) -> Found:
@@ -56,7 +56,9 @@ def found(case: Case) -> Found:
         case.members.kind, case.times_s, GUESS_NODES, EXACT_NODES, case.situation.host.d_m, 0.5 * width + 0.5, case.chosen.latest_s
     )
     by = None if ender < 0 else CLOSERS[ender]
-    return Found(end_s, by, start, [None if asked == np.inf else asked for asked in now], [CLOSERS[who] for who in closer])
+    return Found(
+        end_s, by, start, [None if asked == np.inf else asked for asked in now], [None if who < 0 else CLOSERS[who] for who in closer]
+    )
 
 
 def _found(case: Case) -> Found:
@@ -66,13 +68,13 @@ def _found(case: Case) -> Found:
     latest = int(np.floor(end_s / LATTICE_S + 1e-9))
     now = _now(case, _gentlest(guess, kinds))
     start = _last_sound(case, kinds, guess.last_s, latest)
-    closers = []
+    closers: list[Closer | None] = []
     for kind, mine in enumerate(kinds):
         if start[0][kind] < 0 and now[kind] is not None:
             start[0][kind] = 0
         last = start[0][kind]
         after = 0 if last < 0 else int(np.searchsorted(guess.starts_s, LATTICE_S * last, side="right"))
-        closers.append(_closer(case, guess, mine, min(after, guess.starts_s.size - 1)))
+        closers.append(_closer(case, guess, mine, min(after, guess.starts_s.size - 1)) if last < latest else None)
     return Found(end_s, ender, start, now, closers)
 
 

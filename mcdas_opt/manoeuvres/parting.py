@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mcdas_opt.domain.prediction import PredictedBody
+from mcdas_opt.domain.prediction import PredictedBody, together
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
@@ -25,7 +26,7 @@ ARRIVED_M = 1.0  # who steps aside is so near to the middle of the next lane at 
 ABILITY_M = 10.0  # a share of the car's limits as a distance: only where it changes sign matters
 STEP_REACH_M = 3.0  # more than bodies move against each other in a step
 BOW = 0.2  # times kappa and both lengths squared: how far a lane bows over the bodies (0.125), and that distances shrink with d
-_TURNED_STEPS = 5  # of the lattice: so often bodies are looked at for how they are turned
+TURNED_STEPS = 5  # of the lattice: so often bodies are looked at for how they are turned
 
 Rows = NDArray[np.intp]
 
@@ -45,31 +46,39 @@ class Company:
 
     @classmethod
     def of(cls, bodies: Sequence[PredictedBody], until_s: float, margins: Margins) -> Company:
-        times = LATTICE_S * np.arange(round(until_s / LATTICE_S) + 1)
-        count = len(bodies)
-        s, d, speed, half_length, half_width = np.empty((5, count, times.size))
-        for j, body in enumerate(bodies):
-            motion = body.at(times)
-            s[j], d[j], speed[j] = motion.s_m, motion.d_m, motion.speed_s_mps
-            cosine, sine = _box(motion.heading_rad)
-            along, across = margins.along_m, margins.across_m
-            if margins.share_of_prediction:
-                along += margins.share_of_prediction * float(np.max(body.margin_along_m(times)))
-                across += margins.share_of_prediction * float(np.max(body.margin_across_m(times)))
-            half_length[j] = 0.5 * (body.length_m + body.width_m * sine) + along
-            half_width[j] = 0.5 * (body.width_m * cosine + body.length_m * sine) + across
-        return cls(s_m=s, d_m=d, speed_mps=speed, half_length_m=half_length, half_width_m=half_width)
+        times = lattice_s(round(until_s / LATTICE_S) + 1)
+        motion = together(bodies, times)
+        cosine, sine = _box(motion.heading_rad)
+        sizes = np.array([(body.length_m, body.width_m) for body in bodies], dtype=np.float64).reshape(-1, 2)
+        length, width, share = sizes[:, :1], sizes[:, 1:], margins.share_of_prediction
+        half_length = 0.5 * (length + width * sine)
+        half_width = 0.5 * (width * cosine + length * sine)
+        if share:
+            half_length += share * np.array([[np.max(body.margin_along_m(times))] for body in bodies]).reshape(-1, 1)
+            half_width += share * np.array([[np.max(body.margin_across_m(times))] for body in bodies]).reshape(-1, 1)
+        half_length += margins.along_m
+        half_width += margins.across_m
+        return cls(s_m=motion.s_m, d_m=motion.d_m, speed_mps=motion.speed_s_mps, half_length_m=half_length, half_width_m=half_width)
+
+
+@lru_cache(maxsize=8)
+def lattice_s(count: int) -> Array:
+    """The first times of the lattice, which nobody can write into."""
+    times = np.asarray(LATTICE_S * np.arange(count), dtype=np.float64)
+    times.setflags(write=False)
+    return times
 
 
 def _box(heading_rad: Array) -> tuple[Array, Array]:
-    """Cosine and sine (N,) of angles no less than these: the greatest that there is from this time to the next that is looked at."""
+    """Cosine and sine (J, N) of angles no less than these: the greatest that there is from this time to the next that is looked at."""
     turned = np.abs(heading_rad)
-    if turned[0] == 0.0 and not turned.any():
+    if not turned.any():
         return np.ones_like(turned), turned
-    few = np.maximum.reduceat(turned, np.arange(0, turned.size, _TURNED_STEPS))
-    few[1:] = np.maximum(few[1:], turned[_TURNED_STEPS - 1 : -1 : _TURNED_STEPS])
+    size = turned.shape[-1]
+    few = np.maximum.reduceat(turned, np.arange(0, size, TURNED_STEPS), axis=-1)
+    np.maximum(few[:, 1:], turned[:, TURNED_STEPS - 1 : -1 : TURNED_STEPS], out=few[:, 1:])
     cosine, sine = np.cos(few), np.sin(few)
-    return np.repeat(cosine, _TURNED_STEPS)[: turned.size], np.repeat(sine, _TURNED_STEPS)[: turned.size]
+    return np.repeat(cosine, TURNED_STEPS, axis=-1)[:, :size], np.repeat(sine, TURNED_STEPS, axis=-1)[:, :size]
 
 
 def touched(motions: Motions, clock: Rows, company: Company, vehicle: Vehicle, road: Road, clear_m: float) -> tuple[Rows, Rows]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.domain.prediction import BodyMotion, PredictedBody
+from mcdas_opt.domain.prediction import BodyMotion, PredictedBody, margins_together
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
@@ -39,14 +39,10 @@ def seated(
 ) -> tuple[Seated, ...]:
     """Bodies on the grid (`motions`, where they are known already), grown by a clearance and by the uncertainty of their estimates."""
     moving = [body.at(times_s) for body in bodies] if motions is None else motions
+    along, across = margins_together(bodies, times_s)
     return tuple(
-        Seated(
-            body,
-            motion,
-            0.5 * body.length_m + along_m + body.margin_along_m(times_s),
-            0.5 * body.width_m + across_m + body.margin_across_m(times_s),
-        )
-        for body, motion in zip(bodies, moving, strict=True)
+        Seated(body, motion, 0.5 * body.length_m + along_m + more, 0.5 * body.width_m + across_m + wider)
+        for body, motion, more, wider in zip(bodies, moving, along, across, strict=True)
     )
 
 

@@ -82,10 +82,9 @@ class Planner:
             answer = self.ladder.answer(situation, self.previous, Refusal(reason=answer.verdict.reason))
         elif has_ladder and answer.safe_end is not None and not answer.safe_end.safe:
             answer = self._without_safe_end(situation, answer)
-        if not wrong:
-            answer = watched(answer, situation, self.previous, self.vehicle, self.settings)
+        told = {} if wrong else watched(answer, situation, self.previous, self.vehicle, self.settings)
         timing = replace(answer.timing_ms, total=1e3 * (time.perf_counter() - started))
-        self.previous = replace(answer, planner=self.name, timing_ms=timing)
+        self.previous = replace(answer, planner=self.name, timing_ms=timing, **told)
         self.situation = situation
         return self.previous
 

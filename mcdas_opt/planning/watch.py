@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from functools import lru_cache
+from typing import Any
 
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.settings import Settings
@@ -14,12 +15,17 @@ from mcdas_opt.planning.escape_map import escapes
 from mcdas_opt.situation.alert import alert
 
 
-def watched(plan: Plan, situation: Situation, previous: Plan | None, vehicle: Vehicle, settings: Settings) -> Plan:
-    """The plan with its escape map and alert; an alert is a warning. The plan itself where the settings turn the map off."""
+def watched(plan: Plan, situation: Situation, previous: Plan | None, vehicle: Vehicle, settings: Settings) -> dict[str, Any]:
+    """The plan's escape map, alert and warning, by field; an alert is a warning. Nothing where the settings turn the map off."""
     wanted = settings.warning
     if not wanted.escapes:
-        return plan
-    comfort = EscapeSettings(comfort_mps2=wanted.comfort_mps2, comfort_share=wanted.comfort_share)
+        return {}
+    comfort = _comfortable(wanted.comfort_mps2, wanted.comfort_share)
     found = escapes(situation, vehicle, prediction=settings.prediction, settings=comfort)
     told = alert(found, wanted, Alert.NONE if previous is None else previous.alert)
-    return replace(plan, escapes=found, alert=told, warning=plan.warning or told is not Alert.NONE)
+    return {"escapes": found, "alert": told, "warning": plan.warning or told is not Alert.NONE}
+
+
+@lru_cache(maxsize=4)
+def _comfortable(mps2: float, share: float) -> EscapeSettings:
+    return EscapeSettings(comfort_mps2=mps2, comfort_share=share)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,14 +12,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.escape_truth import situation_of
+from mcdas_opt.domain.prediction import KnownBody
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.manoeuvres import compiled_escapes as seat
+from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.manoeuvres.escape_guess import Case
 from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
+from mcdas_opt.manoeuvres.escape_search import found
 from mcdas_opt.manoeuvres.escapes import escapes
-from mcdas_opt.manoeuvres.parting import LATTICE_S
+from mcdas_opt.manoeuvres.parting import LATTICE_S, Company
 from mcdas_opt.native.compile_cache import SWITCH
 from mcdas_opt.tracking.prediction import predict
 
@@ -74,6 +77,32 @@ def test_everything_it_answers_is_what_numpy_answers(index: int, library: ctypes
     (good, asked), (sound, demand) = plain.sound(members, starts), fast.sound(members, starts)
     assert np.array_equal(good, sound)
     assert np.all(np.abs(asked - demand) <= CLOSE * (1.0 + asked))
+
+
+@settings(max_examples=25, deadline=None)
+@given(index=st.integers(0, 10_000))
+def test_the_company_is_what_numpy_makes_of_it_and_of_each_body_alone(index: int, library: ctypes.CDLL) -> None:
+    situation = varied(index)
+    bodies = predict(situation.tracks).bodies
+    grown = Margins(along_m=0.3, across_m=0.1)
+    plain, fast = Company.of(bodies, 14.0, grown), seat.company(library, bodies, 14.0, grown)
+    alone = [Company.of([KnownBody(id=b.id, length_m=b.length_m, width_m=b.width_m, motion=b.at)], 14.0, grown) for b in bodies]
+    for field in fields(Company):
+        one, other = getattr(plain, field.name), getattr(fast, field.name)
+        assert one.shape == other.shape
+        assert np.abs(one - other).max(initial=0.0) <= CLOSE
+        for row, single in zip(one, alone, strict=True):
+            assert np.abs(row - getattr(single, field.name)[0]).max() <= CLOSE
+
+
+@settings(max_examples=10, deadline=None)
+@given(index=st.integers(0, 10_000))
+def test_the_map_asks_no_less_than_who_asks_everything(index: int, library: ctypes.CDLL) -> None:
+    """In C members are driven where the search comes by; in numpy all of them, from every anchor."""
+    plain, fast = (found(case) for case in both(index, library))
+    assert (plain.end_s, plain.ender, plain.start, plain.closer) == (fast.end_s, fast.ender, fast.start, fast.closer)
+    for one, other in zip(plain.now, fast.now, strict=True):
+        assert one == pytest.approx(other, abs=CLOSE)
 
 
 @pytest.mark.parametrize("index", range(8))

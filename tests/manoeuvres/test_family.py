@@ -156,6 +156,7 @@ def random_body(rng: np.random.Generator) -> CruisingBody:
         speed_s_mps=rng.uniform(-5.0, 40.0),
         speed_d_mps=rng.uniform(-2.0, 2.0),
         covariance=np.zeros((4, 4)),
+        lateral_swell=rng.choice([0.0, 20.0]),
     )
 
 
