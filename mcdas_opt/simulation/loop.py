@@ -15,6 +15,7 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.simulation.controller import Controller, Feeling, default_controller, planned_for
@@ -22,7 +23,7 @@ from mcdas_opt.simulation.drive import Drive
 from mcdas_opt.simulation.idm import STEP_S
 from mcdas_opt.simulation.neighbours import Traffic
 from mcdas_opt.simulation.perception import Perception
-from mcdas_opt.simulation.plant import make_plant
+from mcdas_opt.simulation.plant import Plant, make_plant
 from mcdas_opt.simulation.record import Outcome, Simulation
 
 
@@ -76,7 +77,7 @@ def simulate(
         road = _believed(scene.assumed_road, monitor)
         plan = driver.step(
             eyes.arrived(now),
-            within_grip(car.equivalent, road, scene.vehicle.wheelbase_m) if isinstance(car.state, SlidingState) else car.equivalent,
+            _known(car, road, monitor, scene.vehicle),
             now,
             road=road,
             desired_speed_mps=scene.desired_speed_mps,
@@ -95,6 +96,12 @@ def simulate(
 def _believed(road: Road, monitor: GripMonitor) -> Road:
     """The road as it is believed, its friction no more than was felt; the same record where that changes nothing."""
     return road if monitor.friction == road.friction else replace(road, friction=monitor.friction)
+
+
+def _known(car: Plant, road: Road, monitor: GripMonitor, vehicle: Vehicle) -> HostState:
+    """What the planner is told of the car: where it slides on less grip than was believed, no more bend than there is grip for."""
+    slides = isinstance(car.state, SlidingState) and monitor.friction < monitor.believed
+    return within_grip(car.equivalent, road, vehicle.wheelbase_m) if slides else car.equivalent
 
 
 def _tracks(driver: Driver) -> tuple[Track, ...]:
