@@ -165,9 +165,8 @@ class MpcMethod:
         When nothing threatens: what is under way, or the lane. At a threat: the four ways out, the best of the sampled family, and the four
         as driven without an optimiser; while a manoeuvre is under way the family waits until nothing else passes to a safe end. What passed
         before takes part in the last comparison; where that finds no safe end, so does what was to keep its lane and only passes half out
-        of it. Where nothing passes, the second opinions are asked.
+        of it. Where nothing passes, closer drives and second opinions are asked for.
         """
-        four = ways_out(situation, assessment, self.vehicle, self.settings.sigmoid, going)
         passed: list[_Answer] = []
         if not assessment.threatened:
             quiet = assessment.mode if assessment.mode in (Mode.CRUISE, Mode.PARK) else Mode.HOLD
@@ -178,12 +177,14 @@ class MpcMethod:
                 most = (passed[0].candidate.cost or 0.0) - self.worth.notable
                 driven = self._closed_forms(situation, prediction, (first,), assessment)
                 if not driven and previous is None:  # the closed form would begin with something else
-                    driven = self._closed_forms(situation, prediction, four, assessment)
+                    others = ways_out(situation, assessment, self.vehicle, self.settings.sigmoid, going)
+                    driven = self._closed_forms(situation, prediction, others, assessment)
                 gentle = passed + [answer for answer in driven if (answer.candidate.cost or 0.0) < most]
                 passed = passed + driven
             best = self._cheapest(gentle, situation, prediction, None, going)
             if best is not None and best[1].sound:
                 return best
+        four = ways_out(situation, assessment, self.vehicle, self.settings.sigmoid, going)
         if going is not None and going.half_done(situation):
             # the lane that holds the car is the one that it steers for: keeping it is no way of its own
             four = tuple(way for way in four if way.side is not Side.NONE)
