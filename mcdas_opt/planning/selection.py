@@ -104,13 +104,13 @@ def worth(
 
 
 _OFF_THE_ROAD, _THIRD_VEHICLE = 1e3, 1e2  # m/s added: worse than any impact with the vehicles that threaten
-
-
+_ON_THE_EDGE_M = 0.02  # a corner so far over the road's edge is rounding
 _LEAST_SHARE = 0.5
 
 
 def severity(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: Prediction) -> tuple[float, float]:
-    """(equivalent impact speed [m/s], minus the time [s]) of the first overlap; (0, -inf) when there is none. Leaving the road is worst.
+    """(equivalent impact speed [m/s], minus the time [s]) of the first overlap; (0, -inf) when there is none. Leaving the road is
+    worst, the farther the worse.
 
     The equivalent speed is the relative speed times the square root of the share of the narrower body's width that overlaps: the energy is
     taken as absorbed over that share. At least a half counts: a graze is not to be bought with braking that a moment later is missed.
@@ -133,9 +133,10 @@ def severities(trajectories: Sequence[Trajectory], vehicle: Vehicle, road: Road,
 
 
 def _severity(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: Prediction, separations: Array) -> tuple[float, float]:
-    reach = 0.5 * vehicle.width_m
-    if np.any(trajectory.d_m + reach > road.left_edge_m + 0.02) or np.any(trajectory.d_m - reach < road.right_edge_m - 0.02):
-        return (_OFF_THE_ROAD, 0.0)
+    reach = 0.5 * (vehicle.width_m * np.cos(trajectory.heading_rad) + vehicle.length_m * np.abs(np.sin(trajectory.heading_rad)))
+    beyond = float(np.maximum(trajectory.d_m + reach - road.left_edge_m, road.right_edge_m - trajectory.d_m + reach).max())
+    if beyond > _ON_THE_EDGE_M:
+        return (_OFF_THE_ROAD + beyond, 0.0)
     hits = [(int(np.argmax(row <= 0.0)), i) for i, row in enumerate(separations) if np.any(row <= 0.0)]
     if road.road_end_s_m is not None:
         over = trajectory.s_m + 0.5 * vehicle.length_m > road.road_end_s_m

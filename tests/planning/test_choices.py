@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
+from shapely import affinity, geometry
 
 from benchmarks.one_shot import Tally, examine, random_situation
 from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.planning import lane_stage
 from mcdas_opt.planning.closed_form import CorrectedMethod
@@ -110,3 +114,20 @@ def _refused(plan: Plan) -> Any:
     from mcdas_opt.domain.plan import Refusal
 
     return Refusal(reason=plan.reason)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0], ids=("right", "left"))
+def test_a_corner_over_the_edge_has_left_the_road_and_farther_is_worse(planner: Planner, side: float) -> None:
+    """The rectangle's corners are shapely's; half the width alone would let a turned car's corner hang over the edge."""
+    road, car, heading = Road(lanes_left=1, lanes_right=1), planner.vehicle, 0.2
+    half_length, half_width = 0.5 * car.length_m, 0.5 * car.width_m
+    box = affinity.rotate(geometry.box(-half_length, -half_width, half_length, half_width), heading, use_radians=True)
+    to_edge = road.left_edge_m - box.bounds[3]
+    found = []
+    for beyond in (-0.05, 0.05, 0.5):
+        states = np.array([[0.0, side * (to_edge + beyond), side * heading, 10.0, 0.0, 0.0]] * 2)
+        drive = Trajectory.from_states(np.array([0.0, 0.1]), states, np.zeros((1, 2)))
+        found.append(severity(drive, car, road, predict(()))[0])
+    inside, over, far = found
+    assert inside == 0.0
+    assert 1e2 < over < far
