@@ -27,6 +27,8 @@ class ExchangeSettings:
 
     rounds: int = 9
     rounds_unsound: int = 16  # as long as no round was sound
+    work: int = 40_000  # iterations times intervals, after which a loop that has an answer ends ...
+    work_unsound: int = 1_000_000  # ... and one that has none
     checks: int = 24  # per interval
     close_m: float = 0.06  # passing nearer than this beyond the clearance asks for checks inside the interval ...
     spacing_m: float = 0.1  # ... that the car passes at most so far apart
@@ -40,7 +42,11 @@ class ExchangeSettings:
     end_share: float = 0.995  # of the end tolerance that may be used: in narrow slots it is worth a tenth of the time
     gain: float = 0.01  # stop when a round gains less than this share
     around_m: tuple[float, ...] = (0.0, 0.025, 0.06)  # where else to check where the clearance dips
-    nearly_m: float = 1e-3  # what lacks less than this is asked for as well
+    nearly_m: float = 1e-3  # what lacks less than this is asked for as well ...
+    nearly_later_m: float = 5e-3  # ... and this, once so many rounds have not been sound:
+    later_from: int = 5
+    astray: float = 5e-3  # a round that ends with a larger violation is not followed: back to the best or the first guess, ...
+    restarts: int = 2  # ... at most so often, with the checks found so far and less trust
     trust_from: int = 2  # round after which the box of trust ...
     trust_shrinks: float = 0.5  # ... shrinks, every round
     form: str = "half-planes"  # of the collision checks; or "duals"
@@ -101,11 +107,12 @@ def exchange(
     kept = {(k, rank[polygon], point) for k, polygon, point in checked if polygon in rank}
     durations = [0.0]
     iterations, lacking, margin, trust = 0, np.inf, settings.margin_m, 1.0
-    rounds = 0
+    rounds, restarts, shrinks_from = 0, 0, settings.trust_from
     poses, fractions = node_poses(case, current, settings.per_interval)
     apart = _apart(world, poses)
     for rounds in range(1, settings.rounds_unsound + 1):
-        if rounds > settings.rounds and best is not None:
+        work = iterations * len(current.steps)
+        if work > settings.work_unsound or (best is not None and (rounds > settings.rounds or work > settings.work)):
             break
         program = _program(case, world, current, poses, fractions, apart, kept, settings, trust)
         if end_steering_rad is None:
@@ -116,6 +123,13 @@ def exchange(
             program.nodes[-1, 4] = program.nodes_low[-1, 4] = program.nodes_high[-1, 4] = end_steering_rad
         tried, solution = _solved(program, physics._replace(clearance_m=asked + margin), costs, settings, warm=rounds > 1)
         iterations += tried
+        if solution.violation > settings.astray and restarts < settings.restarts:
+            restarts += 1
+            current = best if best is not None else first
+            trust, shrinks_from = settings.trust_shrinks**restarts, rounds + settings.trust_from
+            poses, fractions = node_poses(case, current, settings.per_interval)
+            apart = _apart(world, poses)
+            continue
         if not solution.violation <= 0.5:
             break
         current = with_solution(current, solution.nodes, solution.steps)
@@ -130,10 +144,10 @@ def exchange(
             margin = settings.margin_m
             if min(durations) > (1.0 - settings.gain) * best.duration_s:  # what was allowed more was no faster
                 break
-        elif lacking < settings.nearly_m:
+        elif lacking < (settings.nearly_m if rounds < settings.later_from else settings.nearly_later_m):
             margin += lacking
         durations = [*durations, current.duration_s][-2:]
-        if rounds >= settings.trust_from:
+        if rounds >= shrinks_from:
             trust = max(trust * settings.trust_shrinks, 0.05)
     places = frozenset((k, int(near[polygon]), point) for k, polygon, point in kept)
     return Exchanged(best, current, lacking, rounds, iterations, places)

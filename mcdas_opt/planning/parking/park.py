@@ -16,8 +16,8 @@ from mcdas_opt.planning.parking.closed_form import CLOSED_FORMS
 from mcdas_opt.planning.parking.exchange import Exchanged, ExchangeSettings, exchange
 from mcdas_opt.planning.parking.guesses import GUESSES, Guess, guesses
 from mcdas_opt.planning.parking.ladder import LEVELS, Climb, Level, beyond_the_wall, climb
-from mcdas_opt.planning.parking.manoeuvre import INTERVAL_S, standing_start
-from mcdas_opt.planning.parking.path import ArcPath, counted, drive
+from mcdas_opt.planning.parking.manoeuvre import INTERVAL_S, Manoeuvre, standing_start
+from mcdas_opt.planning.parking.path import ArcPath, counted, drive, way_per_gear
 from mcdas_opt.planning.parking.refusal import lengthened, relief, too_tight
 from mcdas_opt.planning.parking.run import Run
 from mcdas_opt.planning.parking.search import SearchSettings
@@ -41,18 +41,19 @@ class ParkSettings:
     levels: tuple[Level, ...] = LEVELS
     guesses: tuple[str, ...] = ("search", "one-more")  # of `GUESSES`
     starts: int = 3  # guesses that the program is started from at most; so many anyhow until one has an answer
-    tight_from: int = 3  # from so many gear changes on, one answer has to do, and one gear more is tried first
+    tight_from: tuple[int, int] = (3, 5)  # from so many gear changes on, one answer has to do, and one gear more is tried first, ...
+    tight_way_m: float = 2.5  # ... from the first of them where a gear's way is shorter than this
     fine_for: tuple[int, int] = (7, 10)  # gear changes for which the grid is fine from the beginning, which costs less ...
     fine_s: float = 0.2  # ... than a second solution: its interval [s]
-    work: int = 22_000  # iterations times intervals, after which no other start is begun once there is an answer
-    work_polishing: int = 46_000  # the same, with what it is expected to take, for the finer grid ...
+    work: int = 36_000  # iterations times intervals: once there is an answer, no other start that is expected to end beyond, ...
+    work_polishing: int = 46_000  # ... and no finer grid and nothing left out either, ...
     long_from: int = 17  # ... below so many gear changes
     many: int = 14  # a search's path with more gear changes asks for another search of finer cells
     left_out_m: float = 0.06  # phases shorter than this are tried without ...
     left_out: int = 2  # ... at most so many times
     polish_up_to: int = 260  # intervals: what has at most so many is solved once more on a grid of half the spacing
     polish_m: float = 0.2  # trust of that
-    polish_iterations: int = 110  # expected of it
+    polish_iterations: int = 160  # expected of it
     time_budget_s: float | None = None
 
     def __post_init__(self) -> None:
@@ -109,15 +110,16 @@ def _programs(run: Run, settings: ParkSettings, paths: list[ArcPath]) -> None:
     if any(not path.arcs for path in paths):
         return  # the car is there already
     fewest = min((path.gear_changes for path in paths), default=0)
-    most = settings.starts if fewest < settings.tight_from else 1
+    tight_from = settings.tight_from[0 if paths and way_per_gear(paths[0]) < settings.tight_way_m else 1]
+    most = settings.starts if fewest < tight_from else 1
     interval_s = settings.fine_s if settings.fine_for[0] <= fewest <= settings.fine_for[1] else INTERVAL_S
-    chosen = list(guesses(run.case, paths, settings.guesses, settings.costs, settings.exchange, interval_s, settings.tight_from))
+    chosen = list(guesses(run.case, paths, settings.guesses, settings.costs, settings.exchange, interval_s, tight_from))
     extra = [guess for guess in chosen if guess.name in ("two arcs", "reverse sigmoid", "a longer slot")]
     best: Exchanged | None = None
     for number, guess in enumerate([*[g for g in chosen if g not in extra][: settings.starts], *extra]):
         if run.late():
             return
-        if best is None or guess in extra or (number < most and run.work < settings.work):
+        if best is None or guess in extra or (number < most and run.work + run.dearest <= settings.work):
             best = _tried(run, settings, guess, best)
     if best is None or best.best is None or best.best.gear_changes > settings.windows.whole_up_to:
         return
@@ -138,10 +140,9 @@ def _tried(run: Run, settings: ParkSettings, guess: Guess, best: Exchanged | Non
         return best
     before = run.value
     manoeuvre = in_pieces(first, PIECE) if guess.pieces else first
+    bounded = settings.exchange if best is None else _within_work(run, settings, manoeuvre, settings.exchange)
     done = _offered(
-        run,
-        f"nlp from {guess.name}",
-        lambda: improve(run.case, run.world, manoeuvre, settings.costs, settings.exchange, settings.windows),
+        run, f"nlp from {guess.name}", lambda: improve(run.case, run.world, manoeuvre, settings.costs, bounded, settings.windows)
     )
     return done if done is not None and (best is None or run.value < before) else best
 
@@ -154,12 +155,15 @@ def _without_shortest(run: Run, settings: ParkSettings, best: Exchanged) -> Exch
     manoeuvre = best.best
     if manoeuvre is None or manoeuvre.gear_changes < 1 or run.late():
         return best
+    if manoeuvre.gear_changes < settings.long_from and run.work + run.dearest > settings.work_polishing:
+        return best
     driven = ways(manoeuvre)
     shortest = 1 + int(np.argmin(driven[1:]))
     if driven[shortest] > settings.left_out_m:
         return best
     before, fewer = run.value, without(manoeuvre, shortest)
-    done = _offered(run, "nlp, a phase left out", lambda: exchange(run.case, run.world, fewer, settings.costs, settings.exchange))
+    bounded = _within_work(run, settings, manoeuvre, settings.exchange)
+    done = _offered(run, "nlp, a phase left out", lambda: exchange(run.case, run.world, fewer, settings.costs, bounded))
     return done if done is not None and run.value < before else best
 
 
@@ -173,8 +177,17 @@ def _polished(run: Run, settings: ParkSettings, best: Exchanged) -> None:
     if manoeuvre.gear_changes < settings.long_from and expected > settings.work_polishing:
         return
     closely = replace(settings.exchange, trust_m=settings.polish_m, trust_rad=0.5 * settings.polish_m)
+    closely = _within_work(run, settings, manoeuvre, closely)
     places = finer_places(best.checked, settings.exchange.per_interval)
     _offered(run, "nlp, finer grid", lambda: exchange(run.case, run.world, halved, settings.costs, closely, checked=places))
+
+
+def _within_work(run: Run, settings: ParkSettings, manoeuvre: Manoeuvre, loop: ExchangeSettings) -> ExchangeSettings:
+    """What a further program may take once there is an answer; long zigzags take what they take."""
+    if manoeuvre.gear_changes >= settings.long_from:
+        return loop
+    rest = max(settings.work_polishing - run.work, 0)
+    return replace(loop, work=min(loop.work, rest), work_unsound=rest)
 
 
 def _offered(run: Run, name: str, solve: Callable[[], Exchanged]) -> Exchanged | None:
@@ -184,7 +197,8 @@ def _offered(run: Run, name: str, solve: Callable[[], Exchanged]) -> Exchanged |
     seconds = time.perf_counter() - begin
     run.timing["solve"] += 1e3 * seconds
     run.iterations += done.iterations
-    run.work += done.iterations * len(done.last.steps)
+    work = done.iterations * len(done.last.steps)
+    run.work, run.dearest = run.work + work, max(run.dearest, work)
     note = f"{done.rounds} rounds, {done.iterations} iterations"
     driven = (done.best if done.best is not None else done.last).trajectory(run.case)
     if run.offer(name, driven, note, seconds):

@@ -109,5 +109,10 @@ def drive(case: ParkingCase, path: ArcPath) -> ParkingTrajectory:
     return sampled(case, *knots_of(case, path))
 
 
+def way_per_gear(path: ArcPath) -> float:
+    """Metres driven in a gear, on average."""
+    return sum(abs(arc.length) for arc in path.arcs) / (path.gear_changes + 1)
+
+
 def counted(gear_changes: int) -> str:
     return f"{gear_changes} gear change{'' if gear_changes == 1 else 's'}"
