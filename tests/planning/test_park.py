@@ -9,9 +9,11 @@ import pytest
 from mcdas_opt.catalogue.parking_cases import load_parking_case, parking_case_from_document, slot_case
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.ocp.parking_records import COSTS
 from mcdas_opt.planning.parking.closed_form import shortest_slot, table_5, two_arc
 from mcdas_opt.planning.parking.costs import PathCost
-from mcdas_opt.planning.parking.ladder import Level
+from mcdas_opt.planning.parking.exchange import ExchangeSettings, exchange
+from mcdas_opt.planning.parking.ladder import LEVELS, Level
 from mcdas_opt.planning.parking.manoeuvre import standing_start
 from mcdas_opt.planning.parking.park import ParkSettings, park
 from mcdas_opt.planning.parking.path import Arc, ArcPath, drive, merged, reversed_path
@@ -173,3 +175,23 @@ def test_two_arcs_have_the_smallest_radius():
     assert np.abs(kappa).max() == pytest.approx(math.tan(case.vehicle.steering_max_rad) / case.vehicle.wheelbase_m)
     assert driven.gear_changes in (0, 1)
     assert judge_parking(case, driven).verdict.passed
+
+
+def test_wide_cells_see_an_alley_that_fine_ones_fill():
+    walls = [[[-14.0, y], [14.0, y], [14.0, y + 1.0], [-14.0, y + 1.0]] for y in (-1.0, 6.0)]
+    ends = {"start": {"x_m": 0.0, "y_m": 3.0, "heading_rad": 0.0}, "goal": {"x_m": 2.7, "y_m": 3.0, "heading_rad": 3.141592653589793}}
+    case = parking_case_from_document({**ends, "obstacle": [{"vertices_m": wall} for wall in walls]})
+    fine = park(case, "search", settings=ParkSettings(levels=(Level(0.03, 3000, True),)))
+    assert fine.status == "refused"
+    assert "cells down to 3 cm" in fine.reason
+    assert "caps" in fine.reason
+    wide = park(case, "search", settings=ParkSettings(levels=tuple(level for level in LEVELS if level.wide)))
+    assert wide.status == "planned"
+
+
+def test_a_loop_ends_with_its_work():
+    case = slot_case(1.4 * 4.5)
+    first = standing_start(case, search(case, World.of(case), SearchSettings(), PathCost.of(case)).paths[0])
+    done = exchange(case, World.of(case), first, COSTS["time"], ExchangeSettings(work=0, work_unsound=0))
+    assert done.rounds <= 2
+    assert done.iterations <= ExchangeSettings().max_iterations

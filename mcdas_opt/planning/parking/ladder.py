@@ -20,18 +20,22 @@ from mcdas_opt.planning.parking.world import World, turned_round
 class Level(NamedTuple):
     """One search: its cells [m] (half as many radians), its cap on nodes, and whether it goes from contact to contact at full lock
 
-    only, which needs a tenth of the nodes and is what zigzags in tight slots look like anyway.
+    only, which needs a tenth of the nodes and is what zigzags in tight slots look like anyway. `wide` ones see a whole alley or yard
+    before their cap bites, where finer cells fill the place that they began in; out of a slot they lead nowhere.
     """
 
     cell_m: float
     nodes: int
     contacts_only: bool
     crawls: bool = False  # out of the tight end first, in cells as fine as the car is free
+    wide: bool = False  # for cases that are no slot
 
 
 LEVELS = (
     Level(0.03, 15_000, True),
     Level(0.04, 30_000, False),
+    Level(0.2, 15_000, True, wide=True),
+    Level(0.15, 30_000, False, wide=True),
     Level(0.03, 30_000, True, crawls=True),
     Level(0.02, 60_000, True),
     Level(0.01, 150_000, True),
@@ -41,9 +45,11 @@ LEVELS = (
 
 @dataclass(slots=True)
 class Climb:
-    """What the ladder cost: poses, whether the last search saw every cell that it could reach, how near one came, from which end."""
+    """What the ladder cost: poses, searches, whether the last one saw every cell that it could reach, how near one came, from which end."""
 
     nodes: int = 0
+    searches: int = 0
+    finest_m: float = np.inf
     exhausted: bool = False
     left_m: float = np.inf
     ends: tuple[str, str] = ("goal", "start")
@@ -69,6 +75,8 @@ def climb(
     asked_again = False
     for number, level in enumerate(levels):
         if beyond_the_wall(case) and (level.crawls or number == len(levels) - 1):
+            continue
+        if level.wide and (asked_again or case.slot is not None):
             continue
         if asked_again and (level.crawls or not level.contacts_only):
             continue
@@ -113,6 +121,8 @@ class _Side:
 
         outcome = search(self.case, self.world, steps, self.cost, report)
         done.nodes += outcome.nodes
+        done.searches += 1
+        done.finest_m = min(done.finest_m, steps.cell_m)
         if outcome.left_m < done.left_m:
             done.left_m, done.ends = outcome.left_m, ("start", "goal") if self.backwards else ("goal", "start")
         return outcome.exhausted

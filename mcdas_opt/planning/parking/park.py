@@ -46,6 +46,7 @@ class ParkSettings:
     fine_for: tuple[int, int] = (7, 10)  # gear changes for which the grid is fine from the beginning, which costs less ...
     fine_s: float = 0.2  # ... than a second solution: its interval [s]
     work: int = 36_000  # iterations times intervals: once there is an answer, no other start that is expected to end beyond, ...
+    work_unanswered: int = 80_000  # the same of one start that has no answer yet
     work_polishing: int = 46_000  # ... and no finer grid and nothing left out either, ...
     long_from: int = 17  # ... below so many gear changes
     many: int = 14  # a search's path with more gear changes asks for another search of finer cells
@@ -140,7 +141,7 @@ def _tried(run: Run, settings: ParkSettings, guess: Guess, best: Exchanged | Non
         return best
     before = run.value
     manoeuvre = in_pieces(first, PIECE) if guess.pieces else first
-    bounded = settings.exchange if best is None else _within_work(run, settings, manoeuvre, settings.exchange)
+    bounded = _within_work(run, settings, manoeuvre, settings.exchange, answered=best is not None)
     done = _offered(
         run, f"nlp from {guess.name}", lambda: improve(run.case, run.world, manoeuvre, settings.costs, bounded, settings.windows)
     )
@@ -182,10 +183,14 @@ def _polished(run: Run, settings: ParkSettings, best: Exchanged) -> None:
     _offered(run, "nlp, finer grid", lambda: exchange(run.case, run.world, halved, settings.costs, closely, checked=places))
 
 
-def _within_work(run: Run, settings: ParkSettings, manoeuvre: Manoeuvre, loop: ExchangeSettings) -> ExchangeSettings:
-    """What a further program may take once there is an answer; long zigzags take what they take."""
+def _within_work(
+    run: Run, settings: ParkSettings, manoeuvre: Manoeuvre, loop: ExchangeSettings, *, answered: bool = True
+) -> ExchangeSettings:
+    """What one more program may take; long zigzags take what they take."""
     if manoeuvre.gear_changes >= settings.long_from:
         return loop
+    if not answered:
+        return replace(loop, work_unsound=settings.work_unanswered)
     rest = max(settings.work_polishing - run.work, 0)
     return replace(loop, work=min(loop.work, rest), work_unsound=rest)
 
@@ -210,12 +215,16 @@ def _offered(run: Run, name: str, solve: Callable[[], Exchanged]) -> Exchanged |
 def _refused(run: Run, settings: ParkSettings, planner: str, climbed: Climb) -> Parking:
     """A last attempt from the answer of a relieved case; else why not, how near the best attempt came, and what would help."""
     case = run.case
+    seen = f"{climbed.nodes:,} poses of {climbed.searches} searches, cells down to {100.0 * climbed.finest_m:g} cm"
     reason = "every cell was searched and none leads home" if climbed.exhausted else "the search's cap on nodes was reached without a path"
+    reason += f" ({seen})" if climbed.searches else ""
     if np.isfinite(climbed.left_m):
-        reason += f"; from the {climbed.ends[0]} the search came within {climbed.left_m:.1f} m of the {climbed.ends[1]}"
+        reason += (
+            f"; from the {climbed.ends[0]} the search came within {climbed.left_m:.1f} m (a radian counts as 3 m) of the {climbed.ends[1]}"
+        )
     if beyond_the_wall(case):
         reason += "; the slot is shorter than the car's diagonal and two clearances, so that only vanishing zigzags are left"
-    helps = "no small relief was found that helps"
+    helps = "no small relief was found that helps; larger caps (`levels`), another start or another goal might"
     found = relief(case, settings.search, run.late)
     if found is not None:
         helps, relieved, path = found

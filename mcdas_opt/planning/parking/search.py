@@ -57,7 +57,7 @@ class SearchSettings:
 class SearchOutcome:
     """Paths, cheapest first, one for each number of gear changes; `exhausted` when every cell was seen and none leads home.
 
-    `left_m` is how near to the other end [m] a pose came.
+    `left_m` is how near to the other end [m] a pose came, a radian counted as 3 m.
     """
 
     paths: tuple[ArcPath, ...]
@@ -120,8 +120,9 @@ class _Search:
             rounds += 1
             left -= left > 0
         ranked = sorted(self.found.values(), key=lambda entry: entry[0])
-        off = self.nodes.pose[: self.nodes.count, :2] - self.case.start[:2]
-        left_m = 0.0 if ranked else float(np.hypot(off[:, 0], off[:, 1]).min())
+        off = self.nodes.pose[: self.nodes.count] - self.case.start
+        turn = np.abs((off[:, 2] + np.pi) % (2.0 * np.pi) - np.pi)
+        left_m = 0.0 if ranked else float((np.hypot(off[:, 0], off[:, 1]) + _TURNED_M * turn).min())
         return SearchOutcome(tuple(path for _, path in ranked), self.nodes.count, not any(self.queues) and not self.found, left_m)
 
     def _crawl(self, settings: CrawlSettings) -> None:
