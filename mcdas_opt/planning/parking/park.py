@@ -219,9 +219,7 @@ def _refused(run: Run, settings: ParkSettings, planner: str, climbed: Climb) -> 
     reason = "every cell was searched and none leads home" if climbed.exhausted else "the search's cap on nodes was reached without a path"
     reason += f" ({seen})" if climbed.searches else ""
     if np.isfinite(climbed.left_m):
-        reason += (
-            f"; from the {climbed.ends[0]} the search came within {climbed.left_m:.1f} m (a radian counts as 3 m) of the {climbed.ends[1]}"
-        )
+        reason += f"; from the {climbed.ends[0]} the search came within {climbed.left_m:.1f} m of the {climbed.ends[1]} (a radian as 3 m)"
     if beyond_the_wall(case):
         reason += "; the slot is shorter than the car's diagonal and two clearances, so that only vanishing zigzags are left"
     helps = "no small relief was found that helps; larger caps (`levels`), another start or another goal might"
