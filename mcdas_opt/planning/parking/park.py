@@ -120,7 +120,7 @@ def _programs(run: Run, settings: ParkSettings, paths: list[ArcPath]) -> None:
     for number, guess in enumerate([*[g for g in chosen if g not in extra][: settings.starts], *extra]):
         if run.late():
             return
-        if best is None or guess in extra or (number < most and run.work + run.dearest <= settings.work):
+        if best is None or guess in extra or (number < most and _another_start(run, settings, best, number)):
             best = _tried(run, settings, guess, best)
     if best is None or best.best is None or best.best.gear_changes > settings.windows.whole_up_to:
         return
@@ -130,6 +130,16 @@ def _programs(run: Run, settings: ParkSettings, paths: list[ArcPath]) -> None:
             break
         best = shorter
     _polished(run, settings, best)
+
+
+def _another_start(run: Run, settings: ParkSettings, best: Exchanged, number: int) -> bool:
+    """Whether one more start is expected to end within the work; the third one not at the cost of the finer grid, which gains more."""
+    after = run.work + run.dearest
+    if best.best is None or number < 2:
+        return after <= settings.work
+    finer_grid = settings.polish_iterations * 2 * len(best.best.steps)
+    spoils = run.work + finer_grid <= settings.work_polishing < after + finer_grid
+    return after <= settings.work and not spoils
 
 
 def _tried(run: Run, settings: ParkSettings, guess: Guess, best: Exchanged | None) -> Exchanged | None:
