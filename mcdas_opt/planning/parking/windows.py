@@ -17,7 +17,6 @@ from mcdas_opt.verification.parking_judge import judge_parking
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WindowSettings:
     """A window holds `phases` gears and the next one starts `stride` gears later. Passes after the first cut elsewhere, and only where a
-
     window had no answer.
     """
 
@@ -37,6 +36,7 @@ def improve(
     if first.gear_changes <= windows.whole_up_to:
         return exchange(case, world, first, costs, settings)
     current, iterations, rounds = first, 0, 0
+    settings = replace(settings, restarts=0, nearly_later_m=settings.nearly_m)  # in slots that leave millimetres, neither helps
     inner = replace(settings, rounds=windows.rounds, rounds_unsound=windows.rounds_unsound)
     unanswered: list[tuple[int, int]] = []  # windows, by their phases
     for number in range(windows.passes):
