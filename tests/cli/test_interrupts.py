@@ -31,7 +31,7 @@ def interrupted(ready: Callable[[], bool] | None, *arguments: str) -> tuple[int,
         assert running.poll() is None, running.communicate()
         os.killpg(running.pid, signal.SIGINT)
         out, said = running.communicate(timeout=_PATIENCE_S)
-    lines = [line for line in said.splitlines() if not line.startswith(("building", "labels", "drives"))]
+    lines = [line for line in said.splitlines() if not line.startswith(("compiling", "labels", "drives"))]
     return running.returncode, first + out, lines
 
 
@@ -51,7 +51,7 @@ def test_a_benchmark_with_two_workers_says_how_it_goes_on(tmp_path: Path) -> Non
 
 def test_a_command_that_writes_only_at_its_end_says_that_nothing_is_left(tmp_path: Path) -> None:
     long = tmp_path / "long.toml"
-    long.write_text(find("scenes", "curved-road").read_text("utf-8").replace("duration_s = 8.0", "duration_s = 60.0"), "utf-8")
+    long.write_text(find("scenes", "curved-road").read_text("utf-8").replace("duration_s = 8.0", "duration_s = 600.0"), "utf-8")
     code, out, said = interrupted(after(3.0), "simulate", str(long), "--json")
     assert (code, out) == (130, "")
     assert said == ["mcdas-opt: interrupted; what was not yet written is lost"]
