@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.reeds_shepp import along_arc
-from mcdas_opt.planning.parking.nodes import Nodes
+from mcdas_opt.planning.parking.nodes import Nodes, cheapest_of_each_cell
 from mcdas_opt.planning.parking.world import World
 
 _Rows = NDArray[np.int64]
@@ -114,11 +114,7 @@ class Crawl:
         pose = along_arc(middle, then, way * further)
         g = nodes.g[parent] + self._seconds(parent, kappa, then, two, total)
         free = np.minimum(np.maximum(total, s.shrinks * np.array(self._free)[parent]), 1.0)
-        chosen: dict[int, int] = {}
-        for row, (key, value) in enumerate(zip(self._cells(pose, way, free), g.tolist(), strict=True)):
-            if value < self._seen.get(key, np.inf) - 1e-9:
-                self._seen[key] = value
-                chosen[key] = row
+        chosen = cheapest_of_each_cell(self._cells(pose, way, free), g.tolist(), self._seen)
         if not chosen:
             return
         rows = np.array(list(chosen.values()))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
@@ -39,3 +41,13 @@ class Nodes:
             arcs.append(Arc(float(self.kappa[node]), float(self.way[node] * self.length[node])))
             node = int(self.parent[node])
         return arcs[::-1]
+
+
+def cheapest_of_each_cell(keys: Sequence[int], costs: Sequence[float], seen: dict[int, float]) -> dict[int, int]:
+    """By cell, the row that is cheaper than all before it there; `seen`, the least cost of each cell so far, is brought up to date."""
+    chosen: dict[int, int] = {}
+    for row, (key, cost) in enumerate(zip(keys, costs, strict=True)):
+        if cost < seen.get(key, np.inf) - 1e-9:
+            seen[key] = cost
+            chosen[key] = row
+    return chosen

@@ -19,7 +19,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.reeds_shepp import WORD_TURNS, along_arc, reeds_shepp
 from mcdas_opt.planning.parking.costs import PathCost
 from mcdas_opt.planning.parking.crawl import Crawl, CrawlSettings
-from mcdas_opt.planning.parking.nodes import Nodes
+from mcdas_opt.planning.parking.nodes import Nodes, cheapest_of_each_cell
 from mcdas_opt.planning.parking.path import Arc, ArcPath, merged
 from mcdas_opt.planning.parking.world import World
 
@@ -208,11 +208,7 @@ class _Search:
             ]
         ).astype(np.int64)
         keys = (cells @ np.array([1_000_003, 7_919_000_017, 104_395_303_000_009, 15_485_863, 32_452_843])).tolist()
-        chosen: dict[int, int] = {}
-        for row, (key, value) in enumerate(zip(keys, g.tolist(), strict=True)):
-            if value < self.seen.get(key, np.inf) - 1e-9:
-                self.seen[key] = value
-                chosen[key] = row
+        chosen = cheapest_of_each_cell(keys, g.tolist(), self.seen)
         if not chosen:
             return
         rows = np.array(list(chosen.values()))
