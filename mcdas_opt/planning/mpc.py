@@ -23,7 +23,7 @@ from mcdas_opt.planning.closed_form import drive
 from mcdas_opt.planning.continuation import Ended, to_safe_end
 from mcdas_opt.planning.glance import verdicts
 from mcdas_opt.planning.lane_stage import LaneStage, Solved, StageSettings
-from mcdas_opt.planning.selection import WorthSettings, nearness, worth
+from mcdas_opt.planning.selection import WorthSettings, nearness, steering_price, worth
 from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, shorter_side, spread_ways, strays, ways_out
 from mcdas_opt.reference.offset_path import build_search
 from mcdas_opt.situation.assess import assess
@@ -164,15 +164,17 @@ class MpcMethod:
 
         When nothing threatens: what is under way, or the lane. At a threat: the four ways out, the best of the sampled family, and the four
         as driven without an optimiser; while a manoeuvre is under way the family waits until nothing else passes to a safe end. What passed
-        before takes part in the last comparison; where that finds no safe end, so does what was to keep its lane and only passes half out
-        of it. Where nothing passes, closer drives and second opinions are asked for.
+        before takes part in the last comparison; where nothing did, or that finds no safe end, so does what was to keep its lane and only
+        passes half out of it. Where not even that passes, closer drives and second opinions are asked for.
         """
         passed: list[_Answer] = []
+        undriven: tuple[Way, ...] = ()
         if not assessment.threatened:
             quiet = assessment.mode if assessment.mode in (Mode.CRUISE, Mode.PARK) else Mode.HOLD
             first = continued(situation, going) if going is not None else keeping_way(situation, quiet)
             passed = self._passed(situation, prediction, (first,), assessment)
             gentle = passed
+            undriven = (first,) if going is None else ()
             if passed and going is None and (previous is None or self._chosen != first.name):  # who keeps the lane already goes on
                 most = (passed[0].candidate.cost or 0.0) - self.worth.notable
                 driven = self._closed_forms(situation, prediction, (first,), assessment)
@@ -180,7 +182,7 @@ class MpcMethod:
                     others = ways_out(situation, assessment, self.vehicle, self.settings.sigmoid, going)
                     driven = self._closed_forms(situation, prediction, others, assessment)
                 gentle = passed + [answer for answer in driven if (answer.candidate.cost or 0.0) < most]
-                passed = passed + driven
+                passed, undriven = passed + driven, ()
             best = self._cheapest(gentle, situation, prediction, None, going)
             if best is not None and best[1].sound:
                 return best
@@ -197,15 +199,14 @@ class MpcMethod:
                 return best
             spread = spread_ways(situation, self.vehicle, prediction, self.settings.grid)
             passed += self._passed(situation, prediction, spread, assessment)
-        if passed:  # a closed form alone is the ladder's to drive, and to label
-            passed += self._closed_forms(situation, prediction, four, assessment)
-        best = self._cheapest(passed, situation, prediction, before, going)
-        if (best is None or not best[1].sound) and self._strayed:
-            passed += self._strayed
-            best = self._cheapest(passed, situation, prediction, before, going)
-        if best is None:
+        if not passed and not self._strayed:
             passed = self._closer(situation, prediction, assessment) or self._second_opinions(situation, prediction, assessment)
-            best = self._cheapest(passed + self._strayed, situation, prediction, before, going)
+        strayed = [] if passed else self._strayed.copy()
+        if passed or strayed:  # a closed form alone is the ladder's to drive, and to label
+            passed = passed + strayed + self._closed_forms(situation, prediction, four + undriven, assessment)
+        best = self._cheapest(passed, situation, prediction, before, going)
+        if best is not None and not best[1].sound:
+            best = self._cheapest(passed + self._strayed[len(strayed) :], situation, prediction, before, going)
         return best
 
     def _cheapest(
@@ -276,6 +277,7 @@ class MpcMethod:
     ) -> list[_Answer]:
         """Judges them, all at once; records them among the tried, and their drives among the failed. Those that pass."""
         started = time.perf_counter()
+        leaning, needless = shorter_side(assessment), assessment.mode in (Mode.BRAKE, Mode.ACCELERATE)
         driven = [solved.trajectory for solved in solutions if solved.trajectory is not None]
         close = nearness(driven, self.vehicle, situation.road, prediction)
         judged, near = iter(verdicts(driven, situation, self.vehicle, prediction, close)), iter(close)
@@ -292,8 +294,8 @@ class MpcMethod:
                 prediction=prediction,
                 desired_speed_mps=situation.wanted_speed_mps,
                 side=way.side,
-                leaning=shorter_side(assessment),
-                needless=assessment.mode in (Mode.BRAKE, Mode.ACCELERATE),
+                leaning=leaning,
+                needless=needless,
                 settings=self.worth,
                 near=next(near),
             )
@@ -309,7 +311,7 @@ class MpcMethod:
             if candidate.passed:
                 answers.append(answer)
             elif verdict.passed and watched:
-                half_way = replace(candidate, cost=cost + self.worth.lane_change, passed=True, refusal="")
+                half_way = replace(candidate, cost=cost + steering_price(strayed, leaning, needless, self.worth), passed=True, refusal="")
                 self._strayed.append(replace(answer, way=replace(way, mode=Mode.EVADE, side=strayed), candidate=half_way))
             elif solved.converged and not verdict.passed:
                 # what was cut short is no plan to fall back on: it would not even mirror with its situation

@@ -97,10 +97,15 @@ def worth(
             continue
         closing = max(end_v - speed if s > end_s else speed - end_v, 0.0)
         total += settings.end_closing * closing**2 / max(gap, 1.0)
+    return total + steering_price(side, leaning, needless, settings)
+
+
+def steering_price(side: Side, leaning: Side, needless: bool, settings: WorthSettings) -> float:
+    """What leaving the lane to `side` costs beside what is driven; nothing for keeping it."""
     if side is Side.NONE:
-        return total
+        return 0.0
     other = leaning is not Side.NONE and side is not leaning
-    return total + settings.lane_change + (settings.other_side if other else 0.0) + (settings.needless if needless else 0.0)
+    return settings.lane_change + (settings.other_side if other else 0.0) + (settings.needless if needless else 0.0)
 
 
 _OFF_THE_ROAD, _THIRD_VEHICLE = 1e3, 1e2  # m/s added: worse than any impact with the vehicles that threaten
