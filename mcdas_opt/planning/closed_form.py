@@ -151,14 +151,15 @@ class CorrectedMethod:
     """The corrected sigmoid, driven: the first way out, gentle ones first, that the judge passes.
 
     No optimiser. Order of trial: what is under way; keep the lane when nothing threatens; of the two sides the one that is worth more
-    (equal ones by the tie-break), braking, accelerating. When none passes, the first tried leaves with its failed verdict.
+    (equal ones by the tie-break), braking, accelerating. When none passes, the first tried leaves with its failed verdict: the judge's
+    own, or, where that is not `exact`, what a glance found.
     """
 
     has_ladder = False
     name = "closed-form-corrected"
 
-    def __init__(self, vehicle: Vehicle, settings: Settings | None = None) -> None:
-        self.vehicle, self.settings = vehicle, settings or Settings()
+    def __init__(self, vehicle: Vehicle, settings: Settings | None = None, *, exact: bool = True) -> None:
+        self.vehicle, self.settings, self.exact = vehicle, settings or Settings(), exact
         self._assessment: Assessment | None = None
 
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
@@ -181,7 +182,8 @@ class CorrectedMethod:
                 return self._plan(situation, assessment, prediction, best, tried, started)
             first = first or next(iter(driven), None)
         assert first is not None  # keeping the lane by braking is never refused
-        first = replace(first, verdict=judge(first.trajectory, situation.host, self.vehicle, situation.road, prediction))
+        if self.exact:
+            first = replace(first, verdict=judge(first.trajectory, situation.host, self.vehicle, situation.road, prediction))
         return self._plan(situation, assessment, prediction, first, tried, started)
 
     def groups(self, situation: Situation, assessment: Assessment, going: Manoeuvre | None) -> list[list[Way]]:

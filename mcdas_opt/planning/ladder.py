@@ -128,7 +128,7 @@ class Ladder:
         if rest is not None:
             tried.append(_candidate(rest))
             yield rest
-        form = CorrectedMethod(self.vehicle, self.settings).plan(situation, previous)
+        form = CorrectedMethod(self.vehicle, self.settings, exact=False).plan(situation, previous)
         tried.extend(form.candidates)
         if isinstance(form, Plan):
             yield Attempt(
@@ -158,7 +158,7 @@ class Ladder:
             mode=previous.mode,
             side=previous.side,
             trajectory=trajectory,
-            verdict=judge(trajectory, situation.host, self.vehicle, situation.road, prediction),
+            verdict=verdicts((trajectory,), situation, self.vehicle, prediction)[0],
             reference=previous.reference,
         )
 

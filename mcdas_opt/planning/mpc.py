@@ -99,6 +99,7 @@ class MpcMethod:
         self._failed: list[Attempt] = []
         self._strayed: list[_Answer] = []  # pass the judge, half in a lane beside that somebody watches, though they were to keep theirs
         self._short: list[tuple[float, Way, bool]] = []  # failed for a little room [m] alone; whether they converged
+        self._ends: list[tuple[Trajectory, Ended]] = []  # what was continued in this cycle: asked for in each comparison
         self.stop_at: float | None = None  # perf_counter after which no further candidate is begun
 
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
@@ -112,7 +113,7 @@ class MpcMethod:
         self._assessment = assessment
         prediction = predict(situation.tracks, self.settings.prediction, situation.road)
         going = self._going(situation, previous)
-        self._tried, self._failed, self._strayed, self._short = [], [], [], []
+        self._tried, self._failed, self._strayed, self._short, self._ends = [], [], [], [], []
         chosen = self._choose(situation, assessment, prediction, previous, going)
         candidates = tuple(self._tried)
         if chosen is None:
@@ -222,7 +223,12 @@ class MpcMethod:
         return cheapest
 
     def _ended(self, answer: _Answer, situation: Situation, prediction: Prediction) -> Ended:
-        return to_safe_end(answer.trajectory, answer.verdict, situation, self.vehicle, prediction, self.settings.safe_end)
+        for trajectory, ended in self._ends:
+            if trajectory is answer.trajectory:
+                return ended
+        ended = to_safe_end(answer.trajectory, answer.verdict, situation, self.vehicle, prediction, self.settings.safe_end)
+        self._ends.append((answer.trajectory, ended))
+        return ended
 
     def _price(self, answer: _Answer, before: str | None, going: Manoeuvre | None) -> tuple[float, int]:
         """Cost, cheaper for what was chosen before; equal costs (to 1e-5 of each other) go to the tie-break side."""
