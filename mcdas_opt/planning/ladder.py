@@ -20,7 +20,7 @@ from mcdas_opt.planning.continuation import Ended, to_safe_end
 from mcdas_opt.planning.glance import verdicts
 from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.planning.selection import severities
-from mcdas_opt.planning.simple_policies import Policy, simple_policies
+from mcdas_opt.planning.simple_policies import Policy, steering_out
 from mcdas_opt.planning.tail import tail
 from mcdas_opt.planning.trust import relying
 from mcdas_opt.reference.lane_centre import LaneCentre
@@ -188,9 +188,7 @@ class Ladder:
 
     def _steering(self, situation: Situation) -> Iterator[tuple[Policy, Trajectory]]:
         """Out to either side, as hard as the tyres allow."""
-        for policy, trajectory in simple_policies(situation, self.vehicle, self.settings):
-            if policy.side is not Side.NONE:
-                yield policy, trajectory
+        return steering_out(situation, self.vehicle, self.settings)
 
     def _plan(
         self,

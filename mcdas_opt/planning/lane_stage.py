@@ -27,7 +27,7 @@ from mcdas_opt.planning.ways import Way
 from mcdas_opt.solvers.guarded import ask
 from mcdas_opt.solvers.interior_point import SWITCH, InteriorPointEngine
 from mcdas_opt.solvers.ipopt_engine import IpoptEngine
-from mcdas_opt.solvers.osqp_engine import OsqpEngine
+from mcdas_opt.solvers.osqp_engine import OsqpEngine, OsqpSettings
 from mcdas_opt.solvers.outcome import Ending, Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess
 
@@ -48,11 +48,15 @@ class StageSettings:
     solver: str = "interior-point"
     cold_start: str = "same"
     seats: tuple[int, ...] = (2, 4, 8)  # problems are built for these numbers of neighbours
-    newton_steps: int = 60  # of the interior point
+    newton_steps: int = 60  # of the interior point, in one solve
+    newton_steps_cycle: int = 240  # in all ways of one situation together; once they are used up, ...
+    newton_steps_late: int = 15  # ... each further solve has so many
     iterations_warm: int = 3  # of OSQP's real-time iteration
     iterations_event: int = 8
-    iterations_second: int = 2  # of OSQP as a second opinion
+    iterations_second: int = 2  # of OSQP as a second opinion, with ...
+    qp_iterations_second: int = 100  # ... so many of its own in each
     second_opinions: int = 1  # at most so many where nothing passes, on ways that did not converge ...
+    second_pause: int = 5  # ... and after one that was of no use not for so many cycles
     closer_ways: int = 1  # so many are solved again where nothing passes, with ...
     closer_m: float = 0.1  # ... this clearance along and across
     near_m: float = 0.5  # only what overlaps somebody by no more is tried again, either way
@@ -107,13 +111,15 @@ class Posed:
 
     def __init__(self, lane: LaneProblem, nodes: int) -> None:
         self.seats, self.nodes = lane.neighbours, nodes
+        self.osqp_settings = OsqpSettings()
         self.problem = lane.stage_problem()
         self.parameters = LaneParameters(names=self.problem.parameters)
         self.turned = TurnedParameters(self.problem.parameters)
 
-    def twin(self) -> Posed:
+    def twin(self, osqp_settings: OsqpSettings) -> Posed:
         """The same problem with engines of its own."""
         twin = copy.copy(self)
+        twin.osqp_settings = osqp_settings
         for name in ("interior_point", "osqp", "ipopt"):
             twin.__dict__.pop(name, None)
         twin.__dict__["interior_point"] = self.interior_point.twin()
@@ -127,7 +133,7 @@ class Posed:
     @cached_property
     def osqp(self) -> OsqpEngine:
         """The second opinion, and the engine of choice where the settings say so."""
-        return OsqpEngine(self.problem, self.nodes)
+        return OsqpEngine(self.problem, self.nodes, self.osqp_settings)
 
     @cached_property
     def ipopt(self) -> IpoptEngine:
@@ -156,13 +162,15 @@ class LaneStage:
         self._posed: dict[int, Posed] = {}
         self._memory: dict[str, _Memory] = {}
         self._last: _Scene | None = None
+        self._newton_steps = 0  # taken in that scene
 
     def posed(self, neighbours: int) -> Posed:
         """The problem with the fewest seats that hold so many neighbours (at most the last), built when first asked for."""
         seats = next((n for n in self.stage.seats if n >= neighbours), self.stage.seats[-1])
         if seats not in self._posed:
             original = _original(self._planned, seats, self.stage.weights is not None, self.settings.grid.nodes, _circumstances())
-            self._posed[seats] = original.twin()
+            second = OsqpSettings(qp_iterations=self.stage.qp_iterations_second)
+            self._posed[seats] = original.twin(OsqpSettings() if self.stage.solver == "osqp" else second)
         return self._posed[seats]
 
     def warm_up(self) -> None:
@@ -212,7 +220,7 @@ class LaneStage:
         fits = memory is not None and memory.engine is engine and memory.turned == turned
         if memory is not None and fits and not self._event(memory, situation, way, others):
             outcome = memory.outcome
-            steps = self.stage.newton_steps if engine is posed.interior_point else self.stage.iterations_warm
+            steps = self._newton_cap() if engine is posed.interior_point else self.stage.iterations_warm
             attempts = chain([(engine, lambda: engine.shifted(outcome), steps)], attempts)
         # a measured state a hair outside a hard bound (rounding, a limit just touched) is brought to it
         x0 = np.minimum(np.maximum(within_reach(situation.host, self.vehicle), posed.problem.x_lower), posed.problem.x_upper)
@@ -225,6 +233,7 @@ class LaneStage:
             p = posed.turned(p) if turned else p
             outcome = ask(trial, x0, p, self.settings.grid.steps_s, guess, cap)
             iterations += outcome.inner_iterations
+            self._newton_steps += outcome.inner_iterations if trial is posed.interior_point else 0
             if outcome.usable and (best is None or outcome.ending is Ending.CONVERGED or outcome.objective < best.objective):
                 best, by = outcome, trial
             if outcome.ending is Ending.CONVERGED:
@@ -250,9 +259,14 @@ class LaneStage:
             yield posed.osqp, cold, self.stage.iterations_event
             return
         else:
-            yield posed.interior_point, cold, self.stage.newton_steps
+            yield posed.interior_point, cold, self._newton_cap()
         if second or not answered():
             yield posed.osqp, cold, self.stage.iterations_second  # built when it is first asked
+
+    def _newton_cap(self) -> int:
+        """What is left of the cycle's for one solve."""
+        left = self.stage.newton_steps_cycle - self._newton_steps
+        return min(self.stage.newton_steps, max(left, self.stage.newton_steps_late))
 
     def _driven(self, situation: Situation, posed: Posed, speed_mps: Array, u: Array) -> Trajectory:
         """The inputs, kept inside their limits, driven through the equations of motion from the measured state."""
@@ -281,6 +295,7 @@ class LaneStage:
             values = shared_values(situation, others, seats=posed.seats, friction_share=self.stage.friction_share)
             posed.parameters.fill(shared, values | dict(self.stage.weights or ()))
             last = self._last = _Scene(situation, prediction, others, posed, shared)
+            self._newton_steps = 0
         return last
 
     def _filled(self, scene: _Scene, way: Way, guess_s: Array) -> Array:

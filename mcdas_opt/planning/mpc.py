@@ -93,7 +93,7 @@ class MpcMethod:
         self.worth = WorthSettings()
         self._assessment: Assessment | None = None
         self._solve_s = self._verify_s = 0.0
-        self._iterations = 0
+        self._iterations = self._pause = 0
         self._chosen = ""
         self._tried: list[Candidate] = []
         self._failed: list[Attempt] = []
@@ -104,8 +104,9 @@ class MpcMethod:
 
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
         self._solve_s = self._verify_s = 0.0
-        self._iterations = 0
+        self._iterations, self._pause = 0, max(self._pause - 1, 0)
         if previous is None:
+            self._pause = 0
             self.stage.forget()
             self.close.forget()
             self._assessment = None
@@ -265,11 +266,14 @@ class MpcMethod:
 
     def _second_opinions(self, situation: Situation, prediction: Prediction, assessment: Assessment) -> list[_Answer]:
         """What the second engine makes of the ways that the first one left unfinished a little short of passing, the nearest ones."""
-        most = 0 if self.stage.stage.solver == "osqp" else self.stage.stage.second_opinions
+        most = 0 if self.stage.stage.solver == "osqp" or self._pause else self.stage.stage.second_opinions
         near = sorted((one for one in self._short if not one[2]), key=lambda one: one[0])[:most]
         ways = tuple(replace(way, name=f"{way.name}-again") for _, way, _ in near)
         solutions = [self._solve(situation, prediction, way, self.stage.second_opinion) for way in ways]
-        return self._judged(situation, prediction, ways, solutions, assessment)
+        answers = self._judged(situation, prediction, ways, solutions, assessment)
+        if ways and not answers:
+            self._pause = self.stage.stage.second_pause
+        return answers
 
     def _closed_forms(self, situation: Situation, prediction: Prediction, ways: tuple[Way, ...], assessment: Assessment) -> list[_Answer]:
         """The same ways as the bicycle drives them without an optimiser: what leaves is never worth less than the closed form."""

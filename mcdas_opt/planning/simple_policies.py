@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from mcdas_opt.actuation.path_following import SpeedLaw
+from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
@@ -42,27 +43,20 @@ def simple_policies(situation: Situation, vehicle: Vehicle, settings: Settings) 
     brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
     stop = SpeedLaw(speed_mps=0.0, acceleration_mps2=brake)
     go = SpeedLaw(speed_mps=0.98 * vehicle.speed_max_mps, acceleration_mps2=accelerate)
-    steady = SpeedLaw(speed_mps=host.speed_mps, acceleration_mps2=1.0)
+    for policy, law in ((FULL_BRAKING, stop), (FULL_ACCELERATION, go), (HOLD, _steady(host))):
+        yield policy, _driven(situation, vehicle, settings, keep, law, 0.5 * grip)
+    yield from steering_out(situation, vehicle, settings)
 
-    def driven(path: LaneCentre | OffsetPath, law: SpeedLaw, lateral: float) -> Trajectory:
-        return follow(
-            host,
-            path,
-            law,
-            vehicle=vehicle,
-            road=road,
-            duration_s=float(settings.grid.times_s[-1]),
-            lateral_acceleration_mps2=lateral,
-        )
 
-    for policy, law in ((FULL_BRAKING, stop), (FULL_ACCELERATION, go), (HOLD, steady)):
-        yield policy, driven(keep, law, 0.5 * grip)
+def steering_out(situation: Situation, vehicle: Vehicle, settings: Settings) -> Iterator[tuple[Policy, Trajectory]]:
+    """Of the five, the sides."""
+    host, road = situation.host, situation.road
     for side, policy in OUT.items():
         target = next_lane_m(situation, vehicle, side)
         watched = situation.coverage.sees(Sector(side.value))
         if target is None or not watched or host.speed_mps < settings.selector.evading_speed_mps:
             continue
-        lateral = _STEERING_SHARE * grip
+        lateral = _STEERING_SHARE * road.friction * GRAVITY_MPS2
         path = corrected(
             start_s_m=host.s_m,
             start_d_m=host.d_m,
@@ -72,4 +66,22 @@ def simple_policies(situation: Situation, vehicle: Vehicle, settings: Settings) 
             b=settings.sigmoid.b,
             speed_floor_mps=settings.sigmoid.speed_floor_mps,
         )
-        yield policy, driven(path, steady, lateral)
+        yield policy, _driven(situation, vehicle, settings, path, _steady(host), lateral)
+
+
+def _steady(host: HostState) -> SpeedLaw:
+    return SpeedLaw(speed_mps=host.speed_mps, acceleration_mps2=1.0)
+
+
+def _driven(
+    situation: Situation, vehicle: Vehicle, settings: Settings, path: LaneCentre | OffsetPath, law: SpeedLaw, lateral_mps2: float
+) -> Trajectory:
+    return follow(
+        situation.host,
+        path,
+        law,
+        vehicle=vehicle,
+        road=situation.road,
+        duration_s=float(settings.grid.times_s[-1]),
+        lateral_acceleration_mps2=lateral_mps2,
+    )

@@ -11,8 +11,8 @@ from mcdas_opt.domain.prediction import AnsweringBody, Prediction
 from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.planning.glance import verdicts
 from mcdas_opt.planning.selection import nearness
-from mcdas_opt.verification.judge import judge_all
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +51,7 @@ def relying(
     )
     bodies = tuple(answers(body=body) if body.id in behind else body for body in prediction.bodies)
     hoped = Prediction(name="followers brake", bodies=bodies)
-    verdicts = judge_all([one.trajectory for one in options], situation.host, vehicle, situation.road, hoped)
-    passing = [one for one, verdict in zip(options, verdicts, strict=True) if verdict.passed]
+    passing = [one for one in options if verdicts((one.trajectory,), situation, vehicle, hoped)[0].passed]
     if not passing:
         return None
 
