@@ -116,10 +116,10 @@ class Posed:
         self.parameters = LaneParameters(names=self.problem.parameters)
         self.turned = TurnedParameters(self.problem.parameters)
 
-    def twin(self, osqp_settings: OsqpSettings) -> Posed:
+    def twin(self, osqp_settings: OsqpSettings | None = None) -> Posed:
         """The same problem with engines of its own."""
         twin = copy.copy(self)
-        twin.osqp_settings = osqp_settings
+        twin.osqp_settings = osqp_settings or self.osqp_settings
         for name in ("interior_point", "osqp", "ipopt"):
             twin.__dict__.pop(name, None)
         twin.__dict__["interior_point"] = self.interior_point.twin()
