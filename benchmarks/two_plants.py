@@ -2,8 +2,8 @@
 
     python benchmarks/two_plants.py sandwich --scenes 40 --seed 7100 --workers 2
 
-Avoidable scenes of a suite (the oracle drives the car that rolls) are driven by a planner on both plants with the same seeds. Of each that
-the car that slips loses it is asked whether it can follow the oracle's own drive: tracked by the same controller, without any planner.
+Avoidable scenes of a suite (the oracle drives the car that rolls), and all of one whose traffic reacts, are driven by a planner on both
+plants with the same seeds. Of each avoidable one that the car that slips loses it is asked whether it can follow the oracle's own drive: tracked by the same controller, without any planner.
 """
 
 from __future__ import annotations
@@ -49,14 +49,14 @@ class KnowsTheWay:
 
 
 def outcomes(case: Case, *, planner: str) -> dict[str, Any] | None:
-    """Outcome on each plant, and of the oracle's drive where the car that slips is lost; None where the scene is not avoidable."""
+    """Outcome on each plant, and of the oracle's drive where the car that slips is lost; None where the scene is labelled, not avoidable."""
     label = label_scene(case.scene) if case.labelled else None
-    if label is None or label.kind is not Kind.A:
+    if label is not None and label.kind is not Kind.A:
         return None
     drives = {plant: simulate(case.scene, planner, plant) for plant in PLANTS}
     found: dict[str, Any] = {"index": case.index, **{plant: drive.outcome.value for plant, drive in drives.items()}}
     found["unverified"] = sum(drive.unverified_plans for drive in drives.values())
-    if found["dynamic"] != "safe" and label.witness is not None:
+    if found["dynamic"] != "safe" and label is not None and label.witness is not None:
         found["followed"] = simulate(case.scene, KnowsTheWay(label.witness), "dynamic").outcome.value
     return found
 
@@ -72,7 +72,7 @@ def main() -> None:
     cases = expand(arguments.suite, arguments.scenes, arguments.seed).cases
     with multiprocessing.get_context("spawn").Pool(arguments.workers) as pool:
         rows = [row for row in pool.imap(partial(outcomes, planner=arguments.planner), cases) if row is not None]
-    print(f"{arguments.suite}, seed {arguments.seed}, {arguments.planner}: {len(rows)} avoidable of {len(cases)} scenes")
+    print(f"{arguments.suite}, seed {arguments.seed}, {arguments.planner}: {len(rows)} asked of {len(cases)} scenes")
     for plant in PLANTS:
         share = Share(k=sum(row[plant] == "safe" for row in rows), n=len(rows))
         low, high = share.interval

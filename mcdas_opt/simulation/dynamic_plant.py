@@ -27,7 +27,8 @@ class DynamicPlant:
 
     Below 3 m/s, where slip angles lose their meaning, the car goes over to the no-slip bicycle, and is one below 1 m/s (blended by
     speed: Kabzan et al., AMZ Driverless, J. Field Robotics 37(7) 2020, section 5.3; here with a smooth blend, and a relaxation that
-    takes what slip there is to zero). Nobody reverses.
+    takes what slip there is to zero). Nobody reverses. A car put into a bend by a state that says nothing of slip has long been in it: it
+    begins with the slip and the wheels of its steady turn (Rajamani 2012, section 3.1), and moves as the no-slip bicycle of that state does.
     """
 
     def __init__(self, vehicle: Vehicle, road: Road, state: HostState) -> None:
@@ -36,9 +37,12 @@ class DynamicPlant:
         self._actuators = Actuators(vehicle=vehicle, friction=road.friction)
         s, d, psi, v, a, delta = (float(q) for q in state.to_vector())
         a, delta = self._actuators.hold(v, a, delta)
-        aside, yaw_rate = 0.0, v * math.tan(self._actuators.steering_held(v, a, delta)) / vehicle.wheelbase_m
         if isinstance(state, SlidingState):
             aside, yaw_rate = state.lateral_speed_mps, state.yaw_rate_radps
+        else:
+            yaw_rate = v * math.tan(self._actuators.steering_held(v, a, delta)) / vehicle.wheelbase_m
+            slip, more = (0.0, 0.0) if self._straight else _settled(self._chassis, v, float(road.curvature_at(s)))
+            aside, psi, delta = -slip * v, psi + slip, self._actuators.hold(v, a, delta + more)[1]
         self._x = [s, d, psi, v, aside + self._chassis.cog_to_rear_axle_m * yaw_rate, yaw_rate, a, delta]
 
     @property
@@ -124,6 +128,13 @@ class DynamicPlant:
         held = self._actuators.steering_held(v, a, delta)
         of_forces = body_accelerations(front, rear, delta, self._chassis)[1]
         return share * of_forces + (1.0 - share) * v**2 * math.tan(held) / self._vehicle.wheelbase_m
+
+
+def _settled(chassis: Chassis, v: float, bend_pm: float) -> tuple[float, float]:
+    """(slip of the rear axle, steering beyond that of the car that rolls) [rad] with which a car that has long been in a bend goes on in it."""
+    lateral = _slipping(v) * v**2 * bend_pm
+    slip = chassis.mass_kg * chassis.cog_to_front_axle_m * lateral / (chassis.wheelbase_m * chassis.cornering_stiffness_rear_nprad)
+    return slip, chassis.understeer_gradient * lateral
 
 
 def _slipping(v: float) -> float:

@@ -195,3 +195,16 @@ def test_braking_ends_at_standstill_and_stays_there(deceleration: float, speed: 
     run(plant, -40.0, 0.0, 20)
     assert plant.state == x
     assert plant.equivalent == HostState.from_vector(x.to_vector())
+
+
+@given(kappa=st.floats(-0.004, 0.004), speed=st.floats(5.0, 25.0))
+@settings(max_examples=25, deadline=None)
+def test_a_car_put_into_a_bend_goes_on_in_it(kappa: float, speed: float) -> None:
+    """It keeps its lane with its wheels held, as if it had always been there; what it is equivalent to is what it was put as."""
+    turn = HostState(speed_mps=speed, steering_rad=math.atan(CAR.wheelbase_m * kappa), heading_rad=-math.asin(CAR.centre_m * kappa))
+    plant = DynamicPlant(CAR, Road(curvature=((0.0, kappa),), friction=1.0), turn)
+    assert plant.equivalent.steering_rad == pytest.approx(turn.steering_rad, abs=1e-9)
+    assert plant.equivalent.heading_rad == pytest.approx(turn.heading_rad, abs=1e-4)
+    run(plant, 0.0, 0.0, 100)
+    assert abs(plant.state.d_m) < 0.05
+    assert plant.state.yaw_rate_radps == pytest.approx(speed * kappa, abs=0.02 * speed * abs(kappa) + 1e-6)
