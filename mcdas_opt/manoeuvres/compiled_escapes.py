@@ -20,7 +20,7 @@ from mcdas_opt.manoeuvres.held import PASSES
 from mcdas_opt.manoeuvres.parting import Company, Rows
 from mcdas_opt.native.kernels import c_text, defined, library, wanted
 
-_TEXTS = ("escape_kernel.c", "escape_questions.c", "escape_guess.c", "escape_search.c")
+_TEXTS = ("escape_kernel.c", "escape_parting.c", "escape_questions.c", "escape_guess.c", "escape_search.c")
 _EFFORT: tuple[str, ...] = (
     "LEAST_ANCHORS",
     "ANCHORS",
@@ -45,6 +45,7 @@ _EFFORT: tuple[str, ...] = (
     "LEAST",
 )
 _LANES, _ROOM = 8, 104  # nodes come in whole lanes, and there are at most so many
+_PIECE = 16  # nodes are looked at so many at a time where a row may go wrong
 _PLAIN = "-fno-math-errno -fno-trapping-math -ffp-contract=off"  # nothing that changes a result; half the time
 _BUILDS = (f"-O3 -march=native -mno-avx512f {_PLAIN} -lm", f"-O3 -march=native {_PLAIN} -lm", f"-O2 {_PLAIN} -lm", "-O2 -lm")
 _TABLES: tuple[str, ...] = (
@@ -76,16 +77,16 @@ class _Case(ctypes.Structure):
     ]
 
 
-def _nodes_fields(name: str) -> list[tuple[str, Any]]:
-    pointers = [(f"{name}_{of}", ctypes.c_void_p) for of in ("steps", "times")]
-    return [*pointers, *((f"{name}_{of}", ctypes.c_longlong) for of in ("n", "last", "middle"))]
+class _Nodes(ctypes.Structure):
+    _fields_ = [
+        *((name, ctypes.c_void_p) for name in ("steps", "until", "times", "step")),
+        *((name, ctypes.c_longlong) for name in ("n", "last", "middle", "runs")),
+    ]
 
 
 class _Search(ctypes.Structure):
     _fields_ = [
-        *((name, ctypes.c_void_p) for name in ("case", "kind", "times")),
-        *_nodes_fields("coarse"),
-        *_nodes_fields("exact"),
+        *((name, ctypes.c_void_p) for name in ("case", "kind", "times", "coarse", "exact", "drive")),
         *((name, ctypes.c_double) for name in ("host_d", "near_d", "latest_s")),
     ]
 
@@ -108,11 +109,15 @@ class Nodes:
         self.steps = steps
         self.times_s = np.asarray(parting.LATTICE_S * steps, dtype=np.float64)
         missing = -steps.size % _LANES
-        self._steps = np.concatenate([steps, np.repeat(steps[-1:], missing)]).astype(np.int64)
-        self._times_s = np.asarray(parting.LATTICE_S * self._steps, dtype=np.float64)
+        filled = np.concatenate([steps, np.repeat(steps[-1:], missing)]).astype(np.int64)
+        times_s = np.asarray(parting.LATTICE_S * filled, dtype=np.float64)
         middle = min(int(np.searchsorted(self.times_s, 1.0)), steps.size - 1)
-        self.record = self._steps.ctypes.data, self._times_s.ctypes.data, self._steps.size, steps.size - 1, middle
-        self.arguments = (self._steps.size, steps.size - 1, self._steps.ctypes.data, self._times_s.ctypes.data, middle)
+        step_s = np.diff(self.times_s)
+        begins = np.flatnonzero(np.abs(np.diff(step_s, prepend=0.0)) > 1e-12)
+        until = np.append(begins[1:] + 1, filled.size).astype(np.int64)
+        self._kept = filled, until, times_s, step_s[begins]
+        self._record = _Nodes(*(q.ctypes.data for q in self._kept), filled.size, steps.size - 1, middle, begins.size)
+        self.at = ctypes.addressof(self._record)
 
 
 def company(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: float, margins: Margins) -> Company:
@@ -170,7 +175,7 @@ class CompiledCase:
         slack = np.empty((3, *shape))
         begin = np.ascontiguousarray(anchors, dtype=np.int64)
         results = (low.ctypes.data, high.ctypes.data, slack.ctypes.data)
-        self._library.mcdas_escape_needs(self._at, anchors.size, begin.ctypes.data, *nodes.arguments, *results)
+        self._library.mcdas_escape_needs(self._at, anchors.size, begin.ctypes.data, nodes.at, *results)
         return low, high, slack
 
     def guess(self, starts_s: Array, weights: Array, apart_m: Array, needs: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
@@ -188,7 +193,7 @@ class CompiledCase:
         good, demand = np.empty(members.size, dtype=np.bool_), np.empty(members.size)
         member, start = np.ascontiguousarray(members, dtype=np.int64), np.ascontiguousarray(starts, dtype=np.int64)
         given, results = (member.ctypes.data, start.ctypes.data), (good.ctypes.data, demand.ctypes.data)
-        self._library.mcdas_escape_sound(self._at, members.size, *given, *nodes.arguments, *results)
+        self._library.mcdas_escape_sound(self._at, members.size, *given, nodes.at, *results)
         return good, demand
 
     def map(self, kind: Rows, times_s: Array, coarse: Nodes, exact: Nodes, host_d_m: float, near_m: float, latest_s: float) -> Answer:
@@ -199,8 +204,7 @@ class CompiledCase:
         known = np.empty(ANCHORS * size, dtype=np.uint8)
         clock, floats, wholes = np.empty(held, dtype=np.int64), np.empty(1 + count), np.empty(1 + 3 * count, dtype=np.int64)
         kinds = np.ascontiguousarray(kind, dtype=np.int64)
-        nodes = (q for each in (coarse, exact) for q in each.record)
-        asked = _Search(self._at, kinds.ctypes.data, times_s.ctypes.data, *nodes, host_d_m, near_m, latest_s)
+        asked = _Search(self._at, kinds.ctypes.data, times_s.ctypes.data, coarse.at, exact.at, None, host_d_m, near_m, latest_s)
         results = work.ctypes.data, clock.ctypes.data, known.ctypes.data, floats.ctypes.data, wholes.ctypes.data
         self._library.mcdas_escape_map(ctypes.byref(asked), *results)
         end, *now = floats.tolist()
@@ -221,6 +225,7 @@ def _library() -> ctypes.CDLL | None:
     numbers = {
         "LANES": _LANES,
         "ROOM": _ROOM,
+        "PIECE": _PIECE,
         "SHARE": swerves.SHARE,
         "SLOWEST_MPS": swerves.SLOWEST_MPS,
         "STEEPEST": swerves.STEEPEST,
@@ -246,12 +251,11 @@ def _library() -> ctypes.CDLL | None:
     if found is None:
         return None
     pointer, whole = ctypes.c_void_p, ctypes.c_int
-    nodes: list[Any] = [whole, whole, pointer, pointer, whole]
     found.mcdas_escape_company.argtypes = [ctypes.c_longlong, ctypes.c_longlong, *[pointer] * 4]
     found.mcdas_escape_held.argtypes = [pointer] * 4
-    found.mcdas_escape_needs.argtypes = [pointer, whole, pointer, *nodes, *[pointer] * 3]
+    found.mcdas_escape_needs.argtypes = [pointer, whole, pointer, *[pointer] * 4]
     found.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 9]
-    found.mcdas_escape_sound.argtypes = [pointer, whole, pointer, pointer, *nodes, pointer, pointer]
+    found.mcdas_escape_sound.argtypes = [pointer, whole, *[pointer] * 5]
     found.mcdas_escape_map.argtypes = [pointer] * 6
     found.mcdas_escape_met.argtypes = [pointer, whole, *[pointer] * 6]
     for name in ("company", "held", "needs", "guess", "sound", "map"):

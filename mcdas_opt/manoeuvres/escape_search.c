@@ -7,7 +7,8 @@ typedef struct {
     const Case *q;
     const whole *kind;   /* (members) */
     const double *times; /* (held) */
-    Nodes coarse, exact;
+    const Nodes *coarse, *exact;
+    Drive *drive;
     double host_d, near_d, latest_s;
 } Search;
 
@@ -33,7 +34,7 @@ static double end_of_keeping_on(const Search *o, double *work, whole *clock, who
         cosine[t] = cos(psi[t]);
         clock[t] = HELD_STEPS * t;
     }
-    const int step = touched(q, (int)n, clock, s, d, sine, cosine, 0.0, 0, &who);
+    const int step = touched(q, 0, (int)n, 0, clock, s, d, sine, cosine, 0.0, 0, &who);
     if (step >= 0) moment = o->times[step];
     for (whole t = 0; t < n; t++) {
         const double room = 0.5 * (q->width * cosine[t] + q->length * fabs(sine[t])) + EDGE_M;
@@ -50,7 +51,7 @@ static double end_of_keeping_on(const Search *o, double *work, whole *clock, who
 
 static int sound_as(const Search *o, whole member, const double *factor, whole start, double most, double *demand)
 {
-    return sound_one(o->q, member, factor, start, &o->exact, 1, most, demand);
+    return sound_one(o->q, o->drive, member, factor, start, o->exact, 1, most, demand);
 }
 
 /* The `most` members of a kind of the greatest value, of those that have at least `least_of`, the greatest first; how many */
@@ -180,7 +181,8 @@ static whole last_sound(const Search *o, Guesses *g, Depth *depth, int easy, who
  * those, by their braking or accelerating alone, are not driven */
 static double asked_now(const Search *o, Guesses *g, const Depth *d, whole kind, double *ease)
 {
-    const double *at_most = g->slack + 2 * g->anchors * o->q->members;
+    const Case *q = o->q;
+    const double *at_most = g->slack + 2 * g->anchors * q->members;
     double best[GENTLEST], now = INFINITY, demand, easy;
     whole gentle[GENTLEST];
     for (int j = 0; j < GENTLEST; j++) best[j] = -INFINITY;
@@ -194,7 +196,8 @@ static double asked_now(const Search *o, Guesses *g, const Depth *d, whole kind,
         for (whole i = d->from; i < d->to; i++)
             if (ease[i] != ease[i] && at_most[i] >= most) most = at_most[next = i];
         if (next == NOBODY) break;
-        const int opened = open_at(g, next, 0, &easy) > 0.0;
+        const int none = tried(g, next, 0, q->comfort - best[GENTLEST - 1] + 1e-9); /* COSTLY: then it is not among them */
+        const int opened = !none && open_at(g, next, 0, &easy) > 0.0;
         double value = ease[next] = opened ? at_most[next] : -INFINITY;
         for (int j = 0; j < GENTLEST; j++)
             if (value > best[j]) {
@@ -221,6 +224,7 @@ static whole in_the_way(const Search *o, Guesses *g, const Depth *d, int n)
     whole who = NOBODY;
     for (whole i = d->from; i < d->to; i++) {
         const whole here = b.k * size + i, there = b.next * size + i;
+        if (tried(g, i, b.k, INFINITY) & tried(g, i, b.next, INFINITY) & UNABLE) continue;
         ask(g, i, b.k);
         ask(g, i, b.next);
         if (!(b.share * slack[all + here] + b.rest * slack[all + there] >= 0.0)) continue;
@@ -249,7 +253,7 @@ static whole in_the_way(const Search *o, Guesses *g, const Depth *d, int n)
 /* The whole map: when keeping on ends, what each kind asks that begins now (INFINITY without); what ends it, the last steps of each kind (of
  * any demand, of a comfortable one; -1 without), what closes each (NOBODY where it lasts until keeping on ends). `work`: 2 held +
  * starts (1 + bodies) + members (2 bodies ANCHORS + 3 ANCHORS + 3) numbers; `clock` (held), `known` (ANCHORS, members) */
-PUBLIC void mcdas_escape_map(const Search *o, double *work, whole *clock, unsigned char *known, double *floats, whole *wholes)
+PUBLIC void mcdas_escape_map(Search *o, double *work, whole *clock, unsigned char *known, double *floats, whole *wholes)
 {
     double *now_of = floats + 1;
     whole *start_of = wholes + 1, *closers = wholes + 1 + 2 * KINDS;
@@ -283,8 +287,11 @@ PUBLIC void mcdas_escape_map(const Search *o, double *work, whole *clock, unsign
         const double own = (s[1] - s[0]) / (t[1] - t[0]) * (LATTICE_S * (double)at - t[0]) + s[0];
         for (whole j = 0; j < q->bodies; j++) apart[j * STARTS + n] = q->others_s[j * q->lattice + at] - own;
     }
-    Guesses g = {q, &o->coarse, anchor, anchors, STARTS, seconds, apart, between, low, high, slack, last, known, .ready = {0}};
-    memset(known, UNKNOWN, (size_t)(anchors * size));
+    Guesses g = {q, o->coarse, anchor, anchors, STARTS, seconds, apart, between, low, high, slack, last, known, .ready = {0}};
+    Drive drive;
+    drive.start = NOBODY;
+    o->drive = &drive;
+    memset(known, 0, (size_t)(anchors * size));
     for (whole i = 0; i < 2 * size; i++) last[i] = -1.0;
     const whole latest = (whole)floor(end / LATTICE_S + 1e-9);
     for (whole kind = 0, i = 0; kind < KINDS; kind++) {
