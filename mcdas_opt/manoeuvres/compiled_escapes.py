@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -143,35 +143,43 @@ def _faded(fade_s: float, count: int) -> Array:
 
 
 class CompiledCase:
-    """One situation. `table` is contiguous: `held` writes into it."""
+    """One situation. `table` (6, H) is contiguous: `held` writes into it. `columns` (5, M): of the members; `curvature` (2, K): knots."""
 
     def __init__(
-        self, library: ctypes.CDLL, tables: Mapping[str, Array], numbers: Mapping[str, float], *, in_lane: int, half_steps: int
+        self,
+        library: ctypes.CDLL,
+        company: Company,
+        table: Array,
+        columns: Array,
+        curvature: Array,
+        numbers: tuple[float, ...],
+        *,
+        in_lane: int,
+        half_steps: int,
     ) -> None:
         self._library = library
-        tables = {name: np.ascontiguousarray(table) for name, table in tables.items()}
-        self._tables = tables
-        sizes = {
-            "bodies": tables["others_s"].shape[0],
-            "lattice": tables["others_s"].shape[1],
-            "held": tables["table"].shape[1],
-            "members": tables["level"].size,
-            "in_lane": in_lane,
-            "half_steps": half_steps,
-            "count_of_knots": tables["knots"].size,
-        }
-        self._sizes = sizes
-        self._case = _Case(**{name: table.ctypes.data for name, table in tables.items()}, **sizes, **numbers)
+        bodies, lattice = company.s_m.shape
+        blocks = company.s_m, company.d_m, company.speed_mps, company.half_length_m, company.half_width_m, company.half_length_m.max(-1)
+        self._kept = tuple(map(np.ascontiguousarray, (*blocks, table, columns, curvature)))
+        *tables, of_members, of_road = (block.ctypes.data for block in self._kept)
+        self.bodies, self.held_count, self.members = bodies, table.shape[1], columns.shape[1]
+        self._case = _Case(
+            *tables,
+            *range(of_members, of_members + columns.nbytes, columns.strides[0]),
+            *(of_road, of_road + curvature.strides[0]),
+            *(bodies, lattice, self.held_count, self.members, in_lane, half_steps, curvature.shape[1]),
+            *numbers,
+        )
         self._at = ctypes.addressof(self._case)
 
     def held(self, begin: Array, times_s: Array) -> None:
         """Fills the table with what a host does that keeps on from this state (6,), at times (H,)."""
-        self._library.mcdas_escape_held(self._at, begin.ctypes.data, times_s.ctypes.data, self._tables["table"].ctypes.data)
+        self._library.mcdas_escape_held(self._at, begin.ctypes.data, times_s.ctypes.data, self._case.table)
 
     def needs(self, anchors: Rows, nodes: Nodes) -> tuple[Array, Array, Array]:
         """Below and above which distances (J, K, M) everybody is met by members begun at the anchors (K,); their slack (3, K, M)."""
-        shape = anchors.size, self._sizes["members"]
-        low, high = np.empty((self._sizes["bodies"], *shape)), np.empty((self._sizes["bodies"], *shape))
+        shape = anchors.size, self.members
+        low, high = np.empty((self.bodies, *shape)), np.empty((self.bodies, *shape))
         slack = np.empty((3, *shape))
         begin = np.ascontiguousarray(anchors, dtype=np.int64)
         results = (low.ctypes.data, high.ctypes.data, slack.ctypes.data)
@@ -181,7 +189,7 @@ class CompiledCase:
     def guess(self, starts_s: Array, weights: Array, apart_m: Array, needs: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
         """The last of the starts (N,) in between, by weights (N, K) and distances (J, N), at which members are open; and comfortable.
         And by how many metres they are open at the first of them."""
-        size = self._sizes["members"]
+        size = self.members
         now, last, known = np.empty(size), np.empty((2, size)), np.empty((weights.shape[1], size), dtype=np.uint8)
         apart = np.ascontiguousarray(apart_m)
         given = (q.ctypes.data for q in (starts_s, weights, apart, *needs, known))
@@ -198,17 +206,15 @@ class CompiledCase:
 
     def map(self, kind: Rows, times_s: Array, coarse: Nodes, exact: Nodes, host_d_m: float, near_m: float, latest_s: float) -> Answer:
         """The whole map: `escape_search.c`."""
-        sizes, count = self._sizes, len(KINDS)
-        size, held, bodies = sizes["members"], sizes["held"], sizes["bodies"]
-        work = np.empty(2 * held + STARTS * (1 + bodies) + size * (2 * bodies * ANCHORS + 3 * ANCHORS + 3))
-        known = np.empty(ANCHORS * size, dtype=np.uint8)
-        clock, floats, wholes = np.empty(held, dtype=np.int64), np.empty(1 + count), np.empty(1 + 3 * count, dtype=np.int64)
+        count, bodies = len(KINDS), self.bodies
+        answers = 2 + 4 * count
+        work = np.empty(answers + 3 * self.held_count + STARTS * (1 + bodies) + self.members * (2 * bodies * ANCHORS + 4 * ANCHORS + 3))
         kinds = np.ascontiguousarray(kind, dtype=np.int64)
         asked = _Search(self._at, kinds.ctypes.data, times_s.ctypes.data, coarse.at, exact.at, None, host_d_m, near_m, latest_s)
-        results = work.ctypes.data, clock.ctypes.data, known.ctypes.data, floats.ctypes.data, wholes.ctypes.data
-        self._library.mcdas_escape_map(ctypes.byref(asked), *results)
-        end, *now = floats.tolist()
-        ender, *rest = wholes.tolist()
+        self._library.mcdas_escape_map(ctypes.byref(asked), work.ctypes.data)
+        answer = work[:answers].tolist()
+        end, *now = answer[: 1 + count]
+        ender, *rest = map(int, answer[1 + count :])
         return Answer(end, ender, (rest[:count], rest[count : 2 * count]), now, rest[2 * count :])
 
     def met(self, clock: Rows, places: Array) -> tuple[int, int]:
@@ -256,7 +262,7 @@ def _library() -> ctypes.CDLL | None:
     found.mcdas_escape_needs.argtypes = [pointer, whole, pointer, *[pointer] * 4]
     found.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 9]
     found.mcdas_escape_sound.argtypes = [pointer, whole, *[pointer] * 5]
-    found.mcdas_escape_map.argtypes = [pointer] * 6
+    found.mcdas_escape_map.argtypes = [pointer] * 2
     found.mcdas_escape_met.argtypes = [pointer, whole, *[pointer] * 6]
     for name in ("company", "held", "needs", "guess", "sound", "map"):
         getattr(found, f"mcdas_escape_{name}").restype = None
