@@ -47,7 +47,11 @@ _EFFORT: tuple[str, ...] = (
 _LANES, _ROOM = 8, 104  # nodes come in whole lanes, and there are at most so many
 _PIECE = 16  # nodes are looked at so many at a time where a row may go wrong
 _PLAIN = "-fno-math-errno -fno-trapping-math -ffp-contract=off"  # nothing that changes a result; half the time
-_BUILDS = (f"-O3 -march=native -mno-avx512f {_PLAIN} -lm", f"-O3 -march=native {_PLAIN} -lm", f"-O2 {_PLAIN} -lm", "-O2 -lm")
+_ROLLED = "--param max-completely-peeled-insns=60"  # gcc else unrolls loops over lanes before it sees that they are vectors: a seventh more
+_BUILDS = (
+    *(f"-O3 -march=native -mno-avx512f {_PLAIN} {rolled}-lm" for rolled in (f"{_ROLLED} ", "")),
+    *(f"-O3 -march=native {_PLAIN} -lm", f"-O2 {_PLAIN} -lm", "-O2 -lm"),
+)
 _TABLES: tuple[str, ...] = (
     "others_s",
     "others_d",

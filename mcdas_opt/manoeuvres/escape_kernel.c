@@ -203,11 +203,13 @@ static inline void across(const Sidestep *p, const int timed, int from, int to, 
 }
 
 /* the way of the rear axle along the road, from what a metre of it takes off the road's */
-static void along(int from, int to, Motion *m)
+static void along(int from, int to, Motion *restrict m)
 {
-    double s = m->rear_s;
+    double gained[ROOM], s = m->rear_s;
+    const int first = from ? from : 1;
+    for (int t = first; t < to; t++) gained[t] = 0.5 * (m->way[t] - m->way[t - 1]) * (m->ratio[t] + m->ratio[t - 1]);
     if (!from) m->s[0] = s;
-    for (int t = from ? from : 1; t < to; t++) m->s[t] = s += 0.5 * (m->way[t] - m->way[t - 1]) * (m->ratio[t] + m->ratio[t - 1]);
+    for (int t = first; t < to; t++) m->s[t] = s += gained[t];
     m->rear_s = s;
 }
 
@@ -272,12 +274,11 @@ static int swerve(const Case *q, const Sidestep *p, const Nodes *e, int from, in
     else
         across(p, 0, from, to, m->way, m);
     if (q->bend > 0.0) {
-        for (int t = from; t < to; t++) m->ratio[t] /= 1.0 - curvature_at(q, m->s0 + m->way[t]) * m->d[t];
+        for (int t = from; t < to; t++) m->kappa[t] = curvature_at(q, m->s0 + m->way[t]);
+        for (int t = from; t < to; t++) m->ratio[t] /= 1.0 - m->kappa[t] * m->d[t];
         along(from, to, m);
-        for (int t = from; t < to; t++) {
-            m->kappa[t] = curvature_at(q, m->s[t]);
-            m->curvature[t] += m->kappa[t] * m->cosine[t] / (1.0 - m->kappa[t] * m->d[t]);
-        }
+        for (int t = from; t < to; t++) m->kappa[t] = curvature_at(q, m->s[t]);
+        for (int t = from; t < to; t++) m->curvature[t] += m->kappa[t] * m->cosine[t] / (1.0 - m->kappa[t] * m->d[t]);
     }
     for (int t = from; t < to; t += LANES)
         for (int j = t; j < t + LANES; j++) {
@@ -298,13 +299,19 @@ static int swerve(const Case *q, const Sidestep *p, const Nodes *e, int from, in
     m->ability = p->fits ? 1.0 - used : -1.0;
     if (brief && !(m->ability >= 0.0)) return 0;
     if (q->bend > 0.0) { /* turned by kappa c, whose sine and cosine are worked out anew only where the bend changes */
+        double sines[ROOM], cosines[ROOM];
+        for (int t = from; t < to; t++) {
+            const double turn = m->kappa[t] * c;
+            if (turn != m->turn) m->turn = turn, m->sine_of_turn = sin(turn), m->cosine_of_turn = cos(turn);
+            sines[t] = m->sine_of_turn;
+            cosines[t] = m->cosine_of_turn;
+        }
         for (int t = from; t < to; t++) {
             const double kappa = m->kappa[t], stretch = 1.0 - kappa * m->d[t], cosine = m->cosine[t], sine = m->sine[t];
-            if (kappa * c != m->turn) m->turn = kappa * c, m->sine_of_turn = sin(m->turn), m->cosine_of_turn = cos(m->turn);
             m->s[t] += c * cosine / stretch;
             m->d[t] += c * sine - 0.5 * kappa * (c * cosine) * (c * cosine);
-            m->sine[t] = sine * m->cosine_of_turn - cosine * m->sine_of_turn;
-            m->cosine[t] = cosine * m->cosine_of_turn + sine * m->sine_of_turn;
+            m->sine[t] = sine * cosines[t] - cosine * sines[t];
+            m->cosine[t] = cosine * cosines[t] + sine * sines[t];
         }
     } else {
         along(from, to, m);
