@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from mcdas_opt.manoeuvres.held import PASSES
 from mcdas_opt.manoeuvres.parting import Company, Rows
 from mcdas_opt.native.kernels import c_text, defined, library, wanted
 
-_TEXTS = ("escape_kernel.c", "escape_questions.c", "escape_guess.c", "escape_search.c")
+_TEXTS = ("escape_kernel.c", "escape_parting.c", "escape_questions.c", "escape_guess.c", "escape_search.c")
 _EFFORT: tuple[str, ...] = (
     "LEAST_ANCHORS",
     "ANCHORS",
@@ -45,8 +45,13 @@ _EFFORT: tuple[str, ...] = (
     "LEAST",
 )
 _LANES, _ROOM = 8, 104  # nodes come in whole lanes, and there are at most so many
+_PIECE = 16  # nodes are looked at so many at a time where a row may go wrong
 _PLAIN = "-fno-math-errno -fno-trapping-math -ffp-contract=off"  # nothing that changes a result; half the time
-_BUILDS = (f"-O3 -march=native -mno-avx512f {_PLAIN} -lm", f"-O3 -march=native {_PLAIN} -lm", f"-O2 {_PLAIN} -lm", "-O2 -lm")
+_ROLLED = "--param max-completely-peeled-insns=60"  # gcc else unrolls loops over lanes before it sees that they are vectors: a seventh more
+_BUILDS = (
+    *(f"-O3 -march=native -mno-avx512f {_PLAIN} {rolled}-lm" for rolled in (f"{_ROLLED} ", "")),
+    *(f"-O3 -march=native {_PLAIN} -lm", f"-O2 {_PLAIN} -lm", "-O2 -lm"),
+)
 _TABLES: tuple[str, ...] = (
     "others_s",
     "others_d",
@@ -76,16 +81,16 @@ class _Case(ctypes.Structure):
     ]
 
 
-def _nodes_fields(name: str) -> list[tuple[str, Any]]:
-    pointers = [(f"{name}_{of}", ctypes.c_void_p) for of in ("steps", "times")]
-    return [*pointers, *((f"{name}_{of}", ctypes.c_longlong) for of in ("n", "last", "middle"))]
+class _Nodes(ctypes.Structure):
+    _fields_ = [
+        *((name, ctypes.c_void_p) for name in ("steps", "until", "times", "step")),
+        *((name, ctypes.c_longlong) for name in ("n", "last", "middle", "runs")),
+    ]
 
 
 class _Search(ctypes.Structure):
     _fields_ = [
-        *((name, ctypes.c_void_p) for name in ("case", "kind", "times")),
-        *_nodes_fields("coarse"),
-        *_nodes_fields("exact"),
+        *((name, ctypes.c_void_p) for name in ("case", "kind", "times", "coarse", "exact", "drive")),
         *((name, ctypes.c_double) for name in ("host_d", "near_d", "latest_s")),
     ]
 
@@ -108,11 +113,15 @@ class Nodes:
         self.steps = steps
         self.times_s = np.asarray(parting.LATTICE_S * steps, dtype=np.float64)
         missing = -steps.size % _LANES
-        self._steps = np.concatenate([steps, np.repeat(steps[-1:], missing)]).astype(np.int64)
-        self._times_s = np.asarray(parting.LATTICE_S * self._steps, dtype=np.float64)
+        filled = np.concatenate([steps, np.repeat(steps[-1:], missing)]).astype(np.int64)
+        times_s = np.asarray(parting.LATTICE_S * filled, dtype=np.float64)
         middle = min(int(np.searchsorted(self.times_s, 1.0)), steps.size - 1)
-        self.record = self._steps.ctypes.data, self._times_s.ctypes.data, self._steps.size, steps.size - 1, middle
-        self.arguments = (self._steps.size, steps.size - 1, self._steps.ctypes.data, self._times_s.ctypes.data, middle)
+        step_s = np.diff(self.times_s)
+        begins = np.flatnonzero(np.abs(np.diff(step_s, prepend=0.0)) > 1e-12)
+        until = np.append(begins[1:] + 1, filled.size).astype(np.int64)
+        self._kept = filled, until, times_s, step_s[begins]
+        self._record = _Nodes(*(q.ctypes.data for q in self._kept), filled.size, steps.size - 1, middle, begins.size)
+        self.at = ctypes.addressof(self._record)
 
 
 def company(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: float, margins: Margins) -> Company:
@@ -138,45 +147,53 @@ def _faded(fade_s: float, count: int) -> Array:
 
 
 class CompiledCase:
-    """One situation. `table` is contiguous: `held` writes into it."""
+    """One situation. `table` (6, H) is contiguous: `held` writes into it. `columns` (5, M): of the members; `curvature` (2, K): knots."""
 
     def __init__(
-        self, library: ctypes.CDLL, tables: Mapping[str, Array], numbers: Mapping[str, float], *, in_lane: int, half_steps: int
+        self,
+        library: ctypes.CDLL,
+        company: Company,
+        table: Array,
+        columns: Array,
+        curvature: Array,
+        numbers: tuple[float, ...],
+        *,
+        in_lane: int,
+        half_steps: int,
     ) -> None:
         self._library = library
-        tables = {name: np.ascontiguousarray(table) for name, table in tables.items()}
-        self._tables = tables
-        sizes = {
-            "bodies": tables["others_s"].shape[0],
-            "lattice": tables["others_s"].shape[1],
-            "held": tables["table"].shape[1],
-            "members": tables["level"].size,
-            "in_lane": in_lane,
-            "half_steps": half_steps,
-            "count_of_knots": tables["knots"].size,
-        }
-        self._sizes = sizes
-        self._case = _Case(**{name: table.ctypes.data for name, table in tables.items()}, **sizes, **numbers)
+        bodies, lattice = company.s_m.shape
+        blocks = company.s_m, company.d_m, company.speed_mps, company.half_length_m, company.half_width_m, company.half_length_m.max(-1)
+        self._kept = tuple(map(np.ascontiguousarray, (*blocks, table, columns, curvature)))
+        *tables, of_members, of_road = (block.ctypes.data for block in self._kept)
+        self.bodies, self.held_count, self.members = bodies, table.shape[1], columns.shape[1]
+        self._case = _Case(
+            *tables,
+            *range(of_members, of_members + columns.nbytes, columns.strides[0]),
+            *(of_road, of_road + curvature.strides[0]),
+            *(bodies, lattice, self.held_count, self.members, in_lane, half_steps, curvature.shape[1]),
+            *numbers,
+        )
         self._at = ctypes.addressof(self._case)
 
     def held(self, begin: Array, times_s: Array) -> None:
         """Fills the table with what a host does that keeps on from this state (6,), at times (H,)."""
-        self._library.mcdas_escape_held(self._at, begin.ctypes.data, times_s.ctypes.data, self._tables["table"].ctypes.data)
+        self._library.mcdas_escape_held(self._at, begin.ctypes.data, times_s.ctypes.data, self._case.table)
 
     def needs(self, anchors: Rows, nodes: Nodes) -> tuple[Array, Array, Array]:
         """Below and above which distances (J, K, M) everybody is met by members begun at the anchors (K,); their slack (3, K, M)."""
-        shape = anchors.size, self._sizes["members"]
-        low, high = np.empty((self._sizes["bodies"], *shape)), np.empty((self._sizes["bodies"], *shape))
+        shape = anchors.size, self.members
+        low, high = np.empty((self.bodies, *shape)), np.empty((self.bodies, *shape))
         slack = np.empty((3, *shape))
         begin = np.ascontiguousarray(anchors, dtype=np.int64)
         results = (low.ctypes.data, high.ctypes.data, slack.ctypes.data)
-        self._library.mcdas_escape_needs(self._at, anchors.size, begin.ctypes.data, *nodes.arguments, *results)
+        self._library.mcdas_escape_needs(self._at, anchors.size, begin.ctypes.data, nodes.at, *results)
         return low, high, slack
 
     def guess(self, starts_s: Array, weights: Array, apart_m: Array, needs: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
         """The last of the starts (N,) in between, by weights (N, K) and distances (J, N), at which members are open; and comfortable.
         And by how many metres they are open at the first of them."""
-        size = self._sizes["members"]
+        size = self.members
         now, last, known = np.empty(size), np.empty((2, size)), np.empty((weights.shape[1], size), dtype=np.uint8)
         apart = np.ascontiguousarray(apart_m)
         given = (q.ctypes.data for q in (starts_s, weights, apart, *needs, known))
@@ -188,23 +205,20 @@ class CompiledCase:
         good, demand = np.empty(members.size, dtype=np.bool_), np.empty(members.size)
         member, start = np.ascontiguousarray(members, dtype=np.int64), np.ascontiguousarray(starts, dtype=np.int64)
         given, results = (member.ctypes.data, start.ctypes.data), (good.ctypes.data, demand.ctypes.data)
-        self._library.mcdas_escape_sound(self._at, members.size, *given, *nodes.arguments, *results)
+        self._library.mcdas_escape_sound(self._at, members.size, *given, nodes.at, *results)
         return good, demand
 
     def map(self, kind: Rows, times_s: Array, coarse: Nodes, exact: Nodes, host_d_m: float, near_m: float, latest_s: float) -> Answer:
         """The whole map: `escape_search.c`."""
-        sizes, count = self._sizes, len(KINDS)
-        size, held, bodies = sizes["members"], sizes["held"], sizes["bodies"]
-        work = np.empty(2 * held + STARTS * (1 + bodies) + size * (2 * bodies * ANCHORS + 3 * ANCHORS + 3))
-        known = np.empty(ANCHORS * size, dtype=np.uint8)
-        clock, floats, wholes = np.empty(held, dtype=np.int64), np.empty(1 + count), np.empty(1 + 3 * count, dtype=np.int64)
+        count, bodies = len(KINDS), self.bodies
+        answers = 2 + 4 * count
+        work = np.empty(answers + 3 * self.held_count + STARTS * (1 + bodies) + self.members * (2 * bodies * ANCHORS + 4 * ANCHORS + 3))
         kinds = np.ascontiguousarray(kind, dtype=np.int64)
-        nodes = (q for each in (coarse, exact) for q in each.record)
-        asked = _Search(self._at, kinds.ctypes.data, times_s.ctypes.data, *nodes, host_d_m, near_m, latest_s)
-        results = work.ctypes.data, clock.ctypes.data, known.ctypes.data, floats.ctypes.data, wholes.ctypes.data
-        self._library.mcdas_escape_map(ctypes.byref(asked), *results)
-        end, *now = floats.tolist()
-        ender, *rest = wholes.tolist()
+        asked = _Search(self._at, kinds.ctypes.data, times_s.ctypes.data, coarse.at, exact.at, None, host_d_m, near_m, latest_s)
+        self._library.mcdas_escape_map(ctypes.byref(asked), work.ctypes.data)
+        answer = work[:answers].tolist()
+        end, *now = answer[: 1 + count]
+        ender, *rest = map(int, answer[1 + count :])
         return Answer(end, ender, (rest[:count], rest[count : 2 * count]), now, rest[2 * count :])
 
     def met(self, clock: Rows, places: Array) -> tuple[int, int]:
@@ -221,6 +235,7 @@ def _library() -> ctypes.CDLL | None:
     numbers = {
         "LANES": _LANES,
         "ROOM": _ROOM,
+        "PIECE": _PIECE,
         "SHARE": swerves.SHARE,
         "SLOWEST_MPS": swerves.SLOWEST_MPS,
         "STEEPEST": swerves.STEEPEST,
@@ -246,13 +261,12 @@ def _library() -> ctypes.CDLL | None:
     if found is None:
         return None
     pointer, whole = ctypes.c_void_p, ctypes.c_int
-    nodes: list[Any] = [whole, whole, pointer, pointer, whole]
     found.mcdas_escape_company.argtypes = [ctypes.c_longlong, ctypes.c_longlong, *[pointer] * 4]
     found.mcdas_escape_held.argtypes = [pointer] * 4
-    found.mcdas_escape_needs.argtypes = [pointer, whole, pointer, *nodes, *[pointer] * 3]
+    found.mcdas_escape_needs.argtypes = [pointer, whole, pointer, *[pointer] * 4]
     found.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 9]
-    found.mcdas_escape_sound.argtypes = [pointer, whole, pointer, pointer, *nodes, pointer, pointer]
-    found.mcdas_escape_map.argtypes = [pointer] * 6
+    found.mcdas_escape_sound.argtypes = [pointer, whole, *[pointer] * 5]
+    found.mcdas_escape_map.argtypes = [pointer] * 2
     found.mcdas_escape_met.argtypes = [pointer, whole, *[pointer] * 6]
     for name in ("company", "held", "needs", "guess", "sound", "map"):
         getattr(found, f"mcdas_escape_{name}").restype = None

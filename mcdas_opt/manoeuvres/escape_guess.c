@@ -16,7 +16,8 @@ static Between between_of(const double *weights, int anchors)
     return b;
 }
 
-enum { UNKNOWN, DRIVEN_ALONG, KNOWN }; /* of a member from an anchor: nothing; how it accelerates, so what it asks at least; all */
+/* Of a member from an anchor: what it asks at least is known, what it leaves, which gaps it needs; or that it is UNABLE, OFF_ROAD */
+enum { AT_LEAST = 1, SLACK = 2, GAPS = 4, NONE = UNABLE | OFF_ROAD };
 
 typedef struct {
     const Case *q;
@@ -39,34 +40,59 @@ static const Anchor *anchor_of(Guesses *g, int k)
     return g->at + k;
 }
 
-static void ask(Guesses *g, whole i, int k)
+/* Drives a member from an anchor, no further than until it shows that it is none or asks for more than `most`; returns that, or 0 with
+ * all of it known */
+static int tried(Guesses *g, whole i, int k, double most)
 {
-    const whole size = g->q->members, at = k * size + i;
-    if (g->known[at] == KNOWN) return;
-    need(g->q, anchor_of(g, k), i, g->nodes, g->anchors * size, g->low + at, g->high + at, g->slack + at);
-    g->known[at] = KNOWN;
+    const Case *q = g->q;
+    const whole all = g->anchors * q->members, at = k * q->members + i;
+    unsigned char *known = g->known + at;
+    if (*known & (SLACK | NONE)) return *known & NONE;
+    if (i < q->in_lane)
+        left_in_lane(q, anchor_of(g, k), i, all, g->slack + at);
+    else {
+        const int why = steered(q, anchor_of(g, k), i, g->nodes, 1, most, all, g->low + at, g->high + at, g->slack + at);
+        if (why == COSTLY) return why;
+        *known |= why;
+        if (why) return why;
+        *known |= GAPS;
+    }
+    *known |= SLACK;
+    if (g->slack[at + all] < 0.0) *known |= UNABLE;
+    if (g->slack[at] < 0.0) *known |= OFF_ROAD;
+    return *known & NONE;
 }
 
-/* No member is more comfortable from an anchor than this: one that steers asks at least for its braking or accelerating, which takes a
- * tenth of the time to work out */
+/* all of what a member needs from an anchor */
+static void ask(Guesses *g, whole i, int k)
+{
+    const Case *q = g->q;
+    const whole all = g->anchors * q->members, at = k * q->members + i;
+    if (g->known[at] & GAPS) return;
+    if (i < q->in_lane) {
+        tried(g, i, k, INFINITY);
+        gaps_in_lane(q, anchor_of(g, k), i, all, g->low + at, g->high + at);
+    } else
+        steered(q, anchor_of(g, k), i, g->nodes, 0, INFINITY, all, g->low + at, g->high + at, g->slack + at);
+    g->known[at] |= SLACK | GAPS;
+}
+
+/* No member is more comfortable from an anchor than this: one that steers asks at least for the braking or accelerating that it begins with */
 static double ease_at_most(Guesses *g, whole i, int k)
 {
     const Case *q = g->q;
     const whole at = k * q->members + i;
     double *ease = g->slack + 2 * g->anchors * q->members + at;
-    if (g->known[at] == UNKNOWN) {
-        double level, until, v[ROOM], a[ROOM], way[ROOM];
-        const int n = (int)g->nodes->n;
+    if (i < q->in_lane)
+        tried(g, i, k, INFINITY);
+    else if (!(g->known[at] & (SLACK | AT_LEAST))) {
+        double level, until, v[LANES], a[LANES], way[LANES];
         const double *x = anchor_of(g, k)->begin.x;
-        if (i < q->in_lane) {
-            ask(g, i, k);
-            return *ease;
-        }
         begun(q, i, AS_IT_IS, x[SPEED], &level, &until);
-        pace(q, level, until, n, g->nodes->times, x[SPEED], x[ACCELERATION], v, a, way);
-        for (int t = 0; t < n; t++) a[t] *= a[t];
-        *ease = q->comfort - sqrt(greatest(n, a));
-        g->known[at] = DRIVEN_ALONG;
+        pace(q, level, until, LANES, g->nodes->times, x[SPEED], x[ACCELERATION], v, a, way);
+        for (int t = 0; t < LANES; t++) a[t] *= a[t];
+        *ease = q->comfort - sqrt(most_of(a));
+        g->known[at] |= AT_LEAST;
     }
     return *ease;
 }
@@ -105,11 +131,12 @@ static double moment_of(const Guesses *g, int n, double open, double after)
 static void look(Guesses *g, whole i, int top, int bottom)
 {
     double *last = g->last + i, *last_easy = last + g->q->members, easy, after_easy = 0.0, after = 0.0;
-    const Between b = g->between[bottom];
+    const Between b = g->between[top];
     if (*last >= 0.0 && (*last_easy >= 0.0 || (ease_at_most(g, i, b.k) <= 0.0 && ease_at_most(g, i, b.next) <= 0.0))) return;
-    if (top < g->starts - 1) after = open_at(g, i, top + 1, &after_easy);
+    if (tried(g, i, b.k, INFINITY) & (b.next == b.k ? NONE : tried(g, i, b.next, INFINITY))) return; /* so is everything in between */
     for (int n = top; n >= bottom && (*last < 0.0 || *last_easy < 0.0); n--) {
         const double open = open_at(g, i, n, &easy);
+        if (n == top && n < g->starts - 1 && open > 0.0) after = open_at(g, i, n + 1, &after_easy);
         if (*last < 0.0 && open > 0.0) *last = moment_of(g, n, open, after);
         if (*last_easy < 0.0 && easy > 0.0) *last_easy = moment_of(g, n, easy, after_easy);
         after = open;
@@ -160,7 +187,7 @@ PUBLIC void mcdas_escape_guess(const Case *q, int anchors, int starts, const dou
     Guesses g = {.q = q, .anchors = anchors, .starts = starts, .seconds = seconds, .apart = apart, .between = between};
     double easy;
     g.low = low, g.high = high, g.slack = slack, g.last = last, g.known = known;
-    memset(known, KNOWN, (size_t)(anchors * size));
+    memset(known, SLACK | GAPS, (size_t)(anchors * size));
     for (int n = 0; n < starts; n++) between[n] = between_of(weights + (whole)n * anchors, anchors);
     for (whole i = 0; i < size; i++) {
         last[i] = last[size + i] = -1.0;

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -96,55 +96,34 @@ class Case:
             self.table[:] = path.s_m, path.d_m, path.heading_rad, path.speed_mps, path.acceleration_mps2, path.steering_rad
         else:
             self.compiled.held(situation.host.to_vector(), self.times_s)
+
+    @cached_property
+    def path(self) -> Starts:
+        """The host that keeps on, at its times (H,)."""
         s, d, heading, speed, acceleration, steering = self.table
-        self.path = Starts(s_m=s, d_m=d, heading_rad=heading, speed_mps=speed, acceleration_mps2=acceleration, steering_rad=steering)
+        return Starts(s_m=s, d_m=d, heading_rad=heading, speed_mps=speed, acceleration_mps2=acceleration, steering_rad=steering)
 
     def _compiled(self, library: ctypes.CDLL) -> CompiledCase:
-        car, road, chosen, all_of, company = self.vehicle, self.situation.road, self.chosen, self.members, self.company
-        knots = np.array(road.curvature)
-        grip = road.friction * GRAVITY_MPS2
-        tables = {
-            "others_s": company.s_m,
-            "others_d": company.d_m,
-            "others_mps": company.speed_mps,
-            "half_length": company.half_length_m,
-            "half_width": company.half_width_m,
-            "longest": company.half_length_m.max(-1),
-            "table": self.table,
-            "level": all_of.level_mps2,
-            "until": all_of.until_s,
-            "until_mps": all_of.until_mps,
-            "target": all_of.target_d_m,
-            "lateral": all_of.lateral_mps2,
-            "knots": knots[:, 0].copy(),
-            "kappas": knots[:, 1].copy(),
-        }
-        numbers = {
-            "wheelbase": car.wheelbase_m,
-            "centre": car.centre_m,
-            "length": car.length_m,
-            "width": car.width_m,
-            "jerk_min": car.jerk_min_mps3,
-            "jerk_max": car.jerk_max_mps3,
-            "speed_max": car.speed_max_mps,
-            "steering_max": car.steering_max_rad,
-            "steering_rate": car.steering_rate_max_radps,
-            "limit": chosen.demand.friction * grip,
-            "steering_share": chosen.demand.steering,
-            "brake": self.brake_mps2,
-            "accelerate": self.accelerate_mps2,
-            "left": road.left_edge_m,
-            "right": road.right_edge_m,
-            "end": np.inf if road.road_end_s_m is None else road.road_end_s_m,
-            "bend": max(abs(kappa) for _, kappa in road.curvature),
-            "clear_m": chosen.clear_m,
-            "clear_s": chosen.clear_s,
-            "comfort": self.comfort_mps2,
-            "shortest": all_of.shortest_s,
-            "straightening": all_of.straightening_mps2,
-        }
-        half = round(0.5 * chosen.clear_s / LATTICE_S)
-        return CompiledCase(library, tables, numbers, in_lane=int(np.searchsorted(all_of.kind, SIDEWAYS)), half_steps=half)
+        car, road, chosen, all_of = self.vehicle, self.situation.road, self.chosen, self.members
+        columns = np.array((all_of.level_mps2, all_of.until_s, all_of.until_mps, all_of.target_d_m, all_of.lateral_mps2))
+        numbers = (
+            *(car.wheelbase_m, car.centre_m, car.length_m, car.width_m, car.jerk_min_mps3, car.jerk_max_mps3, car.speed_max_mps),
+            *(car.steering_max_rad, car.steering_rate_max_radps),
+            *(chosen.demand.friction * (road.friction * GRAVITY_MPS2), chosen.demand.steering, self.brake_mps2, self.accelerate_mps2),
+            *(road.left_edge_m, road.right_edge_m, np.inf if road.road_end_s_m is None else road.road_end_s_m),
+            max(abs(kappa) for _, kappa in road.curvature),
+            *(chosen.clear_m, chosen.clear_s, self.comfort_mps2, all_of.shortest_s, all_of.straightening_mps2),
+        )
+        return CompiledCase(
+            library,
+            self.company,
+            self.table,
+            columns,
+            np.array(road.curvature).T.copy(),
+            numbers,
+            in_lane=int(np.searchsorted(all_of.kind, SIDEWAYS)),
+            half_steps=round(0.5 * chosen.clear_s / LATTICE_S),
+        )
 
     def at(self, starts: Rows) -> Starts:
         """The host after keeping on until these steps (R,) of the lattice."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -176,18 +177,14 @@ class Members:
 def members(situation: Situation, vehicle: Vehicle, company: Company, chosen: EscapeSettings) -> Members:
     road = situation.road
     grip = road.friction * GRAVITY_MPS2
-    bend = min(situation.host.speed_mps**2 * abs(float(road.curvature_at(situation.host.s_m))), _BEND_SHARE * grip)
-    spare = np.sqrt(grip * grip - bend * bend)
+    bend = 0.0
+    if not road.is_straight:
+        bend = min(situation.host.speed_mps**2 * abs(float(road.curvature_at(situation.host.s_m))), _BEND_SHARE * grip)
+    spare = math.sqrt(grip * grip - bend * bend)
     brake, accelerate = min(-vehicle.acceleration_min_mps2, spare), min(vehicle.acceleration_max_mps2, spare - _FASTER * bend)
     sides = [next_lane_m(situation, vehicle, side) for side in (Side.LEFT, Side.RIGHT)]
-    spread = _spread(chosen, sides[0] is not None, sides[1] is not None)
-    most = np.array([brake, accelerate])[spread.limit]
-    comfort, gentle = _JUST * chosen.comfort_on(road.friction), min(1.0, 0.2 * grip)
-    level = spread.pace * most
-    level[spread.comfortable] = np.minimum(np.maximum(level[spread.comfortable], -comfort), comfort)
-    push = spread.push * np.maximum(np.sqrt(grip * grip - level * level) - bend, 0.1 * grip)
-    push[spread.push == 0.0] = min(comfort, grip)
-    push[: spread.in_lane] = gentle
+    forces = _Forces(grip, bend, brake, accelerate, _JUST * chosen.comfort_on(road.friction), min(1.0, 0.2 * grip))
+    spread, level, push = _spread(chosen, sides[0] is not None, sides[1] is not None, forces)
     ends = np.array([*_speeds_of_nearest(situation, company), np.nan])
     targets = np.array([np.nan, np.nan, *(np.nan if side is None else side for side in sides)])
     return Members(
@@ -199,8 +196,19 @@ def members(situation: Situation, vehicle: Vehicle, company: Company, chosen: Es
         target_d_m=targets[spread.kind],
         lateral_mps2=push,
         shortest_s=_SHORTEST_S,
-        straightening_mps2=gentle,
+        straightening_mps2=forces.gentle,
     )
+
+
+class _Forces(NamedTuple):
+    """What there is [m/s^2]: the grip, what a bend takes of it, braking, accelerating, what is comfortable, and what is gentle."""
+
+    grip: float
+    bend: float
+    brake: float
+    accelerate: float
+    comfort: float
+    gentle: float
 
 
 class _Spread(NamedTuple):
@@ -218,16 +226,29 @@ class _Spread(NamedTuple):
     of_kind: tuple[NDArray[np.intp], ...]
 
 
-def _spread(chosen: EscapeSettings, left: bool, right: bool) -> _Spread:
-    """As made before for the very same manoeuvres: to compare some hundred numbers takes longer than all the rest."""
+def _spread(chosen: EscapeSettings, left: bool, right: bool, forces: _Forces) -> tuple[_Spread, Array, Array]:
+    """And what the members take of these forces: levels and pushes (M,). As made before for the very same manoeuvres and forces: to
+    compare some hundred numbers takes longer than all the rest."""
     own = chosen.braking, chosen.accelerating, chosen.sideways
-    key = (*map(id, own), left, right)
+    key = (*map(id, own), left, right, forces)
     known = _MADE.get(key)
     if known is None:
         if len(_MADE) >= _MOST_MADE:
             _MADE.clear()
-        known = _MADE[key] = own, _made(chosen, left, right)  # they are kept, so that their names stay theirs
+        spread = _made(chosen, left, right)
+        known = _MADE[key] = own, (spread, *_taken(spread, forces))  # they are kept, so that their names stay theirs
     return known[1]
+
+
+def _taken(spread: _Spread, f: _Forces) -> tuple[Array, Array]:
+    level = spread.pace * np.array([f.brake, f.accelerate])[spread.limit]
+    level[spread.comfortable] = np.minimum(np.maximum(level[spread.comfortable], -f.comfort), f.comfort)
+    push = spread.push * np.maximum(np.sqrt(f.grip * f.grip - level * level) - f.bend, 0.1 * f.grip)
+    push[spread.push == 0.0] = min(f.comfort, f.grip)
+    push[: spread.in_lane] = f.gentle
+    for taken in (level, push):
+        taken.setflags(write=False)
+    return level, push
 
 
 def _made(chosen: EscapeSettings, left: bool, right: bool) -> _Spread:
@@ -248,7 +269,7 @@ def _made(chosen: EscapeSettings, left: bool, right: bool) -> _Spread:
     return _Spread(kind, pace, (pace > 0.0).astype(np.intp), until, push, matching, np.array(comfortable), in_lane, of_kind)
 
 
-_MADE: dict[tuple[object, ...], tuple[object, _Spread]] = {}
+_MADE: dict[tuple[object, ...], tuple[object, tuple[_Spread, Array, Array]]] = {}
 
 
 def _speeds_of_nearest(situation: Situation, company: Company) -> tuple[float, float]:

@@ -7,7 +7,8 @@ typedef struct {
     const Case *q;
     const whole *kind;   /* (members) */
     const double *times; /* (held) */
-    Nodes coarse, exact;
+    const Nodes *coarse, *exact;
+    Drive *drive;
     double host_d, near_d, latest_s;
 } Search;
 
@@ -21,19 +22,20 @@ static whole closer_of(const Search *o, whole who, double moment, double own_s)
 }
 
 /* when keeping on ends, and by what */
-static double end_of_keeping_on(const Search *o, double *work, whole *clock, whole *ender)
+static double end_of_keeping_on(const Search *o, double *path, double *ender)
 {
     const Case *q = o->q;
     const whole n = q->held;
     const double *s = q->table, *d = q->table + n, *psi = q->table + 2 * n;
-    double *sine = work, *cosine = work + n, leaves = INFINITY, moment = INFINITY;
+    whole *clock = (whole *)(path + 2 * n);
+    double *sine = path, *cosine = path + n, leaves = INFINITY, moment = INFINITY;
     whole who;
     for (whole t = 0; t < n; t++) {
         sine[t] = sin(psi[t]);
         cosine[t] = cos(psi[t]);
         clock[t] = HELD_STEPS * t;
     }
-    const int step = touched(q, (int)n, clock, s, d, sine, cosine, 0.0, 0, &who);
+    const int step = touched(q, 0, (int)n, 0, clock, s, d, sine, cosine, 0.0, 0, &who);
     if (step >= 0) moment = o->times[step];
     for (whole t = 0; t < n; t++) {
         const double room = 0.5 * (q->width * cosine[t] + q->length * fabs(sine[t])) + EDGE_M;
@@ -44,13 +46,13 @@ static double end_of_keeping_on(const Search *o, double *work, whole *clock, who
     }
     *ender = NOBODY;
     if (LESSER(moment, leaves) >= o->latest_s) return o->latest_s;
-    *ender = leaves < moment ? EDGE : closer_of(o, who, moment, s[step]);
+    *ender = (double)(leaves < moment ? EDGE : closer_of(o, who, moment, s[step]));
     return LESSER(leaves, moment);
 }
 
 static int sound_as(const Search *o, whole member, const double *factor, whole start, double most, double *demand)
 {
-    return sound_one(o->q, member, factor, start, &o->exact, 1, most, demand);
+    return sound_one(o->q, o->drive, member, factor, start, o->exact, 1, most, demand);
 }
 
 /* The `most` members of a kind of the greatest value, of those that have at least `least_of`, the greatest first; how many */
@@ -180,7 +182,8 @@ static whole last_sound(const Search *o, Guesses *g, Depth *depth, int easy, who
  * those, by their braking or accelerating alone, are not driven */
 static double asked_now(const Search *o, Guesses *g, const Depth *d, whole kind, double *ease)
 {
-    const double *at_most = g->slack + 2 * g->anchors * o->q->members;
+    const Case *q = o->q;
+    const double *at_most = g->slack + 2 * g->anchors * q->members;
     double best[GENTLEST], now = INFINITY, demand, easy;
     whole gentle[GENTLEST];
     for (int j = 0; j < GENTLEST; j++) best[j] = -INFINITY;
@@ -194,7 +197,8 @@ static double asked_now(const Search *o, Guesses *g, const Depth *d, whole kind,
         for (whole i = d->from; i < d->to; i++)
             if (ease[i] != ease[i] && at_most[i] >= most) most = at_most[next = i];
         if (next == NOBODY) break;
-        const int opened = open_at(g, next, 0, &easy) > 0.0;
+        const int none = tried(g, next, 0, q->comfort - best[GENTLEST - 1] + 1e-9); /* COSTLY: then it is not among them */
+        const int opened = !none && open_at(g, next, 0, &easy) > 0.0;
         double value = ease[next] = opened ? at_most[next] : -INFINITY;
         for (int j = 0; j < GENTLEST; j++)
             if (value > best[j]) {
@@ -221,6 +225,7 @@ static whole in_the_way(const Search *o, Guesses *g, const Depth *d, int n)
     whole who = NOBODY;
     for (whole i = d->from; i < d->to; i++) {
         const whole here = b.k * size + i, there = b.next * size + i;
+        if (tried(g, i, b.k, INFINITY) & tried(g, i, b.next, INFINITY) & UNABLE) continue;
         ask(g, i, b.k);
         ask(g, i, b.next);
         if (!(b.share * slack[all + here] + b.rest * slack[all + there] >= 0.0)) continue;
@@ -246,22 +251,22 @@ static whole in_the_way(const Search *o, Guesses *g, const Depth *d, int n)
     return closer_of(o, who, 0.0, q->table[S]);
 }
 
-/* The whole map: when keeping on ends, what each kind asks that begins now (INFINITY without); what ends it, the last steps of each kind (of
- * any demand, of a comfortable one; -1 without), what closes each (NOBODY where it lasts until keeping on ends). `work`: 2 held +
- * starts (1 + bodies) + members (2 bodies ANCHORS + 3 ANCHORS + 3) numbers; `clock` (held), `known` (ANCHORS, members) */
-PUBLIC void mcdas_escape_map(const Search *o, double *work, whole *clock, unsigned char *known, double *floats, whole *wholes)
+/* The whole map, into `work`: when keeping on ends, what each kind asks that begins now (INFINITY without); what ends it, the last steps of
+ * each kind (of any demand, of a comfortable one; -1 without), what closes each (NOBODY where it lasts until keeping on ends). Behind that there
+ * is room for 3 held + starts (1 + bodies) + members (2 bodies ANCHORS + 4 ANCHORS + 3) numbers. */
+PUBLIC void mcdas_escape_map(Search *o, double *work)
 {
-    double *now_of = floats + 1;
-    whole *start_of = wholes + 1, *closers = wholes + 1 + 2 * KINDS;
     const Case *q = o->q;
-    const whole size = q->members;
-    double *seconds = work + 2 * q->held, *apart = seconds + STARTS;
-    double *low = apart + STARTS * q->bodies, *high = low + q->bodies * ANCHORS * size, *slack = high + q->bodies * ANCHORS * size;
-    double *last = slack + 3 * ANCHORS * size, *ease = last + 2 * size;
+    const whole size = q->members, all = ANCHORS * size;
+    double *now_of = work + 1, *ender = now_of + KINDS, *start_of = ender + 1, *closers = start_of + 2 * KINDS, *path = closers + KINDS;
+    double *seconds = path + 3 * q->held, *apart = seconds + STARTS;
+    double *low = apart + STARTS * q->bodies, *high = low + q->bodies * all, *slack = high + q->bodies * all;
+    double *last = slack + 3 * all, *ease = last + 2 * size;
+    unsigned char *known = (unsigned char *)(ease + size);
     whole anchor[ANCHORS];
     Between between[STARTS];
     int anchors = 0;
-    const double end = floats[0] = end_of_keeping_on(o, work, clock, wholes), step = end / (STARTS - 1);
+    const double end = work[0] = end_of_keeping_on(o, path, ender), step = end / (STARTS - 1);
     const int wanted = 1 + (int)ceil(end / APART_S), least_of = GREATER(wanted, LEAST_ANCHORS), count_of = LESSER(least_of, ANCHORS);
     for (int k = 0; k < count_of; k++) {
         const whole at = (whole)rint((k < count_of - 1 ? k * (end / (count_of - 1)) : end) / LATTICE_S);
@@ -283,8 +288,11 @@ PUBLIC void mcdas_escape_map(const Search *o, double *work, whole *clock, unsign
         const double own = (s[1] - s[0]) / (t[1] - t[0]) * (LATTICE_S * (double)at - t[0]) + s[0];
         for (whole j = 0; j < q->bodies; j++) apart[j * STARTS + n] = q->others_s[j * q->lattice + at] - own;
     }
-    Guesses g = {q, &o->coarse, anchor, anchors, STARTS, seconds, apart, between, low, high, slack, last, known, .ready = {0}};
-    memset(known, UNKNOWN, (size_t)(anchors * size));
+    Guesses g = {q, o->coarse, anchor, anchors, STARTS, seconds, apart, between, low, high, slack, last, known, .ready = {0}};
+    Drive drive;
+    drive.start = NOBODY;
+    o->drive = &drive;
+    memset(known, 0, (size_t)(anchors * size));
     for (whole i = 0; i < 2 * size; i++) last[i] = -1.0;
     const whole latest = (whole)floor(end / LATTICE_S + 1e-9);
     for (whole kind = 0, i = 0; kind < KINDS; kind++) {
@@ -292,12 +300,12 @@ PUBLIC void mcdas_escape_map(const Search *o, double *work, whole *clock, unsign
         while (i < size && o->kind[i] == kind) i++;
         d.to = i;
         const double now = now_of[kind] = asked_now(o, &g, &d, kind, ease);
-        for (int easy = 0; easy < 2; easy++) start_of[easy * KINDS + kind] = last_sound(o, &g, &d, easy, kind, latest);
-        whole *start = start_of + kind;
-        if (*start < 0 && now < INFINITY) *start = 0;
+        for (int easy = 0; easy < 2; easy++) start_of[easy * KINDS + kind] = (double)last_sound(o, &g, &d, easy, kind, latest);
+        if (start_of[kind] < 0.0 && now < INFINITY) start_of[kind] = 0.0;
+        const double start = start_of[kind];
         int after = 0;
-        if (*start >= 0)
-            while (after < STARTS - 1 && seconds[after] <= LATTICE_S * (double)*start) after++;
-        closers[kind] = *start < latest ? in_the_way(o, &g, &d, after) : NOBODY;
+        if (start >= 0.0)
+            while (after < STARTS - 1 && seconds[after] <= LATTICE_S * start) after++;
+        closers[kind] = (double)(start < (double)latest ? in_the_way(o, &g, &d, after) : NOBODY);
     }
 }

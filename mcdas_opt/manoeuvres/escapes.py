@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
 from mcdas_opt.domain.escapes import Closer, Escape, Escapes
 from mcdas_opt.domain.prediction import Prediction
@@ -24,7 +24,7 @@ def escapes(situation: Situation, vehicle: Vehicle, prediction: Prediction, sett
     """
     chosen = settings or EscapeSettings()
     end_s, ender, (last, comfortable), now, closers = found(Case(situation, vehicle, prediction, chosen, compiled_escapes()))
-    latest = int(np.floor(end_s / LATTICE_S + 1e-9))
+    latest = math.floor(end_s / LATTICE_S + 1e-9)
     answers: dict[str, Escape] = {}
     for kind, name in enumerate(KINDS):
         refusal, start = _refusal(name, situation), last[kind]
