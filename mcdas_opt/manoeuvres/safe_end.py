@@ -87,35 +87,40 @@ def ends(
     road is a car that stands.
     """
     cfg = settings or SafeEndSettings()
-    t, s, d, psi, v = (getattr(drive, name)[samples] for name in ("t_s", "s_m", "d_m", "heading_rad", "speed_mps"))
+    s, d, psi, v = (getattr(drive, name)[samples] for name in ("s_m", "d_m", "heading_rad", "speed_mps"))
     standing = v <= _STANDING_MPS
-    margin, demand = np.full(t.shape, math.inf), np.full(t.shape, -math.inf)
+    margin, demand = np.full(s.shape, math.inf), np.full(s.shape, -math.inf)
     front_fails = ~standing & (np.abs(psi) > cfg.settled_rad)
-    follower_fails = np.zeros(t.shape, dtype=bool)
-    for body, whole in zip(prediction.bodies, prediction.on(drive.t_s), strict=True):
-        its_s, its_v = whole.s_m[samples], whole.speed_s_mps[samples]
-        in_way = np.abs(whole.d_m[samples] - d) < 0.5 * (body.width_m + vehicle.width_m) + _IN_THE_WAY_M
-        if not in_way.any():
-            continue
-        first = body.at(np.zeros(1))
-        lengths = 0.5 * (body.length_m + vehicle.length_m)
+    follower_fails = np.zeros(s.shape, dtype=bool)
+    others = prediction.rows_on(drive.t_s)
+    its_s, its_v = others.s_m[:, samples], others.speed_s_mps[:, samples]
+    lengths = np.array([0.5 * (body.length_m + vehicle.length_m) for body in prediction.bodies])
+    widths = np.array([0.5 * (body.width_m + vehicle.width_m) for body in prediction.bodies])
+    in_way = np.abs(others.d_m[:, samples] - d) < widths.reshape(-1, 1) + _IN_THE_WAY_M
+    near = np.flatnonzero(in_way.any(axis=-1))
+    if near.size:
+        in_way, its_s, its_v, lengths = in_way[near], its_s[near], its_v[near], lengths[near]
+        first_s, first_v = (row[near] for row in _beginning(prediction, drive.t_s))
         ahead = in_way & (its_s >= s)
-        room = its_s - s - lengths - distance_to_hold(v, its_v, vehicle, road, cfg)
-        before = float(first.s_m[0]) - start.s_m - lengths
-        before -= float(distance_to_hold(start.speed_mps, float(first.speed_s_mps[0]), vehicle, road, cfg))
-        owed = min(before, 0.0) if float(first.s_m[0]) > start.s_m else 0.0
-        margin = np.where(ahead, np.minimum(margin, room), margin)
-        front_fails |= ahead & ~standing & (room < owed - _ROUNDING_M)
+        room = its_s - s - lengths[:, None] - distance_to_hold(v, its_v, vehicle, road, cfg)
+        before = first_s - start.s_m - lengths - distance_to_hold(start.speed_mps, first_v, vehicle, road, cfg)
+        owed = np.where(first_s > start.s_m, np.minimum(before, 0.0), 0.0)
+        margin = np.where(ahead, room, math.inf).min(axis=0)
+        front_fails |= (ahead & (room < owed[:, None] - _ROUNDING_M)).any(axis=0) & ~standing
         behind = in_way & (its_s < s)
-        asked = demand_on_follower(s - its_s - lengths, its_v - v, cfg.follower_response_s)
-        asked_before = 0.0
-        if float(first.s_m[0]) < start.s_m:
-            gap, closing = start.s_m - float(first.s_m[0]) - lengths, float(first.speed_s_mps[0]) - start.speed_mps
-            asked_before = float(demand_on_follower(gap, closing, cfg.follower_response_s))
-        demand = np.where(behind, np.maximum(demand, asked), demand)
-        follower_fails |= behind & (asked > max(cfg.follower_demand_mps2, asked_before) + _ROUNDING_MPS2)
+        asked = demand_on_follower(s - its_s - lengths[:, None], its_v - v, cfg.follower_response_s)
+        asked_before = demand_on_follower(start.s_m - first_s - lengths, first_v - start.speed_mps, cfg.follower_response_s)
+        allowed = np.maximum(np.where(first_s < start.s_m, asked_before, 0.0), cfg.follower_demand_mps2)
+        demand = np.where(behind, asked, -math.inf).max(axis=0)
+        follower_fails |= (behind & (asked > allowed[:, None] + _ROUNDING_MPS2)).any(axis=0)
     if road.road_end_s_m is not None:
         room = road.road_end_s_m - s - 0.5 * vehicle.length_m - distance_to_hold(v, 0.0, vehicle, road, cfg)
         margin = np.minimum(margin, room)
         front_fails |= ~standing & (room < 0.0)
     return Ends(margin, demand, standing, ~front_fails & ~follower_fails, front_fails, follower_fails)
+
+
+def _beginning(prediction: Prediction, t_s: Array) -> tuple[Array, Array]:
+    """Place and speed of every body at the situation's time."""
+    rows = prediction.rows_on(t_s if t_s[0] == 0.0 else np.zeros(1))
+    return rows.s_m[:, 0], rows.speed_s_mps[:, 0]

@@ -16,9 +16,9 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.manoeuvres.safe_end import Ends, ends
+from mcdas_opt.planning.glance import verdicts
 from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
-from mcdas_opt.verification.judge import judge
 
 _COMFORT_MPS2 = 3.0
 _PIECE_S = 3.0  # continued so far at a time, so that little is driven beyond the end that is found
@@ -64,7 +64,7 @@ def to_safe_end(
             if found.safe.any():
                 k = int(np.argmax(found.safe))
                 drive = _cut(drive, known + k + 1)
-                judged = judge(drive, situation.host, vehicle, situation.road, prediction)
+                (judged,) = verdicts((drive,), situation, vehicle, prediction)
                 if judged.passed:
                     return Ended(drive, judged, found.at(k, float(drive.t_s[-1])))
                 break
