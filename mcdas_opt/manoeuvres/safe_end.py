@@ -28,7 +28,8 @@ def distance_to_hold(
     it responds). Arrays broadcast; never negative.
     """
     v, ahead = np.asarray(speed_mps, dtype=np.float64), np.maximum(np.asarray(front_mps, dtype=np.float64), 0.0)
-    return np.maximum(np.asarray(_Braking.of(vehicle, road, settings or SafeEndSettings()).needed(v, ahead)), 0.0)
+    needed = _Braking.of(vehicle, road, settings or SafeEndSettings()).needed(v, ahead)
+    return np.asarray(np.maximum(needed, 0.0), dtype=np.float64)
 
 
 class _Braking(NamedTuple):
