@@ -144,27 +144,44 @@ class Prediction:
 
     name: str
     bodies: tuple[PredictedBody, ...] = ()
-    _on: dict[int, tuple[Array, tuple[BodyMotion, ...]]] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _on: dict[int, _Moving] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def on(self, t_s: Array) -> tuple[BodyMotion, ...]:
         """Every body's motion at these times (n,). Of times that nobody can write into, as a grid's, it is worked out once."""
+        return self._moving(t_s).each
+
+    def rows_on(self, t_s: Array) -> BodyMotion:
+        """The same as rows (J, n) of one motion."""
+        return self._moving(t_s).rows
+
+    def _moving(self, t_s: Array) -> _Moving:
         known = self._on.get(id(t_s))
-        if known is not None and known[0] is t_s:
-            return known[1]
-        motions = _each(self.bodies, t_s)
+        if known is not None and known.t_s is t_s:
+            return known
+        moving = _Moving(t_s, together(self.bodies, t_s))
         if not t_s.flags.writeable:
             if len(self._on) >= _KEPT:
                 self._on.clear()
-            self._on[id(t_s)] = t_s, motions
-        return motions
+            self._on[id(t_s)] = moving
+        return moving
 
 
-def _each(bodies: tuple[PredictedBody, ...], t_s: Array) -> tuple[BodyMotion, ...]:
-    if len(bodies) < 2 or not all_cruise(bodies):
-        return tuple(body.at(t_s) for body in bodies)
-    all_ = together(bodies, t_s)
-    rows = zip(all_.s_m, all_.d_m, all_.heading_rad, all_.speed_s_mps, all_.speed_d_mps, strict=True)
-    return tuple(BodyMotion(s_m=a, d_m=b, heading_rad=c, speed_s_mps=e, speed_d_mps=f) for a, b, c, e, f in rows)
+class _Moving:
+    """All bodies at some times: together, and, where that is asked for, each by itself."""
+
+    __slots__ = ("_each", "rows", "t_s")
+
+    def __init__(self, t_s: Array, rows: BodyMotion) -> None:
+        self.t_s, self.rows = t_s, rows
+        self._each: tuple[BodyMotion, ...] | None = None
+
+    @property
+    def each(self) -> tuple[BodyMotion, ...]:
+        if self._each is None:
+            of = self.rows
+            rows = zip(of.s_m, of.d_m, of.heading_rad, of.speed_s_mps, of.speed_d_mps, strict=True)
+            self._each = tuple(BodyMotion(s_m=a, d_m=b, heading_rad=c, speed_s_mps=e, speed_d_mps=f) for a, b, c, e, f in rows)
+        return self._each
 
 
 def together(bodies: Sequence[PredictedBody], t_s: Array) -> BodyMotion:

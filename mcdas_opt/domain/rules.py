@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from operator import mul
 from typing import Any
 
 import numpy as np
@@ -83,15 +82,21 @@ def covariance(name: str, value: Any, size: int, unit: str = "") -> Array:
 
 def _plainly_definite(rows: list[list[float]]) -> bool:
     """Whether a matrix is symmetric to the bit, and Cholesky's pivots are well above rounding: then no eigenvalues need be asked for."""
-    size = len(rows)
-    lower = [[0.0] * size for _ in range(size)]
+    lower: list[list[float]] = []
     for i, row in enumerate(rows):
-        for j in range(i):
+        mine: list[float] = []
+        pivot = row[i]
+        for j, other in enumerate(lower):
             if row[j] != rows[j][i]:
                 return False
-            lower[i][j] = (row[j] - sum(map(mul, lower[i][:j], lower[j][:j]))) / lower[j][j]
-        pivot = row[i] - sum(map(mul, lower[i][:i], lower[i][:i]))
+            left = row[j]
+            for k in range(j):
+                left -= mine[k] * other[k]
+            left /= other[j]
+            pivot -= left * left
+            mine.append(left)
         if not 1e-9 * row[i] < pivot < math.inf:  # nor what is no number
             return False
-        lower[i][i] = math.sqrt(pivot)
+        mine.append(math.sqrt(pivot))
+        lower.append(mine)
     return True

@@ -12,7 +12,12 @@ def sigmoid(x: Any, a: Any, b: Any, m: Any) -> Any:
 
 def renormalised(x: Any, a: Any, b: Any, m: Any) -> Any:
     """(S(x) - S(0)) / (S(X) - S(0)) with X = -2 ln(b) / a, where S(X) = 1 - S(0): exactly 0 at x = 0 and 1 at x = X."""
-    return (sigmoid(x, a, b, m) - 1.0 / (1.0 + b)) * (b + 1.0) / (b - 1.0)
+    return renormalised_shape(sigmoid(x, a, b, m), b)
+
+
+def renormalised_shape(shape: Any, b: Any) -> Any:
+    """The same of S(x)."""
+    return (shape - 1.0 / (1.0 + b)) * (b + 1.0) / (b - 1.0)
 
 
 def hump(x: Any, width: Any, m: Any) -> Any:

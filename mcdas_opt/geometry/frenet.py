@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -29,8 +31,14 @@ class FrenetFrame:
     _x: Array = field(init=False, repr=False)
     _y: Array = field(init=False, repr=False)
     _knots: Array = field(init=False, repr=False)  # (3, n): s, curvature, heading of the knots
+    _addresses: tuple[int, int, int, int] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        self._tabulate()
+        line, bends = self._table, self._knots
+        object.__setattr__(self, "_addresses", (line.shape[1], line.ctypes.data, bends.shape[1], bends.ctypes.data))
+
+    def _tabulate(self) -> None:
         if self.road.is_straight:
             empty = np.zeros(0)
             for name in ("_s", "_x", "_y"):
@@ -65,9 +73,15 @@ class FrenetFrame:
         inside = headings[i] + 0.5 * (kk[i] + np.interp(s, ks, kk)) * (s - ks[i])
         return np.asarray(np.where(s < ks[0], headings[0] + (s - ks[0]) * kk[0], inside))
 
-    def tables(self) -> tuple[Array, Array]:
-        """What `frenet.c` reads: (3, n) s, x, y of the reference line, (3, knots) s, curvature, heading; nothing on a straight road."""
-        return self._table, self._knots
+    def addresses(self) -> tuple[int, int, int, int]:
+        """What `frenet.c` reads, as arguments of a call: how many samples of the line and where their table lies (3, n: s, x, y), how many
+        knots and where theirs lies (3, n: s, curvature, heading); nothing on a straight road. Valid as long as the frame lives.
+        """
+        return self._addresses
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Made anew in another process: addresses do not travel."""
+        return partial(FrenetFrame, road=self.road, s_min_m=self.s_min_m, s_max_m=self.s_max_m), ()
 
     def _line(self, s: Array) -> tuple[Array, Array, Array]:
         if s.size and (s.min() < self._s[0] or s.max() > self._s[-1]):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,13 +27,27 @@ def distance_to_hold(
     """The gap [m] at which the host can stop behind a front car that brakes fully (RSS, lemma 2, with a host that holds its speed while
     it responds). Arrays broadcast; never negative.
     """
-    cfg = settings or SafeEndSettings()
-    grip = road.friction * GRAVITY_MPS2
-    own = cfg.braking_share * min(-vehicle.acceleration_min_mps2, grip)
-    front = min(cfg.front_braking_mps2, grip)
     v, ahead = np.asarray(speed_mps, dtype=np.float64), np.maximum(np.asarray(front_mps, dtype=np.float64), 0.0)
-    needed = np.asarray(v * cfg.response_s + v**2 / (2.0 * own) - ahead**2 / (2.0 * front))
-    return np.maximum(needed, 0.0)
+    needed = _Braking.of(vehicle, road, settings or SafeEndSettings()).needed(v, ahead)
+    return np.asarray(np.maximum(needed, 0.0), dtype=np.float64)
+
+
+class _Braking(NamedTuple):
+    """Twice what the host and a front car can brake with [m/s^2], and how late the host does [s]."""
+
+    twice_own: float
+    twice_front: float
+    response_s: float
+
+    @classmethod
+    def of(cls, vehicle: Vehicle, road: Road, cfg: SafeEndSettings) -> _Braking:
+        grip = road.friction * GRAVITY_MPS2
+        own = cfg.braking_share * min(-vehicle.acceleration_min_mps2, grip)
+        return cls(2.0 * own, 2.0 * min(cfg.front_braking_mps2, grip), cfg.response_s)
+
+    def needed(self, v: Any, ahead: Any) -> Any:
+        """The gap that holds behind a front car that drives so fast, at least 0; negative: none is needed."""
+        return v * self.response_s + v * v / self.twice_own - ahead * ahead / self.twice_front
 
 
 def demand_on_follower(gap_m: Array | float, closing_mps: Array | float, response_s: float) -> Array:
@@ -59,17 +74,29 @@ class Ends:
 
     def at(self, k: int, t_s: float) -> SafeEnd:
         """The record of sample k."""
-        margin, demand = float(self.front_margin_m[k]), float(self.follower_demand_mps2[k])
-        nobody_ahead, nobody_behind = margin == math.inf, demand == -math.inf
-        kind = EndKind.OPEN
-        if self.safe[k]:
-            kind = EndKind.STOPPED if self.standing[k] else EndKind.CLEAR if nobody_ahead and nobody_behind else EndKind.HELD
-        return SafeEnd(
-            kind=kind,
-            t_s=t_s,
-            front_margin_m=None if nobody_ahead else margin,
-            follower_demand_mps2=None if nobody_behind else demand,
-        )
+        return _record(float(self.front_margin_m[k]), float(self.follower_demand_mps2[k]), t_s, self.safe[k], self.standing[k])
+
+
+@dataclass(frozen=True, slots=True)
+class LastEnd:
+    """The end of a drive as it is, and what is not safe about it."""
+
+    end: SafeEnd
+    front_fails: bool
+    follower_fails: bool
+
+
+def _record(margin: float, demand: float, t_s: float, safe: Any, standing: Any) -> SafeEnd:
+    nobody_ahead, nobody_behind = margin == math.inf, demand == -math.inf
+    kind = EndKind.OPEN
+    if safe:
+        kind = EndKind.STOPPED if standing else EndKind.CLEAR if nobody_ahead and nobody_behind else EndKind.HELD
+    return SafeEnd(
+        kind=kind,
+        t_s=t_s,
+        front_margin_m=None if nobody_ahead else margin,
+        follower_demand_mps2=None if nobody_behind else demand,
+    )
 
 
 def ends(
@@ -87,35 +114,84 @@ def ends(
     road is a car that stands.
     """
     cfg = settings or SafeEndSettings()
-    t, s, d, psi, v = (getattr(drive, name)[samples] for name in ("t_s", "s_m", "d_m", "heading_rad", "speed_mps"))
+    s, d, psi, v = (getattr(drive, name)[samples] for name in ("s_m", "d_m", "heading_rad", "speed_mps"))
     standing = v <= _STANDING_MPS
-    margin, demand = np.full(t.shape, math.inf), np.full(t.shape, -math.inf)
+    margin, demand = np.full(s.shape, math.inf), np.full(s.shape, -math.inf)
     front_fails = ~standing & (np.abs(psi) > cfg.settled_rad)
-    follower_fails = np.zeros(t.shape, dtype=bool)
-    for body, whole in zip(prediction.bodies, prediction.on(drive.t_s), strict=True):
-        its_s, its_v = whole.s_m[samples], whole.speed_s_mps[samples]
-        in_way = np.abs(whole.d_m[samples] - d) < 0.5 * (body.width_m + vehicle.width_m) + _IN_THE_WAY_M
-        if not in_way.any():
-            continue
-        first = body.at(np.zeros(1))
-        lengths = 0.5 * (body.length_m + vehicle.length_m)
+    follower_fails = np.zeros(s.shape, dtype=bool)
+    others = prediction.rows_on(drive.t_s)
+    its_s, its_v = others.s_m[:, samples], others.speed_s_mps[:, samples]
+    lengths = np.array([0.5 * (body.length_m + vehicle.length_m) for body in prediction.bodies])
+    widths = np.array([0.5 * (body.width_m + vehicle.width_m) for body in prediction.bodies])
+    in_way = np.abs(others.d_m[:, samples] - d) < widths.reshape(-1, 1) + _IN_THE_WAY_M
+    near = np.flatnonzero(in_way.any(axis=-1))
+    if near.size:
+        in_way, its_s, its_v, lengths = in_way[near], its_s[near], its_v[near], lengths[near]
+        first_s, first_v = (row[near] for row in _beginning(prediction, drive.t_s))
         ahead = in_way & (its_s >= s)
-        room = its_s - s - lengths - distance_to_hold(v, its_v, vehicle, road, cfg)
-        before = float(first.s_m[0]) - start.s_m - lengths
-        before -= float(distance_to_hold(start.speed_mps, float(first.speed_s_mps[0]), vehicle, road, cfg))
-        owed = min(before, 0.0) if float(first.s_m[0]) > start.s_m else 0.0
-        margin = np.where(ahead, np.minimum(margin, room), margin)
-        front_fails |= ahead & ~standing & (room < owed - _ROUNDING_M)
+        room = its_s - s - lengths[:, None] - distance_to_hold(v, its_v, vehicle, road, cfg)
+        before = first_s - start.s_m - lengths - distance_to_hold(start.speed_mps, first_v, vehicle, road, cfg)
+        owed = np.where(first_s > start.s_m, np.minimum(before, 0.0), 0.0)
+        margin = np.where(ahead, room, math.inf).min(axis=0)
+        front_fails |= (ahead & (room < owed[:, None] - _ROUNDING_M)).any(axis=0) & ~standing
         behind = in_way & (its_s < s)
-        asked = demand_on_follower(s - its_s - lengths, its_v - v, cfg.follower_response_s)
-        asked_before = 0.0
-        if float(first.s_m[0]) < start.s_m:
-            gap, closing = start.s_m - float(first.s_m[0]) - lengths, float(first.speed_s_mps[0]) - start.speed_mps
-            asked_before = float(demand_on_follower(gap, closing, cfg.follower_response_s))
-        demand = np.where(behind, np.maximum(demand, asked), demand)
-        follower_fails |= behind & (asked > max(cfg.follower_demand_mps2, asked_before) + _ROUNDING_MPS2)
+        asked = demand_on_follower(s - its_s - lengths[:, None], its_v - v, cfg.follower_response_s)
+        asked_before = demand_on_follower(start.s_m - first_s - lengths, first_v - start.speed_mps, cfg.follower_response_s)
+        allowed = np.maximum(np.where(first_s < start.s_m, asked_before, 0.0), cfg.follower_demand_mps2)
+        demand = np.where(behind, asked, -math.inf).max(axis=0)
+        follower_fails |= (behind & (asked > allowed[:, None] + _ROUNDING_MPS2)).any(axis=0)
     if road.road_end_s_m is not None:
         room = road.road_end_s_m - s - 0.5 * vehicle.length_m - distance_to_hold(v, 0.0, vehicle, road, cfg)
         margin = np.minimum(margin, room)
         front_fails |= ~standing & (room < 0.0)
     return Ends(margin, demand, standing, ~front_fails & ~follower_fails, front_fails, follower_fails)
+
+
+def last_end(
+    drive: Trajectory, start: HostState, vehicle: Vehicle, road: Road, prediction: Prediction, settings: SafeEndSettings | None = None
+) -> LastEnd:
+    """`ends` of the last sample alone, number by number: every plan is asked for it, and one sample fills no array."""
+    cfg = settings or SafeEndSettings()
+    s, d, psi, v = (row.item(-1) for row in (drive.s_m, drive.d_m, drive.heading_rad, drive.speed_mps))
+    braking, response, standing = _Braking.of(vehicle, road, cfg), cfg.follower_response_s, v <= _STANDING_MPS
+    margin, demand = math.inf, -math.inf
+    front_fails, follower_fails = not standing and abs(psi) > cfg.settled_rad, False
+    others = prediction.rows_on(drive.t_s)
+    lasts = zip(*(row[:, -1].tolist() for row in (others.s_m, others.d_m, others.speed_s_mps)), strict=True)
+    firsts = zip(*(row.tolist() for row in _beginning(prediction, drive.t_s)), strict=True)
+    for body, (its_s, its_d, its_v), (first_s, first_v) in zip(prediction.bodies, lasts, firsts, strict=True):
+        if not abs(its_d - d) < 0.5 * (body.width_m + vehicle.width_m) + _IN_THE_WAY_M:
+            continue
+        lengths = 0.5 * (body.length_m + vehicle.length_m)
+        if its_s >= s:
+            room = its_s - s - lengths - max(braking.needed(v, max(its_v, 0.0)), 0.0)
+            margin, owed = min(margin, room), 0.0
+            if first_s > start.s_m:
+                owed = first_s - start.s_m - lengths - max(braking.needed(start.speed_mps, max(first_v, 0.0)), 0.0)
+            front_fails = front_fails or (not standing and room < min(owed, 0.0) - _ROUNDING_M)
+        else:
+            asked, asked_before = _demand(s - its_s - lengths, its_v - v, response), 0.0
+            if first_s < start.s_m:
+                asked_before = _demand(start.s_m - first_s - lengths, first_v - start.speed_mps, response)
+            demand = max(demand, asked)
+            follower_fails = follower_fails or asked > max(cfg.follower_demand_mps2, asked_before) + _ROUNDING_MPS2
+    if road.road_end_s_m is not None:
+        room = road.road_end_s_m - s - 0.5 * vehicle.length_m - max(braking.needed(v, 0.0), 0.0)
+        margin, front_fails = min(margin, room), front_fails or (not standing and room < 0.0)
+    end = _record(margin, demand, drive.t_s.item(-1), not front_fails and not follower_fails, standing)
+    return LastEnd(end, front_fails, follower_fails)
+
+
+def _demand(gap_m: float, closing_mps: float, response_s: float) -> float:
+    """`demand_on_follower`, of numbers."""
+    if closing_mps <= 0.0 and gap_m > 0.0:
+        return 0.0
+    closing = max(closing_mps, 0.0)
+    left = gap_m - closing * response_s
+    return closing * closing / (2.0 * left) if left > 0.0 else math.inf
+
+
+def _beginning(prediction: Prediction, t_s: Array) -> tuple[Array, Array]:
+    """Place and speed of every body at the situation's time."""
+    rows = prediction.rows_on(t_s if t_s[0] == 0.0 else np.zeros(1))
+    return rows.s_m[:, 0], rows.speed_s_mps[:, 0]

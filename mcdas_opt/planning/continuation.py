@@ -15,7 +15,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.verdict import Verdict
-from mcdas_opt.manoeuvres.safe_end import Ends, ends
+from mcdas_opt.manoeuvres.safe_end import ends, last_end
 from mcdas_opt.planning.glance import verdicts
 from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
@@ -48,19 +48,16 @@ def to_safe_end(
     shoulder), gently first.
     """
 
-    def meaning(drive: Trajectory, samples: slice) -> Ends:
-        return ends(drive, samples, situation.host, vehicle, situation.road, prediction, settings)
-
-    last = meaning(plan, slice(-1, None))
-    as_it_is = Ended(plan, verdict, last.at(0, float(plan.t_s[-1])))
+    last = last_end(plan, situation.host, vehicle, situation.road, prediction, settings)
+    as_it_is = Ended(plan, verdict, last.end)
     if not verdict.passed or as_it_is.end.safe:
         return as_it_is
-    for law in _laws(plan, situation.road, vehicle, follower_fails=bool(last.follower_fails[0]), front_fails=bool(last.front_fails[0])):
+    for law in _laws(plan, situation.road, vehicle, follower_fails=last.follower_fails, front_fails=last.front_fails):
         drive = plan
         while float(drive.t_s[-1] - plan.t_s[-1]) < settings.longest_s:
             known = len(drive)
             drive = _joined(drive, _driven(drive, law, situation.road, vehicle))
-            found = meaning(drive, slice(known, None))
+            found = ends(drive, slice(known, None), situation.host, vehicle, situation.road, prediction, settings)
             if found.safe.any():
                 k = int(np.argmax(found.safe))
                 drive = _cut(drive, known + k + 1)

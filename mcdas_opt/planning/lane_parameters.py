@@ -136,10 +136,14 @@ def guessed_states(situation: Situation, way: Way, vehicle: Vehicle, times_s: Ar
     """(N + 1, 6): the way's own path, driven towards its own speed. Dynamically inconsistent on purpose: it only chooses the basin."""
     host = situation.host
     gap = way.speed_mps - host.speed_mps
-    rate = np.clip(gap / 2.0, 0.6 * vehicle.acceleration_min_mps2, 0.9 * vehicle.acceleration_max_mps2)
-    v = np.maximum(host.speed_mps + np.clip(rate * times_s, min(gap, 0.0), max(gap, 0.0)), 0.0)
-    s = host.s_m + np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(times_s))])
+    rate = min(max(gap / 2.0, 0.6 * vehicle.acceleration_min_mps2), 0.9 * vehicle.acceleration_max_mps2)
+    gained = np.minimum(np.maximum(rate * times_s, min(gap, 0.0)), max(gap, 0.0))
+    x = np.zeros((times_s.size, 6))
+    s, d, psi, v = x[:, 0], x[:, 1], x[:, 2], x[:, 3]
+    np.maximum(host.speed_mps + gained, 0.0, out=v)
+    s[0] = host.s_m
+    s[1:] = host.s_m + np.cumsum(0.5 * (v[1:] + v[:-1]) * (times_s[1:] - times_s[:-1]))
     path_d, slope = way.path.d_and_slope(s)
-    d = path_d + (host.d_m - path_d[0]) * np.exp(-times_s / _SETTLING_S)
-    psi = np.arctan(slope)
-    return np.column_stack([s, d, psi, v, np.zeros_like(s), np.zeros_like(s)])
+    d[:] = path_d + (host.d_m - path_d[0]) * np.exp(-times_s / _SETTLING_S)
+    np.arctan(slope, out=psi)
+    return x

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import IntEnum
+from functools import lru_cache
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -74,7 +75,15 @@ def follow(
     car = np.array([vehicle.wheelbase_m, vehicle.centre_m])
     rule = _law(vehicle, road, lateral_acceleration_mps2, cfg)
     compiled.follow(states, inputs, cfg.step_s, car, knots(road), _path(path), rule, driver)
-    return Trajectory.from_states(np.round(np.arange(steps + 1) * cfg.step_s, 9), states, inputs)
+    return Trajectory.from_states(_times(steps, cfg.step_s), states, inputs)
+
+
+@lru_cache(maxsize=16)
+def _times(steps: int, step_s: float) -> Array:
+    """(steps + 1,), the same array for the same numbers: a prediction works the neighbours out once for all drives over it."""
+    times = np.round(np.arange(steps + 1) * step_s, 9)
+    times.setflags(write=False)
+    return times
 
 
 def _path(path: OffsetPath | LaneCentre) -> Array:

@@ -50,18 +50,18 @@ def nearness(trajectories: Sequence[Trajectory], vehicle: Vehicle, road: Road, p
     if not trajectories:
         return ()
     t, bodies = trajectories[0].t_s, prediction.bodies
-    motions = prediction.on(t)
-    table = np.array([[m.s_m, m.d_m, m.heading_rad] for m in motions]).reshape(len(bodies), 3, t.size)
+    rows = prediction.rows_on(t)
+    places = rows.s_m
     frame = frame_near(road, float(trajectories[0].s_m[0]))
     if not road.is_straight:  # who is beyond the frame is far enough away there too
-        table[:, 0] = np.clip(table[:, 0], frame.s_min_m, frame.s_max_m)
-    x, y, yaw = frame.to_plane(table[:, 0], table[:, 1], table[:, 2])
+        places = np.clip(places, frame.s_min_m, frame.s_max_m)
+    x, y, yaw = frame.to_plane(places, rows.d_m, rows.heading_rad)
     hosts = np.array([[one.s_m, one.d_m, one.heading_rad] for one in trajectories])[:, :, None]
     host_x, host_y, host_yaw = frame.to_plane(hosts[:, 0], hosts[:, 1], hosts[:, 2])
     others = np.array([(0.5 * body.length_m, 0.5 * body.width_m) for body in bodies]).reshape(-1, 2, 1)
     half = 0.5 * vehicle.length_m, 0.5 * vehicle.width_m
     separation = separation_of_poses(x - host_x, y - host_y, host_yaw, yaw, half, (others[:, 0], others[:, 1]))
-    ends = tuple((float(m.s_m[-1]), float(m.d_m[-1]), float(m.speed_s_mps[-1])) for m in motions)
+    ends = tuple(zip(rows.s_m[:, -1].tolist(), rows.d_m[:, -1].tolist(), rows.speed_s_mps[:, -1].tolist(), strict=True))
     return tuple(Nearness(row, ends) for row in separation)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mcdas_opt.domain.rules import Array, finite, positive
-from mcdas_opt.dynamics.sigmoid import hump, renormalised, sigmoid
+from mcdas_opt.dynamics.sigmoid import hump, renormalised_shape, sigmoid
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.reference.compiled_path import CompiledSearch, compiled_search
 
@@ -102,9 +102,8 @@ def _offset(x: Array, z: Array, a: Any, b: float, amplitude: float, bend: float,
     """R(x) (amplitude + bend hump(z)) and its first two derivatives by s; `a` may be an array that broadcasts against x and z."""
     length, gain = -2.0 * math.log(b) / a, (b + 1.0) / (b - 1.0)
     inside, beyond = (x >= 0.0) & (x <= length), x > length
-    on_path = np.clip(x, 0.0, length)
-    shape = sigmoid(on_path, a, b, np)
-    r = np.where(inside, renormalised(on_path, a, b, np), np.where(beyond, 1.0, 0.0))
+    shape = sigmoid(np.minimum(np.maximum(x, 0.0), length), a, b, np)
+    r = np.where(inside, renormalised_shape(shape, b), np.where(beyond, 1.0, 0.0))
     r1 = np.where(inside, -gain * a * shape * (1.0 - shape), 0.0)
     r2 = np.where(inside, gain * a**2 * shape * (1.0 - shape) * (1.0 - 2.0 * shape), 0.0)
     w2 = width**2

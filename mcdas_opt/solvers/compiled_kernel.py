@@ -8,7 +8,8 @@ import numpy as np
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.solvers.barrier_stage import BarrierStage
-from mcdas_opt.solvers.iterate import Iterate, Progress
+from mcdas_opt.solvers.iterate import Iterate
+from mcdas_opt.solvers.newton_loop import LoopEnd, LoopEnding, LoopRule, Progress
 
 _ALIGNMENT = 64
 
@@ -23,8 +24,10 @@ class CompiledKernel:
         library.mcdas_size.restype = ctypes.c_long
         self._memory = np.zeros(library.mcdas_size() + _ALIGNMENT, dtype=np.uint8)
         self._work = ctypes.c_void_p(-(-self._memory.ctypes.data // _ALIGNMENT) * _ALIGNMENT)
-        self._numbers = np.zeros(len(Progress._fields))
+        self._numbers = np.zeros(len(Progress._fields) + 3)  # and objective, gap, steps done
         self._to = _pointer(self._numbers)
+        self._rule = np.zeros(len(LoopRule._fields))
+        self._rule_at = _pointer(self._rule)
         z, p, steps, s, t, multiplier, least = map(_pointer, (it.z, it.p, it.steps, it.s, it.t, it.multiplier, it.least))
         self._problem, self._start, self._all = (z, p, steps), (s, t, multiplier), (z, s, t, multiplier, least)
         self._cold, self._warm, self._newton, self._measure = (
@@ -33,6 +36,9 @@ class CompiledKernel:
         self._newton.restype = self._measure.restype = library.mcdas_prepare.restype = None
         number, pointer = ctypes.c_double, ctypes.c_void_p
         self._newton.argtypes = [pointer, ctypes.c_int, number, number, number, pointer]
+        self._loop = library.mcdas_loop
+        self._loop.restype = ctypes.c_int
+        self._loop.argtypes = [pointer, ctypes.c_int, ctypes.c_int, *[pointer] * 7]
         library.mcdas_prepare(self._work)
 
     def cold(self, mu: float, least: float) -> bool:
@@ -43,9 +49,16 @@ class CompiledKernel:
         finite: int = self._warm(self._work, *self._problem, *self._start, ctypes.c_double(mu), ctypes.c_double(least))
         return finite == 1
 
+    def loop(self, *, warm: bool, iterations: int, rule: LoopRule) -> LoopEnd:
+        """`newton_loop.looped`."""
+        self._rule[:] = rule
+        ending = LoopEnding(self._loop(self._work, warm, iterations, self._rule_at, self._to, *self._all))
+        *progress, objective, gap, done = self._numbers.tolist()
+        return LoopEnd(ending, int(done), Progress(*progress), objective, gap)
+
     def newton(self, *, corrected: bool, mu: float, boundary: float, longest: float) -> Progress:
         self._newton(self._work, corrected, mu, boundary, longest, self._to)
-        return Progress(*self._numbers.tolist())
+        return Progress(*self._numbers[: len(Progress._fields)].tolist())
 
     def measure(self) -> tuple[float, float]:
         self._measure(self._work, self._to, *self._all)

@@ -8,7 +8,6 @@ a warm start keeps a small, fixed one. Sources: Rao, Wright, Rawlings, JOTA 99 (
 from __future__ import annotations
 
 import copy
-import math
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -22,18 +21,14 @@ from mcdas_opt.solvers.barrier_stage import BarrierStage
 from mcdas_opt.solvers.c_text import UnsupportedOperationError
 from mcdas_opt.solvers.compiled_kernel import CompiledKernel
 from mcdas_opt.solvers.interpreted_kernel import CORRECTION, InterpretedKernel
-from mcdas_opt.solvers.iterate import Kernel, Progress
+from mcdas_opt.solvers.iterate import Kernel
 from mcdas_opt.solvers.kernel_source import BUILDS, kernel_source
+from mcdas_opt.solvers.newton_loop import LoopEnding, LoopRule
 from mcdas_opt.solvers.outcome import Ending, Outcome
 from mcdas_opt.solvers.stage_functions import StageFunctions, stage_functions
 from mcdas_opt.solvers.stage_problem import StageGuess, StageProblem
 
-_STEP_LENGTH = 0.9  # a converged step was taken nearly whole
-_HALF, _SHRUNK = 0.5, 0.7  # steps that turn back and are longer than this share of the one before are taken by half
-_CENTRED = 10.0  # and its mean complementarity is at most so many times the barrier's
-_DIVERGED = 1e9  # scaled step that ends the solve
-_BLOCKED = 1e-3  # step length that, with multipliers growing without bound, tells an infeasible problem
-_UNBOUNDED = 1e3  # mean complementarity over that of a cold start
+_UNBOUNDED = 1e3  # mean complementarity over that of a cold start, at which a problem whose steps are blocked is infeasible
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,6 +44,18 @@ class InteriorPointSettings:
     boundary: float = 0.995  # share of the way to the boundary that a step may take
     plain_iterations: int = 5  # of a warm start, before it too turns to predictor and corrector
     iterations: int = 60
+
+    @property
+    def rule(self) -> LoopRule:
+        """What the loop of Newton steps decides by."""
+        return LoopRule(
+            step_tolerance=self.step_tolerance,
+            gap_tolerance=self.gap_tolerance,
+            mu=self.mu_end,
+            boundary=self.boundary,
+            plain_iterations=float(self.plain_iterations),
+            unbounded=_UNBOUNDED * self.mu_cold,
+        )
 
 
 class InteriorPointEngine:
@@ -73,6 +80,7 @@ class InteriorPointEngine:
         """
         self.problem, self.nodes = problem, nodes
         self.settings = settings or InteriorPointSettings()
+        self._rule = self.settings.rule
         self._stage, functions = stage_functions(problem)
         wanted = os.environ.get(SWITCH, "1") != "0" if compiled is None else compiled
         self._make, self.reason = _maker(self._stage, functions, nodes, builds if wanted else (), announce)
@@ -96,38 +104,24 @@ class InteriorPointEngine:
         finite = kernel.warm(settings.mu_end, settings.least_warm) if warm else kernel.cold(settings.mu_cold, settings.least_cold)
         if not finite:
             return self._failed(Ending.NOT_FINITE, guess, 0, "the problem's data are not finite")
-        progress, objective, gap = Progress(), math.nan, math.nan
-        ending, done, longest = Ending.LIMIT, 0, 1.0
-        for done in range(1, (settings.iterations if iterations is None else iterations) + 1):
-            corrected = not warm or done > settings.plain_iterations
-            before = progress
-            progress = kernel.newton(corrected=corrected, mu=settings.mu_end, boundary=settings.boundary, longest=longest)
-            if not (math.isfinite(progress.total) and progress.step < _DIVERGED):
-                return self._failed(Ending.NOT_FINITE, guess, done, "the step is not finite")
-            if progress.complementarity > _UNBOUNDED * settings.mu_cold and progress.primal < _BLOCKED:
-                message = f"bounds and dynamics contradict each other: {progress.residual:.2g} is left"
-                return self._failed(Ending.INFEASIBLE, guess, done, message)
-            if self._settled(progress, longest):
-                objective, gap = kernel.measure()
-                if gap < settings.gap_tolerance:
-                    ending = Ending.CONVERGED
-                    break
-            longest = _HALF if self._turns_back(before, progress, longest) else 1.0
-        message = ""
-        if ending is Ending.LIMIT:
-            objective, gap = kernel.measure()
-            message = f"last step {progress.step:.2g}, gap {gap:.2g}"
+        end = kernel.loop(warm=warm, iterations=settings.iterations if iterations is None else iterations, rule=self._rule)
+        if end.ending is LoopEnding.NOT_FINITE:
+            return self._failed(Ending.NOT_FINITE, guess, end.done, "the step is not finite")
+        if end.ending is LoopEnding.INFEASIBLE:
+            message = f"bounds and dynamics contradict each other: {end.progress.residual:.2g} is left"
+            return self._failed(Ending.INFEASIBLE, guess, end.done, message)
+        converged = end.ending is LoopEnding.CONVERGED
         it, nx = kernel.iterate, self.problem.nx
         return Outcome(
-            ending=ending,
+            ending=Ending.CONVERGED if converged else Ending.LIMIT,
             x=it.z[:, :nx].copy(),
             u=it.z[:-1, nx:].copy(),
             s=it.least.copy(),
             multipliers=np.concatenate((it.s, it.t, it.multiplier), axis=1).ravel(),
-            objective=objective,
-            iterations=done,
-            inner_iterations=done,
-            message=message,
+            objective=end.objective,
+            iterations=end.done,
+            inner_iterations=end.done,
+            message="" if converged else f"last step {end.progress.step:.2g}, gap {end.gap:.2g}",
         )
 
     def shifted(self, outcome: Outcome) -> StageGuess:
@@ -169,21 +163,6 @@ class InteriorPointEngine:
         ns, nc = self._stage.ns, self._stage.nc
         it.s[:], it.t[:], it.multiplier[:] = kept[:, :ns], kept[:, ns : ns + nc], kept[:, ns + nc :]
         return True
-
-    def _settled(self, progress: Progress, longest: float) -> bool:
-        settings = self.settings
-        small = progress.step < settings.step_tolerance and progress.residual < settings.gap_tolerance
-        return small and self._centred(progress, longest)
-
-    def _turns_back(self, before: Progress, progress: Progress, longest: float) -> bool:
-        """Full steps to and fro about the answer: the curvature left out is as large as the one kept, and half a step hits it.
-
-        Seen near standstill, where only the dynamics' curvature says what steering does.
-        """
-        return self._centred(progress, longest) and progress.step > _SHRUNK * before.step and progress.total * before.total < 0.0
-
-    def _centred(self, progress: Progress, longest: float) -> bool:
-        return progress.complementarity < _CENTRED * self.settings.mu_end and progress.primal > _STEP_LENGTH * longest
 
     def _failed(self, ending: Ending, guess: StageGuess, done: int, message: str) -> Outcome:
         return Outcome(ending=ending, x=guess.x, u=guess.u, s=guess.s, iterations=done, inner_iterations=done, message=message)

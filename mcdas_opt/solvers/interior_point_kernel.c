@@ -164,3 +164,49 @@ PUBLIC void mcdas_measure(Work *w, double *numbers, double *z, double *s, double
     scatter(lam, w->lam, NC);
     scatter(least, w->least, NS);
 }
+
+enum { STEP, RESIDUAL, COMPLEMENTARITY, PRIMAL, DUAL, TOTAL, OBJECTIVE, GAP, DONE, NUMBERS };
+enum { CONVERGED, LIMIT, NOT_FINITE, INFEASIBLE };
+
+typedef struct {
+    double step_tolerance, gap_tolerance, mu, boundary, plain_iterations, unbounded, step_length, half, shrunk, centred, diverged, blocked;
+} Rule;
+
+static int centred(const Rule *rule, const double *now, double longest)
+{
+    return now[COMPLEMENTARITY] < rule->centred * rule->mu && now[PRIMAL] > rule->step_length * longest;
+}
+
+static int settled(const Rule *rule, const double *now, double longest)
+{
+    return now[STEP] < rule->step_tolerance && now[RESIDUAL] < rule->gap_tolerance && centred(rule, now, longest);
+}
+
+static int turns_back(const Rule *rule, const double *before, const double *now, double longest)
+{
+    return centred(rule, now, longest) && now[STEP] > rule->shrunk * before[STEP] && now[TOTAL] * before[TOTAL] < 0.0;
+}
+
+/* Newton steps of a started iterate until the answer has settled, as `solvers/newton_loop.py` decides; `now` as the first enum has it. An
+ * answer is written back as by mcdas_measure. */
+PUBLIC int mcdas_loop(Work *w, int warm, int iterations, const Rule *rule, double *now, double *z, double *s, double *t, double *lam,
+                      double *least)
+{
+    double before[NUMBERS], longest = 1.0;
+    for (int i = 0; i < NUMBERS; i++) now[i] = NAN;
+    now[DONE] = 0.0;
+    for (int done = 1; done <= iterations; done++) {
+        memcpy(before, now, sizeof before);
+        now[DONE] = done;
+        mcdas_newton(w, !warm || done > rule->plain_iterations, rule->mu, rule->boundary, longest, now);
+        if (!(isfinite(now[TOTAL]) && now[STEP] < rule->diverged)) return NOT_FINITE;
+        if (now[COMPLEMENTARITY] > rule->unbounded && now[PRIMAL] < rule->blocked) return INFEASIBLE;
+        if (settled(rule, now, longest)) {
+            mcdas_measure(w, now + OBJECTIVE, z, s, t, lam, least);
+            if (now[GAP] < rule->gap_tolerance) return CONVERGED;
+        }
+        longest = turns_back(rule, before, now, longest) ? rule->half : 1.0;
+    }
+    mcdas_measure(w, now + OBJECTIVE, z, s, t, lam, least);
+    return LIMIT;
+}

@@ -10,7 +10,8 @@ import numpy as np
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.solvers.barrier_stage import BarrierStage
-from mcdas_opt.solvers.iterate import Iterate, Progress
+from mcdas_opt.solvers.iterate import Iterate
+from mcdas_opt.solvers.newton_loop import LoopEnd, LoopRule, Progress, looped
 from mcdas_opt.solvers.stage_functions import StageFunctions
 
 CORRECTION = 10.0  # Mehrotra's second-order term is cut at so many times the target
@@ -59,6 +60,10 @@ class InterpretedKernel:
         it = self.iterate
         it.z.ravel()[:], it.s.ravel()[:], it.t.ravel()[:], it.multiplier.ravel()[:] = z, s, t, multiplier
         return Progress(*numbers.tolist())
+
+    def loop(self, *, warm: bool, iterations: int, rule: LoopRule) -> LoopEnd:
+        """Newton steps until the answer has settled."""
+        return looped(self, warm=warm, iterations=iterations, rule=rule)
 
     def measure(self) -> tuple[float, float]:
         """Objective with the least slacks (which replace those of the iterate in `iterate.least`), and the largest scaled gap."""

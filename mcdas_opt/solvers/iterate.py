@@ -2,25 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from mcdas_opt.solvers.barrier_stage import BarrierStage
-
-
-class Progress(NamedTuple):
-    """What one Newton step did: largest scaled change asked for, residual left of what was linearised, mean t l, step lengths taken.
-
-    `total` sums the changes: it is finite only when all of them are.
-    """
-
-    step: float = float("nan")
-    residual: float = float("nan")
-    complementarity: float = float("nan")
-    primal: float = float("nan")
-    dual: float = float("nan")
-    total: float = float("nan")
+from mcdas_opt.solvers.newton_loop import LoopEnd, LoopRule, Progress
 
 
 class Iterate:
@@ -42,7 +29,7 @@ class Iterate:
 
 
 class Kernel(Protocol):
-    """Moves an `Iterate`; see `InterpretedKernel` for what each method does."""
+    """Moves an `Iterate`; see `InterpretedKernel` for what each method does, `newton_loop` for `loop`."""
 
     @property
     def kind(self) -> str: ...
@@ -52,3 +39,4 @@ class Kernel(Protocol):
     def warm(self, mu: float, least: float) -> bool: ...
     def newton(self, *, corrected: bool, mu: float, boundary: float, longest: float) -> Progress: ...
     def measure(self) -> tuple[float, float]: ...
+    def loop(self, *, warm: bool, iterations: int, rule: LoopRule) -> LoopEnd: ...

@@ -99,11 +99,9 @@ class CompiledFiltering:
             [(p.range_m, p.azimuth_rad, p.range_rate_mps, p.range_sd_m**2, p.azimuth_sd_rad**2, p.range_rate_sd_mps**2) for p in detections]
         )
         seen = np.array([view.x, view.y, view.yaw, view.vx, view.vy, view.host_s_m])
-        line, bends = frame.tables()
         rows = np.empty((len(detections), _FIX))
-        road = line.shape[1], line.ctypes.data, bends.shape[1], bends.ctypes.data
         at = points.ctypes.data, seen.ctypes.data
-        self._library.mcdas_fixes(len(detections), *at, *(size or (0.0, 0.0)), *road, rows.ctypes.data)
+        self._library.mcdas_fixes(len(detections), *at, *(size or (0.0, 0.0)), *frame.addresses(), rows.ctypes.data)
         return [CompiledFix(row) if row[_STRETCH] >= LEAST_STRETCH else None for row in rows]
 
     def body_fix(self, body: BodyDetection, frame: FrenetFrame, position_sd: float, speed_sd: float) -> CompiledFix:

@@ -6,6 +6,7 @@
 
 #define CERTAINLY 1e-9
 #define CLEAR 0.05
+#define FAR 0.001  /* besides, of what is looked at no closer: more than rounding of a place */
 #define MOST_STEPS 5
 #define MOST_FINE (2 * MOST_STEPS + 1)
 #define PI 3.14159265358979323846
@@ -233,6 +234,25 @@ static double kept_gap(double turn, const double *x, const double *y, const doub
     return GREATER(GREATER(before[0], behind[0]), GREATER(before[1], behind[1]));
 }
 
+/* where a body is along the road */
+static double place_along(const double *body, double time) { return body[BODY_S] + body[BODY_VS] * time; }
+
+/* on a straight road: so far before or behind all the time, however it swings to the side, that the rest need not be looked at */
+static int far_along(const double *body, double reach, const Rules *rule, const double *node, const double *time, long stride)
+{
+    const double swing = fabs(body[BODY_VD]) * body[BODY_FADE] * (1.0 + body[BODY_SWELL]);
+    double was = 0.0;
+    if (!(body[BODY_FADE] > 0.0 && body[BODY_SWELL] >= 0.0 && fabs(body[BODY_D]) + swing < rule->largest)) return 0;
+    for (long i = 0; i < stride; i += 2) {
+        const double s = place_along(body, time[i]), along = s - node[i];
+        const double moved = i > 0 ? fabs(along - was) + fabs(node[stride + i] - node[stride + i - 2]) + swing : 0.0;
+        const double nearest = i > 0 ? LESSER(fabs(along), fabs(was)) : fabs(along);
+        if (!(fabs(s) < rule->largest) || !(nearest > reach + moved + FAR) || along * was < 0.0) return 0;
+        was = along;
+    }
+    return 1;
+}
+
 /* a body that cruises, its lateral speed swelling and fading, plainly apart from the host in every fine step */
 static int apart(const double *body, const double *table, long n, const Frame *frame, const Rules *rule, int steps, const double *node,
                  const double *time, long stride)
@@ -242,10 +262,11 @@ static int apart(const double *body, const double *table, long n, const Frame *f
     const double slow = copysign(GREATER(fabs(vs), 1.0), vs);
     double x[2], y[2], yaw[2], its[2], was = 0.0;
     if (!(reach < rule->largest)) return 0;
+    if (!frame->samples && far_along(body, reach, rule, node, time, stride)) return 1;
     for (long i = 0, k = 0; i < stride; i += 2) {
         const double fade = exp(-time[i] / body[BODY_FADE]);
         const double risen = (1.0 + body[BODY_SWELL]) / (1.0 + body[BODY_SWELL] * fade);
-        const double s = body[BODY_S] + vs * time[i], d = body[BODY_D] + body[BODY_VD] * body[BODY_FADE] * risen * (1.0 - fade);
+        const double s = place_along(body, time[i]), d = body[BODY_D] + body[BODY_VD] * body[BODY_FADE] * risen * (1.0 - fade);
         const double psi = atan(body[BODY_VD] * risen * risen * fade / slow);
         double px = s, py = d, pyaw = psi, now;
         if (!(fabs(s) < rule->largest && fabs(d) < rule->largest && fabs(psi) < 2.0)) return 0;  /* nor what is no number */

@@ -39,12 +39,11 @@ class PlainlySound:
     def __call__(self, table: Array, start: HostState | None, rules: Array, bodies: Array, frame: FrenetFrame) -> bool:
         """`rules` from `rules_of`, `bodies` from `rows_of`."""
         n = table.shape[1]
-        work = np.empty((4, _HALF_STEPS * max(n - 1, 0) + 1))
+        work = np.empty((4, _HALF_STEPS * max(n - 1, 0) + 1))  # of each call: threads may judge at once
         begun = None if start is None else start.to_vector()
-        line, bends = frame.tables()
         at = None if begun is None else begun.ctypes.data
-        road = line.shape[1], line.ctypes.data, bends.shape[1], bends.ctypes.data
-        return bool(self._sound(table.ctypes.data, n, at, rules.ctypes.data, bodies.ctypes.data, len(bodies), *road, work.ctypes.data))
+        what = rules.ctypes.data, bodies.ctypes.data, len(bodies)
+        return bool(self._sound(table.ctypes.data, n, at, *what, *frame.addresses(), work.ctypes.data))
 
 
 def rows_of(bodies: Sequence[PredictedBody]) -> Array | None:

@@ -18,7 +18,7 @@ from mcdas_opt.domain.safe_end import EndKind, SafeEndSettings
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.manoeuvres.safe_end import demand_on_follower, distance_to_hold, ends
+from mcdas_opt.manoeuvres.safe_end import demand_on_follower, distance_to_hold, ends, last_end
 
 SEDAN = load_vehicle("sedan")
 SPEEDS = st.floats(0.5, 40.0)
@@ -83,6 +83,13 @@ def end_of(drive: Trajectory, *bodies: CruisingBody, road: Road | None = None) -
     found = ends(drive, slice(-1, None), start, SEDAN, road or Road(), Prediction(name="test", bodies=bodies))
     end = found.at(0, 4.0)
     assert end.safe == bool(found.safe[0])
+    alone = last_end(drive, start, SEDAN, road or Road(), Prediction(name="test", bodies=bodies))
+    assert (alone.end.kind, alone.end.front_margin_m, alone.end.follower_demand_mps2) == (
+        end.kind,
+        end.front_margin_m,
+        end.follower_demand_mps2,
+    )
+    assert (alone.front_fails, alone.follower_fails) == (bool(found.front_fails[0]), bool(found.follower_fails[0]))
     return end.kind, end.front_margin_m, end.follower_demand_mps2
 
 
@@ -97,6 +104,18 @@ def test_kinds_of_ends() -> None:
     # closing at 5 m/s on a car that was far at first: too near at the end
     assert end_of(steady(20.0), cruising("front", 28.0, 15.0))[0] is EndKind.OPEN
     assert end_of(steady(20.0), cruising("rear", -40.0, 28.0))[0] is EndKind.OPEN
+
+
+@given(
+    speed=st.floats(0.0, 30.0),
+    others=st.lists(st.tuples(st.floats(-60.0, 160.0), st.floats(-3.0, 35.0), st.floats(-4.0, 4.0)), max_size=4),
+    road_end=st.sampled_from([None, 60.0, 150.0]),
+)
+def test_the_last_sample_alone_is_weighed_to_the_bit_as_among_all(
+    speed: float, others: list[tuple[float, float, float]], road_end: float | None
+) -> None:
+    bodies = (cruising(str(k), s, v, d) for k, (s, v, d) in enumerate(others))
+    end_of(steady(speed), *bodies, road=Road(road_end_s_m=road_end))  # which asserts it
 
 
 @pytest.mark.parametrize("gap_m", [1.0, 2.0, 4.0])

@@ -16,6 +16,7 @@ from mcdas_opt.native import compile_cache
 from mcdas_opt.solvers import c_text
 from mcdas_opt.solvers.interior_point import SWITCH, InteriorPointEngine
 from mcdas_opt.solvers.kernel_source import PORTABLE
+from mcdas_opt.solvers.newton_loop import looped
 from mcdas_opt.solvers.outcome import Ending
 from tests.solvers.small_problems import chain, double_integrator, idle_guess, one_step, parameters, problem, wall
 
@@ -45,6 +46,24 @@ def answer(engine, small=SMALL, target=4.0):
     n = engine.nodes
     x0 = np.zeros(small.nx)
     return engine.solve(x0, parameters(small, n, target), np.full(n, 0.1), idle_guess(small, n))
+
+
+@needs_compiler
+def test_its_loop_decides_as_the_written_one_to_the_bit(cache):
+    lane = lane_problem(3)
+    engine = InteriorPointEngine(lane, 40, compiled=True, announce=lambda line: None)
+    other, rng = engine.twin(), np.random.default_rng(22)
+    for urgency in (1.0, 1.0, 2.0, 2.0, 2.0, 2.0):
+        q = posed(*evasion(rng, 3, urgency=urgency), lane)
+        for most in (60, 3):
+            ends = []
+            for one, loop in ((engine, engine._kernel.loop), (other, lambda **how: looped(other._kernel, **how))):
+                one._load(q.x0, q.p, q.steps, q.guess)
+                one._kernel.cold(10.0, 0.1)
+                ends.append(repr(loop(warm=False, iterations=most, rule=one.settings.rule)))
+            assert ends[0] == ends[1]
+            for mine, its in zip(vars(engine._kernel.iterate).values(), vars(other._kernel.iterate).values(), strict=True):
+                np.testing.assert_array_equal(mine, its)
 
 
 @needs_compiler

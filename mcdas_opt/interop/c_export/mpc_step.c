@@ -1,12 +1,10 @@
-/* The MPC step around the kernel above: start, Newton steps until the answer has settled, and the warm start for the next step.
+/* The MPC step around the kernel above: start, the kernel's loop, and the warm start for the next step.
  * The same decisions as the Python engine's, in the same order. No memory is taken. */
 
 struct mcdas_mpc {
     Work work;
     double z[(NODES + 1) * NZ], h[NODES + 1];
 };
-
-enum { STEP, RESIDUAL, COMPLEMENTARITY, PRIMAL, DUAL, TOTAL, NUMBERS };
 
 size_t mcdas_mpc_bytes(void) { return sizeof(struct mcdas_mpc) + 64; }
 
@@ -20,21 +18,6 @@ mcdas_mpc *mcdas_mpc_init(void *memory, size_t bytes)
     return mpc;
 }
 
-static int centred(const double *now, double longest)
-{
-    return now[COMPLEMENTARITY] < CENTRED * MU_END && now[PRIMAL] > STEP_LENGTH * longest;
-}
-
-static int settled(const double *now, double longest)
-{
-    return now[STEP] < STEP_TOLERANCE && now[RESIDUAL] < GAP_TOLERANCE && centred(now, longest);
-}
-
-static int turns_back(const double *before, const double *now, double longest)
-{
-    return centred(now, longest) && now[STEP] > SHRUNK * before[STEP] && now[TOTAL] * before[TOTAL] < 0.0;
-}
-
 static int load(mcdas_mpc *mpc, const double *x0, const double *p, const double *steps_s, const mcdas_iterate *guess)
 {
     for (int k = 0; k <= NODES; k++) {
@@ -43,61 +26,38 @@ static int load(mcdas_mpc *mpc, const double *x0, const double *p, const double 
         mpc->h[k] = steps_s[k < NODES ? k : NODES - 1];
     }
     if (guess->warm)
-        return mcdas_warm(&mpc->work, mpc->z, p, mpc->h, guess->s, guess->t, guess->multiplier, MU_END, LEAST_WARM);
+        return mcdas_warm(&mpc->work, mpc->z, p, mpc->h, guess->s, guess->t, guess->multiplier, RULE.mu, LEAST_WARM);
     return mcdas_cold(&mpc->work, mpc->z, p, mpc->h, MU_COLD, LEAST_COLD);
-}
-
-static void unload(mcdas_mpc *mpc, mcdas_answer *answer)
-{
-    double worth[2];
-    mcdas_iterate *to = &answer->iterate;
-    mcdas_measure(&mpc->work, worth, mpc->z, to->s, to->t, to->multiplier, answer->slack);
-    for (int k = 0; k <= NODES; k++) {
-        for (int j = 0; j < NX; j++) to->x[k * NX + j] = mpc->z[k * NZ + j];
-        for (int j = 0; j < NU && k < NODES; j++) to->u[k * NU + j] = mpc->z[k * NZ + NX + j];
-    }
-    to->warm = 1;
-    answer->objective = worth[0];
-    answer->gap = worth[1];
 }
 
 mcdas_ending mcdas_mpc_solve(mcdas_mpc *mpc, const double *x0, const double *p, const double *steps_s, const mcdas_iterate *guess,
                              int iterations, mcdas_answer *answer)
 {
-    double now[NUMBERS], before[NUMBERS], longest = 1.0;
+    double now[NUMBERS];
     const int warm = guess->warm, most = iterations > 0 ? iterations : MCDAS_ITERATIONS;
     const int finite = load(mpc, x0, p, steps_s, guess);
+    mcdas_iterate *to = &answer->iterate;
+    int ending = NOT_FINITE;
 
-    for (int i = 0; i < NUMBERS; i++) now[i] = NAN;
-    if (&answer->iterate != guess) answer->iterate = *guess;
+    if (to != guess) *to = *guess;
     memset(answer->slack, 0, sizeof answer->slack);
     answer->iterations = 0;
     answer->objective = answer->gap = NAN;
     answer->ending = MCDAS_NOT_FINITE;
-    if (!finite) {
-        answer->iterate.warm = 0;
-        return answer->ending;
+    to->warm = 0;
+    if (!finite) return answer->ending;
+    ending = mcdas_loop(&mpc->work, warm, most, &RULE, now, mpc->z, to->s, to->t, to->multiplier, answer->slack);
+    answer->iterations = (int)now[DONE];
+    if (ending == NOT_FINITE) return answer->ending;
+    if (ending == INFEASIBLE) return answer->ending = MCDAS_INFEASIBLE;
+    for (int k = 0; k <= NODES; k++) {
+        for (int j = 0; j < NX; j++) to->x[k * NX + j] = mpc->z[k * NZ + j];
+        for (int j = 0; j < NU && k < NODES; j++) to->u[k * NU + j] = mpc->z[k * NZ + NX + j];
     }
-    for (int done = 1; done <= most; done++) {
-        answer->iterations = done;
-        memcpy(before, now, sizeof now);
-        mcdas_newton(&mpc->work, !warm || done > PLAIN_ITERATIONS, MU_END, BOUNDARY, longest, now);
-        if (!(isfinite(now[TOTAL]) && now[STEP] < DIVERGED)) {
-            answer->iterate.warm = 0;
-            return answer->ending;
-        }
-        if (now[COMPLEMENTARITY] > UNBOUNDED * MU_COLD && now[PRIMAL] < BLOCKED) {
-            answer->iterate.warm = 0;
-            return answer->ending = MCDAS_INFEASIBLE;
-        }
-        if (settled(now, longest)) {
-            unload(mpc, answer);
-            if (answer->gap < GAP_TOLERANCE) return answer->ending = MCDAS_CONVERGED;
-        }
-        longest = turns_back(before, now, longest) ? HALF : 1.0;
-    }
-    unload(mpc, answer);
-    return answer->ending = MCDAS_LIMIT;
+    to->warm = 1;
+    answer->objective = now[OBJECTIVE];
+    answer->gap = now[GAP];
+    return answer->ending = ending == CONVERGED ? MCDAS_CONVERGED : MCDAS_LIMIT;
 }
 
 void mcdas_mpc_shift(mcdas_iterate *iterate)

@@ -11,7 +11,6 @@ import numpy as np
 from mcdas_opt import __version__
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.interop.c_export.recording import ENDINGS, SLOTS, Recording
-from mcdas_opt.solvers import interior_point as engine
 from mcdas_opt.solvers.interior_point import InteriorPointSettings
 from mcdas_opt.solvers.interpreted_kernel import CORRECTION
 from mcdas_opt.solvers.kernel_source import BUILDS, kernel_source
@@ -72,22 +71,7 @@ def solver(recording: Recording) -> str:
     stage, functions = stage_functions(problem)
     kernel = kernel_source(stage, functions, recording.posed.nodes, CORRECTION)
     chosen = InteriorPointSettings()
-    numbers = {
-        "STEP_TOLERANCE": chosen.step_tolerance,
-        "GAP_TOLERANCE": chosen.gap_tolerance,
-        "MU_COLD": chosen.mu_cold,
-        "MU_END": chosen.mu_end,
-        "LEAST_COLD": chosen.least_cold,
-        "LEAST_WARM": chosen.least_warm,
-        "BOUNDARY": chosen.boundary,
-        "STEP_LENGTH": engine._STEP_LENGTH,
-        "HALF": engine._HALF,
-        "SHRUNK": engine._SHRUNK,
-        "CENTRED": engine._CENTRED,
-        "DIVERGED": engine._DIVERGED,
-        "BLOCKED": engine._BLOCKED,
-        "UNBOUNDED": engine._UNBOUNDED,
-    }
+    numbers = {"MU_COLD": chosen.mu_cold, "LEAST_COLD": chosen.least_cold, "LEAST_WARM": chosen.least_warm}
     return "\n".join(
         [
             f"/* Written by mcdas-opt {__version__}. */",
@@ -95,8 +79,8 @@ def solver(recording: Recording) -> str:
             "#include <stdint.h>",
             kernel,
             '#include "mcdas_mpc.h"',
-            f"#define PLAIN_ITERATIONS {chosen.plain_iterations}",
             *(f"#define {name} {value!r}" for name, value in numbers.items()),
+            f"static const Rule RULE = {{{', '.join(repr(float(value)) for value in chosen.rule)}}};",
             f"static const double X_LOWER[] = {_vector(problem.x_lower)};",
             f"static const double X_UPPER[] = {_vector(problem.x_upper)};",
             _shipped("mpc_step.c"),
