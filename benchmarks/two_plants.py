@@ -3,7 +3,8 @@
     python benchmarks/two_plants.py sandwich --scenes 40 --seed 7100 --workers 2
 
 Avoidable scenes of a suite (the oracle drives the car that rolls), and all of one whose traffic reacts, are driven by a planner on both
-plants with the same seeds. Of each avoidable one that the car that slips loses it is asked whether it can follow the oracle's own drive: tracked by the same controller, without any planner.
+plants with the same seeds. Of each avoidable one that the car that slips loses it is asked whether it can follow the oracle's own drive:
+tracked by the same controller, without any planner.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ class KnowsTheWay:
 
 
 def outcomes(case: Case, *, planner: str) -> dict[str, Any] | None:
-    """Outcome on each plant, and of the oracle's drive where the car that slips is lost; None where the scene is labelled, not avoidable."""
+    """Outcome on each plant, and of the oracle's drive where the car that slips is lost; None where a labelled scene is not avoidable."""
     label = label_scene(case.scene) if case.labelled else None
     if label is not None and label.kind is not Kind.A:
         return None

@@ -27,8 +27,8 @@ class DynamicPlant:
 
     Below 3 m/s, where slip angles lose their meaning, the car goes over to the no-slip bicycle, and is one below 1 m/s (blended by
     speed: Kabzan et al., AMZ Driverless, J. Field Robotics 37(7) 2020, section 5.3; here with a smooth blend, and a relaxation that
-    takes what slip there is to zero). Nobody reverses. A car put into a bend by a state that says nothing of slip has long been in it: it
-    begins with the slip and the wheels of its steady turn (Rajamani 2012, section 3.1), and moves as the no-slip bicycle of that state does.
+    takes what slip there is to zero). Nobody reverses. A car put into a bend by a state that says nothing of slip has long been in it:
+    it begins with the slip and the wheels of its steady turn (Rajamani 2012, section 3.1), and moves as that state's no-slip bicycle does.
     """
 
     def __init__(self, vehicle: Vehicle, road: Road, state: HostState) -> None:
@@ -131,7 +131,7 @@ class DynamicPlant:
 
 
 def _settled(chassis: Chassis, v: float, bend_pm: float) -> tuple[float, float]:
-    """(slip of the rear axle, steering beyond that of the car that rolls) [rad] with which a car that has long been in a bend goes on in it."""
+    """(slip of the rear axle, steering beyond that of the car that rolls) [rad] of a steady turn."""
     lateral = _slipping(v) * v**2 * bend_pm
     slip = chassis.mass_kg * chassis.cog_to_front_axle_m * lateral / (chassis.wheelbase_m * chassis.cornering_stiffness_rear_nprad)
     return slip, chassis.understeer_gradient * lateral
