@@ -124,6 +124,12 @@ class Nodes:
         self.at = ctypes.addressof(self._record)
 
 
+def _at(array: Array | Rows | NDArray[np.uint8] | NDArray[np.bool_]) -> int:
+    """Where it lies; `array.ctypes` takes twice as long."""
+    address: int = array.__array_interface__["data"][0]
+    return address
+
+
 def company(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: float, margins: Margins) -> Company:
     """`Company.of`, in C where everybody cruises, alike across, and nobody is grown by the prediction's own margins."""
     if not bodies or not all_cruise(bodies) or margins.share_of_prediction:
@@ -134,7 +140,7 @@ def company(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: floa
     more = margins.along_m, margins.across_m
     begin = np.array([(b.s_m, b.d_m, b.speed_s_mps, b.speed_d_mps, b.lateral_fade_s, b.length_m, b.width_m, *more) for b in bodies])
     tables = np.empty((5, len(bodies), times.size))
-    given = (q.ctypes.data for q in (begin, times, _faded(bodies[0].lateral_fade_s, times.size), tables))
+    given = map(_at, (begin, times, _faded(bodies[0].lateral_fade_s, times.size), tables))
     library.mcdas_escape_company(len(bodies), times.size, *given)
     s, d, speed, half_length, half_width = tables
     return Company(s_m=s, d_m=d, speed_mps=speed, half_length_m=half_length, half_width_m=half_width)
@@ -163,9 +169,16 @@ class CompiledCase:
     ) -> None:
         self._library = library
         bodies, lattice = company.s_m.shape
-        blocks = company.s_m, company.d_m, company.speed_mps, company.half_length_m, company.half_width_m, company.half_length_m.max(-1)
+        blocks = (
+            company.s_m,
+            company.d_m,
+            company.speed_mps,
+            company.half_length_m,
+            company.half_width_m,
+            np.maximum.reduce(company.half_length_m, -1),
+        )
         self._kept = tuple(map(np.ascontiguousarray, (*blocks, table, columns, curvature)))
-        *tables, of_members, of_road = (block.ctypes.data for block in self._kept)
+        *tables, of_members, of_road = (_at(block) for block in self._kept)
         self.bodies, self.held_count, self.members = bodies, table.shape[1], columns.shape[1]
         self._case = _Case(
             *tables,
@@ -178,7 +191,7 @@ class CompiledCase:
 
     def held(self, begin: Array, times_s: Array) -> None:
         """Fills the table with what a host does that keeps on from this state (6,), at times (H,)."""
-        self._library.mcdas_escape_held(self._at, begin.ctypes.data, times_s.ctypes.data, self._case.table)
+        self._library.mcdas_escape_held(self._at, _at(begin), _at(times_s), self._case.table)
 
     def needs(self, anchors: Rows, nodes: Nodes) -> tuple[Array, Array, Array]:
         """Below and above which distances (J, K, M) everybody is met by members begun at the anchors (K,); their slack (3, K, M)."""
@@ -186,8 +199,8 @@ class CompiledCase:
         low, high = np.empty((self.bodies, *shape)), np.empty((self.bodies, *shape))
         slack = np.empty((3, *shape))
         begin = np.ascontiguousarray(anchors, dtype=np.int64)
-        results = (low.ctypes.data, high.ctypes.data, slack.ctypes.data)
-        self._library.mcdas_escape_needs(self._at, anchors.size, begin.ctypes.data, nodes.at, *results)
+        results = (_at(low), _at(high), _at(slack))
+        self._library.mcdas_escape_needs(self._at, anchors.size, _at(begin), nodes.at, *results)
         return low, high, slack
 
     def guess(self, starts_s: Array, weights: Array, apart_m: Array, needs: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
@@ -196,15 +209,15 @@ class CompiledCase:
         size = self.members
         now, last, known = np.empty(size), np.empty((2, size)), np.empty((weights.shape[1], size), dtype=np.uint8)
         apart = np.ascontiguousarray(apart_m)
-        given = (q.ctypes.data for q in (starts_s, weights, apart, *needs, known))
-        self._library.mcdas_escape_guess(self._at, weights.shape[1], starts_s.size, *given, now.ctypes.data, last.ctypes.data)
+        given = (_at(q) for q in (starts_s, weights, apart, *needs, known))
+        self._library.mcdas_escape_guess(self._at, weights.shape[1], starts_s.size, *given, _at(now), _at(last))
         return last[0], last[1], now
 
     def sound(self, members: Rows, starts: Rows, nodes: Nodes) -> tuple[NDArray[np.bool_], Array]:
         """Which members from these starts (R,) are ways out, and what they ask of the tyres [m/s^2]."""
         good, demand = np.empty(members.size, dtype=np.bool_), np.empty(members.size)
         member, start = np.ascontiguousarray(members, dtype=np.int64), np.ascontiguousarray(starts, dtype=np.int64)
-        given, results = (member.ctypes.data, start.ctypes.data), (good.ctypes.data, demand.ctypes.data)
+        given, results = (_at(member), _at(start)), (_at(good), _at(demand))
         self._library.mcdas_escape_sound(self._at, members.size, *given, nodes.at, *results)
         return good, demand
 
@@ -214,8 +227,8 @@ class CompiledCase:
         answers = 2 + 4 * count
         work = np.empty(answers + 3 * self.held_count + STARTS * (1 + bodies) + self.members * (2 * bodies * ANCHORS + 4 * ANCHORS + 3))
         kinds = np.ascontiguousarray(kind, dtype=np.int64)
-        asked = _Search(self._at, kinds.ctypes.data, times_s.ctypes.data, coarse.at, exact.at, None, host_d_m, near_m, latest_s)
-        self._library.mcdas_escape_map(ctypes.byref(asked), work.ctypes.data)
+        asked = _Search(self._at, _at(kinds), _at(times_s), coarse.at, exact.at, None, host_d_m, near_m, latest_s)
+        self._library.mcdas_escape_map(ctypes.byref(asked), _at(work))
         answer = work[:answers].tolist()
         end, *now = answer[: 1 + count]
         ender, *rest = map(int, answer[1 + count :])
@@ -225,8 +238,8 @@ class CompiledCase:
         """When (as an index) a host that goes through these places (4, T): s, d, sine, cosine: first meets somebody, and whom; or -1."""
         moments, where = np.ascontiguousarray(clock, dtype=np.int64), np.ascontiguousarray(places)
         whom = ctypes.c_longlong(-1)
-        rows = [where.ctypes.data + 8 * i * clock.size for i in range(4)]
-        step = self._library.mcdas_escape_met(self._at, clock.size, moments.ctypes.data, *rows, ctypes.byref(whom))
+        rows = [_at(where) + 8 * i * clock.size for i in range(4)]
+        step = self._library.mcdas_escape_met(self._at, clock.size, _at(moments), *rows, ctypes.byref(whom))
         return int(step), whom.value
 
 

@@ -119,6 +119,18 @@ static double open_at(Guesses *g, whole i, int n, double *easy)
     return open;
 }
 
+/* whether it is not open there at all, of a member whose needs from the anchors around that start are known */
+static int closed_at(const Guesses *g, whole i, int n)
+{
+    const Between b = g->between[n];
+    const whole size = g->q->members, all = g->anchors * size, here = b.k * size + i, there = b.next * size + i;
+    const double *s = g->slack, *gap = g->apart + n, *below = g->low, *above = g->high;
+    if (!(b.share * s[here] + b.rest * s[there] > 0.0 && b.share * s[all + here] + b.rest * s[all + there] > 0.0)) return 1;
+    for (whole j = 0; j < g->q->bodies; j++, gap += g->starts, below += all, above += all)
+        if (!(b.share * below[here] + b.rest * below[there] - *gap > 0.0 || *gap - (b.share * above[here] + b.rest * above[there]) > 0.0)) return 1;
+    return 0;
+}
+
 /* when a member closes that is open by `open` at start n, and at the next by `after` */
 static double moment_of(const Guesses *g, int n, double open, double after)
 {
@@ -134,13 +146,17 @@ static void look(Guesses *g, whole i, int top, int bottom)
     const Between b = g->between[top];
     if (*last >= 0.0 && (*last_easy >= 0.0 || (ease_at_most(g, i, b.k) <= 0.0 && ease_at_most(g, i, b.next) <= 0.0))) return;
     if (tried(g, i, b.k, INFINITY) & (b.next == b.k ? NONE : tried(g, i, b.next, INFINITY))) return; /* so is everything in between */
-    for (int n = top; n >= bottom && (*last < 0.0 || *last_easy < 0.0); n--) {
+    ask(g, i, b.k);
+    ask(g, i, b.next);
+    for (int n = top, after_of = g->starts; n >= bottom && (*last < 0.0 || *last_easy < 0.0); n--) {
+        if (closed_at(g, i, n)) continue;
+        if (after_of != n + 1) after = open_at(g, i, n + 1, &after_easy);
         const double open = open_at(g, i, n, &easy);
-        if (n == top && n < g->starts - 1 && open > 0.0) after = open_at(g, i, n + 1, &after_easy);
         if (*last < 0.0 && open > 0.0) *last = moment_of(g, n, open, after);
         if (*last_easy < 0.0 && easy > 0.0) *last_easy = moment_of(g, n, easy, after_easy);
         after = open;
         after_easy = easy;
+        after_of = n;
     }
 }
 

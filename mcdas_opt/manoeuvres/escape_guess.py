@@ -105,13 +105,14 @@ class Case:
 
     def _compiled(self, library: ctypes.CDLL) -> CompiledCase:
         car, road, chosen, all_of = self.vehicle, self.situation.road, self.chosen, self.members
+        knots, bend = _knots(road.curvature)
         columns = np.array((all_of.level_mps2, all_of.until_s, all_of.until_mps, all_of.target_d_m, all_of.lateral_mps2))
         numbers = (
             *(car.wheelbase_m, car.centre_m, car.length_m, car.width_m, car.jerk_min_mps3, car.jerk_max_mps3, car.speed_max_mps),
             *(car.steering_max_rad, car.steering_rate_max_radps),
             *(chosen.demand.friction * (road.friction * GRAVITY_MPS2), chosen.demand.steering, self.brake_mps2, self.accelerate_mps2),
             *(road.left_edge_m, road.right_edge_m, np.inf if road.road_end_s_m is None else road.road_end_s_m),
-            max(abs(kappa) for _, kappa in road.curvature),
+            bend,
             *(chosen.clear_m, chosen.clear_s, self.comfort_mps2, all_of.shortest_s, all_of.straightening_mps2),
         )
         return CompiledCase(
@@ -119,9 +120,9 @@ class Case:
             self.company,
             self.table,
             columns,
-            np.array(road.curvature).T.copy(),
+            knots,
             numbers,
-            in_lane=int(np.searchsorted(all_of.kind, SIDEWAYS)),
+            in_lane=int(all_of.kind.searchsorted(SIDEWAYS)),
             half_steps=round(0.5 * chosen.clear_s / LATTICE_S),
         )
 
@@ -255,6 +256,12 @@ class Case:
         ends = doomed(motions, clock, self.company, self.vehicle, self.situation.road, self.chosen.clear_m)
         arrives = ~(np.abs(motions.d_m[:, -1] - among.target_d_m[member]) > ARRIVED_M)
         return acts & arrives & motions.possible & motions.on_road & (step < 0) & (ends < 0), motions.demand_mps2
+
+
+@lru_cache(maxsize=8)
+def _knots(curvature: tuple[tuple[float, float], ...]) -> tuple[Array, float]:
+    """A road's knots as columns (2, K), and its tightest bend."""
+    return np.array(curvature).T.copy(), max(abs(kappa) for _, kappa in curvature)
 
 
 @lru_cache(maxsize=4)

@@ -182,18 +182,17 @@ def members(situation: Situation, vehicle: Vehicle, company: Company, chosen: Es
         bend = min(situation.host.speed_mps**2 * abs(float(road.curvature_at(situation.host.s_m))), _BEND_SHARE * grip)
     spare = math.sqrt(grip * grip - bend * bend)
     brake, accelerate = min(-vehicle.acceleration_min_mps2, spare), min(vehicle.acceleration_max_mps2, spare - _FASTER * bend)
-    sides = [next_lane_m(situation, vehicle, side) for side in (Side.LEFT, Side.RIGHT)]
+    sides = next_lane_m(situation, vehicle, Side.LEFT), next_lane_m(situation, vehicle, Side.RIGHT)
     forces = _Forces(grip, bend, brake, accelerate, _JUST * chosen.comfort_on(road.friction), min(1.0, 0.2 * grip))
-    spread, level, push = _spread(chosen, sides[0] is not None, sides[1] is not None, forces)
+    spread, level, push, target = _spread(chosen, sides, forces)
     ends = np.array([*_speeds_of_nearest(situation, company), np.nan])
-    targets = np.array([np.nan, np.nan, *(np.nan if side is None else side for side in sides)])
     return Members(
         kind=spread.kind,
         of_kind=spread.of_kind,
         level_mps2=level,
         until_s=spread.until_s,
         until_mps=ends[spread.matching],
-        target_d_m=targets[spread.kind],
+        target_d_m=target,
         lateral_mps2=push,
         shortest_s=_SHORTEST_S,
         straightening_mps2=forces.gentle,
@@ -226,17 +225,23 @@ class _Spread(NamedTuple):
     of_kind: tuple[NDArray[np.intp], ...]
 
 
-def _spread(chosen: EscapeSettings, left: bool, right: bool, forces: _Forces) -> tuple[_Spread, Array, Array]:
-    """And what the members take of these forces: levels and pushes (M,). As made before for the very same manoeuvres and forces: to
-    compare some hundred numbers takes longer than all the rest."""
+_Sides = tuple[float | None, float | None]  # where lanes to the left and to the right are
+
+
+def _spread(chosen: EscapeSettings, sides: _Sides, forces: _Forces) -> tuple[_Spread, Array, Array, Array]:
+    """And what the members take of these forces, and where they go: levels, pushes and targets (M,).
+
+    As made before for the very same manoeuvres and forces: to compare some hundred numbers takes longer than all the rest.
+    """
     own = chosen.braking, chosen.accelerating, chosen.sideways
-    key = (*map(id, own), left, right, forces)
+    key = (*map(id, own), sides, forces)
     known = _MADE.get(key)
     if known is None:
         if len(_MADE) >= _MOST_MADE:
             _MADE.clear()
-        spread = _made(chosen, left, right)
-        known = _MADE[key] = own, (spread, *_taken(spread, forces))  # they are kept, so that their names stay theirs
+        spread = _made(chosen, sides[0] is not None, sides[1] is not None)
+        targets = np.array([np.nan, np.nan, *(np.nan if side is None else side for side in sides)])
+        known = _MADE[key] = own, (spread, *_taken(spread, forces), targets[spread.kind])  # they are kept, so that their names stay theirs
     return known[1]
 
 
@@ -269,7 +274,7 @@ def _made(chosen: EscapeSettings, left: bool, right: bool) -> _Spread:
     return _Spread(kind, pace, (pace > 0.0).astype(np.intp), until, push, matching, np.array(comfortable), in_lane, of_kind)
 
 
-_MADE: dict[tuple[object, ...], tuple[object, tuple[_Spread, Array, Array]]] = {}
+_MADE: dict[tuple[object, ...], tuple[object, tuple[_Spread, Array, Array, Array]]] = {}
 
 
 def _speeds_of_nearest(situation: Situation, company: Company) -> tuple[float, float]:

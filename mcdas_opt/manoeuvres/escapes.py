@@ -44,10 +44,8 @@ def escapes(situation: Situation, vehicle: Vehicle, prediction: Prediction, sett
 
 def _refusal(name: str, situation: Situation) -> Closer | None:
     """A way into a direction that nobody watches is closed."""
-    sector, closer = {
-        "brake": (None, None),
-        "accelerate": (Sector.FRONT, Closer.FRONT),
-        "left": (Sector.LEFT, Closer.SIDE),
-        "right": (Sector.RIGHT, Closer.SIDE),
-    }[name]
-    return closer if sector is not None and not situation.coverage.sees(sector) else None
+    into = _INTO.get(name)
+    return None if into is None or situation.coverage.sees(into[0]) else into[1]
+
+
+_INTO = {"accelerate": (Sector.FRONT, Closer.FRONT), "left": (Sector.LEFT, Closer.SIDE), "right": (Sector.RIGHT, Closer.SIDE)}
