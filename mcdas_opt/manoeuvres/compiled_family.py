@@ -18,6 +18,7 @@ from mcdas_opt.manoeuvres import clearance, family, phases, sidesteps
 from mcdas_opt.manoeuvres.family import Demand, Member, Scored, Scoring
 from mcdas_opt.manoeuvres.phases import Phases
 from mcdas_opt.manoeuvres.sidesteps import Sidesteps
+from mcdas_opt.native.addresses import address
 from mcdas_opt.native.kernels import c_text, defined, library, wanted
 from mcdas_opt.solvers.vector_math import BUILDS, DECLARED
 
@@ -78,7 +79,7 @@ class CompiledMembers:
             "work": np.empty((_OF_MEMBER, row)),
         }
         self._family = _Family(
-            **{name: table.ctypes.data for name, table in self._tables.items()},
+            **{name: address(table) for name, table in self._tables.items()},
             **dict(zip(_SIZES, (*self._shape, times_s.size, len(prediction.bodies), knots.shape[1]), strict=True)),
             **_now(situation, vehicle, float(times_s[1] - times_s[0])),
         )
@@ -123,7 +124,7 @@ class CompiledMembers:
         """Every member against everybody."""
         self._set(scoring)
         result = np.empty((_OF_RESULT, *self._shape))
-        self._library.mcdas_family_score(self._at, result.ctypes.data)
+        self._library.mcdas_family_score(self._at, address(result))
         possible, on_road = result[3] > 0.0, result[4] > 0.0
         return Scored(
             separation_m=result[0],
@@ -141,8 +142,9 @@ class CompiledMembers:
         of = np.ascontiguousarray(kinds, dtype=np.int64)
         count = int(of.max()) + 1
         index, values, order = np.empty(count, dtype=np.int64), np.empty((3, count)), np.empty(self._shape[0])
-        ticks, cost, separation = (values.ctypes.data + 8 * count * k for k in range(3))
-        given, results = (of.ctypes.data, count, order.ctypes.data, ticks), (index.ctypes.data, cost, separation)
+        values_at = address(values)
+        ticks, cost, separation = (values_at + 8 * count * k for k in range(3))
+        given, results = (address(of), count, address(order), ticks), (address(index), cost, separation)
         self._library.mcdas_family_best(self._at, *given, *results)
         rows = zip(values[0].tolist(), index.tolist(), values[1].tolist(), values[2].tolist(), strict=True)
         return [
@@ -161,7 +163,7 @@ class CompiledMembers:
     def states(self, phase: int, step: int) -> Array:
         """(T, 6): s, d, psi, v, a, delta of one member."""
         x = np.empty((self._samples, 6))
-        self._library.mcdas_family_states(self._at, phase, step, x.ctypes.data)
+        self._library.mcdas_family_states(self._at, phase, step, address(x))
         return x
 
 

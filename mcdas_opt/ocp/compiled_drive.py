@@ -7,9 +7,11 @@ from functools import lru_cache
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.dynamics.bicycle import INPUTS, STATES, road_bicycle
+from mcdas_opt.native.addresses import address
 from mcdas_opt.native.kernels import c_text, defined, library, wanted
 from mcdas_opt.solvers.c_text import c_function
 
@@ -21,6 +23,7 @@ class CompiledDrive:
 
     def __init__(self, library: ctypes.CDLL) -> None:
         pointer, number, whole = ctypes.c_void_p, ctypes.c_double, ctypes.c_int
+        self._steps: tuple[Array, int] = np.empty(0), 0  # the last, and where they lie: a grid's stay the same
         self._drive = library.mcdas_drive
         self._drive.restype = None
         self._drive.argtypes = [whole, pointer, pointer, number, pointer, whole, *[pointer] * 4]
@@ -34,14 +37,16 @@ class CompiledDrive:
         """Fills `states` (N + 1, 6) from its first row; `inputs` (N, 2) are zeroed where the car stands. `car` = (wheelbase, centre) [m],
         `road` (2, knots) = s and curvature. All of them contiguous floats.
         """
-        data = [array.ctypes.data for array in (steps_s, planned_speed_mps, car, road, inputs, states)]
-        h, planned, of, at, u, x = data
-        knots = road.shape[1]
-        self._drive(len(steps_s), h, planned, starts, of, knots, at, at + 8 * knots, u, x)
+        steps = self._steps
+        if steps[0] is not steps_s:
+            steps = self._steps = steps_s, address(steps_s)
+        knots, at = road.shape[1], address(road)
+        given = address(planned_speed_mps), starts, address(car), knots, at, at + 8 * knots
+        self._drive(len(steps_s), steps[1], *given, address(inputs), address(states))
 
     def follow(self, states: Array, inputs: Array, step_s: float, car: Array, road: Array, path: Array, law: Array, driver: Array) -> None:
         """Fills `states` (N + 1, 6) from its first row, and `inputs` (N, 2). `path`, `law` and `driver` as the C text has them."""
-        of, at, way, rule, who, u, x = (array.ctypes.data for array in (car, road, path, law, driver, inputs, states))
+        of, at, way, rule, who, u, x = map(address, (car, road, path, law, driver, inputs, states))
         knots = road.shape[1]
         self._follow(len(inputs), step_s, of, knots, at, at + 8 * knots, way, rule, who, u, x)
 

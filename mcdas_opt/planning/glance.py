@@ -35,6 +35,8 @@ def verdicts(
 def _collisions(drive: Trajectory, near: Nearness, prediction: Prediction) -> Verdict:
     """Whom it plainly hits, since when, and how deep."""
     deepest = near.separation_m.min(axis=-1)
+    if not deepest.size or deepest.min() >= -PLAINLY_M:
+        return Verdict()
     return Verdict(
         violations=tuple(
             Violation(

@@ -89,7 +89,7 @@ def worth(
     rate = rate + settings.speed * (v - desired_speed_mps) ** 2
     if near.ends:
         rate = rate + settings.nearness * np.exp(-np.maximum(near.separation_m.min(axis=0), 0.0) / 0.7)
-    total = float(np.sum(0.5 * (rate[1:] + rate[:-1]) * (t[1:] - t[:-1])))
+    total = float((0.5 * (rate[1:] + rate[:-1]) * (t[1:] - t[:-1])).sum())
     end_s, end_d, end_v = float(trajectory.s_m[-1]), float(trajectory.d_m[-1]), float(v[-1])
     for body, (s, d, speed), gap in zip(prediction.bodies, near.ends, near.separation_m[:, -1].tolist(), strict=True):
         aside = abs(d - end_d) - 0.5 * (body.width_m + vehicle.width_m)

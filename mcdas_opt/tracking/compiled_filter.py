@@ -13,6 +13,7 @@ from mcdas_opt.domain.measurement import BodyDetection, RadarDetection
 from mcdas_opt.domain.motion import TargetMotion
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.native.addresses import address
 from mcdas_opt.native.kernels import c_text, library, wanted
 from mcdas_opt.tracking.association import FAR_M, FAR_SD
 from mcdas_opt.tracking.fix import LEAST_STRETCH, Viewpoint
@@ -29,7 +30,7 @@ class CompiledFix:
     __slots__ = ("_row", "at", "place")
 
     def __init__(self, row: Array) -> None:
-        self._row, self.at = row, row.ctypes.data
+        self._row, self.at = row, address(row)
         self.place: tuple[float, float] = (float(row[_PLACE_S]), float(row[_PLACE_D]))
 
 
@@ -41,7 +42,7 @@ class CompiledFilter:
         self._noise = motion.acceleration_along_mps2, motion.acceleration_across_mps2
         self._belief = np.concatenate([np.ravel(state), np.ravel(covariance)]).astype(np.float64)
         self._then = np.empty(20)
-        self._at, self._then_at = self._belief.ctypes.data, self._then.ctypes.data
+        self._at, self._then_at = address(self._belief), address(self._then)
 
     @property
     def state(self) -> Array:
@@ -100,8 +101,8 @@ class CompiledFiltering:
         )
         seen = np.array([view.x, view.y, view.yaw, view.vx, view.vy, view.host_s_m])
         rows = np.empty((len(detections), _FIX))
-        at = points.ctypes.data, seen.ctypes.data
-        self._library.mcdas_fixes(len(detections), *at, *(size or (0.0, 0.0)), *frame.addresses(), rows.ctypes.data)
+        at = address(points), address(seen)
+        self._library.mcdas_fixes(len(detections), *at, *(size or (0.0, 0.0)), *frame.addresses(), address(rows))
         return [CompiledFix(row) if row[_STRETCH] >= LEAST_STRETCH else None for row in rows]
 
     def body_fix(self, body: BodyDetection, frame: FrenetFrame, position_sd: float, speed_sd: float) -> CompiledFix:

@@ -19,6 +19,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.native.addresses import address
 from mcdas_opt.native.kernels import c_text, library, wanted
 from mcdas_opt.verification.motion import FINE_STEP_S
 from mcdas_opt.verification.tolerances import Tolerances
@@ -40,10 +41,10 @@ class PlainlySound:
         """`rules` from `rules_of`, `bodies` from `rows_of`."""
         n = table.shape[1]
         work = np.empty((4, _HALF_STEPS * max(n - 1, 0) + 1))  # of each call: threads may judge at once
-        begun = None if start is None else start.to_vector()
-        at = None if begun is None else begun.ctypes.data
-        what = rules.ctypes.data, bodies.ctypes.data, len(bodies)
-        return bool(self._sound(table.ctypes.data, n, at, *what, *frame.addresses(), work.ctypes.data))
+        begun = None if start is None else start.to_vector().copy()
+        at = None if begun is None else address(begun)
+        what = address(rules), address(bodies), len(bodies)
+        return bool(self._sound(address(table), n, at, *what, *frame.addresses(), address(work)))
 
 
 def rows_of(bodies: Sequence[PredictedBody]) -> Array | None:
