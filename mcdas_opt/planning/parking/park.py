@@ -44,7 +44,8 @@ class ParkSettings:
     tight_way_m: float = 2.5  # ... from the first of them where a gear's way is shorter than this
     fine_for: tuple[int, int] = (7, 10)  # gear changes for which the grid is fine from the beginning, which costs less ...
     fine_s: float = 0.2  # ... than a second solution: its interval [s]
-    loose: tuple[float, float] = (1e-5, 1e-4)  # the solver's tolerance from the first of `fine_for` to `long_from`
+    loose: tuple[float, float] = (1e-5, 1e-4)  # the solver's tolerance in the first and in later rounds ...
+    loose_for: tuple[int, int] = (7, 12)  # ... for so many gear changes
     work: int = 36_000  # iterations times intervals: once there is an answer, no other start that is expected to end beyond, ...
     work_unanswered: int = 80_000  # the same of one start that has no answer yet
     work_polishing: int = 46_000  # ... and no finer grid and nothing left out either, ...
@@ -152,7 +153,7 @@ def _tried(run: Run, settings: ParkSettings, guess: Guess, best: Exchanged | Non
     before = run.value
     manoeuvre = in_pieces(first, PIECE) if guess.pieces else first
     loop = settings.exchange
-    if settings.fine_for[0] <= manoeuvre.gear_changes < settings.long_from:
+    if settings.loose_for[0] <= manoeuvre.gear_changes <= settings.loose_for[1]:
         loop = replace(loop, tolerance=settings.loose)
     bounded = _within_work(run, settings, manoeuvre, loop, answered=best is not None)
     done = _offered(
