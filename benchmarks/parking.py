@@ -126,7 +126,10 @@ def leaving(ratios: tuple[float, ...]) -> Iterator[tuple[str, ParkingCase]]:
 
 
 def mazes() -> Iterator[tuple[str, ParkingCase]]:
-    """Hard ones of our own: turning round in alleys, a chicane, a bay with 10 cm to either side, a right angle."""
+    """Hard ones of our own: turning round in alleys (whose open ends are used, and closed), a chicane, a bay with 10 cm to either side,
+
+    a right angle.
+    """
 
     def box(x0: float, y0: float, x1: float, y1: float) -> list[list[float]]:
         return [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
@@ -134,10 +137,15 @@ def mazes() -> Iterator[tuple[str, ParkingCase]]:
     def alley(width: float) -> list[list[list[float]]]:
         return [box(-14.0, -1.0, 14.0, 0.0), box(-14.0, width, 14.0, width + 1.0)]
 
+    def closed(width: float) -> list[list[list[float]]]:
+        return [*alley(width), box(-15.0, -1.0, -14.0, width + 1.0), box(14.0, -1.0, 15.0, width + 1.0)]
+
     cases: dict[str, tuple[tuple[float, float, float], tuple[float, float, float], list[list[list[float]]]]] = {
         "turn round in 7 m": ((0.0, 3.5, 0.0), (2.7, 3.5, np.pi), alley(7.0)),
         "turn round in 6 m": ((0.0, 3.0, 0.0), (2.7, 3.0, np.pi), alley(6.0)),
         "turn round in 5.4 m": ((0.0, 2.7, 0.0), (2.7, 2.7, np.pi), alley(5.4)),
+        "turn round in 6 m, both ends closed": ((0.0, 3.0, 0.0), (2.7, 3.0, np.pi), closed(6.0)),
+        "turn round in 5.4 m, both ends closed": ((0.0, 2.7, 0.0), (2.7, 2.7, np.pi), closed(5.4)),
         "chicane": (
             (-4.0, 1.4, 0.0),
             (16.0, 1.4, 0.0),

@@ -17,9 +17,9 @@ Rows = NDArray[np.int64]
 
 
 class Block(NamedTuple):
-    """A function of few variables: `value` (w, q, common) -> (rows, cost), `slope` -> (nonzeros of the rows' Jacobian, gradient of the
+    """A function of few variables: `value` (w, q, common) -> (rows, cost), `slope` -> nonzeros of the rows' Jacobian, `tilt` -> (cost, its
 
-    cost), `bend` (w, q, common, row multipliers, cost multiplier) -> nonzeros of the Hessian's upper triangle.
+    gradient), `bend` (w, q, common, row multipliers, cost multiplier) -> nonzeros of the Hessian's upper triangle.
     """
 
     name: str
@@ -28,6 +28,7 @@ class Block(NamedTuple):
     rows: int
     value: Any
     slope: Any
+    tilt: Any
     bend: Any
     slope_at: tuple[Rows, Rows]  # row and column of each nonzero
     bend_at: tuple[Rows, Rows]
@@ -51,7 +52,8 @@ def block(name: str, w: Any, q: Any, common: Any, rows: Any, cost: Any) -> Block
         q.numel(),
         rows.numel(),
         ca.Function(name, [w, q, common], [rows, cost]),
-        ca.Function(f"{name}_slope", [w, q, common], [_nonzeros(slope), ca.densify(ca.gradient(cost, w))]),
+        ca.Function(f"{name}_slope", [w, q, common], [_nonzeros(slope)]),
+        ca.Function(f"{name}_tilt", [w, q, common], [cost, ca.densify(ca.gradient(cost, w))]),
         ca.Function(f"{name}_bend", [w, q, common, multipliers, weight], [_nonzeros(bend)]),
         _places(slope),
         _places(bend),
@@ -79,14 +81,15 @@ def nlp_of(copies: Sequence[Copies], variables: int, common: int) -> tuple[dict[
         w = ca.reshape(x[c.where.ravel().tolist()], c.block.variables, n)
         inputs.append((n, w, ca.reshape(p[first : first + size], c.block.numbers, n), ca.repmat(shared, 1, n)))
         first += size
-    rows, cost = [], 0
+    rows, cost, tilted = [], 0, 0
     slopes, gradients = [], []
     for c, (n, *arguments) in zip(copies, inputs, strict=True):
         row, part = c.block.value.map(n)(*arguments)
         rows.append(ca.vec(row))
         cost += ca.sum2(part)
-        slope, gradient = c.block.slope.map(n)(*arguments)
-        slopes.append(ca.vec(slope))
+        slopes.append(ca.vec(c.block.slope.map(n)(*arguments)))
+        part, gradient = c.block.tilt.map(n)(*arguments)
+        tilted += ca.sum2(part)
         gradients.append(ca.vec(gradient))
     g = ca.vertcat(*rows)
     entries = _scatter(np.concatenate([c.where.ravel() for c in copies]), variables)
@@ -102,7 +105,7 @@ def nlp_of(copies: Sequence[Copies], variables: int, common: int) -> tuple[dict[
     hessian = _hessian(copies, ca.vertcat(*bends), variables)
     program = {"x": x, "p": p, "f": cost, "g": g}
     derivatives = {
-        "grad_f": ca.Function("nlp_grad_f", [x, p], [cost, ca.densify(gradient)], ["x", "p"], ["f", "grad_f_x"]),
+        "grad_f": ca.Function("nlp_grad_f", [x, p], [tilted, ca.densify(gradient)], ["x", "p"], ["f", "grad_f_x"]),
         "jac_g": ca.Function("nlp_jac_g", [x, p], [g, jacobian], ["x", "p"], ["g", "jac_g_x"]),
         "hess_lag": ca.Function(
             "nlp_hess_l", [x, p, weight, multipliers], [hessian], ["x", "p", "lam_f", "lam_g"], ["triu_hess_gamma_x_x"]

@@ -21,7 +21,15 @@ from mcdas_opt.solvers.interrupts import interrupts_kept
 
 
 @lru_cache(maxsize=48)
-def _solver(form: str, segments: tuple[int, ...], at_nodes: tuple[int, ...], inside: tuple[int, ...], iterations: int, warm: bool) -> Any:
+def _solver(
+    form: str,
+    segments: tuple[int, ...],
+    at_nodes: tuple[int, ...],
+    inside: tuple[int, ...],
+    iterations: int,
+    warm: bool,
+    tolerance: float,
+) -> Any:
     """The solver of one structure, with the numbers of the case as parameters."""
     n, own = len(segments), EXTRA[form]
     k, first, last = np.arange(n), np.array(at_nodes, dtype=np.int64), np.array(inside, dtype=np.int64)
@@ -46,7 +54,7 @@ def _solver(form: str, segments: tuple[int, ...], at_nodes: tuple[int, ...], ins
         "ipopt.print_level": 0,
         "ipopt.sb": "yes",
         "ipopt.max_iter": iterations,
-        "ipopt.tol": 1e-5,
+        "ipopt.tol": tolerance,
         "ipopt.constr_viol_tol": 1e-7,
         "ipopt.acceptable_iter": 0,  # "acceptable" stops on the flat side of a time-optimal valley: 15.4 s instead of 15.1 s
         "ipopt.mu_init": 1e-3 if warm else 1e-2,
@@ -65,13 +73,14 @@ def solve_parking(
     max_iterations: int = 150,
     warm: bool = False,
     form: str = "half-planes",
+    tolerance: float = 1e-5,
 ) -> ParkingSolution:
     """Solve one program from its guess. The status is the solver's, the violation is measured here."""
     n, segments = len(program.segments), len(program.steps)
     checks = program.checks.only(np.argsort(program.checks.fractions != 0.0, kind="stable"))
     inside = checks.fractions != 0.0
     where, count, m = checks.intervals.tolist(), int((~inside).sum()), len(inside)
-    solver = _solver(form, tuple(program.segments.tolist()), tuple(where[:count]), tuple(where[count:]), max_iterations, warm)
+    solver = _solver(form, tuple(program.segments.tolist()), tuple(where[:count]), tuple(where[count:]), max_iterations, warm, tolerance)
     headings = program.nodes[checks.intervals, 2]
     own, own_low, own_high, numbers = check_unknowns(form, checks, headings, costs.clearance > 0.0)
     least, most = check_rows(form)

@@ -19,6 +19,7 @@ from mcdas_opt.planning.parking.park import ParkSettings, park
 from mcdas_opt.planning.parking.path import Arc, ArcPath
 from mcdas_opt.planning.parking.search import SearchSettings, search
 from mcdas_opt.planning.parking.structure import finer, finer_places, from_trajectory, in_pieces, phases, ways, without
+from mcdas_opt.planning.parking.windows import WindowSettings, improve
 from mcdas_opt.planning.parking.world import World
 from mcdas_opt.planning.parking.worth import worth
 from mcdas_opt.verification.parking_judge import judge_parking
@@ -154,3 +155,31 @@ def test_a_search_that_fails_says_how_near_it_came_and_what_would_do():
 def test_guesses_of_a_path_come_first():
     names = [guess.name for guess in guesses(CASE, [ZIGZAG], ("search", "one-more"), COSTS["time"], ExchangeSettings())]
     assert names == ["3 gear changes, one put before", "2 gear changes"]
+
+
+@pytest.mark.parametrize("interval_s", [0.28, 0.8, 1.6])
+def test_what_the_loop_calls_sound_ends_where_it_was_asked(interval_s):
+    """Also where one Runge-Kutta step of the program spans so long an interval that the roll-out ends elsewhere."""
+    case = slot_case(7.2)
+    done = exchange(case, World.of(case), standing_start(case, from_search(case), interval_s), COSTS["time"], ExchangeSettings())
+    assert done.best is not None
+    verdict = judge_parking(case, done.best.trajectory(case)).verdict
+    assert not [v for v in verdict.violations if v.name.startswith("end")]
+
+
+def from_search(case):
+    return search(case, World.of(case), SearchSettings(max_nodes=6000), PathCost.of(case)).paths[0]
+
+
+def test_windows_go_through_once_more_on_a_finer_grid_and_gain():
+    case = slot_case(1.35 * 4.5)
+    guess = standing_start(case, from_search(case))
+    assert guess.gear_changes > 1
+    windows = WindowSettings(whole_up_to=1, phases=3, stride=2, fine_stride=2, rounds=2)
+    coarse, fine = (
+        improve(case, World.of(case), guess, COSTS["time"], ExchangeSettings(), replace(windows, fine_up_to=most)).best for most in (0, 60)
+    )
+    assert coarse is not None
+    assert fine is not None
+    assert fine.duration_s < coarse.duration_s
+    assert judge_parking(case, fine.trajectory(case)).verdict.passed

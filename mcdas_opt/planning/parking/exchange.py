@@ -39,6 +39,7 @@ class ExchangeSettings:
     per_interval: int = 96  # roll-out points per interval
     margin_m: float = 2e-4  # more clearance than asked, for what lies between roll-out points
     max_iterations: int = 120
+    tolerance: tuple[float, float] = (1e-5, 1e-5)  # of the solver: in the first round, and in those that begin from its answer
     end_share: float = 0.995  # of the end tolerance that may be used: in narrow slots it is worth a tenth of the time
     gain: float = 0.01  # stop when a round gains less than this share
     around_m: tuple[float, ...] = (0.0, 0.025, 0.06)  # where else to check where the clearance dips
@@ -104,6 +105,7 @@ def exchange(
     if near.size < len(whole.polygons):
         world = World(world.body, whole.only(near), [world.owner[int(k)] for k in near])
     current, best = first, None
+    missed = np.zeros(3)  # by how much the roll-out ends elsewhere than the program, where that leaves the tolerance
     kept = {(k, rank[polygon], point) for k, polygon, point in checked if polygon in rank}
     durations = [0.0]
     iterations, lacking, margin, trust = 0, np.inf, settings.margin_m, 1.0
@@ -117,8 +119,8 @@ def exchange(
         program = _program(case, world, current, poses, fractions, apart, kept, settings, trust)
         if end_steering_rad is None:
             slack = settings.end_share * _end_slack(case)
-            program.nodes_low[-1, :3] -= slack
-            program.nodes_high[-1, :3] += slack
+            program.nodes_low[-1, :3] -= slack + missed
+            program.nodes_high[-1, :3] += slack - missed
         else:
             program.nodes[-1, 4] = program.nodes_low[-1, 4] = program.nodes_high[-1, 4] = end_steering_rad
         tried, solution = _solved(program, physics._replace(clearance_m=asked + margin), costs, settings, warm=rounds > 1)
@@ -138,7 +140,10 @@ def exchange(
         least = float(apart.min(initial=np.inf))
         lacking = max(asked - least, solution.violation - 1e-5, 0.0)
         kept |= _dips(apart, asked + margin, _ways(current), settings.around_m)
-        if least >= asked - 1e-6 and solution.violation < _SOUND:
+        off = poses[-1, -1] - current.nodes[-1, :3]
+        ends_well = end_steering_rad is not None or _arrived(case, poses[-1, -1])
+        missed = missed if ends_well else off
+        if least >= asked - 1e-6 and solution.violation < _SOUND and ends_well:
             if best is None or current.duration_s < best.duration_s:
                 best = current
             margin = settings.margin_m
@@ -163,7 +168,9 @@ def _solved(
         if first.violation < _SOUND:
             return first.iterations, first
         tried = first.iterations
-    second = solve_parking(program, physics, costs, settings.max_iterations, warm=warm, form=settings.form)
+    second = solve_parking(
+        program, physics, costs, settings.max_iterations, warm=warm, form=settings.form, tolerance=settings.tolerance[int(warm)]
+    )
     return tried + second.iterations, second
 
 
@@ -281,6 +288,13 @@ def _end_slack(case: ParkingCase) -> Array:
     c, s = abs(float(np.cos(case.goal[2]))), abs(float(np.sin(case.goal[2])))
     shape = (along, across) if s < 0.05 else (across, along) if c < 0.05 else (0.7, 0.7)
     return np.array([*(case.tolerance.position_m * q for q in shape), case.tolerance.heading_rad])
+
+
+def _arrived(case: ParkingCase, pose: Array) -> bool:
+    """Within the end tolerance; a long interval's one Runge-Kutta step in the program may end some tenths of a millimetre off."""
+    off = pose - case.goal
+    turn = abs(float((off[2] + np.pi) % (2.0 * np.pi) - np.pi))
+    return float(np.hypot(off[0], off[1])) <= case.tolerance.position_m and turn <= case.tolerance.heading_rad
 
 
 def _gear_at_nodes(gears: Array) -> Array:

@@ -13,6 +13,7 @@ from mcdas_opt.planning.parking.path import ArcPath, sampled
 
 SIZES = (24, 36, 48, 60, 72, 84, 96, 120, 144, 168, 192, 224, 256, 320, 400)
 INTERVAL_S = 0.28
+PIECE = 6  # intervals of one length
 
 
 @dataclass(frozen=True, slots=True)

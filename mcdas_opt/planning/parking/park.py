@@ -16,7 +16,7 @@ from mcdas_opt.planning.parking.closed_form import CLOSED_FORMS
 from mcdas_opt.planning.parking.exchange import Exchanged, ExchangeSettings, exchange
 from mcdas_opt.planning.parking.guesses import GUESSES, Guess, guesses
 from mcdas_opt.planning.parking.ladder import LEVELS, Climb, Level, beyond_the_wall, climb
-from mcdas_opt.planning.parking.manoeuvre import INTERVAL_S, Manoeuvre, standing_start
+from mcdas_opt.planning.parking.manoeuvre import INTERVAL_S, PIECE, Manoeuvre, standing_start
 from mcdas_opt.planning.parking.path import ArcPath, counted, drive, way_per_gear
 from mcdas_opt.planning.parking.refusal import lengthened, relief, too_tight
 from mcdas_opt.planning.parking.run import Run
@@ -26,7 +26,6 @@ from mcdas_opt.planning.parking.windows import WindowSettings, improve
 from mcdas_opt.planning.parking.world import World
 from mcdas_opt.verification.parking_judge import judge_parking
 
-PIECE = 6  # intervals of one length
 PLANNERS = ("nlp", "search", *CLOSED_FORMS)
 
 
@@ -45,6 +44,8 @@ class ParkSettings:
     tight_way_m: float = 2.5  # ... from the first of them where a gear's way is shorter than this
     fine_for: tuple[int, int] = (7, 10)  # gear changes for which the grid is fine from the beginning, which costs less ...
     fine_s: float = 0.2  # ... than a second solution: its interval [s]
+    loose: tuple[float, float] = (1e-5, 1e-4)  # the solver's tolerance in the first and in later rounds ...
+    loose_for: tuple[int, int] = (7, 12)  # ... for so many gear changes
     work: int = 36_000  # iterations times intervals: once there is an answer, no other start that is expected to end beyond, ...
     work_unanswered: int = 80_000  # the same of one start that has no answer yet
     work_polishing: int = 46_000  # ... and no finer grid and nothing left out either, ...
@@ -151,7 +152,10 @@ def _tried(run: Run, settings: ParkSettings, guess: Guess, best: Exchanged | Non
         return best
     before = run.value
     manoeuvre = in_pieces(first, PIECE) if guess.pieces else first
-    bounded = _within_work(run, settings, manoeuvre, settings.exchange, answered=best is not None)
+    loop = settings.exchange
+    if settings.loose_for[0] <= manoeuvre.gear_changes <= settings.loose_for[1]:
+        loop = replace(loop, tolerance=settings.loose)
+    bounded = _within_work(run, settings, manoeuvre, loop, answered=best is not None)
     done = _offered(
         run, f"nlp from {guess.name}", lambda: improve(run.case, run.world, manoeuvre, settings.costs, bounded, settings.windows)
     )

@@ -14,7 +14,7 @@ from mcdas_opt.planning.parking.world import World
 from mcdas_opt.planning.parking.worth import worth
 from mcdas_opt.verification.parking_judge import Judgement, judge_parking
 
-_SHORT_M = 5e-5
+SHORT_M = 5e-5  # less clearance than asked by more than this is refused: the judge's tolerance is not ours to use
 
 
 @dataclass(slots=True)
@@ -43,7 +43,7 @@ class Run:
         judgement = judge_parking(self.case, trajectory)
         self.timing["verify"] += 1e3 * (time.perf_counter() - begin)
         least, asked = judgement.min_clearance_m, self.case.limits.clearance_m
-        short = least is not None and least < asked - _SHORT_M  # the judge's tolerance is not ours to use
+        short = least is not None and least < asked - SHORT_M
         passed = judgement.verdict.passed and not short
         said = note if passed else f"clearance {least:.4f} m, {asked:g} m asked" if judgement.verdict.passed else judgement.verdict.reason
         self.attempts.append(
