@@ -12,6 +12,7 @@ from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.planning.selection import nearness
+from mcdas_opt.tracking.prediction import ACCELERATING
 from mcdas_opt.verification.judge import judge_all
 
 
@@ -38,7 +39,8 @@ def relying(
     that then keeps most room to everybody; with whom it relies on. None where there is no such drive.
     """
     behind = _queued(situation, vehicle, settings.queue_mps)
-    allowed = {f"collision with {name}" for name in behind}
+    theirs = {name for one in behind for name in (one, f"{one} {ACCELERATING}")}
+    allowed = {f"collision with {name}" for name in theirs}
     options = [one for one in options if {violation.name for violation in one.verdict.violations} <= allowed]
     if not behind or not options:
         return None
@@ -49,7 +51,7 @@ def relying(
         response_s=max(settings.attentive_response_s - (situation.time_s - trust.since_s), 0.0),
         braking_mps2=settings.attentive_braking_mps2,
     )
-    bodies = tuple(answers(body=body) if body.id in behind else body for body in prediction.bodies)
+    bodies = tuple(answers(body=body) if body.id in theirs else body for body in prediction.bodies)
     hoped = Prediction(name="followers brake", bodies=bodies)
     verdicts = judge_all([one.trajectory for one in options], situation.host, vehicle, situation.road, hoped)
     passing = [one for one, verdict in zip(options, verdicts, strict=True) if verdict.passed]

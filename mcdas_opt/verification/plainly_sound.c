@@ -11,7 +11,7 @@
 #define PI 3.14159265358979323846
 
 enum { T, S, D, PSI, V, A, DELTA, RATE, JERK };  /* rows of a trajectory's table */
-enum { BODY_S, BODY_D, BODY_VS, BODY_VD, BODY_FADE, BODY_SWELL, BODY_LENGTH, BODY_WIDTH, OF_BODY };
+enum { BODY_S, BODY_D, BODY_VS, BODY_VD, BODY_FADE, BODY_SWELL, BODY_CHANGE, BODY_UNTIL, BODY_LENGTH, BODY_WIDTH, OF_BODY };
 
 typedef struct {
     double wheelbase, centre, length, width, steering_max, rate_max, slowest, fastest, jerk_min, jerk_max, top; /* the car */
@@ -233,7 +233,7 @@ static double kept_gap(double turn, const double *x, const double *y, const doub
     return GREATER(GREATER(before[0], behind[0]), GREATER(before[1], behind[1]));
 }
 
-/* a body that cruises, its lateral speed swelling and fading, plainly apart from the host in every fine step */
+/* a body that cruises or changes its speed until then, its lateral speed swelling and fading, plainly apart from the host in every fine step */
 static int apart(const double *body, const double *table, long n, const Frame *frame, const Rules *rule, int steps, const double *node,
                  const double *time, long stride)
 {
@@ -245,7 +245,8 @@ static int apart(const double *body, const double *table, long n, const Frame *f
     for (long i = 0, k = 0; i < stride; i += 2) {
         const double fade = exp(-time[i] / body[BODY_FADE]);
         const double risen = (1.0 + body[BODY_SWELL]) / (1.0 + body[BODY_SWELL] * fade);
-        const double s = body[BODY_S] + vs * time[i], d = body[BODY_D] + body[BODY_VD] * body[BODY_FADE] * risen * (1.0 - fade);
+        const double lasting = LESSER(time[i], body[BODY_UNTIL]), changed = body[BODY_CHANGE] * lasting;
+        const double s = body[BODY_S] + vs * time[i] + changed * (time[i] - 0.5 * lasting), d = body[BODY_D] + body[BODY_VD] * body[BODY_FADE] * risen * (1.0 - fade);
         const double psi = atan(body[BODY_VD] * risen * risen * fade / slow);
         double px = s, py = d, pyaw = psi, now;
         if (!(fabs(s) < rule->largest && fabs(d) < rule->largest && fabs(psi) < 2.0)) return 0;  /* nor what is no number */
