@@ -50,7 +50,8 @@ class PredictionSettings:
     believed to become `change_growth` times as fast as it is, up to `change_peak_mps`.
 
     Who brakes by `braking_mps2` and by `rate_sigmas` standard deviations may go on braking until it stands; who accelerates by
-    `accelerating_mps2` and as many may go on so for `accelerating_s`.
+    `accelerating_mps2` and as many may go on so for `accelerating_s`. Before somebody who follows at no more than `queue_mps` nobody is
+    foretold to brake.
     """
 
     sigmas: float = 2.5
@@ -64,10 +65,11 @@ class PredictionSettings:
     change_fastest_s: float = 0.4
     change_growth: float = 2.0
     change_peak_mps: float = 3.0
-    braking_mps2: float = 2.0
+    braking_mps2: float = 3.0
     accelerating_mps2: float = 2.0
     accelerating_s: float = 1.0
     rate_sigmas: float = 2.5
+    queue_mps: float = 10.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -25,8 +25,8 @@ def predict(
 
     On a `road`, who plainly moves sideways is there twice: as one who settles where he is, and as one who goes on to the next lane
     (`lane_change`); so is who plainly brakes or accelerates, as one who goes on doing so (`speed_change`). Plans must pass all of them, so
-    that nobody is believed to make room. Whoever is wholly behind a host at `host_s_m` is not foretold to brake: he is the less dangerous
-    for it. The tracks are at the situation's time, which is the prediction's time zero.
+    that nobody is believed to make room. Whoever is wholly behind a host at `host_s_m` is not foretold to brake, being the less dangerous
+    for it; nor is anybody in a queue (`_queues`). The tracks are at the situation's time, which is the prediction's time zero.
     """
     settings = PredictionSettings() if settings is None else settings
     bodies: list[CruisingBody] = []
@@ -52,7 +52,9 @@ def predict(
             fade_s, swell = change
             bodies.append(replace(drifting, id=f"{track.id} {CHANGING}", lateral_fade_s=fade_s, lateral_swell=swell))
         rate = None if road is None else speed_change(track, settings, road)
-        if rate is not None and (rate[0] > 0.0 or host_s_m is None or track.s_m > host_s_m - track.length_m):
+        if rate is not None and rate[0] < 0.0 and host_s_m is not None and road is not None:
+            rate = None if _is_behind(track, host_s_m) or _queues(track, tracks, host_s_m, road, settings) else rate
+        if rate is not None:
             acceleration, lasting_s = rate
             word = BRAKING if acceleration < 0.0 else ACCELERATING
             bodies.append(replace(drifting, id=f"{track.id} {word}", acceleration_mps2=acceleration, changing_s=lasting_s))
@@ -96,3 +98,17 @@ def speed_change(track: Track, settings: PredictionSettings, road: Road) -> tupl
     grip = road.friction * GRAVITY_MPS2
     rate = min(max(rate, -grip), grip)
     return rate, -speed / rate if rate < 0.0 else settings.accelerating_s
+
+
+def _is_behind(track: Track, host_s_m: float) -> bool:
+    return track.s_m <= host_s_m - track.length_m
+
+
+def _queues(ahead: Track, tracks: Sequence[Track], host_s_m: float, road: Road, settings: PredictionSettings) -> bool:
+    """Whether somebody slow follows the host in the lane of that one. In a queue all brake with whoever is ahead: to foretell this of the
+    front car and not of the follower would leave no way out, while the safe end has the front car brake fully in any case.
+    """
+    return any(
+        _is_behind(one, host_s_m) and one.speed_s_mps <= settings.queue_mps and abs(one.d_m - ahead.d_m) < 0.5 * road.lane_width_m
+        for one in tracks
+    )

@@ -77,7 +77,7 @@ def test_nor_does_the_noise_of_a_car_that_is_passed(sensor: object) -> None:
     assert told <= 0.01 * cycles
 
 
-@pytest.mark.parametrize("rate", [-8.0, -5.0, -3.5, 3.5, 5.0])
+@pytest.mark.parametrize("rate", [-8.0, -6.0, -4.5, 3.5, 5.0])
 def test_a_constant_change_of_speed_is_followed(rate: float) -> None:
     """Told within 0.6 s of its beginning, in sign and to 1.5 m/s^2 after 0.8 s; and two seconds ahead it is foretold better than by
     constant speed."""
@@ -154,6 +154,15 @@ def test_only_who_plainly_changes_speed_is_there_twice(rate: float, sd: float, s
         behind = motion.s_m <= steady.at(t).s_m + 1e-9
         assert behind.all() if rate < 0.0 else (motion.s_m >= steady.at(t).s_m - 1e-9).all()
     assert len(predict([track_of(rate, None, speed=speed)], SETTINGS, road).bodies) == 1
+
+
+@pytest.mark.parametrize(("follower_mps", "told"), [(10.0, False), (3.0, False), (10.5, True), (25.0, True)])
+def test_in_a_queue_nobody_is_foretold_to_brake(follower_mps: float, told: bool) -> None:
+    front = track_of(-5.0, 0.5)
+    for d, there in ((0.1, told), (3.7, True)):
+        follower = Track(id="8", s_m=-12.0, d_m=d, speed_s_mps=follower_mps)
+        ids = [body.id for body in predict([front, follower], SETTINGS, ROAD, host_s_m=0.0).bodies]
+        assert (f"7 {BRAKING}" in ids) is there
 
 
 @given(rate=rates, s=st.floats(-60.0, 60.0))
