@@ -38,7 +38,8 @@ class PredictedBody(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CruisingBody:
-    """Constant speed along the road; lateral speed fades with `lateral_fade_s` (drivers settle in a lane).
+    """Constant speed along the road, but for an `acceleration_mps2` held until `changing_s`; lateral speed fades with `lateral_fade_s`
+    (drivers settle in a lane).
 
     With a `lateral_swell` q > 0 it swells before it fades, as in a lane change (a logistic curve): the way still to go to the asymptote
     is q times the way already gone, and of the form r(t) = (1 + q) r(0) e / (1 + q e), e = exp(-t / fade). q = 0 is fading alone.
@@ -57,6 +58,8 @@ class CruisingBody:
     covariance: Array
     lateral_fade_s: float = 1.0
     lateral_swell: float = 0.0
+    acceleration_mps2: float = 0.0
+    changing_s: float = 0.0
     sigmas: float = 2.5
     growth_s: float = 1.0
     cap_along_m: float = 3.0
@@ -64,7 +67,8 @@ class CruisingBody:
 
     def at(self, t_s: Any) -> BodyMotion:
         t = np.asarray(t_s, dtype=np.float64)
-        return _cruise(self.s_m, self.d_m, self.speed_s_mps, self.speed_d_mps, self.lateral_fade_s, self.lateral_swell, t, t.shape)
+        now = self.s_m, self.d_m, self.speed_s_mps, self.speed_d_mps
+        return _cruise(*now, self.lateral_fade_s, self.lateral_swell, self.acceleration_mps2, self.changing_s, t, t.shape)
 
     def _margin(self, t_s: Any, position: int, cap: float) -> Array:
         t = np.minimum(np.asarray(t_s, dtype=np.float64), self.growth_s)
@@ -187,15 +191,15 @@ class _Moving:
 def together(bodies: Sequence[PredictedBody], t_s: Array) -> BodyMotion:
     """Every body's motion at these times (n,), as rows (J, n) of one motion."""
     if bodies and all_cruise(bodies):
-        beginnings = [(body.s_m, body.d_m, body.speed_s_mps, body.speed_d_mps, body.lateral_fade_s, body.lateral_swell) for body in bodies]
-        s, d, speed_s, speed_d, fade, swell = np.array(beginnings, dtype=np.float64).T[:, :, None]
-        return _cruise(s, d, speed_s, speed_d, fade, swell, t_s, (len(bodies), t_s.size))
+        beginnings = [tuple(getattr(body, name) for name in MOVING) for body in bodies]
+        s, d, along, across, fade, swell, rate, until = np.array(beginnings, dtype=np.float64).T[:, :, None]
+        return _cruise(s, d, along, across, fade, swell, rate, until, t_s, (len(bodies), t_s.size))
     rows = np.empty((5, len(bodies), t_s.size))
     for j, body in enumerate(bodies):
         one = body.at(t_s)
         rows[:, j] = one.s_m, one.d_m, one.heading_rad, one.speed_s_mps, one.speed_d_mps
-    s_m, d_m, heading, along, across = rows
-    return BodyMotion(s_m=s_m, d_m=d_m, heading_rad=heading, speed_s_mps=along, speed_d_mps=across)
+    s_m, d_m, heading, speed_s, speed_d = rows
+    return BodyMotion(s_m=s_m, d_m=d_m, heading_rad=heading, speed_s_mps=speed_s, speed_d_mps=speed_d)
 
 
 def margins_together(bodies: Sequence[PredictedBody], t_s: Array) -> tuple[Array, Array]:
@@ -217,20 +221,26 @@ def margins_together(bodies: Sequence[PredictedBody], t_s: Array) -> tuple[Array
 
 
 def all_cruise(bodies: Sequence[PredictedBody]) -> TypeGuard[Sequence[CruisingBody]]:
-    """Whether all of them keep their speed: then they are worked out together."""
+    """Whether all of them move in the one closed form: then they are worked out together."""
     return all(isinstance(body, CruisingBody) for body in bodies)
 
 
-def _cruise(s: Any, d: Any, speed_s: Any, speed_d: Any, fade_s: Any, swell: Any, t: Array, shape: tuple[int, ...]) -> BodyMotion:
-    """At t, of this shape: constant speed along the road, lateral speed swelling and fading."""
+def _cruise(
+    s: Any, d: Any, speed_s: Any, speed_d: Any, fade_s: Any, swell: Any, acceleration: Any, until_s: Any, t: Array, shape: tuple[int, ...]
+) -> BodyMotion:
+    """At t, of this shape: constant speed along the road but for an acceleration until then, lateral speed swelling and fading.
+
+    The heading is that of the speed along the road now: who brakes does not turn.
+    """
     fade = np.exp(-t / fade_s)
     risen = (1.0 + swell) / (1.0 + swell * fade)
     across = speed_d * risen * risen * fade
     slowest = np.copysign(np.maximum(np.abs(speed_s), 1.0), speed_s)
+    changed = acceleration * np.minimum(t, until_s)
     along = np.empty(shape)
-    along[...] = speed_s
+    along[...] = speed_s + changed
     return BodyMotion(
-        s_m=s + speed_s * t,
+        s_m=s + speed_s * t + changed * (t - 0.5 * np.minimum(t, until_s)),
         d_m=d + speed_d * fade_s * risen * (1.0 - fade),
         heading_rad=np.arctan(across / slowest),
         speed_s_mps=along,
@@ -239,3 +249,5 @@ def _cruise(s: Any, d: Any, speed_s: Any, speed_d: Any, fade_s: Any, swell: Any,
 
 
 _KEPT = 4  # vectors of times whose motions a prediction remembers
+# what moves a `CruisingBody`, in the order in which `_cruise` and the C texts take it
+MOVING = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "lateral_fade_s", "lateral_swell", "acceleration_mps2", "changing_s")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mcdas_opt.domain.document import to_document
-from mcdas_opt.domain.rules import Array, covariance, finite, positive
+from mcdas_opt.domain.rules import Array, covariance, finite, non_negative, positive
 from mcdas_opt.domain.vocabulary import Sector
 
 
@@ -15,7 +15,8 @@ from mcdas_opt.domain.vocabulary import Sector
 class Track:
     """Body centre and velocity of a neighbour along (s) and across (d) the road, with their covariance.
 
-    `covariance` is 4 x 4 in the order (s, s speed, d, d speed), units m and m/s.
+    `covariance` is 4 x 4 in the order (s, s speed, d, d speed), units m and m/s. `acceleration_s_mps2` is its acceleration along the road
+    with a standard deviation; without one (None) it is not known, and the number says nothing.
     """
 
     id: str
@@ -28,6 +29,8 @@ class Track:
     width_m: float = 1.8
     age_s: float = 0.0
     coasting: bool = False
+    acceleration_s_mps2: float = 0.0
+    acceleration_s_sd_mps2: float | None = None
 
     def __eq__(self, other: object) -> bool:
         """Every number the same, the covariance's too."""
@@ -39,6 +42,9 @@ class Track:
     def __post_init__(self) -> None:
         for name, unit in (("s_m", "m"), ("d_m", "m"), ("speed_s_mps", "m/s"), ("speed_d_mps", "m/s"), ("age_s", "s")):
             object.__setattr__(self, name, finite(name, getattr(self, name), unit))
+        object.__setattr__(self, "acceleration_s_mps2", finite("acceleration_s_mps2", self.acceleration_s_mps2, "m/s^2"))
+        if self.acceleration_s_sd_mps2 is not None:
+            non_negative("acceleration_s_sd_mps2", self.acceleration_s_sd_mps2, "m/s^2")
         positive("length_m", self.length_m, "m")
         positive("width_m", self.width_m, "m")
         object.__setattr__(self, "covariance", covariance("covariance", self.covariance, 4))

@@ -90,7 +90,7 @@ class ReactiveMethod:
         if situation.request is Request.PARK:
             return Refusal(reason="parking is planned by park, not by the lane planner")
         started = time.perf_counter()
-        prediction = predict(situation.tracks, self.settings.prediction, situation.road)
+        prediction = predict(situation.tracks, self.settings.prediction, situation.road, situation.host.s_m)
         self._lay(situation)
         before = previous.reference if previous is not None and isinstance(previous.reference, UnderWay | FullBraking) else None
         if before is not None and situation.time_s - before.planned_s < _AGAIN_S - 1e-6:

@@ -131,10 +131,10 @@ def _at(array: Array | Rows | NDArray[np.uint8] | NDArray[np.bool_]) -> int:
 
 
 def company(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: float, margins: Margins) -> Company:
-    """`Company.of`, in C where everybody cruises, alike across, and nobody is grown by the prediction's own margins."""
+    """`Company.of`, in C where everybody keeps the speed, settles alike across, and nobody is grown by the prediction's own margins."""
     if not bodies or not all_cruise(bodies) or margins.share_of_prediction:
         return Company.of(bodies, until_s, margins)
-    if len({b.lateral_fade_s for b in bodies}) > 1 or any(b.lateral_swell for b in bodies):
+    if len({b.lateral_fade_s for b in bodies}) > 1 or any(b.lateral_swell or b.acceleration_mps2 for b in bodies):
         return Company.of(bodies, until_s, margins)
     times = parting.lattice_s(round(until_s / parting.LATTICE_S) + 1)
     more = margins.along_m, margins.across_m

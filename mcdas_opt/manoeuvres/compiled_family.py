@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, Prediction
+from mcdas_opt.domain.prediction import MOVING, CruisingBody, PredictedBody, Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
@@ -30,8 +30,7 @@ _NUMBERS: tuple[str, ...] = ("s0", "d0", "sine0", "bend0", "speed0", "accelerati
 _NUMBERS += ("rise", "fall", "top", "grip_squared", "curvature_max", "turn_max", "left", "right", "end")
 _NUMBERS += ("wanted", "lane_d", "half_lane", "clear", "reach")
 _NUMBERS += ("price_acceleration", "price_speed", "price_lateral", "price_near", "nearness", "price_change", "price_closing", "end_room")
-_CRUISING: tuple[str, ...] = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "lateral_fade_s", "lateral_swell")
-_CRUISING += ("sigmas", "growth_s", "cap_along_m", "cap_across_m")
+_CRUISING = (*MOVING, "sigmas", "growth_s", "cap_along_m", "cap_across_m")
 _STEEPEST_RAD = 1.5  # so far a step of the steering angle is bounded by its tangent
 
 

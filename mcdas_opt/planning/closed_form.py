@@ -57,7 +57,7 @@ class LiteralMethod:
             return Refusal(reason="parking is planned by park, not by the lane planner")
         assessment = assess(situation, self.vehicle, self.settings.selector, self._assessment if previous is not None else None)
         self._assessment = assessment
-        prediction = predict(situation.tracks, self.settings.prediction, situation.road)
+        prediction = predict(situation.tracks, self.settings.prediction, situation.road, situation.host.s_m)
         host = situation.host
         going = previous.reference if previous is not None and isinstance(previous.reference, LiteralManoeuvre) else None
         if going is not None and host.s_m > going.path.end_s_m:
@@ -168,7 +168,7 @@ class CorrectedMethod:
         started = time.perf_counter()
         assessment = assess(situation, self.vehicle, self.settings.selector, self._assessment if previous is not None else None)
         self._assessment = assessment
-        prediction = predict(situation.tracks, self.settings.prediction, situation.road)
+        prediction = predict(situation.tracks, self.settings.prediction, situation.road, situation.host.s_m)
         going = previous.reference if previous is not None and isinstance(previous.reference, Manoeuvre) else None
         if going is not None and going.finished(situation):
             going = None

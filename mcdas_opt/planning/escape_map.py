@@ -25,4 +25,4 @@ def escapes(
     is the situation's own unless given. Raises `InputError` for a vehicle that is not known.
     """
     car = load_vehicle(situation.vehicle) if vehicle is None else vehicle
-    return escapes_under(situation, car, predict(situation.tracks, prediction, situation.road), settings)
+    return escapes_under(situation, car, predict(situation.tracks, prediction, situation.road, situation.host.s_m), settings)

@@ -48,7 +48,7 @@ class Ladder:
         judge failed for a collision alone competes for the least severe.
         """
         started = time.perf_counter()
-        prediction = predict(situation.tracks, self.settings.prediction, situation.road)
+        prediction = predict(situation.tracks, self.settings.prediction, situation.road, situation.host.s_m)
         tried: list[Candidate] = []
         options: list[Attempt] = []
         first: tuple[Attempt, Ended] | None = None
@@ -99,7 +99,7 @@ class Ladder:
     def rest_of(self, situation: Situation, previous: Plan | None) -> Plan | None:
         """What is left of the last judged plan, where it still passes and comes to a safe end."""
         started = time.perf_counter()
-        prediction = predict(situation.tracks, self.settings.prediction, situation.road)
+        prediction = predict(situation.tracks, self.settings.prediction, situation.road, situation.host.s_m)
         drive = self._tail(situation, previous, prediction)
         if drive is None:
             return None

@@ -112,7 +112,7 @@ class MpcMethod:
             self._assessment = None
         assessment = assess(situation, self.vehicle, self.settings.selector, self._assessment)
         self._assessment = assessment
-        prediction = predict(situation.tracks, self.settings.prediction, situation.road)
+        prediction = predict(situation.tracks, self.settings.prediction, situation.road, situation.host.s_m)
         going = self._going(situation, previous)
         self._tried, self._failed, self._strayed, self._short, self._ends = [], [], [], [], []
         chosen = self._choose(situation, assessment, prediction, previous, going)

@@ -13,6 +13,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.planning.glance import verdicts
 from mcdas_opt.planning.selection import nearness
+from mcdas_opt.tracking.prediction import ACCELERATING
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +39,8 @@ def relying(
     that then keeps most room to everybody; with whom it relies on. None where there is no such drive.
     """
     behind = _queued(situation, vehicle, settings.queue_mps)
-    allowed = {f"collision with {name}" for name in behind}
+    theirs = {name for one in behind for name in (one, f"{one} {ACCELERATING}")}
+    allowed = {f"collision with {name}" for name in theirs}
     options = [one for one in options if {violation.name for violation in one.verdict.violations} <= allowed]
     if not behind or not options:
         return None
@@ -49,7 +51,7 @@ def relying(
         response_s=max(settings.attentive_response_s - (situation.time_s - trust.since_s), 0.0),
         braking_mps2=settings.attentive_braking_mps2,
     )
-    bodies = tuple(answers(body=body) if body.id in behind else body for body in prediction.bodies)
+    bodies = tuple(answers(body=body) if body.id in theirs else body for body in prediction.bodies)
     hoped = Prediction(name="followers brake", bodies=bodies)
     passing = [one for one in options if verdicts((one.trajectory,), situation, vehicle, hoped)[0].passed]
     if not passing:

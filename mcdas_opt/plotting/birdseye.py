@@ -124,6 +124,9 @@ class BirdsEye:
         x, y, yaw = (float(q) for q in camera.place(*shown.pose))
         if not -self._view.back_m - 6.0 < x < self._view.ahead_m + 6.0:
             return
+        if shown.supposed:
+            self._bodies += self._supposed(shown, x, y, yaw)
+            return
         edge = {"edgecolor": style.VERMILION, "lw": 2.4} if shown.name in moment.struck else {"edgecolor": style.BLACK, "lw": 0.8}
         shape = corners(x, y, yaw, shown.length_m, shown.width_m)
         body = Polygon(shape, closed=True, facecolor=shown.colour, zorder=4, joinstyle="round", **edge)
@@ -141,6 +144,26 @@ class BirdsEye:
             )  # fmt: skip
             name.set_path_effects([withStroke(linewidth=2.2, foreground="white", alpha=0.8)])
             self._bodies.append(name)
+
+    def _supposed(self, shown: Shown, x: float, y: float, yaw: float) -> list[Artist]:
+        """A pale, dashed outline, named below."""
+        from matplotlib.colors import to_rgb
+        from matplotlib.patches import Polygon
+        from matplotlib.patheffects import withStroke
+
+        shape = corners(x, y, yaw, shown.length_m, shown.width_m)
+        outline = Polygon(
+            shape, closed=True, facecolor=(*to_rgb(shown.colour), 0.25), edgecolor=shown.colour, lw=1.2, ls=(0, (4, 2.5)), zorder=3.5
+        )
+        self._axes.add_patch(outline)
+        if not self._with_names:
+            return [outline]
+        name = self._axes.annotate(
+            shown.name, (x, y - 0.5 * shown.width_m), (0, -2), textcoords="offset points", ha="center", va="top",
+            fontsize=7, color="#444444", zorder=6, annotation_clip=True,
+        )  # fmt: skip
+        name.set_path_effects([withStroke(linewidth=2.2, foreground="white", alpha=0.8)])
+        return [outline, name]
 
     def _show_track(self, camera: Camera, track: Track) -> None:
         from matplotlib.lines import Line2D

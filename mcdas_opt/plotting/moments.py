@@ -19,13 +19,14 @@ Pose = tuple[float, float, float]  # s [m], d [m], heading relative to the road 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shown:
-    """A body to draw."""
+    """A body to draw; a `supposed` one is what a body that is drawn may do besides."""
 
     name: str
     pose: Pose
     length_m: float
     width_m: float
     colour: str
+    supposed: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

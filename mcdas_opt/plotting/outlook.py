@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,10 @@ class Outlook:
         self.situation, self.vehicle = situation, vehicle
         host = situation.host
         self._ground = Ground(situation.road, host.s_m - _BEHIND_M, host.s_m + _AHEAD_M)
-        self.bodies = predict(situation.tracks).bodies
+        self.bodies = predict(situation.tracks, None, situation.road, host.s_m).bodies
+        rows = {track.id: k for k, track in enumerate(situation.tracks)}
+        self._track = list(accumulate((rows.get(body.id, -1) for body in self.bodies), _or_before))
+        self.supposed = [body.id not in rows for body in self.bodies]  # what the track before it may do besides
 
     def document(self) -> dict[str, Any]:
         """Road, bodies with their predicted poses over time, charts with their limits; and where the camera stands at those times.
@@ -42,10 +46,11 @@ class Outlook:
         host = situation.host
         t = np.arange(0.0, _LONGEST_S + 1e-9, _EVERY_S)
         bodies = []
-        for body, name, colour in zip(self.bodies, self.names(), self.colours(), strict=True):
+        for body, name, colour, supposed in zip(self.bodies, self.names(), self.colours(), self.supposed, strict=True):
             motion = body.at(t)
-            poses = ground.place(motion.s_m, motion.d_m, motion.heading_rad)
-            bodies.append({"name": name, "length": body.length_m, "width": body.width_m, "colour": colour, "poses": rounded(poses)})
+            poses = rounded(ground.place(motion.s_m, motion.d_m, motion.heading_rad))
+            shown = {"name": name, "length": body.length_m, "width": body.width_m, "colour": colour, "poses": poses}
+            bodies.append({**shown, "supposed": True} if supposed else shown)
         own = rounded(ground.place(host.s_m, host.d_m, host.heading_rad)[0], 3)
         return {
             "road": ground.document(),
@@ -68,8 +73,10 @@ class Outlook:
                 length_m=body.length_m,
                 width_m=body.width_m,
                 colour=colour,
+                supposed=supposed,
             )
-            for body, name, colour in zip(self.bodies, self.names(), self.colours(), strict=True)
+            for body, name, colour, supposed in zip(self.bodies, self.names(), self.colours(), self.supposed, strict=True)
+            if after_s > 0.0 or not supposed  # now they are in one place
             for then in (body.at(np.array(after_s)),)
         )
         return Moment(
@@ -175,7 +182,7 @@ class Outlook:
         return {"back": back, "ahead": ahead, "right": right, "left": left}
 
     def colours(self) -> list[str]:
-        """Orange for the next ahead in the host's lane, vermilion for the next behind, grey for the rest."""
+        """Of the bodies: orange for the next ahead in the host's lane, vermilion for the next behind, grey for the rest."""
         host, road = self.situation.host, self.situation.road
         colours = [style.NEIGHBOUR] * len(self.situation.tracks)
         near: dict[str, tuple[float, int]] = {}
@@ -186,10 +193,14 @@ class Outlook:
                 near[colour] = min(near.get(colour, (np.inf, k)), (abs(away), k))
         for colour, (_, k) in near.items():
             colours[k] = colour
-        return colours
+        return [colours[k] for k in self._track]
 
     def names(self) -> list[str]:
         """What the bodies are called in a picture: a name that the situation gives, else what the track's number is to the host."""
         words = {style.FRONT: "front", style.REAR: "rear"}
         bodies = zip(self.bodies, self.colours(), strict=True)
-        return [f"{words.get(colour, 'track')} {body.id}" if body.id.isdigit() else body.id for body, colour in bodies]
+        return [f"{words.get(colour, 'track')} {body.id}" if body.id.split(" ")[0].isdigit() else body.id for body, colour in bodies]
+
+
+def _or_before(before: int, row: int) -> int:
+    return before if row < 0 else row

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _WIDTH_IN, _FRAME_S = 9.6, 0.1
+_NAMED_S = 2  # at its outline after so many seconds what somebody may do besides is named
 
 
 def plan_sheet(situation: Situation, vehicle: Vehicle, plan: Plan, after_s: float = 0.0) -> Figure:
@@ -84,25 +85,36 @@ def _from_above(axes: Axes, situation: Situation, vehicle: Vehicle, plan: Plan, 
 
 
 def _seconds_later(axes: Axes, situation: Situation, vehicle: Vehicle, plan: Plan, outlook: Outlook, view: View) -> None:
-    """Outlines of everybody after one second, two seconds ..., each fainter than the one before."""
+    """Outlines of everybody after one second, two seconds ..., each fainter than the one before; dashed, and named, of what somebody may do
+    besides."""
     from matplotlib.patches import Polygon
+    from matplotlib.patheffects import withStroke
 
     camera, x = Camera(situation.road, situation.host.s_m), plan.trajectory
     if not np.isfinite(x.states).all():
         return
+    named: dict[str, tuple[float, float]] = {}
     for t in range(1, int(x.t_s[-1] + 1e-9) + 1):
         at = [float(np.interp(t, x.t_s, column)) for column in (x.s_m, x.d_m, x.heading_rad)]
-        shapes = [(at, vehicle.length_m, vehicle.width_m, style.HOST)]
-        for body, colour in zip(outlook.bodies, outlook.colours(), strict=True):
+        shapes = [(at, vehicle.length_m, vehicle.width_m, style.HOST, "")]
+        for body, colour, name, supposed in zip(outlook.bodies, outlook.colours(), outlook.names(), outlook.supposed, strict=True):
             then = body.at(np.array(float(t)))
-            shapes.append(([float(then.s_m), float(then.d_m), float(then.heading_rad)], body.length_m, body.width_m, colour))
-        for pose, length, width, colour in shapes:
+            pose = [float(then.s_m), float(then.d_m), float(then.heading_rad)]
+            shapes.append((pose, body.length_m, body.width_m, colour, name if supposed else ""))
+        for pose, length, width, colour, name in shapes:
             px, py, yaw = (float(q) for q in camera.place(*pose))
             if -view.back_m < px < view.ahead_m:
+                dashed = {"ls": (0, (4, 2.5))} if name else {}
+                faint = max(0.75 - 0.15 * t, 0.2)
                 outline = corners(px, py, yaw, length, width)
-                axes.add_patch(
-                    Polygon(outline, closed=True, fill=False, edgecolor=colour, lw=1.0, alpha=max(0.75 - 0.15 * t, 0.2), zorder=2.5)
-                )
+                axes.add_patch(Polygon(outline, closed=True, fill=False, edgecolor=colour, lw=1.0, alpha=faint, zorder=2.5, **dashed))
+                if name and t <= _NAMED_S:
+                    named[name] = px, float(outline[:, 1].min())
+    for k, (name, place) in enumerate(named.items()):
+        word = axes.annotate(
+            name, place, (0, -2 - 9 * (k % 3)), textcoords="offset points", ha="center", va="top", fontsize=7, color="#444444", zorder=6
+        )
+        word.set_path_effects([withStroke(linewidth=2.2, foreground="white", alpha=0.8)])
 
 
 def _chart(axes: Axes, chart: dict[str, object], t_s: np.ndarray, values: np.ndarray) -> None:

@@ -60,7 +60,7 @@ def foresee(
     if isinstance(target, Situation):
         if prediction not in (None, CONSTANT_VELOCITY):
             raise ParameterError("prediction", prediction, f"a situation knows only {CONSTANT_VELOCITY!r}")
-        return predict(target.tracks, settings, target.road)
+        return predict(target.tracks, settings, target.road, target.host.s_m)
     if prediction in (None, SCENE):
         return Prediction(name=SCENE, bodies=known_bodies(target, trajectory))
     if prediction == CONSTANT_VELOCITY:

@@ -60,6 +60,10 @@ class CompiledFilter:
         then = self._then.copy()
         return then[:4], then[4:].reshape(4, 4)
 
+    def speed_along(self) -> tuple[float, float]:
+        """Speed along the road and its variance, at the filter's own time."""
+        return float(self._belief[1]), float(self._belief[9])
+
     def place_at(self, time_s: float) -> tuple[float, float]:
         """(s, d) believed at `time_s`."""
         s, vs, d, vd = self._belief[:4].tolist()

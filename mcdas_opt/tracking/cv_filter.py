@@ -55,6 +55,10 @@ class ConstantVelocityFilter:
         P = F @ self.covariance @ F.T + self._noise(abs(dt))
         return F @ self.state, 0.5 * (P + P.T)
 
+    def speed_along(self) -> tuple[float, float]:
+        """Speed along the road and its variance, at the filter's own time."""
+        return float(self._kf.x[1, 0]), float(self._kf.P[1, 1])
+
     def place_at(self, time_s: float) -> tuple[float, float]:
         """(s, d) believed at `time_s`."""
         s, vs, d, vd = self._kf.x[:, 0].tolist()

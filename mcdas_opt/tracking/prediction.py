@@ -10,16 +10,23 @@ from mcdas_opt.domain.prediction import CruisingBody, Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 
 CONSTANT_VELOCITY = "constant-velocity"
 CHANGING = "changing lanes"
+BRAKING = "braking"
+ACCELERATING = "accelerating"
 
 
-def predict(tracks: Sequence[Track], settings: PredictionSettings | None = None, road: Road | None = None) -> Prediction:
+def predict(
+    tracks: Sequence[Track], settings: PredictionSettings | None = None, road: Road | None = None, host_s_m: float | None = None
+) -> Prediction:
     """Everybody keeps the speed along the road and settles across it; margins from the *present* covariance (see `CruisingBody`).
 
     On a `road`, who plainly moves sideways is there twice: as one who settles where he is, and as one who goes on to the next lane
-    (`lane_change`). Plans must pass both. The tracks are at the situation's time, which is the prediction's time zero.
+    (`lane_change`); so is who plainly brakes or accelerates, as one who goes on doing so (`speed_change`). Plans must pass all of them, so
+    that nobody is believed to make room. Whoever is wholly behind a host at `host_s_m` is not foretold to brake, being the less dangerous
+    for it; nor is anybody in a queue (`_queues`). The tracks are at the situation's time, which is the prediction's time zero.
     """
     settings = PredictionSettings() if settings is None else settings
     bodies: list[CruisingBody] = []
@@ -44,15 +51,23 @@ def predict(tracks: Sequence[Track], settings: PredictionSettings | None = None,
         if change is not None:
             fade_s, swell = change
             bodies.append(replace(drifting, id=f"{track.id} {CHANGING}", lateral_fade_s=fade_s, lateral_swell=swell))
+        rate = None if road is None else speed_change(track, settings, road)
+        if rate is not None and rate[0] < 0.0 and host_s_m is not None and road is not None:
+            rate = None if _is_behind(track, host_s_m) or _queues(track, tracks, host_s_m, road, settings) else rate
+        if rate is not None:
+            acceleration, lasting_s = rate
+            word = BRAKING if acceleration < 0.0 else ACCELERATING
+            bodies.append(replace(drifting, id=f"{track.id} {word}", acceleration_mps2=acceleration, changing_s=lasting_s))
     return Prediction(name=CONSTANT_VELOCITY, bodies=tuple(bodies))
 
 
 def lane_change(track: Track, settings: PredictionSettings, road: Road) -> tuple[float, float] | None:
     """(fade [s], swell) of a logistic lane change that has the track's place and speed now and ends in the middle of the lane ahead of
     its sideways motion; None where it does not plainly move sideways, has hardly left its lane's middle, has no lane to go to, or would
-    settle there anyway. None is faster than `change_fastest_s`: it then counts as further on than it is.
+    settle there anyway. None fades faster than `change_fastest_s`, or than makes it `change_growth` times as fast sideways as it is now
+    (`change_peak_mps` at the most): it then counts as further on than it is.
 
-    What is left, r, shrinks as r' = -r (w - r) / (w fade), w the lane's width (Verhulst's equation).
+    What is left, r, shrinks as r' = -r (w - r) / (w fade), w the lane's width (Verhulst's equation), at most by w / (4 fade).
     """
     sideways, sd = abs(track.speed_d_mps), math.sqrt(max(float(track.covariance[3, 3]), 0.0))
     if sideways < max(settings.change_mps, settings.change_sigmas * sd) or sideways > abs(track.speed_s_mps):
@@ -64,8 +79,36 @@ def lane_change(track: Track, settings: PredictionSettings, road: Road) -> tuple
     gone = width - to_go
     if gone < settings.change_from_m or not road.has_lane(lane if left else -lane):
         return None
-    fastest = to_go / settings.change_fastest_s - sideways
+    peak = min(settings.change_growth * sideways, settings.change_peak_mps)
+    fastest = to_go / min(settings.change_fastest_s, 0.25 * width / peak) - sideways
     if fastest <= 0.0:
         return None
     gone = max(gone, sideways * to_go / fastest)
     return to_go * gone / (sideways * (to_go + gone)), to_go / gone
+
+
+def speed_change(track: Track, settings: PredictionSettings, road: Road) -> tuple[float, float] | None:
+    """(acceleration [m/s^2], held until [s]) of one who plainly brakes, until it stands, or plainly accelerates, for a while; neither
+    harder than the road allows. None of anybody else, and of who does not drive forwards.
+    """
+    rate, sd, speed = track.acceleration_s_mps2, track.acceleration_s_sd_mps2, track.speed_s_mps
+    least = settings.braking_mps2 if rate < 0.0 else settings.accelerating_mps2
+    if sd is None or speed <= 0.0 or abs(rate) < max(least, settings.rate_sigmas * sd):
+        return None
+    grip = road.friction * GRAVITY_MPS2
+    rate = min(max(rate, -grip), grip)
+    return rate, -speed / rate if rate < 0.0 else settings.accelerating_s
+
+
+def _is_behind(track: Track, host_s_m: float) -> bool:
+    return track.s_m <= host_s_m - track.length_m
+
+
+def _queues(ahead: Track, tracks: Sequence[Track], host_s_m: float, road: Road, settings: PredictionSettings) -> bool:
+    """Whether somebody slow follows the host in the lane of that one. In a queue all brake with whoever is ahead: to foretell this of the
+    front car and not of the follower would leave no way out, while the safe end has the front car brake fully in any case.
+    """
+    return any(
+        _is_behind(one, host_s_m) and one.speed_s_mps <= settings.queue_mps and abs(one.d_m - ahead.d_m) < 0.5 * road.lane_width_m
+        for one in tracks
+    )

@@ -14,6 +14,7 @@ from mcdas_opt.domain.motion import TargetMotion
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.tracker_settings import TrackerSettings
+from mcdas_opt.tracking.acceleration import AccelerationFilter
 from mcdas_opt.tracking.filtering import Filtering, TargetFilter, TargetFix
 from mcdas_opt.tracking.screening import Source, source_of
 
@@ -26,6 +27,7 @@ class TrackLife:
 
     def __init__(self, filter_: TargetFilter, size: tuple[float, float], settings: TrackerSettings) -> None:
         self._filter = filter_
+        self._acceleration = AccelerationFilter()
         self._settings = settings
         self._hits: deque[bool] = deque(maxlen=settings.confirm_window)
         self._sources: set[Source] = set()
@@ -70,6 +72,7 @@ class TrackLife:
 
     def hit(self, fix: TargetFix, scan: Scan, now: float) -> None:
         self._filter.take(scan.t_s, fix)
+        self._acceleration.take(self._filter.time_s, *self._filter.speed_along())
         self._sources.add(source_of(scan))
         self._arrival_s, self._period_s = now, scan.period_s
         self._hits.append(True)
@@ -125,6 +128,7 @@ class TrackLife:
         state, P = self._filter.at(now)
         s, vs, d, vd = state.tolist()
         length, width = self.size
+        acceleration, its_sd = self._acceleration.at(now)
         return Track(
             id=str(self.number),
             s_m=s,
@@ -136,4 +140,6 @@ class TrackLife:
             width_m=width,
             age_s=max(now - self._born_s, 0.0),
             coasting=self._is_quiet(now),
+            acceleration_s_mps2=acceleration,
+            acceleration_s_sd_mps2=its_sd,
         )

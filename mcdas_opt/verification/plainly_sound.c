@@ -12,7 +12,7 @@
 #define PI 3.14159265358979323846
 
 enum { T, S, D, PSI, V, A, DELTA, RATE, JERK };  /* rows of a trajectory's table */
-enum { BODY_S, BODY_D, BODY_VS, BODY_VD, BODY_FADE, BODY_SWELL, BODY_LENGTH, BODY_WIDTH, OF_BODY };
+enum { BODY_S, BODY_D, BODY_VS, BODY_VD, BODY_FADE, BODY_SWELL, BODY_CHANGE, BODY_UNTIL, BODY_LENGTH, BODY_WIDTH, OF_BODY };
 
 typedef struct {
     double wheelbase, centre, length, width, steering_max, rate_max, slowest, fastest, jerk_min, jerk_max, top; /* the car */
@@ -234,8 +234,12 @@ static double kept_gap(double turn, const double *x, const double *y, const doub
     return GREATER(GREATER(before[0], behind[0]), GREATER(before[1], behind[1]));
 }
 
-/* where a body is along the road */
-static double place_along(const double *body, double time) { return body[BODY_S] + body[BODY_VS] * time; }
+/* where a body is along the road: at constant speed, but for an acceleration until then */
+static double place_along(const double *body, double time)
+{
+    const double lasting = LESSER(time, body[BODY_UNTIL]);
+    return body[BODY_S] + body[BODY_VS] * time + body[BODY_CHANGE] * lasting * (time - 0.5 * lasting);
+}
 
 /* on a straight road: so far before or behind all the time, however it swings to the side, that the rest need not be looked at */
 static int far_along(const double *body, double reach, const Rules *rule, const double *node, const double *time, long stride)
@@ -253,7 +257,7 @@ static int far_along(const double *body, double reach, const Rules *rule, const 
     return 1;
 }
 
-/* a body that cruises, its lateral speed swelling and fading, plainly apart from the host in every fine step */
+/* a body that cruises or changes its speed until then, its lateral speed swelling and fading, plainly apart from the host in every fine step */
 static int apart(const double *body, const double *table, long n, const Frame *frame, const Rules *rule, int steps, const double *node,
                  const double *time, long stride)
 {

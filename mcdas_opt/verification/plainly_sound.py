@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from mcdas_opt.domain.host import HostState
-from mcdas_opt.domain.prediction import CruisingBody, PredictedBody
+from mcdas_opt.domain.prediction import MOVING, CruisingBody, PredictedBody
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
@@ -48,15 +48,11 @@ class PlainlySound:
 
 
 def rows_of(bodies: Sequence[PredictedBody]) -> Array | None:
-    """(bodies, 8) as the C text has them; None where one moves otherwise than it knows."""
+    """(bodies, 10) as the C text has them; None where one moves otherwise than it knows."""
     if not all(type(body) is CruisingBody for body in bodies):
         return None
-    rows = [
-        (b.s_m, b.d_m, b.speed_s_mps, b.speed_d_mps, b.lateral_fade_s, b.lateral_swell, b.length_m, b.width_m)
-        for b in bodies
-        if isinstance(b, CruisingBody)
-    ]
-    return np.array(rows, dtype=np.float64).reshape(-1, 8)
+    rows = [tuple(getattr(body, name) for name in (*MOVING, "length_m", "width_m")) for body in bodies]
+    return np.array(rows, dtype=np.float64).reshape(-1, len(MOVING) + 2)
 
 
 @lru_cache(maxsize=32)

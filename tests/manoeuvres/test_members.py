@@ -43,6 +43,8 @@ def random_situation(rng: np.random.Generator) -> Situation:
             speed_s_mps=v * rng.uniform(0.5, 1.3),
             speed_d_mps=rng.uniform(-1.0, 1.0),
             covariance=np.diag(rng.uniform(0.0, 0.3, 4)),
+            acceleration_s_mps2=float(rng.choice([0.0, -5.0, 3.0])),
+            acceleration_s_sd_mps2=0.5,
         )
         for k in range(int(rng.integers(0, 5)))
     )
@@ -98,7 +100,7 @@ def scoring(rng: np.random.Generator) -> Scoring:
 def test_compiled_members_are_the_interpreted_ones(seed: int, samples: int) -> None:
     rng = np.random.default_rng(seed)
     situation, (phases, steps), wanted = random_situation(rng), members(rng), scoring(rng)
-    times, prediction = np.round(0.1 * np.arange(samples), 9), predict(situation.tracks)
+    times, prediction = np.round(0.1 * np.arange(samples), 9), predict(situation.tracks, None, situation.road)
     given_to_both = (phases, steps, times, situation, SEDAN, prediction)
     reference, ours = InterpretedMembers(*given_to_both), compiled(*given_to_both)
     mine, theirs = ours.scored(wanted), reference.scored(wanted)

@@ -86,7 +86,8 @@ def test_a_lane_change_begins_as_the_track_is_and_ends_in_the_middle_of_a_lane_a
 def test_what_is_left_shrinks_as_a_logistic_curve_and_never_faster_than_the_fastest(state: tuple[float, float]) -> None:
     d, vd = state
     body = changing(sideways(d, vd))
-    assert body.lateral_fade_s >= SETTINGS.change_fastest_s - 1e-9
+    peak = min(SETTINGS.change_growth * abs(vd), SETTINGS.change_peak_mps)
+    assert body.lateral_fade_s >= min(SETTINGS.change_fastest_s, 0.25 * ROAD.lane_width_m / peak) - 1e-9
     assert body.lateral_swell >= 0.0
     motion = body.at(np.linspace(0.0, 5.0, 51))
     end = float(body.at(1e3).d_m)

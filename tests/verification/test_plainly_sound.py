@@ -67,16 +67,20 @@ def test_nobody_is_touched_by_what_is_called_sound(road, seed):
     k = int(rng.integers(len(t)))
     speed, sideways = rng.uniform(-5.0, 30.0), rng.uniform(-3.0, 3.0)
     swell = rng.choice([0.0, rng.uniform(0.0, 12.0)])
+    change, until = rng.choice([0.0, rng.uniform(-8.0, 4.0)]), rng.uniform(0.0, 5.0)
+    lasting = min(t.t_s[k], until)
     fade = (1.0 + swell) * (1.0 - np.exp(-t.t_s[k])) / (1.0 + swell * np.exp(-t.t_s[k]))
     body = CruisingBody(
         id="1",
         length_m=rng.uniform(0.5, 12.0),
         width_m=rng.uniform(0.4, 2.5),
-        s_m=float(t.s_m[k] - speed * t.t_s[k] + rng.uniform(-9.0, 9.0)),
+        s_m=float(t.s_m[k] - speed * t.t_s[k] - change * lasting * (t.t_s[k] - 0.5 * lasting) + rng.uniform(-9.0, 9.0)),
         d_m=float(t.d_m[k] - sideways * fade + rng.uniform(-4.0, 4.0)),
         speed_s_mps=speed,
         speed_d_mps=sideways,
         lateral_swell=swell,
+        acceleration_mps2=change,
+        changing_s=until,
         covariance=np.zeros((4, 4)),
     )
     drive = replace(drive, prediction=Prediction(name="one", bodies=(body,)))

@@ -89,7 +89,7 @@ def judged(
         lateral_acceleration_mps2=lateral_mps2 or 0.5 * situation.road.friction * GRAVITY_MPS2,
     )
     solved = time.perf_counter()
-    prediction = predict(situation.tracks, settings.prediction, situation.road)
+    prediction = predict(situation.tracks, settings.prediction, situation.road, situation.host.s_m)
     verdict = judge(trajectory, situation.host, vehicle, situation.road, prediction)
     judging = time.perf_counter()
     mode = _mode(law.wanted_mps2(0.0, situation.host.s_m, situation.host.speed_mps), side)

@@ -110,7 +110,7 @@
       }
     }
 
-    // { name, pose: [x, y, yaw], length, width, colour, struck }
+    // { name, pose: [x, y, yaw], length, width, colour, struck }; a ghost that is `supposed` may be where it is, and is named below
     drawBody(body, ghost) {
       const [x, y, yaw] = body.pose;
       const points = corners(x, y, yaw, body.length, body.width).map((p) => this.camera.place(p));
@@ -121,7 +121,11 @@
         stroke: body.struck ? this.look.danger : ghost ? body.colour : this.look.black,
         "stroke-width": body.struck ? 3.2 : ghost ? 1.8 : 1, "stroke-dasharray": ghost ? "4 2.5" : null,
       }, this.moving);
-      if (ghost) return;
+      if (ghost) {
+        const low = Math.max(...points.map((p) => p[1]));
+        if (body.supposed) this.word(this.moving, cx, low + 12, body.name, { "text-anchor": "middle" });
+        return;
+      }
       const screen = [0.4, -0.4].map((q) => {
         const a = 0.22 * body.length, b = q * body.width, c = Math.cos(yaw), s = Math.sin(yaw);
         return this.camera.place([x + c * a - s * b, y + s * a + c * b]);

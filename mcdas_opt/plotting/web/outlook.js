@@ -57,11 +57,13 @@
       const { picture, plans, time } = this;
       if (!picture) return;
       const k = Math.round(time / picture.every), ahead = time >= NOW;
-      const bodies = picture.bodies.map((body) => ({ ...body, pose: body.poses[Math.min(k, body.poses.length - 1)] }));
+      const all = picture.bodies.map((body) => ({ ...body, pose: body.poses[Math.min(k, body.poses.length - 1)] }));
+      const bodies = all.filter((body) => !body.supposed);
       const ghosts = !ahead ? [] : plans.map((plan) => ({
         ...picture.host, name: "", colour: plan.colour, tinted: true, pose: plan.poses[at(plan.t, time)],
       }));
       if (ahead) ghosts.unshift({ ...picture.host, name: "", colour: this.look.grey });
+      if (ahead) ghosts.unshift(...all.filter((body) => body.supposed).map((body) => ({ ...body, tinted: true })));
       this.bird.show({
         camera: picture.cameras[Math.min(k, picture.cameras.length - 1)],
         bodies: ahead ? bodies : [...bodies, picture.host],
