@@ -49,8 +49,8 @@ class PredictionSettings:
     changing lanes; no lane change fades faster than `change_fastest_s` (0.4: one lane in about 3 s), unless it shows that it does: it is
     believed to become `change_growth` times as fast as it is, up to `change_peak_mps`.
 
-    Who brakes by `braking_mps2` and by `rate_sigmas` standard deviations may go on braking until it stands; who accelerates by
-    `accelerating_mps2` and as many may go on so for `accelerating_s`. Before somebody who follows at no more than `queue_mps` nobody is
+    Who brakes by `braking_mps2`, or on a slippery road by `braking_share` of what it gives, and by `rate_sigmas` standard deviations may
+    go on braking until it stands; who accelerates by `accelerating_mps2` and as many may go on so for `accelerating_s`. Before somebody who follows at no more than `queue_mps` nobody is
     foretold to brake.
     """
 
@@ -66,6 +66,7 @@ class PredictionSettings:
     change_growth: float = 2.0
     change_peak_mps: float = 3.0
     braking_mps2: float = 3.0
+    braking_share: float = 0.8
     accelerating_mps2: float = 2.0
     accelerating_s: float = 1.0
     rate_sigmas: float = 2.5

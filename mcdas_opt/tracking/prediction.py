@@ -92,10 +92,10 @@ def speed_change(track: Track, settings: PredictionSettings, road: Road) -> tupl
     harder than the road allows. None of anybody else, and of who does not drive forwards.
     """
     rate, sd, speed = track.acceleration_s_mps2, track.acceleration_s_sd_mps2, track.speed_s_mps
-    least = settings.braking_mps2 if rate < 0.0 else settings.accelerating_mps2
+    grip = road.friction * GRAVITY_MPS2
+    least = min(settings.braking_mps2, settings.braking_share * grip) if rate < 0.0 else settings.accelerating_mps2
     if sd is None or speed <= 0.0 or abs(rate) < max(least, settings.rate_sigmas * sd):
         return None
-    grip = road.friction * GRAVITY_MPS2
     rate = min(max(rate, -grip), grip)
     return rate, -speed / rate if rate < 0.0 else settings.accelerating_s
 

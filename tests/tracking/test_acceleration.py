@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -27,6 +28,7 @@ from mcdas_opt.tracking.tracker import Tracker
 from tests.tracking.worlds import ESR, host_at, radar_scan
 
 SETTINGS, ROAD = PredictionSettings(), Road(lanes_left=1, lanes_right=1)
+SLIPPERY = replace(ROAD, friction=0.2)
 PERIOD_S, BEGAN_S = 0.05, 1.0
 SHORT = load_sensor("corner_radar")
 
@@ -48,9 +50,10 @@ def followed(speed_at: Callable[[float], float], gap_m: float, seed: int, until_
 def test_noise_alone_brakes_nobody(sector: Sector) -> None:
     """Constant speeds, near and far: no hypothesis in 99.9 % of the cycles."""
     tracks = [track for seed in range(12) for track in followed(lambda t: 12.0, 12.0 + 8.0 * seed, seed, 16.0, sector)]
-    told = sum(speed_change(track, SETTINGS, ROAD) is not None for track in tracks)
     assert len(tracks) > 3000
-    assert told <= 0.001 * len(tracks)
+    for road in (ROAD, SLIPPERY):
+        told = sum(speed_change(track, SETTINGS, road) is not None for track in tracks)
+        assert told <= 0.001 * len(tracks)
     rates = np.array([track.acceleration_s_mps2 for track in tracks])
     sds = np.array([track.acceleration_s_sd_mps2 for track in tracks])
     assert abs(float(rates.mean())) < 0.1
@@ -105,6 +108,18 @@ def _told(track: Track, rate: float) -> bool:
     return change is not None and change[0] * rate > 0.0
 
 
+def test_full_braking_on_ice_is_told() -> None:
+    """2.4 m/s^2 are all that friction 0.25 gives: told within a second and a half, where the same on a dry road is hardly ever told."""
+    drives = [followed(lambda t: 20.0 - 2.4 * max(t - BEGAN_S, 0.0), 30.0, seed, BEGAN_S + 1.5) for seed in range(8)]
+
+    def told(road: Road) -> list[int]:
+        return [sum(speed_change(track, SETTINGS, road) is not None for track in tracks) for tracks in drives]
+
+    on_ice, dry = told(replace(ROAD, friction=0.25)), told(ROAD)
+    assert sum(count > 0 for count in on_ice) >= 7
+    assert sum(on_ice) > 5 * sum(dry)
+
+
 def test_after_it_has_ended_so_does_the_hypothesis() -> None:
     tracks = followed(lambda t: 20.0 - 6.0 * min(max(t - BEGAN_S, 0.0), 1.0), 40.0, 3, BEGAN_S + 2.5)
     assert any(_told(track, -1.0) for track in tracks[:20])
@@ -139,7 +154,8 @@ def test_only_who_plainly_changes_speed_is_there_twice(rate: float, sd: float, s
     road = Road(lanes_left=1, lanes_right=1, friction=friction)
     track = track_of(rate, sd, speed=speed, d=d)
     steady, *besides = predict([track], SETTINGS, road).bodies
-    plain = abs(rate) >= max(SETTINGS.braking_mps2 if rate < 0.0 else SETTINGS.accelerating_mps2, SETTINGS.rate_sigmas * sd)
+    hard = min(SETTINGS.braking_mps2, SETTINGS.braking_share * friction * GRAVITY_MPS2) if rate < 0.0 else SETTINGS.accelerating_mps2
+    plain = abs(rate) >= max(hard, SETTINGS.rate_sigmas * sd)
     assert bool(besides) is (plain and speed > 0.0)
     t = np.linspace(0.0, 12.0, 601)
     np.testing.assert_array_equal(steady.at(t).s_m, 20.0 + speed * t)
