@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mcdas_opt.domain.prediction import PredictedBody, all_cruise
+from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, all_cruise
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.manoeuvres import escape_effort, parting, swerves
 from mcdas_opt.manoeuvres.clearance import Margins
@@ -131,23 +131,29 @@ def _at(array: Array | Rows | NDArray[np.uint8] | NDArray[np.bool_]) -> int:
 
 
 def company(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: float, margins: Margins) -> Company:
-    """`Company.of`, in C where everybody keeps the speed, settles alike across, and nobody is grown by the prediction's own margins."""
+    """`Company.of`, in C where everybody moves in the one closed form and nobody is grown by the prediction's own margins."""
     if not bodies or not all_cruise(bodies) or margins.share_of_prediction:
         return Company.of(bodies, until_s, margins)
-    if len({b.lateral_fade_s for b in bodies}) > 1 or any(b.lateral_swell or b.acceleration_mps2 for b in bodies):
-        return Company.of(bodies, until_s, margins)
     times = parting.lattice_s(round(until_s / parting.LATTICE_S) + 1)
-    more = margins.along_m, margins.across_m
-    begin = np.array([(b.s_m, b.d_m, b.speed_s_mps, b.speed_d_mps, b.lateral_fade_s, b.length_m, b.width_m, *more) for b in bodies])
+    begin = np.array(cruisers(bodies, margins))
     tables = np.empty((5, len(bodies), times.size))
-    given = map(_at, (begin, times, _faded(bodies[0].lateral_fade_s, times.size), tables))
-    library.mcdas_escape_company(len(bodies), times.size, *given)
+    fade_s = bodies[0].lateral_fade_s
+    library.mcdas_escape_company(len(bodies), times.size, _at(begin), _at(times), fade_s, _at(faded(fade_s, times.size)), _at(tables))
     s, d, speed, half_length, half_width = tables
     return Company(s_m=s, d_m=d, speed_mps=speed, half_length_m=half_length, half_width_m=half_width)
 
 
+def cruisers(bodies: Sequence[CruisingBody], margins: Margins) -> list[float]:
+    """What C takes of them, one after the other: how they move, how large they are, and by how much they are grown."""
+    numbers: list[float] = []
+    for b in bodies:
+        numbers += b.s_m, b.d_m, b.speed_s_mps, b.speed_d_mps, b.lateral_fade_s, b.lateral_swell, b.acceleration_mps2, b.changing_s
+        numbers += b.length_m, b.width_m, margins.along_m, margins.across_m
+    return numbers
+
+
 @lru_cache(maxsize=8)
-def _faded(fade_s: float, count: int) -> Array:
+def faded(fade_s: float, count: int) -> Array:
     """What is left of a speed across at the lattice's first times."""
     return np.exp(-parting.lattice_s(count) / fade_s)
 
@@ -274,7 +280,7 @@ def _library() -> ctypes.CDLL | None:
     if found is None:
         return None
     pointer, whole = ctypes.c_void_p, ctypes.c_int
-    found.mcdas_escape_company.argtypes = [ctypes.c_longlong, ctypes.c_longlong, *[pointer] * 4]
+    found.mcdas_escape_company.argtypes = [ctypes.c_longlong, ctypes.c_longlong, pointer, pointer, ctypes.c_double, pointer, pointer]
     found.mcdas_escape_held.argtypes = [pointer] * 4
     found.mcdas_escape_needs.argtypes = [pointer, whole, pointer, *[pointer] * 4]
     found.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 9]

@@ -15,23 +15,54 @@ static int begun(const Case *q, whole member, const double *factor, double speed
     return 0;
 }
 
-/* Bodies that cruise (bodies, CRUISER) on the lattice, as `domain.prediction` and `parting.Company` have them, into tables (5, bodies, lattice):
- * places along and across, speeds, half lengths and half widths of the boxes around them. `fade` (lattice): what is left of speeds across */
-PUBLIC void mcdas_escape_company(whole bodies, whole lattice, const double *begin, const double *times, const double *fade, double *tables)
+enum { AT, ASIDE, ALONG, ACROSS, FADE_S, SWELL, RATE, CHANGING_S, LENGTH, WIDTH, MORE_LENGTH, MORE_WIDTH, CRUISER };
+
+/* Where a body (CRUISER) is, and how fast across, bare of its sign, of one whose speed along changes or whose speed across swells first */
+static void changing(whole lattice, const double *x, const double *times, double *s, double *d, double *v, double *across)
 {
-    enum { AT, ASIDE, ALONG, ACROSS, FADE_S, LENGTH, WIDTH, MORE_LENGTH, MORE_WIDTH, CRUISER };
+    for (whole t = 0; t < lattice; t++) {
+        const double time = times[t], lasted = LESSER(time, x[CHANGING_S]), changed = x[RATE] * lasted;
+        s[t] = x[AT] + x[ALONG] * time + changed * (time - 0.5 * lasted);
+        v[t] = x[ALONG] + changed;
+    }
+    for (whole t = 0; t < lattice; t++) {
+        const double fade = exp(-times[t] / x[FADE_S]), risen = (1.0 + x[SWELL]) / (1.0 + x[SWELL] * fade);
+        d[t] = x[ASIDE] + x[ACROSS] * x[FADE_S] * risen * (1.0 - fade);
+        across[t] = fabs(x[ACROSS] * risen * risen * fade);
+    }
+}
+
+/* the same of one that keeps its speed, whose speed across only fades */
+static void steady(whole lattice, const double *x, const double *times, const double *fade, double *s, double *d, double *v, double *across)
+{
+    for (whole t = 0; t < lattice; t++) {
+        s[t] = x[AT] + x[ALONG] * times[t];
+        d[t] = x[ASIDE] + x[ACROSS] * x[FADE_S] * (1.0 - fade[t]);
+        v[t] = x[ALONG];
+        across[t] = fabs(x[ACROSS] * fade[t]);
+    }
+}
+
+/* Bodies that cruise (bodies, CRUISER) on the lattice, as `domain.prediction` and `parting.Company` have them, into tables (5, bodies, lattice):
+ * places along and across, speeds, half lengths and half widths of the boxes around them. `fade` (lattice): what is left of speeds across
+ * that fade in `fade_s` */
+PUBLIC void mcdas_escape_company(whole bodies, whole lattice, const double *begin, const double *times, double fade_s, const double *fade,
+                                 double *tables)
+{
     for (whole j = 0; j < bodies; j++, begin += CRUISER) {
         double *s = tables + j * lattice, *d = s + bodies * lattice, *v = d + bodies * lattice;
-        double *half_length = v + bodies * lattice, *half_width = half_length + bodies * lattice;
+        double *half_length = v + bodies * lattice, *half_width = half_length + bodies * lattice, *across = half_width, before = 0.0;
         const double slowest = GREATER(fabs(begin[ALONG]), 1.0), length = begin[LENGTH], width = begin[WIDTH];
-        for (whole t = 0; t < lattice; t++) {
-            s[t] = begin[AT] + begin[ALONG] * times[t];
-            d[t] = begin[ASIDE] + begin[ACROSS] * begin[FADE_S] * (1.0 - fade[t]);
-            v[t] = begin[ALONG];
-        }
-        for (whole t = 0; t < lattice; t += TURNED_STEPS) { /* it is turned the most where a box begins: speeds across only fade */
+        if (begin[SWELL] != 0.0 || begin[RATE] != 0.0 || begin[FADE_S] != fade_s)
+            changing(lattice, begin, times, s, d, v, across);
+        else
+            steady(lattice, begin, times, fade, s, d, v, across);
+        for (whole t = 0; t < lattice; t += TURNED_STEPS) { /* a box is turned as far as anywhere from the step before it on */
             const whole end = t + TURNED_STEPS < lattice ? t + TURNED_STEPS : lattice;
-            const double turned = atan(fabs(begin[ACROSS] * fade[t > 0 ? t - 1 : 0]) / slowest), sine = sin(turned), cosine = cos(turned);
+            double fastest = before;
+            for (whole i = t; i < end; i++) fastest = GREATER(fastest, across[i]);
+            before = across[end - 1];
+            const double turned = atan(fastest / slowest), sine = sin(turned), cosine = cos(turned);
             const double longer = 0.5 * (length + width * sine) + begin[MORE_LENGTH], wider = 0.5 * (width * cosine + length * sine) + begin[MORE_WIDTH];
             for (whole i = t; i < end; i++) {
                 half_length[i] = longer;

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.escape_truth import situation_of
-from mcdas_opt.domain.prediction import KnownBody
+from mcdas_opt.domain.prediction import CruisingBody, KnownBody, PredictedBody, Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
@@ -53,9 +53,24 @@ def varied(index: int) -> Situation:
     return replace(situation, road=road, host=host)
 
 
+def with_changing(bodies: tuple[PredictedBody, ...], index: int) -> tuple[PredictedBody, ...]:
+    """Besides them those that brake to a standstill, that accelerate for a while, that change lanes or settle otherwise; or none."""
+    more: tuple[dict[str, float], ...] = ()
+    if index % 2:
+        more = {"acceleration_mps2": -4.0}, {"acceleration_mps2": 2.0, "changing_s": 1.5}
+    if index % 3:
+        more += {"speed_d_mps": 0.8, "lateral_swell": 6.0, "lateral_fade_s": 0.7}, {"lateral_fade_s": 1.7}
+    own = tuple(body for body in bodies if isinstance(body, CruisingBody))
+    stops = {body.id: max(body.speed_s_mps, 0.0) / 4.0 for body in own}
+    return bodies + tuple(replace(body, **{"changing_s": stops[body.id], **change}) for change in more for body in own)
+
+
 def both(index: int, library: ctypes.CDLL) -> tuple[Case, Case]:
     situation = varied(index)
-    one = situation, CAR, predict(situation.tracks), EscapeSettings()
+    prediction = predict(situation.tracks)
+    if index % 7 > 3:
+        prediction = Prediction(name=prediction.name, bodies=with_changing(prediction.bodies, index))
+    one = situation, CAR, prediction, EscapeSettings()
     return Case(*one), Case(*one, library)
 
 
@@ -84,8 +99,7 @@ def test_everything_it_answers_is_what_numpy_answers(index: int, library: ctypes
 def test_the_company_is_what_numpy_makes_of_it_and_of_each_body_alone(index: int, library: ctypes.CDLL) -> None:
     situation = varied(index)
     bodies = predict(situation.tracks).bodies
-    if index % 2:  # some that brake to a standstill
-        bodies += tuple(replace(b, acceleration_mps2=-4.0, changing_s=max(b.speed_s_mps, 0.0) / 4.0) for b in bodies)
+    bodies = with_changing(bodies, index)
     grown = Margins(along_m=0.3, across_m=0.1)
     plain, fast = Company.of(bodies, 14.0, grown), seat.company(library, bodies, 14.0, grown)
     alone = [Company.of([KnownBody(id=b.id, length_m=b.length_m, width_m=b.width_m, motion=b.at)], 14.0, grown) for b in bodies]
