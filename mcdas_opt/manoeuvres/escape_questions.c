@@ -72,14 +72,16 @@ PUBLIC void mcdas_escape_company(whole bodies, whole lattice, const double *begi
     }
 }
 
-/* The host that keeps its acceleration and its steering from x on, at times (q->held): `manoeuvres.held`, into the table (STATES, held) */
-PUBLIC void mcdas_escape_held(const Case *q, const double *x, const double *times, double *table)
+/* The host that keeps its acceleration and its steering from x on, at times (q->held): `manoeuvres.held`, into the table (STATES, held), with
+ * the sines and the cosines of its headings in `path` (2, held) */
+PUBLIC void mcdas_escape_held(const Case *q, const double *x, const double *times, double *table, double *path)
 {
     const whole n = q->held;
     const double c = q->centre, turn = tan(x[STEERING]) / q->wheelbase, top = GREATER(q->speed_max, x[SPEED]);
     const double kappa0 = curvature_at(q, x[S]), psi0 = x[HEADING] + kappa0 * c, cosine0 = cos(psi0);
     const double d0 = x[D] - c * sin(psi0) + 0.5 * kappa0 * (c * cosine0) * (c * cosine0), s0 = x[S] - c * cosine0 / (1.0 - kappa0 * d0);
     double *s = table, *d = table + n, *psi = table + 2 * n, *v = table + 3 * n, *a = table + 4 * n, *way = table + 5 * n;
+    double *sines = path, *cosines = path + n;
     for (whole t = 0; t < n; t++) {
         const double free = x[SPEED] + x[ACCELERATION] * times[t], capped = LESSER(free, top);
         v[t] = GREATER(capped, 0.0);
@@ -96,7 +98,7 @@ PUBLIC void mcdas_escape_held(const Case *q, const double *x, const double *time
             s_before = s[t];
             kappa_before = kappa;
             psi[t] = psi0 + turn * way[t] - turned;
-            const double ratio = cos(psi[t]) / (1.0 - kappa * d[t]), sine = sin(psi[t]);
+            const double sine = sines[t] = sin(psi[t]), cosine = cosines[t] = cos(psi[t]), ratio = cosine / (1.0 - kappa * d[t]);
             along += 0.5 * (ratio + ratio_before) * step;
             across += 0.5 * (sine + sine_before) * step;
             ratio_before = ratio;
@@ -106,11 +108,14 @@ PUBLIC void mcdas_escape_held(const Case *q, const double *x, const double *time
         }
     }
     for (whole t = 0; t < n; t++) {
-        const double kappa = curvature_at(q, s[t]), cosine = cos(psi[t]), stretch = 1.0 - kappa * d[t];
+        const double kappa = curvature_at(q, s[t]), cosine = cosines[t], stretch = 1.0 - kappa * d[t];
         s[t] += c * cosine / stretch;
-        d[t] += c * sin(psi[t]) - 0.5 * kappa * (c * cosine) * (c * cosine);
+        d[t] += c * sines[t] - 0.5 * kappa * (c * cosine) * (c * cosine);
         psi[t] -= kappa * c;
         way[t] = x[STEERING];
+        if (kappa == 0.0) continue;
+        sines[t] = sin(psi[t]);
+        cosines[t] = cos(psi[t]);
     }
 }
 

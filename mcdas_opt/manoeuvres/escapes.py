@@ -10,6 +10,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.manoeuvres.compiled_escapes import compiled_escapes
+from mcdas_opt.manoeuvres.escape_answer import answered
 from mcdas_opt.manoeuvres.escape_guess import Case
 from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
 from mcdas_opt.manoeuvres.escape_search import found
@@ -22,8 +23,13 @@ def escapes(situation: Situation, vehicle: Vehicle, prediction: Prediction, sett
     Each manoeuvre from a few starts says which gaps it needs, and so until when each gap lasts; the best few are then driven from
     about that moment and parted from everybody exactly, so that a way called open is one.
     """
-    chosen = settings or EscapeSettings()
-    end_s, ender, (last, comfortable), now, closers = found(Case(situation, vehicle, prediction, chosen, compiled_escapes()))
+    chosen = settings or _DEFAULT
+    library = compiled_escapes()
+    if library is None:
+        answer = found(Case(situation, vehicle, prediction, chosen))
+    else:
+        answer = answered(library, situation, vehicle, prediction, chosen)
+    end_s, ender, (last, comfortable), now, closers = answer
     latest = math.floor(end_s / LATTICE_S + 1e-9)
     answers: dict[str, Escape] = {}
     for kind, name in enumerate(KINDS):
@@ -48,4 +54,5 @@ def _refusal(name: str, situation: Situation) -> Closer | None:
     return None if into is None or situation.coverage.sees(into[0]) else into[1]
 
 
+_DEFAULT = EscapeSettings()
 _INTO = {"accelerate": (Sector.FRONT, Closer.FRONT), "left": (Sector.LEFT, Closer.SIDE), "right": (Sector.RIGHT, Closer.SIDE)}

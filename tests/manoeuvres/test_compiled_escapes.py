@@ -18,6 +18,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.manoeuvres import compiled_escapes as seat
 from mcdas_opt.manoeuvres.clearance import Margins
+from mcdas_opt.manoeuvres.escape_answer import answered
 from mcdas_opt.manoeuvres.escape_guess import Case
 from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
 from mcdas_opt.manoeuvres.escape_search import found
@@ -65,13 +66,16 @@ def with_changing(bodies: tuple[PredictedBody, ...], index: int) -> tuple[Predic
     return bodies + tuple(replace(body, **{"changing_s": stops[body.id], **change}) for change in more for body in own)
 
 
-def both(index: int, library: ctypes.CDLL) -> tuple[Case, Case]:
+def asked(index: int) -> tuple[Situation, Vehicle, Prediction, EscapeSettings]:
     situation = varied(index)
     prediction = predict(situation.tracks)
     if index % 7 > 3:
         prediction = Prediction(name=prediction.name, bodies=with_changing(prediction.bodies, index))
-    one = situation, CAR, prediction, EscapeSettings()
-    return Case(*one), Case(*one, library)
+    return situation, CAR, prediction, EscapeSettings()
+
+
+def both(index: int, library: ctypes.CDLL) -> tuple[Case, Case]:
+    return Case(*asked(index)), Case(*asked(index), library)
 
 
 @settings(max_examples=25, deadline=None)
@@ -115,7 +119,7 @@ def test_the_company_is_what_numpy_makes_of_it_and_of_each_body_alone(index: int
 @given(index=st.integers(0, 10_000))
 def test_the_map_asks_no_less_than_who_asks_everything(index: int, library: ctypes.CDLL) -> None:
     """In C members are driven where the search comes by; in numpy all of them, from every anchor."""
-    plain, fast = (found(case) for case in both(index, library))
+    plain, fast = found(Case(*asked(index))), answered(library, *asked(index))
     assert (plain.end_s, plain.ender, plain.start, plain.closer) == (fast.end_s, fast.ender, fast.start, fast.closer)
     for one, other in zip(plain.now, fast.now, strict=True):
         assert one == pytest.approx(other, abs=CLOSE)
