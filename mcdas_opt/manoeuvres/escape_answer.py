@@ -100,7 +100,7 @@ class _Room(threading.local):
 
 
 _ROOM = _Room()
-_GROUNDS: dict[tuple[int, int, int], _Ground] = {}
+_GROUNDS: dict[tuple[int, Road, int], _Ground] = {}
 
 
 def answered(library: ctypes.CDLL, situation: Situation, vehicle: Vehicle, prediction: Prediction, chosen: EscapeSettings) -> Found:
@@ -127,8 +127,8 @@ def answered(library: ctypes.CDLL, situation: Situation, vehicle: Vehicle, predi
 
 
 def _ground(vehicle: Vehicle, road: Road, chosen: EscapeSettings) -> _Ground:
-    """As made before for the very same three, which it keeps, so that their names stay theirs."""
-    key = id(vehicle), id(road), id(chosen)
+    """As made before for the very same car and settings, which it keeps, so that their names stay theirs, and for such a road."""
+    key = id(vehicle), road, id(chosen)
     known = _GROUNDS.get(key)
     if known is None:
         if len(_GROUNDS) >= _KEPT:
