@@ -20,7 +20,8 @@ from mcdas_opt.manoeuvres.held import PASSES
 from mcdas_opt.manoeuvres.parting import Company, Rows
 from mcdas_opt.native.kernels import c_text, defined, library, wanted
 
-_TEXTS = ("escape_kernel.c", "escape_parting.c", "escape_questions.c", "escape_guess.c", "escape_search.c", "escape_answer.c")
+_TEXTS: tuple[str, ...] = ("escape_kernel.c", "escape_parting.c", "escape_company.c", "escape_questions.c", "escape_guess.c")
+_TEXTS += ("escape_search.c", "escape_answer.c")
 _EFFORT: tuple[str, ...] = (
     "LEAST_ANCHORS",
     "ANCHORS",

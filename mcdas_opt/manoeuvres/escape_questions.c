@@ -1,4 +1,4 @@
-/* The questions of `manoeuvres.escape_guess` about one situation; `escape_parting.c` stands before this text. */
+/* The questions of `manoeuvres.escape_guess` about one situation; `escape_company.c` stands before this text. */
 
 static const double AS_IT_IS[3] = {1.0, 1.0, 1.0}; /* factors of level, until and push */
 
@@ -13,110 +13,6 @@ static int begun(const Case *q, whole member, const double *factor, double speed
     if (*until >= q->shortest) return 1;
     *level = *until = 0.0;
     return 0;
-}
-
-enum { AT, ASIDE, ALONG, ACROSS, FADE_S, SWELL, RATE, CHANGING_S, LENGTH, WIDTH, MORE_LENGTH, MORE_WIDTH, CRUISER };
-
-/* Where a body (CRUISER) is, and how fast across, bare of its sign, of one whose speed along changes or whose speed across swells first */
-static void changing(whole lattice, const double *x, const double *times, double *s, double *d, double *v, double *across)
-{
-    for (whole t = 0; t < lattice; t++) {
-        const double time = times[t], lasted = LESSER(time, x[CHANGING_S]), changed = x[RATE] * lasted;
-        s[t] = x[AT] + x[ALONG] * time + changed * (time - 0.5 * lasted);
-        v[t] = x[ALONG] + changed;
-    }
-    for (whole t = 0; t < lattice; t++) {
-        const double fade = exp(-times[t] / x[FADE_S]), risen = (1.0 + x[SWELL]) / (1.0 + x[SWELL] * fade);
-        d[t] = x[ASIDE] + x[ACROSS] * x[FADE_S] * risen * (1.0 - fade);
-        across[t] = fabs(x[ACROSS] * risen * risen * fade);
-    }
-}
-
-/* the same of one that keeps its speed, whose speed across only fades */
-static void steady(whole lattice, const double *x, const double *times, const double *fade, double *s, double *d, double *v, double *across)
-{
-    for (whole t = 0; t < lattice; t++) {
-        s[t] = x[AT] + x[ALONG] * times[t];
-        d[t] = x[ASIDE] + x[ACROSS] * x[FADE_S] * (1.0 - fade[t]);
-        v[t] = x[ALONG];
-        across[t] = fabs(x[ACROSS] * fade[t]);
-    }
-}
-
-/* Bodies that cruise (bodies, CRUISER) on the lattice, as `domain.prediction` and `parting.Company` have them, into tables (5, bodies, lattice):
- * places along and across, speeds, half lengths and half widths of the boxes around them. `fade` (lattice): what is left of speeds across
- * that fade in `fade_s` */
-PUBLIC void mcdas_escape_company(whole bodies, whole lattice, const double *begin, const double *times, double fade_s, const double *fade,
-                                 double *tables)
-{
-    for (whole j = 0; j < bodies; j++, begin += CRUISER) {
-        double *s = tables + j * lattice, *d = s + bodies * lattice, *v = d + bodies * lattice;
-        double *half_length = v + bodies * lattice, *half_width = half_length + bodies * lattice, *across = half_width, before = 0.0;
-        const double slowest = GREATER(fabs(begin[ALONG]), 1.0), length = begin[LENGTH], width = begin[WIDTH];
-        if (begin[SWELL] != 0.0 || begin[RATE] != 0.0 || begin[FADE_S] != fade_s)
-            changing(lattice, begin, times, s, d, v, across);
-        else
-            steady(lattice, begin, times, fade, s, d, v, across);
-        for (whole t = 0; t < lattice; t += TURNED_STEPS) { /* a box is turned as far as anywhere from the step before it on */
-            const whole end = t + TURNED_STEPS < lattice ? t + TURNED_STEPS : lattice;
-            double fastest = before;
-            for (whole i = t; i < end; i++) fastest = GREATER(fastest, across[i]);
-            before = across[end - 1];
-            const double turned = atan(fastest / slowest), sine = sin(turned), cosine = cos(turned);
-            const double longer = 0.5 * (length + width * sine) + begin[MORE_LENGTH], wider = 0.5 * (width * cosine + length * sine) + begin[MORE_WIDTH];
-            for (whole i = t; i < end; i++) {
-                half_length[i] = longer;
-                half_width[i] = wider;
-            }
-        }
-    }
-}
-
-/* The host that keeps its acceleration and its steering from x on, at times (q->held): `manoeuvres.held`, into the table (STATES, held), with
- * the sines and the cosines of its headings in `path` (2, held) */
-PUBLIC void mcdas_escape_held(const Case *q, const double *x, const double *times, double *table, double *path)
-{
-    const whole n = q->held;
-    const double c = q->centre, turn = tan(x[STEERING]) / q->wheelbase, top = GREATER(q->speed_max, x[SPEED]);
-    const double kappa0 = curvature_at(q, x[S]), psi0 = x[HEADING] + kappa0 * c, cosine0 = cos(psi0);
-    const double d0 = x[D] - c * sin(psi0) + 0.5 * kappa0 * (c * cosine0) * (c * cosine0), s0 = x[S] - c * cosine0 / (1.0 - kappa0 * d0);
-    double *s = table, *d = table + n, *psi = table + 2 * n, *v = table + 3 * n, *a = table + 4 * n, *way = table + 5 * n;
-    double *sines = path, *cosines = path + n;
-    for (whole t = 0; t < n; t++) {
-        const double free = x[SPEED] + x[ACCELERATION] * times[t], capped = LESSER(free, top);
-        v[t] = GREATER(capped, 0.0);
-        a[t] = v[t] == free ? x[ACCELERATION] : 0.0;
-        way[t] = t ? way[t - 1] + 0.5 * (v[t] + v[t - 1]) * (times[t] - times[t - 1]) : 0.0;
-        s[t] = s0 + way[t];
-        d[t] = d0;
-    }
-    for (int pass = 0; pass < (q->bend > 0.0 ? PASSES : 1); pass++) {
-        double turned = 0.0, along = 0.0, across = 0.0, kappa_before = 0.0, s_before = 0.0, ratio_before = 0.0, sine_before = 0.0;
-        for (whole t = 0; t < n; t++) {
-            const double kappa = curvature_at(q, s[t]), step = t ? way[t] - way[t - 1] : 0.0;
-            if (t) turned += 0.5 * (kappa + kappa_before) * (s[t] - s_before);
-            s_before = s[t];
-            kappa_before = kappa;
-            psi[t] = psi0 + turn * way[t] - turned;
-            const double sine = sines[t] = sin(psi[t]), cosine = cosines[t] = cos(psi[t]), ratio = cosine / (1.0 - kappa * d[t]);
-            along += 0.5 * (ratio + ratio_before) * step;
-            across += 0.5 * (sine + sine_before) * step;
-            ratio_before = ratio;
-            sine_before = sine;
-            s[t] = s0 + along;
-            d[t] = d0 + across;
-        }
-    }
-    for (whole t = 0; t < n; t++) {
-        const double kappa = curvature_at(q, s[t]), cosine = cosines[t], stretch = 1.0 - kappa * d[t];
-        s[t] += c * cosine / stretch;
-        d[t] += c * sines[t] - 0.5 * kappa * (c * cosine) * (c * cosine);
-        psi[t] -= kappa * c;
-        way[t] = x[STEERING];
-        if (kappa == 0.0) continue;
-        sines[t] = sin(psi[t]);
-        cosines[t] = cos(psi[t]);
-    }
 }
 
 /* a row that sets out: its speeds and ways at all the nodes, and its sidestep */

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -21,7 +22,7 @@ from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.manoeuvres.escape_answer import answered
 from mcdas_opt.manoeuvres.escape_guess import Case
 from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
-from mcdas_opt.manoeuvres.escape_search import found
+from mcdas_opt.manoeuvres.escape_search import Found, found
 from mcdas_opt.manoeuvres.escapes import escapes
 from mcdas_opt.manoeuvres.parting import LATTICE_S, Company
 from mcdas_opt.native.compile_cache import SWITCH
@@ -136,6 +137,35 @@ def test_the_map_is_the_same_without_a_compiler(index: int, library: ctypes.CDLL
         one, other = getattr(plain, kind), getattr(fast, kind)
         assert replace(one, demand_mps2=None) == replace(other, demand_mps2=None)
         assert one.demand_mps2 == pytest.approx(other.demand_mps2, abs=CLOSE)
+
+
+@settings(max_examples=10, deadline=None)
+@given(index=st.integers(0, 10_000))
+def test_bodies_of_any_kind_and_any_margins_are_answered(index: int, library: ctypes.CDLL) -> None:
+    """What has no closed form, and who is grown by the prediction's margins, comes as tables."""
+    situation, car, prediction, chosen = asked(index)
+    scripted = tuple(KnownBody(id=b.id, length_m=b.length_m, width_m=b.width_m, motion=b.at) for b in prediction.bodies)
+    alike = answered(library, situation, car, Prediction(name="script", bodies=scripted), chosen)
+    own = answered(library, situation, car, prediction, chosen)
+    assert (alike.end_s, alike.start, alike.closer) == (own.end_s, own.start, own.closer)
+    grown = replace(chosen, margins=Margins(along_m=0.2, share_of_prediction=0.5))
+    wide = tuple(replace(b, covariance=np.eye(4)) for b in prediction.bodies if isinstance(b, CruisingBody))
+    uncertain = Prediction(name="wide", bodies=wide)
+    plain, fast = found(Case(situation, car, uncertain, grown)), answered(library, situation, car, uncertain, grown)
+    assert (plain.end_s, plain.start, plain.closer) == (fast.end_s, fast.start, fast.closer)
+
+
+def test_maps_do_not_depend_on_those_before_nor_on_other_threads(library: ctypes.CDLL) -> None:
+    """The numbers that a call works with are the thread's own, and are used again."""
+    cases = [asked(index) for index in range(24)]
+
+    def maps(order: list[int]) -> dict[int, Found]:
+        return {index: answered(library, *cases[index]) for index in order}
+
+    alone, forwards = maps(list(range(24))), list(range(24))
+    with ThreadPoolExecutor(3) as pool:
+        for told in pool.map(maps, [forwards[::-1], forwards[::2], forwards[1::2] + forwards]):
+            assert all(alone[index] == answer for index, answer in told.items())
 
 
 def test_a_machine_that_cannot_build_it_answers_in_numpy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
