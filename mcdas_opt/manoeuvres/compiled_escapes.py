@@ -280,10 +280,9 @@ def _library() -> ctypes.CDLL | None:
     found.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 9]
     found.mcdas_escape_sound.argtypes = [pointer, whole, *[pointer] * 5]
     found.mcdas_escape_met.argtypes = [pointer, whole, *[pointer] * 6]
-    found.mcdas_escape_room.argtypes = [pointer, pointer, ctypes.c_longlong]
-    found.mcdas_escape_room.restype = ctypes.c_longlong
-    found.mcdas_escape_answer.argtypes = [pointer, pointer, pointer, ctypes.c_longlong, ctypes.c_double, *[pointer] * 3]
-    for name in ("company", "held", "needs", "guess", "sound", "answer"):
+    found.mcdas_escape_answer.argtypes = [*[pointer] * 3, ctypes.c_longlong, ctypes.c_double, pointer, pointer, ctypes.c_longlong, pointer]
+    found.mcdas_escape_answer.restype = ctypes.c_longlong
+    for name in ("company", "held", "needs", "guess", "sound"):
         getattr(found, f"mcdas_escape_{name}").restype = None
     return found
 

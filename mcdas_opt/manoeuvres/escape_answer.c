@@ -52,21 +52,16 @@ static void speeds_of_nearest(const Case *q, const double *x, double near_d, dou
     }
 }
 
-/* how many numbers it works with */
-PUBLIC whole mcdas_escape_room(const Ground *ground, const Spread *p, whole bodies)
-{
-    const whole held = ground->bare.held;
-    return room_of_map(held, bodies, p->members) + (STATES + 2) * held + 4 * p->members + bodies * (5 * ground->bare.lattice + 1);
-}
-
 /* The map, into `work`, of so many bodies, whose motions follow what is asked (`fade` as for the company), or are in `tables` (5, bodies,
- * lattice) already */
-PUBLIC void mcdas_escape_answer(const Ground *ground, const Spread *p, const double *x, whole bodies, double fade_s, const double *fade,
-                                double *tables, double *work)
+ * lattice) already. Returns how many numbers it works with, and does nothing where there is room for less. */
+PUBLIC whole mcdas_escape_answer(const Ground *ground, const Spread *p, const double *x, whole bodies, double fade_s, const double *fade,
+                                 double *tables, whole room, double *work)
 {
     Case q = ground->bare;
     const whole size = p->members, all = bodies * q.lattice;
-    double *table = work + room_of_map(q.held, bodies, size), *path = table + STATES * q.held, *level = path + 2 * q.held, *push = level + size;
+    const whole own = room_of_map(q.held, bodies, size), wanted = own + (STATES + 2) * q.held + 4 * size + bodies * (5 * q.lattice + 1);
+    if (wanted > room) return wanted;
+    double *table = work + own, *path = table + STATES * q.held, *level = path + 2 * q.held, *push = level + size;
     double *target = push + size, *until_mps = target + size, *longest = until_mps + size, *places = tables ? tables : longest + bodies;
     double ends[3] = {0.0, 0.0, NAN}, sides[4] = {NAN, NAN, x[LEFT], x[RIGHT]};
     if (!tables)
@@ -75,9 +70,9 @@ PUBLIC void mcdas_escape_answer(const Ground *ground, const Spread *p, const dou
     q.others_s = places, q.others_d = places + all, q.others_mps = places + 2 * all;
     q.half_length = places + 3 * all, q.half_width = places + 4 * all;
     for (whole j = 0; j < bodies; j++) {
-        const double *own = q.half_length + j * q.lattice;
-        longest[j] = own[0];
-        for (whole t = 1; t < q.lattice; t++) longest[j] = GREATER(longest[j], own[t]);
+        const double *lengths = q.half_length + j * q.lattice;
+        longest[j] = lengths[0];
+        for (whole t = 1; t < q.lattice; t++) longest[j] = GREATER(longest[j], lengths[t]);
     }
     speeds_of_nearest(&q, x, ground->near_d, ends, ends + 1);
     taken(p, x, level, push);
@@ -90,4 +85,5 @@ PUBLIC void mcdas_escape_answer(const Ground *ground, const Spread *p, const dou
     mcdas_escape_held(&q, x, ground->held_s, table, path);
     Search o = {&q, p->kind, ground->held_s, ground->coarse, ground->exact, NULL, x[D], ground->near_d, ground->latest_s, path, path + q.held};
     map(&o, work);
+    return wanted;
 }

@@ -6,6 +6,8 @@ import ctypes
 import math
 import struct
 import threading
+from array import array
+from functools import lru_cache
 
 import numpy as np
 
@@ -26,7 +28,6 @@ from mcdas_opt.manoeuvres.parting import LATTICE_S, Company, lattice_s
 
 _KEPT = 16  # grounds that are remembered
 _ANSWER = struct.Struct(f"{2 + 4 * len(KINDS)}d")
-_WHOLE_LINES = 8  # numbers
 
 
 class _GroundRecord(ctypes.Structure):
@@ -114,16 +115,15 @@ def answered(library: ctypes.CDLL, situation: Situation, vehicle: Vehicle, predi
         tables = _tables(Company.of(bodies, ground.until_s, chosen.margins))
     elif bodies:
         fade_s = bodies[0].lateral_fade_s
-        fade = faded(fade_s, ground.steps)
+        fade = _faded(fade_s, ground.steps)
         asked += cruisers(bodies, chosen.margins)
-    begin = len(asked) + -len(asked) % _WHOLE_LINES
-    size = begin + library.mcdas_escape_room(ground.at, manoeuvres.at, len(bodies))
-    if size > _ROOM.size:
-        _ROOM.of_size(size)
-    struct.pack_into(f"{len(asked)}d", _ROOM.numbers, 0, *asked)
-    given = fade_s, None if fade is None else address(fade), None if tables is None else address(tables)
-    library.mcdas_escape_answer(ground.at, manoeuvres.at, _ROOM.at, len(bodies), *given, _ROOM.at + 8 * begin)
-    return _read(_ANSWER.unpack_from(_ROOM.numbers, 8 * begin))
+    numbers = array("d", asked)
+    given = ground.at, manoeuvres.at, numbers.buffer_info()[0], len(bodies), fade_s, fade and fade.at, tables and tables.at
+    wanted = library.mcdas_escape_answer(*given, _ROOM.size, _ROOM.at)
+    if wanted > _ROOM.size:
+        _ROOM.of_size(wanted)
+        library.mcdas_escape_answer(*given, _ROOM.size, _ROOM.at)
+    return _read(_ANSWER.unpack_from(_ROOM.numbers))
 
 
 def _ground(vehicle: Vehicle, road: Road, chosen: EscapeSettings) -> _Ground:
@@ -137,8 +137,20 @@ def _ground(vehicle: Vehicle, road: Road, chosen: EscapeSettings) -> _Ground:
     return known
 
 
-def _tables(company: Company) -> Array:
-    return np.array((company.s_m, company.d_m, company.speed_mps, company.half_length_m, company.half_width_m))
+class _Table:
+    """Numbers, and where they lie: to be asked for that takes longer than it seems."""
+
+    def __init__(self, numbers: Array) -> None:
+        self.numbers, self.at = numbers, address(numbers)
+
+
+def _tables(company: Company) -> _Table:
+    return _Table(np.array((company.s_m, company.d_m, company.speed_mps, company.half_length_m, company.half_width_m)))
+
+
+@lru_cache(maxsize=8)
+def _faded(fade_s: float, count: int) -> _Table:
+    return _Table(faded(fade_s, count))
 
 
 def _read(answer: tuple[float, ...]) -> Found:
