@@ -72,7 +72,7 @@ PUBLIC whole mcdas_escape_answer(const Ground *ground, const Spread *p, const do
     for (whole j = 0; j < bodies; j++) {
         const double *lengths = q.half_length + j * q.lattice;
         longest[j] = lengths[0];
-        for (whole t = 1; t < q.lattice; t++) longest[j] = GREATER(longest[j], lengths[t]);
+        for (whole t = TURNED_STEPS; t < q.lattice; t += TURNED_STEPS) longest[j] = GREATER(longest[j], lengths[t]);
     }
     speeds_of_nearest(&q, x, ground->near_d, ends, ends + 1);
     taken(p, x, level, push);

@@ -8,6 +8,7 @@ import struct
 import threading
 from array import array
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -26,8 +27,9 @@ from mcdas_opt.manoeuvres.escape_search import Found
 from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.manoeuvres.parting import LATTICE_S, Company, lattice_s
 
+_CLOSERS = (*CLOSERS, None)  # -1 is nobody
 _KEPT = 16  # grounds that are remembered
-_ANSWER = struct.Struct(f"{2 + 4 * len(KINDS)}d")
+_ANSWER = struct.Struct(f"{1 + len(KINDS)}d{1 + 3 * len(KINDS)}q")
 
 
 class _GroundRecord(ctypes.Structure):
@@ -153,13 +155,14 @@ def _faded(fade_s: float, count: int) -> _Table:
     return _Table(faded(fade_s, count))
 
 
-def _read(answer: tuple[float, ...]) -> Found:
+def _read(answer: tuple[Any, ...]) -> Found:
+    end_s, *rest = answer
     count = len(KINDS)
-    now, ender, rest = answer[1 : 1 + count], int(answer[1 + count]), [int(number) for number in answer[2 + count :]]
+    now, ender, start, easy, closers = rest[:count], rest[count], rest[count + 1 : -2 * count], rest[-2 * count : -count], rest[-count:]
     return Found(
-        answer[0],
-        None if ender < 0 else CLOSERS[ender],
-        (rest[:count], rest[count : 2 * count]),
+        end_s,
+        _CLOSERS[ender],
+        (start, easy),
         [None if asked == math.inf else asked for asked in now],
-        [None if who < 0 else CLOSERS[who] for who in rest[2 * count :]],
+        [_CLOSERS[who] for who in closers],
     )

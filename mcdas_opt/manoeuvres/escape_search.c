@@ -23,7 +23,7 @@ static whole closer_of(const Search *o, whole who, double moment, double own_s)
 }
 
 /* when keeping on ends, and by what */
-static double end_of_keeping_on(const Search *o, whole *clock, double *ender)
+static double end_of_keeping_on(const Search *o, whole *clock, whole *ender)
 {
     const Case *q = o->q;
     const whole n = q->held;
@@ -42,7 +42,7 @@ static double end_of_keeping_on(const Search *o, whole *clock, double *ender)
     }
     *ender = NOBODY;
     if (LESSER(moment, leaves) >= o->latest_s) return o->latest_s;
-    *ender = (double)(leaves < moment ? EDGE : closer_of(o, who, moment, s[step]));
+    *ender = leaves < moment ? EDGE : closer_of(o, who, moment, s[step]);
     return LESSER(leaves, moment);
 }
 
@@ -255,13 +255,14 @@ static whole room_of_map(whole held, whole bodies, whole members)
     return ANSWERS + held + STARTS * (1 + bodies) + members * (2 * bodies * ANCHORS + 3 * ANCHORS + 4);
 }
 
-/* The whole map, into `work`: when keeping on ends, what each kind asks that begins now (INFINITY without); what ends it, the last steps of
- * each kind (of any demand, of a comfortable one; -1 without), what closes each (NOBODY where it lasts until keeping on ends). */
+/* The whole map, into `work`: when keeping on ends, what each kind asks that begins now (INFINITY without); whole numbers: what ends it, the
+ * last steps of each kind (of any demand, of a comfortable one; -1 without), what closes each (NOBODY where it lasts until keeping on ends). */
 static void map(Search *o, double *work)
 {
     const Case *q = o->q;
     const whole size = q->members, all = ANCHORS * size;
-    double *now_of = work + 1, *ender = now_of + KINDS, *start_of = ender + 1, *closers = start_of + 2 * KINDS;
+    double *now_of = work + 1;
+    whole *ender = (whole *)(now_of + KINDS), *start_of = ender + 1, *closers = start_of + 2 * KINDS;
     double *seconds = work + ANSWERS, *apart = seconds + STARTS;
     double *low = apart + STARTS * q->bodies, *high = low + q->bodies * all, *slack = high + q->bodies * all;
     double *last = slack + 3 * all, *ease = last + 2 * size;
@@ -304,12 +305,12 @@ static void map(Search *o, double *work)
         while (i < size && o->kind[i] == kind) i++;
         d.to = i;
         const double now = now_of[kind] = asked_now(o, &g, &d, kind, ease);
-        for (int easy = 0; easy < 2; easy++) start_of[easy * KINDS + kind] = (double)last_sound(o, &g, &d, easy, kind, latest);
-        if (start_of[kind] < 0.0 && now < INFINITY) start_of[kind] = 0.0;
-        const double start = start_of[kind];
+        for (int easy = 0; easy < 2; easy++) start_of[easy * KINDS + kind] = last_sound(o, &g, &d, easy, kind, latest);
+        if (start_of[kind] < 0 && now < INFINITY) start_of[kind] = 0;
+        const whole start = start_of[kind];
         int after = 0;
-        if (start >= 0.0)
-            while (after < STARTS - 1 && seconds[after] <= LATTICE_S * start) after++;
-        closers[kind] = (double)(start < (double)latest ? in_the_way(o, &g, &d, after) : NOBODY);
+        if (start >= 0)
+            while (after < STARTS - 1 && seconds[after] <= LATTICE_S * (double)start) after++;
+        closers[kind] = start < latest ? in_the_way(o, &g, &d, after) : NOBODY;
     }
 }
