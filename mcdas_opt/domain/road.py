@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -77,7 +78,7 @@ class Road:
 
     def lane_of(self, d_m: float) -> int:
         """Index of the lane that holds d: 0 the host's first lane, positive to the left; clipped to the lanes there are."""
-        lane = int(np.floor(d_m / self.lane_width_m + 0.5))
+        lane = math.floor(d_m / self.lane_width_m + 0.5)
         return min(max(lane, -self.lanes_right), self.lanes_left)
 
     def lane_centre_m(self, lane: int) -> float:

@@ -5,22 +5,23 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mcdas_opt.domain.prediction import PredictedBody, all_cruise
+from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, all_cruise
+from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.manoeuvres import escape_effort, parting, swerves
 from mcdas_opt.manoeuvres.clearance import Margins
-from mcdas_opt.manoeuvres.escape_effort import ANCHORS, STARTS
-from mcdas_opt.manoeuvres.escape_library import KINDS
+from mcdas_opt.manoeuvres.escape_library import SHORTEST_S, EscapeSettings
 from mcdas_opt.manoeuvres.held import PASSES
 from mcdas_opt.manoeuvres.parting import Company, Rows
 from mcdas_opt.native.kernels import c_text, defined, library, wanted
 
-_TEXTS = ("escape_kernel.c", "escape_parting.c", "escape_questions.c", "escape_guess.c", "escape_search.c")
+_TEXTS: tuple[str, ...] = ("escape_kernel.c", "escape_parting.c", "escape_company.c", "escape_questions.c", "escape_guess.c")
+_TEXTS += ("escape_search.c", "escape_answer.c")
 _EFFORT: tuple[str, ...] = (
     "LEAST_ANCHORS",
     "ANCHORS",
@@ -68,16 +69,16 @@ _TABLES: tuple[str, ...] = (
 )
 _TABLES += ("knots", "kappas")
 _SIZES = ("bodies", "lattice", "held", "members", "in_lane", "half_steps", "count_of_knots")
-_NUMBERS: tuple[str, ...] = ("wheelbase", "centre", "length", "width", "jerk_min", "jerk_max", "speed_max", "steering_max", "steering_rate")
-_NUMBERS += ("limit", "steering_share", "brake", "accelerate", "left", "right", "end", "bend", "clear_m", "clear_s", "comfort", "shortest")
-_NUMBERS += ("straightening",)
+NUMBERS: tuple[str, ...] = ("wheelbase", "centre", "length", "width", "jerk_min", "jerk_max", "speed_max", "steering_max", "steering_rate")
+NUMBERS += ("limit", "steering_share", "brake", "accelerate", "left", "right", "end", "bend", "clear_m", "clear_s", "comfort", "shortest")
+NUMBERS += ("straightening",)
 
 
-class _Case(ctypes.Structure):
+class CaseRecord(ctypes.Structure):
     _fields_ = [
         *((name, ctypes.c_void_p) for name in _TABLES),
         *((name, ctypes.c_longlong) for name in _SIZES),
-        *((name, ctypes.c_double) for name in _NUMBERS),
+        *((name, ctypes.c_double) for name in NUMBERS),
     ]
 
 
@@ -86,24 +87,6 @@ class _Nodes(ctypes.Structure):
         *((name, ctypes.c_void_p) for name in ("steps", "until", "times", "step")),
         *((name, ctypes.c_longlong) for name in ("n", "last", "middle", "runs")),
     ]
-
-
-class _Search(ctypes.Structure):
-    _fields_ = [
-        *((name, ctypes.c_void_p) for name in ("case", "kind", "times", "coarse", "exact", "drive")),
-        *((name, ctypes.c_double) for name in ("host_d", "near_d", "latest_s")),
-    ]
-
-
-class Answer(NamedTuple):
-    """When keeping on ends [s] and by what (a number, -1 for nothing); for each kind the last step of the lattice, of any demand and of a
-    comfortable one, -1 without; what it asks that begins now, infinite without; what closes it (a number, -1: nothing before that end)."""
-
-    end_s: float
-    ender: int
-    start: tuple[list[int], list[int]]
-    now: list[float]
-    closer: list[int]
 
 
 class Nodes:
@@ -124,30 +107,59 @@ class Nodes:
         self.at = ctypes.addressof(self._record)
 
 
-def _at(array: Array | Rows | NDArray[np.uint8] | NDArray[np.bool_]) -> int:
+def address(array: Array | Rows | NDArray[np.uint8] | NDArray[np.bool_]) -> int:
     """Where it lies; `array.ctypes` takes twice as long."""
-    address: int = array.__array_interface__["data"][0]
-    return address
+    where: int = array.__array_interface__["data"][0]
+    return where
 
 
 def company(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: float, margins: Margins) -> Company:
-    """`Company.of`, in C where everybody keeps the speed, settles alike across, and nobody is grown by the prediction's own margins."""
+    """`Company.of`, in C where everybody moves in the one closed form and nobody is grown by the prediction's own margins."""
     if not bodies or not all_cruise(bodies) or margins.share_of_prediction:
         return Company.of(bodies, until_s, margins)
-    if len({b.lateral_fade_s for b in bodies}) > 1 or any(b.lateral_swell or b.acceleration_mps2 for b in bodies):
-        return Company.of(bodies, until_s, margins)
     times = parting.lattice_s(round(until_s / parting.LATTICE_S) + 1)
-    more = margins.along_m, margins.across_m
-    begin = np.array([(b.s_m, b.d_m, b.speed_s_mps, b.speed_d_mps, b.lateral_fade_s, b.length_m, b.width_m, *more) for b in bodies])
+    begin = np.array(cruisers(bodies, margins))
     tables = np.empty((5, len(bodies), times.size))
-    given = map(_at, (begin, times, _faded(bodies[0].lateral_fade_s, times.size), tables))
-    library.mcdas_escape_company(len(bodies), times.size, *given)
+    fade_s = bodies[0].lateral_fade_s
+    library.mcdas_escape_company(
+        len(bodies), times.size, address(begin), address(times), fade_s, address(faded(fade_s, times.size)), address(tables)
+    )
     s, d, speed, half_length, half_width = tables
     return Company(s_m=s, d_m=d, speed_mps=speed, half_length_m=half_length, half_width_m=half_width)
 
 
+def cruisers(bodies: Sequence[CruisingBody], margins: Margins) -> list[float]:
+    """What C takes of them, one after the other: how they move, how large they are, and by how much they are grown."""
+    numbers: list[float] = []
+    for b in bodies:
+        numbers += b.s_m, b.d_m, b.speed_s_mps, b.speed_d_mps, b.lateral_fade_s, b.lateral_swell, b.acceleration_mps2, b.changing_s
+        numbers += b.length_m, b.width_m, margins.along_m, margins.across_m
+    return numbers
+
+
+def at_hand(vehicle: Vehicle, road: Road, chosen: EscapeSettings, straightening_mps2: float) -> tuple[tuple[float, ...], Array]:
+    """What neither the host nor the others change of a case: its numbers, and the road's knots as columns (2, K)."""
+    knots, bend = _knots(road.curvature)
+    grip = road.friction * GRAVITY_MPS2
+    brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
+    numbers = (
+        *(vehicle.wheelbase_m, vehicle.centre_m, vehicle.length_m, vehicle.width_m, vehicle.jerk_min_mps3, vehicle.jerk_max_mps3),
+        *(vehicle.speed_max_mps, vehicle.steering_max_rad, vehicle.steering_rate_max_radps),
+        *(chosen.demand.friction * grip, chosen.demand.steering, brake, accelerate),
+        *(road.left_edge_m, road.right_edge_m, np.inf if road.road_end_s_m is None else road.road_end_s_m),
+        *(bend, chosen.clear_m, chosen.clear_s, chosen.comfort_on(road.friction), SHORTEST_S, straightening_mps2),
+    )
+    return numbers, knots
+
+
 @lru_cache(maxsize=8)
-def _faded(fade_s: float, count: int) -> Array:
+def _knots(curvature: tuple[tuple[float, float], ...]) -> tuple[Array, float]:
+    """A road's knots as columns (2, K), and its tightest bend."""
+    return np.array(curvature).T.copy(), max(abs(kappa) for _, kappa in curvature)
+
+
+@lru_cache(maxsize=8)
+def faded(fade_s: float, count: int) -> Array:
     """What is left of a speed across at the lattice's first times."""
     return np.exp(-parting.lattice_s(count) / fade_s)
 
@@ -178,9 +190,9 @@ class CompiledCase:
             np.maximum.reduce(company.half_length_m, -1),
         )
         self._kept = tuple(map(np.ascontiguousarray, (*blocks, table, columns, curvature)))
-        *tables, of_members, of_road = (_at(block) for block in self._kept)
+        *tables, of_members, of_road = (address(block) for block in self._kept)
         self.bodies, self.held_count, self.members = bodies, table.shape[1], columns.shape[1]
-        self._case = _Case(
+        self._case = CaseRecord(
             *tables,
             *range(of_members, of_members + columns.nbytes, columns.strides[0]),
             *(of_road, of_road + curvature.strides[0]),
@@ -191,7 +203,8 @@ class CompiledCase:
 
     def held(self, begin: Array, times_s: Array) -> None:
         """Fills the table with what a host does that keeps on from this state (6,), at times (H,)."""
-        self._library.mcdas_escape_held(self._at, _at(begin), _at(times_s), self._case.table)
+        path = np.empty((2, times_s.size))
+        self._library.mcdas_escape_held(self._at, address(begin), address(times_s), self._case.table, address(path))
 
     def needs(self, anchors: Rows, nodes: Nodes) -> tuple[Array, Array, Array]:
         """Below and above which distances (J, K, M) everybody is met by members begun at the anchors (K,); their slack (3, K, M)."""
@@ -199,8 +212,8 @@ class CompiledCase:
         low, high = np.empty((self.bodies, *shape)), np.empty((self.bodies, *shape))
         slack = np.empty((3, *shape))
         begin = np.ascontiguousarray(anchors, dtype=np.int64)
-        results = (_at(low), _at(high), _at(slack))
-        self._library.mcdas_escape_needs(self._at, anchors.size, _at(begin), nodes.at, *results)
+        results = (address(low), address(high), address(slack))
+        self._library.mcdas_escape_needs(self._at, anchors.size, address(begin), nodes.at, *results)
         return low, high, slack
 
     def guess(self, starts_s: Array, weights: Array, apart_m: Array, needs: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
@@ -209,37 +222,24 @@ class CompiledCase:
         size = self.members
         now, last, known = np.empty(size), np.empty((2, size)), np.empty((weights.shape[1], size), dtype=np.uint8)
         apart = np.ascontiguousarray(apart_m)
-        given = (_at(q) for q in (starts_s, weights, apart, *needs, known))
-        self._library.mcdas_escape_guess(self._at, weights.shape[1], starts_s.size, *given, _at(now), _at(last))
+        given = (address(q) for q in (starts_s, weights, apart, *needs, known))
+        self._library.mcdas_escape_guess(self._at, weights.shape[1], starts_s.size, *given, address(now), address(last))
         return last[0], last[1], now
 
     def sound(self, members: Rows, starts: Rows, nodes: Nodes) -> tuple[NDArray[np.bool_], Array]:
         """Which members from these starts (R,) are ways out, and what they ask of the tyres [m/s^2]."""
         good, demand = np.empty(members.size, dtype=np.bool_), np.empty(members.size)
         member, start = np.ascontiguousarray(members, dtype=np.int64), np.ascontiguousarray(starts, dtype=np.int64)
-        given, results = (_at(member), _at(start)), (_at(good), _at(demand))
+        given, results = (address(member), address(start)), (address(good), address(demand))
         self._library.mcdas_escape_sound(self._at, members.size, *given, nodes.at, *results)
         return good, demand
-
-    def map(self, kind: Rows, times_s: Array, coarse: Nodes, exact: Nodes, host_d_m: float, near_m: float, latest_s: float) -> Answer:
-        """The whole map: `escape_search.c`."""
-        count, bodies = len(KINDS), self.bodies
-        answers = 2 + 4 * count
-        work = np.empty(answers + 3 * self.held_count + STARTS * (1 + bodies) + self.members * (2 * bodies * ANCHORS + 4 * ANCHORS + 3))
-        kinds = np.ascontiguousarray(kind, dtype=np.int64)
-        asked = _Search(self._at, _at(kinds), _at(times_s), coarse.at, exact.at, None, host_d_m, near_m, latest_s)
-        self._library.mcdas_escape_map(ctypes.byref(asked), _at(work))
-        answer = work[:answers].tolist()
-        end, *now = answer[: 1 + count]
-        ender, *rest = map(int, answer[1 + count :])
-        return Answer(end, ender, (rest[:count], rest[count : 2 * count]), now, rest[2 * count :])
 
     def met(self, clock: Rows, places: Array) -> tuple[int, int]:
         """When (as an index) a host that goes through these places (4, T): s, d, sine, cosine: first meets somebody, and whom; or -1."""
         moments, where = np.ascontiguousarray(clock, dtype=np.int64), np.ascontiguousarray(places)
         whom = ctypes.c_longlong(-1)
-        rows = [_at(where) + 8 * i * clock.size for i in range(4)]
-        step = self._library.mcdas_escape_met(self._at, clock.size, _at(moments), *rows, ctypes.byref(whom))
+        rows = [address(where) + 8 * i * clock.size for i in range(4)]
+        step = self._library.mcdas_escape_met(self._at, clock.size, address(moments), *rows, ctypes.byref(whom))
         return int(step), whom.value
 
 
@@ -274,14 +274,15 @@ def _library() -> ctypes.CDLL | None:
     if found is None:
         return None
     pointer, whole = ctypes.c_void_p, ctypes.c_int
-    found.mcdas_escape_company.argtypes = [ctypes.c_longlong, ctypes.c_longlong, *[pointer] * 4]
-    found.mcdas_escape_held.argtypes = [pointer] * 4
+    found.mcdas_escape_company.argtypes = [ctypes.c_longlong, ctypes.c_longlong, pointer, pointer, ctypes.c_double, pointer, pointer]
+    found.mcdas_escape_held.argtypes = [pointer] * 5
     found.mcdas_escape_needs.argtypes = [pointer, whole, pointer, *[pointer] * 4]
     found.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 9]
     found.mcdas_escape_sound.argtypes = [pointer, whole, *[pointer] * 5]
-    found.mcdas_escape_map.argtypes = [pointer] * 2
     found.mcdas_escape_met.argtypes = [pointer, whole, *[pointer] * 6]
-    for name in ("company", "held", "needs", "guess", "sound", "map"):
+    found.mcdas_escape_answer.argtypes = [*[pointer] * 3, ctypes.c_longlong, ctypes.c_double, pointer, pointer, ctypes.c_longlong, pointer]
+    found.mcdas_escape_answer.restype = ctypes.c_longlong
+    for name in ("company", "held", "needs", "guess", "sound"):
         getattr(found, f"mcdas_escape_{name}").restype = None
     return found
 

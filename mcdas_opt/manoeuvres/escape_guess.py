@@ -15,7 +15,7 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.manoeuvres.compiled_escapes import CompiledCase, Nodes, company
+from mcdas_opt.manoeuvres.compiled_escapes import CompiledCase, Nodes, at_hand, company
 from mcdas_opt.manoeuvres.escape_effort import ANCHORS, APART_S, LEAST_ANCHORS, STARTS
 from mcdas_opt.manoeuvres.escape_library import SIDEWAYS, EscapeSettings, Members, members
 from mcdas_opt.manoeuvres.held import held
@@ -87,7 +87,7 @@ class Case:
         self.comfort_mps2 = chosen.comfort_on(situation.road.friction)
         until_s, bodies, margins = chosen.latest_s + chosen.clear_s, prediction.bodies, chosen.margins
         self.company = Company.of(bodies, until_s, margins) if library is None else company(library, bodies, until_s, margins)
-        self.times_s = _times(chosen.latest_s)
+        self.times_s = held_times(chosen.latest_s)
         self.members = members(situation, vehicle, self.company, chosen) if among is None else among
         self.table = np.empty((6, self.times_s.size))
         self.compiled = None if library is None else self._compiled(library)
@@ -104,17 +104,9 @@ class Case:
         return Starts(s_m=s, d_m=d, heading_rad=heading, speed_mps=speed, acceleration_mps2=acceleration, steering_rad=steering)
 
     def _compiled(self, library: ctypes.CDLL) -> CompiledCase:
-        car, road, chosen, all_of = self.vehicle, self.situation.road, self.chosen, self.members
-        knots, bend = _knots(road.curvature)
+        all_of = self.members
         columns = np.array((all_of.level_mps2, all_of.until_s, all_of.until_mps, all_of.target_d_m, all_of.lateral_mps2))
-        numbers = (
-            *(car.wheelbase_m, car.centre_m, car.length_m, car.width_m, car.jerk_min_mps3, car.jerk_max_mps3, car.speed_max_mps),
-            *(car.steering_max_rad, car.steering_rate_max_radps),
-            *(chosen.demand.friction * (road.friction * GRAVITY_MPS2), chosen.demand.steering, self.brake_mps2, self.accelerate_mps2),
-            *(road.left_edge_m, road.right_edge_m, np.inf if road.road_end_s_m is None else road.road_end_s_m),
-            bend,
-            *(chosen.clear_m, chosen.clear_s, self.comfort_mps2, all_of.shortest_s, all_of.straightening_mps2),
-        )
+        numbers, knots = at_hand(self.vehicle, self.situation.road, self.chosen, all_of.straightening_mps2)
         return CompiledCase(
             library,
             self.company,
@@ -123,7 +115,7 @@ class Case:
             knots,
             numbers,
             in_lane=int(all_of.kind.searchsorted(SIDEWAYS)),
-            half_steps=round(0.5 * chosen.clear_s / LATTICE_S),
+            half_steps=round(0.5 * self.chosen.clear_s / LATTICE_S),
         )
 
     def at(self, starts: Rows) -> Starts:
@@ -258,14 +250,8 @@ class Case:
         return acts & arrives & motions.possible & motions.on_road & (step < 0) & (ends < 0), motions.demand_mps2
 
 
-@lru_cache(maxsize=8)
-def _knots(curvature: tuple[tuple[float, float], ...]) -> tuple[Array, float]:
-    """A road's knots as columns (2, K), and its tightest bend."""
-    return np.array(curvature).T.copy(), max(abs(kappa) for _, kappa in curvature)
-
-
 @lru_cache(maxsize=4)
-def _times(latest_s: float) -> Array:
+def held_times(latest_s: float) -> Array:
     """When a host that keeps on is looked at."""
     return _seconds(np.arange(0, round(latest_s / LATTICE_S) + 1, HELD_STEPS))
 

@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
@@ -21,7 +23,7 @@ from mcdas_opt.manoeuvres.swerves import Swerves
 
 KINDS = ("brake", "accelerate", "left", "right")
 SIDEWAYS = 2  # kinds from here on steer
-_SHORTEST_S = 0.5
+SHORTEST_S = 0.5
 _JUST = 0.98  # of what is comfortable
 _BEND_SHARE = 0.9  # of the grip: no bend is counted to take more
 _MOST_MADE = 16
@@ -175,16 +177,11 @@ class Members:
 
 
 def members(situation: Situation, vehicle: Vehicle, company: Company, chosen: EscapeSettings) -> Members:
-    road = situation.road
-    grip = road.friction * GRAVITY_MPS2
-    bend = 0.0
-    if not road.is_straight:
-        bend = min(situation.host.speed_mps**2 * abs(float(road.curvature_at(situation.host.s_m))), _BEND_SHARE * grip)
-    spare = math.sqrt(grip * grip - bend * bend)
-    brake, accelerate = min(-vehicle.acceleration_min_mps2, spare), min(vehicle.acceleration_max_mps2, spare - _FASTER * bend)
     sides = next_lane_m(situation, vehicle, Side.LEFT), next_lane_m(situation, vehicle, Side.RIGHT)
-    forces = _Forces(grip, bend, brake, accelerate, _JUST * chosen.comfort_on(road.friction), min(1.0, 0.2 * grip))
-    spread, level, push, target = _spread(chosen, sides, forces)
+    of = forces(situation.road, situation.host, vehicle, chosen)
+    spread = spread_of(chosen, sides[0] is not None, sides[1] is not None)
+    level, push = _taken(spread, of)
+    targets = np.array([np.nan, np.nan, *(np.nan if side is None else side for side in sides)])
     ends = np.array([*_speeds_of_nearest(situation, company), np.nan])
     return Members(
         kind=spread.kind,
@@ -192,14 +189,14 @@ def members(situation: Situation, vehicle: Vehicle, company: Company, chosen: Es
         level_mps2=level,
         until_s=spread.until_s,
         until_mps=ends[spread.matching],
-        target_d_m=target,
+        target_d_m=targets[spread.kind],
         lateral_mps2=push,
-        shortest_s=_SHORTEST_S,
-        straightening_mps2=forces.gentle,
+        shortest_s=SHORTEST_S,
+        straightening_mps2=of.gentle,
     )
 
 
-class _Forces(NamedTuple):
+class Forces(NamedTuple):
     """What there is [m/s^2]: the grip, what a bend takes of it, braking, accelerating, what is comfortable, and what is gentle."""
 
     grip: float
@@ -210,7 +207,7 @@ class _Forces(NamedTuple):
     gentle: float
 
 
-class _Spread(NamedTuple):
+class Spread(NamedTuple):
     """Columns (M,) that no situation changes: the kind; the pace as a share of the braking (-) or the accelerating there is, and which of
     the two; until [s]; the share across, 0 for what is comfortable; whose speed is matched: 0 ahead, 1 behind, 2 nobody's."""
 
@@ -225,38 +222,39 @@ class _Spread(NamedTuple):
     of_kind: tuple[NDArray[np.intp], ...]
 
 
-_Sides = tuple[float | None, float | None]  # where lanes to the left and to the right are
+def forces(road: Road, host: HostState, vehicle: Vehicle, chosen: EscapeSettings) -> Forces:
+    """What this host has there; nothing of the host matters where the road is straight."""
+    grip = road.friction * GRAVITY_MPS2
+    bend = 0.0
+    if not road.is_straight:
+        bend = min(host.speed_mps**2 * abs(float(road.curvature_at(host.s_m))), _BEND_SHARE * grip)
+    spare = math.sqrt(grip * grip - bend * bend)
+    brake, accelerate = min(-vehicle.acceleration_min_mps2, spare), min(vehicle.acceleration_max_mps2, spare - _FASTER * bend)
+    return Forces(grip, bend, brake, accelerate, _JUST * chosen.comfort_on(road.friction), min(1.0, 0.2 * grip))
 
 
-def _spread(chosen: EscapeSettings, sides: _Sides, forces: _Forces) -> tuple[_Spread, Array, Array, Array]:
-    """And what the members take of these forces, and where they go: levels, pushes and targets (M,).
-
-    As made before for the very same manoeuvres and forces: to compare some hundred numbers takes longer than all the rest.
-    """
+def spread_of(chosen: EscapeSettings, left: bool, right: bool) -> Spread:
+    """With lanes to these sides. As made before for the very same manoeuvres: to compare some hundred numbers takes too long."""
     own = chosen.braking, chosen.accelerating, chosen.sideways
-    key = (*map(id, own), sides, forces)
+    key = (*map(id, own), left, right)
     known = _MADE.get(key)
     if known is None:
         if len(_MADE) >= _MOST_MADE:
             _MADE.clear()
-        spread = _made(chosen, sides[0] is not None, sides[1] is not None)
-        targets = np.array([np.nan, np.nan, *(np.nan if side is None else side for side in sides)])
-        known = _MADE[key] = own, (spread, *_taken(spread, forces), targets[spread.kind])  # they are kept, so that their names stay theirs
+        known = _MADE[key] = own, _made(chosen, left, right)  # they are kept, so that their names stay theirs
     return known[1]
 
 
-def _taken(spread: _Spread, f: _Forces) -> tuple[Array, Array]:
+def _taken(spread: Spread, f: Forces) -> tuple[Array, Array]:
     level = spread.pace * np.array([f.brake, f.accelerate])[spread.limit]
     level[spread.comfortable] = np.minimum(np.maximum(level[spread.comfortable], -f.comfort), f.comfort)
     push = spread.push * np.maximum(np.sqrt(f.grip * f.grip - level * level) - f.bend, 0.1 * f.grip)
     push[spread.push == 0.0] = min(f.comfort, f.grip)
     push[: spread.in_lane] = f.gentle
-    for taken in (level, push):
-        taken.setflags(write=False)
     return level, push
 
 
-def _made(chosen: EscapeSettings, left: bool, right: bool) -> _Spread:
+def _made(chosen: EscapeSettings, left: bool, right: bool) -> Spread:
     """Each kind's own, and behind them the comfortable ones."""
     rows: list[tuple[int, float, float, float]] = []
     comfortable: list[int] = []
@@ -271,10 +269,10 @@ def _made(chosen: EscapeSettings, left: bool, right: bool) -> _Spread:
     kind = kinds.astype(np.intp)
     matching = np.where((until > 0.0) | (kind >= SIDEWAYS), 2, kind)
     of_kind = tuple(np.flatnonzero(kind == k) for k in range(len(KINDS)))
-    return _Spread(kind, pace, (pace > 0.0).astype(np.intp), until, push, matching, np.array(comfortable), in_lane, of_kind)
+    return Spread(kind, pace, (pace > 0.0).astype(np.intp), until, push, matching, np.array(comfortable), in_lane, of_kind)
 
 
-_MADE: dict[tuple[object, ...], tuple[object, tuple[_Spread, Array, Array, Array]]] = {}
+_MADE: dict[tuple[object, ...], tuple[object, Spread]] = {}
 
 
 def _speeds_of_nearest(situation: Situation, company: Company) -> tuple[float, float]:

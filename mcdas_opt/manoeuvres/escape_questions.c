@@ -1,4 +1,4 @@
-/* The questions of `manoeuvres.escape_guess` about one situation; `escape_parting.c` stands before this text. */
+/* The questions of `manoeuvres.escape_guess` about one situation; `escape_company.c` stands before this text. */
 
 static const double AS_IT_IS[3] = {1.0, 1.0, 1.0}; /* factors of level, until and push */
 
@@ -13,74 +13,6 @@ static int begun(const Case *q, whole member, const double *factor, double speed
     if (*until >= q->shortest) return 1;
     *level = *until = 0.0;
     return 0;
-}
-
-/* Bodies that cruise (bodies, CRUISER) on the lattice, as `domain.prediction` and `parting.Company` have them, into tables (5, bodies, lattice):
- * places along and across, speeds, half lengths and half widths of the boxes around them. `fade` (lattice): what is left of speeds across */
-PUBLIC void mcdas_escape_company(whole bodies, whole lattice, const double *begin, const double *times, const double *fade, double *tables)
-{
-    enum { AT, ASIDE, ALONG, ACROSS, FADE_S, LENGTH, WIDTH, MORE_LENGTH, MORE_WIDTH, CRUISER };
-    for (whole j = 0; j < bodies; j++, begin += CRUISER) {
-        double *s = tables + j * lattice, *d = s + bodies * lattice, *v = d + bodies * lattice;
-        double *half_length = v + bodies * lattice, *half_width = half_length + bodies * lattice;
-        const double slowest = GREATER(fabs(begin[ALONG]), 1.0), length = begin[LENGTH], width = begin[WIDTH];
-        for (whole t = 0; t < lattice; t++) {
-            s[t] = begin[AT] + begin[ALONG] * times[t];
-            d[t] = begin[ASIDE] + begin[ACROSS] * begin[FADE_S] * (1.0 - fade[t]);
-            v[t] = begin[ALONG];
-        }
-        for (whole t = 0; t < lattice; t += TURNED_STEPS) { /* it is turned the most where a box begins: speeds across only fade */
-            const whole end = t + TURNED_STEPS < lattice ? t + TURNED_STEPS : lattice;
-            const double turned = atan(fabs(begin[ACROSS] * fade[t > 0 ? t - 1 : 0]) / slowest), sine = sin(turned), cosine = cos(turned);
-            const double longer = 0.5 * (length + width * sine) + begin[MORE_LENGTH], wider = 0.5 * (width * cosine + length * sine) + begin[MORE_WIDTH];
-            for (whole i = t; i < end; i++) {
-                half_length[i] = longer;
-                half_width[i] = wider;
-            }
-        }
-    }
-}
-
-/* The host that keeps its acceleration and its steering from x on, at times (q->held): `manoeuvres.held`, into the table (STATES, held) */
-PUBLIC void mcdas_escape_held(const Case *q, const double *x, const double *times, double *table)
-{
-    const whole n = q->held;
-    const double c = q->centre, turn = tan(x[STEERING]) / q->wheelbase, top = GREATER(q->speed_max, x[SPEED]);
-    const double kappa0 = curvature_at(q, x[S]), psi0 = x[HEADING] + kappa0 * c, cosine0 = cos(psi0);
-    const double d0 = x[D] - c * sin(psi0) + 0.5 * kappa0 * (c * cosine0) * (c * cosine0), s0 = x[S] - c * cosine0 / (1.0 - kappa0 * d0);
-    double *s = table, *d = table + n, *psi = table + 2 * n, *v = table + 3 * n, *a = table + 4 * n, *way = table + 5 * n;
-    for (whole t = 0; t < n; t++) {
-        const double free = x[SPEED] + x[ACCELERATION] * times[t], capped = LESSER(free, top);
-        v[t] = GREATER(capped, 0.0);
-        a[t] = v[t] == free ? x[ACCELERATION] : 0.0;
-        way[t] = t ? way[t - 1] + 0.5 * (v[t] + v[t - 1]) * (times[t] - times[t - 1]) : 0.0;
-        s[t] = s0 + way[t];
-        d[t] = d0;
-    }
-    for (int pass = 0; pass < (q->bend > 0.0 ? PASSES : 1); pass++) {
-        double turned = 0.0, along = 0.0, across = 0.0, kappa_before = 0.0, s_before = 0.0, ratio_before = 0.0, sine_before = 0.0;
-        for (whole t = 0; t < n; t++) {
-            const double kappa = curvature_at(q, s[t]), step = t ? way[t] - way[t - 1] : 0.0;
-            if (t) turned += 0.5 * (kappa + kappa_before) * (s[t] - s_before);
-            s_before = s[t];
-            kappa_before = kappa;
-            psi[t] = psi0 + turn * way[t] - turned;
-            const double ratio = cos(psi[t]) / (1.0 - kappa * d[t]), sine = sin(psi[t]);
-            along += 0.5 * (ratio + ratio_before) * step;
-            across += 0.5 * (sine + sine_before) * step;
-            ratio_before = ratio;
-            sine_before = sine;
-            s[t] = s0 + along;
-            d[t] = d0 + across;
-        }
-    }
-    for (whole t = 0; t < n; t++) {
-        const double kappa = curvature_at(q, s[t]), cosine = cos(psi[t]), stretch = 1.0 - kappa * d[t];
-        s[t] += c * cosine / stretch;
-        d[t] += c * sin(psi[t]) - 0.5 * kappa * (c * cosine) * (c * cosine);
-        psi[t] -= kappa * c;
-        way[t] = x[STEERING];
-    }
 }
 
 /* a row that sets out: its speeds and ways at all the nodes, and its sidestep */

@@ -10,6 +10,7 @@ typedef struct {
     const Nodes *coarse, *exact;
     Drive *drive;
     double host_d, near_d, latest_s;
+    double *sine, *cosine; /* (held): of the headings of the host that keeps on */
 } Search;
 
 static whole closer_of(const Search *o, whole who, double moment, double own_s)
@@ -22,19 +23,14 @@ static whole closer_of(const Search *o, whole who, double moment, double own_s)
 }
 
 /* when keeping on ends, and by what */
-static double end_of_keeping_on(const Search *o, double *path, double *ender)
+static double end_of_keeping_on(const Search *o, whole *clock, whole *ender)
 {
     const Case *q = o->q;
     const whole n = q->held;
-    const double *s = q->table, *d = q->table + n, *psi = q->table + 2 * n;
-    whole *clock = (whole *)(path + 2 * n);
-    double *sine = path, *cosine = path + n, leaves = INFINITY, moment = INFINITY;
+    const double *s = q->table, *d = q->table + n, *sine = o->sine, *cosine = o->cosine;
+    double leaves = INFINITY, moment = INFINITY;
     whole who;
-    for (whole t = 0; t < n; t++) {
-        sine[t] = sin(psi[t]);
-        cosine[t] = cos(psi[t]);
-        clock[t] = HELD_STEPS * t;
-    }
+    for (whole t = 0; t < n; t++) clock[t] = HELD_STEPS * t;
     const int step = touched(q, 0, (int)n, 0, clock, s, d, sine, cosine, 0.0, 0, &who);
     if (step >= 0) moment = o->times[step];
     for (whole t = 0; t < n; t++) {
@@ -46,7 +42,7 @@ static double end_of_keeping_on(const Search *o, double *path, double *ender)
     }
     *ender = NOBODY;
     if (LESSER(moment, leaves) >= o->latest_s) return o->latest_s;
-    *ender = (double)(leaves < moment ? EDGE : closer_of(o, who, moment, s[step]));
+    *ender = leaves < moment ? EDGE : closer_of(o, who, moment, s[step]);
     return LESSER(leaves, moment);
 }
 
@@ -251,22 +247,31 @@ static whole in_the_way(const Search *o, Guesses *g, const Depth *d, int n)
     return closer_of(o, who, 0.0, q->table[S]);
 }
 
-/* The whole map, into `work`: when keeping on ends, what each kind asks that begins now (INFINITY without); what ends it, the last steps of
- * each kind (of any demand, of a comfortable one; -1 without), what closes each (NOBODY where it lasts until keeping on ends). Behind that there
- * is room for 3 held + starts (1 + bodies) + members (2 bodies ANCHORS + 4 ANCHORS + 3) numbers. */
-PUBLIC void mcdas_escape_map(Search *o, double *work)
+enum { ANSWERS = 2 + 4 * KINDS };
+
+/* how many numbers the map works with */
+static whole room_of_map(whole held, whole bodies, whole members)
+{
+    return ANSWERS + held + STARTS * (1 + bodies) + members * (2 * bodies * ANCHORS + 3 * ANCHORS + 4);
+}
+
+/* The whole map, into `work`: when keeping on ends, what each kind asks that begins now (INFINITY without); whole numbers: what ends it, the
+ * last steps of each kind (of any demand, of a comfortable one; -1 without), what closes each (NOBODY where it lasts until keeping on ends). */
+static void map(Search *o, double *work)
 {
     const Case *q = o->q;
     const whole size = q->members, all = ANCHORS * size;
-    double *now_of = work + 1, *ender = now_of + KINDS, *start_of = ender + 1, *closers = start_of + 2 * KINDS, *path = closers + KINDS;
-    double *seconds = path + 3 * q->held, *apart = seconds + STARTS;
+    double *now_of = work + 1;
+    whole *ender = (whole *)(now_of + KINDS), *start_of = ender + 1, *closers = start_of + 2 * KINDS;
+    double *seconds = work + ANSWERS, *apart = seconds + STARTS;
     double *low = apart + STARTS * q->bodies, *high = low + q->bodies * all, *slack = high + q->bodies * all;
     double *last = slack + 3 * all, *ease = last + 2 * size;
-    unsigned char *known = (unsigned char *)(ease + size);
+    whole *clock = (whole *)(ease + size);
+    unsigned char *known = (unsigned char *)(clock + q->held);
     whole anchor[ANCHORS];
     Between between[STARTS];
     int anchors = 0;
-    const double end = work[0] = end_of_keeping_on(o, path, ender), step = end / (STARTS - 1);
+    const double end = work[0] = end_of_keeping_on(o, clock, ender), step = end / (STARTS - 1);
     const int wanted = 1 + (int)ceil(end / APART_S), least_of = GREATER(wanted, LEAST_ANCHORS), count_of = LESSER(least_of, ANCHORS);
     for (int k = 0; k < count_of; k++) {
         const whole at = (whole)rint((k < count_of - 1 ? k * (end / (count_of - 1)) : end) / LATTICE_S);
@@ -300,12 +305,12 @@ PUBLIC void mcdas_escape_map(Search *o, double *work)
         while (i < size && o->kind[i] == kind) i++;
         d.to = i;
         const double now = now_of[kind] = asked_now(o, &g, &d, kind, ease);
-        for (int easy = 0; easy < 2; easy++) start_of[easy * KINDS + kind] = (double)last_sound(o, &g, &d, easy, kind, latest);
-        if (start_of[kind] < 0.0 && now < INFINITY) start_of[kind] = 0.0;
-        const double start = start_of[kind];
+        for (int easy = 0; easy < 2; easy++) start_of[easy * KINDS + kind] = last_sound(o, &g, &d, easy, kind, latest);
+        if (start_of[kind] < 0 && now < INFINITY) start_of[kind] = 0;
+        const whole start = start_of[kind];
         int after = 0;
-        if (start >= 0.0)
-            while (after < STARTS - 1 && seconds[after] <= LATTICE_S * start) after++;
-        closers[kind] = (double)(start < (double)latest ? in_the_way(o, &g, &d, after) : NOBODY);
+        if (start >= 0)
+            while (after < STARTS - 1 && seconds[after] <= LATTICE_S * (double)start) after++;
+        closers[kind] = start < latest ? in_the_way(o, &g, &d, after) : NOBODY;
     }
 }

@@ -1,4 +1,4 @@
-"""The search for the last sound start of each kind of way out: in C where there is a compiler, else here, which says what it does."""
+"""The search for the last sound start of each kind of way out: in C where there is a compiler (`escape_answer`), else here."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from mcdas_opt.manoeuvres.escape_effort import (
     BEST_EASY,
     BETWEEN,
     CLOSE,
-    CLOSERS,
     DOWN,
     FARTHER,
     GENTLEST,
@@ -29,7 +28,7 @@ from mcdas_opt.manoeuvres.escape_effort import (
     UP,
     WIDER,
 )
-from mcdas_opt.manoeuvres.escape_guess import EXACT_NODES, GUESS_NODES, Case, Guess
+from mcdas_opt.manoeuvres.escape_guess import Case, Guess
 from mcdas_opt.manoeuvres.escape_library import KINDS, SIDEWAYS
 from mcdas_opt.manoeuvres.parting import LATTICE_S, Rows
 
@@ -49,19 +48,6 @@ class Found(NamedTuple):
 
 def found(case: Case) -> Found:
     """What the map says, kind by kind."""
-    if case.compiled is None:
-        return _found(case)
-    width = case.situation.road.lane_width_m
-    end_s, ender, start, now, closer = case.compiled.map(
-        case.members.kind, case.times_s, GUESS_NODES, EXACT_NODES, case.situation.host.d_m, 0.5 * width + 0.5, case.chosen.latest_s
-    )
-    by = None if ender < 0 else CLOSERS[ender]
-    return Found(
-        end_s, by, start, [None if asked == np.inf else asked for asked in now], [None if who < 0 else CLOSERS[who] for who in closer]
-    )
-
-
-def _found(case: Case) -> Found:
     end_s, ender = case.end_of_keeping_on()
     guess = case.guess(end_s)
     kinds = case.members.of_kind

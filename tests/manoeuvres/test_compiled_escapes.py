@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -12,15 +13,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.escape_truth import situation_of
-from mcdas_opt.domain.prediction import KnownBody
+from mcdas_opt.domain.prediction import CruisingBody, KnownBody, PredictedBody, Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.manoeuvres import compiled_escapes as seat
 from mcdas_opt.manoeuvres.clearance import Margins
+from mcdas_opt.manoeuvres.escape_answer import answered
 from mcdas_opt.manoeuvres.escape_guess import Case
 from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
-from mcdas_opt.manoeuvres.escape_search import found
+from mcdas_opt.manoeuvres.escape_search import Found, found
 from mcdas_opt.manoeuvres.escapes import escapes
 from mcdas_opt.manoeuvres.parting import LATTICE_S, Company
 from mcdas_opt.native.compile_cache import SWITCH
@@ -53,10 +55,28 @@ def varied(index: int) -> Situation:
     return replace(situation, road=road, host=host)
 
 
-def both(index: int, library: ctypes.CDLL) -> tuple[Case, Case]:
+def with_changing(bodies: tuple[PredictedBody, ...], index: int) -> tuple[PredictedBody, ...]:
+    """Besides them those that brake to a standstill, that accelerate for a while, that change lanes or settle otherwise; or none."""
+    more: tuple[dict[str, float], ...] = ()
+    if index % 2:
+        more = {"acceleration_mps2": -4.0}, {"acceleration_mps2": 2.0, "changing_s": 1.5}
+    if index % 3:
+        more += {"speed_d_mps": 0.8, "lateral_swell": 6.0, "lateral_fade_s": 0.7}, {"lateral_fade_s": 1.7}
+    own = tuple(body for body in bodies if isinstance(body, CruisingBody))
+    stops = {body.id: max(body.speed_s_mps, 0.0) / 4.0 for body in own}
+    return bodies + tuple(replace(body, **{"changing_s": stops[body.id], **change}) for change in more for body in own)
+
+
+def asked(index: int) -> tuple[Situation, Vehicle, Prediction, EscapeSettings]:
     situation = varied(index)
-    one = situation, CAR, predict(situation.tracks), EscapeSettings()
-    return Case(*one), Case(*one, library)
+    prediction = predict(situation.tracks)
+    if index % 7 > 3:
+        prediction = Prediction(name=prediction.name, bodies=with_changing(prediction.bodies, index))
+    return situation, CAR, prediction, EscapeSettings()
+
+
+def both(index: int, library: ctypes.CDLL) -> tuple[Case, Case]:
+    return Case(*asked(index)), Case(*asked(index), library)
 
 
 @settings(max_examples=25, deadline=None)
@@ -84,8 +104,7 @@ def test_everything_it_answers_is_what_numpy_answers(index: int, library: ctypes
 def test_the_company_is_what_numpy_makes_of_it_and_of_each_body_alone(index: int, library: ctypes.CDLL) -> None:
     situation = varied(index)
     bodies = predict(situation.tracks).bodies
-    if index % 2:  # some that brake to a standstill
-        bodies += tuple(replace(b, acceleration_mps2=-4.0, changing_s=max(b.speed_s_mps, 0.0) / 4.0) for b in bodies)
+    bodies = with_changing(bodies, index)
     grown = Margins(along_m=0.3, across_m=0.1)
     plain, fast = Company.of(bodies, 14.0, grown), seat.company(library, bodies, 14.0, grown)
     alone = [Company.of([KnownBody(id=b.id, length_m=b.length_m, width_m=b.width_m, motion=b.at)], 14.0, grown) for b in bodies]
@@ -101,7 +120,7 @@ def test_the_company_is_what_numpy_makes_of_it_and_of_each_body_alone(index: int
 @given(index=st.integers(0, 10_000))
 def test_the_map_asks_no_less_than_who_asks_everything(index: int, library: ctypes.CDLL) -> None:
     """In C members are driven where the search comes by; in numpy all of them, from every anchor."""
-    plain, fast = (found(case) for case in both(index, library))
+    plain, fast = found(Case(*asked(index))), answered(library, *asked(index))
     assert (plain.end_s, plain.ender, plain.start, plain.closer) == (fast.end_s, fast.ender, fast.start, fast.closer)
     for one, other in zip(plain.now, fast.now, strict=True):
         assert one == pytest.approx(other, abs=CLOSE)
@@ -118,6 +137,35 @@ def test_the_map_is_the_same_without_a_compiler(index: int, library: ctypes.CDLL
         one, other = getattr(plain, kind), getattr(fast, kind)
         assert replace(one, demand_mps2=None) == replace(other, demand_mps2=None)
         assert one.demand_mps2 == pytest.approx(other.demand_mps2, abs=CLOSE)
+
+
+@settings(max_examples=10, deadline=None)
+@given(index=st.integers(0, 10_000))
+def test_bodies_of_any_kind_and_any_margins_are_answered(index: int, library: ctypes.CDLL) -> None:
+    """What has no closed form, and who is grown by the prediction's margins, comes as tables."""
+    situation, car, prediction, chosen = asked(index)
+    scripted = tuple(KnownBody(id=b.id, length_m=b.length_m, width_m=b.width_m, motion=b.at) for b in prediction.bodies)
+    alike = answered(library, situation, car, Prediction(name="script", bodies=scripted), chosen)
+    own = answered(library, situation, car, prediction, chosen)
+    assert (alike.end_s, alike.start, alike.closer) == (own.end_s, own.start, own.closer)
+    grown = replace(chosen, margins=Margins(along_m=0.2, share_of_prediction=0.5))
+    wide = tuple(replace(b, covariance=np.eye(4)) for b in prediction.bodies if isinstance(b, CruisingBody))
+    uncertain = Prediction(name="wide", bodies=wide)
+    plain, fast = found(Case(situation, car, uncertain, grown)), answered(library, situation, car, uncertain, grown)
+    assert (plain.end_s, plain.start, plain.closer) == (fast.end_s, fast.start, fast.closer)
+
+
+def test_maps_do_not_depend_on_those_before_nor_on_other_threads(library: ctypes.CDLL) -> None:
+    """The numbers that a call works with are the thread's own, and are used again."""
+    cases = [asked(index) for index in range(24)]
+
+    def maps(order: list[int]) -> dict[int, Found]:
+        return {index: answered(library, *cases[index]) for index in order}
+
+    alone, forwards = maps(list(range(24))), list(range(24))
+    with ThreadPoolExecutor(3) as pool:
+        for told in pool.map(maps, [forwards[::-1], forwards[::2], forwards[1::2] + forwards]):
+            assert all(alone[index] == answer for index, answer in told.items())
 
 
 def test_a_machine_that_cannot_build_it_answers_in_numpy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
