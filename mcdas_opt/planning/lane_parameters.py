@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -38,27 +39,35 @@ def seated(
     bodies: Sequence[PredictedBody], times_s: Array, *, along_m: float, across_m: float, motions: Sequence[BodyMotion] | None = None
 ) -> tuple[Seated, ...]:
     """Bodies on the grid (`motions`, where they are known already), grown by a clearance and by the uncertainty of their estimates."""
+    if not bodies:
+        return ()
     moving = [body.at(times_s) for body in bodies] if motions is None else motions
-    along, across = margins_together(bodies, times_s)
-    return tuple(
-        Seated(body, motion, 0.5 * body.length_m + along_m + more, 0.5 * body.width_m + across_m + wider)
-        for body, motion, more, wider in zip(bodies, moving, along, across, strict=True)
-    )
+    more, wider = margins_together(bodies, times_s)
+    lengths, widths = np.array([(body.length_m, body.width_m) for body in bodies]).T[:, :, None]
+    along, across = 0.5 * lengths + along_m + more, 0.5 * widths + across_m + wider
+    return tuple(Seated(*one) for one in zip(bodies, moving, along, across, strict=True))
+
+
+def vacant_values(seats: Iterable[int]) -> dict[str, float]:
+    """Nobody in these seats: name to number."""
+    return {name: value for i in seats for name, value in zip(_seat(i), (-FAR_M, 0.0, 2.25, 0.9), strict=True)}
 
 
 def shared_values(situation: Situation, others: Sequence[Seated], *, seats: int, friction_share: float) -> dict[str, Any]:
-    """What all ways of a situation have in common: name to number or vector (N + 1)."""
+    """What all ways of a situation have in common: name to number or vector (N + 1). In what seats are left sits nobody."""
     road = situation.road
     values: dict[str, Any] = {
         "grip": friction_share * road.friction * GRAVITY_MPS2,
         "road_end": FAR_M if road.road_end_s_m is None else road.road_end_s_m - _ROAD_END_GAP_M,
     }
-    for i in range(seats):
-        seat: tuple[Any, ...] = (-FAR_M, 0.0, 2.25, 0.9)  # nobody
-        if i < len(others):
-            seat = (others[i].motion.s_m, others[i].motion.d_m, others[i].along, others[i].across)
-        values |= dict(zip((f"body{i}_s", f"body{i}_d", f"body{i}_along", f"body{i}_across"), seat, strict=True))
-    return values
+    for i, other in enumerate(others[:seats]):
+        values.update(zip(_seat(i), (other.motion.s_m, other.motion.d_m, other.along, other.across), strict=True))
+    return values | vacant_values(range(len(others), seats))
+
+
+@cache
+def _seat(i: int) -> tuple[str, str, str, str]:
+    return f"body{i}_s", f"body{i}_d", f"body{i}_along", f"body{i}_across"
 
 
 def way_values(situation: Situation, others: Sequence[Seated], way: Way, times_s: Array, guess_s: Array) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.ocp.compiled_drive import compiled_drive
 from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
-from mcdas_opt.planning.lane_parameters import Seated, guessed_states, seated, shared_values, way_values
+from mcdas_opt.planning.lane_parameters import Seated, guessed_states, seated, shared_values, vacant_values, way_values
 from mcdas_opt.planning.mirror import TurnedParameters, is_turned, turned_guess, turned_inputs, turned_states
 from mcdas_opt.planning.roll_out import roll_out, within_reach
 from mcdas_opt.planning.ways import Way
@@ -160,6 +160,7 @@ class LaneStage:
         share = settings.steering_rate_share
         self._planned = vehicle if share == 1.0 else replace(vehicle, steering_rate_max_radps=share * vehicle.steering_rate_max_radps)
         self._posed: dict[int, Posed] = {}
+        self._constant: dict[int, Array] = {}
         self._memory: dict[str, _Memory] = {}
         self._last: _Scene | None = None
         self._newton_steps = 0  # taken in that scene
@@ -291,12 +292,19 @@ class LaneStage:
         if last is None or last.situation is not situation or last.prediction is not prediction:
             others = self.nearest(situation, prediction)
             posed = self.posed(len(others))
-            shared = np.empty((self.settings.grid.nodes + 1, len(posed.parameters.names)))
-            values = shared_values(situation, others, seats=posed.seats, friction_share=self.stage.friction_share)
-            posed.parameters.fill(shared, values | dict(self.stage.weights or ()))
+            shared = self._alone(posed).copy()
+            values = shared_values(situation, others, seats=len(others), friction_share=self.stage.friction_share)
+            posed.parameters.fill(shared, values)
             last = self._last = _Scene(situation, prediction, others, posed, shared)
             self._newton_steps = 0
         return last
+
+    def _alone(self, posed: Posed) -> Array:
+        """(N + 1, np): what stays as it is from scene to scene, the weights and nobody in any seat; the rest is to be filled in."""
+        if posed.seats not in self._constant:
+            matrix = self._constant[posed.seats] = np.full((self.settings.grid.nodes + 1, len(posed.parameters.names)), np.nan)
+            posed.parameters.fill(matrix, vacant_values(range(posed.seats)) | dict(self.stage.weights or ()))
+        return self._constant[posed.seats]
 
     def _filled(self, scene: _Scene, way: Way, guess_s: Array) -> Array:
         """(N + 1, np): the parameters of every node."""
