@@ -117,9 +117,9 @@ def _bumpers(situation: Situation, others: Sequence[Seated], way: Way, times_s: 
     behind: list[tuple[Array, Array]] = []
     for other in others:
         body, motion = other.body, other.motion
-        if abs(float(motion.d_m[0]) - target) - 0.5 * body.width_m > 0.5 * road.lane_width_m - INTRUSION_M:
+        if abs(motion.d_m.item(0) - target) - 0.5 * body.width_m > 0.5 * road.lane_width_m - INTRUSION_M:
             continue
-        if float(motion.s_m[0]) > host.s_m:
+        if motion.s_m.item(0) > host.s_m:
             ahead.append((motion.s_m - 0.5 * body.length_m, motion.speed_s_mps))
         else:
             behind.append((motion.s_m + 0.5 * body.length_m, motion.speed_s_mps))

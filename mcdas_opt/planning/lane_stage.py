@@ -82,7 +82,7 @@ class _Memory:
     outcome: Outcome
     engine: Engine
     turned: bool
-    others: dict[str, Seated]
+    others: tuple[Seated, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,7 +242,7 @@ class LaneStage:
             reason = outcome.message or outcome.ending.value
         if best is None:
             return Solved(trajectory=None, reason=reason, iterations=iterations)
-        self._memory[way.name] = _Memory(situation.time_s, way, best, by, turned, {other.id: other for other in others})
+        self._memory[way.name] = _Memory(situation.time_s, way, best, by, turned, others)
         u = turned_inputs(best.u) if turned else best.u
         trajectory = self._driven(situation, posed, best.x[:, 3], u)
         return Solved(trajectory=trajectory, reason=reason, iterations=iterations, converged=best.ending is Ending.CONVERGED)
@@ -319,12 +319,12 @@ class LaneStage:
             return True
         if way.manoeuvre != memory.way.manoeuvre or abs(way.speed_mps - memory.way.speed_mps) > 1.0:
             return True
-        if {other.id for other in others} != set(memory.others):
+        if [other.id for other in others] != [other.id for other in memory.others]:  # they are in the order of their ids
             return True
-        for other in others:  # one step later: node 1 of the last prediction is node 0 of this one
-            then, now = memory.others[other.id].motion, other.motion
-            moved = max(abs(float(then.s_m[1] - now.s_m[0])), abs(float(then.d_m[1] - now.d_m[0])))
-            if moved > self.stage.event_position_m or abs(float(then.speed_s_mps[1] - now.speed_s_mps[0])) > self.stage.event_speed_mps:
+        for before, other in zip(memory.others, others, strict=True):  # one step later: node 1 of the last is node 0 of this one
+            then, now = before.motion, other.motion
+            moved = max(abs(then.s_m.item(1) - now.s_m.item(0)), abs(then.d_m.item(1) - now.d_m.item(0)))
+            if moved > self.stage.event_position_m or abs(then.speed_s_mps.item(1) - now.speed_s_mps.item(0)) > self.stage.event_speed_mps:
                 return True
         return False
 
