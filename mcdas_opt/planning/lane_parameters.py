@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.domain.prediction import BodyMotion, PredictedBody, margins_together
+from mcdas_opt.domain.prediction import BodyMotion, PredictedBody
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.ocp.lane_mpc import FAR_M
+from mcdas_opt.planning.grown_bodies import grown_bodies
 from mcdas_opt.planning.ways import Way
 
 _SETTLING_S = 0.8  # of the guess, from where the host is onto the path
@@ -39,13 +40,9 @@ def seated(
     bodies: Sequence[PredictedBody], times_s: Array, *, along_m: float, across_m: float, motions: Sequence[BodyMotion] | None = None
 ) -> tuple[Seated, ...]:
     """Bodies on the grid (`motions`, where they are known already), grown by a clearance and by the uncertainty of their estimates."""
-    if not bodies:
-        return ()
     moving = [body.at(times_s) for body in bodies] if motions is None else motions
-    more, wider = margins_together(bodies, times_s)
-    lengths, widths = np.array([(body.length_m, body.width_m) for body in bodies]).T[:, :, None]
-    along, across = 0.5 * lengths + along_m + more, 0.5 * widths + across_m + wider
-    return tuple(Seated(*one) for one in zip(bodies, moving, along, across, strict=True))
+    grown = grown_bodies(bodies, times_s, along_m, across_m)
+    return tuple(Seated(body, motion, *half) for body, motion, half in zip(bodies, moving, grown, strict=True))
 
 
 def vacant_values(seats: Iterable[int]) -> dict[str, float]:

@@ -20,6 +20,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.ocp.compiled_drive import compiled_drive
 from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
+from mcdas_opt.planning.grown_bodies import build_grown_bodies
 from mcdas_opt.planning.lane_parameters import Seated, guessed_states, seated, shared_values, vacant_values, way_values
 from mcdas_opt.planning.mirror import TurnedParameters, is_turned, turned_guess, turned_inputs, turned_states
 from mcdas_opt.planning.roll_out import roll_out, within_reach
@@ -179,6 +180,7 @@ class LaneStage:
         for seats in self.stage.seats:
             self.posed(seats)
         compiled_drive()
+        build_grown_bodies()
 
     def closer(self) -> LaneStage:
         """The same, with less clearance asked for."""
