@@ -5,11 +5,10 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from functools import lru_cache
-from operator import attrgetter
 
 import numpy as np
 
-from mcdas_opt.domain.prediction import PredictedBody, all_cruise, margins_together
+from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, all_cruise, margins_together
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.native.addresses import address
 from mcdas_opt.native.kernels import c_text, library, wanted
@@ -24,12 +23,7 @@ def grown_bodies(bodies: Sequence[PredictedBody], times_s: Array, along_m: float
     """
     compiled = _built() if wanted() else None
     if compiled is not None and bodies and all_cruise(bodies):
-        numbers = np.array(
-            [
-                (0.5 * body.length_m + along_m, 0.5 * body.width_m + across_m, *_margins(body), *(body.covariance.item(at) for at in _READ))
-                for body in bodies
-            ]
-        )
+        numbers = np.array([_numbers(body, along_m, across_m) for body in bodies])
         grown, times = np.empty((len(bodies), 2, times_s.size)), np.ascontiguousarray(times_s)
         compiled.mcdas_grown(len(bodies), times.size, address(times), address(numbers), address(grown))
         return grown
@@ -52,6 +46,9 @@ def _built() -> ctypes.CDLL | None:
     return found
 
 
-_margins = attrgetter("sigmas", "growth_s", "cap_along_m", "cap_across_m")
-# of a covariance: the places along and across, what they share with their speeds, the speeds
-_READ = ((0, 0), (2, 2), (0, 1), (2, 3), (1, 1), (3, 3))
+def _numbers(body: CruisingBody, along_m: float, across_m: float) -> tuple[float, ...]:
+    """The record `Grown` of the C text."""
+    half = 0.5 * body.length_m + along_m, 0.5 * body.width_m + across_m
+    (s, s_and_speed, _, _), (_, speed_s, _, _), (_, _, d, d_and_speed), (_, _, _, speed_d) = body.covariance.tolist()
+    caps = body.cap_along_m, body.cap_across_m
+    return *half, body.sigmas, body.growth_s, *caps, s, d, s_and_speed, d_and_speed, speed_s, speed_d
