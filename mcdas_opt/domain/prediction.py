@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any, Protocol, TypeGuard
 
 import numpy as np
@@ -191,9 +192,11 @@ class _Moving:
 def together(bodies: Sequence[PredictedBody], t_s: Array) -> BodyMotion:
     """Every body's motion at these times (n,), as rows (J, n) of one motion."""
     if bodies and all_cruise(bodies):
-        beginnings = [tuple(getattr(body, name) for name in MOVING) for body in bodies]
+        beginnings = [_beginning(body) for body in bodies]
         s, d, along, across, fade, swell, rate, until = np.array(beginnings, dtype=np.float64).T[:, :, None]
-        return _cruise(s, d, along, across, fade, swell, rate, until, t_s, (len(bodies), t_s.size))
+        nobody_swells, nobody_changes = (not any(one[i] for one in beginnings) for i in (_SWELL, _RATE))
+        kinds = 0.0 if nobody_swells else swell, 0.0 if nobody_changes else rate
+        return _cruise(s, d, along, across, fade, *kinds, until, t_s, (len(bodies), t_s.size))
     rows = np.empty((5, len(bodies), t_s.size))
     for j, body in enumerate(bodies):
         one = body.at(t_s)
@@ -208,15 +211,11 @@ def margins_together(bodies: Sequence[PredictedBody], t_s: Array) -> tuple[Array
         of = [(body.margin_along_m(t_s), body.margin_across_m(t_s)) for body in bodies]
         along, across = np.array(of, dtype=np.float64).reshape(len(of), 2, t_s.size).transpose(1, 0, 2)
         return along, across
-    settings = np.array([(body.sigmas, body.growth_s, body.cap_along_m, body.cap_across_m) for body in bodies]).T[:, :, None]
-    sigmas, growth, *caps = settings
-    covariances = np.array([body.covariance for body in bodies])[..., None]
+    settings = np.array([_margin_settings(body) for body in bodies]).T[:, :, None]
+    sigmas, growth, caps = settings[0], settings[1], settings[2:]
+    places, both, speeds = np.array([body.covariance for body in bodies])[:, _ROWS, _COLUMNS].T.reshape(3, 2, -1, 1)
     t = np.minimum(t_s, growth)
-    squared = t**2
-    along, across = (
-        np.minimum(sigmas * np.sqrt(np.maximum(p[:, i, i] + 2.0 * t * p[:, i, i + 1] + squared * p[:, i + 1, i + 1], 0.0)), cap)
-        for p, i, cap in ((covariances, 0, caps[0]), (covariances, 2, caps[1]))
-    )
+    along, across = np.minimum(sigmas * np.sqrt(np.maximum(places + 2.0 * t * both + t**2 * speeds, 0.0)), caps)
     return along, across
 
 
@@ -233,21 +232,28 @@ def _cruise(
     The heading is that of the speed along the road now: who brakes does not turn.
     """
     fade = np.exp(-t / fade_s)
-    risen = (1.0 + swell) / (1.0 + swell * fade)
-    across = speed_d * risen * risen * fade
     slowest = np.copysign(np.maximum(np.abs(speed_s), 1.0), speed_s)
-    changed = acceleration * np.minimum(t, until_s)
-    along = np.empty(shape)
-    along[...] = speed_s + changed
-    return BodyMotion(
-        s_m=s + speed_s * t + changed * (t - 0.5 * np.minimum(t, until_s)),
-        d_m=d + speed_d * fade_s * risen * (1.0 - fade),
-        heading_rad=np.arctan(across / slowest),
-        speed_s_mps=along,
-        speed_d_mps=across,
-    )
+    if isinstance(swell, float) and swell == 0.0:  # nobody changes lanes: what follows with a swell of nothing, worked out sooner
+        across, gone = speed_d * fade, speed_d * fade_s * (1.0 - fade)
+    else:
+        risen = (1.0 + swell) / (1.0 + swell * fade)
+        across, gone = speed_d * risen * risen * fade, speed_d * fade_s * risen * (1.0 - fade)
+    place, along = s + speed_s * t, np.empty(shape)
+    if isinstance(acceleration, float) and acceleration == 0.0:
+        along[...] = speed_s
+    else:
+        accelerated = np.minimum(t, until_s)
+        changed = acceleration * accelerated
+        along[...] = speed_s + changed
+        place = place + changed * (t - 0.5 * accelerated)
+    return BodyMotion(s_m=place, d_m=d + gone, heading_rad=np.arctan(across / slowest), speed_s_mps=along, speed_d_mps=across)
 
 
 _KEPT = 4  # vectors of times whose motions a prediction remembers
 # what moves a `CruisingBody`, in the order in which `_cruise` and the C texts take it
 MOVING = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "lateral_fade_s", "lateral_swell", "acceleration_mps2", "changing_s")
+_SWELL, _RATE = MOVING.index("lateral_swell"), MOVING.index("acceleration_mps2")
+_beginning = attrgetter(*MOVING)
+_margin_settings = attrgetter("sigmas", "growth_s", "cap_along_m", "cap_across_m")
+# of a covariance: the places along and across, what they share with their speeds, the speeds
+_ROWS, _COLUMNS = np.array([0, 2, 0, 2, 1, 3]), np.array([0, 2, 1, 3, 1, 3])

@@ -24,6 +24,11 @@ def finite(name: str, value: float, unit: str = "") -> float:
     return float(value)
 
 
+def all_finite(values: Array) -> bool:
+    """Whether no number of these is infinite or none: at once where the sum of their squares is finite."""
+    return math.isfinite(np.vdot(values, values)) or bool(np.isfinite(values).all())
+
+
 def positive(name: str, value: float, unit: str = "") -> float:
     if finite(name, value, unit) <= 0.0:
         raise ParameterError(name, value, "must be greater than 0", unit)

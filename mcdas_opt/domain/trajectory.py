@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mcdas_opt.domain.document import to_document
-from mcdas_opt.domain.rules import Array, vector
+from mcdas_opt.domain.rules import Array, all_finite, vector
 from mcdas_opt.errors import ParameterError
 
 
@@ -55,7 +55,7 @@ class Trajectory:
     @classmethod
     def from_states(cls, t_s: Array, x: Array, u: Array) -> Trajectory:
         """From times (n,), states (n, 6) and inputs (n - 1, 2) or (n, 2); a missing last input repeats."""
-        t = t_s if _kept_as_it_is(t_s) and t_s.ndim == 1 and np.isfinite(t_s).all() else vector("t_s", t_s, "s")
+        t = t_s if _kept_as_it_is(t_s) and t_s.ndim == 1 and all_finite(t_s) else vector("t_s", t_s, "s")
         rows = np.empty((8, len(x)))
         rows[:6] = np.asarray(x).T
         if len(u) == t.size - 1:

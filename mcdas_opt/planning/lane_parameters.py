@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 
-from mcdas_opt.domain.prediction import BodyMotion, PredictedBody, margins_together
+from mcdas_opt.domain.prediction import BodyMotion, PredictedBody
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.ocp.lane_mpc import FAR_M
+from mcdas_opt.planning.grown_bodies import grown_bodies
 from mcdas_opt.planning.ways import Way
 
 _SETTLING_S = 0.8  # of the guess, from where the host is onto the path
@@ -39,26 +41,30 @@ def seated(
 ) -> tuple[Seated, ...]:
     """Bodies on the grid (`motions`, where they are known already), grown by a clearance and by the uncertainty of their estimates."""
     moving = [body.at(times_s) for body in bodies] if motions is None else motions
-    along, across = margins_together(bodies, times_s)
-    return tuple(
-        Seated(body, motion, 0.5 * body.length_m + along_m + more, 0.5 * body.width_m + across_m + wider)
-        for body, motion, more, wider in zip(bodies, moving, along, across, strict=True)
-    )
+    grown = grown_bodies(bodies, times_s, along_m, across_m)
+    return tuple(Seated(body, motion, *half) for body, motion, half in zip(bodies, moving, grown, strict=True))
+
+
+def vacant_values(seats: Iterable[int]) -> dict[str, float]:
+    """Nobody in these seats: name to number."""
+    return {name: value for i in seats for name, value in zip(_seat(i), (-FAR_M, 0.0, 2.25, 0.9), strict=True)}
 
 
 def shared_values(situation: Situation, others: Sequence[Seated], *, seats: int, friction_share: float) -> dict[str, Any]:
-    """What all ways of a situation have in common: name to number or vector (N + 1)."""
+    """What all ways of a situation have in common: name to number or vector (N + 1). In what seats are left sits nobody."""
     road = situation.road
     values: dict[str, Any] = {
         "grip": friction_share * road.friction * GRAVITY_MPS2,
         "road_end": FAR_M if road.road_end_s_m is None else road.road_end_s_m - _ROAD_END_GAP_M,
     }
-    for i in range(seats):
-        seat: tuple[Any, ...] = (-FAR_M, 0.0, 2.25, 0.9)  # nobody
-        if i < len(others):
-            seat = (others[i].motion.s_m, others[i].motion.d_m, others[i].along, others[i].across)
-        values |= dict(zip((f"body{i}_s", f"body{i}_d", f"body{i}_along", f"body{i}_across"), seat, strict=True))
-    return values
+    for i, other in enumerate(others[:seats]):
+        values.update(zip(_seat(i), (other.motion.s_m, other.motion.d_m, other.along, other.across), strict=True))
+    return values | vacant_values(range(len(others), seats))
+
+
+@cache
+def _seat(i: int) -> tuple[str, str, str, str]:
+    return f"body{i}_s", f"body{i}_d", f"body{i}_along", f"body{i}_across"
 
 
 def way_values(situation: Situation, others: Sequence[Seated], way: Way, times_s: Array, guess_s: Array) -> dict[str, Any]:
@@ -108,9 +114,9 @@ def _bumpers(situation: Situation, others: Sequence[Seated], way: Way, times_s: 
     behind: list[tuple[Array, Array]] = []
     for other in others:
         body, motion = other.body, other.motion
-        if abs(float(motion.d_m[0]) - target) - 0.5 * body.width_m > 0.5 * road.lane_width_m - INTRUSION_M:
+        if abs(motion.d_m.item(0) - target) - 0.5 * body.width_m > 0.5 * road.lane_width_m - INTRUSION_M:
             continue
-        if float(motion.s_m[0]) > host.s_m:
+        if motion.s_m.item(0) > host.s_m:
             ahead.append((motion.s_m - 0.5 * body.length_m, motion.speed_s_mps))
         else:
             behind.append((motion.s_m + 0.5 * body.length_m, motion.speed_s_mps))

@@ -20,7 +20,8 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.ocp.compiled_drive import compiled_drive
 from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
-from mcdas_opt.planning.lane_parameters import Seated, guessed_states, seated, shared_values, way_values
+from mcdas_opt.planning.grown_bodies import build_grown_bodies
+from mcdas_opt.planning.lane_parameters import Seated, guessed_states, seated, shared_values, vacant_values, way_values
 from mcdas_opt.planning.mirror import TurnedParameters, is_turned, turned_guess, turned_inputs, turned_states
 from mcdas_opt.planning.roll_out import roll_out, within_reach
 from mcdas_opt.planning.ways import Way
@@ -82,7 +83,7 @@ class _Memory:
     outcome: Outcome
     engine: Engine
     turned: bool
-    others: dict[str, Seated]
+    others: tuple[Seated, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +161,7 @@ class LaneStage:
         share = settings.steering_rate_share
         self._planned = vehicle if share == 1.0 else replace(vehicle, steering_rate_max_radps=share * vehicle.steering_rate_max_radps)
         self._posed: dict[int, Posed] = {}
+        self._constant: dict[int, Array] = {}
         self._memory: dict[str, _Memory] = {}
         self._last: _Scene | None = None
         self._newton_steps = 0  # taken in that scene
@@ -178,6 +180,7 @@ class LaneStage:
         for seats in self.stage.seats:
             self.posed(seats)
         compiled_drive()
+        build_grown_bodies()
 
     def closer(self) -> LaneStage:
         """The same, with less clearance asked for."""
@@ -241,7 +244,7 @@ class LaneStage:
             reason = outcome.message or outcome.ending.value
         if best is None:
             return Solved(trajectory=None, reason=reason, iterations=iterations)
-        self._memory[way.name] = _Memory(situation.time_s, way, best, by, turned, {other.id: other for other in others})
+        self._memory[way.name] = _Memory(situation.time_s, way, best, by, turned, others)
         u = turned_inputs(best.u) if turned else best.u
         trajectory = self._driven(situation, posed, best.x[:, 3], u)
         return Solved(trajectory=trajectory, reason=reason, iterations=iterations, converged=best.ending is Ending.CONVERGED)
@@ -291,12 +294,19 @@ class LaneStage:
         if last is None or last.situation is not situation or last.prediction is not prediction:
             others = self.nearest(situation, prediction)
             posed = self.posed(len(others))
-            shared = np.empty((self.settings.grid.nodes + 1, len(posed.parameters.names)))
-            values = shared_values(situation, others, seats=posed.seats, friction_share=self.stage.friction_share)
-            posed.parameters.fill(shared, values | dict(self.stage.weights or ()))
+            shared = self._alone(posed).copy()
+            values = shared_values(situation, others, seats=len(others), friction_share=self.stage.friction_share)
+            posed.parameters.fill(shared, values)
             last = self._last = _Scene(situation, prediction, others, posed, shared)
             self._newton_steps = 0
         return last
+
+    def _alone(self, posed: Posed) -> Array:
+        """(N + 1, np): what stays as it is from scene to scene, the weights and nobody in any seat; the rest is to be filled in."""
+        if posed.seats not in self._constant:
+            matrix = self._constant[posed.seats] = np.full((self.settings.grid.nodes + 1, len(posed.parameters.names)), np.nan)
+            posed.parameters.fill(matrix, vacant_values(range(posed.seats)) | dict(self.stage.weights or ()))
+        return self._constant[posed.seats]
 
     def _filled(self, scene: _Scene, way: Way, guess_s: Array) -> Array:
         """(N + 1, np): the parameters of every node."""
@@ -311,12 +321,12 @@ class LaneStage:
             return True
         if way.manoeuvre != memory.way.manoeuvre or abs(way.speed_mps - memory.way.speed_mps) > 1.0:
             return True
-        if {other.id for other in others} != set(memory.others):
+        if [other.id for other in others] != [other.id for other in memory.others]:  # they are in the order of their ids
             return True
-        for other in others:  # one step later: node 1 of the last prediction is node 0 of this one
-            then, now = memory.others[other.id].motion, other.motion
-            moved = max(abs(float(then.s_m[1] - now.s_m[0])), abs(float(then.d_m[1] - now.d_m[0])))
-            if moved > self.stage.event_position_m or abs(float(then.speed_s_mps[1] - now.speed_s_mps[0])) > self.stage.event_speed_mps:
+        for before, other in zip(memory.others, others, strict=True):  # one step later: node 1 of the last is node 0 of this one
+            then, now = before.motion, other.motion
+            moved = max(abs(then.s_m.item(1) - now.s_m.item(0)), abs(then.d_m.item(1) - now.d_m.item(0)))
+            if moved > self.stage.event_position_m or abs(then.speed_s_mps.item(1) - now.speed_s_mps.item(0)) > self.stage.event_speed_mps:
                 return True
         return False
 

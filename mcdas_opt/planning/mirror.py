@@ -29,7 +29,7 @@ def is_turned(situation: Situation, others: Sequence[Seated], way: Way) -> bool:
         return way.side is Side.RIGHT
     host, road = situation.host, situation.road
     offset = host.d_m - way.path.start_d_m
-    lateral = [float(other.motion.d_m[0]) - way.path.start_d_m for other in others]
+    lateral = [other.motion.d_m.item(0) - way.path.start_d_m for other in others]
     for oddness in (
         offset,
         host.heading_rad,

@@ -24,6 +24,7 @@ from mcdas_opt.planning.continuation import Ended, to_safe_end
 from mcdas_opt.planning.glance import verdicts
 from mcdas_opt.planning.lane_stage import LaneStage, Solved, StageSettings
 from mcdas_opt.planning.selection import WorthSettings, nearness, steering_price, worth
+from mcdas_opt.planning.separations import build_separations
 from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, shorter_side, spread_ways, strays, ways_out
 from mcdas_opt.reference.offset_path import build_search
 from mcdas_opt.situation.assess import assess
@@ -90,6 +91,7 @@ class MpcMethod:
         build_search()
         build_family(self.settings.grid)
         plainly_sound()  # and the judge's library, before the first cycle
+        build_separations()
         self.worth = WorthSettings()
         self._assessment: Assessment | None = None
         self._solve_s = self._verify_s = 0.0

@@ -14,8 +14,8 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
-from mcdas_opt.geometry.rectangle import separation_of_poses
 from mcdas_opt.geometry.window import frame_near
+from mcdas_opt.planning.separations import separations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,11 +56,9 @@ def nearness(trajectories: Sequence[Trajectory], vehicle: Vehicle, road: Road, p
     if not road.is_straight:  # who is beyond the frame is far enough away there too
         places = np.clip(places, frame.s_min_m, frame.s_max_m)
     x, y, yaw = frame.to_plane(places, rows.d_m, rows.heading_rad)
-    hosts = np.array([[one.s_m, one.d_m, one.heading_rad] for one in trajectories])[:, :, None]
-    host_x, host_y, host_yaw = frame.to_plane(hosts[:, 0], hosts[:, 1], hosts[:, 2])
-    others = np.array([(0.5 * body.length_m, 0.5 * body.width_m) for body in bodies]).reshape(-1, 2, 1)
-    half = 0.5 * vehicle.length_m, 0.5 * vehicle.width_m
-    separation = separation_of_poses(x - host_x, y - host_y, host_yaw, yaw, half, (others[:, 0], others[:, 1]))
+    hosts = frame.to_plane(*(np.array([getattr(one, name) for one in trajectories]) for name in ("s_m", "d_m", "heading_rad")))
+    halves = np.array([(0.5 * body.length_m, 0.5 * body.width_m) for body in bodies]).reshape(-1, 2)
+    separation = separations(hosts, (x, y, yaw), (0.5 * vehicle.length_m, 0.5 * vehicle.width_m), halves)
     ends = tuple(zip(rows.s_m[:, -1].tolist(), rows.d_m[:, -1].tolist(), rows.speed_s_mps[:, -1].tolist(), strict=True))
     return tuple(Nearness(row, ends) for row in separation)
 

@@ -85,6 +85,9 @@ class OffsetPath:
 
     def d_and_slope(self, s: Any) -> tuple[Array, Array]:
         """Both at once."""
+        if self.amplitude_m == 0.0 and self.bend_m == 0.0:  # a straight line: what follows with nothing to scale the sigmoid by
+            s = np.asarray(s, dtype=np.float64)
+            return np.full(s.shape, self.start_d_m + 0.0), np.zeros(s.shape)
         return self._derivatives(s)[:2]
 
     def curvature(self, s: Any) -> Array:

@@ -26,6 +26,7 @@ class CompiledKernel:
         self._work = ctypes.c_void_p(-(-self._memory.ctypes.data // _ALIGNMENT) * _ALIGNMENT)
         self._numbers = np.zeros(len(Progress._fields) + 3)  # and objective, gap, steps done
         self._to = _pointer(self._numbers)
+        self._ruled: LoopRule | None = None  # whose numbers `_rule` holds
         self._rule = np.zeros(len(LoopRule._fields))
         self._rule_at = _pointer(self._rule)
         z, p, steps, s, t, multiplier, least = map(_pointer, (it.z, it.p, it.steps, it.s, it.t, it.multiplier, it.least))
@@ -35,6 +36,7 @@ class CompiledKernel:
         )
         self._newton.restype = self._measure.restype = library.mcdas_prepare.restype = None
         number, pointer = ctypes.c_double, ctypes.c_void_p
+        self._cold.argtypes, self._warm.argtypes = [*[pointer] * 4, number, number], [*[pointer] * 7, number, number]
         self._newton.argtypes = [pointer, ctypes.c_int, number, number, number, pointer]
         self._loop = library.mcdas_loop
         self._loop.restype = ctypes.c_int
@@ -42,16 +44,17 @@ class CompiledKernel:
         library.mcdas_prepare(self._work)
 
     def cold(self, mu: float, least: float) -> bool:
-        finite: int = self._cold(self._work, *self._problem, ctypes.c_double(mu), ctypes.c_double(least))
+        finite: int = self._cold(self._work, *self._problem, mu, least)
         return finite == 1
 
     def warm(self, mu: float, least: float) -> bool:
-        finite: int = self._warm(self._work, *self._problem, *self._start, ctypes.c_double(mu), ctypes.c_double(least))
+        finite: int = self._warm(self._work, *self._problem, *self._start, mu, least)
         return finite == 1
 
     def loop(self, *, warm: bool, iterations: int, rule: LoopRule) -> LoopEnd:
         """`newton_loop.looped`."""
-        self._rule[:] = rule
+        if rule is not self._ruled:
+            self._ruled, self._rule[:] = rule, rule
         ending = LoopEnding(self._loop(self._work, warm, iterations, self._rule_at, self._to, *self._all))
         *progress, objective, gap, done = self._numbers.tolist()
         return LoopEnd(ending, int(done), Progress(*progress), objective, gap)

@@ -28,6 +28,7 @@ from mcdas_opt.solvers.outcome import Ending, Outcome
 from mcdas_opt.solvers.stage_functions import StageFunctions, stage_functions
 from mcdas_opt.solvers.stage_problem import StageGuess, StageProblem
 
+_NONE = np.zeros(0)
 _UNBOUNDED = 1e3  # mean complementarity over that of a cold start, at which a problem whose steps are blocked is infeasible
 
 
@@ -81,9 +82,10 @@ class InteriorPointEngine:
         self.problem, self.nodes = problem, nodes
         self.settings = settings or InteriorPointSettings()
         self._rule = self.settings.rule
-        self._stage, functions = stage_functions(problem)
+        stage, functions = stage_functions(problem)
+        self._moves, self._unbound = _shift(stage, nodes)
         wanted = os.environ.get(SWITCH, "1") != "0" if compiled is None else compiled
-        self._make, self.reason = _maker(self._stage, functions, nodes, builds if wanted else (), announce)
+        self._make, self.reason = _maker(stage, functions, nodes, builds if wanted else (), announce)
         self._kernel = self._make()
 
     def twin(self) -> InteriorPointEngine:
@@ -117,7 +119,7 @@ class InteriorPointEngine:
             x=it.z[:, :nx].copy(),
             u=it.z[:-1, nx:].copy(),
             s=it.least.copy(),
-            multipliers=np.concatenate((it.s, it.t, it.multiplier), axis=1).ravel(),
+            multipliers=it.multipliers.copy(),
             objective=end.objective,
             iterations=end.done,
             inner_iterations=end.done,
@@ -127,26 +129,22 @@ class InteriorPointEngine:
     def shifted(self, outcome: Outcome) -> StageGuess:
         """The warm start for one step later: everything moved on by one node, the last state drawn on in a straight line, u = 0 there.
 
-        The multipliers hold slacks, t and multipliers of every node, side by side; of another size they are none, and the start is cold.
+        Multipliers of another size are none, and the start is cold.
         """
-        problem, stage = self.problem, self._stage
-        x, u = outcome.x, outcome.u
-        beyond = np.minimum(np.maximum(2.0 * x[-1] - x[-2], problem.x_lower), problem.x_upper)
-        kept = np.zeros((0, 0))
-        if outcome.multipliers.size == self._kernel.iterate.multipliers:
-            kept = outcome.multipliers.reshape(self.nodes + 1, -1)
-            kept = np.concatenate((kept[1:], kept[-1:]))
-            for first in (
-                stage.ns,
-                stage.ns + stage.nc,
-            ):  # the input's bounds did not hold at the node that was the last: no t, no multiplier
-                kept[-2, first + stage.inner : first + stage.nc] = 0.0
-        return StageGuess(
-            x=np.concatenate((x[1:], beyond[None])),
-            u=np.concatenate((u[1:], np.zeros((1, problem.nu)))),
-            s=np.concatenate((outcome.s[1:], outcome.s[-1:])),
-            multipliers=kept.ravel(),
-        )
+        problem = self.problem
+        x, u, s = outcome.x, outcome.u, outcome.s
+        moved_x, moved_u, moved_s = np.empty_like(x), np.empty_like(u), np.empty_like(s)
+        moved_x[:-1], moved_u[:-1], moved_s[:-1] = x[1:], u[1:], s[1:]
+        np.minimum(np.maximum(2.0 * x[-1] - x[-2], problem.x_lower), problem.x_upper, out=moved_x[-1])
+        moved_u[-1], moved_s[-1] = 0.0, s[-1]
+        multipliers = _NONE
+        if outcome.multipliers.size == self._kernel.iterate.multipliers.size:
+            multipliers = outcome.multipliers.copy()
+            for to, of in self._moves:
+                multipliers[to] = outcome.multipliers[of]
+            for unbound in self._unbound:
+                multipliers[unbound] = 0.0
+        return StageGuess(x=moved_x, u=moved_u, s=moved_s, multipliers=multipliers)
 
     def reset(self) -> None:
         """Nothing to throw away: the engine keeps nothing between solves."""
@@ -154,18 +152,33 @@ class InteriorPointEngine:
     def _load(self, x0: Array, p: Array, steps: Array, guess: StageGuess) -> bool:
         """Puts the problem and its guess into the iterate; whether the guess is a warm one."""
         it, nx = self._kernel.iterate, self.problem.nx
-        it.p[:], it.steps[:-1], it.steps[-1] = p, steps, steps[-1]
+        it.p[:] = p
+        it.steps[:-1], it.steps[-1] = steps, steps[-1]
         it.z[:, :nx], it.z[:-1, nx:], it.z[-1, nx:] = guess.x, guess.u, 0.0
         it.z[0, :nx] = x0
-        if guess.multipliers.size != it.multipliers:
+        if guess.multipliers.size != it.multipliers.size:
             return False
-        kept = guess.multipliers.reshape(self.nodes + 1, -1)
-        ns, nc = self._stage.ns, self._stage.nc
-        it.s[:], it.t[:], it.multiplier[:] = kept[:, :ns], kept[:, ns : ns + nc], kept[:, ns + nc :]
+        it.multipliers[:] = guess.multipliers
         return True
 
     def _failed(self, ending: Ending, guess: StageGuess, done: int, message: str) -> Outcome:
         return Outcome(ending=ending, x=guess.x, u=guess.u, s=guess.s, iterations=done, inner_iterations=done, message=message)
+
+
+def _shift(stage: BarrierStage, nodes: int) -> tuple[list[tuple[slice, slice]], list[slice]]:
+    """Of an iterate's `multipliers` one step later: which parts move where (the last node's stay), and which are nothing then.
+
+    The inputs' bounds did not hold at the node that was the last: at the one before it there is no t, and no multiplier.
+    """
+    ns, nc, first = stage.ns, stage.nc, 0
+    moves, unbound = [], []
+    for width in (ns, nc, nc):
+        end = first + (nodes + 1) * width
+        moves.append((slice(first, end - width), slice(first + width, end)))
+        if first > 0:
+            unbound.append(slice(end - 2 * width + stage.inner, end - width))
+        first = end
+    return moves, unbound
 
 
 def _maker(

@@ -13,19 +13,18 @@ from mcdas_opt.solvers.newton_loop import LoopEnd, LoopRule, Progress
 class Iterate:
     """States and inputs z (N + 1, nz), slacks s (N + 1, ns), t and multiplier (N + 1, nc); parameters p and step lengths beside them.
 
-    `least` (N + 1, ns) are the slacks that the rows need at z.
+    `least` (N + 1, ns) are the slacks that the rows need at z. What a warm start holds besides z lies in one vector, `multipliers`: all of
+    s, then t, then multiplier, which are views into it.
     """
 
     def __init__(self, stage: BarrierStage, nodes: int) -> None:
-        n = nodes + 1
-        self.z, self.s, self.least = np.zeros((n, stage.nz)), np.zeros((n, stage.ns)), np.zeros((n, stage.ns))
-        self.t, self.multiplier = np.ones((n, stage.nc)), np.zeros((n, stage.nc))
+        n, ns, nc = nodes + 1, stage.ns, stage.nc
+        self.z, self.least = np.zeros((n, stage.nz)), np.zeros((n, ns))
+        self.multipliers = np.zeros(n * (ns + 2 * nc))
+        s, t, multiplier = np.split(self.multipliers, (n * ns, n * (ns + nc)))
+        self.s, self.t, self.multiplier = s.reshape(n, ns), t.reshape(n, nc), multiplier.reshape(n, nc)
+        self.t[:] = 1.0
         self.p, self.steps = np.zeros((n, stage.np)), np.zeros(n)
-
-    @property
-    def multipliers(self) -> int:
-        """How many numbers a warm start holds besides z: s, t and multiplier of every node."""
-        return self.s.size + 2 * self.t.size
 
 
 class Kernel(Protocol):

@@ -7,7 +7,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.rules import Array, all_finite
 
 
 class Ending(StrEnum):
@@ -38,4 +38,4 @@ class Outcome:
     def usable(self) -> bool:
         if self.ending is not Ending.CONVERGED and self.ending is not Ending.LIMIT:
             return False
-        return bool(np.isfinite(self.x).all() and np.isfinite(self.u).all() and np.isfinite(self.s).all())
+        return all_finite(self.x) and all_finite(self.u) and all_finite(self.s)

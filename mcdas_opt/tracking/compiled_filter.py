@@ -27,11 +27,11 @@ _BODY = 1.0
 class CompiledFix:
     """One fix: its `place` (s, d), and its numbers where the C text reads them."""
 
-    __slots__ = ("_row", "at", "place")
+    __slots__ = ("_kept", "at", "place")
 
-    def __init__(self, row: Array) -> None:
-        self._row, self.at = row, address(row)
-        self.place: tuple[float, float] = (float(row[_PLACE_S]), float(row[_PLACE_D]))
+    def __init__(self, kept: Array, at: int, place: tuple[float, float]) -> None:
+        self._kept = kept  # the array that they lie in
+        self.at, self.place = at, place
 
 
 class CompiledFilter:
@@ -43,6 +43,7 @@ class CompiledFilter:
         self._belief = np.concatenate([np.ravel(state), np.ravel(covariance)]).astype(np.float64)
         self._then = np.empty(20)
         self._at, self._then_at = address(self._belief), address(self._then)
+        self._known: list[float] | None = None  # the state as numbers, until the next fix
 
     @property
     def state(self) -> Array:
@@ -66,13 +67,17 @@ class CompiledFilter:
 
     def place_at(self, time_s: float) -> tuple[float, float]:
         """(s, d) believed at `time_s`."""
-        s, vs, d, vd = self._belief[:4].tolist()
+        known = self._known
+        if known is None:
+            known = self._known = self._belief[:4].tolist()
+        s, vs, d, vd = known
         dt = time_s - self.time_s
         return s + vs * dt, d + vd * dt
 
     def take(self, time_s: float, fix: CompiledFix) -> None:
         """Take in a fix of that time, at the filter's own time where that is later."""
         dt = time_s - self.time_s
+        self._known = None
         self._library.mcdas_correct(self._at, dt, *self._noise, fix.at)
         if dt > 0.0:
             self.time_s = time_s
@@ -105,16 +110,20 @@ class CompiledFiltering:
         )
         seen = np.array([view.x, view.y, view.yaw, view.vx, view.vy, view.host_s_m])
         rows = np.empty((len(detections), _FIX))
-        at = address(points), address(seen)
-        self._library.mcdas_fixes(len(detections), *at, *(size or (0.0, 0.0)), *frame.addresses(), address(rows))
-        return [CompiledFix(row) if row[_STRETCH] >= LEAST_STRETCH else None for row in rows]
+        first = address(rows)
+        self._library.mcdas_fixes(len(detections), address(points), address(seen), *(size or (0.0, 0.0)), *frame.addresses(), first)
+        return [
+            CompiledFix(rows, first + i * rows.strides[0], (row[_PLACE_S], row[_PLACE_D])) if row[_STRETCH] >= LEAST_STRETCH else None
+            for i, row in enumerate(rows.tolist())
+        ]
 
     def body_fix(self, body: BodyDetection, frame: FrenetFrame, position_sd: float, speed_sd: float) -> CompiledFix:
         """`fix.body_fix`."""
         stretch = 1.0 if frame.road.is_straight else 1.0 - body.d_m * float(frame.road.curvature_at(body.s_m))
         p, v = position_sd * position_sd, speed_sd * speed_sd
         state = body.s_m, body.speed_s_mps / stretch, body.d_m, body.speed_d_mps
-        return CompiledFix(np.array([_BODY, body.s_m, body.d_m, *state, 0.0, 0.0, 0.0, p, v, p, v, 0.0, 0.0]))
+        row = np.array([_BODY, body.s_m, body.d_m, *state, 0.0, 0.0, 0.0, p, v, p, v, 0.0, 0.0])
+        return CompiledFix(row, address(row), (float(row[_PLACE_S]), float(row[_PLACE_D])))
 
     def begin(self, state: Array, covariance: Array, time_s: float, motion: TargetMotion) -> CompiledFilter:
         return CompiledFilter(self._library, state, covariance, time_s, motion)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import weakref
 from collections import deque
 from collections.abc import Sequence
@@ -106,10 +107,12 @@ class TrackLife:
         settings = self._settings
         hidden = now - self._hidden_s <= settings.coast_s + 1e-9
         longest = settings.blind_s if hidden else settings.coast_s if self.confirmed else settings.tentative_s
-        if now - max(self._arrival_s, self._stood_s if hidden else -np.inf) > longest + 1e-9:
+        if now - max(self._arrival_s, self._stood_s if hidden else -math.inf) > longest + 1e-9:
             return True
+        if self.confirmed:
+            return False
         misses = len(self._hits) - sum(self._hits)
-        return not self.confirmed and misses > settings.confirm_window - settings.confirm_hits
+        return misses > settings.confirm_window - settings.confirm_hits
 
     def place(self, time_s: float) -> tuple[float, float]:
         """(s, d) at `time_s`."""

@@ -221,8 +221,7 @@ class Tracker:
         Both stay where one scan has once shown them side by side: these are two cars, one of which has run into the other or seems to,
         and not one car tracked twice.
         """
-        places = [(life.place(time_s), life.size) for life in self._lives]
-        if not any(_overlap(*one, *other, 0.5) for i, one in enumerate(places) for other in places[:i]):
+        if not _meet([(*life.place(time_s), *life.size) for life in self._lives]):
             return
         ranked = sorted(self._lives, key=lambda life: (life.name is None, not life.confirmed, -life.heard_s, life.vagueness()))
         kept: list[tuple[TrackLife, tuple[float, float]]] = []
@@ -272,6 +271,15 @@ class Tracker:
             else:
                 self.counters[fault] += 1
         return sound
+
+
+def _meet(bodies: Sequence[tuple[float, float, float, float]]) -> bool:
+    """Whether any two of them (s, d, length, width) are nearer than half of touching in both directions."""
+    for i, (s, d, length, width) in enumerate(bodies):
+        for other_s, other_d, other_length, other_width in bodies[:i]:
+            if abs(s - other_s) < 0.25 * (length + other_length) and abs(d - other_d) < 0.25 * (width + other_width):
+                return True
+    return False
 
 
 def _overlap(a: tuple[float, float], a_size: Size, b: tuple[float, float], b_size: Size, share: float) -> bool:

@@ -102,11 +102,16 @@ def _examined(
 def _frame(s_m: Array, vehicle: Vehicle, road: Road, prediction: Prediction) -> FrenetFrame:
     """The road's frame, long enough for the host and everybody who may touch it."""
     if road.is_straight:
-        return FrenetFrame(road=road)
+        return _straight(road)
     longest = max((math.hypot(b.length_m, b.width_m) for b in prediction.bodies), default=0.0)
     pad = ALONG_REACHES * 0.5 * (math.hypot(vehicle.length_m, vehicle.width_m) + longest) + 50.0
     low, high = float(s_m.min()) - pad, float(s_m.max()) + pad
     return _tabulated(road, 100 * math.floor(low / 100.0), 100 * math.ceil(high / 100.0))
+
+
+@lru_cache(maxsize=32)
+def _straight(road: Road) -> FrenetFrame:
+    return FrenetFrame(road=road)
 
 
 @lru_cache(maxsize=32)

@@ -10,6 +10,7 @@ import ctypes
 import math
 from collections.abc import Sequence
 from functools import lru_cache
+from operator import attrgetter
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from mcdas_opt.verification.motion import FINE_STEP_S
 from mcdas_opt.verification.tolerances import Tolerances
 
 _BUILDS = ("-O2 -fno-math-errno -lm",)
+_as_a_row = attrgetter(*MOVING, "length_m", "width_m")
 _HALF_STEPS = 10  # in a sample interval, at most
 
 
@@ -51,8 +53,7 @@ def rows_of(bodies: Sequence[PredictedBody]) -> Array | None:
     """(bodies, 10) as the C text has them; None where one moves otherwise than it knows."""
     if not all(type(body) is CruisingBody for body in bodies):
         return None
-    rows = [tuple(getattr(body, name) for name in (*MOVING, "length_m", "width_m")) for body in bodies]
-    return np.array(rows, dtype=np.float64).reshape(-1, len(MOVING) + 2)
+    return np.array([_as_a_row(body) for body in bodies], dtype=np.float64).reshape(-1, len(MOVING) + 2)
 
 
 @lru_cache(maxsize=32)

@@ -1,0 +1,57 @@
+"""Neighbours grown by clearance and margins: the compiled form is that of the array operations to the bit, and of the bodies' own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mcdas_opt.domain.grid import TimeGrid
+from mcdas_opt.domain.prediction import BodyMotion, CruisingBody, KnownBody, PredictedBody
+from mcdas_opt.native.compile_cache import SWITCH
+from mcdas_opt.planning.grown_bodies import grown_bodies
+
+TIMES = TimeGrid().times_s
+
+
+def cruising(rng: np.random.Generator, k: int) -> CruisingBody:
+    root = rng.normal(0.0, 0.7, (4, 4))
+    length, width, s, d, speed, sideways, sigmas, growth = rng.uniform(0.2, 6.0, 8)
+    covariance = root @ root.T * rng.choice([0.0, 0.01, 1.0])
+    return CruisingBody(
+        id=str(k),
+        length_m=length,
+        width_m=width,
+        s_m=s,
+        d_m=d,
+        speed_s_mps=speed,
+        speed_d_mps=sideways,
+        covariance=covariance,
+        sigmas=sigmas,
+        growth_s=growth,
+    )
+
+
+def standing(t: np.ndarray) -> BodyMotion:
+    zero = np.zeros_like(t)
+    return BodyMotion(s_m=zero, d_m=zero, heading_rad=zero, speed_s_mps=zero, speed_d_mps=zero)
+
+
+@settings(deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(0, 6), st.booleans())
+def test_all_forms_agree(seed: int, count: int, scripted: bool) -> None:
+    rng = np.random.default_rng(seed)
+    bodies: list[PredictedBody] = [cruising(rng, k) for k in range(count)]
+    if scripted:
+        bodies.append(KnownBody(id="scripted", length_m=5.0, width_m=2.0, motion=standing))
+    along, across = rng.uniform(0.0, 1.0, 2).tolist()
+    grown = grown_bodies(bodies, TIMES, along, across)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(SWITCH, "0")
+        arrays = grown_bodies(bodies, TIMES, along, across)
+    assert grown.shape == (len(bodies), 2, TIMES.size)
+    assert grown.tobytes() == np.ascontiguousarray(arrays).tobytes()
+    for body, (half_along, half_across) in zip(bodies, grown, strict=True):
+        np.testing.assert_allclose(half_along, 0.5 * body.length_m + along + body.margin_along_m(TIMES), rtol=1e-15)
+        np.testing.assert_allclose(half_across, 0.5 * body.width_m + across + body.margin_across_m(TIMES), rtol=1e-15)
