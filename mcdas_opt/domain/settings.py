@@ -50,8 +50,8 @@ class PredictionSettings:
     believed to become `change_growth` times as fast as it is, up to `change_peak_mps`.
 
     Who brakes by `braking_mps2`, or on a slippery road by `braking_share` of what it gives, and by `rate_sigmas` standard deviations may
-    go on braking until it stands; who accelerates by `accelerating_mps2` and as many may go on so for `accelerating_s`. Before somebody who follows at no more than `queue_mps` nobody is
-    foretold to brake.
+    go on braking until it stands; who accelerates by `accelerating_mps2` and as many may go on so for `accelerating_s`. Before somebody
+    who follows at no more than `queue_mps` nobody is foretold to brake.
     """
 
     sigmas: float = 2.5
