@@ -18,6 +18,7 @@ from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.manoeuvres.escape_library import SHORTEST_S, EscapeSettings
 from mcdas_opt.manoeuvres.held import PASSES
 from mcdas_opt.manoeuvres.parting import Company, Rows
+from mcdas_opt.native.addresses import address
 from mcdas_opt.native.kernels import c_text, defined, library, wanted
 
 _TEXTS: tuple[str, ...] = ("escape_kernel.c", "escape_parting.c", "escape_company.c", "escape_questions.c", "escape_guess.c")
@@ -105,12 +106,6 @@ class Nodes:
         self._kept = filled, until, times_s, step_s[begins]
         self._record = _Nodes(*(q.ctypes.data for q in self._kept), filled.size, steps.size - 1, middle, begins.size)
         self.at = ctypes.addressof(self._record)
-
-
-def address(array: Array | Rows | NDArray[np.uint8] | NDArray[np.bool_]) -> int:
-    """Where it lies; `array.ctypes` takes twice as long."""
-    where: int = array.__array_interface__["data"][0]
-    return where
 
 
 def company(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: float, margins: Margins) -> Company:

@@ -15,4 +15,4 @@ def address(array: Any) -> int:
     try:
         return addressof(_first_byte(array))
     except (TypeError, ValueError):  # read-only, or empty
-        return int(array.ctypes.data)
+        return int(array.__array_interface__["data"][0])
