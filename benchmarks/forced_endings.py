@@ -37,7 +37,7 @@ from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.solvers.osqp_engine import OsqpEngine
 from mcdas_opt.solvers.outcome import Ending, Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess
-from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.judge import judge
 
 DEADLINE_S = 0.02
@@ -239,7 +239,7 @@ class Watched(Planner):
             json.dumps(plan.to_dict(), allow_nan=False)
         except ValueError:
             found.fault("NaN in the document", where)
-        prediction = predict(situation.tracks, self.settings.prediction, situation.road)
+        prediction = predict_for(situation, self.settings.prediction)
         again = judge(plan.trajectory, situation.host, self.vehicle, situation.road, prediction)
         if again != plan.verdict or again.passed == (plan.status is Status.UNAVOIDABLE):
             found.fault("unverified", where)

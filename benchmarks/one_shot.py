@@ -44,7 +44,7 @@ from mcdas_opt.planning.selection import WorthSettings, severity, worth
 from mcdas_opt.planning.simple_policies import simple_policies
 from mcdas_opt.planning.ways import shorter_side
 from mcdas_opt.situation.assess import assess
-from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.tracking.prediction import predict_for
 
 _SEVERITY_MPS, _WORTH_SHARE, _WORTH = 0.5, 0.02, 0.05  # differences that count as none; steering out costs 2
 _BEST_SIMPLE_MPS = 0.5
@@ -149,7 +149,7 @@ def _against_corrected(seed: int, situation: Situation, plan: Plan, planner: Pla
     other = corrected.plan(situation, None)
     if not isinstance(other, Plan):
         return
-    prediction = predict(situation.tracks, planner.settings.prediction, situation.road)
+    prediction = predict_for(situation, planner.settings.prediction)
     if other.verdict.passed != plan.verdict.passed:
         tally.counts["better than corrected: passed" if plan.verdict.passed else "worse than corrected: passed"] += 1
         if other.verdict.passed:
@@ -195,7 +195,7 @@ def _horizon(plan: Plan, planner: Planner) -> Trajectory:
 
 
 def _against_simple(seed: int, situation: Situation, plan: Plan, planner: Planner, tally: Tally) -> None:
-    prediction = predict(situation.tracks, planner.settings.prediction, situation.road)
+    prediction = predict_for(situation, planner.settings.prediction)
     ours = severity(plan.trajectory, planner.vehicle, situation.road, prediction)[0]
     best = min(
         severity(drive, planner.vehicle, situation.road, prediction)[0]

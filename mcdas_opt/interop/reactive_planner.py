@@ -25,7 +25,7 @@ from mcdas_opt.domain.vocabulary import Mode, Request, Side
 from mcdas_opt.errors import MissingExtraError
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.planning.rivals.lane import judged, strongest_braking_mps2
-from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.judge import judge
 
 STEP_S = 0.1
@@ -90,7 +90,7 @@ class ReactiveMethod:
         if situation.request is Request.PARK:
             return Refusal(reason="parking is planned by park, not by the lane planner")
         started = time.perf_counter()
-        prediction = predict(situation.tracks, self.settings.prediction, situation.road, situation.host.s_m)
+        prediction = predict_for(situation, self.settings.prediction)
         self._lay(situation)
         before = previous.reference if previous is not None and isinstance(previous.reference, UnderWay | FullBraking) else None
         if before is not None and situation.time_s - before.planned_s < _AGAIN_S - 1e-6:

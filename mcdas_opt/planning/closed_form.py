@@ -27,7 +27,7 @@ from mcdas_opt.planning.selection import WorthSettings, worth
 from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, lateral_bound_mps2, shorter_side, ways_out
 from mcdas_opt.reference.literal import LiteralPath, literal_path
 from mcdas_opt.situation.assess import assess
-from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.judge import judge
 
 _PUBLISHED_SAMPLE_S = 0.5  # eq 11 reaches the rear vehicle's speed within one sample of the paper
@@ -57,7 +57,7 @@ class LiteralMethod:
             return Refusal(reason="parking is planned by park, not by the lane planner")
         assessment = assess(situation, self.vehicle, self.settings.selector, self._assessment if previous is not None else None)
         self._assessment = assessment
-        prediction = predict(situation.tracks, self.settings.prediction, situation.road, situation.host.s_m)
+        prediction = predict_for(situation, self.settings.prediction)
         host = situation.host
         going = previous.reference if previous is not None and isinstance(previous.reference, LiteralManoeuvre) else None
         if going is not None and host.s_m > going.path.end_s_m:
@@ -168,7 +168,7 @@ class CorrectedMethod:
         started = time.perf_counter()
         assessment = assess(situation, self.vehicle, self.settings.selector, self._assessment if previous is not None else None)
         self._assessment = assessment
-        prediction = predict(situation.tracks, self.settings.prediction, situation.road, situation.host.s_m)
+        prediction = predict_for(situation, self.settings.prediction)
         going = previous.reference if previous is not None and isinstance(previous.reference, Manoeuvre) else None
         if going is not None and going.finished(situation):
             going = None

@@ -9,7 +9,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.manoeuvres.escape_library import EscapeSettings
 from mcdas_opt.manoeuvres.escapes import escapes as escapes_under
-from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.tracking.prediction import predict_for
 
 
 def escapes(
@@ -25,4 +25,4 @@ def escapes(
     is the situation's own unless given. Raises `InputError` for a vehicle that is not known.
     """
     car = load_vehicle(situation.vehicle) if vehicle is None else vehicle
-    return escapes_under(situation, car, predict(situation.tracks, prediction, situation.road, situation.host.s_m), settings)
+    return escapes_under(situation, car, predict_for(situation, prediction), settings)

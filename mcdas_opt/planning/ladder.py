@@ -24,7 +24,7 @@ from mcdas_opt.planning.simple_policies import Policy, steering_out
 from mcdas_opt.planning.tail import tail
 from mcdas_opt.planning.trust import relying
 from mcdas_opt.reference.lane_centre import LaneCentre
-from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.judge import judge
 
 _BRAKING_SHARES = (0.25, 0.5, 0.75, 1.0)
@@ -48,7 +48,7 @@ class Ladder:
         judge failed for a collision alone competes for the least severe.
         """
         started = time.perf_counter()
-        prediction = predict(situation.tracks, self.settings.prediction, situation.road, situation.host.s_m)
+        prediction = predict_for(situation, self.settings.prediction)
         tried: list[Candidate] = []
         options: list[Attempt] = []
         first: tuple[Attempt, Ended] | None = None
@@ -99,7 +99,7 @@ class Ladder:
     def rest_of(self, situation: Situation, previous: Plan | None) -> Plan | None:
         """What is left of the last judged plan, where it still passes and comes to a safe end."""
         started = time.perf_counter()
-        prediction = predict(situation.tracks, self.settings.prediction, situation.road, situation.host.s_m)
+        prediction = predict_for(situation, self.settings.prediction)
         drive = self._tail(situation, previous, prediction)
         if drive is None:
             return None

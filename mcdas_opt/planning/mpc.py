@@ -28,7 +28,7 @@ from mcdas_opt.planning.separations import build_separations
 from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, shorter_side, spread_ways, strays, ways_out
 from mcdas_opt.reference.offset_path import build_search
 from mcdas_opt.situation.assess import assess
-from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.plainly_sound import plainly_sound
 
 Solving = Callable[[Situation, Prediction, Way], Solved]
@@ -114,7 +114,7 @@ class MpcMethod:
             self._assessment = None
         assessment = assess(situation, self.vehicle, self.settings.selector, self._assessment)
         self._assessment = assessment
-        prediction = predict(situation.tracks, self.settings.prediction, situation.road, situation.host.s_m)
+        prediction = predict_for(situation, self.settings.prediction)
         going = self._going(situation, previous)
         self._tried, self._failed, self._strayed, self._short, self._ends = [], [], [], [], []
         chosen = self._choose(situation, assessment, prediction, previous, going)

@@ -18,7 +18,7 @@ from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.simulation.first_situation import situation_of
 from mcdas_opt.simulation.neighbours import Traffic, known_bodies
-from mcdas_opt.tracking.prediction import CONSTANT_VELOCITY, predict
+from mcdas_opt.tracking.prediction import CONSTANT_VELOCITY, predict, predict_for
 from mcdas_opt.verification.judge import judge
 
 SCENE = "scene"
@@ -60,7 +60,7 @@ def foresee(
     if isinstance(target, Situation):
         if prediction not in (None, CONSTANT_VELOCITY):
             raise ParameterError("prediction", prediction, f"a situation knows only {CONSTANT_VELOCITY!r}")
-        return predict(target.tracks, settings, target.road, target.host.s_m)
+        return predict_for(target, settings)
     if prediction in (None, SCENE):
         return Prediction(name=SCENE, bodies=known_bodies(target, trajectory))
     if prediction == CONSTANT_VELOCITY:

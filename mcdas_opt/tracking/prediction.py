@@ -9,6 +9,7 @@ from dataclasses import replace
 from mcdas_opt.domain.prediction import CruisingBody, Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import PredictionSettings
+from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 
@@ -59,6 +60,11 @@ def predict(
             word = BRAKING if acceleration < 0.0 else ACCELERATING
             bodies.append(replace(drifting, id=f"{track.id} {word}", acceleration_mps2=acceleration, changing_s=lasting_s))
     return Prediction(name=CONSTANT_VELOCITY, bodies=tuple(bodies))
+
+
+def predict_for(situation: Situation, settings: PredictionSettings | None = None) -> Prediction:
+    """`predict` of a situation's tracks on its road, around its host: what plans are made under, and have to be judged under."""
+    return predict(situation.tracks, settings, situation.road, situation.host.s_m)
 
 
 def lane_change(track: Track, settings: PredictionSettings, road: Road) -> tuple[float, float] | None:

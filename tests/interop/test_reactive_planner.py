@@ -18,7 +18,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Request, Side
 from mcdas_opt.errors import MissingExtraError
 from mcdas_opt.planning.method import build_method, known_methods
-from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.judge import judge
 
 CAR = Vehicle()
@@ -48,7 +48,7 @@ class TestWithThePackage:
             plan = self.planned(at)
             start = plan.trajectory.states[0]
             assert np.allclose(start[:4], at.host.to_vector()[:4], atol=0.02)
-            assert plan.verdict == judge(plan.trajectory, at.host, CAR, at.road, predict(at.tracks, road=at.road))
+            assert plan.verdict == judge(plan.trajectory, at.host, CAR, at.road, predict_for(at))
 
     def test_it_leaves_a_slow_car_aside_and_mirrors(self) -> None:
         left = self.planned(SITUATION)

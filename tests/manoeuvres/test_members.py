@@ -24,7 +24,7 @@ from mcdas_opt.manoeuvres.members import InterpretedMembers
 from mcdas_opt.manoeuvres.phases import Phases
 from mcdas_opt.manoeuvres.sidesteps import Sidesteps
 from mcdas_opt.native.compile_cache import SWITCH
-from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.tracking.prediction import predict, predict_for
 
 SEDAN = Vehicle()
 needs_compiler = pytest.mark.skipif(compiled_family(41) is None, reason="no C compiler")
@@ -100,7 +100,7 @@ def scoring(rng: np.random.Generator) -> Scoring:
 def test_compiled_members_are_the_interpreted_ones(seed: int, samples: int) -> None:
     rng = np.random.default_rng(seed)
     situation, (phases, steps), wanted = random_situation(rng), members(rng), scoring(rng)
-    times, prediction = np.round(0.1 * np.arange(samples), 9), predict(situation.tracks, None, situation.road)
+    times, prediction = np.round(0.1 * np.arange(samples), 9), predict_for(situation, None)
     given_to_both = (phases, steps, times, situation, SEDAN, prediction)
     reference, ours = InterpretedMembers(*given_to_both), compiled(*given_to_both)
     mine, theirs = ours.scored(wanted), reference.scored(wanted)

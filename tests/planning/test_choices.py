@@ -30,7 +30,7 @@ from mcdas_opt.planning.ways import keeping_way
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.solvers.interior_point import InteriorPointEngine
 from mcdas_opt.solvers.osqp_engine import OsqpEngine
-from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.tracking.prediction import predict, predict_for
 from mcdas_opt.verification.judge import judge
 
 # quiet, but the closed form would stop or steer out; quiet and kept lane had an open end; trusting a follower where that costs more;
@@ -123,7 +123,7 @@ def test_second_opinions_are_counted(planner: Planner, monkeypatch: pytest.Monke
 def test_a_second_opinion_of_no_use_is_followed_by_a_pause(planner: Planner, monkeypatch: pytest.MonkeyPatch) -> None:
     situation = Situation(host=HostState(speed_mps=15.0), road=Road(), coverage=Coverage(front=True, rear=True, left=True, right=True))
     method, asked = MpcMethod(planner.vehicle, planner.settings), 0
-    prediction = predict(situation.tracks, planner.settings.prediction, situation.road)
+    prediction = predict_for(situation, planner.settings.prediction)
     assessment = assess(situation, planner.vehicle, planner.settings.selector, None)
 
     def useless(*_: Any) -> lane_stage.Solved:

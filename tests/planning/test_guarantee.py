@@ -23,7 +23,7 @@ from mcdas_opt.planning.simple_policies import simple_policies
 from mcdas_opt.planning.tail import tail
 from mcdas_opt.solvers.outcome import Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess
-from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.tracking.prediction import predict_for
 from tests.planning.situations import car, random_sandwich, sandwich
 
 SEEDS = range(60, 100)
@@ -51,7 +51,7 @@ def test_planned_comes_to_a_safe_end_and_what_does_not_says_so(planner: Planner,
         return
     assert plan.safe_end is not None
     assert plan.safe_end.t_s == plan.trajectory.t_s[-1]
-    prediction = predict(situation.tracks, planner.settings.prediction, situation.road)
+    prediction = predict_for(situation, planner.settings.prediction)
     again = ends(plan.trajectory, slice(-1, None), situation.host, planner.vehicle, situation.road, prediction)
     assert bool(again.safe[0]) == plan.safe_end.safe
     if plan.status is Status.PLANNED:
@@ -123,7 +123,7 @@ def test_unavoidable_is_no_more_severe_than_what_anybody_would_try(planner: Plan
     if plan.status is not Status.UNAVOIDABLE:
         assert plan.verdict.passed
         return
-    prediction: Prediction = predict(situation.tracks, planner.settings.prediction, situation.road)
+    prediction: Prediction = predict_for(situation, planner.settings.prediction)
     simple = [
         severity(drive, planner.vehicle, situation.road, prediction)[0]
         for _, drive in simple_policies(situation, planner.vehicle, planner.settings)

@@ -18,7 +18,7 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import Mode, Request, Side, Status
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.judge import judge
 from tests.planning.situations import car, mirrored, random_sandwich, sandwich
 
@@ -56,7 +56,7 @@ def test_no_plan_leaves_unverified(seed: int) -> None:
         situation.host,
         planner.vehicle,
         situation.road,
-        predict(situation.tracks, planner.settings.prediction, situation.road),
+        predict_for(situation, planner.settings.prediction),
     )
     assert verdict == plan.verdict
     assert plan.verdict.passed == (plan.status is not Status.UNAVOIDABLE)

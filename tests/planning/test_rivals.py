@@ -26,7 +26,7 @@ from mcdas_opt.planning.rivals.competent_driver import CompetentDriverMethod, Co
 from mcdas_opt.planning.rivals.idm_mobil import IdmMobilMethod, MobilSettings
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.record import Outcome
-from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.judge import judge
 
 CAR = Vehicle()
@@ -61,7 +61,7 @@ def test_registered_judged_as_they_are_and_not_for_parking(name: str) -> None:
     plan = method.plan(crowded, None)
     assert isinstance(plan, Plan)
     assert plan.planner == name
-    assert plan.verdict == judge(plan.trajectory, crowded.host, CAR, crowded.road, predict(crowded.tracks, road=crowded.road))
+    assert plan.verdict == judge(plan.trajectory, crowded.host, CAR, crowded.road, predict_for(crowded))
     assert not plan.verdict.passed  # 15 m/s too fast 9 m behind: nobody repairs it
     parking = Situation(host=HostState(), request=Request.PARK)
     assert isinstance(method.plan(parking, None), Refusal)

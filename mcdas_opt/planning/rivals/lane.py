@@ -16,7 +16,7 @@ from mcdas_opt.dynamics.car_following import Leader
 from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.reference.offset_path import OffsetPath
-from mcdas_opt.tracking.prediction import predict
+from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.judge import judge
 
 _STEADY_MPS2 = 0.2  # what accelerates or brakes by less keeps its speed
@@ -89,7 +89,7 @@ def judged(
         lateral_acceleration_mps2=lateral_mps2 or 0.5 * situation.road.friction * GRAVITY_MPS2,
     )
     solved = time.perf_counter()
-    prediction = predict(situation.tracks, settings.prediction, situation.road, situation.host.s_m)
+    prediction = predict_for(situation, settings.prediction)
     verdict = judge(trajectory, situation.host, vehicle, situation.road, prediction)
     judging = time.perf_counter()
     mode = _mode(law.wanted_mps2(0.0, situation.host.s_m, situation.host.speed_mps), side)
