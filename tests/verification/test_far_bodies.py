@@ -37,8 +37,12 @@ def steady(v: float) -> Trajectory:
     along=st.floats(-5.0, 45.0),
     across=st.floats(-4.0, 4.0),
     swell=st.sampled_from([0.0, 1.0, 20.0]),
+    rate=st.sampled_from([0.0, -9.0, -3.0, 3.0]),
+    lasting=st.sampled_from([0.5, 1.0, 4.0]),
 )
-def test_who_drives_through_the_host_is_never_far(host: float, s: float, d: float, along: float, across: float, swell: float) -> None:
+def test_who_drives_through_the_host_is_never_far(
+    host: float, s: float, d: float, along: float, across: float, swell: float, rate: float, lasting: float
+) -> None:
     body = CruisingBody(
         id="other",
         length_m=4.5,
@@ -49,6 +53,8 @@ def test_who_drives_through_the_host_is_never_far(host: float, s: float, d: floa
         speed_d_mps=across,
         covariance=np.zeros((4, 4)),
         lateral_swell=swell,
+        acceleration_mps2=rate,
+        changing_s=lasting,
     )
     road, drive = Road(lanes_left=2, lanes_right=2), steady(host)
     start, prediction = HostState(speed_mps=host), Prediction(name="test", bodies=(body,))
