@@ -18,13 +18,15 @@ CORRECTION = 10.0  # Mehrotra's second-order term is cut at so many times the ta
 
 
 class InterpretedKernel:
-    """Works on an `Iterate`, in place. CasADi's matrices are its arrays transposed, so nothing is copied on the way in."""
+    """Works on an `Iterate`, in place, by the functions of `over_horizon`, which kernels may share.
+
+    CasADi's matrices are the iterate's arrays transposed, so nothing is copied on the way in.
+    """
 
     kind = "interpreted"
 
-    def __init__(self, stage: BarrierStage, functions: StageFunctions, nodes: int) -> None:
+    def __init__(self, stage: BarrierStage, whole: dict[str, Any], nodes: int) -> None:
         self.iterate = Iterate(stage, nodes)
-        whole = _horizon(stage, functions, nodes)
         it = self.iterate
         point = [it.z, it.s, it.t, it.multiplier]
         self._mu, self._lengths, self._least = np.zeros(1), np.zeros(2), np.zeros(1)
@@ -95,7 +97,7 @@ class _Call:
         return self._results
 
 
-def _horizon(stage: BarrierStage, f: StageFunctions, nodes: int) -> dict[str, Any]:
+def over_horizon(stage: BarrierStage, f: StageFunctions, nodes: int) -> dict[str, Any]:
     """The stage functions side by side, and folded, over the horizon."""
     nx, nu, n = stage.nx, stage.nu, nodes + 1
     z, s, t, lam = (ca.MX.sym(name, size, n) for name, size in (("z", stage.nz), ("s", stage.ns), ("t", stage.nc), ("lam", stage.nc)))
