@@ -1,6 +1,7 @@
 """Engines against one another on the same lane problems, in one process: time, iterations, cost over converged IPOPT, growth.
 
     python -m benchmarks.solver_race [--loops 1] [--cold 20] [--neighbours 3] [--repeats 3] [--parts replay,closed,cold,growth,others]
+        [--only WORDS: solvers whose name holds them]
 
 Other solvers (fatrop; piqp, do-mpc and acados, where they are installed) run on the same problems; a line says who is left out.
 
@@ -9,7 +10,7 @@ closed: every engine but IPOPT drives the loops itself (a replay alone would pun
 cold: random evasions from the cold guess, against the best of two IPOPT starts.
 growth: time of a Newton step over horizon and neighbours, with the slope of the logarithms; others: of a whole solve, by every solver.
 Cost of an answer: its inputs driven through the dynamics, with the least slacks. Times are a call's, from Python, with the warm start's
-shift; "cpu" is the thread's own time, which other processes do not disturb. acados' own clock, where it has a line, leaves Python out.
+shift; "cpu" is the thread's own time, which other processes disturb less. acados' own clock, where it has a line, leaves Python out.
 """
 
 from __future__ import annotations
@@ -105,7 +106,8 @@ class Price:
         return float(0.5 * r @ r + s @ problem.slack_linear + 0.5 * s**2 @ problem.slack_quadratic)
 
 
-def routes(problem: StageProblem, ipopt: bool = True) -> list[Route]:
+def routes(problem: StageProblem, only: str, ipopt: bool = True) -> list[Route]:
+    """Those whose name holds the words `only`."""
     made = [
         Route("interior point, compiled", InteriorPointEngine(problem, NODES), problem, 60, 60),
         Route("interior point, interpreted", InteriorPointEngine(problem, NODES, compiled=False), problem, 60, 60),
@@ -114,13 +116,12 @@ def routes(problem: StageProblem, ipopt: bool = True) -> list[Route]:
     ]
     if ipopt:
         made.append(Route("IPOPT", IpoptEngine(problem, NODES), problem, 300, 300))
-    made += others(problem)
     if made[0].engine.kind != "compiled":
         print(f"not compiled: {made[0].engine.reason}")
-    return made
+    return [route for route in made if only in route.name] + others(problem, only)
 
 
-def others(problem: StageProblem) -> list[Route]:
+def others(problem: StageProblem, only: str) -> list[Route]:
     """Solvers that are not the package's own, as far as they are installed."""
     made = []
     for name, engine, warm, event in (
@@ -130,6 +131,8 @@ def others(problem: StageProblem) -> list[Route]:
         ("acados", AcadosEngine, 0, 0),
         ("acados, rows' curvature", partial(AcadosEngine, curved=True), 0, 0),
     ):
+        if only not in name:
+            continue
         try:
             made.append(Route(name, engine(problem, NODES), problem, warm, event))
         except (RuntimeError, ImportError) as error:
@@ -141,7 +144,7 @@ def percentiles(seconds: list[float], shares: tuple[float, ...] = (50, 95, 99, 1
     return " ".join(f"{1e3 * v:8.3f}" for v in np.percentile(seconds, shares))
 
 
-def replay(problem: StageProblem, loops: int, neighbours: int, repeats: int) -> None:
+def replay(problem: StageProblem, loops: int, neighbours: int, repeats: int, only: str) -> None:
     price, driver, oracle = Price(problem, NODES), InteriorPointEngine(problem, NODES), IpoptEngine(problem, NODES)
     recorded: list[tuple[Situation, Way, bool]] = []
     best: list[tuple[Posed, float]] = []
@@ -163,7 +166,7 @@ def replay(problem: StageProblem, loops: int, neighbours: int, repeats: int) -> 
         f"\nreplay: {len(recorded)} problems of {loops} noisy loops, {neighbours} neighbours; IPOPT converged on {np.isfinite(known).sum()}"
     )
     print(f"{'':28}  ms median      p95      p99      max | cpu median     p99 | it med max | excess: sum %  worst step % | not converged")
-    for route in routes(problem):
+    for route in routes(problem, only):
         answers: list[Answer] = []
         for _ in range(repeats if route.name.startswith(("interior", "OSQP")) else 1):
             route.restart()
@@ -181,11 +184,11 @@ def replay(problem: StageProblem, loops: int, neighbours: int, repeats: int) -> 
             print(f"{'  by its own clock, no Python':28} {percentiles(route.engine.seconds)}")
 
 
-def closed(problem: StageProblem, loops: int, neighbours: int) -> None:
+def closed(problem: StageProblem, loops: int, neighbours: int, only: str) -> None:
     price = Price(problem, NODES)
-    print(f"\nclosed loop: cost really paid over {loops} loops; not converged; ms median p95 p99 max")
-    for route in routes(problem, ipopt=False):
-        paid, bad, times = 0.0, 0, []
+    print(f"\nclosed loop: cost really paid over {loops} loops; not converged; iterations median p99 max; cpu ms median p95 p99 max")
+    for route in routes(problem, only, ipopt=False):
+        paid, bad, counts, times = 0.0, 0, [], []
         for seed in range(loops):
             route.restart()
             loop = NoisyLoop(seed, neighbours)
@@ -194,24 +197,26 @@ def closed(problem: StageProblem, loops: int, neighbours: int) -> None:
                 u = np.clip(np.nan_to_num(answer.outcome.u[0]), problem.u_lower, problem.u_upper)
                 paid += price.realised(situation.host.to_vector(), u, posed(situation, way, problem, NODES).p[0])
                 bad += answer.outcome.ending is not Ending.CONVERGED
-                times.append(answer.wall_s)
+                counts.append(answer.outcome.iterations)
+                times.append(answer.cpu_s)
                 loop.drive(u)
-        print(f"{route.name:28} {paid:12.4f}   {bad:4d} of {len(times)}   {percentiles(times)}")
+        its = " ".join(f"{n:3.0f}" for n in np.percentile(counts, (50, 99, 100)))
+        print(f"{route.name:28} {paid:12.4f}   {bad:4d} of {len(times)}   {its}   {percentiles(times)}", flush=True)
 
 
-def cold(problem: StageProblem, count: int, neighbours: int, urgency: float) -> None:
+def cold(problem: StageProblem, count: int, neighbours: int, urgency: float, only: str) -> None:
     price, oracle = Price(problem, NODES), IpoptEngine(problem, NODES)
     rng = np.random.default_rng(2024)
     problems = [posed(*evasion(rng, neighbours, urgency=urgency), problem, NODES) for _ in range(count)]
-    engines = [r for r in routes(problem, ipopt=False) if "1 step" not in r.name]
+    engines = [r for r in routes(problem, only, ipopt=False) if "1 step" not in r.name]
     found: dict[str, list[Outcome]] = {}
     times: dict[str, list[float]] = {}
     for route in engines:
         for q in problems:
             route.restart()
-            started = time.perf_counter()
+            started = time.thread_time()
             found.setdefault(route.name, []).append(route.engine.solve(q.x0, q.p, q.steps, q.guess, route.caps[1]))
-            times.setdefault(route.name, []).append(time.perf_counter() - started)
+            times.setdefault(route.name, []).append(time.thread_time() - started)
     first = found[engines[0].name]
     best = np.full(count, np.inf)
     worse = 0
@@ -227,12 +232,13 @@ def cold(problem: StageProblem, count: int, neighbours: int, urgency: float) -> 
         converged = sum(o.ending is Ending.CONVERGED for o in found[route.name])
         print(
             f"{route.name:28} converged {converged} of {count}, within 0.1 % of the best {np.sum(costs <= 1.001 * best)}, within 1 % "
-            f"{np.sum(costs <= 1.01 * best)}; iterations median {np.median(its):.0f} max {max(its)}; ms {percentiles(times[route.name])}"
+            f"{np.sum(costs <= 1.01 * best)}; iterations median {np.median(its):.0f} max {max(its)}; "
+            f"cpu ms {percentiles(times[route.name])}"
         )
 
 
 def growth() -> None:
-    print("\ngrowth: us of a Newton step of a cold start (least of 20 solves, over its iterations)")
+    print("\ngrowth: us of processor time of a Newton step of a cold start (least of 20 solves, over its iterations)")
 
     def each(name: str, values: list[int], make: Callable[[int], tuple[InteriorPointEngine, Posed]]) -> None:
         cost = []
@@ -240,9 +246,9 @@ def growth() -> None:
             engine, q = make(value)
             times = []
             for _ in range(20):
-                started = time.perf_counter()
+                started = time.thread_time()
                 outcome = engine.solve(q.x0, q.p, q.steps, q.guess)
-                times.append((time.perf_counter() - started) / outcome.iterations)
+                times.append((time.thread_time() - started) / outcome.iterations)
             cost.append(1e6 * min(times))
         slope = np.polyfit(np.log(values), np.log(cost), 1)[0]
         print(f"{name:28} " + "  ".join(f"{v}: {c:.1f}" for v, c in zip(values, cost, strict=True)) + f"   slope {slope:.2f}")
@@ -307,16 +313,17 @@ def main() -> None:
     parser.add_argument("--urgency", type=float, default=1.0, help="of the cold starts: at 2 many of them end in a scrape")
     parser.add_argument("--neighbours", type=int, default=3)
     parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--only", default="", help="words in the names of the solvers that run")
     parser.add_argument("--parts", default="replay,closed,cold,growth,others")
     asked = parser.parse_args()
     problem = lane_problem(asked.neighbours)
     parts = asked.parts.split(",")
     if "replay" in parts:
-        replay(problem, asked.loops, asked.neighbours, asked.repeats)
+        replay(problem, asked.loops, asked.neighbours, asked.repeats, asked.only)
     if "closed" in parts:
-        closed(problem, asked.loops, asked.neighbours)
+        closed(problem, asked.loops, asked.neighbours, asked.only)
     if "cold" in parts:
-        cold(problem, asked.cold, asked.neighbours, asked.urgency)
+        cold(problem, asked.cold, asked.neighbours, asked.urgency, asked.only)
     if "growth" in parts:
         growth()
     if "others" in parts:

@@ -1,4 +1,4 @@
-"""The interior point's iteration as a compiled library: the same steps as the interpreted kernel, some forty times faster."""
+"""The interior point's iteration as a compiled library: the same steps as the interpreted kernel, ten to twenty times faster."""
 
 from __future__ import annotations
 

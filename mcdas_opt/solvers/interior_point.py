@@ -20,7 +20,7 @@ from mcdas_opt.native.compile_cache import NoLibraryError, cache_folder, load, t
 from mcdas_opt.solvers.barrier_stage import BarrierStage
 from mcdas_opt.solvers.c_text import UnsupportedOperationError
 from mcdas_opt.solvers.compiled_kernel import CompiledKernel
-from mcdas_opt.solvers.interpreted_kernel import CORRECTION, InterpretedKernel
+from mcdas_opt.solvers.interpreted_kernel import CORRECTION, InterpretedKernel, over_horizon
 from mcdas_opt.solvers.iterate import Kernel
 from mcdas_opt.solvers.kernel_source import BUILDS, kernel_source
 from mcdas_opt.solvers.newton_loop import LoopEnding, LoopRule
@@ -192,4 +192,5 @@ def _maker(
             return lambda: CompiledKernel(library, stage, nodes), ""
         except (NoLibraryError, UnsupportedOperationError) as error:
             reason = str(error)
-    return lambda: InterpretedKernel(stage, functions, nodes), reason
+    whole = over_horizon(stage, functions, nodes)
+    return lambda: InterpretedKernel(stage, whole, nodes), reason

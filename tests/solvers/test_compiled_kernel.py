@@ -15,6 +15,7 @@ from benchmarks.lane_situations import evasion, lane_problem, posed
 from mcdas_opt.native import compile_cache
 from mcdas_opt.solvers import c_text
 from mcdas_opt.solvers.interior_point import SWITCH, InteriorPointEngine
+from mcdas_opt.solvers.interpreted_kernel import side_by_side
 from mcdas_opt.solvers.kernel_source import PORTABLE
 from mcdas_opt.solvers.newton_loop import looped
 from mcdas_opt.solvers.outcome import Ending
@@ -276,6 +277,18 @@ def test_every_operation_means_the_same_in_c(cache, loop):
     library.run(places.ctypes.data_as(ctypes.c_void_p), results.ctypes.data_as(ctypes.c_void_p))
     for k in range(stages):
         np.testing.assert_allclose(results[:, k], np.asarray(function(places[:, k])).ravel(), rtol=1e-13, atol=1e-13)
+
+
+def test_every_operation_means_the_same_for_stages_side_by_side():
+    """To the bit; also for a result that is a constant, one that is only handed through, and none at all."""
+    a, h = ca.SX.sym("a", 2), ca.SX.sym("h")
+    function = ca.Function("f", [a, h, ca.SX.sym("unread", 3)], [every_operation()(a), ca.vertcat(2.5, h, 0.0), ca.SX(0, 1)])
+    rng = np.random.default_rng(3)
+    for stages in (1, 2, 7):
+        inputs = [rng.uniform(-2.0, 2.0, (2, stages)), 0.3, np.zeros((3, stages))]
+        one, other = function.map(stages).call(inputs), side_by_side(function, stages).call(inputs)
+        for mapped, side in zip(one, other, strict=True):
+            np.testing.assert_array_equal(np.asarray(mapped), np.asarray(side))
 
 
 def test_the_text_of_a_constant_that_c_cannot_write_is_refused():

@@ -147,6 +147,16 @@ def test_a_solve_leaves_nothing_behind():
     assert np.array_equal(first.multipliers, again.multipliers)
 
 
+def test_a_twin_shares_what_is_built_and_no_numbers():
+    small = double_integrator(u_bound=(-3.0, 3.0))
+    engine = reference(small, 20)
+    twin = engine.twin()
+    ours, theirs = solve(engine, small, [0.3, 0.0], 4.0), solve(twin, small, [-2.0, 1.0], -4.0)
+    for one in (engine, twin):  # whoever of them solved what before
+        assert np.array_equal(solve(one, small, [-2.0, 1.0], -4.0).x, theirs.x)
+        assert np.array_equal(solve(one, small, [0.3, 0.0], 4.0).multipliers, ours.multipliers)
+
+
 def test_a_solution_that_is_handed_back_stays_where_it_is():
     small = double_integrator(x_bound=(-5.0, 3.9), u_bound=(-3.0, 3.0))
     engine = reference(small, 20)
