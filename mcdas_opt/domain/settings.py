@@ -47,7 +47,7 @@ class PredictionSettings:
 
     Who moves sideways by `change_mps` and by `change_sigmas` standard deviations, `change_from_m` from the middle of his lane, may be
     changing lanes; no lane change fades faster than `change_fastest_s` (0.4: one lane in about 3 s), unless it shows that it does: it is
-    believed to become `change_growth` times as fast as it is, up to `change_peak_mps`.
+    believed to be `sigmas` standard deviations faster than it seems and to become `change_growth` times as fast, up to `change_peak_mps`.
 
     Who brakes by `braking_mps2`, or on a slippery road by `braking_share` of what it gives, and by `rate_sigmas` standard deviations may
     go on braking until it stands; who accelerates by `accelerating_mps2` and as many may go on so for `accelerating_s`. Before somebody

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
@@ -109,6 +109,7 @@ def steering_price(side: Side, leaning: Side, needless: bool, settings: WorthSet
 _OFF_THE_ROAD, _THIRD_VEHICLE = 1e3, 1e2  # m/s added: worse than any impact with the vehicles that threaten
 _ON_THE_EDGE_M = 0.02  # a corner so far over the road's edge is rounding
 _LEAST_SHARE = 0.5
+_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)  # of a lane change foretold
 
 
 def severity(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: Prediction) -> tuple[float, float]:
@@ -117,8 +118,11 @@ def severity(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: P
 
     The equivalent speed is the relative speed times the square root of the share of the narrower body's width that overlaps: the energy is
     taken as absorbed over that share. At least a half counts: a graze is not to be bought with braking that a moment later is missed.
-    Whoever was not in the host's lane is a third vehicle, not to be hit to spare oneself; the road's end is a wall. A model of this
-    project, to rank ways out, not to predict injuries.
+    Whoever was not in the host's lane is a third vehicle, not to be hit to spare oneself; the road's end is a wall.
+
+    Who may be changing lanes is foretold to come as fast as is believed of anybody, while who brakes or accelerates is foretold to do what
+    he shows. So the speed is the mean over lane changes of all shares of that one: what fails only if he comes that fast is less severe
+    than what fails in any case, as braking beside him. A model of this project, to rank ways out, not to predict injuries.
     """
     return severities((trajectory,), vehicle, road, prediction)[0]
 
@@ -128,11 +132,24 @@ def severities(trajectories: Sequence[Trajectory], vehicle: Vehicle, road: Road,
     groups: dict[bytes, list[int]] = {}
     for i, trajectory in enumerate(trajectories):
         groups.setdefault(trajectory.t_s.tobytes(), []).append(i)
-    found: dict[int, tuple[float, float]] = {}
-    for group in groups.values():
-        for i, near in zip(group, nearness([trajectories[i] for i in group], vehicle, road, prediction), strict=True):
-            found[i] = _severity(trajectories[i], vehicle, road, prediction, near.separation_m)
-    return [found[i] for i in range(len(trajectories))]
+    found: dict[int, list[tuple[float, float]]] = {}
+    for supposed in _slower_changes(prediction):
+        for group in groups.values():
+            for i, near in zip(group, nearness([trajectories[i] for i in group], vehicle, road, supposed), strict=True):
+                found.setdefault(i, []).append(_severity(trajectories[i], vehicle, road, supposed, near.separation_m))
+    each = (found[i] for i in range(len(trajectories)))
+    return [(sum(speed for speed, _ in of) / len(of), of[0][1]) for of in each]
+
+
+def _slower_changes(prediction: Prediction) -> list[Prediction]:
+    """The prediction, and the same with everybody who may be changing lanes coming only some share as far, down to hardly at all."""
+    if not any(isinstance(body, CruisingBody) and body.lateral_swell > 0.0 for body in prediction.bodies):
+        return [prediction]
+    return [Prediction(name=prediction.name, bodies=tuple(_slower(body, share) for body in prediction.bodies)) for share in _SHARES]
+
+
+def _slower(body: PredictedBody, share: float) -> PredictedBody:
+    return replace(body, lateral_swell=share * body.lateral_swell) if isinstance(body, CruisingBody) else body
 
 
 def _severity(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: Prediction, separations: Array) -> tuple[float, float]:

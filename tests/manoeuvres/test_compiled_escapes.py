@@ -126,9 +126,9 @@ def test_the_map_asks_no_less_than_who_asks_everything(index: int, library: ctyp
         assert one == pytest.approx(other, abs=CLOSE)
 
 
-@pytest.mark.parametrize("index", range(8))
-def test_the_map_is_the_same_without_a_compiler(index: int, library: ctypes.CDLL, monkeypatch: pytest.MonkeyPatch) -> None:
-    situation = situation_of(32, index)
+@pytest.mark.parametrize(("seed", "index"), [*((32, index) for index in range(8)), (2077, 279), (2077, 738)])
+def test_the_map_is_the_same_without_a_compiler(seed: int, index: int, library: ctypes.CDLL, monkeypatch: pytest.MonkeyPatch) -> None:
+    situation = situation_of(seed, index)
     fast = escapes(situation, CAR, predict(situation.tracks))
     monkeypatch.setenv(SWITCH, "0")
     assert seat.compiled_escapes() is None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -138,6 +139,16 @@ def test_a_last_moment_is_never_late_and_hardly_early(index: int) -> None:
         else:
             assert (way.last_moment_s or 0.0) <= last + 1e-9
             assert last - (way.last_moment_s or 0.0) <= 0.2
+
+
+@pytest.mark.parametrize(
+    ("seed", "indices"), [(2077, (279, 567, 738)), (7601, (261, 1182, 1547, 1568, 1712, 2260, 2585, 2629)), (7603, range(200))]
+)
+def test_whatever_is_comfortable_is_a_way_out(seed: int, indices: Iterable[int]) -> None:
+    """No last comfortable moment is later than the last of any demand: of the first eleven, gentle starts were once the only late ones."""
+    for index in indices:
+        for way in of(situation_of(seed, index)).ways:
+            assert way.last_comfortable_s is None or (way.open and way.last_comfortable_s <= (way.last_moment_s or 0.0))
 
 
 @pytest.mark.parametrize("sideways", [0.0, 0.4, -1.5])

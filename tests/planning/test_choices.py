@@ -12,11 +12,13 @@ from shapely import affinity, geometry
 from benchmarks.one_shot import Tally, examine, random_situation
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.prediction import KnownBody, PredictedBody, Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
-from mcdas_opt.domain.track import Coverage
+from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Mode, Status
+from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.planning import lane_stage
 from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.glance import verdicts
@@ -27,6 +29,8 @@ from mcdas_opt.planning.selection import severities, severity
 from mcdas_opt.planning.simple_policies import simple_policies
 from mcdas_opt.planning.trust import Trust
 from mcdas_opt.planning.ways import keeping_way
+from mcdas_opt.simulation.loop import simulate
+from mcdas_opt.simulation.record import Outcome
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.solvers.interior_point import InteriorPointEngine
 from mcdas_opt.solvers.osqp_engine import OsqpEngine
@@ -200,3 +204,50 @@ def test_a_corner_over_the_edge_has_left_the_road_and_farther_is_worse(planner: 
     inside, over, far = found
     assert inside == 0.0
     assert 1e2 < over < far
+
+
+@pytest.mark.parametrize("gap_m", [-0.2, 0.2, 0.6])
+@pytest.mark.parametrize("slower_mps", [2.2, 2.8, 3.2])
+@pytest.mark.parametrize("sideways_mps", [-0.54, -0.8])
+def test_who_drives_past_a_car_that_comes_over_does_not_brake_beside_it(
+    planner: Planner, gap_m: float, slower_mps: float, sideways_mps: float
+) -> None:
+    """It may come as fast as anybody, and then nothing passes; but only braking is hit if it comes more slowly, too."""
+    covariance = np.diag([0.01, 0.05, 0.003, 0.026])
+    beside = Track(id="1", s_m=gap_m, d_m=3.45, speed_s_mps=slower_mps, speed_d_mps=sideways_mps, covariance=covariance)
+    behind = Track(id="2", s_m=-13.2, d_m=0.0, speed_s_mps=5.6, covariance=covariance)
+    situation = Situation(host=HostState(speed_mps=5.56), tracks=(beside, behind), road=Road(lanes_left=1, lanes_right=1))
+    planner.reset()
+    drive = planner.plan(situation).trajectory
+    assert float(drive.speed_mps[drive.t_s <= 1.0].min()) > 5.0
+    assert float(np.interp(2.0, drive.t_s, drive.s_m)) > gap_m + 2.0 * slower_mps + 3.0
+
+
+def test_a_lane_change_that_may_be_slower_is_no_more_severe_than_the_fastest(planner: Planner) -> None:
+    graded = 0
+    for seed in FAMILY:
+        situation = random_situation(seed)
+        sides = [(track, float(np.sign(track.d_m)) * (abs(track.d_m) > 3.0)) for track in situation.tracks]
+        coming = [replace(track, d_m=track.d_m - 0.5 * side, speed_d_mps=-0.9 * side) for track, side in sides]
+        prediction = predict(coming, planner.settings.prediction, situation.road)
+        certain = Prediction(name="", bodies=tuple(_certain(body) for body in prediction.bodies))
+        for _, drive in simple_policies(situation, planner.vehicle, planner.settings):
+            (some, when), (most, first) = (severity(drive, planner.vehicle, situation.road, of) for of in (prediction, certain))
+            assert when == first
+            if first == float("-inf") or most >= 1e3:
+                assert some == pytest.approx(most, rel=1e-12)
+            graded += some < most - 1e-9
+    assert graded > 10
+
+
+def _certain(body: PredictedBody) -> PredictedBody:
+    """The same motion, which nobody foretold."""
+    return KnownBody(id=body.id, length_m=body.length_m, width_m=body.width_m, motion=body.at)
+
+
+@pytest.mark.parametrize(("seed", "index"), [(3, 9), (6, 69), (7702, 15), (7702, 97)])
+def test_cut_ins_that_were_lost_are_not(seed: int, index: int) -> None:
+    """Slow: braking beside him was the least severe. Fast: sideways he was believed to be slower than he was."""
+    run = simulate(expand("un-r157", None, seed).cases[index].scene, "mpc")
+    assert run.outcome is Outcome.SAFE
+    assert run.unverified_plans == 0
