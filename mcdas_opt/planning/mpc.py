@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,7 +23,7 @@ from mcdas_opt.planning.closed_form import drive
 from mcdas_opt.planning.continuation import Ended, to_safe_end
 from mcdas_opt.planning.glance import verdicts
 from mcdas_opt.planning.lane_stage import LaneStage, Solved, StageSettings
-from mcdas_opt.planning.selection import WorthSettings, nearness, steering_price, worth
+from mcdas_opt.planning.selection import WorthSettings, nearness, steering_price, worths
 from mcdas_opt.planning.separations import build_separations
 from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, shorter_side, spread_ways, strays, ways_out
 from mcdas_opt.reference.offset_path import build_search
@@ -291,26 +291,20 @@ class MpcMethod:
         started = time.perf_counter()
         leaning, needless = shorter_side(assessment), assessment.mode in (Mode.BRAKE, Mode.ACCELERATE)
         driven = [solved.trajectory for solved in solutions if solved.trajectory is not None]
-        close = nearness(driven, self.vehicle, situation.road, prediction)
-        judged, near = iter(verdicts(driven, situation, self.vehicle, prediction, close)), iter(close)
+        values: Iterator[tuple[Verdict, float]] = iter(())
+        if driven:
+            near = nearness(driven, self.vehicle, situation.road, prediction)
+            judged = verdicts(driven, situation, self.vehicle, prediction, near)
+            desired = situation.wanted_speed_mps
+            prices = worths(near, vehicle=self.vehicle, prediction=prediction, desired_speed_mps=desired, settings=self.worth)
+            values = zip(judged, prices, strict=True)
         answers: list[_Answer] = []
         for way, solved in zip(ways, solutions, strict=True):
             if solved.trajectory is None:
                 self._tried.append(Candidate(name=way.name, cost=None, passed=False, refusal=solved.reason))
                 continue
-            verdict = next(judged)
-            cost = worth(
-                solved.trajectory,
-                vehicle=self.vehicle,
-                road=situation.road,
-                prediction=prediction,
-                desired_speed_mps=situation.wanted_speed_mps,
-                side=way.side,
-                leaning=leaning,
-                needless=needless,
-                settings=self.worth,
-                near=next(near),
-            )
+            verdict, cost = next(values)
+            cost += steering_price(way.side, leaning, needless, self.worth)
             cost += self.worth.waiting if way.waits else 0.0
             strayed = strays(solved.trajectory, situation, way, self.vehicle)
             watched = strayed is Side.NONE or situation.coverage.sees(Sector(strayed.value))
