@@ -97,6 +97,7 @@ class MpcMethod:
         self._solve_s = self._verify_s = 0.0
         self._iterations = self._pause = 0
         self._chosen = ""
+        self._compared = 0.0  # the least price of what was chosen since the ways were last compared, 0 before they are
         self._tried: list[Candidate] = []
         self._failed: list[Attempt] = []
         self._strayed: list[_Answer] = []  # pass the judge, half in a lane beside that somebody watches, though they were to keep theirs
@@ -130,6 +131,7 @@ class MpcMethod:
         answer, ended = chosen
         way = answer.way
         self._chosen = way.name
+        self._compared = min(self._compared or math.inf, answer.candidate.cost or 0.0)
         return Plan(
             planner="mpc",
             mode=answer.mode,
@@ -167,7 +169,8 @@ class MpcMethod:
         """The gentlest set of ways that holds one which passes.
 
         When nothing threatens: what is under way, or the lane. At a threat: the four ways out, the best of the sampled family, and the four
-        as driven without an optimiser; while a manoeuvre is under way the family waits until nothing else passes to a safe end. What passed
+        as driven without an optimiser. A manoeuvre under way goes on alone while it passes to a safe end for hardly more than when it was
+        last compared with the others; else the family waits until none of the four does. What passed
         before takes part in the last comparison; where nothing did, or that finds no safe end, so does what was to keep its lane and only
         passes half out of it. Where not even that passes, closer drives and second opinions are asked for.
         """
@@ -195,8 +198,17 @@ class MpcMethod:
             # the lane that holds the car is the one that it steers for: keeping it is no way of its own
             four = tuple(way for way in four if way.side is not Side.NONE)
         before = None if previous is None else self._chosen
+        others = four
+        if going is not None and assessment.threatened:
+            alone = tuple(way for way in four if way.side is going.side)
+            others = tuple(way for way in four if way.side is not going.side)
+            passed = self._passed(situation, prediction, alone, assessment)
+            best = self._cheapest(passed, situation, prediction, before, going)
+            if best is not None and best[1].sound and (best[0].candidate.cost or 0.0) <= self.worth.risen * self._compared:
+                return best
+        self._compared = 0.0
         spread = spread_ways(situation, self.vehicle, prediction, self.settings.grid) if going is None else ()
-        passed += self._passed(situation, prediction, four + spread, assessment)
+        passed += self._passed(situation, prediction, others + spread, assessment)
         if going is not None:
             best = self._cheapest(passed, situation, prediction, before, going)
             if best is not None and best[1].sound:

@@ -34,6 +34,7 @@ class WorthSettings:
     end_closing: float = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
     end_room_m: float = 0.5  # whoever ends less than this beside the host's flank counts as before or behind it
     persistence: float = 0.5  # factor on what was chosen before
+    risen: float = 1.25  # a manoeuvre under way goes on alone until its price is so many times what it was when ways were compared
     notable: float = 0.04  # where nothing threatens, what is driven without an optimiser must be cheaper by so much
 
 
