@@ -31,7 +31,7 @@ from mcdas_opt.planning.ways import Way
 from mcdas_opt.solvers.ipopt_engine import IpoptEngine
 
 SCENES = ("sandwich-60-40", "front-braking-with-follower", "curved-road", "benign-following")
-STAGES = ("assess", "ways_out", "spread_ways", "verdicts", "nearness", "worth", "to_safe_end")
+STAGES = ("assess", "ways_out", "spread_ways", "verdicts", "nearness", "worths", "to_safe_end")
 
 
 def timed(spent: dict[str, list[float]], name: str, function: Callable[..., Any]) -> Callable[..., Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from operator import attrgetter
 from typing import Any, Protocol, TypeGuard
 
@@ -21,6 +21,10 @@ class BodyMotion:
     heading_rad: Array
     speed_s_mps: Array
     speed_d_mps: Array
+
+    def rows(self, which: Sequence[int]) -> BodyMotion:
+        """Of a motion of several bodies, as rows, these."""
+        return BodyMotion(**{name: getattr(self, name)[which] for name in _MOTION})
 
 
 class PredictedBody(Protocol):
@@ -249,6 +253,7 @@ def _cruise(
     return BodyMotion(s_m=place, d_m=d + gone, heading_rad=np.arctan(across / slowest), speed_s_mps=along, speed_d_mps=across)
 
 
+_MOTION = tuple(field.name for field in fields(BodyMotion))
 _KEPT = 4  # vectors of times whose motions a prediction remembers
 # what moves a `CruisingBody`, in the order in which `_cruise` and the C texts take it
 MOVING = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "lateral_fade_s", "lateral_swell", "acceleration_mps2", "changing_s")

@@ -12,8 +12,15 @@ from mcdas_opt.domain.rules import Array, all_finite, vector
 from mcdas_opt.errors import ParameterError
 
 
+class _Tabled:
+    """Room for a trajectory's table, once it has been asked for or was there to begin with."""
+
+    __slots__ = ("_kept",)
+    _kept: Array
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Trajectory:
+class Trajectory(_Tabled):
     """Equal-length vectors. (s, d) body centre, heading relative to the road at s; speed, acceleration, steering of the rear axle.
 
     `jerk_mps3` and `steering_rate_radps` at k hold over [t_k, t_k+1); the last repeats. Built by anybody: soundness is the judge's.
@@ -43,33 +50,46 @@ class Trajectory:
         return int(self.t_s.size)
 
     @property
+    def table(self) -> Array:
+        """(9, n): the vectors as rows, in their order here; not to be written into."""
+        try:
+            return self._kept
+        except AttributeError:
+            table = np.array([getattr(self, name) for name in _NAMES])
+            table.setflags(write=False)
+            object.__setattr__(self, "_kept", table)
+            return table
+
+    @property
     def states(self) -> Array:
         """(n, 6): s, d, psi, v, a, delta."""
-        return np.column_stack([self.s_m, self.d_m, self.heading_rad, self.speed_mps, self.acceleration_mps2, self.steering_rad])
+        return np.array(self.table[1:7].T, order="C")
 
     @property
     def inputs(self) -> Array:
         """(n, 2): jerk, steering rate."""
-        return np.column_stack([self.jerk_mps3, self.steering_rate_radps])
+        return np.array(self.table[8:6:-1].T, order="C")
 
     @classmethod
     def from_states(cls, t_s: Array, x: Array, u: Array) -> Trajectory:
         """From times (n,), states (n, 6) and inputs (n - 1, 2) or (n, 2); a missing last input repeats."""
         t = t_s if _kept_as_it_is(t_s) and t_s.ndim == 1 and all_finite(t_s) else vector("t_s", t_s, "s")
-        rows = np.empty((8, len(x)))
-        rows[:6] = np.asarray(x).T
-        if len(u) == t.size - 1:
-            rows[6:, :-1] = np.asarray(u).T
-            rows[6:, -1] = u[-1] if len(u) else 0.0
-        else:
-            rows[6:] = np.asarray(u).T
         if t.size != len(x):
             raise ParameterError("s_m", f"shape {(len(x),)}", f"must be a list of {t.size} numbers, as t_s")
+        rows = np.empty((len(_NAMES), len(x)))
+        rows[0], rows[1:7] = t, np.asarray(x).T
+        driven = rows[8:6:-1]
+        if len(u) == t.size - 1:
+            driven[:, :-1] = np.asarray(u).T
+            driven[:, -1] = u[-1] if len(u) else 0.0
+        else:
+            driven[:] = np.asarray(u).T
         rows.setflags(write=False)
-        s, d, psi, v, a, delta, jerk, rate = rows
         made = object.__new__(cls)  # the rows are what __post_init__ would make of them
-        for name, row in zip(_NAMES, (t, s, d, psi, v, a, delta, rate, jerk), strict=True):
-            object.__setattr__(made, name, row)
+        _keep(made, "_kept", rows)
+        _keep(made, "t_s", t)  # itself: who is asked for motions at a grid's times knows them again
+        for name, row in zip(_NAMES[1:], rows[1:], strict=True):
+            _keep(made, name, row)
         return made
 
     def to_dict(self) -> dict[str, list[float]]:
@@ -82,6 +102,7 @@ class Trajectory:
 
 
 _NAMES = tuple(field.name for field in fields(Trajectory))
+_keep = object.__setattr__
 
 
 def _kept_as_it_is(value: Any) -> bool:

@@ -18,30 +18,30 @@ PLAINLY_M = 0.1  # an overlap at a drive's own samples that no rounding explains
 
 
 def verdicts(
-    drives: Sequence[Trajectory], situation: Situation, vehicle: Vehicle, prediction: Prediction, near: Sequence[Nearness] | None = None
+    drives: Sequence[Trajectory], situation: Situation, vehicle: Vehicle, prediction: Prediction, near: Nearness | None = None
 ) -> list[Verdict]:
     """The judge's verdicts on drives that are sampled at the same times, but for those that plainly hit somebody: of these the collisions
     at their samples, and nothing else that may be wrong with them. Nothing passes but what the judge passes.
 
     `near` is their `nearness`, where that is known already.
     """
+    if not drives:
+        return []
     near = nearness(drives, vehicle, situation.road, prediction) if near is None else near
-    seen = [_collisions(drive, one, prediction) for drive, one in zip(drives, near, strict=True)]
-    open_questions = [drive for drive, verdict in zip(drives, seen, strict=True) if verdict.passed]
+    hits = [any(depth < -PLAINLY_M for depth in deepest) for deepest in near.deepest_m.tolist()]
+    open_questions = [drive for drive, hit in zip(drives, hits, strict=True) if not hit]
     answers = iter(judge_all(open_questions, situation.host, vehicle, situation.road, prediction))
-    return [next(answers) if verdict.passed else verdict for verdict in seen]
+    return [_collisions(drives[i], i, near, prediction) if hit else next(answers) for i, hit in enumerate(hits)]
 
 
-def _collisions(drive: Trajectory, near: Nearness, prediction: Prediction) -> Verdict:
+def _collisions(drive: Trajectory, which: int, near: Nearness, prediction: Prediction) -> Verdict:
     """Whom it plainly hits, since when, and how deep."""
-    deepest = near.separation_m.min(axis=-1)
-    if not deepest.size or deepest.min() >= -PLAINLY_M:
-        return Verdict()
+    separation, deepest = near.separation_m[which], near.deepest_m[which]
     return Verdict(
         violations=tuple(
             Violation(
                 name=f"collision with {prediction.bodies[i].id}",
-                t_s=float(drive.t_s[int(np.argmax(near.separation_m[i] < 0.0))]),
+                t_s=float(drive.t_s[int(np.argmax(separation[i] < 0.0))]),
                 value=float(deepest[i]),
                 limit=0.0,
                 unit="m",

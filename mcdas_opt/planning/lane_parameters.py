@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.domain.prediction import BodyMotion, PredictedBody
+from mcdas_opt.domain.prediction import BodyMotion, PredictedBody, together
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
@@ -24,25 +24,24 @@ INTRUSION_M = 0.2  # a body that reaches further than this into a lane is in it
 
 @dataclass(frozen=True, slots=True)
 class Seated:
-    """A neighbour as the problem sees it: its motion on the grid, and half its grown body [m] there, along and across (N + 1)."""
+    """Neighbours as the problem sees them: their motions on the grid, as rows (J, N + 1), and half their grown bodies [m] there, along and
+    across (J, 2, N + 1); who is where at the first node, and at the second: s, d, speed."""
 
-    body: PredictedBody
+    bodies: Sequence[PredictedBody]
     motion: BodyMotion
-    along: Array
-    across: Array
+    grown: Array
+    first: Sequence[tuple[float, float, float]]
+    second: Sequence[tuple[float, float, float]]
 
-    @property
-    def id(self) -> str:
-        return self.body.id
+    def __len__(self) -> int:
+        return len(self.bodies)
 
 
-def seated(
-    bodies: Sequence[PredictedBody], times_s: Array, *, along_m: float, across_m: float, motions: Sequence[BodyMotion] | None = None
-) -> tuple[Seated, ...]:
-    """Bodies on the grid (`motions`, where they are known already), grown by a clearance and by the uncertainty of their estimates."""
-    moving = [body.at(times_s) for body in bodies] if motions is None else motions
-    grown = grown_bodies(bodies, times_s, along_m, across_m)
-    return tuple(Seated(body, motion, *half) for body, motion, half in zip(bodies, moving, grown, strict=True))
+def seated(bodies: Sequence[PredictedBody], times_s: Array, *, along_m: float, across_m: float, motion: BodyMotion | None = None) -> Seated:
+    """Bodies on the grid (`motion` as rows, where that is known), grown by a clearance and by the uncertainty of their estimates."""
+    rows = together(bodies, times_s) if motion is None else motion
+    first, second = (list(zip(*(row[:, k].tolist() for row in (rows.s_m, rows.d_m, rows.speed_s_mps)), strict=True)) for k in (0, 1))
+    return Seated(bodies, rows, grown_bodies(bodies, times_s, along_m, across_m), first, second)
 
 
 def vacant_values(seats: Iterable[int]) -> dict[str, float]:
@@ -50,15 +49,15 @@ def vacant_values(seats: Iterable[int]) -> dict[str, float]:
     return {name: value for i in seats for name, value in zip(_seat(i), (-FAR_M, 0.0, 2.25, 0.9), strict=True)}
 
 
-def shared_values(situation: Situation, others: Sequence[Seated], *, seats: int, friction_share: float) -> dict[str, Any]:
+def shared_values(situation: Situation, others: Seated, *, seats: int, friction_share: float) -> dict[str, Any]:
     """What all ways of a situation have in common: name to number or vector (N + 1). In what seats are left sits nobody."""
     road = situation.road
     values: dict[str, Any] = {
         "grip": friction_share * road.friction * GRAVITY_MPS2,
         "road_end": FAR_M if road.road_end_s_m is None else road.road_end_s_m - _ROAD_END_GAP_M,
     }
-    for i, other in enumerate(others[:seats]):
-        values.update(zip(_seat(i), (other.motion.s_m, other.motion.d_m, other.along, other.across), strict=True))
+    for i in range(min(len(others), seats)):
+        values.update(zip(_seat(i), (others.motion.s_m[i], others.motion.d_m[i], *others.grown[i]), strict=True))
     return values | vacant_values(range(len(others), seats))
 
 
@@ -67,7 +66,7 @@ def _seat(i: int) -> tuple[str, str, str, str]:
     return f"body{i}_s", f"body{i}_d", f"body{i}_along", f"body{i}_across"
 
 
-def way_values(situation: Situation, others: Sequence[Seated], way: Way, times_s: Array, guess_s: Array) -> dict[str, Any]:
+def way_values(situation: Situation, others: Seated, way: Way, times_s: Array, guess_s: Array) -> dict[str, Any]:
     """What is the way's own; the road's curvature is linearised around `guess_s` (N + 1)."""
     road, path = situation.road, way.path
     left_edge, right_edge = _bounds(situation, way)
@@ -102,7 +101,7 @@ def _bounds(situation: Situation, way: Way) -> tuple[float, float]:
     return left, right
 
 
-def _bumpers(situation: Situation, others: Sequence[Seated], way: Way, times_s: Array) -> dict[str, Any]:
+def _bumpers(situation: Situation, others: Seated, way: Way, times_s: Array) -> dict[str, Any]:
     """The nearest bumpers ahead and behind in the lane that the way ends in, from the time it gets there; far away elsewhere."""
     host, road = situation.host, situation.road
     arrival, target = 0.0, way.path.target_d_m
@@ -112,14 +111,13 @@ def _bumpers(situation: Situation, others: Sequence[Seated], way: Way, times_s: 
         target = way.manoeuvre.target_d_m
     ahead: list[tuple[Array, Array]] = []
     behind: list[tuple[Array, Array]] = []
-    for other in others:
-        body, motion = other.body, other.motion
-        if abs(motion.d_m.item(0) - target) - 0.5 * body.width_m > 0.5 * road.lane_width_m - INTRUSION_M:
+    for i, (body, (s, d, _)) in enumerate(zip(others.bodies, others.first, strict=True)):
+        if abs(d - target) - 0.5 * body.width_m > 0.5 * road.lane_width_m - INTRUSION_M:
             continue
-        if motion.s_m.item(0) > host.s_m:
-            ahead.append((motion.s_m - 0.5 * body.length_m, motion.speed_s_mps))
+        if s > host.s_m:
+            ahead.append((others.motion.s_m[i] - 0.5 * body.length_m, others.motion.speed_s_mps[i]))
         else:
-            behind.append((motion.s_m + 0.5 * body.length_m, motion.speed_s_mps))
+            behind.append((others.motion.s_m[i] + 0.5 * body.length_m, others.motion.speed_s_mps[i]))
     front, front_speed = _nearest(ahead, FAR_M, np.less)
     rear, rear_speed = _nearest(behind, -FAR_M, np.greater)
     if arrival > 0.0:

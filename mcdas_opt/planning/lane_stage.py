@@ -83,18 +83,20 @@ class _Memory:
     outcome: Outcome
     engine: Engine
     turned: bool
-    others: tuple[Seated, ...]
+    others: Seated
 
 
 @dataclass(frozen=True, slots=True)
 class _Scene:
-    """What the ways of one situation share: the neighbours on the grid, and the parameters that are the same for all."""
+    """What the ways of one situation share: the neighbours on the grid, the parameters that are the same for all, and the state to begin in
+    (a measured one a hair outside a hard bound, by rounding or a limit just touched, is brought to it)."""
 
     situation: Situation
     prediction: Prediction
-    others: tuple[Seated, ...]
+    others: Seated
     posed: Posed
     matrix: Array
+    start: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -225,9 +227,7 @@ class LaneStage:
             outcome = memory.outcome
             steps = self._newton_cap() if engine is posed.interior_point else self.stage.iterations_warm
             attempts = chain([(engine, lambda: engine.shifted(outcome), steps)], attempts)
-        # a measured state a hair outside a hard bound (rounding, a limit just touched) is brought to it
-        x0 = np.minimum(np.maximum(within_reach(situation.host, self.vehicle), posed.problem.x_lower), posed.problem.x_upper)
-        x0 = turned_states(x0) if turned else x0
+        x0 = turned_states(scene.start) if turned else scene.start
         by: Engine = engine
         iterations, reason = 0, ""
         for trial, guessed, cap in attempts:
@@ -276,17 +276,17 @@ class LaneStage:
         u = np.minimum(np.maximum(u, posed.problem.u_lower), posed.problem.u_upper)
         return roll_out(situation.host, speed_mps, u, self.settings.grid, self.vehicle, situation.road)
 
-    def nearest(self, situation: Situation, prediction: Prediction) -> tuple[Seated, ...]:
+    def nearest(self, situation: Situation, prediction: Prediction) -> Seated:
         """The bodies that come nearest over the horizon, at most as many as there are seats; in order of their ids, to keep seats."""
-        times, most = self.settings.grid.times_s, self.stage.seats[-1]
-        host, moving = situation.host, list(zip(prediction.bodies, prediction.on(times), strict=True))
-        if len(moving) > most:
-            some = host.s_m + host.speed_mps * times[::5]
-            reach = {body.id: float(np.abs(motion.s_m[::5] - some).min()) for body, motion in moving}
-            moving = sorted(moving, key=lambda pair: (reach[pair[0].id], pair[0].id))[:most]
-        moving.sort(key=lambda pair: pair[0].id)
-        bodies, motions = [body for body, _ in moving], [motion for _, motion in moving]
-        return seated(bodies, times, motions=motions, along_m=self.stage.clearance_along_m, across_m=self.stage.clearance_across_m)
+        times, most, host = self.settings.grid.times_s, self.stage.seats[-1], situation.host
+        bodies, motion = prediction.bodies, prediction.rows_on(times)
+        order = sorted(range(len(bodies)), key=lambda i: bodies[i].id)
+        if len(order) > most:
+            reach = np.abs(motion.s_m[:, ::5] - (host.s_m + host.speed_mps * times[::5])).min(axis=-1)
+            order = sorted(sorted(order, key=lambda i: (reach[i], bodies[i].id))[:most], key=lambda i: bodies[i].id)
+        if order != list(range(len(bodies))):
+            bodies, motion = tuple(bodies[i] for i in order), motion.rows(order)
+        return seated(bodies, times, motion=motion, along_m=self.stage.clearance_along_m, across_m=self.stage.clearance_across_m)
 
     def _scene(self, situation: Situation, prediction: Prediction) -> _Scene:
         """Made for a situation's first way, and kept for the others."""
@@ -297,7 +297,8 @@ class LaneStage:
             shared = self._alone(posed).copy()
             values = shared_values(situation, others, seats=len(others), friction_share=self.stage.friction_share)
             posed.parameters.fill(shared, values)
-            last = self._last = _Scene(situation, prediction, others, posed, shared)
+            start = np.minimum(np.maximum(within_reach(situation.host, self.vehicle), posed.problem.x_lower), posed.problem.x_upper)
+            last = self._last = _Scene(situation, prediction, others, posed, shared, start)
             self._newton_steps = 0
         return last
 
@@ -314,19 +315,18 @@ class LaneStage:
         scene.posed.parameters.fill(p, way_values(scene.situation, scene.others, way, self.settings.grid.times_s, guess_s))
         return p
 
-    def _event(self, memory: _Memory, situation: Situation, way: Way, others: tuple[Seated, ...]) -> bool:
+    def _event(self, memory: _Memory, situation: Situation, way: Way, others: Seated) -> bool:
         """Whether the last solve says little of this one: time jumped, another path or goal, somebody new or not where predicted."""
         elapsed = situation.time_s - memory.time_s
         if abs(elapsed - float(self.settings.grid.steps_s[0])) > 1e-6 or memory.outcome.ending is not Ending.CONVERGED:
             return True
         if way.manoeuvre != memory.way.manoeuvre or abs(way.speed_mps - memory.way.speed_mps) > 1.0:
             return True
-        if [other.id for other in others] != [other.id for other in memory.others]:  # they are in the order of their ids
+        if [body.id for body in others.bodies] != [body.id for body in memory.others.bodies]:  # they are in the order of their ids
             return True
-        for before, other in zip(memory.others, others, strict=True):  # one step later: node 1 of the last is node 0 of this one
-            then, now = before.motion, other.motion
-            moved = max(abs(then.s_m.item(1) - now.s_m.item(0)), abs(then.d_m.item(1) - now.d_m.item(0)))
-            if moved > self.stage.event_position_m or abs(then.speed_s_mps.item(1) - now.speed_s_mps.item(0)) > self.stage.event_speed_mps:
+        most_m, most_mps = self.stage.event_position_m, self.stage.event_speed_mps
+        for then, now in zip(memory.others.second, others.first, strict=True):  # one step later: node 1 of the last is node 0 of this one
+            if abs(then[0] - now[0]) > most_m or abs(then[1] - now[1]) > most_m or abs(then[2] - now[2]) > most_mps:
                 return True
         return False
 

@@ -23,13 +23,13 @@ _ODD_PARAMETERS = frozenset({"kappa", "kappa_slope", "ref_start_d", "ref_amplitu
 _NOTHING = 1e-9
 
 
-def is_turned(situation: Situation, others: Sequence[Seated], way: Way) -> bool:
+def is_turned(situation: Situation, others: Seated, way: Way) -> bool:
     """Whether this is solved in the mirror: steering right, or keeping the lane with more on the right than on the left."""
     if way.side is not Side.NONE:
         return way.side is Side.RIGHT
     host, road = situation.host, situation.road
     offset = host.d_m - way.path.start_d_m
-    lateral = [other.motion.d_m.item(0) - way.path.start_d_m for other in others]
+    lateral = [d - way.path.start_d_m for _, d, _ in others.first]
     for oddness in (
         offset,
         host.heading_rad,

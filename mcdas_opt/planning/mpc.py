@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,7 +23,7 @@ from mcdas_opt.planning.closed_form import drive
 from mcdas_opt.planning.continuation import Ended, to_safe_end
 from mcdas_opt.planning.glance import verdicts
 from mcdas_opt.planning.lane_stage import LaneStage, Solved, StageSettings
-from mcdas_opt.planning.selection import WorthSettings, nearness, steering_price, worth
+from mcdas_opt.planning.selection import WorthSettings, nearness, steering_price, worths
 from mcdas_opt.planning.separations import build_separations
 from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, shorter_side, spread_ways, strays, ways_out
 from mcdas_opt.reference.offset_path import build_search
@@ -97,6 +97,7 @@ class MpcMethod:
         self._solve_s = self._verify_s = 0.0
         self._iterations = self._pause = 0
         self._chosen = ""
+        self._compared = 0.0  # the least price of what was chosen since the ways were last compared, 0 before they are
         self._tried: list[Candidate] = []
         self._failed: list[Attempt] = []
         self._strayed: list[_Answer] = []  # pass the judge, half in a lane beside that somebody watches, though they were to keep theirs
@@ -130,6 +131,7 @@ class MpcMethod:
         answer, ended = chosen
         way = answer.way
         self._chosen = way.name
+        self._compared = min(self._compared or math.inf, answer.candidate.cost or 0.0)
         return Plan(
             planner="mpc",
             mode=answer.mode,
@@ -167,7 +169,8 @@ class MpcMethod:
         """The gentlest set of ways that holds one which passes.
 
         When nothing threatens: what is under way, or the lane. At a threat: the four ways out, the best of the sampled family, and the four
-        as driven without an optimiser; while a manoeuvre is under way the family waits until nothing else passes to a safe end. What passed
+        as driven without an optimiser. A manoeuvre under way goes on alone while it passes to a safe end for hardly more than when it was
+        last compared with the others; else the family waits until none of the four does. What passed
         before takes part in the last comparison; where nothing did, or that finds no safe end, so does what was to keep its lane and only
         passes half out of it. Where not even that passes, closer drives and second opinions are asked for.
         """
@@ -195,8 +198,17 @@ class MpcMethod:
             # the lane that holds the car is the one that it steers for: keeping it is no way of its own
             four = tuple(way for way in four if way.side is not Side.NONE)
         before = None if previous is None else self._chosen
+        others = four
+        if going is not None and assessment.threatened:
+            alone = tuple(way for way in four if way.side is going.side)
+            others = tuple(way for way in four if way.side is not going.side)
+            passed = self._passed(situation, prediction, alone, assessment)
+            best = self._cheapest(passed, situation, prediction, before, going)
+            if best is not None and best[1].sound and (best[0].candidate.cost or 0.0) <= self.worth.risen * self._compared:
+                return best
+        self._compared = 0.0
         spread = spread_ways(situation, self.vehicle, prediction, self.settings.grid) if going is None else ()
-        passed += self._passed(situation, prediction, four + spread, assessment)
+        passed += self._passed(situation, prediction, others + spread, assessment)
         if going is not None:
             best = self._cheapest(passed, situation, prediction, before, going)
             if best is not None and best[1].sound:
@@ -291,26 +303,20 @@ class MpcMethod:
         started = time.perf_counter()
         leaning, needless = shorter_side(assessment), assessment.mode in (Mode.BRAKE, Mode.ACCELERATE)
         driven = [solved.trajectory for solved in solutions if solved.trajectory is not None]
-        close = nearness(driven, self.vehicle, situation.road, prediction)
-        judged, near = iter(verdicts(driven, situation, self.vehicle, prediction, close)), iter(close)
+        values: Iterator[tuple[Verdict, float]] = iter(())
+        if driven:
+            near = nearness(driven, self.vehicle, situation.road, prediction)
+            judged = verdicts(driven, situation, self.vehicle, prediction, near)
+            desired = situation.wanted_speed_mps
+            prices = worths(near, vehicle=self.vehicle, prediction=prediction, desired_speed_mps=desired, settings=self.worth)
+            values = zip(judged, prices, strict=True)
         answers: list[_Answer] = []
         for way, solved in zip(ways, solutions, strict=True):
             if solved.trajectory is None:
                 self._tried.append(Candidate(name=way.name, cost=None, passed=False, refusal=solved.reason))
                 continue
-            verdict = next(judged)
-            cost = worth(
-                solved.trajectory,
-                vehicle=self.vehicle,
-                road=situation.road,
-                prediction=prediction,
-                desired_speed_mps=situation.wanted_speed_mps,
-                side=way.side,
-                leaning=leaning,
-                needless=needless,
-                settings=self.worth,
-                near=next(near),
-            )
+            verdict, cost = next(values)
+            cost += steering_price(way.side, leaning, needless, self.worth)
             cost += self.worth.waiting if way.waits else 0.0
             strayed = strays(solved.trajectory, situation, way, self.vehicle)
             watched = strayed is Side.NONE or situation.coverage.sees(Sector(strayed.value))

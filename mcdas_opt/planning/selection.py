@@ -34,33 +34,37 @@ class WorthSettings:
     end_closing: float = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
     end_room_m: float = 0.5  # whoever ends less than this beside the host's flank counts as before or behind it
     persistence: float = 0.5  # factor on what was chosen before
+    risen: float = 1.25  # a manoeuvre under way goes on alone until its price is so many times what it was when ways were compared
     notable: float = 0.04  # where nothing threatens, what is driven without an optimiser must be cheaper by so much
 
 
 @dataclass(frozen=True, slots=True)
 class Nearness:
-    """Signed separations (bodies, n) of the host's body from every predicted one [m], and where those are at the end: s, d, speed."""
+    """Of so many drives: their tables (drives, 9, n), signed separations (drives, bodies, n) of the host's body from every predicted one
+    [m], the deepest of each (drives, bodies), and where those bodies are at the end: s, d, speed."""
 
+    tables: Array
     separation_m: Array
+    deepest_m: Array
     ends: tuple[tuple[float, float, float], ...]
 
 
-def nearness(trajectories: Sequence[Trajectory], vehicle: Vehicle, road: Road, prediction: Prediction) -> tuple[Nearness, ...]:
-    """Of each trajectory; all are sampled at the same times."""
-    if not trajectories:
-        return ()
+def nearness(trajectories: Sequence[Trajectory], vehicle: Vehicle, road: Road, prediction: Prediction) -> Nearness:
+    """Of at least one trajectory; all are sampled at the same times."""
     t, bodies = trajectories[0].t_s, prediction.bodies
+    tables = trajectories[0].table[None] if len(trajectories) == 1 else np.array([one.table for one in trajectories])
     rows = prediction.rows_on(t)
     places = rows.s_m
     frame = frame_near(road, float(trajectories[0].s_m[0]))
     if not road.is_straight:  # who is beyond the frame is far enough away there too
         places = np.clip(places, frame.s_min_m, frame.s_max_m)
     x, y, yaw = frame.to_plane(places, rows.d_m, rows.heading_rad)
-    hosts = frame.to_plane(*(np.array([getattr(one, name) for one in trajectories]) for name in ("s_m", "d_m", "heading_rad")))
+    hosts = frame.to_plane(tables[:, 1], tables[:, 2], tables[:, 3])
     halves = np.array([(0.5 * body.length_m, 0.5 * body.width_m) for body in bodies]).reshape(-1, 2)
     separation = separations(hosts, (x, y, yaw), (0.5 * vehicle.length_m, 0.5 * vehicle.width_m), halves)
     ends = tuple(zip(rows.s_m[:, -1].tolist(), rows.d_m[:, -1].tolist(), rows.speed_s_mps[:, -1].tolist(), strict=True))
-    return tuple(Nearness(row, ends) for row in separation)
+    deepest = np.minimum.reduce(separation, axis=-1) if bodies else np.zeros((len(tables), 0))
+    return Nearness(tables, separation, deepest, ends)
 
 
 def worth(
@@ -74,28 +78,36 @@ def worth(
     leaning: Side,
     needless: bool,
     settings: WorthSettings,
-    near: Nearness | None = None,
 ) -> float:
-    """The price of a plan: discomfort, departure from the desired speed, nearness to others, and how it leaves things at its end.
+    """The price of a plan: what it is worth as it is driven, and what it costs to leave the lane to `side`."""
+    near = nearness((trajectory,), vehicle, road, prediction)
+    (driven,) = worths(near, vehicle=vehicle, prediction=prediction, desired_speed_mps=desired_speed_mps, settings=settings)
+    return driven + steering_price(side, leaning, needless, settings)
 
-    `near` is its `nearness`, where that is known already.
-    """
-    near = nearness((trajectory,), vehicle, road, prediction)[0] if near is None else near
-    t, v, a = trajectory.t_s, trajectory.speed_mps, trajectory.acceleration_mps2
-    lateral = lateral_acceleration(v, trajectory.steering_rad, vehicle.wheelbase_m, np)
-    rate = settings.acceleration * a**2 + settings.lateral_acceleration * lateral**2 + settings.jerk * trajectory.jerk_mps3**2
+
+def worths(near: Nearness, *, vehicle: Vehicle, prediction: Prediction, desired_speed_mps: float, settings: WorthSettings) -> list[float]:
+    """Of each of the drives the price of discomfort, departure from the desired speed, nearness to others, and how it leaves things at
+    its end; without the price of steering."""
+    drives = near.tables
+    t, v, a = drives[0, 0], drives[:, 4], drives[:, 5]
+    lateral = lateral_acceleration(v, drives[:, 6], vehicle.wheelbase_m, np)
+    rate = settings.acceleration * a**2 + settings.lateral_acceleration * lateral**2 + settings.jerk * drives[:, 8] ** 2
     rate = rate + settings.speed * (v - desired_speed_mps) ** 2
     if near.ends:
-        rate = rate + settings.nearness * np.exp(-np.maximum(near.separation_m.min(axis=0), 0.0) / 0.7)
-    total = float((0.5 * (rate[1:] + rate[:-1]) * (t[1:] - t[:-1])).sum())
-    end_s, end_d, end_v = float(trajectory.s_m[-1]), float(trajectory.d_m[-1]), float(v[-1])
-    for body, (s, d, speed), gap in zip(prediction.bodies, near.ends, near.separation_m[:, -1].tolist(), strict=True):
-        aside = abs(d - end_d) - 0.5 * (body.width_m + vehicle.width_m)
-        if aside > settings.end_room_m:
-            continue
-        closing = max(end_v - speed if s > end_s else speed - end_v, 0.0)
-        total += settings.end_closing * closing**2 / max(gap, 1.0)
-    return total + steering_price(side, leaning, needless, settings)
+        closest = np.minimum.reduce(near.separation_m, axis=1)
+        rate = rate + settings.nearness * np.exp(-np.maximum(closest, 0.0) / 0.7)
+    totals: list[float] = np.add.reduce(0.5 * (rate[:, 1:] + rate[:, :-1]) * (t[1:] - t[:-1]), axis=1).tolist()
+    if not near.ends:
+        return totals
+    widths = [0.5 * (body.width_m + vehicle.width_m) for body in prediction.bodies]
+    ends, gaps = drives[:, 1:5, -1].tolist(), near.separation_m[:, :, -1].tolist()
+    for i, ((end_s, end_d, _, end_v), its_gaps) in enumerate(zip(ends, gaps, strict=True)):
+        for width, (s, d, speed), gap in zip(widths, near.ends, its_gaps, strict=True):
+            if abs(d - end_d) - width > settings.end_room_m:
+                continue
+            closing = max(end_v - speed if s > end_s else speed - end_v, 0.0)
+            totals[i] += settings.end_closing * closing**2 / max(gap, 1.0)
+    return totals
 
 
 def steering_price(side: Side, leaning: Side, needless: bool, settings: WorthSettings) -> float:
@@ -135,8 +147,9 @@ def severities(trajectories: Sequence[Trajectory], vehicle: Vehicle, road: Road,
     found: dict[int, list[tuple[float, float]]] = {}
     for supposed in _slower_changes(prediction):
         for group in groups.values():
-            for i, near in zip(group, nearness([trajectories[i] for i in group], vehicle, road, supposed), strict=True):
-                found.setdefault(i, []).append(_severity(trajectories[i], vehicle, road, supposed, near.separation_m))
+            near = nearness([trajectories[i] for i in group], vehicle, road, supposed)
+            for i, separation in zip(group, near.separation_m, strict=True):
+                found.setdefault(i, []).append(_severity(trajectories[i], vehicle, road, supposed, separation))
     each = (found[i] for i in range(len(trajectories)))
     return [(sum(speed for speed, _ in of) / len(of), of[0][1]) for of in each]
 

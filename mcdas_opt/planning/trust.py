@@ -58,7 +58,7 @@ def relying(
         return None
 
     def room_m(one: Attempt) -> float:
-        return float(nearness((one.trajectory,), vehicle, situation.road, hoped)[0].separation_m.min())
+        return float(nearness((one.trajectory,), vehicle, situation.road, hoped).separation_m.min())
 
     return max(passing, key=room_m), trust
 

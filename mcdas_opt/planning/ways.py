@@ -19,6 +19,7 @@ from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.manoeuvres.kinds import best_of_kind, next_lane_m
 from mcdas_opt.reference.offset_path import OffsetPath, corrected
 
+_most, _least = np.maximum.reduce, np.minimum.reduce
 _MARKING_M = 0.15  # a body that crosses the marking by less still keeps its lane
 _LEANING_M = 0.1  # a smaller offset of the front vehicle leans to neither side
 BODY_ROOM_M = 0.25  # from the body's flank to the road's edge, for the targets of steering
@@ -242,8 +243,12 @@ def strays(trajectory: Trajectory, situation: Situation, way: Way, vehicle: Vehi
     """
     if way.side is not Side.NONE:
         return Side.NONE
-    reach = 0.5 * vehicle.width_m * np.cos(trajectory.heading_rad) + 0.5 * vehicle.length_m * np.abs(np.sin(trajectory.heading_rad))
-    half, offset = 0.5 * situation.road.lane_width_m, trajectory.d_m - way.path.start_d_m
+    half, centre, psi, d = 0.5 * situation.road.lane_width_m, way.path.start_d_m, trajectory.heading_rad, trajectory.d_m
+    turned = max(_most(psi), -_least(psi))
+    if max(_most(d) - centre, centre - _least(d)) + 0.5 * (vehicle.width_m + vehicle.length_m * turned) < half:
+        return Side.NONE  # plainly within it
+    reach = 0.5 * vehicle.width_m * np.cos(psi) + 0.5 * vehicle.length_m * np.abs(np.sin(psi))
+    offset = d - centre
     found = Side.NONE
     for side, over in ((Side.LEFT, offset + reach - half), (Side.RIGHT, reach - offset - half)):
         watched = situation.coverage.sees(Sector(side.value))

@@ -54,7 +54,9 @@ class OffsetPath:
 
     def __post_init__(self) -> None:
         for name in self.__slots__:
-            object.__setattr__(self, name, finite(name, getattr(self, name)))
+            value = getattr(self, name)
+            if type(value) is not float or not math.isfinite(value):
+                object.__setattr__(self, name, finite(name, value))
         if self.a_per_m >= 0.0:
             raise ParameterError("a_per_m", self.a_per_m, "must be less than 0", "1/m")
         if self.b <= 1.0:

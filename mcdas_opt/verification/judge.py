@@ -21,7 +21,7 @@ from mcdas_opt.verification.finding import Findings
 from mcdas_opt.verification.limits import actuators, friction
 from mcdas_opt.verification.motion import drive
 from mcdas_opt.verification.plainly_sound import plainly_sound, rows_of, rules_of
-from mcdas_opt.verification.record import Samples, sampling, started_elsewhere, table, unreadable
+from mcdas_opt.verification.record import Samples, sampling, started_elsewhere, unreadable
 from mcdas_opt.verification.surface import on_road
 from mcdas_opt.verification.tolerances import CONTRACT, Tolerances
 
@@ -54,7 +54,7 @@ def judge_all(
     """`judge` of each; what is plainly sound passes at once, of the rest those that are sampled at the same times in one go."""
     verdicts: dict[int, Verdict] = {}
     groups: list[list[int]] = []
-    tables = [table(trajectory) for trajectory in trajectories]
+    tables = [trajectory.table for trajectory in trajectories]
     plainly, bodies = plainly_sound(), rows_of(prediction.bodies)
     rules = rules_of(vehicle, road, tolerances, ALONG_REACHES)
     for i, one in enumerate(tables):

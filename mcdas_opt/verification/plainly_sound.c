@@ -8,7 +8,7 @@
 #define CLEAR 0.05
 #define FAR 0.001  /* besides, of what is looked at no closer: more than rounding of a place */
 #define MOST_STEPS 5
-#define MOST_FINE (2 * MOST_STEPS + 1)
+#define MOST_FINE 16  /* more than 2 MOST_STEPS + 1, and whole vectors: what lies behind an interval's last fine time repeats that */
 #define PI 3.14159265358979323846
 
 enum { T, S, D, PSI, V, A, DELTA, RATE, JERK };  /* rows of a trajectory's table */
@@ -26,6 +26,8 @@ static int within(double value, double limit) { return value <= limit - CERTAINL
 
 static int between(double value, double low, double high) { return value >= low + CERTAINLY && value <= high - CERTAINLY; }
 
+static double length_of(double x, double y) { return sqrt(x * x + y * y); }
+
 static double wrapped(double angle) { return angle - 2.0 * PI * floor((angle + PI) / (2.0 * PI)); }
 
 static int readable(const double *table, long n, const Rules *rule)
@@ -42,7 +44,7 @@ static int readable(const double *table, long n, const Rules *rule)
 static int starts_there(const double *table, long n, const double *start, const Rules *rule)
 {
     const double *first = table;
-    return within(hypot(first[S * n] - start[0], first[D * n] - start[1]), rule->start_position)
+    return within(length_of(first[S * n] - start[0], first[D * n] - start[1]), rule->start_position)
         && within(fabs(remainder(first[PSI * n] - start[2], 2.0 * PI)), rule->start_heading)
         && within(fabs(first[V * n] - start[3]), rule->start_speed)
         && within(fabs(first[A * n] - start[4]), rule->start_acceleration)
@@ -52,11 +54,12 @@ static int starts_there(const double *table, long n, const double *start, const 
 /* integral of f at the ends and middles of `steps` steps of length h, by the parabola through each step's values */
 static void integral(const double *f, int steps, double h, double *sum)
 {
+    const double share = h / 24.0;
     sum[0] = 0.0;
     for (int i = 0; i < steps; i++) {
         const double *at = f + 2 * i;
-        sum[2 * i + 1] = sum[2 * i] + (5.0 * at[0] + 8.0 * at[1] - at[2]) / 24.0 * h;
-        sum[2 * i + 2] = sum[2 * i] + (4.0 * at[0] + 16.0 * at[1] + 4.0 * at[2]) / 24.0 * h;
+        sum[2 * i + 1] = sum[2 * i] + (5.0 * at[0] + 8.0 * at[1] - at[2]) * share;
+        sum[2 * i + 2] = sum[2 * i] + (4.0 * at[0] + 16.0 * at[1] + 4.0 * at[2]) * share;
     }
 }
 
@@ -71,21 +74,24 @@ static void driven(const State *from, double jerk, double rate, const double *ta
 {
     const int count = 2 * steps + 1;
     double along[MOST_FINE], across[MOST_FINE], h = 2.0 * tau[1];
-    int rests = 0;
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; i < MOST_FINE; i++) {
         const double gained = jerk * tau[i];
         out->a[i] = from->a + gained;
         out->v[i] = from->v + tau[i] * (from->a + 0.5 * gained);
         out->delta[i] = from->delta + rate * tau[i];
-        rests |= out->v[i] <= rule->reverse;
-        if (held && rests) out->a[i] = out->v[i] = 0.0;
-        out->turn[i] = out->v[i] * tan(out->delta[i]) / rule->wheelbase;
     }
+    if (held)
+        for (int i = 0, rests = 0; i < MOST_FINE; i++) {
+            rests |= out->v[i] <= rule->reverse;
+            if (rests) out->a[i] = out->v[i] = 0.0;
+        }
+    for (int i = 0; i < MOST_FINE; i++) out->turn[i] = out->v[i] * tan(out->delta[i]) / rule->wheelbase;
     integral(out->turn, steps, h, out->yaw);
-    for (int i = 0; i < count; i++) {
-        out->yaw[i] += from->yaw;
-        out->cosine[i] = cos(out->yaw[i]);
-        out->sine[i] = sin(out->yaw[i]);
+    for (int i = 0; i < count; i++) out->yaw[i] += from->yaw;
+    for (int i = count; i < MOST_FINE; i++) out->yaw[i] = out->yaw[count - 1];
+    for (int i = 0; i < MOST_FINE; i++) out->cosine[i] = cos(out->yaw[i]);
+    for (int i = 0; i < MOST_FINE; i++) out->sine[i] = sin(out->yaw[i]);
+    for (int i = 0; i < MOST_FINE; i++) {
         along[i] = out->v[i] * out->cosine[i];
         across[i] = out->v[i] * out->sine[i];
     }
@@ -117,7 +123,7 @@ static int kept_limits(const Piece *one, int steps, const Rules *rule)
         if (!between(one->v[i], -rule->reverse, rule->top * more)) return 0;
         if (!between(one->a[i], rule->slowest * more, rule->fastest * more)) return 0;
         if (!within(fabs(one->delta[i]), rule->steering_max * more)) return 0;
-        if (!within(hypot(one->a[i], across), rule->grip)) return 0;
+        if (!within(length_of(one->a[i], across), rule->grip)) return 0;
     }
     return 1;
 }
@@ -142,7 +148,7 @@ static int followed(const double *table, long n, const Frame *frame, const Rules
         int held;
         from.x = here[0] - rule->centre * cos(here[2]);
         from.y = here[1] - rule->centre * sin(here[2]);
-        for (int i = 0; i <= last; i++) tau[i] = dt * i / last;
+        for (int i = 0; i < MOST_FINE; i++) tau[i] = i < last ? dt * i / last : dt;
         held = brought_to_rest(from.v, from.a, jerk, tau, steps, table[A * n + k + 1], rule->reverse);
         driven(&from, jerk, rate, tau, steps, held, rule, &piece);
         driven(&run, jerk, rate, tau, steps, held, rule, &whole);
@@ -154,7 +160,7 @@ static int followed(const double *table, long n, const Frame *frame, const Rules
         miss_x = next[0] - piece.x[last] - rule->centre * piece.cosine[last];
         miss_y = next[1] - piece.y[last] - rule->centre * piece.sine[last];
         miss_yaw = wrapped(next[2] - piece.yaw[last]);
-        if (!within(hypot(miss_x, miss_y), rule->residual_position) || !within(fabs(miss_yaw), rule->residual_heading)
+        if (!within(length_of(miss_x, miss_y), rule->residual_position) || !within(fabs(miss_yaw), rule->residual_heading)
             || !within(fabs(table[V * n + k + 1] - piece.v[last]), rule->residual_speed)
             || !within(fabs(table[A * n + k + 1] - piece.a[last]), rule->residual_acceleration)
             || !within(fabs(table[DELTA * n + k + 1] - piece.delta[last]), rule->residual_steering)) return 0;
@@ -170,7 +176,7 @@ static int followed(const double *table, long n, const Frame *frame, const Rules
     }
     run.x += rule->centre * cos(run.yaw) - here[0];
     run.y += rule->centre * sin(run.yaw) - here[1];
-    return within(hypot(run.x, run.y), rule->end_position) && within(fabs(wrapped(here[2] - run.yaw)), rule->end_heading);
+    return within(length_of(run.x, run.y), rule->end_position) && within(fabs(wrapped(here[2] - run.yaw)), rule->end_heading);
 }
 
 static int last_sample_and_inputs(const double *table, long n, const Rules *rule)
@@ -184,13 +190,13 @@ static int last_sample_and_inputs(const double *table, long n, const Rules *rule
     }
     return between(table[V * n + n - 1], -rule->reverse, rule->top * more)
         && between(table[A * n + n - 1], rule->slowest * more, rule->fastest * more)
-        && within(fabs(table[DELTA * n + n - 1]), rule->steering_max * more) && within(hypot(table[A * n + n - 1], across), rule->grip);
+        && within(fabs(table[DELTA * n + n - 1]), rule->steering_max * more) && within(length_of(table[A * n + n - 1], across), rule->grip);
 }
 
 /* every corner inside the edges and before the end; on a curved road by an estimate that errs to the safe side, or not plainly */
 static int on_road(const double *table, long n, const Frame *frame, const Rules *rule, int steps, const double *node, long stride)
 {
-    const double radius = 0.5 * hypot(rule->length, rule->width);
+    const double radius = 0.5 * length_of(rule->length, rule->width);
     for (long k = 0, i = 0; k < n; k++) {
         for (int j = 0; j < steps && i < stride; j++, i += 2) {
             const double share = (double)j / steps;
@@ -200,6 +206,9 @@ static int on_road(const double *table, long n, const Frame *frame, const Rules 
                 d = k + 1 < n ? table[D * n + k] + (table[D * n + k + 1] - table[D * n + k]) * share : table[D * n + k];
                 psi -= road_heading(frame, s);
             }
+            c = 1.0, q = fabs(psi);  /* not less than of the angle's: what is plainly on the road by these is so */
+            if (!frame->samples && q < 0.5 && within(fabs(d) + 0.5 * (rule->length * q + rule->width), LESSER(rule->left, -rule->right))
+                && within(s + 0.5 * (rule->length + rule->width * q), rule->end)) continue;
             c = fabs(cos(psi)), q = fabs(sin(psi));
             ahead = 0.5 * (rule->length * c + rule->width * q), aside = 0.5 * (rule->length * q + rule->width * c);
             if (frame->samples) {
@@ -262,7 +271,7 @@ static int apart(const double *body, const double *table, long n, const Frame *f
                  const double *time, long stride)
 {
     const double size[2] = {rule->length, rule->width}, other[2] = {body[BODY_LENGTH], body[BODY_WIDTH]};
-    const double reach = 0.5 * (hypot(size[0], size[1]) + hypot(other[0], other[1])), vs = body[BODY_VS];
+    const double reach = 0.5 * (length_of(size[0], size[1]) + length_of(other[0], other[1])), vs = body[BODY_VS];
     const double slow = copysign(GREATER(fabs(vs), 1.0), vs);
     double x[2], y[2], yaw[2], its[2], was = 0.0;
     if (!(reach < rule->largest)) return 0;
@@ -285,8 +294,8 @@ static int apart(const double *body, const double *table, long n, const Frame *f
             if (!to_plane(frame, s, d, psi, &px, &py, &pyaw)) return 0;
         }
         x[1] = px - node[i], y[1] = py - node[stride + i], yaw[1] = node[2 * stride + i], its[1] = pyaw;
-        now = hypot(x[1], y[1]);
-        if (i > 0 && was < HUGE_VAL && LESSER(was, now) <= reach + hypot(x[1] - x[0], y[1] - y[0]) + CERTAINLY) {
+        now = length_of(x[1], y[1]);
+        if (i > 0 && was < HUGE_VAL && LESSER(was, now) <= reach + length_of(x[1] - x[0], y[1] - y[0]) + CERTAINLY) {
             if (!(kept_gap(yaw[0], x, y, yaw, its, size, other) >= CLEAR + CERTAINLY)
                 && !(kept_gap(its[0], x, y, yaw, its, size, other) >= CLEAR + CERTAINLY)) return 0;
         }

@@ -39,11 +39,6 @@ class Samples:
         return cls(t_s=tables[0][0], **dict(zip(_NAMES[1:], columns[1:], strict=True)))
 
 
-def table(trajectory: Trajectory) -> Array:
-    """(9, n): its columns, as rows."""
-    return np.array([getattr(trajectory, name) for name in _NAMES])
-
-
 def unreadable(table: Array, tolerances: Tolerances) -> list[Violation]:
     """Faults that leave nothing to drive: too few samples, numbers that are none or absurd, time that stands or runs back.
 

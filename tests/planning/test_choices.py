@@ -17,7 +17,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.domain.vocabulary import Mode, Status
+from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.planning import lane_stage
 from mcdas_opt.planning.closed_form import CorrectedMethod
@@ -36,6 +36,7 @@ from mcdas_opt.solvers.interior_point import InteriorPointEngine
 from mcdas_opt.solvers.osqp_engine import OsqpEngine
 from mcdas_opt.tracking.prediction import predict, predict_for
 from mcdas_opt.verification.judge import judge
+from tests.planning.situations import sandwich
 
 # quiet, but the closed form would stop or steer out; quiet and kept lane had an open end; trusting a follower where that costs more;
 # half out of its lane where the closed form keeps it, and priced below steering out
@@ -251,3 +252,33 @@ def test_cut_ins_that_were_lost_are_not(seed: int, index: int) -> None:
     run = simulate(expand("un-r157", None, seed).cases[index].scene, "mpc")
     assert run.outcome is Outcome.SAFE
     assert run.unverified_plans == 0
+
+
+def test_a_manoeuvre_under_way_is_compared_again_only_when_its_price_has_risen() -> None:
+    """The same plans from fewer ways than where all of them are compared in every cycle."""
+    alone, comparing = Planner(), Planner()
+    comparing.method.worth = replace(comparing.method.worth, risen=0.0)  # type: ignore[attr-defined]
+    situation, spared = sandwich(0.4), 0
+    for k in range(6):
+        situation = replace(situation, time_s=round(0.1 * k, 1))
+        plan, other = alone.plan(situation), comparing.plan(situation)
+        assert np.array_equal(plan.trajectory.d_m, other.trajectory.d_m)
+        assert plan.verdict.passed
+        spared += len(other.candidates) - len(plan.candidates)
+        names = ("s_m", "d_m", "heading_rad", "speed_mps", "acceleration_mps2", "steering_rad")
+        host = replace(situation.host, **{name: float(getattr(plan.trajectory, name)[1]) for name in names})
+        moved = [replace(track, s_m=track.s_m + 0.1 * track.speed_s_mps) for track in situation.tracks]
+        situation = replace(situation, host=host, tracks=tuple(moved))
+    assert plan.side is not Side.NONE
+    assert spared > 0
+
+
+def test_a_manoeuvre_whose_price_rises_is_compared_again() -> None:
+    """Somebody appears where the manoeuvre ends: the other ways are asked too."""
+    planner, situation = Planner(), sandwich(0.4)
+    plan = planner.plan(situation)
+    assert plan.side is not Side.NONE
+    across = 3.7 if plan.side is Side.LEFT else -3.7
+    slow = replace(situation.tracks[0], id="slow", s_m=situation.host.s_m + 22.0, d_m=across, speed_s_mps=0.5 * situation.host.speed_mps)
+    again = planner.plan(replace(situation, time_s=0.1, tracks=(*situation.tracks, slow)))
+    assert len(again.candidates) > 1

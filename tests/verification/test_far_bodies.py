@@ -16,7 +16,6 @@ from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.verification.bodies import ALONG_REACHES
 from mcdas_opt.verification.judge import judge
 from mcdas_opt.verification.plainly_sound import plainly_sound, rows_of, rules_of
-from mcdas_opt.verification.record import table
 from mcdas_opt.verification.tolerances import CONTRACT
 
 SEDAN = load_vehicle("sedan")
@@ -61,7 +60,7 @@ def test_who_drives_through_the_host_is_never_far(
     quick, rows = plainly_sound(), rows_of((body,))
     assert quick is not None
     assert rows is not None
-    said = quick(table(drive), start, rules_of(SEDAN, road, CONTRACT, ALONG_REACHES), rows, FrenetFrame(road=road))
+    said = quick(drive.table, start, rules_of(SEDAN, road, CONTRACT, ALONG_REACHES), rows, FrenetFrame(road=road))
     fine = np.linspace(0.0, 4.0, 801)
     motion = body.at(fine)
     touching = (np.abs(motion.s_m - host * fine) < 3.0) & (np.abs(motion.d_m) < 1.0)

@@ -22,7 +22,7 @@ COLUMNS = ("s_m", "d_m", "heading_rad", "speed_mps", "acceleration_mps2", "steer
 
 
 def said_sound(drive: Drive) -> bool:
-    table = judging.table(drive.trajectory)
+    table = drive.trajectory.table
     rules = rules_of(drive.vehicle, drive.road, judging.CONTRACT, judging.ALONG_REACHES)
     bodies = rows_of(drive.prediction.bodies)
     frame = judging._frame(table[1], drive.vehicle, drive.road, drive.prediction)
