@@ -15,6 +15,7 @@ from mcdas_opt.ocp.parking import solve_parking
 from mcdas_opt.ocp.parking_records import CORNERS, FORMS, SOLVERS, Checks, ParkingCosts, ParkingPhysics, ParkingProgram, ParkingSolution
 from mcdas_opt.ocp.parking_stages import Stages
 from mcdas_opt.planning.parking.manoeuvre import Manoeuvre, node_poses, with_solution
+from mcdas_opt.planning.parking.separations import separation
 from mcdas_opt.planning.parking.world import World
 
 Place = tuple[int, int, int]  # of a check: interval, polygon of the world, roll-out point of the interval
@@ -183,7 +184,7 @@ def _ways(manoeuvre: Manoeuvre) -> Array:
 def _apart(world: World, poses: Array) -> Array:
     """(n, m, polygons): distances along the roll-out."""
     n, m = poses.shape[:2]
-    return world.whole.separation(poses.reshape(-1, 3), world.body).reshape(n, m, len(world.whole.polygons))
+    return separation(world.whole, poses.reshape(-1, 3), world.body).reshape(n, m, len(world.whole.polygons))
 
 
 def _dips(apart: Array, asked: float, way: Array, around_m: tuple[float, ...]) -> set[Place]:
