@@ -50,7 +50,8 @@ class ExchangeSettings:
     astray: float = 5e-3  # a round that ends with a larger violation is not followed: back to the best or the first guess, ...
     restarts: int = 2  # ... at most so often, with the checks found so far and less trust
     trust_from: int = 2  # round after which the box of trust ...
-    trust_shrinks: float = 0.5  # ... shrinks, every round
+    trust_shrinks: float = 0.5  # ... shrinks, every round, ...
+    trust_settles: float = 0.12  # ... and by this once a round is no more than `gain` from the duration of the one before
     form: str = "half-planes"  # of the collision checks; or "duals"
     solver: str = "ipopt"  # or "fatrop", which IPOPT answers for where it finds nothing sound, and where it cannot be asked
 
@@ -152,9 +153,10 @@ def exchange(
                 break
         elif lacking < (settings.nearly_m if rounds < settings.later_from else settings.nearly_later_m):
             margin += lacking
+        settled = abs(current.duration_s - durations[-1]) <= settings.gain * current.duration_s
         durations = [*durations, current.duration_s][-2:]
         if rounds >= shrinks_from:
-            trust = max(trust * settings.trust_shrinks, 0.05)
+            trust = max(trust * (settings.trust_settles if settled else settings.trust_shrinks), 0.05)
     places = frozenset((k, int(near[polygon]), point) for k, polygon, point in kept)
     return Exchanged(best, current, lacking, rounds, iterations, places)
 
