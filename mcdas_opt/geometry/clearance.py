@@ -44,13 +44,8 @@ class PolygonField:
     """Convex counter-clockwise polygons laid out flat, so that one matrix product serves them all."""
 
     polygons: tuple[Array, ...]
-    _vertices: Array
-    _normals: Array
-    _offsets: Array
-    _tangents: Array
-    _starts: Array
-    _lengths: Array
-    _first: NDArray[np.intp]
+    edges: Array  # (9, edges), one polygon's after another's: vertex, normal, its offset, tangent, its start, length
+    first: NDArray[np.intp]  # (polygons + 1,) where each polygon's edges begin, and how many there are
     _centres: Array
     _radii: Array
 
@@ -62,21 +57,12 @@ class PolygonField:
         lengths = np.linalg.norm(edges, axis=1)
         tangents = edges / np.maximum(lengths, 1e-12)[:, None]
         normals = np.column_stack([tangents[:, 1], -tangents[:, 0]])
-        first = np.concatenate([[0], np.cumsum([len(p) for p in polygons])[:-1]]).astype(np.intp) if polygons else np.zeros(0, np.intp)
+        first = np.concatenate([[0], np.cumsum([len(p) for p in polygons])]).astype(np.intp)
+        offsets, starts = (normals * vertices).sum(1), (tangents * vertices).sum(1)
         centres = np.array([p.mean(axis=0) for p in polygons]).reshape(-1, 2)
         radii = np.array([np.linalg.norm(p - c, axis=1).max() for p, c in zip(polygons, centres, strict=True)])
-        return cls(
-            polygons,
-            vertices,
-            normals,
-            (normals * vertices).sum(1),
-            tangents,
-            (tangents * vertices).sum(1),
-            lengths,
-            first,
-            centres,
-            radii,
-        )
+        edges = np.ascontiguousarray(np.vstack([vertices.T, normals.T, offsets, tangents.T, starts, lengths]))
+        return cls(polygons, edges, first, centres, radii)
 
     def near(self, x: float, y: float, radius: float) -> NDArray[np.intp]:
         """Indices of the polygons whose bounding circle comes within `radius` [m] of (x, y)."""
@@ -96,21 +82,21 @@ class PolygonField:
         n, m = len(poses), len(self.polygons)
         if m == 0 or n == 0:
             return np.full((n, m), np.inf)
-        corners = body_corners(poses, body).reshape(-1, 2)
-        outward = corners @ self._normals.T - self._offsets
-        along = corners @ self._tangents.T - self._starts
-        beyond = np.maximum(along - self._lengths, -along)
+        px, py, nx, ny, offset, tx, ty, start, length = self.edges
+        x, y = body_corners(poses, body).reshape(-1, 2).T
+        outward = np.multiply.outer(x, nx) + np.multiply.outer(y, ny) - offset  # no matrix product: it may round otherwise
+        along = np.multiply.outer(x, tx) + np.multiply.outer(y, ty) - start
+        beyond = np.maximum(along - length, -along)
         np.maximum(beyond, 0.0, out=beyond)
         squared = (outward * outward + beyond * beyond).reshape(n, 4, -1).min(1)
         gap_edges = outward.reshape(n, 4, -1).min(1)
         c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-        px, py = self._vertices.T
         ahead = np.multiply.outer(c, px) + np.multiply.outer(s, py) - (c * poses[:, 0] + s * poses[:, 1])[:, None]
         left = np.multiply.outer(c, py) - np.multiply.outer(s, px) - (c * poses[:, 1] - s * poses[:, 0])[:, None]
         out_x = np.maximum(ahead - body.front, body.rear - ahead)
         out_y = np.abs(left) - body.half_width
         np.minimum(squared, np.maximum(out_x, 0.0) ** 2 + np.maximum(out_y, 0.0) ** 2, out=squared)
-        first = self._first
+        first = self.first[:-1]
         squared = np.minimum.reduceat(squared, first, axis=1)
         gap = np.maximum.reduceat(gap_edges, first, axis=1)
         np.maximum(gap, np.minimum.reduceat(ahead, first, axis=1) - body.front, out=gap)

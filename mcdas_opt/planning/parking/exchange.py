@@ -15,6 +15,7 @@ from mcdas_opt.ocp.parking import solve_parking
 from mcdas_opt.ocp.parking_records import CORNERS, FORMS, SOLVERS, Checks, ParkingCosts, ParkingPhysics, ParkingProgram, ParkingSolution
 from mcdas_opt.ocp.parking_stages import Stages
 from mcdas_opt.planning.parking.manoeuvre import Manoeuvre, node_poses, with_solution
+from mcdas_opt.planning.parking.separations import separation
 from mcdas_opt.planning.parking.world import World
 
 Place = tuple[int, int, int]  # of a check: interval, polygon of the world, roll-out point of the interval
@@ -49,7 +50,8 @@ class ExchangeSettings:
     astray: float = 5e-3  # a round that ends with a larger violation is not followed: back to the best or the first guess, ...
     restarts: int = 2  # ... at most so often, with the checks found so far and less trust
     trust_from: int = 2  # round after which the box of trust ...
-    trust_shrinks: float = 0.5  # ... shrinks, every round
+    trust_shrinks: float = 0.5  # ... shrinks, every round, ...
+    trust_settles: float = 0.12  # ... and by this once a round is no more than `gain` from the duration of the one before
     form: str = "half-planes"  # of the collision checks; or "duals"
     solver: str = "ipopt"  # or "fatrop", which IPOPT answers for where it finds nothing sound, and where it cannot be asked
 
@@ -151,9 +153,10 @@ def exchange(
                 break
         elif lacking < (settings.nearly_m if rounds < settings.later_from else settings.nearly_later_m):
             margin += lacking
+        settled = abs(current.duration_s - durations[-1]) <= settings.gain * current.duration_s
         durations = [*durations, current.duration_s][-2:]
         if rounds >= shrinks_from:
-            trust = max(trust * settings.trust_shrinks, 0.05)
+            trust = max(trust * (settings.trust_settles if settled else settings.trust_shrinks), 0.05)
     places = frozenset((k, int(near[polygon]), point) for k, polygon, point in kept)
     return Exchanged(best, current, lacking, rounds, iterations, places)
 
@@ -183,7 +186,7 @@ def _ways(manoeuvre: Manoeuvre) -> Array:
 def _apart(world: World, poses: Array) -> Array:
     """(n, m, polygons): distances along the roll-out."""
     n, m = poses.shape[:2]
-    return world.whole.separation(poses.reshape(-1, 3), world.body).reshape(n, m, len(world.whole.polygons))
+    return separation(world.whole, poses.reshape(-1, 3), world.body).reshape(n, m, len(world.whole.polygons))
 
 
 def _dips(apart: Array, asked: float, way: Array, around_m: tuple[float, ...]) -> set[Place]:

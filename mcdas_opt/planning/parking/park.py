@@ -50,6 +50,7 @@ class ParkSettings:
     work_unanswered: int = 80_000  # the same of one start that has no answer yet
     work_polishing: int = 46_000  # ... and no finer grid and nothing left out either, ...
     long_from: int = 17  # ... below so many gear changes
+    free_poses: int = 10_000  # of the searches; every pose beyond counts as one of that work, which takes as long
     many: int = 14  # a search's path with more gear changes asks for another search of finer cells
     left_out_m: float = 0.06  # phases shorter than this are tried without ...
     left_out: int = 2  # ... at most so many times
@@ -103,6 +104,7 @@ def _searched(run: Run, settings: ParkSettings) -> tuple[list[ArcPath], Climb]:
 
     done = climb(run.case, run.world, settings.levels, settings.search, settings.many, offer, run.late)
     run.nodes += done.nodes
+    run.work += max(done.nodes - settings.free_poses, 0)
     run.timing["search"] += 1e3 * (time.perf_counter() - begin)
     return [path for _, path in sorted(cheapest.values(), key=lambda entry: entry[0])], done
 

@@ -32,7 +32,7 @@ class Run:
     nearest: tuple[float, str, Violation] | None = None  # the least violation of an attempt that failed, and whose
     nodes: int = 0
     iterations: int = 0
-    work: int = 0  # iterations times intervals, of all programs ...
+    work: int = 0  # iterations times intervals, of all programs, and poses of a long search ...
     dearest: int = 0  # ... and of the one that took most
     timing: dict[str, float] = field(default_factory=lambda: {"total": 0.0, "search": 0.0, "solve": 0.0, "verify": 0.0, "first": 0.0})
     out_of_time: bool = False

@@ -10,6 +10,7 @@ from mcdas_opt.catalogue.parking_cases import body_of, obstacle_parts
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.clearance import Body, PolygonField
+from mcdas_opt.planning.parking.separations import clearance
 
 _FEW = 6  # polygons: below this, tiles do not pay
 _TILE_M = 2.0
@@ -33,7 +34,7 @@ class World:
     def clearance(self, poses: Array) -> Array:
         """(n,) signed distance [m] of the body to the nearest obstacle, at most `HORIZON_M`."""
         if len(self.whole.polygons) <= _FEW:
-            return np.asarray(np.minimum(self.whole.clearance(poses, self.body), HORIZON_M))
+            return np.asarray(np.minimum(clearance(self.whole, poses, self.body), HORIZON_M))
         found = np.full(len(poses), HORIZON_M)
         tiles = np.floor(poses[:, :2] / _TILE_M).astype(np.int64)
         keys = tiles[:, 0] * 1_000_003 + tiles[:, 1]
@@ -44,7 +45,7 @@ class World:
                 continue
             local = self._tile((int(tiles[group[0], 0]), int(tiles[group[0], 1])))
             if local.polygons:
-                found[group] = np.minimum(local.clearance(poses[group], self.body), HORIZON_M)
+                found[group] = np.minimum(clearance(local, poses[group], self.body), HORIZON_M)
         return found
 
     def _tile(self, key: tuple[int, int]) -> PolygonField:
