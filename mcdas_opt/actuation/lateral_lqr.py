@@ -8,7 +8,7 @@ Systems, 3rd ed. 1998, ch. 9) on a grid of speeds, linear in between.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -67,6 +67,9 @@ class LqrTracking:
     The plan is one of the no-slip bicycle. It asks for a path of the body centre, and a curvature and a speed on it: from those follow the
     yaw rate, the slip of the rear axle and the steering (understeer and lag included) with which this car drives it; deviations are fed
     back. Beyond the plan's end its inputs are 0. A state that says nothing of slip is taken to have none.
+
+    `turned` plans are of the bicycle that has its rear axle where this car moves along its own axis (`Chassis.rolling_point_m`): their
+    heading is the car's own. The heading of others is the course of the rear axle.
     """
 
     vehicle: Vehicle
@@ -74,11 +77,12 @@ class LqrTracking:
     step_s: float
     gains: Array  # (len(SPEEDS_MPS), 5)
     speed_gains: Array  # (2,) on the errors of speed and acceleration
+    turned: bool = False
 
     @classmethod
-    def design(cls, vehicle: Vehicle, weights: TrackingWeights | None = None, step_s: float = 0.01) -> LqrTracking:
+    def design(cls, vehicle: Vehicle, weights: TrackingWeights | None = None, step_s: float = 0.01, turned: bool = False) -> LqrTracking:
         """The regulator for a vehicle, with gains at each of SPEEDS_MPS."""
-        return _designed(vehicle, weights or TrackingWeights(), positive("step_s", step_s, "s"))
+        return replace(_designed(vehicle, weights or TrackingWeights(), positive("step_s", step_s, "s")), turned=turned)
 
     def gain(self, speed: float) -> Array:
         """(5,) gains at a speed, in the order of `error_model`; held beyond the grid."""
@@ -109,7 +113,7 @@ class LqrTracking:
     def _errors(self, wanted: HostState, state: HostState, speed: float, steering: float) -> Array:
         c = self.chassis
         turn = math.tan(wanted.steering_rad) / c.wheelbase_m
-        rear_slip = c.mass_kg * c.cog_to_front_axle_m * speed**2 * turn / (c.wheelbase_m * c.cornering_stiffness_rear_nprad)
+        rear_slip = c.rear_slip_gradient * speed**2 * turn
         aside, yaw_rate = 0.0, state.speed_mps * math.tan(state.steering_rad) / c.wheelbase_m
         if isinstance(state, SlidingState):
             aside, yaw_rate = state.lateral_speed_mps, state.yaw_rate_radps
@@ -118,7 +122,7 @@ class LqrTracking:
             [
                 across * math.cos(wanted.heading_rad) - along * math.sin(wanted.heading_rad),
                 aside + rear_slip * speed,
-                state.heading_rad - wanted.heading_rad - rear_slip,
+                state.heading_rad - wanted.heading_rad - (0.0 if self.turned else rear_slip),
                 yaw_rate - state.speed_mps * turn,
                 state.steering_rad - steering,
             ]

@@ -50,16 +50,16 @@ class SlidingState(HostState):
     lateral_speed_mps: float = 0.0
     yaw_rate_radps: float = 0.0
 
-    def without_slip(self, wheelbase_m: float) -> HostState:
-        """The state of the no-slip bicycle that moves as this car does now: the heading is the rear axle's course, the steering the
-        one that turns the car at its yaw rate. At rest, the state itself."""
+    def without_slip(self, wheelbase_m: float, point_m: float = 0.0) -> HostState:
+        """The state of the no-slip bicycle that moves as this car does now: the heading is the course of the point so far ahead of the
+        rear axle, where that bicycle has its own; the steering the one that turns the car at its yaw rate. At rest, the state itself."""
         v = self.speed_mps
         if v <= 0.0:
             return HostState.from_vector(self.to_vector())
         return HostState(
             s_m=self.s_m,
             d_m=self.d_m,
-            heading_rad=self.heading_rad + math.atan2(self.lateral_speed_mps, v),
+            heading_rad=self.heading_rad + math.atan2(self.lateral_speed_mps + point_m * self.yaw_rate_radps, v),
             speed_mps=v,
             acceleration_mps2=self.acceleration_mps2,
             steering_rad=math.atan(wheelbase_m * self.yaw_rate_radps / v),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mcdas_opt.domain.rules import finite, positive, within
+from mcdas_opt.domain.rules import finite, non_negative, positive, within
 from mcdas_opt.errors import ParameterError
 
 GRAVITY_MPS2 = 9.80665
@@ -15,6 +15,9 @@ class Vehicle:
     """Size and actuator limits of a car; the limits are what the judge enforces, comfort is a cost.
 
     What the dynamic plant needs besides may stay open: `Chassis.of` fills in typical figures.
+
+    `rolling_point_m` ahead of the rear axle is the point at which the car moves along its own axis: 0, the rear axle, for a car that
+    rolls. It is no key of a vehicle file: it goes with the speed (`Chassis.rolling_point_m`), and whoever plans is told it.
     """
 
     name: str = "sedan"
@@ -35,6 +38,7 @@ class Vehicle:
     cog_height_m: float | None = None
     cornering_stiffness_front_nprad: float | None = None
     cornering_stiffness_rear_nprad: float | None = None
+    rolling_point_m: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("wheelbase_m", "front_overhang_m", "rear_overhang_m", "width_m"):
@@ -47,6 +51,7 @@ class Vehicle:
         for name, unit in (("acceleration_min_mps2", "m/s^2"), ("jerk_min_mps3", "m/s^3")):
             if not finite(name, getattr(self, name), unit) < 0.0:
                 raise ParameterError(name, getattr(self, name), "must be less than 0", unit)
+        non_negative("rolling_point_m", self.rolling_point_m, "m")
 
     @property
     def length_m(self) -> float:
@@ -54,5 +59,5 @@ class Vehicle:
 
     @property
     def centre_m(self) -> float:
-        """Body centre ahead of the rear axle [m]."""
-        return 0.5 * (self.wheelbase_m + self.front_overhang_m - self.rear_overhang_m)
+        """Body centre ahead of the point that moves along the car's axis [m]: of the rear axle, for a car that rolls."""
+        return 0.5 * (self.wheelbase_m + self.front_overhang_m - self.rear_overhang_m) - self.rolling_point_m

@@ -21,7 +21,7 @@ def bicycle(x: Sequence[Any], u: Sequence[Any], wheelbase: float, m: Any) -> lis
     return [v * m.cos(psi), v * m.sin(psi), v * m.tan(delta) / wheelbase, a, delta_rate]
 
 
-def road_bicycle(x: Sequence[Any], u: Sequence[Any], kappa: Any, wheelbase: float, centre: float, m: Any) -> list[Any]:
+def road_bicycle(x: Sequence[Any], u: Sequence[Any], kappa: Any, wheelbase: float, centre: Any, m: Any) -> list[Any]:
     """dx/dt along a road of curvature `kappa` at s: x = (s, d, psi, v, a, delta), u = (jerk, delta_rate).
 
     (s, d) is the body centre, `centre` [m] ahead of the rear axle; psi is relative to the road; v, a, delta are the rear axle's.

@@ -28,6 +28,7 @@ from mcdas_opt.ocp.terms import (
 )
 from mcdas_opt.solvers.stage_problem import StageProblem
 
+CENTRE = "centre"
 ROAD_PARAMETERS = ("kappa", "kappa_slope", "kappa_s")
 
 
@@ -81,6 +82,7 @@ class LaneProblem:
     limit_margin: float = 0.995
     costs: tuple[Cost, ...] = field(default_factory=_costs)
     free_weights: bool = False  # the weights are parameters of every node, `weight_<cost>`: one compiled problem for all of them
+    free_centre: bool = False  # so is the body centre's lead over the point that moves along the car's axis, `centre`
     prices: dict[str, SlackPrice] = field(default_factory=_prices)
 
     @property
@@ -98,7 +100,7 @@ class LaneProblem:
         vehicle, costs, constraints = self.vehicle, self.costs, self.constraints
         free = [weight_name(cost) for cost in costs] if self.free_weights else []
         asked = [p for cost in costs for p in cost.parameters] + [p for row in constraints for p in row.parameters] + free
-        parameters = tuple(dict.fromkeys([*ROAD_PARAMETERS, *asked]))
+        parameters = tuple(dict.fromkeys([*ROAD_PARAMETERS, *asked, *([CENTRE] if self.free_centre else [])]))
         x, u = ca.SX.sym("x", len(STATES)), ca.SX.sym("u", len(INPUTS))
         p, h = ca.SX.sym("p", len(parameters)), ca.SX.sym("h")
         named = {name: p[i] for i, name in enumerate(parameters)}
@@ -108,8 +110,9 @@ class LaneProblem:
 
         def right_side(state: Any) -> list[Any]:
             kappa = named["kappa"] + named["kappa_slope"] * (state[0] - named["kappa_s"])
-            return road_bicycle(state, ca.vertsplit(u), kappa, vehicle.wheelbase_m, vehicle.centre_m, ca)
+            return road_bicycle(state, ca.vertsplit(u), kappa, vehicle.wheelbase_m, centre, ca)
 
+        centre = named.get(CENTRE, vehicle.centre_m)
         step = rk4(right_side, ca.vertsplit(x), h)
         factor = [named[weight_name(c)] / c.weight if free else 1.0 for c in costs]
         running = [ca.sqrt(c.weight * f) * c.residual(stage) for c, f in zip(costs, factor, strict=True)]

@@ -19,7 +19,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.ocp.compiled_drive import compiled_drive
-from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
+from mcdas_opt.ocp.lane_mpc import CENTRE, LaneParameters, LaneProblem
 from mcdas_opt.planning.grown_bodies import build_grown_bodies
 from mcdas_opt.planning.lane_parameters import Seated, guessed_states, seated, shared_values, vacant_values, way_values
 from mcdas_opt.planning.mirror import TurnedParameters, is_turned, turned_guess, turned_inputs, turned_states
@@ -150,9 +150,9 @@ def _circumstances() -> tuple[str, str]:
 
 
 @lru_cache(maxsize=12)
-def _original(vehicle: Vehicle, seats: int, free_weights: bool, nodes: int, circumstances: tuple[str, str]) -> Posed:
+def _original(vehicle: Vehicle, seats: int, free_weights: bool, free_centre: bool, nodes: int, circumstances: tuple[str, str]) -> Posed:
     """Built once a process: planners take twins of it."""
-    return Posed(LaneProblem(vehicle=vehicle, neighbours=seats, free_weights=free_weights), nodes)
+    return Posed(LaneProblem(vehicle=vehicle, neighbours=seats, free_weights=free_weights, free_centre=free_centre), nodes)
 
 
 class LaneStage:
@@ -160,10 +160,10 @@ class LaneStage:
 
     def __init__(self, vehicle: Vehicle, settings: Settings, stage: StageSettings | None = None) -> None:
         self.vehicle, self.settings, self.stage = vehicle, settings, stage or StageSettings()
-        share = settings.steering_rate_share
-        self._planned = vehicle if share == 1.0 else replace(vehicle, steering_rate_max_radps=share * vehicle.steering_rate_max_radps)
-        self._posed: dict[int, Posed] = {}
-        self._constant: dict[int, Array] = {}
+        rate = settings.steering_rate_share * vehicle.steering_rate_max_radps
+        self._planned = replace(vehicle, steering_rate_max_radps=rate, rolling_point_m=0.0)
+        self._posed: dict[tuple[int, bool], Posed] = {}
+        self._constant: dict[tuple[str, ...], Array] = {}
         self._memory: dict[str, _Memory] = {}
         self._last: _Scene | None = None
         self._newton_steps = 0  # taken in that scene
@@ -171,11 +171,12 @@ class LaneStage:
     def posed(self, neighbours: int) -> Posed:
         """The problem with the fewest seats that hold so many neighbours (at most the last), built when first asked for."""
         seats = next((n for n in self.stage.seats if n >= neighbours), self.stage.seats[-1])
-        if seats not in self._posed:
-            original = _original(self._planned, seats, self.stage.weights is not None, self.settings.grid.nodes, _circumstances())
+        asked = seats, self.vehicle.rolling_point_m > 0.0
+        if asked not in self._posed:
+            original = _original(self._planned, seats, self.stage.weights is not None, asked[1], self.settings.grid.nodes, _circumstances())
             second = OsqpSettings(qp_iterations=self.stage.qp_iterations_second)
-            self._posed[seats] = original.twin(OsqpSettings() if self.stage.solver == "osqp" else second)
-        return self._posed[seats]
+            self._posed[asked] = original.twin(OsqpSettings() if self.stage.solver == "osqp" else second)
+        return self._posed[asked]
 
     def warm_up(self) -> None:
         """Builds everything now that a drive may ask for but the second opinion: some tenths of a second once a process, else nothing."""
@@ -295,7 +296,10 @@ class LaneStage:
             others = self.nearest(situation, prediction)
             posed = self.posed(len(others))
             shared = self._alone(posed).copy()
-            values = shared_values(situation, others, seats=len(others), friction_share=self.stage.friction_share)
+            share = self.stage.friction_share * self.settings.friction_share
+            values = shared_values(situation, others, seats=len(others), friction_share=share)
+            if posed.problem.parameters[-1] == CENTRE:
+                values[CENTRE] = self.vehicle.centre_m
             posed.parameters.fill(shared, values)
             start = np.minimum(np.maximum(within_reach(situation.host, self.vehicle), posed.problem.x_lower), posed.problem.x_upper)
             last = self._last = _Scene(situation, prediction, others, posed, shared, start)
@@ -304,10 +308,11 @@ class LaneStage:
 
     def _alone(self, posed: Posed) -> Array:
         """(N + 1, np): what stays as it is from scene to scene, the weights and nobody in any seat; the rest is to be filled in."""
-        if posed.seats not in self._constant:
-            matrix = self._constant[posed.seats] = np.full((self.settings.grid.nodes + 1, len(posed.parameters.names)), np.nan)
+        names = posed.parameters.names
+        if names not in self._constant:
+            matrix = self._constant[names] = np.full((self.settings.grid.nodes + 1, len(names)), np.nan)
             posed.parameters.fill(matrix, vacant_values(range(posed.seats)) | dict(self.stage.weights or ()))
-        return self._constant[posed.seats]
+        return self._constant[names]
 
     def _filled(self, scene: _Scene, way: Way, guess_s: Array) -> Array:
         """(N + 1, np): the parameters of every node."""

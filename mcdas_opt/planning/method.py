@@ -27,10 +27,12 @@ _OWN = {
 class Method(Protocol):
     """Built as `Method(vehicle, settings)`. Raises nothing in traffic: a plan or a refusal is a value.
 
-    `has_ladder` true: a refusal, or a plan that the judge fails, is answered by the fallback ladder.
+    `has_ladder` true: a refusal, or a plan that the judge fails, is answered by the fallback ladder. `vehicle` is what it plans with: of a
+    car that slips the planner sets it anew where the point at which that car rolls has moved.
     """
 
     has_ladder: bool
+    vehicle: Vehicle
 
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal: ...
 

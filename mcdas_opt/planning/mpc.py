@@ -106,6 +106,7 @@ class MpcMethod:
         self.stop_at: float | None = None  # perf_counter after which no further candidate is begun
 
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
+        self.stage.vehicle = self.close.vehicle = self.vehicle
         self._solve_s = self._verify_s = 0.0
         self._iterations, self._pause = 0, max(self._pause - 1, 0)
         if previous is None:

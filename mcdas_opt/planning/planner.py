@@ -57,6 +57,14 @@ class Planner:
         self.previous: Plan | None = None
         self.situation: Situation | None = None
 
+    def rolls_about(self, point_m: float) -> None:
+        """From now on the car moves along its own axis at this point ahead of its rear axle (`Vehicle.rolling_point_m`)."""
+        if point_m == self.vehicle.rolling_point_m:
+            return
+        self.vehicle = replace(self.vehicle, rolling_point_m=point_m)
+        for part in (self.method, self.ladder, self.tracker):
+            part.vehicle = self.vehicle
+
     def reset(self) -> None:
         """Forgets tracks and the last plan."""
         self.tracker.reset()

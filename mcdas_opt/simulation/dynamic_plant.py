@@ -60,8 +60,11 @@ class DynamicPlant:
         )
 
     @property
-    def equivalent(self) -> HostState:
-        return self.state.without_slip(self._vehicle.wheelbase_m)
+    def rolling_point_m(self) -> float:
+        return _slipping(self._x[3]) * self._chassis.rolling_point_m(self._x[3])
+
+    def equivalent(self, point_m: float = 0.0) -> HostState:
+        return self.state.without_slip(self._vehicle.wheelbase_m, point_m)
 
     @property
     def kinetic_energy_j(self) -> float:
@@ -133,8 +136,7 @@ class DynamicPlant:
 def _settled(chassis: Chassis, v: float, bend_pm: float) -> tuple[float, float]:
     """(slip of the rear axle, steering beyond that of the car that rolls) [rad] of a steady turn."""
     lateral = _slipping(v) * v**2 * bend_pm
-    slip = chassis.mass_kg * chassis.cog_to_front_axle_m * lateral / (chassis.wheelbase_m * chassis.cornering_stiffness_rear_nprad)
-    return slip, chassis.understeer_gradient * lateral
+    return chassis.rear_slip_gradient * lateral, chassis.understeer_gradient * lateral
 
 
 def _slipping(v: float) -> float:

@@ -29,7 +29,8 @@ from mcdas_opt.simulation.record import Outcome, Simulation
 
 class Driver(Protocol):
     """Who plans, as `planning.planner.Planner`. With a `tracker` it also gets what the sensors saw between two plans; with a
-    `reset()` it is made to forget what came before the drive; the tracks of its `situation` are kept for drawing."""
+    `reset()` it is made to forget what came before the drive; the tracks of its `situation` are kept for drawing. With a `rolls_about`
+    it is told, before it plans, where ahead of its rear axle the car moves along its own axis, and plans for that car."""
 
     def step(
         self,
@@ -64,10 +65,11 @@ def simulate(
     """
     settings = settings or Settings()
     seed = scene.seed if seed is None else seed
-    driver, name = _driver(planner, scene, planned_for(plant, settings))
     traffic, car = Traffic(scene), make_plant(plant, scene.vehicle, scene.true_road, scene.host_state)
+    driver, name = _driver(planner, scene, planned_for(plant, settings), car.rolling_point_m)
     monitor = GripMonitor(vehicle=scene.vehicle, believed=scene.assumed_road.friction, step_s=STEP_S)
-    controller = Feeling(controller or default_controller(plant, scene.vehicle), monitor)
+    rolls_about: Callable[[float], None] | None = getattr(driver, "rolls_about", None)
+    controller = Feeling(controller or default_controller(plant, scene.vehicle, turned=rolls_about is not None), monitor)
     eyes = Perception(scene, seed, driver)
     eyes.warm_up(scene, traffic)
     drive = Drive(scene=scene, traffic=traffic, car=car)
@@ -75,9 +77,13 @@ def simulate(
     for turn, (now, steps) in enumerate(turns, start=1):
         started = time.perf_counter()
         road = _believed(scene.assumed_road, monitor)
+        point = 0.0
+        if rolls_about is not None:
+            point = car.rolling_point_m
+            rolls_about(point)
         plan = driver.step(
             eyes.arrived(now),
-            _known(car, road, monitor, scene.vehicle),
+            _known(car, point, road, scene.vehicle),
             now,
             road=road,
             desired_speed_mps=scene.desired_speed_mps,
@@ -98,10 +104,10 @@ def _believed(road: Road, monitor: GripMonitor) -> Road:
     return road if monitor.friction == road.friction else replace(road, friction=monitor.friction)
 
 
-def _known(car: Plant, road: Road, monitor: GripMonitor, vehicle: Vehicle) -> HostState:
-    """What the planner is told of the car: where it slides on less grip than was believed, no more bend than there is grip for."""
-    slides = isinstance(car.state, SlidingState) and monitor.friction < monitor.believed
-    return within_grip(car.equivalent, road, vehicle.wheelbase_m) if slides else car.equivalent
+def _known(car: Plant, point_m: float, road: Road, vehicle: Vehicle) -> HostState:
+    """What the planner is told of the car; of one that slips, no more bend than there is grip for."""
+    known = car.equivalent(point_m)
+    return within_grip(known, road, vehicle.wheelbase_m) if isinstance(car.state, SlidingState) else known
 
 
 def _tracks(driver: Driver) -> tuple[Track, ...]:
@@ -116,7 +122,7 @@ def _turns(duration_s: float, cycle_s: float) -> list[tuple[float, int]]:
     return [(round(k * STEP_S, 9), min(each, total - k)) for k in range(0, total, each)]
 
 
-def _driver(planner: Any, scene: Scene, settings: Settings) -> tuple[Driver, str]:
+def _driver(planner: Any, scene: Scene, settings: Settings, point_m: float) -> tuple[Driver, str]:
     """The planner, fresh, and its name."""
     if not isinstance(planner, str) and hasattr(planner, "step"):
         if hasattr(planner, "reset"):
@@ -124,5 +130,6 @@ def _driver(planner: Any, scene: Scene, settings: Settings) -> tuple[Driver, str
         return planner, str(getattr(planner, "name", type(planner).__name__))
     from mcdas_opt.planning.planner import Planner
 
-    built = Planner(vehicle=scene.vehicle, method=planner, settings=settings, road=scene.assumed_road)
+    vehicle = replace(scene.vehicle, rolling_point_m=point_m)
+    built = Planner(vehicle=vehicle, method=planner, settings=settings, road=scene.assumed_road)
     return built, built.name

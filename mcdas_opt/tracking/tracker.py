@@ -50,7 +50,7 @@ class Tracker:
     def __init__(self, settings: TrackerSettings | None = None, body: Size = (4.5, 1.8), vehicle: Vehicle | None = None) -> None:
         self.settings = TrackerSettings() if settings is None else settings
         self._body = (positive("body length", body[0], "m"), positive("body width", body[1], "m"))
-        self._vehicle = Vehicle() if vehicle is None else vehicle
+        self.vehicle = Vehicle() if vehicle is None else vehicle
         self._motion = load_motion(self.settings.motion)
         self._filtering = build_filtering()
         self.reset()
@@ -146,7 +146,7 @@ class Tracker:
         if not points:
             return
         time_s = look.scan.t_s
-        view = Viewpoint.of(look.scan.mounting, look.host, self._vehicle, look.frame)
+        view = Viewpoint.of(look.scan.mounting, look.host, self.vehicle, look.frame)
         reads: dict[Size | None, Sequence[TargetFix | None]] = {}
 
         def read(size: Size) -> Sequence[TargetFix | None]:
@@ -183,7 +183,7 @@ class Tracker:
         scan = look.scan
         if not life.may_hide_from(scan, look.now):
             return False
-        view = Viewpoint.of(scan.mounting, look.host, self._vehicle, look.frame)
+        view = Viewpoint.of(scan.mounting, look.host, self.vehicle, look.frame)
         size = life.size if self.settings.reflection == "face" else None
         unseen = unseen_near(life.place(scan.t_s), life.spread(scan.t_s), size, scan, view, look.frame)
         (fix,) = self._filtering.radar_fixes([unseen], view, look.frame, size) if unseen is not None else (None,)

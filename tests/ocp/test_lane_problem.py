@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,7 +14,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
+from mcdas_opt.ocp.lane_mpc import CENTRE, LaneParameters, LaneProblem
 from mcdas_opt.ocp.terms import MovingBody, Stage, reference_d
 from mcdas_opt.planning.lane_stage import LaneStage, StageSettings
 from mcdas_opt.planning.ways import ways_out
@@ -142,3 +144,17 @@ def test_a_cold_start_by_ipopt_ends_where_the_iteration_does() -> None:
     assert ends[2] == pytest.approx(ends[1], abs=0.02)
     with pytest.raises(ParameterError, match="cold_start"):
         StageSettings(cold_start="newton")
+
+
+@given(point=st.floats(0.0, 6.0), seed=st.integers(0, 1000))
+@settings(max_examples=10, deadline=None)
+def test_a_free_centre_is_that_of_a_car_that_rolls_there(point: float, seed: int) -> None:
+    """One compiled problem for every speed: its equations are those of the vehicle with that rolling point."""
+    r = np.random.default_rng(seed)
+    car = replace(VEHICLE, rolling_point_m=point)
+    free, fixed = LaneProblem(vehicle=VEHICLE, neighbours=1, free_centre=True).stage_problem(), LaneProblem(vehicle=car, neighbours=1)
+    assert free.parameters[-1] == CENTRE
+    x = np.array([3.0, 0.4, r.uniform(-0.2, 0.2), r.uniform(5.0, 30.0), r.uniform(-3.0, 2.0), r.uniform(-0.1, 0.1)])
+    u, p = r.uniform(-0.3, 0.3, 2), np.append(r.uniform(0.0, 1e-3, len(free.parameters) - 1), car.centre_m)
+    ours, theirs = free.dynamics(x, u, p, 0.1), fixed.stage_problem().dynamics(x, u, p[:-1], 0.1)
+    np.testing.assert_allclose(np.asarray(ours), np.asarray(theirs), rtol=1e-12, atol=1e-12)

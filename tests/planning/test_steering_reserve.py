@@ -1,4 +1,4 @@
-"""Steering rate that plans leave to feedback: the optimiser's bound, nobody else's."""
+"""Steering rate and grip that plans leave to feedback: the optimiser's bounds, nobody else's."""
 
 from __future__ import annotations
 
@@ -9,9 +9,14 @@ import pytest
 
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2
+from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.lane_stage import LaneStage
-from mcdas_opt.simulation.controller import STEERING_RATE_SHARE, planned_for
+from mcdas_opt.planning.ways import keeping_way
+from mcdas_opt.simulation.controller import FRICTION_SHARE, STEERING_RATE_SHARE, planned_for
+from mcdas_opt.tracking.prediction import predict
+from tests.planning.situations import random_sandwich
 
 
 def test_the_share_bounds_the_steering_rate_of_the_problem_and_nothing_else() -> None:
@@ -26,12 +31,30 @@ def test_the_share_bounds_the_steering_rate_of_the_problem_and_nothing_else() ->
 def test_only_a_car_that_slips_is_planned_with_a_reserve() -> None:
     settings = Settings()
     assert planned_for("kinematic", settings) is settings
-    assert planned_for("dynamic", settings).steering_rate_share == STEERING_RATE_SHARE
-    careful = replace(settings, steering_rate_share=0.5 * STEERING_RATE_SHARE)
+    slips = planned_for("dynamic", settings)
+    assert (slips.steering_rate_share, slips.friction_share) == (STEERING_RATE_SHARE, FRICTION_SHARE)
+    careful = replace(settings, steering_rate_share=0.5 * STEERING_RATE_SHARE, friction_share=0.5 * FRICTION_SHARE)
     assert planned_for("dynamic", careful) == careful
 
 
 @pytest.mark.parametrize("share", [0.0, -1.0, 1.01, float("nan")])
-def test_a_share_that_is_none_is_refused(share: float) -> None:
-    with pytest.raises(ParameterError, match="steering_rate_share"):
-        Settings(steering_rate_share=share)
+@pytest.mark.parametrize("name", ["steering_rate_share", "friction_share"])
+def test_a_share_that_is_none_is_refused(share: float, name: str) -> None:
+    with pytest.raises(ParameterError, match=name):
+        Settings(**{name: share})
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_way_keeps_to_its_share_of_the_friction_circle(seed: int) -> None:
+    """The optimiser's own answer; its slack is dear, not forbidden, so where the whole circle is not enough the share is not either."""
+    situation, car = random_sandwich(seed), load_vehicle("sedan")
+    worst = []
+    for share in (1.0, 0.6):
+        settings = replace(Settings(), friction_share=share)
+        prediction = predict(situation.tracks, settings.prediction)
+        solved = LaneStage(car, settings).solve(situation, prediction, keeping_way(situation, Mode.BRAKE))
+        assert solved.trajectory is not None
+        x = solved.trajectory
+        across = x.speed_mps**2 * np.tan(x.steering_rad) / car.wheelbase_m
+        worst.append(float(np.hypot(x.acceleration_mps2, across).max()) / (situation.road.friction * GRAVITY_MPS2))
+    assert worst[1] <= max(0.6, worst[0]) + 0.02

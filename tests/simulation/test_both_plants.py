@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from mcdas_opt.catalogue.scenes import Scene, load_scene
+from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.evaluation.families import load_family
+from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.record import Outcome, Simulation
 from tests.simulation.fake_driver import FakeDriver, braking
@@ -71,3 +73,37 @@ def test_an_unknown_plant_is_refused_with_both_names() -> None:
         simulate(make_scene(), FakeDriver(), plant="boat")
     assert "kinematic" in str(caught.value)
     assert "dynamic" in str(caught.value)
+
+
+class Told(FakeDriver):
+    """Notes where it is told that the car rolls."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.points: list[float] = []
+
+    def rolls_about(self, point_m: float) -> None:
+        self.points.append(point_m)
+
+
+def test_who_wants_to_know_is_told_where_the_car_rolls_and_sees_it_so() -> None:
+    bend = make_scene(speed_mps=20.0, host={"speed_mps": 20.0}, road={"curvature": [[0.0, 0.003]]}, duration_s=0.5)
+    rolls, slips, unaware = Told(), Told(), FakeDriver()
+    simulate(bend, rolls, plant="kinematic")
+    simulate(bend, slips, plant="dynamic")
+    drive = simulate(bend, unaware, plant="dynamic")
+    assert set(rolls.points) == {0.0}
+    assert len(slips.points) == drive.plans
+    assert slips.points[0] == pytest.approx(Chassis.of(bend.vehicle).rear_slip_gradient * 20.0**2, rel=1e-6)
+    first = slips.asked[0]["host"], unaware.asked[0]["host"]
+    assert first[0].heading_rad == pytest.approx(first[1].heading_rad + 0.003 * slips.points[0], abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("suite", "scenes", "seed", "index"), [("mid-vehicle", 62, 12, 31), ("sandwich", 40, 7000, 7), ("sandwich", 50, 7601, 38)]
+)
+def test_plans_are_ones_that_tyres_can_follow(suite: str, scenes: int, seed: int, index: int) -> None:
+    """Was lost when plans were made about the rear axle: left the road, hit who is ahead; the last spun on plans with all the grip."""
+    drive = simulate(expand(suite, scenes, seed).cases[index].scene, plant="dynamic")
+    assert drive.outcome is Outcome.SAFE
+    assert drive.unverified_plans == 0

@@ -165,7 +165,7 @@ def test_braking_takes_the_grip_that_turning_needs() -> None:
 def test_over_the_limit_it_runs_wide_and_its_equivalent_says_so() -> None:
     plant = DynamicPlant(CAR, Road(friction=0.3), HostState(speed_mps=20.0, steering_rad=0.2))
     run(plant, 0.0, 0.0, 1100)
-    seen = plant.equivalent
+    seen = plant.equivalent()
     assert seen.steering_rad < 0.3 * plant.state.steering_rad
     assert seen.speed_mps**2 * math.tan(seen.steering_rad) / 2.7 < 0.3 * GRAVITY_MPS2 * 1.05
 
@@ -175,7 +175,7 @@ def test_over_the_limit_it_runs_wide_and_its_equivalent_says_so() -> None:
 def test_the_equivalent_moves_as_the_car(speed: float, steering: float, heading: float) -> None:
     plant = DynamicPlant(CAR, ROAD, HostState(speed_mps=speed, steering_rad=steering, heading_rad=heading))
     run(plant, 0.0, 0.0, 100)
-    seen = plant.equivalent
+    seen = plant.equivalent()
     twin = KinematicPlant(CAR, Road(friction=5.0), seen)
     run(plant, 0.0, 0.0, 1)
     run(twin, 0.0, 0.0, 1)
@@ -194,7 +194,7 @@ def test_braking_ends_at_standstill_and_stays_there(deceleration: float, speed: 
     assert (x.speed_mps, x.acceleration_mps2, x.lateral_speed_mps, x.yaw_rate_radps) == (0.0, 0.0, 0.0, 0.0)
     run(plant, -40.0, 0.0, 20)
     assert plant.state == x
-    assert plant.equivalent == HostState.from_vector(x.to_vector())
+    assert plant.equivalent() == HostState.from_vector(x.to_vector())
 
 
 @given(kappa=st.floats(-0.004, 0.004), speed=st.floats(5.0, 25.0))
@@ -203,8 +203,52 @@ def test_a_car_put_into_a_bend_goes_on_in_it(kappa: float, speed: float) -> None
     """It keeps its lane with its wheels held, as if it had always been there; what it is equivalent to is what it was put as."""
     turn = HostState(speed_mps=speed, steering_rad=math.atan(CAR.wheelbase_m * kappa), heading_rad=-math.asin(CAR.centre_m * kappa))
     plant = DynamicPlant(CAR, Road(curvature=((0.0, kappa),), friction=1.0), turn)
-    assert plant.equivalent.steering_rad == pytest.approx(turn.steering_rad, abs=1e-9)
-    assert plant.equivalent.heading_rad == pytest.approx(turn.heading_rad, abs=1e-4)
+    assert plant.equivalent().steering_rad == pytest.approx(turn.steering_rad, abs=1e-9)
+    assert plant.equivalent().heading_rad == pytest.approx(turn.heading_rad, abs=1e-4)
     run(plant, 0.0, 0.0, 100)
     assert abs(plant.state.d_m) < 0.05
+    speed = plant.state.speed_mps  # turning drags it down
     assert plant.state.yaw_rate_radps == pytest.approx(speed * kappa, abs=0.02 * speed * abs(kappa) + 1e-6)
+
+
+@pytest.mark.parametrize("car", CARS, ids=lambda car: car.name)
+@given(lateral=st.floats(-0.5, 0.5), speed=st.floats(5.0, 35.0))
+@settings(max_examples=10, deadline=None)
+def test_in_a_steady_turn_it_moves_along_its_axis_at_the_rolling_point(car: Vehicle, lateral: float, speed: float) -> None:
+    """Whatever the radius: so the heading that a planner is told is the car's own."""
+    car = replace(car, speed_max_mps=50.0)
+    steering = (car.wheelbase_m / speed**2 + Chassis.of(car).understeer_gradient) * lateral
+    plant = DynamicPlant(car, ROAD, HostState(speed_mps=speed, steering_rad=steering))
+    run(plant, 0.0, 0.0, 300)
+    told = plant.equivalent(plant.rolling_point_m)
+    assert told.heading_rad == pytest.approx(plant.state.heading_rad, abs=0.05 * Chassis.of(car).rear_slip_gradient * abs(lateral) + 1e-6)
+
+
+@given(speed=st.floats(12.0, 33.0), lateral=st.floats(1.0, 3.0), period=st.floats(1.5, 3.0))
+@settings(max_examples=20, deadline=None)
+def test_about_the_rolling_point_the_no_slip_car_goes_where_this_one_goes(speed: float, lateral: float, period: float) -> None:
+    """From the middle of a swerve to its end, turned as this car turns: about the rear axle it is told to be farther in than it gets."""
+    plant, steps = DynamicPlant(CAR, ROAD, HostState(speed_mps=speed)), round(period / STEP_S)
+    reach = (CAR.wheelbase_m / speed**2 + Chassis.of(CAR).understeer_gradient) * lateral
+    wheels = reach * np.sin(2.0 * math.pi * np.arange(steps + 1) / steps)
+    rolling: dict[float, list[float]] = {}
+    for k in range(steps + 50):
+        if k == steps // 3:
+            rolling = {point: plant.equivalent(point).to_vector().tolist() for point in (0.0, plant.rolling_point_m)}
+        for point, x in rolling.items():
+            turn = plant.state.yaw_rate_radps / plant.state.speed_mps
+            x[:3] = road_bicycle_step(x, turn, plant.state.speed_mps, CAR.centre_m - point)
+        run(plant, 0.0, (wheels[k + 1] - wheels[k]) / STEP_S if k < steps else 0.0, 1)
+    about_axle, about_point = (abs(x[1] - plant.state.d_m) for x in rolling.values())
+    assert about_point < 0.4 * about_axle
+
+
+def road_bicycle_step(x: list[float], turn: float, speed: float, centre: float) -> list[float]:
+    """(s, d, psi) of the no-slip car's body centre a step later."""
+    s, d, psi = x[:3]
+    forward, aside = speed, speed * centre * turn
+    return [
+        s + STEP_S * (forward * math.cos(psi) - aside * math.sin(psi)),
+        d + STEP_S * (forward * math.sin(psi) + aside * math.cos(psi)),
+        psi + STEP_S * speed * turn,
+    ]

@@ -1,0 +1,49 @@
+"""A car that moves along its axis elsewhere than at its rear axle: planned for as any other, by everybody who plans."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Status
+from mcdas_opt.errors import ParameterError
+from mcdas_opt.planning.planner import Planner
+from mcdas_opt.tracking.prediction import predict_for
+from mcdas_opt.verification.judge import judge
+from tests.planning.situations import random_sandwich
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_what_is_planned_is_sound_for_that_car(seed: int) -> None:
+    situation = random_sandwich(seed)
+    planner = Planner()
+    planner.rolls_about(0.00476 * situation.host.speed_mps**2)
+    plan = planner.plan(situation)
+    prediction = predict_for(situation, planner.settings.prediction)
+    told = judge(plan.trajectory, situation.host, planner.vehicle, situation.road, prediction)
+    if plan.status is not Status.UNAVOIDABLE:
+        assert told.passed
+    if np.ptp(plan.trajectory.heading_rad) > 0.05:
+        rear_axle = judge(plan.trajectory, situation.host, Vehicle(), situation.road, prediction)
+        assert not rear_axle.passed  # it is another car's drive
+
+
+@pytest.mark.parametrize("method", ["mpc", "closed-form-corrected", "idm-mobil"])
+def test_everybody_who_plans_is_told_and_can_be_told_back(method: str) -> None:
+    situation = random_sandwich(5)
+    first, second = Planner(method=method), Planner(method=method)
+    second.rolls_about(2.0)
+    for part in (second.method, second.ladder, second.tracker):
+        assert part.vehicle == second.vehicle == replace(Vehicle(), rolling_point_m=2.0)
+    second.rolls_about(0.0)
+    assert second.vehicle == first.vehicle
+    assert np.array_equal(first.plan(situation).trajectory.states, second.plan(situation).trajectory.states)
+
+
+def test_it_lies_ahead_of_the_rear_axle() -> None:
+    assert replace(Vehicle(), rolling_point_m=2.0).centre_m == pytest.approx(Vehicle().centre_m - 2.0)
+    with pytest.raises(ParameterError, match="rolling_point_m"):
+        Planner().rolls_about(-0.1)
