@@ -15,7 +15,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 
 STEERING_RATE_SHARE = 0.3  # planned with; chosen on sandwiches that were left at the side without it
-FRICTION_SHARE = 0.93  # planned with, of the 97 % that a car that rolls is planned with
+FRICTION_SHARE = 0.965  # planned with, of the 97 % that a car that rolls is planned with
 
 
 class Controller(Protocol):

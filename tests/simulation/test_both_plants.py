@@ -94,7 +94,7 @@ def test_who_wants_to_know_is_told_where_the_car_rolls_and_sees_it_so() -> None:
     drive = simulate(bend, unaware, plant="dynamic")
     assert set(rolls.points) == {0.0}
     assert len(slips.points) == drive.plans
-    assert slips.points[0] == pytest.approx(Chassis.of(bend.vehicle).rear_slip_gradient * 20.0**2, rel=1e-6)
+    assert slips.points[0] == Chassis.of(bend.vehicle).rolling_point_m(20.0, bend.vehicle.centre_m) > 1.0
     first = slips.asked[0]["host"], unaware.asked[0]["host"]
     assert first[0].heading_rad == pytest.approx(first[1].heading_rad + 0.003 * slips.points[0], abs=1e-4)
 
@@ -107,3 +107,21 @@ def test_plans_are_ones_that_tyres_can_follow(suite: str, scenes: int, seed: int
     drive = simulate(expand(suite, scenes, seed).cases[index].scene, plant="dynamic")
     assert drive.outcome is Outcome.SAFE
     assert drive.unverified_plans == 0
+
+
+def test_who_has_swerved_in_a_wet_bend_settles_in_the_middle_of_the_lane() -> None:
+    """With plans about a point before the body centre it stayed beside the road's edge: turning in, its tail would have swung over."""
+    front = {
+        "name": "front",
+        "s_m": 34.0,
+        "speed_mps": 20.0,
+        "motion": [{"start_s": 0.8, "acceleration_mps2": -4.0, "until_speed_mps": 8.0}],
+    }
+    rear = {"name": "rear", "s_m": -26.0, "speed_mps": 25.0}
+    road = {"lane_width_m": 3.6, "friction": 0.5, "curvature": [[-60.0, 0.003], [40.0, 0.006], [120.0, 0.006], [260.0, 0.002]]}
+    scene = make_scene(front, rear, speed_mps=22.0, road=road, duration_s=8.0)
+    drive = simulate(scene, plant="dynamic")
+    assert drive.outcome is Outcome.SAFE
+    assert abs(drive.trajectory.d_m[-1]) > 1.8
+    assert np.ptp(drive.trajectory.d_m[-100:]) < 0.1
+    assert abs(abs(drive.trajectory.d_m[-1]) - 3.6) < 0.2
