@@ -7,9 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mcdas_opt.domain.plan import Plan, Refusal
+from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.judge import judge
@@ -41,6 +44,23 @@ def test_everybody_who_plans_is_told_and_can_be_told_back(method: str) -> None:
     second.rolls_about(0.0)
     assert second.vehicle == first.vehicle
     assert np.array_equal(first.plan(situation).trajectory.states, second.plan(situation).trajectory.states)
+
+
+def test_a_method_of_ones_own_is_told_at_once_and_one_that_keeps_no_vehicle_is_left_alone() -> None:
+    """Whatever its planner was built with; and it keeps its own car otherwise."""
+    own = CorrectedMethod(replace(Vehicle(), width_m=2.0))
+    planner = Planner(vehicle=replace(Vehicle(), rolling_point_m=2.0), method=own)
+    planner.rolls_about(2.0)
+    assert own.vehicle == replace(Vehicle(), width_m=2.0, rolling_point_m=2.0)
+
+    class Bare:
+        __slots__ = ()
+        has_ladder = True
+
+        def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
+            return Refusal(reason="no idea")
+
+    Planner(method=Bare()).rolls_about(2.0)
 
 
 def test_it_lies_ahead_of_the_rear_axle() -> None:
