@@ -12,6 +12,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.native.compile_cache import SWITCH
 from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.tracking.prediction import predict_for
@@ -20,7 +21,7 @@ from tests.planning.situations import random_sandwich
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_what_is_planned_is_sound_for_that_car(seed: int) -> None:
+def test_what_is_planned_is_sound_for_that_car(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     situation = random_sandwich(seed)
     planner = Planner()
     planner.rolls_about(0.00476 * situation.host.speed_mps**2)
@@ -29,6 +30,8 @@ def test_what_is_planned_is_sound_for_that_car(seed: int) -> None:
     told = judge(plan.trajectory, situation.host, planner.vehicle, situation.road, prediction)
     if plan.status is not Status.UNAVOIDABLE:
         assert told.passed
+        monkeypatch.setenv(SWITCH, "0")
+        assert judge(plan.trajectory, situation.host, planner.vehicle, situation.road, prediction).passed
     if np.ptp(plan.trajectory.heading_rad) > 0.05:
         rear_axle = judge(plan.trajectory, situation.host, Vehicle(), situation.road, prediction)
         assert not rear_axle.passed  # it is another car's drive
