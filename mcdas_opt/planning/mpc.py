@@ -97,7 +97,7 @@ class MpcMethod:
         self._solve_s = self._verify_s = 0.0
         self._iterations = self._pause = 0
         self._chosen = ""
-        self._compared = 0.0  # the least price of what was chosen since the ways were last compared, 0 before they are
+        self._compared: float | None = None  # the least price of what was chosen since the ways were last compared
         self._tried: list[Candidate] = []
         self._failed: list[Attempt] = []
         self._strayed: list[_Answer] = []  # pass the judge, half in a lane beside that somebody watches, though they were to keep theirs
@@ -106,14 +106,14 @@ class MpcMethod:
         self.stop_at: float | None = None  # perf_counter after which no further candidate is begun
 
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
-        self.stage.vehicle = self.close.vehicle = self.vehicle
+        self.stage.vehicle = self.close.vehicle = self.vehicle  # that of a car that slips is told anew before every plan
         self._solve_s = self._verify_s = 0.0
         self._iterations, self._pause = 0, max(self._pause - 1, 0)
         if previous is None:
             self._pause = 0
             self.stage.forget()
             self.close.forget()
-            self._assessment = None
+            self._assessment = self._compared = None
         assessment = assess(situation, self.vehicle, self.settings.selector, self._assessment)
         self._assessment = assessment
         prediction = predict_for(situation, self.settings.prediction)
@@ -132,7 +132,8 @@ class MpcMethod:
         answer, ended = chosen
         way = answer.way
         self._chosen = way.name
-        self._compared = min(self._compared or math.inf, answer.candidate.cost or 0.0)
+        cost = answer.candidate.cost or 0.0
+        self._compared = cost if self._compared is None else min(self._compared, cost)
         return Plan(
             planner="mpc",
             mode=answer.mode,
@@ -171,9 +172,9 @@ class MpcMethod:
 
         When nothing threatens: what is under way, or the lane. At a threat: the four ways out, the best of the sampled family, and the four
         as driven without an optimiser. A manoeuvre under way goes on alone while it passes to a safe end for hardly more than when it was
-        last compared with the others; else the family waits until none of the four does. What passed
-        before takes part in the last comparison; where nothing did, or that finds no safe end, so does what was to keep its lane and only
-        passes half out of it. Where not even that passes, closer drives and second opinions are asked for.
+        last compared with the others; else the family waits until none of the four does. What passed before takes part in the last
+        comparison; where nothing did, or that finds no safe end, so does what was to keep its lane and only passes half out of it. Where
+        not even that passes, closer drives and second opinions are asked for.
         """
         passed: list[_Answer] = []
         undriven: tuple[Way, ...] = ()
@@ -205,9 +206,9 @@ class MpcMethod:
             others = tuple(way for way in four if way.side is not going.side)
             passed = self._passed(situation, prediction, alone, assessment)
             best = self._cheapest(passed, situation, prediction, before, going)
-            if best is not None and best[1].sound and (best[0].candidate.cost or 0.0) <= self.worth.risen * self._compared:
+            if best is not None and best[1].sound and not self._has_risen(best[0]):
                 return best
-        self._compared = 0.0
+        self._compared = None
         spread = spread_ways(situation, self.vehicle, prediction, self.settings.grid) if going is None else ()
         passed += self._passed(situation, prediction, others + spread, assessment)
         if going is not None:
@@ -225,6 +226,10 @@ class MpcMethod:
         if best is not None and not best[1].sound:
             best = self._cheapest(passed + self._strayed[len(strayed) :], situation, prediction, before, going)
         return best
+
+    def _has_risen(self, answer: _Answer) -> bool:
+        """Whether it costs so much more than what was chosen before that the other ways are to be asked again."""
+        return self._compared is None or (answer.candidate.cost or 0.0) > self.worth.risen * self._compared
 
     def _cheapest(
         self, passed: list[_Answer], situation: Situation, prediction: Prediction, before: str | None, going: Manoeuvre | None

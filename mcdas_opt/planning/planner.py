@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.host import HostState
@@ -58,12 +59,13 @@ class Planner:
         self.situation: Situation | None = None
 
     def rolls_about(self, point_m: float) -> None:
-        """From now on the car moves along its own axis at this point ahead of its rear axle (`Vehicle.rolling_point_m`)."""
-        if point_m == self.vehicle.rolling_point_m:
-            return
-        self.vehicle = replace(self.vehicle, rolling_point_m=point_m)
-        for part in (self.method, self.ladder, self.tracker):
-            part.vehicle = self.vehicle
+        """From now on the car moves along its own axis at this point ahead of its rear axle (`Vehicle.rolling_point_m`): whoever keeps a
+        `vehicle` is told. A method that keeps none goes on about the rear axle."""
+        parts: tuple[Any, ...] = (self, self.method, self.ladder, self.tracker)
+        for part in parts:
+            car = getattr(part, "vehicle", None)
+            if isinstance(car, Vehicle) and car.rolling_point_m != point_m:
+                part.vehicle = replace(car, rolling_point_m=point_m)
 
     def reset(self) -> None:
         """Forgets tracks and the last plan."""

@@ -126,13 +126,19 @@ def test_the_map_asks_no_less_than_who_asks_everything(index: int, library: ctyp
         assert one == pytest.approx(other, abs=CLOSE)
 
 
-@pytest.mark.parametrize(("seed", "index"), [*((32, index) for index in range(8)), (2077, 279), (2077, 738)])
-def test_the_map_is_the_same_without_a_compiler(seed: int, index: int, library: ctypes.CDLL, monkeypatch: pytest.MonkeyPatch) -> None:
-    situation = situation_of(seed, index)
-    fast = escapes(situation, CAR, predict(situation.tracks))
+@pytest.mark.parametrize(
+    ("seed", "index", "point_m"),
+    [*((32, index, 0.0) for index in range(8)), *((32, index, 3.5) for index in range(4)), (2077, 279, 0.0), (2077, 738, 0.0)],
+)
+def test_the_map_is_the_same_without_a_compiler(
+    seed: int, index: int, point_m: float, library: ctypes.CDLL, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also of a car that slips so that it rolls about a point ahead of its middle."""
+    situation, car = situation_of(seed, index), replace(CAR, rolling_point_m=point_m)
+    fast = escapes(situation, car, predict(situation.tracks))
     monkeypatch.setenv(SWITCH, "0")
     assert seat.compiled_escapes() is None
-    plain = escapes(situation, CAR, predict(situation.tracks))
+    plain = escapes(situation, car, predict(situation.tracks))
     for kind in KINDS:
         one, other = getattr(plain, kind), getattr(fast, kind)
         assert replace(one, demand_mps2=None) == replace(other, demand_mps2=None)

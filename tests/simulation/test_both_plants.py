@@ -10,6 +10,7 @@ from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.evaluation.families import load_family
 from mcdas_opt.evaluation.suites import expand
+from mcdas_opt.planning.planner import Planner
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.record import Outcome, Simulation
 from tests.simulation.fake_driver import FakeDriver, braking
@@ -97,6 +98,17 @@ def test_who_wants_to_know_is_told_where_the_car_rolls_and_sees_it_so() -> None:
     assert slips.points[0] == Chassis.of(bend.vehicle).rolling_point_m(20.0, bend.vehicle.centre_m) > 1.0
     first = slips.asked[0]["host"], unaware.asked[0]["host"]
     assert first[0].heading_rad == pytest.approx(first[1].heading_rad + 0.003 * slips.points[0], abs=1e-4)
+
+
+def test_a_planner_that_drove_a_car_that_slips_drives_one_that_rolls_as_a_fresh_one() -> None:
+    """Nor do its radars' scans before the first plan know of the other car."""
+    beside = {"name": "beside", "s_m": 20.0, "d_m": 3.5, "speed_mps": 18.0}
+    bend = make_scene(beside, speed_mps=20.0, road={"curvature": [[0.0, 0.004]]}, sensors={"front": "delphi_esr"}, duration_s=0.3)
+    used = Planner(method="closed-form-corrected")
+    simulate(bend, used, plant="dynamic")
+    again, fresh = simulate(bend, used), simulate(bend, Planner(method="closed-form-corrected"))
+    assert [cycle.tracks for cycle in again.cycles] == [cycle.tracks for cycle in fresh.cycles]
+    assert np.array_equal(again.history.states, fresh.history.states)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from mcdas_opt.ocp.parking import solve_parking
 from mcdas_opt.ocp.parking_records import CORNERS, FORMS, SOLVERS, Checks, ParkingCosts, ParkingPhysics, ParkingProgram, ParkingSolution
 from mcdas_opt.ocp.parking_stages import Stages
 from mcdas_opt.planning.parking.manoeuvre import Manoeuvre, node_poses, with_solution
-from mcdas_opt.planning.parking.separations import separation
+from mcdas_opt.planning.parking.obstacle_separations import separation
 from mcdas_opt.planning.parking.world import World
 
 Place = tuple[int, int, int]  # of a check: interval, polygon of the world, roll-out point of the interval

@@ -10,7 +10,7 @@ from mcdas_opt.catalogue.parking_cases import body_of, obstacle_parts
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.clearance import Body, PolygonField
-from mcdas_opt.planning.parking.separations import clearance
+from mcdas_opt.planning.parking.obstacle_separations import clearance
 
 _FEW = 6  # polygons: below this, tiles do not pay
 _TILE_M = 2.0

@@ -48,5 +48,5 @@ class _CompiledSeparation:
 
 @lru_cache(maxsize=1)
 def _built() -> _CompiledSeparation | None:
-    found = library([c_text("mcdas_opt.planning.parking", "separations.c")], _BUILDS)
+    found = library([c_text("mcdas_opt.planning.parking", "obstacle_separations.c")], _BUILDS)
     return None if found is None else _CompiledSeparation(found)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from mcdas_opt.geometry.clearance import Body, PolygonField
 from mcdas_opt.native.compile_cache import SWITCH
-from mcdas_opt.planning.parking.separations import clearance, separation
+from mcdas_opt.planning.parking.obstacle_separations import clearance, separation
 
 BODY = Body(-0.9, 3.6, 0.9)
 
