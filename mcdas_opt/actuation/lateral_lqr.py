@@ -68,8 +68,8 @@ class LqrTracking:
     yaw rate, the slip of the rear axle and the steering (understeer and lag included) with which this car drives it; deviations are fed
     back. Beyond the plan's end its inputs are 0. A state that says nothing of slip is taken to have none.
 
-    Their heading is the course of the rear axle; of `turned` plans, that of the point about which they are made
-    (`Chassis.rolling_point_m`): the car's own, up to the speed at which that point is the body centre.
+    `turned` plans are of the bicycle that has its rear axle where this car moves along its own axis (`Chassis.rolling_point_m`): their
+    heading is the car's own. The heading of others is the course of the rear axle.
     """
 
     vehicle: Vehicle
@@ -114,7 +114,6 @@ class LqrTracking:
         c = self.chassis
         turn = math.tan(wanted.steering_rad) / c.wheelbase_m
         rear_slip = c.rear_slip_gradient * speed**2 * turn
-        askew = rear_slip - c.rolling_point_m(speed, self.vehicle.centre_m) * turn if self.turned else rear_slip
         aside, yaw_rate = 0.0, state.speed_mps * math.tan(state.steering_rad) / c.wheelbase_m
         if isinstance(state, SlidingState):
             aside, yaw_rate = state.lateral_speed_mps, state.yaw_rate_radps
@@ -123,7 +122,7 @@ class LqrTracking:
             [
                 across * math.cos(wanted.heading_rad) - along * math.sin(wanted.heading_rad),
                 aside + rear_slip * speed,
-                state.heading_rad - wanted.heading_rad - askew,
+                state.heading_rad - wanted.heading_rad - (0.0 if self.turned else rear_slip),
                 yaw_rate - state.speed_mps * turn,
                 state.steering_rad - steering,
             ]

@@ -75,15 +75,13 @@ class Chassis:
         """K_r [rad / (m/s^2)]: slip of the rear axle per lateral acceleration in a steady turn (Rajamani 2012, section 3.1)."""
         return self.mass_kg * self.cog_to_front_axle_m / (self.wheelbase_m * self.cornering_stiffness_rear_nprad)
 
-    def rolling_point_m(self, speed_mps: float, centre_m: float) -> float:
-        """Ahead of the rear axle, the point of the car's axis that moves along it in every steady turn at this speed [m], but no farther
-        than the body centre, which lies `centre_m` ahead.
+    def rolling_point_m(self, speed_mps: float) -> float:
+        """Ahead of the rear axle, the point of the car's axis that moves along it in every steady turn at this speed [m].
 
         The rear axle slips K_r v^2 / R, and a point x ahead of it moves by x / R less askew: x = K_r v^2, whatever the radius. While tyres
-        are in proportion to their slip, the car moves as one that rolls on its rear axle, had it its rear axle there. A centre behind that
-        point would move out when the car turns in: beside the road's edge such plans keep the car there.
+        are in proportion to their slip, the car moves as one that rolls on its rear axle, had it its rear axle there.
         """
-        return min(self.rear_slip_gradient * speed_mps**2, centre_m)
+        return self.rear_slip_gradient * speed_mps**2
 
 
 def _first(given: float | None, typical: float) -> float:

@@ -61,7 +61,7 @@ class DynamicPlant:
 
     @property
     def rolling_point_m(self) -> float:
-        return _slipping(self._x[3]) * self._chassis.rolling_point_m(self._x[3], self._vehicle.centre_m)
+        return _slipping(self._x[3]) * self._chassis.rolling_point_m(self._x[3])
 
     def equivalent(self, point_m: float = 0.0) -> HostState:
         return self.state.without_slip(self._vehicle.wheelbase_m, point_m)

@@ -215,17 +215,13 @@ def test_a_car_put_into_a_bend_goes_on_in_it(kappa: float, speed: float) -> None
 @given(lateral=st.floats(-0.5, 0.5), speed=st.floats(5.0, 35.0))
 @settings(max_examples=10, deadline=None)
 def test_in_a_steady_turn_it_moves_along_its_axis_at_the_rolling_point(car: Vehicle, lateral: float, speed: float) -> None:
-    """Whatever the radius: so the heading that a planner is told is the car's own, or where that point lies before the body centre, the
-    centre's course."""
+    """Whatever the radius: so the heading that a planner is told is the car's own."""
     car = replace(car, speed_max_mps=50.0)
     steering = (car.wheelbase_m / speed**2 + Chassis.of(car).understeer_gradient) * lateral
     plant = DynamicPlant(car, ROAD, HostState(speed_mps=speed, steering_rad=steering))
     run(plant, 0.0, 0.0, 300)
-    point, gradient = plant.rolling_point_m, Chassis.of(car).rear_slip_gradient
-    assert point == pytest.approx(min(gradient * plant.state.speed_mps**2, car.centre_m))
-    askew = (gradient - point / speed**2) * lateral
-    told = plant.equivalent(point)
-    assert told.heading_rad == pytest.approx(plant.state.heading_rad - askew, abs=0.05 * gradient * abs(lateral) + 1e-6)
+    told = plant.equivalent(plant.rolling_point_m)
+    assert told.heading_rad == pytest.approx(plant.state.heading_rad, abs=0.05 * Chassis.of(car).rear_slip_gradient * abs(lateral) + 1e-6)
 
 
 @given(speed=st.floats(12.0, 33.0), lateral=st.floats(1.0, 3.0), period=st.floats(1.5, 3.0))
@@ -244,7 +240,7 @@ def test_about_the_rolling_point_the_no_slip_car_goes_where_this_one_goes(speed:
             x[:3] = road_bicycle_step(x, turn, plant.state.speed_mps, CAR.centre_m - point)
         run(plant, 0.0, (wheels[k + 1] - wheels[k]) / STEP_S if k < steps else 0.0, 1)
     about_axle, about_point = (abs(x[1] - plant.state.d_m) for x in rolling.values())
-    assert about_point < 0.75 * about_axle
+    assert about_point < 0.4 * about_axle
 
 
 def road_bicycle_step(x: list[float], turn: float, speed: float, centre: float) -> list[float]:
