@@ -42,11 +42,13 @@ class ExchangeSettings:
     max_iterations: int = 120
     tolerance: tuple[float, float] = (1e-5, 1e-5)  # of the solver: in the first round, and in those that begin from its answer
     end_share: float = 0.995  # of the end tolerance that may be used: in narrow slots it is worth a tenth of the time
-    gain: float = 0.01  # stop when a round gains less than this share
+    gain: float = 0.01  # stop when a round gains less than this share ...
+    patience: int = 2  # ... on each of so many rounds before it; with 0 the first sound round is the last
     around_m: tuple[float, ...] = (0.0, 0.025, 0.06)  # where else to check where the clearance dips
     nearly_m: float = 1e-3  # what lacks less than this is asked for as well ...
     nearly_later_m: float = 5e-3  # ... and this, once so many rounds have not been sound:
     later_from: int = 5
+    drift_m: float = 0.0  # a roll-out that ends nearer than this to a held end has drifted there, and the next round makes up for it
     astray: float = 5e-3  # a round that ends with a larger violation is not followed: back to the best or the first guess, ...
     restarts: int = 2  # ... at most so often, with the checks found so far and less trust
     trust_from: int = 2  # round after which the box of trust ...
@@ -107,9 +109,9 @@ def exchange(
     if near.size < len(whole.polygons):
         world = World(world.body, whole.only(near), [world.owner[int(k)] for k in near])
     current, best = first, None
-    missed = np.zeros(3)  # by how much the roll-out ends elsewhere than the program, where that leaves the tolerance
+    missed = np.zeros(3)  # by how much the roll-out ends elsewhere than the program, where that leaves the tolerance or the end is held
     kept = {(k, rank[polygon], point) for k, polygon, point in checked if polygon in rank}
-    durations = [0.0]
+    durations = [0.0, 0.0]
     iterations, lacking, margin, trust = 0, np.inf, settings.margin_m, 1.0
     rounds, restarts, shrinks_from = 0, 0, settings.trust_from
     poses, fractions = node_poses(case, current, settings.per_interval)
@@ -119,11 +121,10 @@ def exchange(
         if work > settings.work_unsound or (best is not None and (rounds > settings.rounds or work > settings.work)):
             break
         program = _program(case, world, current, poses, fractions, apart, kept, settings, trust)
-        if end_steering_rad is None:
-            slack = settings.end_share * _end_slack(case)
-            program.nodes_low[-1, :3] -= slack + missed
-            program.nodes_high[-1, :3] += slack - missed
-        else:
+        slack = settings.end_share * _end_slack(case) if end_steering_rad is None else np.zeros(3)
+        program.nodes_low[-1, :3] -= slack + missed
+        program.nodes_high[-1, :3] += slack - missed
+        if end_steering_rad is not None:
             program.nodes[-1, 4] = program.nodes_low[-1, 4] = program.nodes_high[-1, 4] = end_steering_rad
         tried, solution = _solved(program, physics._replace(clearance_m=asked + margin), costs, settings, warm=rounds > 1)
         iterations += tried
@@ -144,12 +145,14 @@ def exchange(
         kept |= _dips(apart, asked + margin, _ways(current), settings.around_m)
         off = poses[-1, -1] - current.nodes[-1, :3]
         ends_well = end_steering_rad is not None or _arrived(case, poses[-1, -1])
-        missed = missed if ends_well else off
+        if not ends_well or (end_steering_rad is not None and float(np.abs(off).max()) < settings.drift_m):
+            missed = off
         if least >= asked - 1e-6 and solution.violation < _SOUND and ends_well:
             if best is None or current.duration_s < best.duration_s:
                 best = current
             margin = settings.margin_m
-            if min(durations) > (1.0 - settings.gain) * best.duration_s:  # what was allowed more was no faster
+            least_before = min(durations[2 - settings.patience :], default=np.inf)
+            if least_before > (1.0 - settings.gain) * best.duration_s:  # what was allowed more was no faster
                 break
         elif lacking < (settings.nearly_m if rounds < settings.later_from else settings.nearly_later_m):
             margin += lacking

@@ -18,9 +18,9 @@ from mcdas_opt.verification.parking_judge import judge_parking
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WindowSettings:
-    """A window holds `phases` gears and the next one starts `stride` gears later. A last pass cuts elsewhere, and only where a window had
+    """A window holds `phases` gears and the next one starts `stride` gears later. A second pass cuts elsewhere; beyond `fine_up_to`
 
-    no answer.
+    gear changes only where a window had no answer.
     """
 
     whole_up_to: int = 24  # gear changes that are still solved in one piece
@@ -28,6 +28,7 @@ class WindowSettings:
     stride: int = 8
     rounds: int = 4
     rounds_unsound: int = 6
+    drift_m: float = 1e-3  # of a window's roll-out from its held end: made up for
     closing_m: float = 0.1  # trust of the whole at the end, where the windows do not fit together
     fine_up_to: int = 60  # gear changes that are gone through once more on a grid of half the spacing, ...
     fine_stride: int = 12  # ... in windows that begin so many gears apart, ...
@@ -42,10 +43,13 @@ def improve(
         return exchange(case, world, first, costs, settings)
     settings = replace(settings, restarts=0, nearly_later_m=settings.nearly_m)  # in slots that leave millimetres, neither helps
     inner = replace(settings, rounds=windows.rounds, rounds_unsound=windows.rounds_unsound)
+    again = first.gear_changes <= windows.fine_up_to
+    if again:  # ends held in contact leave no more clearance to ask for, and what a window leaves undone the next pass does
+        inner = replace(inner, nearly_m=0.0, nearly_later_m=0.0, patience=0, drift_m=windows.drift_m)
     going = _Pass(case, world, costs, inner, first)
     unanswered = going.through(0, windows.phases, windows.stride)
-    if unanswered:
-        going.through(-(windows.stride // 2), windows.phases, windows.stride, unanswered)
+    if again or unanswered:
+        going.through(-(windows.stride // 2), windows.phases, windows.stride, None if again else unanswered)
     if not _sound(case, going.current):
         closed = replace(settings, rounds=2, rounds_unsound=5, trust_m=windows.closing_m, trust_rad=0.5 * windows.closing_m)
         done = exchange(case, world, going.current, costs, closed)  # windows without an answer leave gaps of millimetres that add up
