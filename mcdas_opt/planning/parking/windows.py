@@ -18,9 +18,8 @@ from mcdas_opt.verification.parking_judge import judge_parking
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WindowSettings:
-    """A window holds `phases` gears and the next one starts `stride` gears later. A second pass cuts elsewhere; beyond `fine_up_to`
-
-    gear changes only where a window had no answer.
+    """A window holds `phases` gears and the next one starts `stride` gears later. A second pass cuts elsewhere: everywhere up to
+    `fine_up_to` gear changes, beyond that only where a window had no answer.
     """
 
     whole_up_to: int = 24  # gear changes that are still solved in one piece
