@@ -26,6 +26,7 @@ from mcdas_opt.planning.mirror import TurnedParameters, is_turned, turned_guess,
 from mcdas_opt.planning.roll_out import roll_out, within_reach
 from mcdas_opt.planning.ways import Way
 from mcdas_opt.solvers.guarded import ask
+from mcdas_opt.solvers.held_interrupts import held_interrupts
 from mcdas_opt.solvers.interior_point import SWITCH, InteriorPointEngine
 from mcdas_opt.solvers.ipopt_engine import IpoptEngine
 from mcdas_opt.solvers.osqp_engine import OsqpEngine, OsqpSettings
@@ -150,6 +151,7 @@ def _circumstances() -> tuple[str, str]:
 
 
 @lru_cache(maxsize=12)
+@held_interrupts()
 def _original(vehicle: Vehicle, seats: int, free_weights: bool, free_centre: bool, nodes: int, circumstances: tuple[str, str]) -> Posed:
     """Built once a process: planners take twins of it."""
     return Posed(LaneProblem(vehicle=vehicle, neighbours=seats, free_weights=free_weights, free_centre=free_centre), nodes)

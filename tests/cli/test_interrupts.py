@@ -17,7 +17,6 @@ from mcdas_opt.catalogue.shelf import find
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals as POSIX has them")
 _PATIENCE_S = 120.0
-_AGAIN_S = 8.0  # then a user presses again
 
 
 def interrupted(ready: Callable[[], bool] | None, *arguments: str) -> tuple[int, str, list[str]]:
@@ -31,11 +30,7 @@ def interrupted(ready: Callable[[], bool] | None, *arguments: str) -> tuple[int,
             time.sleep(0.05)
         assert running.poll() is None, running.communicate()
         os.killpg(running.pid, signal.SIGINT)
-        try:
-            out, said = running.communicate(timeout=_AGAIN_S)
-        except subprocess.TimeoutExpired:  # CasADi drops what is raised in its overloads' Python parts while a problem is built
-            os.killpg(running.pid, signal.SIGINT)
-            out, said = running.communicate(timeout=_PATIENCE_S)
+        out, said = running.communicate(timeout=_PATIENCE_S)
     lines = [line for line in said.splitlines() if not line.startswith(("compiling", "labels", "drives"))]
     return running.returncode, first + out, lines
 
