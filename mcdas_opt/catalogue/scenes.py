@@ -26,6 +26,7 @@ Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
 Loaded = TypeVar("Loaded")
 TRAJECTORY_COLUMNS = ("t_s", "s_m", "d_m", "heading_rad", "speed_mps")
+_FASTEST_MPS, _NOISE_M = 100.0, 2.0  # what a recorded car may seem to move by
 
 
 class _Part(BaseModel):
@@ -280,6 +281,10 @@ def _read_trajectory(scene: Path, index: int, name: str) -> Array:
             raise InputError(path, f"line {number}", line, f"must be {len(TRAJECTORY_COLUMNS)} finite numbers")
         if rows and row[0] <= rows[-1][0]:
             raise InputError(path, f"line {number}", row[0], "t_s must increase")
+        if rows:
+            moved = math.hypot(row[1] - rows[-1][1], row[2] - rows[-1][2])
+            if moved > _FASTEST_MPS * (row[0] - rows[-1][0]) + _NOISE_M:
+                raise InputError(path, f"line {number}", line, f"jumps by {moved:.0f} m in {row[0] - rows[-1][0]:g} s: no car is so fast")
         rows.append(row)
     if len(rows) < 2:
         raise InputError(path, "", None, "needs at least two rows")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from mcdas_opt.cli.screen import JsonOption, console, emit, number
+from mcdas_opt.cli.screen import JsonOption, console, emit, ways_table
 
 
 def escapes(
@@ -35,11 +35,6 @@ def escapes(
         from mcdas_opt.planning.escape_sweep import swept
 
         sweep = swept(situation, vehicle)
-        if out is not None:
-            from mcdas_opt.plotting.escape_map import escape_map
-            from mcdas_opt.plotting.style import save_png
-
-            save_png(escape_map(sweep), out)
         document = {"schema_version": SCHEMA_VERSION, **to_document(sweep)}
         if as_json:
             emit(document)
@@ -48,29 +43,27 @@ def escapes(
             for name, moments in zip(("brake", "accelerate", "left", "right"), sweep.last_moment_s, strict=True):
                 screen.print(f"{name}: open in {(moments == moments).mean():.0%} of {moments.size} states")
             screen.print(f"Table 1 has a row for {(sweep.table1_row > 0).mean():.0%} of them")
-            if out is not None:
-                screen.print(f"drawn: {out}")
+        if out is not None:
+            from mcdas_opt.plotting.escape_map import escape_map
+            from mcdas_opt.plotting.export import save_figure
+
+            save_figure(escape_map(sweep), out)
+            if not as_json:
+                console().print(f"drawn: {out}")
         return
     found = escapes_of(situation, vehicle)
     told = alert(found, WarningSettings())
-    if out is not None:
-        from mcdas_opt.plotting.escape_timeline import escape_sheet
-        from mcdas_opt.plotting.style import save_png
-
-        save_png(escape_sheet(situation, vehicle, found, told), out)
     if as_json:
         emit({"schema_version": SCHEMA_VERSION, "escapes": found.to_dict(), "keeping_on_s": found.keeping_on_s, "alert": told.value})
-        return
-    from rich.table import Table
-
-    table = Table(title=f"ways out: {scene}", title_justify="left")
-    for heading in ("way", "open", "last moment", "comfortable until", "closed by", "asks now"):
-        table.add_column(heading)
-    for name, way in zip(("brake", "accelerate", "left", "right"), found.ways, strict=True):
-        moments = number(way.last_moment_s, "s"), number(way.last_comfortable_s, "s")
-        table.add_row(name, "yes" if way.open else "no", *moments, way.closed_by or "-", number(way.demand_mps2, "m/s²"))
-    screen = console()
-    screen.print(table)
-    screen.print(f"keeping on ends in {number(found.keeping_on_s, 's')}; alert: {told}")
+    else:
+        screen = console()
+        screen.print(ways_table(f"ways out: {scene}", found))
+        on = found.keeping_on_s
+        screen.print(f"keeping on {'meets nobody within 10 s' if on is None else f'ends in {on:.2f} s'}; alert: {told}")
     if out is not None:
-        screen.print(f"drawn: {out}")
+        from mcdas_opt.plotting.escape_timeline import escape_sheet
+        from mcdas_opt.plotting.export import save_figure
+
+        save_figure(escape_sheet(situation, vehicle, found, told), out)
+        if not as_json:
+            console().print(f"drawn: {out}")

@@ -12,6 +12,7 @@ from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, number
 from mcdas_opt.errors import ParameterError
 
 if TYPE_CHECKING:
+    from mcdas_opt.simulation.parking_record import ParkingDrive
     from mcdas_opt.simulation.parking_sight import Visitor
 
 
@@ -46,14 +47,19 @@ def follow(
     truth = shorter_slot(problem, shorter) if shorter > 0.0 else problem
     visitors = tuple(_visitor(text) for text in person or ())
     drive = follow_parking(problem, planner, seed, truth=truth, visitors=visitors)
-    if out is not None:
+    if as_json:
+        emit(drive.to_dict())
+    else:
+        _print(drive, f"{planner}, seed {seed}: {case}")
+    if out is not None:  # what was computed has been said by then
         from mcdas_opt.plotting.export import save_follow
 
         save_follow(truth, drive, out)
-    if as_json:
-        emit(drive.to_dict())
-        return
-    screen = console()
+        if not as_json:
+            console().print(f"drawn: {out}")
+
+
+def _print(drive: ParkingDrive, title: str) -> None:
     rows: list[tuple[str, object]] = [
         ("outcome", str(drive.outcome)),
         ("reason", drive.reason),
@@ -65,9 +71,7 @@ def follow(
         ("plans anew", drive.replans),
         *((f"{event.time_s:.1f} s", event.text) for event in drive.events),
     ]
-    screen.print(facts_table(f"{planner}, seed {seed}: {case}", rows))
-    if out is not None:
-        screen.print(f"drawn: {out}")
+    console().print(facts_table(title, rows))
 
 
 def _visitor(text: str) -> Visitor:

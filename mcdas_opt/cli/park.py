@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, number
+
+if TYPE_CHECKING:
+    from mcdas_opt.domain.parking import Parking
 
 
 def park(
@@ -49,14 +52,19 @@ def park(
         time_budget_s=budget,
     )
     answer = run(problem, planner, settings=settings)
-    drawn: Path | None = None
-    if out is not None:
+    if as_json:
+        emit(answer.to_dict())
+    else:
+        _print(answer, f"{planner}: {case}")
+    if out is not None:  # what was computed has been said by then
         from mcdas_opt.plotting.export import save_parking
 
         drawn = save_parking(problem, answer, out)
-    if as_json:
-        emit(answer.to_dict())
-        return
+        if not as_json:
+            console().print(f"drawn: {drawn}" if drawn is not None else "nothing to draw")
+
+
+def _print(answer: Parking, title: str) -> None:
     screen, timing = console(), answer.timing_ms
     rows: list[tuple[str, object]] = [
         ("status", answer.status),
@@ -69,7 +77,7 @@ def park(
         ("time", f"{timing['total'] / 1e3:.2f} s, first answer after {timing['first'] / 1e3:.2f} s"),
         *(("note", note) for note in answer.notes),
     ]
-    screen.print(facts_table(f"{planner}: {case}", rows))
+    screen.print(facts_table(title, rows))
     from rich.table import Table
 
     table = Table(title="attempts", title_justify="left")
@@ -80,5 +88,3 @@ def park(
             attempt.name, number(attempt.duration_s, "s"), str(attempt.gear_changes), "yes" if attempt.passed else "no", attempt.note
         )
     screen.print(table)
-    if out is not None:
-        screen.print(f"drawn: {drawn}" if drawn is not None else "nothing to draw")

@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mcdas_opt.cli.screen import JsonOption, PlannerOption, console, emit, facts_table, number, write_text
+from mcdas_opt.cli.screen import JsonOption, PlannerOption, console, emit, facts_table, number, ways_table, write_text
+from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.errors import InputError
+
+if TYPE_CHECKING:
+    from mcdas_opt.domain.plan import Plan
+
+_ALERTS = {
+    Alert.NONE: "none",
+    Alert.WARN: "warn: no comfortable way out is left",
+    Alert.ACT: "act: the last way out is about to close, or closed",
+}
+_NAMES = "slower, same, faster: its speed at the end; late: begins later; driven: the corrected closed form's own drive"
 
 
 def plan(
@@ -37,32 +48,44 @@ def plan(
     if out is not None and not drawing:
         write_text(out, situation.to_json())
     answer = chosen.plan(situation)
-    if out is not None and drawing:
+    if as_json:
+        emit(answer.to_dict())
+    else:
+        _print(answer, f"{planner}: {scene}")
+    if out is not None and drawing:  # what was computed has been said by then
         from mcdas_opt.plotting.export import save_plan
 
         save_plan(situation, vehicle, answer, out)
-    if as_json:
-        emit(answer.to_dict())
-        return
+    if out is not None and not as_json:
+        console().print(f"{'drawn' if drawing else 'written'}: {out}")
+
+
+def _print(answer: Plan, title: str) -> None:
+    from rich.table import Table
+
+    from mcdas_opt.plotting.words import ending
+
     screen = console()
     rows: list[tuple[str, object]] = [
         ("mode", f"{answer.mode} {answer.side if answer.side != 'none' else ''}".strip()),
         ("status", answer.status),
-        ("warning", "yes" if answer.warning else "no"),
+        ("alert", _ALERTS[answer.alert]),
+        ("warning", "yes: threatened, or boxed in" if answer.warning else "no"),
         ("reason", answer.reason),
         ("verdict", answer.verdict.reason),
+        ("ends", ending(answer)),
         ("prediction", answer.prediction),
         ("Table 1, literally", answer.literal_mode or "no mode"),
         ("time", f"{answer.timing_ms.total:.1f} ms ({answer.iterations} solver iterations)"),
     ]
-    screen.print(facts_table(f"{planner}: {scene}", rows))
-    from rich.table import Table
-
+    screen.print(facts_table(title, rows))
     table = Table(title="candidates", title_justify="left")
     for heading in ("way", "cost", "passed", "refusal"):
         table.add_column(heading)
     for candidate in answer.candidates:
         table.add_row(candidate.name, number(candidate.cost), "yes" if candidate.passed else "no", candidate.refusal)
     screen.print(table)
-    if out is not None:
-        screen.print(f"{'drawn' if drawing else 'written'}: {out}")
+    if any("-" in candidate.name for candidate in answer.candidates):
+        screen.print(_NAMES, style="dim")
+    if answer.escapes is not None:
+        screen.print(ways_table("how long each way out stays open", answer.escapes))

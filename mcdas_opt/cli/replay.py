@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from mcdas_opt.cli.screen import JsonOption, PlannerOption, console, emit, facts_table, number, progress_bar
-from mcdas_opt.errors import InputError
+
+if TYPE_CHECKING:
+    from mcdas_opt.interop.replay_record import Summary
+    from mcdas_opt.interop.truth import Comparison
 
 
 def replay(
@@ -35,8 +38,10 @@ def replay(
     from mcdas_opt.interop.replay import replay as run
     from mcdas_opt.interop.truth import compare
 
-    if out is not None and not out.parent.is_dir():
-        raise InputError(out, "", None, "cannot be written: no such folder")
+    if out is not None:
+        from mcdas_opt.plotting.export import check_picture
+
+        check_picture(out, (".png",))
     scene = None
     if road is not None:
         from mcdas_opt.catalogue.scenes import load_scene
@@ -48,19 +53,21 @@ def replay(
             log, log_format, dbc=dbc, rear=rear, host=host, road=scene, columns=mapping, planner=planner, plan=planning, progress=progress
         )  # fmt: skip
     comparison = None if truth is None else compare(done, truth)
-    if out is not None:
-        from mcdas_opt.plotting.replay import draw_against_truth, draw_tracks
-        from mcdas_opt.plotting.style import save_png
-
-        figure = draw_tracks(done.cycles) if comparison is None else draw_against_truth(comparison.sectors)
-        try:
-            save_png(figure, out)
-        except OSError as error:
-            raise InputError(out, "", None, f"cannot be written: {error.strerror}") from None
     if as_json:
         emit({**done.to_dict(), "truth": None if comparison is None else comparison.to_dict()})
-        return
-    screen, summary = console(), done.summary
+    else:
+        _print(done.summary, comparison, log)
+    if out is not None:  # what was computed has been said by then
+        from mcdas_opt.plotting.export import save_figure
+        from mcdas_opt.plotting.replay import draw_against_truth, draw_tracks
+
+        save_figure(draw_tracks(done.cycles) if comparison is None else draw_against_truth(comparison.sectors), out)
+        if not as_json:
+            console().print(f"drawn: {out}")
+
+
+def _print(summary: Summary, comparison: Comparison | None, log: str) -> None:
+    screen = console()
     bad = ", ".join(f"{entry['count']} {kind} (first in line {entry['first_line']})" for kind, entry in summary.bad.items())
     left_out = {**summary.gated, **{k: v for k, v in summary.tracker.items() if v and k not in ("scans", "associated", "initiated")}}
     rows: list[tuple[str, object]] = [
@@ -90,5 +97,3 @@ def replay(
                 last = [str(found.breaks), f"{100.0 * found.covered:.1f} %"] if name == "tracks" else ["", ""]
                 table.add_row(sector.value, name, *shown, *last)
         screen.print(table)
-    if out is not None:
-        screen.print(f"drawn: {out}")

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+    from mcdas_opt.domain.escapes import Escapes
     from mcdas_opt.domain.verdict import Verdict
 
 SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="A scene file (TOML), or the name of a shipped scene.")]
@@ -55,6 +56,24 @@ def facts_table(title: str, rows: list[tuple[str, object]]) -> Table:
 def number(value: float | None, unit: str = "", digits: int = 2) -> str:
     """A value for a table; a dash where there is none."""
     return "-" if value is None else f"{value:.{digits}f} {unit}".rstrip()
+
+
+def ways_table(title: str, escapes: Escapes) -> Table:
+    """The four ways out: open or closed, until when, what closes them, what they ask."""
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left")
+    for heading in ("way", "open", "last moment", "comfortable until", "closed by", "asks now"):
+        table.add_column(heading)
+    for name, way in zip(("brake", "accelerate", "left", "right"), escapes.ways, strict=True):
+        moments = (_moment(moment) for moment in (way.last_moment_s, way.last_comfortable_s))
+        table.add_row(name, "yes" if way.open else "no", *moments, way.closed_by or "-", number(way.demand_mps2, "m/s²"))
+    return table
+
+
+def _moment(value_s: float | None) -> str:
+    """Last moments are sought up to 10 s."""
+    return number(value_s, "s") if value_s is None or value_s < 10.0 else "10 s or later"
 
 
 def print_violations(screen: Console, verdict: Verdict) -> None:

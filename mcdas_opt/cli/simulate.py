@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from mcdas_opt.cli.screen import JsonOption, PlannerOption, SceneArgument, console, emit, facts_table, number, progress_bar
+
+if TYPE_CHECKING:
+    from mcdas_opt.simulation.record import Simulation
 
 
 def simulate(
@@ -34,13 +37,19 @@ def simulate(
         check_picture(out)
     with progress_bar("drive") as progress:
         drive = run(load_scene(scene), planner, plant, seed, progress=progress)
-    if out is not None:
+    if as_json:
+        emit(drive.to_dict())
+    else:
+        _print(drive, f"{planner}: {scene}")
+    if out is not None:  # what was computed has been said by then
         from mcdas_opt.plotting.export import save_drive
 
         save_drive(drive, out)
-    if as_json:
-        emit(drive.to_dict())
-        return
+        if not as_json:
+            console().print(f"drawn: {out}")
+
+
+def _print(drive: Simulation, title: str) -> None:
     ended = f"{drive.outcome} after {drive.duration_s:.2f} s"
     if drive.collided_with is not None:
         ended += f", with {drive.collided_with} at {drive.impact_speed_mps:.1f} m/s"
@@ -59,7 +68,4 @@ def simulate(
         ("cycle", f"p50 {drive.cycle_ms.p50:.1f} ms, p99 {drive.cycle_ms.p99:.1f} ms, max {drive.cycle_ms.max:.1f} ms"),
         ("seed", drive.seed),
     ]
-    screen = console()
-    screen.print(facts_table(f"{planner}: {scene}", rows))
-    if out is not None:
-        screen.print(f"drawn: {out}")
+    console().print(facts_table(title, rows))

@@ -103,12 +103,14 @@ def tune(
     if out is not None:
         check_out(out)
     found = design(request)
-    if out is not None:
-        write_design(found, out)
     if as_json:
         emit(found.to_dict())
-        return
-    _print(found, out)
+    else:
+        _print(found)
+    if out is not None:
+        written = write_design(found, out)
+        if not as_json:
+            console().print(f"written: {', '.join(map(str, written))}")
 
 
 def _study(suite: str, trials: int, storage: Path, options: StudyOptions, out: Path | None, as_json: bool) -> None:
@@ -149,7 +151,7 @@ def _study(suite: str, trials: int, storage: Path, options: StudyOptions, out: P
         screen.print(f"drawn: {out.with_suffix('.png')}" + (f"; values: {out.with_suffix('.toml')}" if found.accepted else "; no values"))
 
 
-def _print(found: Design, out: Path | None) -> None:
+def _print(found: Design) -> None:
     from rich.table import Table
 
     screen = console()
@@ -171,5 +173,3 @@ def _print(found: Design, out: Path | None) -> None:
         multiplier = f"{row.multiplier:.4g} {found.unit} per {row.unit}" if row.binds else "-"
         table.add_row(row.name, f"{row.value:.4g}", sense, f"{row.limit:.4g}", row.unit, multiplier)
     screen.print(table)
-    if out is not None:
-        screen.print(f"written: {out.with_suffix('.toml')}, {out.with_suffix('.png')}")

@@ -46,6 +46,9 @@ def from_document(cls: type[T], document: Any, file: object, key: str = "") -> T
     for name in document:
         if name not in fields and not (key == "" and name == "schema_version"):
             raise InputError(file, f"{key}{name}", None, f"unknown key; {nearest(name, fields)}")
+    version = document.get("schema_version", SCHEMA_VERSION)
+    if key == "" and version != SCHEMA_VERSION:
+        raise InputError(file, "schema_version", version, f"must be {SCHEMA_VERSION}: of another version of this package")
     arguments: dict[str, Any] = {}
     for name, field in fields.items():
         if name in document:

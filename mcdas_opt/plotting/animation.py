@@ -18,6 +18,7 @@ from mcdas_opt.plotting.birdseye import BirdsEye, legend_handles
 from mcdas_opt.plotting.moments import Moment, View, moment_at, moments, view_of
 from mcdas_opt.plotting.strips import StripChart, mark_times, strips_of
 from mcdas_opt.plotting.ways_strip import WaysStrip, has_escapes
+from mcdas_opt.plotting.words import TOLD
 from mcdas_opt.simulation.record import Outcome, Simulation
 
 if TYPE_CHECKING:
@@ -99,9 +100,9 @@ def sheet(simulation: Simulation, count: int = 5) -> Figure:
 
 
 def plan_words(plan: Plan) -> str:
-    """Status, verdict and warning."""
+    """Status, verdict, and what the driver is told."""
     judged = "" if plan.verdict.passed else ", failed by the judge"
-    return f"{plan.status.value}{judged}{', driver warned' if plan.warning else ''}"
+    return f"{plan.status.value}{judged}{TOLD[plan.alert]}"
 
 
 def outcome_words(simulation: Simulation) -> str:

@@ -68,7 +68,7 @@ def draw_timeline(axes: Axes, escapes: Escapes, latest_s: float = _LATEST_S) -> 
                 axes.barh(y, min(way.last_comfortable_s, way.last_moment_s), height=0.62, color=_COMFORTABLE, zorder=3)
         axes.annotate(
             _words(way, latest_s), (1.0, y), (8, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
-            va="center", fontsize=8.5, annotation_clip=False,
+            va="center", fontsize=8.0, linespacing=1.1, annotation_clip=False,
         )  # fmt: skip
     if escapes.keeping_on_s is not None and escapes.keeping_on_s <= span:
         axes.axvline(escapes.keeping_on_s, color=style.VERMILION, lw=2.0, zorder=4)
@@ -86,8 +86,8 @@ def _words(way: Escape, latest_s: float) -> str:
         return f"closed by {way.closed_by}" if way.closed_by is not None else "closed"
     until = f"until {way.last_moment_s:.2f} s" if way.last_moment_s < latest_s else f"for {latest_s:g} s and more"
     closer = f", then {way.closed_by}" if way.closed_by is not None else ""
-    asks = f"; asks {way.demand_mps2:.1f} m/s² now" if way.demand_mps2 is not None else "; not now"
-    return f"{until}{closer}{asks}"
+    asks = f"asks {way.demand_mps2:.1f} m/s² now" if way.demand_mps2 is not None else "cannot begin just now"
+    return f"{until}{closer}\n{asks}"
 
 
 def _heading(escapes: Escapes, alert: Alert) -> str:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from mcdas_opt.domain.parking import Parking, ParkingCase
 from mcdas_opt.domain.plan import Plan
@@ -13,6 +15,9 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError
 from mcdas_opt.simulation.parking_record import ParkingDrive
 from mcdas_opt.simulation.record import Simulation
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MOVING = (".gif", ".png", ".html")
 
@@ -29,64 +34,89 @@ def check_picture(path: Path, suffixes: tuple[str, ...] = MOVING) -> Path:
 def save_drive(simulation: Simulation, path: Path) -> Path:
     """A drive as an animation (.gif), a sheet of moments (.png) or a page that plays and scrubs (.html)."""
     check_picture(path)
-    with _writing(path):
+    with whole_file(path) as file:
         if path.suffix.lower() == ".html":
             from mcdas_opt.plotting.player import save_drive as save_page
 
-            return save_page(simulation, path)
-        from mcdas_opt.plotting.animation import save
+            save_page(simulation, file)
+        else:
+            from mcdas_opt.plotting.animation import save
 
-        return save(simulation, path)
+            save(simulation, file)
+    return path
 
 
 def save_parking(case: ParkingCase, parking: Parking, path: Path) -> Path | None:
     """A manoeuvre as an animation (.gif), a sheet (.png) or a page (.html); None for a refusal, of which only a page shows anything."""
     check_picture(path)
-    with _writing(path):
-        if path.suffix.lower() == ".html":
+    page = path.suffix.lower() == ".html"
+    if parking.trajectory is None and not page:
+        return None
+    with whole_file(path) as file:
+        if page:
             from mcdas_opt.plotting.player import save_parking as save_page
 
-            return save_page(case, parking, path)
-        if parking.trajectory is None:
-            return None
-        from mcdas_opt.plotting.parking import save
+            save_page(case, parking, file)
+        else:
+            from mcdas_opt.plotting.parking import save
 
-        return save(case, parking, path)
+            save(case, parking, file)
+    return path
 
 
 def save_follow(truth: ParkingCase, drive: ParkingDrive, path: Path) -> Path:
     """A manoeuvre that was driven, as an animation (.gif), a sheet (.png) or a page (.html)."""
     check_picture(path)
-    with _writing(path):
+    with whole_file(path) as file:
         if path.suffix.lower() == ".html":
             from mcdas_opt.plotting.player import save_follow as save_page
 
-            return save_page(truth, drive, path)
-        from mcdas_opt.plotting.parking_follow import save
+            save_page(truth, drive, file)
+        else:
+            from mcdas_opt.plotting.parking_follow import save
 
-        return save(truth, drive, path)
+            save(truth, drive, file)
+    return path
 
 
 def save_plan(situation: Situation, vehicle: Vehicle, plan: Plan, path: Path) -> Path:
     """A plan in its situation as a sheet (.png), an animation of what it means to do (.gif), or a page that looks ahead (.html)."""
     check_picture(path)
-    with _writing(path):
+    with whole_file(path) as file:
         if path.suffix.lower() == ".html":
             from mcdas_opt.plotting.player import save_plan as save_page
 
-            return save_page(situation, vehicle, plan, path)
-        from mcdas_opt.plotting.plan_sheet import plan_sheet, save_frames
+            save_page(situation, vehicle, plan, file)
+        else:
+            from mcdas_opt.plotting.plan_sheet import plan_sheet, save_frames
+            from mcdas_opt.plotting.style import save_png
 
-        if path.suffix.lower() == ".gif":
-            return save_frames(situation, vehicle, plan, path)
-        from mcdas_opt.plotting.style import save_png
+            if path.suffix.lower() == ".gif":
+                save_frames(situation, vehicle, plan, file)
+            else:
+                save_png(plan_sheet(situation, vehicle, plan), file)
+    return path
 
-        return save_png(plan_sheet(situation, vehicle, plan), path)
+
+def save_figure(figure: Figure, path: Path) -> Path:
+    """A figure that is already drawn (.png)."""
+    from mcdas_opt.plotting.style import save_png
+
+    with whole_file(check_picture(path, (".png",))) as file:
+        save_png(figure, file)
+    return path
 
 
 @contextmanager
-def _writing(path: Path) -> Iterator[None]:
+def whole_file(path: Path) -> Iterator[Path]:
+    """A file beside `path` to draw into, which takes its name when it is complete: what was there stays until then, and nothing
+    half-written is left. Raises `InputError` where the disk or the folder takes no more."""
+    beside = path.with_name(f".{path.stem}-{os.getpid()}{path.suffix}")
     try:
-        yield
+        yield beside
+        os.replace(beside, path)
     except OSError as error:
         raise InputError(path, "", None, f"cannot be written: {error.strerror}") from None
+    finally:
+        with suppress(OSError):
+            beside.unlink()

@@ -12,6 +12,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.moments import HOST, Moment, Shown
 from mcdas_opt.plotting.plane import Ground, rounded
@@ -106,7 +107,7 @@ class Outlook:
             "words": sentence(plan),
             "verdict": judged(plan.verdict),
             "reason": because(plan),
-            "warning": plan.warning,
+            "warning": plan.alert is not Alert.NONE,
             "took_ms": round(plan.timing_ms.total, 1),
             "candidates": [
                 {"name": c.name, "cost": None if c.cost is None else round(c.cost, 2), "passed": c.passed, "refusal": c.refusal}
@@ -162,7 +163,7 @@ class Outlook:
                 "key": "clearance",
                 "title": "clearance, as predicted",
                 "unit": "m",
-                "low": -0.06 * _FAR_M,
+                "low": -0.12 * _FAR_M,
                 "high": _FAR_M,
                 "limits": [[0.0, "touch", True]],
             },

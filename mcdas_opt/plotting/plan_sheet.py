@@ -127,7 +127,7 @@ def _chart(axes: Axes, chart: dict[str, object], t_s: np.ndarray, values: np.nda
         if low <= value <= high:
             colour = style.VERMILION if hard else style.GREY
             axes.axhline(value, color=colour, lw=1.1, dashes=(4, 3), zorder=1)
-            below = value > 0.5 * (low + high)
+            below = value > 0.5 * (low + high) or word == "touch"  # on the side where no curve comes
             axes.annotate(
                 word, (1.0, value), (-2, -2 if below else 2), xycoords=("axes fraction", "data"), textcoords="offset points",
                 ha="right", va="top" if below else "bottom", fontsize=7, color=colour,

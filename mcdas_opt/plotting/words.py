@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.safe_end import EndKind
 from mcdas_opt.domain.verdict import Verdict, Violation
-from mcdas_opt.domain.vocabulary import Mode, Side, Status
+from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
 
 _DOING = {
     Mode.HOLD: "keeps its lane and speed",
@@ -14,7 +15,8 @@ _DOING = {
     Mode.EVADE: "steers out",
     Mode.PARK: "stands and waits to be parked",
 }
-_TOLD = 2
+_NAMED = 2
+TOLD = {Alert.NONE: "", Alert.WARN: ", driver warned", Alert.ACT: ", last moment"}  # to the driver
 _STATUS = {
     Status.PLANNED: "",
     Status.FALLBACK: "a lower rung of the ladder",
@@ -33,8 +35,8 @@ def judged(verdict: Verdict) -> str:
     if verdict.passed:
         return "passed by the judge"
     found = sorted(verdict.violations, key=_grave)
-    more = f" and {len(found) - _TOLD} more" if len(found) > _TOLD else ""
-    return "failed by the judge: " + "; ".join(broken(v) for v in found[:_TOLD]) + more
+    more = f" and {len(found) - _NAMED} more" if len(found) > _NAMED else ""
+    return "failed by the judge: " + "; ".join(broken(v) for v in found[:_NAMED]) + more
 
 
 def _grave(violation: Violation) -> int:
@@ -59,6 +61,21 @@ def sentence(plan: Plan) -> str:
 def because(plan: Plan) -> str:
     """Why the plan is what it is, without the refusals that came before it: those stand with the candidates."""
     return _raised(plan.reason.partition("; before:")[0])
+
+
+def ending(plan: Plan) -> str:
+    """How the plan ends: 'at rest in its lane after 3.2 s'."""
+    end = plan.safe_end
+    if end is None:
+        return "not looked at"
+    words = {
+        EndKind.CLEAR: "nobody is in its way",
+        EndKind.HELD: "at a distance to the car ahead that can be held if that brakes fully",
+        EndKind.STOPPED: "at rest in its lane",
+        EndKind.OPEN: "not safely: at rest nowhere, and nearer to somebody than can be held",
+    }
+    asked = f"; asks {end.follower_demand_mps2:.1f} m/s² of whoever is behind" if end.follower_demand_mps2 else ""
+    return f"{words[end.kind]}, after {end.t_s:.1f} s{asked}"
 
 
 def _raised(text: str) -> str:

@@ -217,6 +217,7 @@ def test_bytes_that_are_no_text_are_told(tmp_path):
         (HEADER + "0,60,0,0,4\n1,nan,0,0,4\n", "line 3", "finite numbers"),
         (HEADER + "0,60,0,0,4\n1,64,0,4\n", "line 3", "5 finite numbers"),
         (HEADER + "1,60,0,0,4\n\n1,64,0,0,4\n", "line 4", "t_s must increase"),
+        (HEADER + "0,60,0,0,4\n1,964,0,0,4\n", "line 3", "jumps by 904 m in 1 s"),
     ],
 )
 def test_faults_of_a_neighbours_recording_name_its_file_and_line(tmp_path, rows, where, words):

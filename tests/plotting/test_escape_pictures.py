@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from mcdas_opt.cli.app import app
+from mcdas_opt.domain.escapes import Closer, Escape, Escapes
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.manoeuvres.escape_library import KINDS
 from mcdas_opt.planning.escape_map import escapes
@@ -51,3 +52,15 @@ def test_a_scene_that_is_not_there_is_named(name: str) -> None:
     answer = CliRunner().invoke(app, ["escapes", name])
     assert answer.exit_code != 0
     assert name in str(answer.exception)
+
+
+def test_the_words_beside_the_bars_lie_within_the_picture() -> None:
+    longest = Escape(open=True, last_moment_s=9.98, closed_by=Closer.EDGE, demand_mps2=10.5, last_comfortable_s=1.0)
+    ways = Escapes(brake=longest, accelerate=longest, left=longest, right=longest, keeping_on_s=3.0)
+    fig = escape_sheet(sandwich(), Vehicle(), ways)
+    fig.canvas.draw()
+    for text in fig.axes[1].texts:
+        reach = text.get_window_extent()
+        assert reach.x0 >= 0.0
+        assert reach.x1 <= fig.bbox.x1
+        assert "asks 10.5 m/s² now" in text.get_text()
