@@ -87,7 +87,7 @@ def run(
 ) -> Results:
     """Labels and drives what is not yet in `folder`, and returns the whole table.
 
-    Raises `InputError` for a folder of something else, `ParameterError` for an unknown planner, `StoppedError` where the disk is full.
+    Raises `InputError` for a folder of something else or a full disk, `ParameterError` for an unknown planner.
     """
     check_planners(planners)
     manifest = manifest_of(suite, planners, plant, limit_s)

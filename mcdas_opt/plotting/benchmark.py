@@ -62,8 +62,8 @@ def draw_scatter(points: Mapping[str, Array]) -> Figure:
             found = points[planners[k]]
             safe = found[:, 2] == 0.0
             x, y = found[:, 1], np.minimum(found[:, 0], _FARTHEST_M)
-            axes.plot(x[safe], y[safe], "o", ms=3.0, mew=0, alpha=0.45, color=style.BLUE, label="safe")
-            axes.plot(x[~safe], y[~safe], "x", ms=3.6, mew=1.0, alpha=0.8, color=style.VERMILION, label="lost")
+            axes.plot(x[safe], y[safe], "o", ms=3.0, mew=0, alpha=0.45, color=style.BLUE, label="safe", clip_on=False)
+            axes.plot(x[~safe], y[~safe], "x", ms=3.6, mew=1.0, alpha=0.8, color=style.VERMILION, label="lost", clip_on=False)
             axes.set_title(f"{planners[k]}\n{int((~safe).sum())} of {len(found)} lost", fontsize=9)
             axes.set(xlim=(0.0, 13.0), ylim=(-0.3, _FARTHEST_M + 0.3))
         fig.supxlabel("largest acceleration, lateral or braking [m/s²]", fontsize=9)

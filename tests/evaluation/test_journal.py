@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from mcdas_opt.errors import InputError
-from mcdas_opt.evaluation.running.journal import Journal, StoppedError, write_whole
+from mcdas_opt.evaluation.running.journal import Journal, write_whole
 
 RECORDS = [{"index": k, "text": "x" * (3 * k), "value": 0.1 * k} for k in range(6)]
 
@@ -71,7 +71,7 @@ def test_a_full_disk_keeps_whole_records(tmp_path: Path, room: int) -> None:
         for record in RECORDS:
             try:
                 journal.append(record)
-            except StoppedError as error:
+            except InputError as error:
                 reason = str(error)
                 break
             done += 1
@@ -96,7 +96,7 @@ def test_a_file_is_replaced_whole_or_not_at_all(tmp_path: Path, monkeypatch: pyt
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(StoppedError, match="No space left"):
+    with pytest.raises(InputError, match="No space left"):
         write_whole(path, "new and longer")
     assert path.read_text() == "old"
     assert [entry.name for entry in tmp_path.iterdir()] == ["table"]

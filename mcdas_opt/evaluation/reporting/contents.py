@@ -119,7 +119,7 @@ def _shares(shown: Sequence[tuple[str, str]], found: Mapping[str, Any]) -> Table
         rates = [figures[key]["rate"] for figures in found.values()]
         least = min((rate for rate in rates if rate is not None), default=None)
         best |= {(r, column) for r, rate in enumerate(rates) if rate is not None and rate == least and len(set(rates)) > 1}
-    return Table(columns=["planner", *(title for title, _ in shown)], rows=rows, best=frozenset(best), caption="Fewest in blue.")
+    return Table(columns=["planner", *(title for title, _ in shown)], rows=rows, best=frozenset(best), caption="The fewest stand out.")
 
 
 def _distributions(found: Mapping[str, Any]) -> Table:

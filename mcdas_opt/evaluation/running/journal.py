@@ -17,14 +17,14 @@ _SYNC_S = 1.0
 
 
 class StoppedError(McdasError):
-    """A run that had to stop; what was written is kept."""
+    """A run that had to stop by a fault of ours; what was written is kept."""
 
 
 class Journal:
     """One JSON record a line, each behind its checksum. Opening it cuts off a line that a kill has torn; `records` holds the rest.
 
-    Raises `InputError` where an earlier line is damaged or another process has it open, `StoppedError` where the disk takes no more: then
-    the file ends with the last whole record.
+    Raises `InputError` where an earlier line is damaged, another process has it open, or the disk takes no more: then the file ends
+    with the last whole record.
     """
 
     def __init__(self, path: Path) -> None:
@@ -56,7 +56,8 @@ class Journal:
                 self._synced = time.monotonic()
         except OSError as error:
             os.ftruncate(self._file, self._end)
-            raise StoppedError(f"{self.path}: cannot be written: {error.strerror}; {len(self.records)} records are kept") from None
+            rule = f"cannot be written: {error.strerror}; {len(self.records)} records are kept, the same command with --resume goes on"
+            raise InputError(self.path, "", None, rule) from None
         self._end += len(line)
         self.records.append(record)
 
@@ -101,7 +102,7 @@ def _whole_lines(path: Path) -> Iterator[tuple[dict[str, Any], int]]:
 
 
 def write_whole(path: Path, data: str | bytes) -> None:
-    """Replaces a file in one step: readers see the old or the new one. Raises `StoppedError` where the disk takes no more."""
+    """Replaces a file in one step: readers see the old or the new one. Raises `InputError` where the disk takes no more."""
     beside = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         with beside.open("wb") as file:
@@ -111,4 +112,4 @@ def write_whole(path: Path, data: str | bytes) -> None:
         os.replace(beside, path)
     except OSError as error:
         beside.unlink(missing_ok=True)
-        raise StoppedError(f"{path}: cannot be written: {error.strerror}") from None
+        raise InputError(path, "", None, f"cannot be written: {error.strerror}") from None
