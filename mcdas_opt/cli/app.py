@@ -6,6 +6,8 @@ With --json stdout holds one JSON document and nothing else; progress and tables
 
 from __future__ import annotations
 
+import atexit
+import signal
 import sys
 from typing import Annotated
 
@@ -49,6 +51,7 @@ _INTERRUPTED = 130
 
 def main() -> None:
     """Entry point: turns our own errors into one line on stderr and the exit code of the contract."""
+    atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # by then everything is said and written: nothing to interrupt
     try:
         code = app(standalone_mode=False)  # an interrupt comes back as the exit code 130
     except McdasError as error:
