@@ -17,10 +17,11 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.ocp.blocks import Copies, nlp_of
 from mcdas_opt.ocp.parking_blocks import COMMON, EXTRA, INTERVAL_LOW, STATE, WEIGHTS, check, check_rows, check_unknowns, interval
 from mcdas_opt.ocp.parking_records import ParkingCosts, ParkingPhysics, ParkingProgram, ParkingSolution
-from mcdas_opt.solvers.interrupts import interrupts_kept
+from mcdas_opt.solvers.held_interrupts import held_interrupts
 
 
 @lru_cache(maxsize=48)
+@held_interrupts()
 def _solver(
     form: str,
     segments: tuple[int, ...],
@@ -89,7 +90,7 @@ def solve_parking(
     high = np.concatenate([np.zeros(INTERVAL_LOW.size * n), np.tile(most, m)])
     inner = np.column_stack([numbers[count:], checks.fractions[count:]])
     weights = [getattr(costs, name) for name in WEIGHTS]
-    with interrupts_kept():
+    with held_interrupts():
         answer = solver(
             x0=_stacked(program.nodes, program.steps, own),
             lbx=_stacked(program.nodes_low, program.steps_low, own_low),

@@ -14,7 +14,7 @@ import numpy as np
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.ocp.parking_blocks import EXTRA, INTERVAL_LOW, STATE, WEIGHTS, check, check_rows, check_unknowns, interval
 from mcdas_opt.ocp.parking_records import ParkingCosts, ParkingPhysics, ParkingProgram, ParkingSolution
-from mcdas_opt.solvers.interrupts import interrupts_kept
+from mcdas_opt.solvers.held_interrupts import held_interrupts
 
 _FORM = "half-planes"
 
@@ -47,7 +47,7 @@ class Stages:
     def solve(self) -> ParkingSolution:
         low, high = (np.concatenate(side) for side in self.limits)
         lbx, ubx = (np.concatenate(side) for side in self.bounds)
-        with interrupts_kept():
+        with held_interrupts():
             answer = self.solver(x0=np.concatenate(self.guess), lbx=lbx, ubx=ubx, lbg=low, ubg=high)
         g, x = np.asarray(answer["g"]).ravel(), np.asarray(answer["x"]).ravel()
         sound = bool(np.all(np.isfinite(g)) and np.all(np.isfinite(x)))

@@ -1,4 +1,4 @@
-"""Ctrl-C waits while CasADi builds a problem: its conversions, written in Python, clear whatever is raised inside them."""
+"""Ctrl-C waits while CasADi builds or solves a problem: its conversions and callbacks clear whatever is raised inside them."""
 
 from __future__ import annotations
 

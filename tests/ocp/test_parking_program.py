@@ -13,7 +13,7 @@ from mcdas_opt.ocp.parking import solve_parking
 from mcdas_opt.ocp.parking_blocks import COMMON, EXTRA, STATE, check, check_rows, check_unknowns, interval
 from mcdas_opt.ocp.parking_records import COSTS, FORMS, Checks, ParkingPhysics, ParkingProgram, costs_named
 from mcdas_opt.ocp.parking_stages import Stages
-from mcdas_opt.solvers.interrupts import interrupts_kept
+from mcdas_opt.solvers.held_interrupts import held_interrupts
 
 PHYSICS = ParkingPhysics(2.7, -0.9, 3.6, 0.9, 1.5, 0.5, 0.05)
 BOX = np.array([[6.0, -1.0], [8.0, -1.0], [8.0, 0.2], [6.0, 0.2]])
@@ -128,7 +128,7 @@ def test_an_interrupt_during_a_solve_is_raised_after_it():
     finished = []
 
     def interrupted() -> None:
-        with interrupts_kept():
+        with held_interrupts():
             os.kill(os.getpid(), signal.SIGINT)
             finished.append(solve_parking(straight(), PHYSICS, COSTS["time"]))
 
