@@ -190,7 +190,7 @@ class MpcMethod:
                 if not driven and previous is None:  # the closed form would begin with something else
                     others = ways_out(situation, assessment, self.vehicle, self.settings.sigmoid, going)
                     driven = self._closed_forms(situation, prediction, others, assessment)
-                gentle = passed + [answer for answer in driven if (answer.candidate.cost or 0.0) < most]
+                gentle = passed + [answer for answer in driven + self._strayed if (answer.candidate.cost or 0.0) < most]
                 passed, undriven = passed + driven, ()
             best = self._cheapest(gentle, situation, prediction, None, going)
             if best is not None and best[1].sound:
@@ -219,12 +219,14 @@ class MpcMethod:
             passed += self._passed(situation, prediction, spread, assessment)
         if not passed and not self._strayed:
             passed = self._closer(situation, prediction, assessment) or self._second_opinions(situation, prediction, assessment)
+        own = len(self._strayed)
         strayed = [] if passed else self._strayed.copy()
         if passed or strayed:  # a closed form alone is the ladder's to drive, and to label
             passed = passed + strayed + self._closed_forms(situation, prediction, four + undriven, assessment)
+            passed += self._strayed[own:]
         best = self._cheapest(passed, situation, prediction, before, going)
         if best is not None and not best[1].sound:
-            best = self._cheapest(passed + self._strayed[len(strayed) :], situation, prediction, before, going)
+            best = self._cheapest(passed + self._strayed[len(strayed) : own], situation, prediction, before, going)
         return best
 
     def _has_risen(self, answer: _Answer) -> bool:

@@ -40,7 +40,7 @@ from mcdas_opt.verification.judge import judge
 from tests.planning.situations import sandwich
 
 # quiet, but the closed form would stop or steer out; quiet and kept lane had an open end; trusting a follower where that costs more;
-# half out of its lane where the closed form keeps it, and priced below steering out
+# half out of its lane where the closed form keeps it, and priced below steering out; the closed form swings out of its lane
 ONCE_WORSE = (
     5150009669,
     5150011112,
@@ -54,6 +54,8 @@ ONCE_WORSE = (
     4242023247,
     4242035698,
     4242039406,
+    6161006291,
+    8181002760,
 )
 FAMILY = range(7_100_000_000, 7_100_000_060)
 
@@ -71,6 +73,25 @@ def test_no_plan_is_worse_than_the_closed_forms(planner: Planner) -> None:
     assert tally.counts["both pass"] >= 20
     worse = {kind: seeds for kind, seeds in tally.seeds.items() if kind.startswith(("worse", "NaN", "unverified", "exception"))}
     assert not worse
+
+
+@pytest.mark.parametrize("mirrored", [1.0, -1.0])
+def test_a_closed_form_that_swings_out_of_its_lane_is_compared_at_the_price_of_leaving_it(planner: Planner, mirrored: float) -> None:
+    corrected, tally, swung = CorrectedMethod(planner.vehicle, planner.settings), Tally(), 0
+    for askew_m, friction in ((0.6, 0.2), (0.7, 0.35), (0.85, 0.2), (0.85, 0.35)):
+        situation = Situation(
+            host=HostState(d_m=-mirrored * askew_m, heading_rad=-0.02 * mirrored),
+            tracks=(Track(id="rear", s_m=-54.5, d_m=0.0, speed_s_mps=16.1),),
+            road=Road(lanes_left=2, lanes_right=2, friction=friction),
+            desired_speed_mps=5.0,
+        )
+        examine(0, planner, corrected, tally, situation)
+        plan = planner.previous
+        assert plan is not None
+        swung += plan.chosen == "accelerate-driven" and plan.side is (Side.LEFT if mirrored > 0.0 else Side.RIGHT)
+    assert tally.counts["both pass"] == 4
+    assert swung >= 2
+    assert not tally.seeds
 
 
 def test_a_glance_convicts_nobody_whom_the_judge_would_pass(planner: Planner) -> None:
