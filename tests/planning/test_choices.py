@@ -20,7 +20,7 @@ from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.evaluation.suites import expand
-from mcdas_opt.planning import lane_stage
+from mcdas_opt.planning import continuation, lane_stage, mpc
 from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.glance import verdicts
 from mcdas_opt.planning.lane_stage import StageSettings
@@ -306,3 +306,38 @@ def test_a_manoeuvre_whose_price_rises_is_compared_again() -> None:
     slow = replace(situation.tracks[0], id="slow", s_m=situation.host.s_m + 22.0, d_m=across, speed_s_mps=0.5 * situation.host.speed_mps)
     again = planner.plan(replace(situation, time_s=0.1, tracks=(*situation.tracks, slow)))
     assert len(again.candidates) > 1
+
+
+def test_nothing_is_continued_past_the_end_of_the_road_and_then_judged(planner: Planner, monkeypatch: pytest.MonkeyPatch) -> None:
+    judged: list[float] = []
+
+    def seen(drives: Any, *rest: Any) -> Any:
+        judged.extend(float(drive.s_m.max()) for drive in drives)
+        return verdicts(drives, *rest)
+
+    monkeypatch.setattr(continuation, "verdicts", seen)
+    for seed in (7104000079, 7104000222):
+        situation = random_situation(seed)
+        planner.reset()
+        plan = planner.plan(situation)
+        assert plan.safe_end is not None
+        assert situation.road.road_end_s_m is not None
+        assert max(judged, default=0.0) <= situation.road.road_end_s_m
+        judged.clear()
+
+
+def test_after_the_deadline_a_comparison_continues_only_the_cheapest(monkeypatch: pytest.MonkeyPatch) -> None:
+    planner, continued = Planner(deadline_s=60.0), []
+
+    def late(*arguments: Any) -> Any:
+        continued.append(arguments)
+        planner.method.stop_at = 0.0  # type: ignore[attr-defined]
+        return continuation.to_safe_end(*arguments)
+
+    monkeypatch.setattr(mpc, "to_safe_end", late)
+    for seed in (7104000061, 7104000112, 7104000139):  # four, five and five pass, but none comes to a safe end
+        planner.reset()
+        plan = planner.plan(random_situation(seed))
+        assert (plan.status, plan.verdict.passed) == (Status.FALLBACK, True)
+        assert 1 <= len(continued) <= 2
+        continued.clear()
