@@ -8,6 +8,9 @@ them can be asked for later.
 A plan is compared with the corrected closed form's by (passed, severity of the first impact, safe end, worth), in this order, and where
 nothing passes with five simple policies: full braking, full acceleration, hold, and steering out to either side as hard as the tyres
 allow. Each situation is planned by a planner that remembers nothing.
+
+A plan's worth has the price of leaving the lane where it is driven out of it, whatever it was meant to be; a drive of the closed form into
+a lane that nobody watches, which counts as occupied, has not passed.
 """
 
 from __future__ import annotations
@@ -33,7 +36,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.domain.vocabulary import Mode, Status
+from mcdas_opt.domain.vocabulary import Mode, Sector, Side, Status
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.provenance import versions
 from mcdas_opt.evaluation.running.journal import Journal
@@ -42,7 +45,7 @@ from mcdas_opt.planning.continuation import to_safe_end
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.selection import WorthSettings, severity, worth
 from mcdas_opt.planning.simple_policies import simple_policies
-from mcdas_opt.planning.ways import shorter_side
+from mcdas_opt.planning.ways import keeping_way, shorter_side, strays
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.prediction import predict_for
 
@@ -118,9 +121,9 @@ class Tally:
         return self
 
 
-def examine(seed: int, planner: Planner, corrected: CorrectedMethod, tally: Tally) -> None:
-    """Plans one situation and counts what there is to count."""
-    situation = random_situation(seed)
+def examine(seed: int, planner: Planner, corrected: CorrectedMethod, tally: Tally, situation: Situation | None = None) -> None:
+    """Plans one situation, by default the random one of that seed, and counts what there is to count."""
+    situation = situation or random_situation(seed)
     planner.reset()
     try:
         plan = planner.plan(situation)
@@ -150,9 +153,13 @@ def _against_corrected(seed: int, situation: Situation, plan: Plan, planner: Pla
     if not isinstance(other, Plan):
         return
     prediction = predict_for(situation, planner.settings.prediction)
-    if other.verdict.passed != plan.verdict.passed:
+    towards = _side(other, situation, planner)
+    passes = other.verdict.passed and (towards is Side.NONE or situation.coverage.sees(Sector(towards.value)))
+    if passes != other.verdict.passed:
+        tally.counts["corrected goes where nobody watches"] += 1
+    if passes != plan.verdict.passed:
         tally.counts["better than corrected: passed" if plan.verdict.passed else "worse than corrected: passed"] += 1
-        if other.verdict.passed:
+        if passes:
             tally.fault("worse than corrected: passed", seed)
         return
     if not plan.verdict.passed:
@@ -176,7 +183,7 @@ def _against_corrected(seed: int, situation: Situation, plan: Plan, planner: Pla
             road=situation.road,
             prediction=prediction,
             desired_speed_mps=situation.wanted_speed_mps,
-            side=of.side,
+            side=_side(of, situation, planner),
             leaning=shorter_side(assessment),
             needless=assessment.mode in (Mode.BRAKE, Mode.ACCELERATE),
             settings=WorthSettings(),
@@ -186,6 +193,13 @@ def _against_corrected(seed: int, situation: Situation, plan: Plan, planner: Pla
     tally.counts["both pass"] += 1
     if ours > theirs * (1.0 + _WORTH_SHARE) + _WORTH:
         tally.fault("worse than corrected: worth", seed)
+
+
+def _side(plan: Plan, situation: Situation, planner: Planner) -> Side:
+    """Where it leaves its lane to: what it was meant to, else where it is driven."""
+    if plan.side is not Side.NONE:
+        return plan.side
+    return strays(_horizon(plan, planner), situation, keeping_way(situation, Mode.HOLD), planner.vehicle)
 
 
 def _horizon(plan: Plan, planner: Planner) -> Trajectory:

@@ -1,11 +1,40 @@
 """The commands, one a file: each reads, calls one public function and prints. Heavy packages load inside the command that needs them."""
 
-import sys
+import contextlib
+import os
+import signal
+from collections.abc import Iterator
 
-try:
-    from mcdas_opt.cli.app import app, main
-except KeyboardInterrupt:  # Ctrl-C while the commands themselves were being loaded
-    sys.stderr.write("mcdas-opt: interrupted; what was not yet written is lost\n")
-    sys.exit(130)
+_LOST = "mcdas-opt: interrupted; what was not yet written is lost\n"
 
-__all__ = ["app", "main"]
+__all__ = ["main"]
+
+
+def main() -> None:
+    """Entry point of `mcdas-opt` and of `python -m mcdas_opt`."""
+    with _ended_by_interrupts():
+        from mcdas_opt.cli.app import run
+    run()
+
+
+@contextlib.contextmanager
+def _ended_by_interrupts() -> Iterator[None]:
+    """Ctrl-C ends the process here and now, with our line and 130: modules that are being loaded may turn an exception into another one.
+
+    Only in the main thread, and where the handler is Python's own.
+    """
+    if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield
+        return
+    with contextlib.suppress(ValueError):  # not the main thread
+        signal.signal(signal.SIGINT, _end)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(ValueError):
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _end(number: int, frame: object) -> None:
+    os.write(2, _LOST.encode())
+    os._exit(130)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import atexit
 import signal
 import sys
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -49,8 +49,8 @@ for command in (*driving, *parking, *studying, *carrying):
 _INTERRUPTED = 130
 
 
-def main() -> None:
-    """Entry point: turns our own errors into one line on stderr and the exit code of the contract."""
+def run() -> None:
+    """The commands: turns our own errors into one line on stderr and the exit code of the contract."""
     atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # by then everything is said and written: nothing to interrupt
     try:
         code = app(standalone_mode=False)  # an interrupt comes back as the exit code 130
@@ -58,12 +58,11 @@ def main() -> None:
         complain(str(error))
         sys.exit(2)
     except CutShort as stop:
-        complain(f"interrupted; {stop}")
-        sys.exit(_INTERRUPTED)
+        _interrupted(str(stop))
     except typer.Exit as stop:
         sys.exit(stop.exit_code)
-    except typer.Abort:
-        sys.exit(_INTERRUPTED)
+    except (typer.Abort, KeyboardInterrupt):
+        _interrupted("what was not yet written is lost")
     except Exception as error:
         show = getattr(error, "show", None)  # click's usage errors show themselves
         if show is not None:
@@ -72,8 +71,19 @@ def main() -> None:
         raise
     if isinstance(code, int) and code:
         if code == _INTERRUPTED:
-            complain("interrupted; what was not yet written is lost")
+            _interrupted("what was not yet written is lost")
         sys.exit(code)
+
+
+def _interrupted(what: str) -> NoReturn:
+    """Says what is left, and ends with our own code.
+
+    A KeyboardInterrupt that once left an `exec` of text (every dataclass is born in one) has Python end by the signal, whatever code it is
+    asked for later, unless it runs another text.
+    """
+    complain(f"interrupted; {what}")
+    exec("")
+    sys.exit(_INTERRUPTED)
 
 
 @app.callback(invoke_without_command=True)

@@ -14,6 +14,7 @@ from mcdas_opt.dynamics.bicycle import INPUTS, STATES, road_bicycle
 from mcdas_opt.native.addresses import address
 from mcdas_opt.native.kernels import c_text, defined, library, wanted
 from mcdas_opt.solvers.c_text import c_function
+from mcdas_opt.solvers.held_interrupts import held_interrupts
 
 _BUILDS = ("-O2 -lm",)  # no fused operations: the same bits as the interpreted roll-out, where both have the same libm
 
@@ -57,6 +58,7 @@ def compiled_drive() -> CompiledDrive | None:
 
 
 @lru_cache(maxsize=1)
+@held_interrupts()
 def _built() -> CompiledDrive | None:
     x, u = ca.SX.sym("x", len(STATES)), ca.SX.sym("u", len(INPUTS))
     kappa: Any = ca.SX.sym("kappa")

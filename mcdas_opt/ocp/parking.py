@@ -21,6 +21,7 @@ from mcdas_opt.solvers.held_interrupts import held_interrupts
 
 
 @lru_cache(maxsize=48)
+@held_interrupts()
 def _solver(
     form: str,
     segments: tuple[int, ...],

@@ -16,6 +16,7 @@ import numpy as np
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.ocp.blocks import Block, block
 from mcdas_opt.ocp.parking_records import CORNERS, WANTED_M, Checks
+from mcdas_opt.solvers.held_interrupts import held_interrupts
 
 STATE = 5
 WEIGHTS = ("time", "path", "steering", "smooth", "clearance")
@@ -43,6 +44,7 @@ def _advance(z: Any, after: Any, h: Any, fraction: Any, wheelbase: Any) -> list[
 
 
 @lru_cache(maxsize=1)
+@held_interrupts()
 def interval() -> Block:
     """(z_k, z_k+1, h) -> equations of motion, limits of acceleration and steering rate, cost of one interval."""
     w, common = ca.SX.sym("w", 2 * STATE + 1), ca.SX.sym("common", COMMON)
@@ -83,6 +85,7 @@ def _duals(pose: list[Any], own: Any, data: Any, common: Any) -> tuple[list[Any]
 
 
 @lru_cache(maxsize=4)
+@held_interrupts()
 def check(form: str, inside: bool) -> Block:
     """A collision check at a node, or at a fraction inside an interval."""
     extra, numbers = EXTRA[form], (2 if form == "half-planes" else 3) * CORNERS

@@ -15,6 +15,7 @@ import numpy as np
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.ocp.design_terms import B_LEAST, DesignTerm, LateralAcceleration, LateralJerk, Length, Sigmoid
+from mcdas_opt.solvers.held_interrupts import held_interrupts
 from mcdas_opt.solvers.outcome import Ending
 from mcdas_opt.solvers.small_nlp import SmallSolver
 
@@ -116,6 +117,7 @@ def solve_sigmoid(problem: SigmoidProblem) -> SigmoidSolution:
 
 
 @lru_cache(maxsize=32)
+@held_interrupts()
 def _posed(objective: str, structure: tuple[tuple[type[DesignTerm], str, bool], ...]) -> _Posed:
     """Every figure of every term as a parameter, so that a gain schedule builds its solver once."""
     z, towards = ca.SX.sym("z", 5), ca.SX.sym("towards")

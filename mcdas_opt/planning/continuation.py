@@ -61,11 +61,13 @@ def to_safe_end(
             if found.safe.any():
                 k = int(np.argmax(found.safe))
                 drive = _cut(drive, known + k + 1)
+                if _beyond(drive, situation.road):
+                    break
                 (judged,) = verdicts((drive,), situation, vehicle, prediction)
                 if judged.passed:
                     return Ended(drive, judged, found.at(k, float(drive.t_s[-1])))
                 break
-            if found.standing[-1]:
+            if found.standing[-1] or _beyond(drive, situation.road):
                 break
     return as_it_is
 
@@ -98,6 +100,11 @@ def _driven(drive: Trajectory, law: SpeedLaw, road: Road, vehicle: Vehicle) -> T
         lateral_acceleration_mps2=0.5 * road.friction * GRAVITY_MPS2,
         settings=_FOLLOWING,
     )
+
+
+def _beyond(drive: Trajectory, road: Road) -> bool:
+    """Past the road's end with its body centre: no judge passes that, nor what comes after."""
+    return road.road_end_s_m is not None and float(drive.s_m.max()) > road.road_end_s_m
 
 
 def _joined(first: Trajectory, then: Trajectory) -> Trajectory:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -83,11 +84,18 @@ def way_values(situation: Situation, others: Seated, way: Way, times_s: Array, g
         "ref_bend": path.bend_m,
         "ref_bend_s": path.bend_s_m,
         "ref_bend_width": path.bend_width_m,
-        "speed_ref": way.speed_mps,
+        "speed_ref": _speed(situation, way, times_s),
         "left_edge": left_edge,
         "right_edge": right_edge,
         **_bumpers(situation, others, way, times_s),
     }
+
+
+def _speed(situation: Situation, way: Way, times_s: Array) -> Array | float:
+    """The speed to drive: the way's, or what falls towards it."""
+    if math.isinf(way.easing_mps2):
+        return way.speed_mps
+    return np.maximum(way.speed_mps, situation.host.speed_mps - way.easing_mps2 * times_s)
 
 
 def _bounds(situation: Situation, way: Way) -> tuple[float, float]:

@@ -130,16 +130,19 @@ class Posed:
         return twin
 
     @cached_property
+    @held_interrupts()
     def interior_point(self) -> InteriorPointEngine:
         """The engine of choice."""
         return InteriorPointEngine(self.problem, self.nodes)
 
     @cached_property
+    @held_interrupts()
     def osqp(self) -> OsqpEngine:
         """The second opinion, and the engine of choice where the settings say so."""
         return OsqpEngine(self.problem, self.nodes, self.osqp_settings)
 
     @cached_property
+    @held_interrupts()
     def ipopt(self) -> IpoptEngine:
         """The reference."""
         return IpoptEngine(self.problem, self.nodes)

@@ -190,7 +190,7 @@ class MpcMethod:
                 if not driven and previous is None:  # the closed form would begin with something else
                     others = ways_out(situation, assessment, self.vehicle, self.settings.sigmoid, going)
                     driven = self._closed_forms(situation, prediction, others, assessment)
-                gentle = passed + [answer for answer in driven if (answer.candidate.cost or 0.0) < most]
+                gentle = passed + [answer for answer in driven + self._strayed if (answer.candidate.cost or 0.0) < most]
                 passed, undriven = passed + driven, ()
             best = self._cheapest(gentle, situation, prediction, None, going)
             if best is not None and best[1].sound:
@@ -219,12 +219,12 @@ class MpcMethod:
             passed += self._passed(situation, prediction, spread, assessment)
         if not passed and not self._strayed:
             passed = self._closer(situation, prediction, assessment) or self._second_opinions(situation, prediction, assessment)
-        strayed = [] if passed else self._strayed.copy()
+        own, strayed = len(self._strayed), [] if passed else self._strayed.copy()
         if passed or strayed:  # a closed form alone is the ladder's to drive, and to label
-            passed = passed + strayed + self._closed_forms(situation, prediction, four + undriven, assessment)
+            passed = passed + strayed + self._closed_forms(situation, prediction, four + undriven, assessment) + self._strayed[own:]
         best = self._cheapest(passed, situation, prediction, before, going)
         if best is not None and not best[1].sound:
-            best = self._cheapest(passed + self._strayed[len(strayed) :], situation, prediction, before, going)
+            best = self._cheapest(passed + self._strayed[len(strayed) : own], situation, prediction, before, going)
         return best
 
     def _has_risen(self, answer: _Answer) -> bool:
@@ -234,9 +234,11 @@ class MpcMethod:
     def _cheapest(
         self, passed: list[_Answer], situation: Situation, prediction: Prediction, before: str | None, going: Manoeuvre | None
     ) -> tuple[_Answer, Ended] | None:
-        """The cheapest that comes to a safe end; where none does, the cheapest, with its open end."""
+        """The cheapest that comes to a safe end; where none does, or the deadline passes meanwhile, the cheapest, with its open end."""
         cheapest = None
         for answer in sorted(passed, key=lambda answer: self._price(answer, before, going)):
+            if cheapest is not None and self.stop_at is not None and time.perf_counter() > self.stop_at:
+                break
             ended = self._ended(answer, situation, prediction)
             if ended.sound:
                 return answer, ended
@@ -256,8 +258,7 @@ class MpcMethod:
         cost = answer.candidate.cost or 0.0
         if answer.way.manoeuvre == going if going is not None else answer.way.name == before:
             cost *= self.worth.persistence
-        tie = self.settings.selector.tie_break
-        return (round(cost, 5), 0 if answer.way.side is tie else 1)
+        return (round(cost, 5), 0 if answer.way.side is self.settings.selector.tie_break else 1)
 
     def _solve(self, situation: Situation, prediction: Prediction, way: Way, by: Solving) -> Solved:
         """One way, unless there is a reason not even to try; without a trajectory the reason is the candidate's refusal."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -22,6 +23,7 @@ from mcdas_opt.reference.offset_path import OffsetPath, corrected
 _most, _least = np.maximum.reduce, np.minimum.reduce
 _MARKING_M = 0.15  # a body that crosses the marking by less still keeps its lane
 _LEANING_M = 0.1  # a smaller offset of the front vehicle leans to neither side
+_ORDINARY_MPS2, _STANDING_GAP_M = 2.0, 2.0  # braking towards the front car, where that is enough
 BODY_ROOM_M = 0.25  # from the body's flank to the road's edge, for the targets of steering
 
 
@@ -50,7 +52,8 @@ class Manoeuvre:
 class Way:
     """One candidate: keep the lane towards a speed, or steer along a path. `refusal` says why it is not even tried.
 
-    `guess` (N + 1, 6) are states to begin from; None: those of the path. `waits`: it begins later.
+    `guess` (N + 1, 6) are states to begin from; None: those of the path. `waits`: it begins later. `easing_mps2`: its speed falls towards
+    `speed_mps` no faster; infinite: that is asked for at once.
     """
 
     name: str
@@ -62,6 +65,7 @@ class Way:
     refusal: str = ""
     guess: Array | None = field(default=None, compare=False)
     waits: bool = False
+    easing_mps2: float = math.inf
 
 
 def shorter_side(assessment: Assessment) -> Side:
@@ -163,7 +167,7 @@ def ways_out(
     faster = min(faster, 0.98 * vehicle.speed_max_mps)
     blind = "" if situation.coverage.sees(Sector.FRONT) else "nobody watches the front"
     ways = [
-        Way(name="brake", mode=Mode.BRAKE, side=Side.NONE, path=keep, speed_mps=slower),
+        Way(name="brake", mode=Mode.BRAKE, side=Side.NONE, path=keep, speed_mps=slower, easing_mps2=_easing_mps2(situation, assessment)),
         Way(name="accelerate", mode=Mode.ACCELERATE, side=Side.NONE, path=keep, speed_mps=faster, refusal=blind),
     ]
     bound = lateral_bound_mps2(situation, sigmoid)
@@ -173,6 +177,16 @@ def ways_out(
         else:
             ways.append(steering_way(situation, assessment, vehicle, sigmoid, side, lateral_mps2=bound, name=side.value))
     return tuple(ways)
+
+
+def _easing_mps2(situation: Situation, assessment: Assessment) -> float:
+    """As is ordinary where braking is enough, half of that would do in the room that there is, and the front car itself brakes no harder;
+    elsewhere as hard as it may be."""
+    front = next((track for track in situation.tracks if track.id == assessment.front_id), None)
+    if assessment.mode is not Mode.BRAKE or front is None or front.acceleration_s_mps2 < -_ORDINARY_MPS2:
+        return math.inf
+    closing, room = situation.host.speed_mps - front.speed_s_mps, assessment.front_gap_m - _STANDING_GAP_M
+    return _ORDINARY_MPS2 if max(closing, 0.0) ** 2 <= _ORDINARY_MPS2 * room else math.inf
 
 
 def spread_ways(situation: Situation, vehicle: Vehicle, prediction: Prediction, grid: TimeGrid) -> tuple[Way, ...]:

@@ -1,4 +1,4 @@
-"""Ctrl-C waits while CasADi builds a problem or solves it: its conversions and callbacks clear whatever is raised inside them."""
+"""Ctrl-C waits while CasADi builds or solves a problem: its conversions and callbacks clear whatever is raised inside them."""
 
 from __future__ import annotations
 

@@ -57,6 +57,40 @@ def test_a_command_that_writes_only_at_its_end_says_that_nothing_is_left(tmp_pat
     assert said == ["mcdas-opt: interrupted; what was not yet written is lost"]
 
 
+DROPPED_WHILE_LOADING = """
+import signal, sys
+
+class Press:  # as a C extension does that clears whatever is raised while it is loaded
+    def find_spec(self, name, path=None, target=None):
+        if name == "mcdas_opt.cli.plan":
+            try:
+                signal.raise_signal(signal.SIGINT)
+            except KeyboardInterrupt:
+                pass
+
+sys.meta_path.insert(0, Press())
+from mcdas_opt.cli import main
+main()
+"""
+INSIDE_A_TEXT = """
+import mcdas_opt.cli.app as commands
+
+def pressed(**ignored):
+    exec("import signal; signal.raise_signal(signal.SIGINT)")
+
+commands.app = pressed
+from mcdas_opt.cli import main
+main()
+"""
+
+
+@pytest.mark.parametrize("program", [DROPPED_WHILE_LOADING, INSIDE_A_TEXT])
+def test_an_interrupt_while_modules_are_loaded_is_one_line_too(program: str) -> None:
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=_PATIENCE_S)
+    assert (ended.returncode, ended.stdout) == (130, "")
+    assert ended.stderr == "mcdas-opt: interrupted; what was not yet written is lost\n"
+
+
 def test_live_ends_with_its_counts() -> None:
     pytest.importorskip("can")
     code, out, said = interrupted(None, "live", "--play", "front_and_rear", "--rear", "can1", "--cycles", "100000")

@@ -7,7 +7,7 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from mcdas_opt.cli import app
+from mcdas_opt.cli.app import app
 from mcdas_opt.evaluation import doctor
 from mcdas_opt.evaluation.doctor import Check, Diagnosis, Package, diagnose
 from mcdas_opt.native import compile_cache

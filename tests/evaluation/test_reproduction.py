@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from mcdas_opt.cli import app
+from mcdas_opt.cli.app import app
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation import published
 from mcdas_opt.evaluation.paper_tracking import TRACKING, TrackingChoices, crash_position, study

@@ -20,7 +20,7 @@ from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.evaluation.suites import expand
-from mcdas_opt.planning import lane_stage
+from mcdas_opt.planning import continuation, lane_stage, mpc
 from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.glance import verdicts
 from mcdas_opt.planning.lane_stage import StageSettings
@@ -40,7 +40,7 @@ from mcdas_opt.verification.judge import judge
 from tests.planning.situations import sandwich
 
 # quiet, but the closed form would stop or steer out; quiet and kept lane had an open end; trusting a follower where that costs more;
-# half out of its lane where the closed form keeps it, and priced below steering out
+# half out of its lane where the closed form keeps it, and priced below steering out; the closed form swings out of its lane
 ONCE_WORSE = (
     5150009669,
     5150011112,
@@ -54,6 +54,8 @@ ONCE_WORSE = (
     4242023247,
     4242035698,
     4242039406,
+    6161006291,
+    8181002760,
 )
 FAMILY = range(7_100_000_000, 7_100_000_060)
 
@@ -71,6 +73,25 @@ def test_no_plan_is_worse_than_the_closed_forms(planner: Planner) -> None:
     assert tally.counts["both pass"] >= 20
     worse = {kind: seeds for kind, seeds in tally.seeds.items() if kind.startswith(("worse", "NaN", "unverified", "exception"))}
     assert not worse
+
+
+@pytest.mark.parametrize("mirrored", [1.0, -1.0])
+def test_a_closed_form_that_swings_out_of_its_lane_is_compared_at_the_price_of_leaving_it(planner: Planner, mirrored: float) -> None:
+    corrected, tally, swung = CorrectedMethod(planner.vehicle, planner.settings), Tally(), 0
+    for askew_m, friction in ((0.6, 0.2), (0.7, 0.35), (0.85, 0.2), (0.85, 0.35)):
+        situation = Situation(
+            host=HostState(d_m=-mirrored * askew_m, heading_rad=-0.02 * mirrored),
+            tracks=(Track(id="rear", s_m=-54.5, d_m=0.0, speed_s_mps=16.1),),
+            road=Road(lanes_left=2, lanes_right=2, friction=friction),
+            desired_speed_mps=5.0,
+        )
+        examine(0, planner, corrected, tally, situation)
+        plan = planner.previous
+        assert plan is not None
+        swung += plan.chosen == "accelerate-driven" and plan.side is (Side.LEFT if mirrored > 0.0 else Side.RIGHT)
+    assert tally.counts["both pass"] == 4
+    assert swung >= 2
+    assert not tally.seeds
 
 
 def test_a_glance_convicts_nobody_whom_the_judge_would_pass(planner: Planner) -> None:
@@ -285,3 +306,38 @@ def test_a_manoeuvre_whose_price_rises_is_compared_again() -> None:
     slow = replace(situation.tracks[0], id="slow", s_m=situation.host.s_m + 22.0, d_m=across, speed_s_mps=0.5 * situation.host.speed_mps)
     again = planner.plan(replace(situation, time_s=0.1, tracks=(*situation.tracks, slow)))
     assert len(again.candidates) > 1
+
+
+def test_nothing_is_continued_past_the_end_of_the_road_and_then_judged(planner: Planner, monkeypatch: pytest.MonkeyPatch) -> None:
+    judged: list[float] = []
+
+    def seen(drives: Any, *rest: Any) -> Any:
+        judged.extend(float(drive.s_m.max()) for drive in drives)
+        return verdicts(drives, *rest)
+
+    monkeypatch.setattr(continuation, "verdicts", seen)
+    for seed in (7104000079, 7104000222):
+        situation = random_situation(seed)
+        planner.reset()
+        plan = planner.plan(situation)
+        assert plan.safe_end is not None
+        assert situation.road.road_end_s_m is not None
+        assert max(judged, default=0.0) <= situation.road.road_end_s_m
+        judged.clear()
+
+
+def test_after_the_deadline_a_comparison_continues_only_the_cheapest(monkeypatch: pytest.MonkeyPatch) -> None:
+    planner, continued = Planner(deadline_s=60.0), []
+
+    def late(*arguments: Any) -> Any:
+        continued.append(arguments)
+        planner.method.stop_at = 0.0  # type: ignore[attr-defined]
+        return continuation.to_safe_end(*arguments)
+
+    monkeypatch.setattr(mpc, "to_safe_end", late)
+    for seed in (7104000061, 7104000112, 7104000139):  # four, five and five pass, but none comes to a safe end
+        planner.reset()
+        plan = planner.plan(random_situation(seed))
+        assert (plan.status, plan.verdict.passed) == (Status.FALLBACK, True)
+        assert 1 <= len(continued) <= 2
+        continued.clear()

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from mcdas_opt.cli import app
+from mcdas_opt.cli.app import app
 from mcdas_opt.cli.follow import follow
 from mcdas_opt.errors import InputError, ParameterError
 

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
+import contextlib
+import signal
 
+import numpy as np
+import pytest
+
+from mcdas_opt.planning import lane_stage
 from mcdas_opt.planning.planner import Planner
 from tests.planning.situations import random_sandwich
 
@@ -29,3 +34,20 @@ def test_a_twin_has_memory_of_its_own() -> None:
     assert twin.interior_point is not posed.interior_point
     assert twin.interior_point.kind == posed.interior_point.kind
     assert twin.osqp is not posed.osqp
+
+
+def test_an_interrupt_while_an_engine_is_built_comes_when_it_is_built(monkeypatch: pytest.MonkeyPatch) -> None:
+    built: list[object] = []
+
+    def pressed(*arguments: object) -> None:
+        with contextlib.suppress(KeyboardInterrupt):  # as CasADi's conversions do
+            signal.raise_signal(signal.SIGINT)
+        built.append(arguments)
+
+    posed = object.__new__(lane_stage.Posed)
+    posed.problem, posed.nodes, posed.osqp_settings = None, 1, None  # type: ignore[assignment]
+    for name, engine in (("interior_point", "InteriorPointEngine"), ("osqp", "OsqpEngine"), ("ipopt", "IpoptEngine")):
+        monkeypatch.setattr(lane_stage, engine, pressed)
+        with pytest.raises(KeyboardInterrupt):
+            getattr(posed, name)
+    assert len(built) == 3

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from mcdas_opt import tune
 from mcdas_opt.catalogue.designs import load_parameters
-from mcdas_opt.cli import app
+from mcdas_opt.cli.app import app
 from mcdas_opt.errors import InputError, McdasError
 from mcdas_opt.planning.parameter_files import planner_with
 from mcdas_opt.simulation.first_situation import plan_once, situation_of
