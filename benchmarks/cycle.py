@@ -1,9 +1,12 @@
 """Where the time of a cycle goes: the whole step, the share of each stage, and a ratio to an IPOPT solve timed in the same run.
 
-    python benchmarks/cycle.py [SCENE ...] [--planner NAME] [--repeats N] [--memory CYCLES]
+    python benchmarks/cycle.py [SCENE ...] [--planner NAME] [--repeats N] [--rounds N] [--memory CYCLES]
 
-Times are processor time of the thread, the first plan counted in; read the ratios, and the tail as counted work. With `--memory` a
-planner then runs so many cycles, and its memory is printed on the way: it should not grow.
+Three times are told apart: the whole step (scans in, plan and escape map out), the judged cycle in it (tracks in; candidates solved,
+judged, chosen: neither the tracker nor the map), and the escape map. Times are processor time of the thread, the first plan counted in;
+read the ratios, and the tail as counted work. With `--rounds` every drive is driven so many times, the same plans each time, and of each
+cycle's times the least counts: what others do on the machine is then left out. With `--memory` a planner then runs so many cycles, and its
+memory is printed on the way: it should not grow.
 """
 
 from __future__ import annotations
@@ -15,8 +18,8 @@ import sys
 import time
 import tracemalloc
 from collections import defaultdict
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -64,7 +67,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scenes", nargs="*", default=SCENES)
     parser.add_argument("--planner", default="mpc")
-    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--repeats", type=int, default=3, help="seeds of each scene")
+    parser.add_argument("--rounds", type=int, default=1, help="drives of each seed, of which the least times count")
     parser.add_argument("--memory", type=int, default=0, metavar="CYCLES")
     options = parser.parse_args()
 
@@ -72,41 +76,70 @@ def main() -> None:
     for name in STAGES:
         setattr(mpc, name, timed(spent, name, getattr(mpc, name)))
     planning.watched = timed(spent, "escapes", planning.watched)  # type: ignore[attr-defined]
-    steps: list[float] = []
-    plans: list[tuple[float, int, Plan]] = []  # time, ways solved, plan
+    cycles: list[Cycle] = []
     for name in options.scenes:
         scene = load_scene(name)
         for repeat in range(options.repeats):
-            started = time.thread_time()
-            planner = Planner(vehicle=scene.vehicle, method=options.planner, road=scene.assumed_road)
-            built = time.thread_time() - started
-            drive = simulate(scene, watched(planner, spent, steps, plans), seed=repeat)
+            rounds: list[list[Cycle]] = []
+            for _ in range(options.rounds):
+                rounds.append([])
+                started = time.thread_time()
+                planner = Planner(vehicle=scene.vehicle, method=options.planner, road=scene.assumed_road)
+                built = time.thread_time() - started
+                drive = simulate(scene, watched(planner, spent, rounds[-1]), seed=repeat)
+            cycles += [least(same) for same in zip(*rounds, strict=True)]
             print(f"{name}, seed {repeat}: {drive.outcome}, {drive.plans} plans, planner built in {1e3 * built:.1f} ms")
     oracle = ipopt_ms()
     print(f"\none cold IPOPT solve, three neighbours: {oracle:.2f} ms\n")
-    print(f"{'[ms]':34} {'cycles':>7}  quantiles, and their ratio to IPOPT")
-    rows = {"whole step, tracking included": steps, "plan: tracks in, judged plan out": [t for t, _, _ in plans]}
+    print(f"{'[ms]':44} {'cycles':>7}  quantiles, and their ratio to IPOPT")
+    rows = {
+        "step: scans in, judged plan and map out": [c.step_s for c in cycles],
+        "cycle: tracks in, solved, judged, chosen": [c.judged_s for c in cycles],
+    }
     for low, high in ((1, 1), (2, 4), (5, 99)):
-        rows[f"  of these with {low} to {high} ways solved"] = [t for t, ways, _ in plans if low <= ways <= high]
+        rows[f"  of these with {low} to {high} ways solved"] = [c.judged_s for c in cycles if low <= c.ways <= high]
+    rows["escape map"] = [c.map_s for c in cycles]
     for label, values in rows.items():
         if values:
             median, tail = 1e3 * statistics.median(values) / oracle, 1e3 * float(np.quantile(values, 0.99)) / oracle
-            print(f"{label:34} {len(values):7d}  {quantiles(values)}   ratio p50 {median:.2f} p99 {tail:.2f}")
-    slowest = sorted(plans, key=lambda row: -row[0])[:5]
-    print("slowest plans: " + "; ".join(f"{1e3 * t:.1f} ms, {ways} ways, {plan.iterations} iterations" for t, ways, plan in slowest))
+            print(f"{label:44} {len(values):7d}  {quantiles(values)}   ratio p50 {median:.3f} p99 {tail:.3f}")
+    slowest = sorted(cycles, key=lambda cycle: -cycle.judged_s)[:5]
+    print("slowest cycles: " + "; ".join(f"{1e3 * c.judged_s:.1f} ms, {c.ways} ways, {c.iterations} iterations" for c in slowest))
+    whole = sum(spent.pop("step"))
     print(f"\n{'stage':12} {'calls':>7} {'median ms':>10} {'p99 ms':>9} {'share of the step':>18}")
     for stage, values in sorted(spent.items(), key=lambda item: -sum(item[1])):
         print(f"{stage:12} {len(values):7d} {1e3 * statistics.median(values):10.3f} {1e3 * float(np.quantile(values, 0.99)):9.3f}", end="")
-        print(f" {sum(values) / sum(steps):18.1%}")
+        print(f" {sum(values) / whole:18.1%}")
     if options.memory:
         memory(options.memory)
     else:
         imports()
 
 
-def watched(planner: Planner, spent: dict[str, list[float]], steps: list[float], plans: list[tuple[float, int, Plan]]) -> Planner:
+@dataclass(frozen=True)
+class Cycle:
+    """Times of one cycle [s], and its work: the whole step, what is judged in it without the map, the map; ways and iterations."""
+
+    step_s: float
+    judged_s: float
+    map_s: float
+    ways: int
+    iterations: int
+
+
+def least(same: Sequence[Cycle]) -> Cycle:
+    """Of the same cycle, timed again and again, the least of each time. Raises `ValueError` where the work was not the same."""
+    first = same[0]
+    if any((one.ways, one.iterations) != (first.ways, first.iterations) for one in same):
+        raise ValueError("a drive did not repeat")
+    times = {name: min(getattr(one, name) for one in same) for name in ("step_s", "judged_s", "map_s")}
+    return replace(first, **times)
+
+
+def watched(planner: Planner, spent: dict[str, list[float]], cycles: list[Cycle]) -> Planner:
     """The planner with its step, plan, tracker and solver timed; what the warm-up of the sensors costs is left out."""
     step, plan, update, ways = planner.step, planner.plan, planner.tracker.update, 0
+    judged_s = map_s = 0.0
     if isinstance(planner.method, mpc.MpcMethod):
         solve = timed(spent, "solve", planner.method.stage.solve)
 
@@ -118,18 +151,21 @@ def watched(planner: Planner, spent: dict[str, list[float]], steps: list[float],
         planner.method.stage.solve = solved  # type: ignore[method-assign]
 
     def timed_plan(situation: Any) -> Plan:
-        nonlocal ways
-        ways, started = 0, time.thread_time()
+        nonlocal ways, judged_s, map_s
+        ways, maps, started = 0, len(spent["escapes"]), time.thread_time()
         answer = plan(situation)
-        plans.append((time.thread_time() - started, ways, answer))
+        whole_s = time.thread_time() - started
+        map_s = sum(spent["escapes"][maps:])
+        judged_s = whole_s - map_s
         return answer
 
     def timed_step(*args: Any, **kwargs: Any) -> Plan:
         planner.tracker.update = timed(spent, "track", update)  # type: ignore[method-assign]
         started = time.thread_time()
         answer = step(*args, **kwargs)
-        steps.append(time.thread_time() - started)
+        spent["step"].append(time.thread_time() - started)
         planner.tracker.update = update  # type: ignore[method-assign]
+        cycles.append(Cycle(spent["step"][-1], judged_s, map_s, ways, answer.iterations))
         return answer
 
     planner.plan, planner.step = timed_plan, timed_step  # type: ignore[method-assign]

@@ -254,7 +254,7 @@ def _cruise(
 
 
 _MOTION = tuple(field.name for field in fields(BodyMotion))
-_KEPT = 4  # vectors of times whose motions a prediction remembers
+_KEPT = 16  # vectors of times whose motions a prediction remembers
 # what moves a `CruisingBody`, in the order in which `_cruise` and the C texts take it
 MOVING = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "lateral_fade_s", "lateral_swell", "acceleration_mps2", "changing_s")
 _SWELL, _RATE = MOVING.index("lateral_swell"), MOVING.index("acceleration_mps2")

@@ -19,6 +19,8 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 _IN_THE_WAY_M = 0.2  # a body that overlaps the host's width by so little less is in its way
 _STANDING_MPS = 0.05
 _ROUNDING_M, _ROUNDING_MPS2 = 0.1, 0.05
+_NOW = np.zeros(1)
+_NOW.setflags(write=False)
 
 
 def distance_to_hold(
@@ -193,5 +195,5 @@ def _demand(gap_m: float, closing_mps: float, response_s: float) -> float:
 
 def _beginning(prediction: Prediction, t_s: Array) -> tuple[Array, Array]:
     """Place and speed of every body at the situation's time."""
-    rows = prediction.rows_on(t_s if t_s[0] == 0.0 else np.zeros(1))
+    rows = prediction.rows_on(t_s if t_s[0] == 0.0 else _NOW)
     return rows.s_m[:, 0], rows.speed_s_mps[:, 0]

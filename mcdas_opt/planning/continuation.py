@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -53,22 +54,23 @@ def to_safe_end(
     if not verdict.passed or as_it_is.end.safe:
         return as_it_is
     for law in _laws(plan, situation.road, vehicle, follower_fails=last.follower_fails, front_fails=last.front_fails):
-        drive = plan
-        while float(drive.t_s[-1] - plan.t_s[-1]) < settings.longest_s:
-            known = len(drive)
-            drive = _joined(drive, _driven(drive, law, situation.road, vehicle))
-            found = ends(drive, slice(known, None), situation.host, vehicle, situation.road, prediction, settings)
+        pieces, known = [plan], len(plan)
+        while float(pieces[-1].t_s[-1] - plan.t_s[-1]) < settings.longest_s:
+            piece = _driven(pieces[-1], law, situation.road, vehicle)
+            found = ends(piece, slice(1, None), situation.host, vehicle, situation.road, prediction, settings)
+            pieces.append(piece)
             if found.safe.any():
                 k = int(np.argmax(found.safe))
-                drive = _cut(drive, known + k + 1)
+                drive = _joined(pieces, known + k + 1)
                 if _beyond(drive, situation.road):
                     break
                 (judged,) = verdicts((drive,), situation, vehicle, prediction)
                 if judged.passed:
                     return Ended(drive, judged, found.at(k, float(drive.t_s[-1])))
                 break
-            if found.standing[-1] or _beyond(drive, situation.road):
+            if found.standing[-1] or _beyond(piece, situation.road):
                 break
+            known += len(piece) - 1
     return as_it_is
 
 
@@ -85,13 +87,13 @@ def _laws(plan: Trajectory, road: Road, vehicle: Vehicle, *, follower_fails: boo
 
 
 def _driven(drive: Trajectory, law: SpeedLaw, road: Road, vehicle: Vehicle) -> Trajectory:
-    """The next piece, from the drive's last state, along the lane."""
-    end = HostState.from_vector(drive.states[-1])
-    centre = road.lane_centre_m(road.lane_of(end.d_m))
-    if abs(end.d_m - centre) > 0.5 * road.lane_width_m:
-        centre = end.d_m  # on a shoulder
-    return follow(
-        replace(end, speed_mps=max(end.speed_mps, 0.0)),
+    """The next piece along the lane, from the drive's last sample, which is its first."""
+    s, d, psi, v, a, delta = drive.table[1:7, -1].tolist()
+    centre = road.lane_centre_m(road.lane_of(d))
+    if abs(d - centre) > 0.5 * road.lane_width_m:
+        centre = d  # on a shoulder
+    then = follow(
+        HostState(s_m=s, d_m=d, heading_rad=psi, speed_mps=max(v, 0.0), acceleration_mps2=a, steering_rad=delta),
         LaneCentre(d_m=centre),
         law,
         vehicle=vehicle,
@@ -100,6 +102,7 @@ def _driven(drive: Trajectory, law: SpeedLaw, road: Road, vehicle: Vehicle) -> T
         lateral_acceleration_mps2=0.5 * road.friction * GRAVITY_MPS2,
         settings=_FOLLOWING,
     )
+    return Trajectory.from_states(np.round(drive.t_s[-1] + then.t_s, 9), then.table[1:7].T, then.table[8:6:-1].T)
 
 
 def _beyond(drive: Trajectory, road: Road) -> bool:
@@ -107,13 +110,10 @@ def _beyond(drive: Trajectory, road: Road) -> bool:
     return road.road_end_s_m is not None and float(drive.s_m.max()) > road.road_end_s_m
 
 
-def _joined(first: Trajectory, then: Trajectory) -> Trajectory:
-    """One after the other; the second begins in the first's last state."""
-    t = np.concatenate([first.t_s, np.round(first.t_s[-1] + then.t_s[1:], 9)])
-    x = np.vstack([first.states, then.states[1:]])
-    return Trajectory.from_states(t, x, np.vstack([first.inputs[:-1], then.inputs]))
-
-
-def _cut(drive: Trajectory, samples: int) -> Trajectory:
-    """The first so many samples."""
-    return Trajectory.from_states(drive.t_s[:samples], drive.states[:samples], drive.inputs[: samples - 1])
+def _joined(pieces: Sequence[Trajectory], samples: int) -> Trajectory:
+    """The first so many samples of pieces, each of which begins with the last of the one before: from there on its inputs hold."""
+    first, *others = pieces
+    t = np.concatenate([first.t_s, *(piece.t_s[1:] for piece in others)])[:samples]
+    states = np.concatenate([first.table[1:7], *(piece.table[1:7, 1:] for piece in others)], axis=1)[:, :samples]
+    inputs = np.concatenate([piece.table[8:6:-1, :-1] for piece in pieces], axis=1)[:, : samples - 1]
+    return Trajectory.from_states(t, states.T, inputs.T)
