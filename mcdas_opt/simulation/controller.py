@@ -54,10 +54,10 @@ class Feeling:
         return self._controller.command(trajectory, since_s, state)
 
 
-def default_controller(plant: str, vehicle: Vehicle, turned: bool = False) -> Controller:
+def default_controller(plant: str, vehicle: Vehicle, turned: bool = False, felt: GripMonitor | None = None) -> Controller:
     """Feed-forward alone suffices for the plant the plans are made with; a car that slips is tracked with feedback. `turned`: whether the
     plans' heading is that car's own (`LqrTracking`)."""
-    return LqrTracking.design(vehicle, turned=turned) if plant == "dynamic" else FeedForward()
+    return LqrTracking.design(vehicle, turned=turned, felt=felt) if plant == "dynamic" else FeedForward()
 
 
 def planned_for(plant: str, settings: Settings) -> Settings:
