@@ -1,8 +1,11 @@
-"""A car that slips follows a plan that does not: feed-forward through understeer, feedback designed with `control`.
+"""A car that slips follows a plan that does not: regulators designed with `control`, and the tyres' own curve between them and the wheels.
 
-Lateral error model: Rajamani, Vehicle Dynamics and Control, 2nd ed. 2012, sections 2.5 and 3.1, with the steering angle as a further state
-and the steering rate as input; gains: the discrete linear-quadratic regulator (Franklin, Powell and Workman, Digital Control of Dynamic
-Systems, 3rd ed. 1998, ch. 9) on a grid of speeds, linear in between.
+The outer one asks for lateral acceleration, of the path; the inner one, of the slip of the rear axle and the yaw rate that go with it, for
+yaw acceleration. The front tyres' curve is solved for the slip that gives the force for it, and the wheels are turned by so much against
+the way that the front axle moves. So what is asked for is what the tyres can give, and the rear axle is never asked to slide (Fiala's curve
+solved for its slip: Kapania and Gerdes, Vehicle System Dynamics 53(12) 2015; slip and yaw rate instead of path alone: Beal and Gerdes, IEEE
+Trans. Control Systems Technology 21(4) 2013). Gains: the discrete linear-quadratic regulator (Franklin, Powell and Workman, Digital Control
+of Dynamic Systems, 3rd ed. 1998, ch. 9).
 """
 
 from __future__ import annotations
@@ -13,26 +16,32 @@ from functools import cache
 
 import numpy as np
 
+from mcdas_opt.actuation.grip_monitor import GripMonitor
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.rules import Array, positive
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.dynamics.single_track import lateral_model
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.dynamics.single_track import axle_loads, fiala, fiala_slip
 
 SPEEDS_MPS = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 11.0, 15.0, 20.0, 26.0, 33.0, 41.0, 50.0)
+GRIP_SHARE = 0.93  # of what an axle can give, asked of it at most: beyond, more slip gives hardly more, and takes long to take back
+_STEERING_LAG_S = 0.02
+_PLENTY = 10.0  # friction, where nobody says how much there is: tyres in proportion to their slip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrackingWeights:
-    """The error of each that costs as much as `steering_rate_radps` does [Bryson's rule]."""
+    """The error of each that costs as much as its regulator's input does [Bryson's rule]: of the path, `lateral_acceleration_mps2`; of slip
+    and yaw rate, `yaw_acceleration_radps2`; along the road, `jerk_mps3`."""
 
     lateral_m: float = 0.15
-    lateral_speed_mps: float = 1.0
-    heading_rad: float = 0.06
-    yaw_rate_radps: float = 0.3
-    steering_rad: float = 0.2
-    steering_rate_radps: float = 0.25
+    lateral_speed_mps: float = 0.32
+    course_rad: float = 0.06
+    lateral_acceleration_mps2: float = 1.35
+    slip_rad: float = 0.05
+    yaw_rate_radps: float = 0.7
+    yaw_acceleration_radps2: float = 4.5
     speed_mps: float = 0.3
     acceleration_mps2: float = 1.5
     jerk_mps3: float = 10.0
@@ -42,107 +51,138 @@ class TrackingWeights:
             positive(name, getattr(self, name))
 
 
-def error_model(chassis: Chassis, centre_m: float, speed: float, step_s: float) -> tuple[Array, Array]:
-    """Sampled (A (5, 5), B (5, 1)) of the errors (lateral of the body centre [m], lateral speed of the rear axle [m/s], heading [rad],
-    yaw rate [rad/s], steering [rad]) under a steering rate [rad/s] held over each step, at a constant speed [m/s]."""
-    import control
-
-    q, b = lateral_model(chassis, speed), chassis.cog_to_rear_axle_m
-    a11, a12 = q.a11 - b * q.a21, q.a12 - b * q.a22  # at the rear axle: vy - b r
-    a = [
-        [0.0, 1.0, speed, centre_m, 0.0],
-        [0.0, a11, 0.0, a12 + b * a11, q.b1 - b * q.b2],
-        [0.0, 0.0, 0.0, 1.0, 0.0],
-        [0.0, q.a21, 0.0, q.a22 + b * q.a21, q.b2],
-        [0.0] * 5,
-    ]
-    sampled = control.sample_system(control.ss(a, [[0.0]] * 4 + [[1.0]], np.eye(5), np.zeros((5, 1))), step_s, method="zoh")
-    return np.asarray(sampled.A, dtype=np.float64), np.asarray(sampled.B, dtype=np.float64)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LqrTracking:
     """Implements the controller's seat: (jerk, steering rate) at a time of a plan for a car in a state.
 
     The plan is one of the no-slip bicycle. It asks for a path of the body centre, and a curvature and a speed on it: from those follow the
-    yaw rate, the slip of the rear axle and the steering (understeer and lag included) with which this car drives it; deviations are fed
-    back. Beyond the plan's end its inputs are 0. A state that says nothing of slip is taken to have none.
+    slip of the rear axle and the yaw rate with which this car drives it; deviations are fed back. Beyond the plan's end its inputs are 0. A
+    state that says nothing of slip is of a car that rolls.
 
-    `turned` plans are of the bicycle that has its rear axle where this car moves along its own axis (`Chassis.rolling_point_m`): their
-    heading is the car's own. The heading of others is the course of the rear axle.
+    `turned` plans are of the bicycle that has its rear axle where this car moves along its own axis (`Chassis.rolling_point_m`); that of
+    others is at the rear axle. `felt` knows the friction; without it tyres are taken to be in proportion to their slip.
     """
 
     vehicle: Vehicle
     chassis: Chassis
     step_s: float
-    gains: Array  # (len(SPEEDS_MPS), 5)
+    path_gains: Array  # (len(SPEEDS_MPS), 2) on the lateral position and speed of the body centre
+    slip_gains: Array  # (2,) on the slip of the rear axle and the yaw rate
     speed_gains: Array  # (2,) on the errors of speed and acceleration
     turned: bool = False
+    felt: GripMonitor | None = None
 
     @classmethod
-    def design(cls, vehicle: Vehicle, weights: TrackingWeights | None = None, step_s: float = 0.01, turned: bool = False) -> LqrTracking:
-        """The regulator for a vehicle, with gains at each of SPEEDS_MPS."""
-        return replace(_designed(vehicle, weights or TrackingWeights(), positive("step_s", step_s, "s")), turned=turned)
-
-    def gain(self, speed: float) -> Array:
-        """(5,) gains at a speed, in the order of `error_model`; held beyond the grid."""
-        return np.array([np.interp(speed, SPEEDS_MPS, column) for column in self.gains.T])
+    def design(
+        cls,
+        vehicle: Vehicle,
+        weights: TrackingWeights | None = None,
+        step_s: float = 0.01,
+        turned: bool = False,
+        felt: GripMonitor | None = None,
+    ) -> LqrTracking:
+        """The regulators for a vehicle, that of the path with gains at each of SPEEDS_MPS."""
+        return replace(_designed(vehicle, weights or TrackingWeights(), positive("step_s", step_s, "s")), turned=turned, felt=felt)
 
     def command(self, trajectory: Trajectory, since_s: float, state: HostState) -> tuple[float, float]:
         if since_s >= trajectory.t_s[-1] - 1e-9:
             return 0.0, 0.0
         car, h = self.vehicle, self.step_s
         at, soon = _sample(trajectory, since_s, h)
-        speed = max(state.speed_mps, SPEEDS_MPS[0])
-        lag = lateral_model(self.chassis, speed).yaw_lag_s
-        now, then = (self._steering(trajectory, t, speed, lag) for t in (since_s, since_s + h))
-        rate = (then - now) / h - float(self.gain(speed) @ self._errors(at, state, speed, now))
-        jerk = (soon.acceleration_mps2 - at.acceleration_mps2) / h
         off = np.array([state.speed_mps - at.speed_mps, state.acceleration_mps2 - at.acceleration_mps2])
-        jerk -= float(self.speed_gains @ off)
+        jerk = (soon.acceleration_mps2 - at.acceleration_mps2) / h - float(self.speed_gains @ off)
+        ahead = float(np.interp(since_s + self._lag_s(state), trajectory.t_s, trajectory.steering_rad))
+        rate = (self._wheels(at, state, ahead) - state.steering_rad) / _STEERING_LAG_S
         most = min(car.steering_rate_max_radps, max((car.steering_max_rad - state.steering_rad) / h, 0.0))
         least = -min(car.steering_rate_max_radps, max((car.steering_max_rad + state.steering_rad) / h, 0.0))
         return min(max(jerk, car.jerk_min_mps3), car.jerk_max_mps3), min(max(rate, least), most)
 
-    def _steering(self, trajectory: Trajectory, t: float, speed: float, lag: float) -> float:
-        """The wheel angle at time t: the plan's curvature a lag ahead, and what the front slips more than the rear there."""
-        planned = float(np.interp(t + lag, trajectory.t_s, trajectory.steering_rad))
-        lateral = speed**2 * math.tan(planned) / self.chassis.wheelbase_m
-        return planned + self.chassis.understeer_gradient * lateral
+    def _lag_s(self, state: HostState) -> float:
+        """Delay of the lateral acceleration behind what is asked of the inner loop: slip grows by the yaw rate less the turn of the course,
+        which is slip / (K_r v), so that slip'' + (k_r + g) slip' + (k_s + k_r g) slip follows with g = 1 / (K_r v)."""
+        of_slip, of_yaw = self.slip_gains
+        turn = 1.0 / (self.chassis.rear_slip_gradient * _moving(state))
+        return float((of_yaw + turn) / (of_slip + of_yaw * turn))
 
-    def _errors(self, wanted: HostState, state: HostState, speed: float, steering: float) -> Array:
-        c = self.chassis
-        turn = math.tan(wanted.steering_rad) / c.wheelbase_m
-        rear_slip = c.rear_slip_gradient * speed**2 * turn
+    def _wheels(self, wanted: HostState, state: HostState, ahead_rad: float) -> float:
+        """The angle of the wheels that the regulators ask for; `ahead_rad` is the plan's steering a lag later."""
+        c, speed = self.chassis, _moving(state)
+        grip = self._grip(state)
+        most = GRIP_SHARE * grip * GRAVITY_MPS2
+        asked = speed**2 * math.tan(ahead_rad) / c.wheelbase_m - float(self._path_gain(speed) @ self._astray(wanted, state))
+        asked = min(max(asked, -most), most)
+        if not isinstance(state, SlidingState):
+            return math.atan(c.wheelbase_m * asked / speed**2)
+        aside, yaw_rate = state.lateral_speed_mps, state.yaw_rate_radps
+        of_front, of_rear = (
+            (stiffness, grip * load)
+            for stiffness, load in zip(
+                (c.cornering_stiffness_front_nprad, c.cornering_stiffness_rear_nprad), axle_loads(c, state.acceleration_mps2), strict=True
+            )
+        )
+        slip, course = -math.atan2(aside, speed), math.atan2(aside + c.wheelbase_m * yaw_rate, speed)
+        wanted_slip = fiala_slip(c.mass_kg * asked * c.cog_to_front_axle_m / c.wheelbase_m, *of_rear)
+        turning = self._turning(wanted_slip - slip, asked / speed - yaw_rate, grip * GRAVITY_MPS2)
+        force = (c.cog_to_rear_axle_m * fiala(slip, *of_rear) + c.yaw_inertia_kgm2 * turning) / c.cog_to_front_axle_m
+        return course + fiala_slip(force, *of_front, share=GRIP_SHARE)
+
+    def _turning(self, slip_off: float, yaw_rate_off: float, grip_mps2: float) -> float:
+        """Yaw acceleration asked for: by the regulator, but slip grows no faster than can be stopped with a quarter of the yaw acceleration
+        that the grip of one axle gives (mu g / L, with a yaw inertia of m a b)."""
+        of_slip, of_yaw = (float(gain) for gain in self.slip_gains)
+        most = math.sqrt(0.5 * grip_mps2 / self.chassis.wheelbase_m * abs(slip_off))
+        return of_yaw * (yaw_rate_off + min(max(of_slip / of_yaw * slip_off, -most), most))
+
+    def _grip(self, state: HostState) -> float:
+        """What is left of friction beside the acceleration along the car, as a share of the load."""
+        friction = _PLENTY if self.felt is None else self.felt.friction
+        return math.sqrt(max(friction**2 - (state.acceleration_mps2 / GRAVITY_MPS2) ** 2, 1e-6))
+
+    def _path_gain(self, speed: float) -> Array:
+        """(2,) gains at a speed; held beyond the grid."""
+        return np.array([np.interp(speed, SPEEDS_MPS, column) for column in self.path_gains.T])
+
+    def _astray(self, wanted: HostState, state: HostState) -> Array:
+        """(2,) how far the body centre is to the left of the plan's, and how fast it goes there."""
+        car, c = self.vehicle, self.chassis
         aside, yaw_rate = 0.0, state.speed_mps * math.tan(state.steering_rad) / c.wheelbase_m
         if isinstance(state, SlidingState):
             aside, yaw_rate = state.lateral_speed_mps, state.yaw_rate_radps
         along, across = state.s_m - wanted.s_m, state.d_m - wanted.d_m
-        return np.array(
-            [
-                across * math.cos(wanted.heading_rad) - along * math.sin(wanted.heading_rad),
-                aside + rear_slip * speed,
-                state.heading_rad - wanted.heading_rad - (0.0 if self.turned else rear_slip),
-                yaw_rate - state.speed_mps * turn,
-                state.steering_rad - steering,
-            ]
-        )
+        behind = c.rolling_point_m(state.speed_mps) if self.turned else 0.0
+        planned = (car.centre_m - behind) * state.speed_mps * math.tan(wanted.steering_rad) / c.wheelbase_m
+        moves = state.speed_mps * math.sin(state.heading_rad - wanted.heading_rad) + aside + car.centre_m * yaw_rate
+        return np.array([across * math.cos(wanted.heading_rad) - along * math.sin(wanted.heading_rad), moves - planned])
 
 
 @cache
 def _designed(vehicle: Vehicle, weights: TrackingWeights, step_s: float) -> LqrTracking:
+    w = weights
+    path = [
+        _regulator(step_s, (w.lateral_m**-2, w.lateral_speed_mps**-2 + (w.course_rad * speed) ** -2), w.lateral_acceleration_mps2)
+        for speed in SPEEDS_MPS
+    ]
+    slip = _regulator(step_s, (w.slip_rad**-2, w.yaw_rate_radps**-2), w.yaw_acceleration_radps2)
+    along = _regulator(step_s, (w.speed_mps**-2, w.acceleration_mps2**-2), w.jerk_mps3)
+    path_gains = np.array(path)
+    path_gains.setflags(write=False)
+    return LqrTracking(
+        vehicle=vehicle, chassis=Chassis.of(vehicle), step_s=step_s, path_gains=path_gains, slip_gains=slip, speed_gains=along
+    )
+
+
+def _regulator(step_s: float, costs: tuple[float, float], input_weight: float) -> Array:
+    """(2,) gains of a double integrator, sampled: of an error and its rate, whose own rate is the input."""
     import control
 
-    w, chassis = weights, Chassis.of(vehicle)
-    each = (w.lateral_m, w.lateral_speed_mps, w.heading_rad, w.yaw_rate_radps, w.steering_rad)
-    state_cost, input_cost = np.diag([q**-2 for q in each]), np.array([[w.steering_rate_radps**-2]])
-    gains = [control.dlqr(*error_model(chassis, vehicle.centre_m, v, step_s), state_cost, input_cost)[0][0] for v in SPEEDS_MPS]
-    along = np.array([[1.0, step_s], [0.0, 1.0]]), np.array([[0.5 * step_s**2], [step_s]])
-    speed_gains = control.dlqr(*along, np.diag([w.speed_mps**-2, w.acceleration_mps2**-2]), np.array([[w.jerk_mps3**-2]]))[0][0]
-    fixed = [np.array(value, dtype=np.float64) for value in (gains, speed_gains)]
-    for value in fixed:
-        value.setflags(write=False)
-    return LqrTracking(vehicle=vehicle, chassis=chassis, step_s=step_s, gains=fixed[0], speed_gains=fixed[1])
+    moves = np.array([[1.0, step_s], [0.0, 1.0]]), np.array([[0.5 * step_s**2], [step_s]])
+    gains = np.array(control.dlqr(*moves, np.diag(costs), np.array([[input_weight**-2]]))[0][0], dtype=np.float64)
+    gains.setflags(write=False)
+    return gains
+
+
+def _moving(state: HostState) -> float:
+    return max(state.speed_mps, SPEEDS_MPS[0])
 
 
 def _sample(trajectory: Trajectory, t: float, h: float) -> tuple[HostState, HostState]:

@@ -118,6 +118,7 @@ class Settings:
     cycle_s: float = 0.1
     steering_rate_share: float = 1.0  # of the limit that the MPC plans with; the judge allows the whole
     friction_share: float = 1.0  # of what it takes of the friction circle: the judge allows the whole of that too
+    edge_reserve_m: float = 0.0  # kept from the road's edges by the MPC where it can, beyond its margin: the judge allows all of the road
     grid: TimeGrid = field(default_factory=TimeGrid)
     selector: SelectorSettings = field(default_factory=SelectorSettings)
     prediction: PredictionSettings = field(default_factory=PredictionSettings)
@@ -128,3 +129,4 @@ class Settings:
     def __post_init__(self) -> None:
         within("steering_rate_share", self.steering_rate_share, 0.05, 1.0)
         within("friction_share", self.friction_share, 0.1, 1.0)
+        non_negative("edge_reserve_m", self.edge_reserve_m, "m")

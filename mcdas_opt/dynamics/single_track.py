@@ -49,6 +49,13 @@ def fiala_limit(slip_rad: float, stiffness: float, force: float) -> tuple[float,
     return q, abs(linear) / (3.0 * q)
 
 
+def fiala_slip(force: float, stiffness: float, limit: float, share: float = 0.99) -> float:
+    """Slip angle [rad] at which an axle gives `force` [N]: `fiala`, solved for its slip. Who asks for more than `share` of the limit gets
+    the slip of that share: beyond, there is hardly more to be had."""
+    part = min(abs(force) / limit, share) if limit > 0.0 else share
+    return math.copysign(math.atan(3.0 * limit / stiffness * (1.0 - math.cbrt(1.0 - part))), force)
+
+
 def axle_loads(chassis: Chassis, acceleration: float) -> tuple[float, float]:
     """Loads of front and rear axle [N] at a steady longitudinal acceleration; no axle pulls on the road."""
     c = chassis
@@ -84,41 +91,4 @@ def body_accelerations(front: AxleForces, rear: AxleForces, steering: float, cha
         (front.along * cos - front.across * sin + rear.along) / c.mass_kg,
         (aside + rear.across) / c.mass_kg,
         (c.cog_to_front_axle_m * aside - c.cog_to_rear_axle_m * rear.across) / c.yaw_inertia_kgm2,
-    )
-
-
-class LateralModel(NamedTuple):
-    """d(vy, r)/dt = A (vy, r) + B delta at a constant speed, for small slip (Rajamani 2012, eq 2.31 in velocities)."""
-
-    a11: float
-    a12: float
-    a21: float
-    a22: float
-    b1: float
-    b2: float
-
-    @property
-    def yaw_lag_s(self) -> float:
-        """Delay of the yaw rate behind slow steering, less what its zero wins back: -d(phase)/d(omega) at 0. Where the car is unstable
-        (oversteer beyond its critical speed) no delay is defined, and it is 0."""
-        determinant = self.a11 * self.a22 - self.a12 * self.a21
-        if determinant <= 0.0:
-            return 0.0
-        still = self.a21 * self.b1 - self.a11 * self.b2  # yaw rate = (b2 s + still) / (s^2 - trace s + determinant) delta
-        return -(self.a11 + self.a22) / determinant - self.b2 / still
-
-
-def lateral_model(chassis: Chassis, speed: float) -> LateralModel:
-    """The linear model at `speed` > 0 [m/s]."""
-    c = chassis
-    a, b, m, i = c.cog_to_front_axle_m, c.cog_to_rear_axle_m, c.mass_kg, c.yaw_inertia_kgm2
-    front, rear = c.cornering_stiffness_front_nprad, c.cornering_stiffness_rear_nprad
-    cross = b * rear - a * front
-    return LateralModel(
-        a11=-(front + rear) / (m * speed),
-        a12=cross / (m * speed) - speed,
-        a21=cross / (i * speed),
-        a22=-(a * a * front + b * b * rear) / (i * speed),
-        b1=front / m,
-        b2=a * front / i,
     )

@@ -322,7 +322,10 @@ class LaneStage:
     def _filled(self, scene: _Scene, way: Way, guess_s: Array) -> Array:
         """(N + 1, np): the parameters of every node."""
         p = scene.matrix.copy()
-        scene.posed.parameters.fill(p, way_values(scene.situation, scene.others, way, self.settings.grid.times_s, guess_s))
+        values = way_values(scene.situation, scene.others, way, self.settings.grid.times_s, guess_s)
+        values["left_edge"] -= self.settings.edge_reserve_m
+        values["right_edge"] += self.settings.edge_reserve_m
+        scene.posed.parameters.fill(p, values)
         return p
 
     def _event(self, memory: _Memory, situation: Situation, way: Way, others: Seated) -> bool:

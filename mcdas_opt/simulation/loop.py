@@ -69,7 +69,7 @@ def simulate(
     driver, name = _driver(planner, scene, planned_for(plant, settings), car.rolling_point_m)
     monitor = GripMonitor(vehicle=scene.vehicle, believed=scene.assumed_road.friction, step_s=STEP_S)
     rolls_about: Callable[[float], None] | None = getattr(driver, "rolls_about", None)
-    controller = Feeling(controller or default_controller(plant, scene.vehicle, turned=rolls_about is not None), monitor)
+    controller = Feeling(controller or default_controller(plant, scene.vehicle, turned=rolls_about is not None, felt=monitor), monitor)
     eyes = Perception(scene, seed, driver)
     eyes.warm_up(scene, traffic)
     drive = Drive(scene=scene, traffic=traffic, car=car)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.dynamics.single_track import axle_forces, axle_loads, body_accelerations, fiala, fiala_limit, lateral_model
+from mcdas_opt.dynamics.single_track import axle_forces, axle_loads, body_accelerations, fiala, fiala_limit, fiala_slip
 
 CHASSIS = Chassis.of(Vehicle())
 WEIGHT = CHASSIS.mass_kg * GRAVITY_MPS2
@@ -26,7 +26,7 @@ def test_the_tyre_starts_at_its_stiffness_grows_and_ends_smoothly_at_the_limit(s
     assert np.diff(forces).min() >= -1e-12 * limit
     assert max(forces) <= limit
     if slides < 1.4:
-        assert fiala(slides, stiffness, limit) == fiala(1.45, stiffness, limit) == pytest.approx(limit)
+        assert (fiala(slides, stiffness, limit), fiala(1.45, stiffness, limit)) == pytest.approx((limit, limit))
         assert limit - fiala(0.99 * slides, stiffness, limit) < 1e-3 * limit
 
 
@@ -83,16 +83,16 @@ def test_braking_leans_on_the_front(acceleration: float) -> None:
     assert leaning == pytest.approx(-CHASSIS.mass_kg * acceleration * CHASSIS.cog_height_m, abs=1e-6)
 
 
-@pytest.mark.parametrize("speed", [2.0, 9.0, 30.0])
-def test_the_linear_model_is_the_slope_of_the_forces_and_its_lag_the_slope_of_its_phase(speed: float) -> None:
-    def rates(vy: float, r: float, delta: float) -> np.ndarray:
-        front, rear = axle_forces(speed, vy, r, 0.0, delta, CHASSIS, 0.9)
-        _, aside, turning = body_accelerations(front, rear, delta, CHASSIS)
-        return np.array([aside - speed * r, turning])
+@given(st.floats(0.001, 0.99), st.floats(2e4, 3e5), st.floats(200.0, 2e4))
+def test_the_slip_for_a_force_gives_that_force(part: float, stiffness: float, limit: float) -> None:
+    slip = fiala_slip(part * limit, stiffness, limit)
+    assert fiala_slip(-part * limit, stiffness, limit) == -slip
+    assert fiala(slip, stiffness, limit) == pytest.approx(part * limit, rel=1e-9, abs=1e-9 * limit)
+    assert slip >= math.atan(part * limit / stiffness) * (1.0 - 1e-9)  # never less than stiffness alone would need
 
-    h, q = 1e-6, lateral_model(CHASSIS, speed)
-    slopes = [(rates(*(h * e)) - rates(*(-h * e))) / (2.0 * h) for e in np.eye(3)]
-    np.testing.assert_allclose(np.array(slopes).T, [[q.a11, q.a12, q.b1], [q.a21, q.a22, q.b2]], rtol=1e-4, atol=1e-6)
-    a, b, omega = np.array([[q.a11, q.a12], [q.a21, q.a22]]), np.array([q.b1, q.b2]), 1e-3
-    yaw_rate = np.linalg.solve(1j * omega * np.eye(2) - a, b)[1]
-    assert q.yaw_lag_s == pytest.approx(-np.angle(yaw_rate) / omega, rel=1e-3)
+
+@given(st.floats(0.99, 50.0), st.floats(2e4, 3e5), st.floats(0.0, 2e4))
+def test_no_more_slip_is_given_for_what_no_tyre_has(part: float, stiffness: float, limit: float) -> None:
+    slip = fiala_slip(part * limit + 1.0, stiffness, limit)
+    assert slip == fiala_slip(2.0 * part * limit + 2.0, stiffness, limit)
+    assert 0.0 <= math.tan(slip) <= 3.0 * limit / stiffness

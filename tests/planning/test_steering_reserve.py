@@ -8,14 +8,19 @@ import numpy as np
 import pytest
 
 from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.lane_stage import LaneStage
-from mcdas_opt.planning.ways import keeping_way
-from mcdas_opt.simulation.controller import FRICTION_SHARE, STEERING_RATE_SHARE, planned_for
+from mcdas_opt.planning.ways import keeping_way, ways_out
+from mcdas_opt.simulation.controller import EDGE_RESERVE_M, FRICTION_SHARE, STEERING_RATE_SHARE, planned_for
+from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.prediction import predict
+from tests.planning.situations import car as car_at
 from tests.planning.situations import random_sandwich
 
 
@@ -32,8 +37,11 @@ def test_only_a_car_that_slips_is_planned_with_a_reserve() -> None:
     settings = Settings()
     assert planned_for("kinematic", settings) is settings
     slips = planned_for("dynamic", settings)
-    assert (slips.steering_rate_share, slips.friction_share) == (STEERING_RATE_SHARE, FRICTION_SHARE)
-    careful = replace(settings, steering_rate_share=0.5 * STEERING_RATE_SHARE, friction_share=0.5 * FRICTION_SHARE)
+    kept = (slips.steering_rate_share, slips.friction_share, slips.edge_reserve_m)
+    assert kept == (STEERING_RATE_SHARE, FRICTION_SHARE, EDGE_RESERVE_M)
+    careful = replace(
+        settings, steering_rate_share=0.5 * STEERING_RATE_SHARE, friction_share=0.5 * FRICTION_SHARE, edge_reserve_m=2.0 * EDGE_RESERVE_M
+    )
     assert planned_for("dynamic", careful) == careful
 
 
@@ -42,6 +50,32 @@ def test_only_a_car_that_slips_is_planned_with_a_reserve() -> None:
 def test_a_share_that_is_none_is_refused(share: float, name: str) -> None:
     with pytest.raises(ParameterError, match=name):
         Settings(**{name: share})
+
+
+def test_a_reserve_to_the_edge_is_no_negative_one() -> None:
+    with pytest.raises(ParameterError, match="edge_reserve_m"):
+        Settings(edge_reserve_m=-0.1)
+
+
+@pytest.mark.parametrize("left", [True, False])
+def test_a_way_keeps_its_reserve_to_the_edge_where_it_can(left: bool) -> None:
+    """In the middle of the next lane 0.95 m of road are left beside the car: who wants to keep more leans towards its own."""
+    car, side = load_vehicle("sedan"), 1.0 if left else -1.0
+    road = Road(lanes_left=int(left), lanes_right=int(not left))
+    situation = Situation(host=HostState(speed_mps=15.0), road=road, tracks=(car_at("standing", 45.0, 0.0, 0.0),))
+    room = []
+    for reserve in (0.0, 1.2):
+        settings = replace(Settings(), edge_reserve_m=reserve)
+        way = next(
+            way
+            for way in ways_out(situation, assess(situation, car, settings.selector), car, settings.sigmoid, None)
+            if way.side.value == ("left" if left else "right")
+        )
+        solved = LaneStage(car, settings).solve(situation, predict(situation.tracks, settings.prediction), way)
+        assert solved.trajectory is not None
+        reach = 0.5 * (car.width_m * np.cos(solved.trajectory.heading_rad) + car.length_m * np.abs(np.sin(solved.trajectory.heading_rad)))
+        room.append(float((5.55 - side * solved.trajectory.d_m - reach).min()))
+    assert room[1] > room[0] + 0.1
 
 
 @pytest.mark.parametrize("seed", [0, 1, 4])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -119,6 +121,27 @@ def test_plans_are_ones_that_tyres_can_follow(suite: str, scenes: int, seed: int
     drive = simulate(expand(suite, scenes, seed).cases[index].scene, plant="dynamic")
     assert drive.outcome is Outcome.SAFE
     assert drive.unverified_plans == 0
+
+
+@pytest.mark.parametrize(("suite", "index"), [("sandwich", 192), ("striking-rear", 88), ("curved", 44), ("curved", 116), ("curved", 165)])
+def test_who_swerves_at_the_last_moment_is_caught_short_of_the_edge(suite: str, index: int) -> None:
+    """Left the road, spun or was hit when wheels were turned as if tyres gave force in proportion to their slip."""
+    drive = simulate(expand(suite, index + 1, 9).cases[index].scene, plant="dynamic")
+    assert drive.outcome is Outcome.SAFE
+    assert drive.unverified_plans == 0
+
+
+@pytest.mark.parametrize("friction", [0.4, 0.8])
+@pytest.mark.parametrize("bend_pm", [-0.008, 0.0, 0.004])
+def test_an_urgent_swerve_in_a_bend_keeps_the_road(bend_pm: float, friction: float) -> None:
+    speed = min(25.0, math.sqrt(0.5 * friction * 9.80665 / max(abs(bend_pm), 1e-6)))
+    standing = {"name": "standing", "s_m": 1.5 * speed, "speed_mps": 0.0}
+    chaser = {"name": "chaser", "s_m": -12.0, "speed_mps": speed}
+    road = {"friction": friction, "curvature": [[-100.0, bend_pm]]}
+    drive = simulate(make_scene(standing, chaser, speed_mps=speed, road=road, duration_s=5.0), plant="dynamic")
+    assert drive.outcome is not Outcome.LEFT_ROAD
+    assert drive.unverified_plans == 0
+    assert drive.max_lateral_acceleration_mps2 > 0.4 * friction * 9.80665
 
 
 def test_who_has_swerved_in_a_wet_bend_settles_in_the_middle_of_the_lane() -> None:
