@@ -16,6 +16,8 @@ class Violation:
     unit: str
 
     def __str__(self) -> str:
+        if self.name.startswith("collision"):
+            return f"{self.name}, {-self.value:.2g} {self.unit} deep, at {self.t_s:.2f} s"
         return f"{self.name} {self.value:.3g} {self.unit} at {self.t_s:.2f} s, limit {self.limit:.3g}"
 
 

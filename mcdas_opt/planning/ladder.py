@@ -19,7 +19,7 @@ from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.continuation import Ended, to_safe_end
 from mcdas_opt.planning.glance import verdicts
 from mcdas_opt.planning.path_driving import follow
-from mcdas_opt.planning.selection import severities
+from mcdas_opt.planning.selection import severities, severity_in_words
 from mcdas_opt.planning.simple_policies import Policy, steering_out
 from mcdas_opt.planning.tail import tail
 from mcdas_opt.planning.trust import relying
@@ -89,7 +89,7 @@ class Ladder:
             drive = self._exact(situation, prediction, options[least])
             if least < own or _only_collides(drive):
                 break
-        why = f"nothing passes; least severe is {drive.name} (equivalent to {hurt[least][0]:.1f} m/s); before: {refusal.reason}"
+        why = f"nothing passes; least severe is {drive.name} ({severity_in_words(hurt[least][0])}); before: {refusal.reason}"
         return self._plan(situation, prediction, drive, None, Status.UNAVOIDABLE, why, tried, started)
 
     def _exact(self, situation: Situation, prediction: Prediction, drive: Attempt) -> Attempt:

@@ -139,6 +139,15 @@ def severity(trajectory: Trajectory, vehicle: Vehicle, road: Road, prediction: P
     return severities((trajectory,), vehicle, road, prediction)[0]
 
 
+def severity_in_words(speed_mps: float) -> str:
+    """What a severity stands for."""
+    if speed_mps >= _OFF_THE_ROAD:
+        return "leaves the road"
+    if speed_mps >= _THIRD_VEHICLE:
+        return f"hits a third vehicle, equivalent to {speed_mps - _THIRD_VEHICLE:.1f} m/s"
+    return f"equivalent to {speed_mps:.1f} m/s"
+
+
 def severities(trajectories: Sequence[Trajectory], vehicle: Vehicle, road: Road, prediction: Prediction) -> list[tuple[float, float]]:
     """`severity` of each; those that are sampled at the same times in one go."""
     groups: dict[bytes, list[int]] = {}

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from mcdas_opt.actuation.grip_monitor import GripMonitor, within_grip
 from mcdas_opt.catalogue.scenes import Scene
+from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.domain.plan import Plan
@@ -66,7 +67,7 @@ def simulate(
     settings = settings or Settings()
     seed = scene.seed if seed is None else seed
     traffic, car = Traffic(scene), make_plant(plant, scene.vehicle, scene.true_road, scene.host_state)
-    driver, name = _driver(planner, scene, planned_for(plant, settings), car.rolling_point_m)
+    driver, name = _driver(planner, scene, planned_for(plant, settings), slips=isinstance(car.state, SlidingState))
     monitor = GripMonitor(vehicle=scene.vehicle, believed=scene.assumed_road.friction, step_s=STEP_S)
     rolls_about: Callable[[float], None] | None = getattr(driver, "rolls_about", None)
     controller = Feeling(controller or default_controller(plant, scene.vehicle, turned=rolls_about is not None, felt=monitor), monitor)
@@ -122,14 +123,15 @@ def _turns(duration_s: float, cycle_s: float) -> list[tuple[float, int]]:
     return [(round(k * STEP_S, 9), min(each, total - k)) for k in range(0, total, each)]
 
 
-def _driver(planner: Any, scene: Scene, settings: Settings, point_m: float) -> tuple[Driver, str]:
-    """The planner, fresh, and its name."""
+def _driver(planner: Any, scene: Scene, settings: Settings, *, slips: bool) -> tuple[Driver, str]:
+    """The planner, fresh, and its name; for a car that slips it is built as one that will be told where it rolls, at rest too."""
     if not isinstance(planner, str) and hasattr(planner, "step"):
         if hasattr(planner, "reset"):
             planner.reset()
         return planner, str(getattr(planner, "name", type(planner).__name__))
     from mcdas_opt.planning.planner import Planner
 
-    vehicle = replace(scene.vehicle, rolling_point_m=point_m)
+    car = scene.vehicle
+    vehicle = replace(car, rolling_point_m=Chassis.of(car).rolling_point_m(car.speed_max_mps)) if slips else car
     built = Planner(vehicle=vehicle, method=planner, settings=settings, road=scene.assumed_road)
     return built, built.name
