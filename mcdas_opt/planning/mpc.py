@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-
-import numpy as np
 
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.plan import Attempt, Candidate, Plan, Refusal, Timing
@@ -21,29 +18,19 @@ from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.manoeuvres.kinds import build_family
 from mcdas_opt.planning.closed_form import drive
 from mcdas_opt.planning.continuation import Ended, to_safe_end
-from mcdas_opt.planning.glance import verdicts
+from mcdas_opt.planning.glance import shortfall_m, verdicts
 from mcdas_opt.planning.lane_stage import LaneStage, Solved, StageSettings
+from mcdas_opt.planning.promise import by_promise
 from mcdas_opt.planning.selection import WorthSettings, nearness, steering_price, worths
 from mcdas_opt.planning.separations import build_separations
-from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, shorter_side, spread_ways, strays, ways_out
+from mcdas_opt.planning.ways import Manoeuvre, Way, continued, in_lane_mode, keeping_way, shorter_side, spread_ways, strays, ways_out
 from mcdas_opt.reference.offset_path import build_search
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.plainly_sound import plainly_sound
 
 Solving = Callable[[Situation, Prediction, Way], Solved]
-_STEADY_MPS2 = 0.3  # a plan that stays under it over its first second neither brakes nor accelerates
-
-
-def in_lane_mode(trajectory: Trajectory, way: Way) -> Mode:
-    """What a plan that keeps its lane does: named by its acceleration over the first second, not by what it was meant to be."""
-    if way.mode in (Mode.HOLD, Mode.CRUISE, Mode.PARK):
-        return way.mode
-    first = trajectory.acceleration_mps2[trajectory.t_s <= 1.0 + 1e-9]
-    strongest = float(first[int(np.argmax(np.abs(first)))])
-    if abs(strongest) < _STEADY_MPS2:
-        return Mode.HOLD
-    return Mode.ACCELERATE if strongest > 0.0 else Mode.BRAKE
+_UNPROMISING = "not solved: others promise more, and pass"
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,13 +55,6 @@ class _Answer:
             verdict=self.verdict,
             reference=self.way.manoeuvre,
         )
-
-
-def _shortfall_m(verdict: Verdict) -> float:
-    """The room that was short of passing: the deepest overlap; infinite where something else is wrong."""
-    if any(not violation.name.startswith("collision with") for violation in verdict.violations):
-        return math.inf
-    return max((violation.limit - violation.value for violation in verdict.violations), default=0.0)
 
 
 class MpcMethod:
@@ -209,9 +189,21 @@ class MpcMethod:
             if best is not None and best[1].sound and not self._has_risen(best[0]):
                 return best
         self._compared = None
-        spread = spread_ways(situation, self.vehicle, prediction, self.settings.grid) if going is None else ()
-        passed += self._passed(situation, prediction, others + spread, assessment)
-        if going is not None:
+        forms: list[_Answer] | None = None
+        if going is None:
+            spread = spread_ways(situation, self.vehicle, prediction, self.settings.grid)
+            most, asked = self.stage.stage.first_ways, (situation, assessment, prediction, self.vehicle)
+            promising = by_promise(four + spread, most, before, *asked, self.settings, self.worth)
+            passed += self._passed(situation, prediction, promising.first, assessment)
+            if passed and promising.others:
+                forms = self._closed_forms(situation, prediction, four + undriven, assessment)
+                best = self._cheapest(passed + forms, situation, prediction, before, going)
+                if best is not None and best[1].sound and self._price(best[0], before, going)[0] <= promising.least:
+                    self._tried += [Candidate(name=way.name, cost=None, passed=False, refusal=_UNPROMISING) for way in promising.others]
+                    return best
+            passed += self._passed(situation, prediction, promising.others, assessment)
+        else:
+            passed += self._passed(situation, prediction, others, assessment)
             best = self._cheapest(passed, situation, prediction, before, going)
             if best is not None and best[1].sound:
                 return best
@@ -221,7 +213,9 @@ class MpcMethod:
             passed = self._closer(situation, prediction, assessment) or self._second_opinions(situation, prediction, assessment)
         strayed = [] if passed else self._strayed.copy()
         if passed or strayed:  # a closed form alone is the ladder's to drive, and to label
-            passed = passed + strayed + self._closed_forms(situation, prediction, four + undriven, assessment)
+            if forms is None:
+                forms = self._closed_forms(situation, prediction, four + undriven, assessment)
+            passed = passed + strayed + forms
         best = self._cheapest(passed, situation, prediction, before, going)
         if best is not None and not best[1].sound:
             best = self._cheapest(passed + self._strayed[len(strayed) :], situation, prediction, before, going)
@@ -341,7 +335,7 @@ class MpcMethod:
                 # what was cut short is no plan to fall back on: it would not even mirror with its situation
                 self._failed.append(answer.attempt())
             if not verdict.passed:
-                short = _shortfall_m(verdict)
+                short = shortfall_m(verdict)
                 if short <= self.stage.stage.near_m:
                     self._short.append((short, way, solved.converged))
         self._verify_s += time.perf_counter() - started
