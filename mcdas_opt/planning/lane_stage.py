@@ -59,6 +59,7 @@ class StageSettings:
     qp_iterations_second: int = 100  # ... so many of its own in each
     second_opinions: int = 1  # at most so many where nothing passes, on ways that did not converge ...
     second_pause: int = 5  # ... and after one that was of no use not for so many cycles
+    first_ways: int = 4  # so many are solved first at a threat, those that promise most; the others where none of them will do
     closer_ways: int = 1  # so many are solved again where nothing passes, with ...
     closer_m: float = 0.1  # ... this clearance along and across
     near_m: float = 0.5  # only what overlaps somebody by no more is tried again, either way

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-
-import numpy as np
+from dataclasses import replace
 
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.plan import Attempt, Candidate, Plan, Refusal, Timing
@@ -19,10 +16,12 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.manoeuvres.kinds import build_family
+from mcdas_opt.planning.answer import Answer
 from mcdas_opt.planning.closed_form import drive
 from mcdas_opt.planning.continuation import Ended, to_safe_end
-from mcdas_opt.planning.glance import verdicts
+from mcdas_opt.planning.glance import shortfall_m, verdicts
 from mcdas_opt.planning.lane_stage import LaneStage, Solved, StageSettings
+from mcdas_opt.planning.promise import by_promise
 from mcdas_opt.planning.selection import WorthSettings, nearness, steering_price, worths
 from mcdas_opt.planning.separations import build_separations
 from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, shorter_side, spread_ways, strays, ways_out
@@ -32,49 +31,7 @@ from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.plainly_sound import plainly_sound
 
 Solving = Callable[[Situation, Prediction, Way], Solved]
-_STEADY_MPS2 = 0.3  # a plan that stays under it over its first second neither brakes nor accelerates
-
-
-def in_lane_mode(trajectory: Trajectory, way: Way) -> Mode:
-    """What a plan that keeps its lane does: named by its acceleration over the first second, not by what it was meant to be."""
-    if way.mode in (Mode.HOLD, Mode.CRUISE, Mode.PARK):
-        return way.mode
-    first = trajectory.acceleration_mps2[trajectory.t_s <= 1.0 + 1e-9]
-    strongest = float(first[int(np.argmax(np.abs(first)))])
-    if abs(strongest) < _STEADY_MPS2:
-        return Mode.HOLD
-    return Mode.ACCELERATE if strongest > 0.0 else Mode.BRAKE
-
-
-@dataclass(frozen=True, slots=True)
-class _Answer:
-    """A way that was solved and judged."""
-
-    way: Way
-    candidate: Candidate
-    trajectory: Trajectory
-    verdict: Verdict
-
-    @property
-    def mode(self) -> Mode:
-        return self.way.mode if self.way.side is not Side.NONE else in_lane_mode(self.trajectory, self.way)
-
-    def attempt(self) -> Attempt:
-        return Attempt(
-            name=self.way.name,
-            mode=self.mode,
-            side=self.way.side,
-            trajectory=self.trajectory,
-            verdict=self.verdict,
-            reference=self.way.manoeuvre,
-        )
-
-
-def _shortfall_m(verdict: Verdict) -> float:
-    """The room that was short of passing: the deepest overlap; infinite where something else is wrong."""
-    if any(not violation.name.startswith("collision with") for violation in verdict.violations):
-        return math.inf
-    return max((violation.limit - violation.value for violation in verdict.violations), default=0.0)
+_UNPROMISING = "not solved: others promise more, and pass"
 
 
 class MpcMethod:
@@ -100,7 +57,7 @@ class MpcMethod:
         self._compared: float | None = None  # the least price of what was chosen since the ways were last compared
         self._tried: list[Candidate] = []
         self._failed: list[Attempt] = []
-        self._strayed: list[_Answer] = []  # pass the judge, half in a lane beside that somebody watches, though they were to keep theirs
+        self._strayed: list[Answer] = []  # pass the judge, half in a lane beside that somebody watches, though they were to keep theirs
         self._short: list[tuple[float, Way, bool]] = []  # failed for a little room [m] alone; whether they converged
         self._ends: list[tuple[Trajectory, Ended]] = []  # what was continued in this cycle: asked for in each comparison
         self.stop_at: float | None = None  # perf_counter after which no further candidate is begun
@@ -167,7 +124,7 @@ class MpcMethod:
         prediction: Prediction,
         previous: Plan | None,
         going: Manoeuvre | None,
-    ) -> tuple[_Answer, Ended] | None:
+    ) -> tuple[Answer, Ended] | None:
         """The gentlest set of ways that holds one which passes.
 
         When nothing threatens: what is under way, or the lane. At a threat: the four ways out, the best of the sampled family, and the four
@@ -176,7 +133,7 @@ class MpcMethod:
         comparison; where nothing did, or that finds no safe end, so does what was to keep its lane and only passes half out of it. Where
         not even that passes, closer drives and second opinions are asked for.
         """
-        passed: list[_Answer] = []
+        passed: list[Answer] = []
         undriven: tuple[Way, ...] = ()
         if not assessment.threatened:
             quiet = assessment.mode if assessment.mode in (Mode.CRUISE, Mode.PARK) else Mode.HOLD
@@ -209,9 +166,21 @@ class MpcMethod:
             if best is not None and best[1].sound and not self._has_risen(best[0]):
                 return best
         self._compared = None
-        spread = spread_ways(situation, self.vehicle, prediction, self.settings.grid) if going is None else ()
-        passed += self._passed(situation, prediction, others + spread, assessment)
-        if going is not None:
+        forms: list[Answer] | None = None
+        if going is None:
+            spread = spread_ways(situation, self.vehicle, prediction, self.settings.grid)
+            most, asked = self.stage.stage.first_ways, (situation, assessment, prediction, self.vehicle)
+            promising = by_promise(four + spread, most, before, *asked, self.settings, self.worth)
+            passed += self._passed(situation, prediction, promising.first, assessment)
+            if passed and promising.others:
+                forms = self._compared_forms(situation, prediction, four + undriven, assessment)
+                best = self._cheapest(passed + forms, situation, prediction, before, going)
+                if best is not None and best[1].sound and self._price(best[0], before, going)[0] <= promising.least:
+                    self._tried += [Candidate(name=way.name, cost=None, passed=False, refusal=_UNPROMISING) for way in promising.others]
+                    return best
+            passed += self._passed(situation, prediction, promising.others, assessment)
+        else:
+            passed += self._passed(situation, prediction, others, assessment)
             best = self._cheapest(passed, situation, prediction, before, going)
             if best is not None and best[1].sound:
                 return best
@@ -219,21 +188,23 @@ class MpcMethod:
             passed += self._passed(situation, prediction, spread, assessment)
         if not passed and not self._strayed:
             passed = self._closer(situation, prediction, assessment) or self._second_opinions(situation, prediction, assessment)
-        own, strayed = len(self._strayed), [] if passed else self._strayed.copy()
+        strayed = [] if passed else self._strayed.copy()
         if passed or strayed:  # a closed form alone is the ladder's to drive, and to label
-            passed = passed + strayed + self._closed_forms(situation, prediction, four + undriven, assessment) + self._strayed[own:]
+            if forms is None:
+                forms = self._compared_forms(situation, prediction, four + undriven, assessment)
+            passed = passed + strayed + forms
         best = self._cheapest(passed, situation, prediction, before, going)
         if best is not None and not best[1].sound:
-            best = self._cheapest(passed + self._strayed[len(strayed) : own], situation, prediction, before, going)
+            best = self._cheapest(passed + self._strayed[len(strayed) :], situation, prediction, before, going)
         return best
 
-    def _has_risen(self, answer: _Answer) -> bool:
+    def _has_risen(self, answer: Answer) -> bool:
         """Whether it costs so much more than what was chosen before that the other ways are to be asked again."""
         return self._compared is None or (answer.candidate.cost or 0.0) > self.worth.risen * self._compared
 
     def _cheapest(
-        self, passed: list[_Answer], situation: Situation, prediction: Prediction, before: str | None, going: Manoeuvre | None
-    ) -> tuple[_Answer, Ended] | None:
+        self, passed: list[Answer], situation: Situation, prediction: Prediction, before: str | None, going: Manoeuvre | None
+    ) -> tuple[Answer, Ended] | None:
         """The cheapest that comes to a safe end; where none does, or the deadline passes meanwhile, the cheapest, with its open end."""
         cheapest = None
         for answer in sorted(passed, key=lambda answer: self._price(answer, before, going)):
@@ -245,7 +216,7 @@ class MpcMethod:
             cheapest = cheapest or (answer, ended)
         return cheapest
 
-    def _ended(self, answer: _Answer, situation: Situation, prediction: Prediction) -> Ended:
+    def _ended(self, answer: Answer, situation: Situation, prediction: Prediction) -> Ended:
         for trajectory, ended in self._ends:
             if trajectory is answer.trajectory:
                 return ended
@@ -253,7 +224,7 @@ class MpcMethod:
         self._ends.append((answer.trajectory, ended))
         return ended
 
-    def _price(self, answer: _Answer, before: str | None, going: Manoeuvre | None) -> tuple[float, int]:
+    def _price(self, answer: Answer, before: str | None, going: Manoeuvre | None) -> tuple[float, int]:
         """Cost, cheaper for what was chosen before; equal costs (to 1e-5 of each other) go to the tie-break side."""
         cost = answer.candidate.cost or 0.0
         if answer.way.manoeuvre == going if going is not None else answer.way.name == before:
@@ -272,20 +243,20 @@ class MpcMethod:
         self._iterations += solved.iterations
         return solved if solved.trajectory is not None else replace(solved, reason=f"not solved: {solved.reason}")
 
-    def _passed(self, situation: Situation, prediction: Prediction, ways: tuple[Way, ...], assessment: Assessment) -> list[_Answer]:
+    def _passed(self, situation: Situation, prediction: Prediction, ways: tuple[Way, ...], assessment: Assessment) -> list[Answer]:
         """Solves the ways, one by one, and judges them."""
         return self._judged(
             situation, prediction, ways, [self._solve(situation, prediction, way, self.stage.solve) for way in ways], assessment
         )
 
-    def _closer(self, situation: Situation, prediction: Prediction, assessment: Assessment) -> list[_Answer]:
+    def _closer(self, situation: Situation, prediction: Prediction, assessment: Assessment) -> list[Answer]:
         """The ways that were a little short of room, the nearest ones, solved again with less of it asked for."""
         near = sorted(self._short, key=lambda one: one[0])[: self.stage.stage.closer_ways]
         ways = tuple(replace(way, name=f"{way.name}-close") for _, way, _ in near)
         solutions = [self._solve(situation, prediction, way, self.close.solve) for way in ways]
         return self._judged(situation, prediction, ways, solutions, assessment)
 
-    def _second_opinions(self, situation: Situation, prediction: Prediction, assessment: Assessment) -> list[_Answer]:
+    def _second_opinions(self, situation: Situation, prediction: Prediction, assessment: Assessment) -> list[Answer]:
         """What the second engine makes of the ways that the first one left unfinished a little short of passing, the nearest ones."""
         most = 0 if self.stage.stage.solver == "osqp" or self._pause else self.stage.stage.second_opinions
         near = sorted((one for one in self._short if not one[2]), key=lambda one: one[0])[:most]
@@ -296,16 +267,24 @@ class MpcMethod:
             self._pause = self.stage.stage.second_pause
         return answers
 
-    def _closed_forms(self, situation: Situation, prediction: Prediction, ways: tuple[Way, ...], assessment: Assessment) -> list[_Answer]:
+    def _closed_forms(self, situation: Situation, prediction: Prediction, ways: tuple[Way, ...], assessment: Assessment) -> list[Answer]:
         """The same ways as the bicycle drives them without an optimiser: what leaves is never worth less than the closed form."""
         ways = tuple(replace(way, name=f"{way.name}-driven") for way in ways if not way.refusal)
         drives = [drive(situation, way, self.vehicle, self.settings) for way in ways]
         solutions = [Solved(trajectory=trajectory, reason="", iterations=0, converged=True) for trajectory in drives]
         return self._judged(situation, prediction, ways, solutions, assessment)
 
+    def _compared_forms(self, situation: Situation, prediction: Prediction, ways: tuple[Way, ...], assessment: Assessment) -> list[Answer]:
+        """Closed forms for a comparison: what swings half out of its lane too, at the price of leaving it."""
+        known = len(self._strayed)
+        forms = self._closed_forms(situation, prediction, ways, assessment)
+        swung = self._strayed[known:]
+        del self._strayed[known:]
+        return forms + swung
+
     def _judged(
         self, situation: Situation, prediction: Prediction, ways: tuple[Way, ...], solutions: list[Solved], assessment: Assessment
-    ) -> list[_Answer]:
+    ) -> list[Answer]:
         """Judges them, all at once; records them among the tried, and their drives among the failed. Those that pass."""
         started = time.perf_counter()
         leaning, needless = shorter_side(assessment), assessment.mode in (Mode.BRAKE, Mode.ACCELERATE)
@@ -317,7 +296,7 @@ class MpcMethod:
             desired = situation.wanted_speed_mps
             prices = worths(near, vehicle=self.vehicle, prediction=prediction, desired_speed_mps=desired, settings=self.worth)
             values = zip(judged, prices, strict=True)
-        answers: list[_Answer] = []
+        answers: list[Answer] = []
         for way, solved in zip(ways, solutions, strict=True):
             if solved.trajectory is None:
                 self._tried.append(Candidate(name=way.name, cost=None, passed=False, refusal=solved.reason))
@@ -332,7 +311,7 @@ class MpcMethod:
                 refusal = f"leaves its lane to the {strayed.value}{'' if watched else ', where nobody watches'}"
             candidate = Candidate(name=way.name, cost=cost, passed=not refusal, refusal=refusal)
             self._tried.append(candidate)
-            answer = _Answer(way, candidate, solved.trajectory, verdict)
+            answer = Answer(way, candidate, solved.trajectory, verdict)
             if candidate.passed:
                 answers.append(answer)
             elif verdict.passed and watched:
@@ -342,7 +321,7 @@ class MpcMethod:
                 # what was cut short is no plan to fall back on: it would not even mirror with its situation
                 self._failed.append(answer.attempt())
             if not verdict.passed:
-                short = _shortfall_m(verdict)
+                short = shortfall_m(verdict)
                 if short <= self.stage.stage.near_m:
                     self._short.append((short, way, solved.converged))
         self._verify_s += time.perf_counter() - started

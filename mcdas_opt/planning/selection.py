@@ -51,11 +51,15 @@ class Nearness:
 
 def nearness(trajectories: Sequence[Trajectory], vehicle: Vehicle, road: Road, prediction: Prediction) -> Nearness:
     """Of at least one trajectory; all are sampled at the same times."""
-    t, bodies = trajectories[0].t_s, prediction.bodies
     tables = trajectories[0].table[None] if len(trajectories) == 1 else np.array([one.table for one in trajectories])
-    rows = prediction.rows_on(t)
+    return nearness_of(tables, trajectories[0].t_s, vehicle, road, prediction)
+
+
+def nearness_of(tables: Array, t_s: Array, vehicle: Vehicle, road: Road, prediction: Prediction) -> Nearness:
+    """`nearness` of drives that are tables (drives, 9, n) at these times."""
+    bodies, rows = prediction.bodies, prediction.rows_on(t_s)
     places = rows.s_m
-    frame = frame_near(road, float(trajectories[0].s_m[0]))
+    frame = frame_near(road, float(tables[0, 1, 0]))
     if not road.is_straight:  # who is beyond the frame is far enough away there too
         places = np.clip(places, frame.s_min_m, frame.s_max_m)
     x, y, yaw = frame.to_plane(places, rows.d_m, rows.heading_rad)

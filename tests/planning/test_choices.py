@@ -341,3 +341,25 @@ def test_after_the_deadline_a_comparison_continues_only_the_cheapest(monkeypatch
         assert (plan.status, plan.verdict.passed) == (Status.FALLBACK, True)
         assert 1 <= len(continued) <= 2
         continued.clear()
+
+
+def test_the_most_promising_ways_will_do_wherever_all_of_them_do(planner: Planner) -> None:
+    """At a threat few are solved first: as many situations pass, mostly by the same way, for fewer Newton steps; the others are named."""
+    method = MpcMethod(planner.vehicle, stage=StageSettings(first_ways=99))
+    every, same, spared, few, most = Planner(method=method), 0, 0, 0, 0
+    for seed in FAMILY:
+        situation = random_situation(seed)
+        planner.reset()
+        every.reset()
+        plan, other = planner.plan(situation), every.plan(situation)
+        assert (plan.status, plan.safe_end is not None and plan.safe_end.safe) == (
+            other.status,
+            other.safe_end is not None and other.safe_end.safe,
+        )
+        assert {c.name for c in plan.candidates} == {c.name for c in other.candidates} or plan.status is not Status.PLANNED
+        same += plan.chosen == other.chosen
+        spared += sum(c.refusal.startswith("not solved: others promise more") for c in plan.candidates)
+        few, most = few + plan.iterations, most + other.iterations
+    assert same >= 0.85 * len(FAMILY)
+    assert spared > 20
+    assert few < 0.9 * most
