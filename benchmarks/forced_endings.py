@@ -30,9 +30,9 @@ from mcdas_opt.domain.settings import Settings, WarningSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.evaluation.families import load_family
-from mcdas_opt.planning.lane_stage import StageSettings
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.planning.stage_settings import StageSettings
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.solvers.osqp_engine import OsqpEngine
 from mcdas_opt.solvers.outcome import Ending, Outcome

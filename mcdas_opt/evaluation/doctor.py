@@ -101,7 +101,7 @@ def _compiler() -> str:
 
 def _engines() -> Iterator[tuple[str, Callable[[], str]]]:
     """The same sandwich solved by each engine."""
-    from mcdas_opt.planning.lane_stage import StageSettings
+    from mcdas_opt.planning.stage_settings import StageSettings
 
     for name, settings in (
         ("interior-point", StageSettings()),

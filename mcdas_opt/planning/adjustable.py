@@ -11,9 +11,9 @@ from mcdas_opt.domain.settings import SelectorSettings, Settings, SigmoidSetting
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.ocp.lane_mpc import default_weights
-from mcdas_opt.planning.lane_stage import StageSettings
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.selection import WorthSettings
+from mcdas_opt.planning.stage_settings import StageSettings
 
 _GROUPS: dict[str, Any] = {"sigmoid": SigmoidSettings(), "selector": SelectorSettings(), "stage": StageSettings(), "worth": WorthSettings()}
 HYSTERESIS = "selector.hysteresis"  # ttc_clear over ttc_threat: one number, so that it cannot be less than 1

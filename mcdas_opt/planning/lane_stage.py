@@ -17,13 +17,13 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.errors import ParameterError
 from mcdas_opt.ocp.compiled_drive import compiled_drive
 from mcdas_opt.ocp.lane_mpc import CENTRE, LaneParameters, LaneProblem
 from mcdas_opt.planning.grown_bodies import build_grown_bodies
 from mcdas_opt.planning.lane_parameters import Seated, guessed_states, seated, shared_values, vacant_values, way_values
 from mcdas_opt.planning.mirror import TurnedParameters, is_turned, turned_guess, turned_inputs, turned_states
 from mcdas_opt.planning.roll_out import roll_out, within_reach
+from mcdas_opt.planning.stage_settings import StageSettings
 from mcdas_opt.planning.ways import Way
 from mcdas_opt.solvers.guarded import ask
 from mcdas_opt.solvers.held_interrupts import held_interrupts
@@ -36,44 +36,6 @@ from mcdas_opt.solvers.stage_problem import StageGuess
 _IPOPT_ITERATIONS = 200
 Engine = InteriorPointEngine | OsqpEngine | IpoptEngine
 Asked = tuple[Engine, Callable[[], StageGuess], int]  # who, from which guess, with which cap on iterations
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StageSettings:
-    """Counted work and margins of one solve.
-
-    `solver` is "interior-point" or "osqp". Where the interior point has no answer at all, OSQP is asked at once; where it has one that did
-    not converge, `second_opinion` asks OSQP when nothing passes, before any fallback is. `cold_start`
-    "ipopt" gives every solve without a warm start to IPOPT: converged, and some hundred times slower.
-    """
-
-    solver: str = "interior-point"
-    cold_start: str = "same"
-    seats: tuple[int, ...] = (2, 4, 8)  # problems are built for these numbers of neighbours
-    newton_steps: int = 60  # of the interior point, in one solve
-    newton_steps_cycle: int = 240  # in all ways of one situation together; once they are used up, ...
-    newton_steps_late: int = 15  # ... each further solve has so many
-    iterations_warm: int = 3  # of OSQP's real-time iteration
-    iterations_event: int = 8
-    iterations_second: int = 2  # of OSQP as a second opinion, with ...
-    qp_iterations_second: int = 100  # ... so many of its own in each
-    second_opinions: int = 1  # at most so many where nothing passes, on ways that did not converge ...
-    second_pause: int = 5  # ... and after one that was of no use not for so many cycles
-    first_ways: int = 4  # so many are solved first at a threat, those that promise most; the others where none of them will do
-    closer_ways: int = 1  # so many are solved again where nothing passes, with ...
-    closer_m: float = 0.1  # ... this clearance along and across
-    near_m: float = 0.5  # only what overlaps somebody by no more is tried again, either way
-    friction_share: float = 0.97
-    clearance_along_m: float = 0.5
-    clearance_across_m: float = 0.25
-    weights: tuple[tuple[str, float], ...] | None = None  # of the costs, by `weight_name`; None: as they are built in
-    event_position_m: float = 0.5
-    event_speed_mps: float = 0.5
-
-    def __post_init__(self) -> None:
-        for name, known in (("solver", ("interior-point", "osqp")), ("cold_start", ("same", "ipopt"))):
-            if getattr(self, name) not in known:
-                raise ParameterError(name, getattr(self, name), f"must be {' or '.join(known)}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,10 +20,11 @@ from mcdas_opt.planning.answer import Answer
 from mcdas_opt.planning.closed_form import drive
 from mcdas_opt.planning.continuation import Ended, to_safe_end
 from mcdas_opt.planning.glance import shortfall_m, verdicts
-from mcdas_opt.planning.lane_stage import LaneStage, Solved, StageSettings
+from mcdas_opt.planning.lane_stage import LaneStage, Solved
 from mcdas_opt.planning.promise import by_promise
 from mcdas_opt.planning.selection import WorthSettings, nearness, steering_price, worths
 from mcdas_opt.planning.separations import build_separations
+from mcdas_opt.planning.stage_settings import StageSettings
 from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, shorter_side, spread_ways, strays, ways_out
 from mcdas_opt.reference.offset_path import build_search
 from mcdas_opt.situation.assess import assess

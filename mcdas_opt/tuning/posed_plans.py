@@ -11,7 +11,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.ocp.lane_mpc import LaneParameters, default_weights
 from mcdas_opt.ocp.sensitivities import PlanSensitivity
 from mcdas_opt.planning.lane_parameters import guessed_states, seated, shared_values, way_values
-from mcdas_opt.planning.lane_stage import StageSettings
+from mcdas_opt.planning.stage_settings import StageSettings
 from mcdas_opt.planning.ways import Way
 from mcdas_opt.solvers.stage_problem import StageGuess
 from mcdas_opt.tuning.gradient import PosedPlan

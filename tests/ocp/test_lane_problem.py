@@ -16,7 +16,8 @@ from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.ocp.lane_mpc import CENTRE, LaneParameters, LaneProblem
 from mcdas_opt.ocp.terms import MovingBody, Stage, reference_d
-from mcdas_opt.planning.lane_stage import LaneStage, StageSettings
+from mcdas_opt.planning.lane_stage import LaneStage
+from mcdas_opt.planning.stage_settings import StageSettings
 from mcdas_opt.planning.ways import ways_out
 from mcdas_opt.reference.offset_path import corrected
 from mcdas_opt.situation.assess import assess

@@ -23,11 +23,11 @@ from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.planning import continuation, lane_stage, mpc
 from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.glance import verdicts
-from mcdas_opt.planning.lane_stage import StageSettings
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.selection import severities, severity
 from mcdas_opt.planning.simple_policies import simple_policies
+from mcdas_opt.planning.stage_settings import StageSettings
 from mcdas_opt.planning.trust import Trust
 from mcdas_opt.planning.ways import keeping_way
 from mcdas_opt.simulation.loop import simulate
@@ -143,7 +143,7 @@ def test_second_opinions_are_counted(planner: Planner, monkeypatch: pytest.Monke
         planner.reset()
         planner.plan(random_situation(seed))
         most = max(most, asked.count("second"))
-        assert asked.count("second") <= lane_stage.StageSettings().second_opinions
+        assert asked.count("second") <= StageSettings().second_opinions
     assert most <= 1
 
 

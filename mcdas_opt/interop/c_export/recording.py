@@ -13,9 +13,10 @@ from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.planning.lane_stage import Posed, StageSettings
+from mcdas_opt.planning.lane_stage import Posed
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.planning.stage_settings import StageSettings
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.solvers.interior_point import InteriorPointEngine
 from mcdas_opt.solvers.kernel_source import BUILDS, PORTABLE
