@@ -145,9 +145,7 @@ class LqrTracking:
     def _astray(self, wanted: HostState, state: HostState) -> Array:
         """(2,) how far the body centre is to the left of the plan's, and how fast it goes there."""
         car, c = self.vehicle, self.chassis
-        aside, yaw_rate = 0.0, state.speed_mps * math.tan(state.steering_rad) / c.wheelbase_m
-        if isinstance(state, SlidingState):
-            aside, yaw_rate = state.lateral_speed_mps, state.yaw_rate_radps
+        aside, yaw_rate = state.turning(c.wheelbase_m)
         along, across = state.s_m - wanted.s_m, state.d_m - wanted.d_m
         behind = c.rolling_point_m(state.speed_mps) if self.turned else 0.0
         planned = (car.centre_m - behind) * state.speed_mps * math.tan(wanted.steering_rad) / c.wheelbase_m

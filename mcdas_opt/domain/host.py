@@ -33,6 +33,10 @@ class HostState:
         x.setflags(write=False)
         return x
 
+    def turning(self, wheelbase_m: float) -> tuple[float, float]:
+        """(speed of the rear axle to the left of the body [m/s], yaw rate [rad/s]): 0 and v tan(delta) / L without slip."""
+        return 0.0, self.speed_mps * math.tan(self.steering_rad) / wheelbase_m
+
     @classmethod
     def from_vector(cls, x: Array) -> HostState:
         """From (s, d, psi, v, a, delta)."""
@@ -49,6 +53,10 @@ class SlidingState(HostState):
 
     lateral_speed_mps: float = 0.0
     yaw_rate_radps: float = 0.0
+
+    def turning(self, wheelbase_m: float) -> tuple[float, float]:
+        """As `HostState.turning`; both are in the state."""
+        return self.lateral_speed_mps, self.yaw_rate_radps
 
     def without_slip(self, wheelbase_m: float, point_m: float = 0.0) -> HostState:
         """The state of the no-slip bicycle that moves as this car does now: the heading is the course of the point so far ahead of the

@@ -51,6 +51,7 @@ class Drive:
     def roll(self, plan: Plan, controller: Controller, steps: int, eyes: Perception) -> None:
         """The plant, then the traffic, through one turn; stops at the first touch or departure."""
         first, state = len(self.states) - 1, self.car.state
+        been = [state]
         self.turns.append(first)
         for k in range(steps):
             jerk, rate = controller.command(plan.trajectory, k * STEP_S, state)
@@ -59,6 +60,7 @@ class Drive:
             self.inputs.append((applied.jerk_mps3, applied.steering_rate_radps))
             self.lateral.append(applied.lateral_acceleration_mps2)
             self.states.append(_numbers(state))
+            been.append(state)
         host = np.array(self.states[first:])
         self.traffic.advance(self._as_motion(host[:-1]))
         others = self.traffic.motions_of_steps(first, steps + 1)
@@ -71,7 +73,7 @@ class Drive:
                 body_at(name, moment, *size, self.traffic.road)
                 for name, moment, size in zip(self.traffic.names, moments, self.traffic.sizes, strict=True)
             ]
-            eyes.look(time_s, HostState.from_vector(host[k]), bodies)
+            eyes.look(time_s, been[k], bodies)
 
     def _check(self, host: Array, others: tuple[BodyMotion, ...]) -> int:
         """Index of the last instant driven; sets the outcome and cuts the history where the drive ends within this turn."""

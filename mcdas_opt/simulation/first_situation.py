@@ -28,7 +28,7 @@ def first_situation(scene: Scene, seed: int | None = None) -> Situation:
     """What the planner knows at t = 0, as the closed loop of the same scene and seed would have it."""
     watcher, traffic = _Watcher(scene.vehicle), Traffic(scene)
     eyes = Perception(scene, scene.seed if seed is None else seed, watcher)
-    eyes.warm_up(scene, traffic)
+    eyes.warm_up(scene, traffic, scene.host_state)
     host, road = scene.host_state, scene.assumed_road
     watcher.tracker.update(eyes.arrived(0.0), host, road, 0.0)
     return Situation(

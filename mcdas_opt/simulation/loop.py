@@ -72,7 +72,7 @@ def simulate(
     rolls_about: Callable[[float], None] | None = getattr(driver, "rolls_about", None)
     controller = Feeling(controller or default_controller(plant, scene.vehicle, turned=rolls_about is not None, felt=monitor), monitor)
     eyes = Perception(scene, seed, driver)
-    eyes.warm_up(scene, traffic)
+    eyes.warm_up(scene, traffic, car.state)
     drive = Drive(scene=scene, traffic=traffic, car=car)
     turns = _turns(scene.duration_s, settings.cycle_s)
     for turn, (now, steps) in enumerate(turns, start=1):

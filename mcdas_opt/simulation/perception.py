@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.body import Body
-from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.simulation.idm import STEP_S, step_times
 from mcdas_opt.simulation.neighbours import Traffic, host_before
@@ -22,30 +23,27 @@ class Perception:
     """Looks at the world and hands scans on `latency_s` later, with the time stamps of the measurement.
 
     Scans of the very instant of a plan go into the planner's step. Older ones are taken in by its tracker when they arrive, each with
-    the host's pose at its own time (a car knows where it was); a planner without a tracker gets them all with its step.
+    the host's pose at its own time (a car knows where it was, and from its gyro how fast it turned); a planner without a tracker gets
+    them all with its step.
     """
 
     def __init__(self, scene: Scene, seed: int, driver: Any) -> None:
         beside = Path(scene.file).parent
         self._suite = SensorSuite(scene.sensors, scene.vehicle, scene.true_road, seed, beside)
-        self._road = scene.assumed_road
+        self._road, self._wheelbase_m = scene.assumed_road, scene.vehicle.wheelbase_m
         self._latency_s = scene.sensors.latency_s
         self._driver = driver
         self._pending: deque[tuple[Scan, HostState]] = deque()
 
-    def warm_up(self, scene: Scene, traffic: Traffic) -> None:
-        """What the sensors have seen by t = 0, when everybody had come at constant speed for `warmup_s`."""
+    def warm_up(self, scene: Scene, traffic: Traffic, start: HostState) -> None:
+        """What the sensors have seen by t = 0, when everybody had come at constant speed for `warmup_s`, the host to `start`."""
         steps = round(scene.sensors.warmup_s / STEP_S)
         times = step_times(-steps, steps + 1)
         host = host_before(scene, times)
-        start = scene.host_state
         for t, s in zip(times.tolist(), host.s_m.tolist(), strict=True):
             if not self.is_due(t):
                 continue
-            pose = HostState(
-                s_m=s, d_m=start.d_m, heading_rad=start.heading_rad, speed_mps=start.speed_mps, steering_rad=start.steering_rad
-            )
-            self.look(t, pose, traffic.bodies(t))
+            self.look(t, replace(start, s_m=s, acceleration_mps2=0.0), traffic.bodies(t))
 
     def is_due(self, t_s: float) -> bool:
         """Whether anybody looks at t_s."""
@@ -64,5 +62,11 @@ class Perception:
             if tracker is None or scan.t_s > now - _ROUNDING_S:
                 fresh.append(scan)
             else:
-                tracker.update([scan], host, self._road, scan.t_s + self._latency_s)
+                tracker.update([scan], self._known(host), self._road, scan.t_s + self._latency_s)
         return fresh
+
+    def _known(self, host: HostState) -> HostState:
+        """Where the car was, steered as the no-slip bicycle that turned as fast."""
+        if not isinstance(host, SlidingState):
+            return host
+        return replace(host.without_slip(self._wheelbase_m), heading_rad=host.heading_rad)

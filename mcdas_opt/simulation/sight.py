@@ -40,8 +40,8 @@ class View:
 
         The point lies where the line of sight to the body's centre enters the body (geometry.near_face); a body counts as hidden when
         that line is cut, even if a corner peeps out. The range rate is the relative velocity on the line of sight: the body's along its
-        heading (its own yaw rate is left out: the point moves as the centre does), the sensor's by rear-axle speed and yaw rate
-        v tan(delta) / L.
+        heading (its own yaw rate is left out: the point moves as the centre does), the sensor's by the rear axle's speed, along the body
+        and, where that slips, sideways, and the yaw rate.
         """
         if not self._near:
             return []
@@ -49,8 +49,9 @@ class View:
         x, y, yaw = self._host_pose
         c, s = math.cos(yaw), math.sin(yaw)
         eye = (x + place.x_m * c - place.y_m * s, y + place.x_m * s + place.y_m * c)
-        yaw_rate = host.speed_mps * math.tan(host.steering_rad) / vehicle.wheelbase_m
-        own = sensor_velocity(host.speed_mps, yaw_rate, yaw, vehicle.centre_m + place.x_m, place.y_m, math)
+        aside, yaw_rate = host.turning(vehicle.wheelbase_m)
+        rolling = sensor_velocity(host.speed_mps, yaw_rate, yaw, vehicle.centre_m + place.x_m, place.y_m, math)
+        own = rolling[0] - aside * s, rolling[1] + aside * c
         seen: list[tuple[int, RadarDetection]] = []
         for k, (i, (bx, by, angle)) in enumerate(zip(self._near, self._poses, strict=True)):
             body = self.bodies[i]

@@ -22,6 +22,7 @@ from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.errors import InputError
+from mcdas_opt.simulation.plant import make_plant
 from mcdas_opt.simulation.sensors import SensorSuite, dead_scan, ideal_detections, mounting, radar_detections
 
 CAR = Vehicle()
@@ -253,3 +254,20 @@ def test_far_down_a_bent_road() -> None:
         assert point.range_m == pytest.approx(found[0].range_m, abs=1e-9)
         assert point.azimuth_rad == pytest.approx(found[0].azimuth_rad, abs=1e-9)
         assert point.range_rate_mps == pytest.approx(found[0].range_rate_mps, abs=1e-9)
+
+
+@pytest.mark.parametrize("sector", list(Sector))
+@pytest.mark.parametrize(("plant", "steering_rate_radps"), [("kinematic", 0.08), ("dynamic", 0.25)])
+def test_the_range_rate_is_how_fast_the_range_changes_also_of_a_car_that_slips(
+    plant: str, steering_rate_radps: float, sector: Sector
+) -> None:
+    """By differences along a swerve, at the tyres' limit where there are any, past a post that stands beside a straight road."""
+    road = replace(STRAIGHT, friction=0.9)
+    post = Body(name="post", s_m=20.0, d_m=30.0, heading_rad=0.0, speed_mps=0.0, length_m=0.02, width_m=0.02)
+    driven, seen = make_plant(plant, CAR, road, HostState(speed_mps=25.0)), []
+    for k in range(120):
+        driven.step(0.0, steering_rate_radps if k < 40 else -steering_rate_radps)
+        ((_, point),) = radar_detections(EVERYWHERE, mounting(sector, CAR), driven.state, [post], CAR, road)
+        seen.append((point.range_m, point.range_rate_mps))
+    ranges, rates = np.array(seen).T
+    assert np.abs((ranges[2:] - ranges[:-2]) / 0.02 - rates[1:-1]).max() < 0.02
