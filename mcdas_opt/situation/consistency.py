@@ -1,4 +1,4 @@
-"""Whether what is believed can be: bodies that overlap, cars that jump."""
+"""Whether what is believed can be: bodies that overlap, cars that jump or fly."""
 
 from __future__ import annotations
 
@@ -13,19 +13,22 @@ _OVERLAP_M = 0.5  # bodies that overlap by more, beyond their uncertainty, canno
 _JUMP_M, _JUMP_MPS = 3.0, 8.0  # farther from where it was going, within a cycle, no car gets
 _AGAINST_MPS, _AGAINST_SIGMAS = 2.0, 2.0  # who differ in speed by both move against one another
 _HARDEST_MPS2 = 12.0
+_FASTEST_MPS = 100.0
 _MEMORY_S = 1.0  # an older situation says nothing of this one
 
 
 def contradiction(situation: Situation, before: Situation | None, vehicle: Vehicle) -> str:
     """Why the tracks cannot all be true, in words; empty where they can.
 
-    Two bodies, or one and the host, that overlap deeply; a track that is not where it was going, or whose speed has jumped, since the
+    Two bodies, or one and the host, that overlap deeply; a track faster than any car; a track that is not where it was going, or whose speed has jumped, since the
     situation `before` (at most a second older). Who is believed without uncertainty is taken at its word. Two that were known before and
     plainly move against one another are no contradiction: one has run into the other, and both are to be kept clear of.
     """
     known = _known(situation, before)
     for i, one in enumerate(situation.tracks):
         host = situation.host
+        if max(abs(one.speed_s_mps), abs(one.speed_d_mps)) > _FASTEST_MPS:
+            return f"track {one.id} moves faster than {_FASTEST_MPS:.0f} m/s"
         apart = (abs(one.s_m - host.s_m), abs(one.d_m - host.d_m))
         if _overlap(one, None, apart, (0.5 * (one.length_m + vehicle.length_m), 0.5 * (one.width_m + vehicle.width_m))):
             return f"track {one.id} is where the host is"

@@ -150,6 +150,11 @@ def test_contradiction_is_refused_with_its_reason_and_answered(planner: Planner)
     planner.reset()
     inside = replace(before, tracks=(car("inside", 0.5, 0.2, 12.0), rear))
     assert "track inside is where the host is" in planner.plan(inside).reason
+    planner.reset()
+    flying = replace(before, tracks=(replace(front, speed_s_mps=900.0), rear))
+    plan = planner.plan(flying)
+    assert plan.status is not Status.PLANNED
+    assert "track front moves faster than 100 m/s" in plan.reason
 
 
 def test_end_kinds_are_reported_in_the_document(planner: Planner) -> None:
