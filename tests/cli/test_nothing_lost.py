@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from mcdas_opt.cli import app
+from mcdas_opt.cli.app import app
 from mcdas_opt.errors import InputError
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.export import whole_file
