@@ -271,6 +271,7 @@ def test_the_host_has_driven_what_its_speeds_say(steps: list[tuple[float, float]
 
 
 def test_a_log_played_on_virtual_buses() -> None:
+    before = threading.active_count()
     lines: list[Line] = []
     ended = []
     settings = LiveSettings(silence_s=20.0)
@@ -280,10 +281,11 @@ def test_a_log_played_on_virtual_buses() -> None:
     assert sum(line.status != "late" for line in lines) == 30
     assert sum(line.scans for line in lines) > 20
     assert sum(drops.bad_frames for drops in ended[0].drops.values()) == 0
-    assert threading.active_count() == 1
+    assert threading.active_count() <= before
 
 
 def test_an_interrupt_leaves_the_summary() -> None:
+    before = threading.active_count()
     ended = []
 
     def interrupt(_: Line) -> None:
@@ -292,7 +294,7 @@ def test_an_interrupt_leaves_the_summary() -> None:
     with pytest.raises(KeyboardInterrupt):
         live(interrupt, bus="stop0", interface="virtual", cycles=5, ended=ended.append)
     assert ended[0].cycles == 0
-    assert threading.active_count() == 1
+    assert threading.active_count() <= before
 
 
 def test_bad_input_is_named() -> None:
