@@ -20,9 +20,10 @@ _MEMORY_S = 1.0  # an older situation says nothing of this one
 def contradiction(situation: Situation, before: Situation | None, vehicle: Vehicle) -> str:
     """Why the tracks cannot all be true, in words; empty where they can.
 
-    Two bodies, or one and the host, that overlap deeply; a track faster than any car; a track that is not where it was going, or whose speed has jumped, since the
-    situation `before` (at most a second older). Who is believed without uncertainty is taken at its word. Two that were known before and
-    plainly move against one another are no contradiction: one has run into the other, and both are to be kept clear of.
+    Two bodies, or one and the host, that overlap deeply; a track faster than any car; a track that is not where it was going, or whose
+    speed has jumped, since the situation `before` (at most a second older). Who is believed without uncertainty is taken at its word. Two
+    that were known before and plainly move against one another are no contradiction: one has run into the other, and both are to be kept
+    clear of.
     """
     known = _known(situation, before)
     for i, one in enumerate(situation.tracks):
