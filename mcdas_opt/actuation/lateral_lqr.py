@@ -22,7 +22,7 @@ from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.rules import Array, positive
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.dynamics.single_track import axle_loads, fiala, fiala_slip
+from mcdas_opt.dynamics.single_track import SLIPS_ABOVE_MPS, axle_loads, fiala, fiala_slip, slip_share
 
 SPEEDS_MPS = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 11.0, 15.0, 20.0, 26.0, 33.0, 41.0, 50.0)
 GRIP_SHARE = 0.93  # of what an axle can give, asked of it at most: beyond, more slip gives hardly more, and takes long to take back
@@ -107,13 +107,17 @@ class LqrTracking:
     def _wheels(self, wanted: HostState, state: HostState, ahead_rad: float) -> float:
         """The angle of the wheels that the regulators ask for; `ahead_rad` is the plan's steering a lag later."""
         c, speed = self.chassis, _moving(state)
+        astray, crawling = self._astray(wanted, state), max(speed, SLIPS_ABOVE_MPS)
+        # who hardly moves is brought back as at that speed: within a length, not a time
+        rolling = math.atan(math.tan(ahead_rad) - c.wheelbase_m * float(self._path_gain(crawling) @ astray) / crawling**2)
+        share = slip_share(state.speed_mps) if isinstance(state, SlidingState) else 0.0
+        if share == 0.0:
+            return rolling
         grip = self._grip(state)
         most = GRIP_SHARE * grip * GRAVITY_MPS2
-        asked = speed**2 * math.tan(ahead_rad) / c.wheelbase_m - float(self._path_gain(speed) @ self._astray(wanted, state))
+        asked = speed**2 * math.tan(ahead_rad) / c.wheelbase_m - float(self._path_gain(speed) @ astray)
         asked = min(max(asked, -most), most)
-        if not isinstance(state, SlidingState):
-            return math.atan(c.wheelbase_m * asked / speed**2)
-        aside, yaw_rate = state.lateral_speed_mps, state.yaw_rate_radps
+        aside, yaw_rate = state.turning(c.wheelbase_m)
         of_front, of_rear = (
             (stiffness, grip * load)
             for stiffness, load in zip(
@@ -124,7 +128,7 @@ class LqrTracking:
         wanted_slip = fiala_slip(c.mass_kg * asked * c.cog_to_front_axle_m / c.wheelbase_m, *of_rear)
         turning = self._turning(wanted_slip - slip, asked / speed - yaw_rate, grip * GRAVITY_MPS2)
         force = (c.cog_to_rear_axle_m * fiala(slip, *of_rear) + c.yaw_inertia_kgm2 * turning) / c.cog_to_front_axle_m
-        return course + fiala_slip(force, *of_front, share=GRIP_SHARE)
+        return share * (course + fiala_slip(force, *of_front, share=GRIP_SHARE)) + (1.0 - share) * rolling
 
     def _turning(self, slip_off: float, yaw_rate_off: float, grip_mps2: float) -> float:
         """Yaw acceleration asked for: by the regulator, but slip grows no faster than can be stopped with a quarter of the yaw acceleration

@@ -12,7 +12,15 @@ from typing import NamedTuple
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 
+NO_SLIP_BELOW_MPS, SLIPS_ABOVE_MPS = 1.0, 3.0
 _SLOWEST_MPS = 0.1  # below, slip angles are taken at this speed
+
+
+def slip_share(speed_mps: float) -> float:
+    """How much of a car slips where slip angles lose their meaning: 0 up to NO_SLIP_BELOW_MPS, 1 from SLIPS_ABOVE_MPS on, smooth between
+    (a blend with the no-slip bicycle: Kabzan et al., AMZ Driverless, J. Field Robotics 37(7) 2020, section 5.3)."""
+    q = min(max((speed_mps - NO_SLIP_BELOW_MPS) / (SLIPS_ABOVE_MPS - NO_SLIP_BELOW_MPS), 0.0), 1.0)
+    return q * q * (3.0 - 2.0 * q)
 
 
 class AxleForces(NamedTuple):

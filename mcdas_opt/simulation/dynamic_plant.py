@@ -10,11 +10,10 @@ from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.integrator import rk4
-from mcdas_opt.dynamics.single_track import axle_forces, body_accelerations
-from mcdas_opt.simulation.actuators import Actuators, Applied, clip, standstill_after
+from mcdas_opt.dynamics.single_track import NO_SLIP_BELOW_MPS, axle_forces, body_accelerations, slip_share
+from mcdas_opt.simulation.actuators import Actuators, Applied, standstill_after
 from mcdas_opt.simulation.idm import STEP_S
 
-NO_SLIP_BELOW_MPS, SLIPS_ABOVE_MPS = 1.0, 3.0
 _RELAXATION_S = 0.05
 
 
@@ -61,7 +60,7 @@ class DynamicPlant:
 
     @property
     def rolling_point_m(self) -> float:
-        return _slipping(self._x[3]) * self._chassis.rolling_point_m(self._x[3])
+        return slip_share(self._x[3]) * self._chassis.rolling_point_m(self._x[3])
 
     def equivalent(self, point_m: float = 0.0) -> HostState:
         return self.state.without_slip(self._vehicle.wheelbase_m, point_m)
@@ -102,7 +101,7 @@ class DynamicPlant:
     def _velocity_rates(self, x: Sequence[float], rate: float) -> tuple[float, float, float]:
         """d/dt of forward, sideways (at the centre of gravity) and yaw speed."""
         _, _, _, v, vy, yaw_rate, a, delta = x
-        share, chassis = _slipping(v), self._chassis
+        share, chassis = slip_share(v), self._chassis
         slipping = no_slip = (0.0, 0.0, 0.0)
         if share > 0.0:
             front, rear = axle_forces(v, vy, yaw_rate, a, delta, chassis, self._road.friction)
@@ -126,7 +125,7 @@ class DynamicPlant:
 
     def _lateral_acceleration(self) -> float:
         _, _, _, v, vy, yaw_rate, a, delta = self._x
-        share = _slipping(v)
+        share = slip_share(v)
         front, rear = axle_forces(v, vy, yaw_rate, a, delta, self._chassis, self._road.friction)
         held = self._actuators.steering_held(v, a, delta)
         of_forces = body_accelerations(front, rear, delta, self._chassis)[1]
@@ -135,11 +134,5 @@ class DynamicPlant:
 
 def _settled(chassis: Chassis, v: float, bend_pm: float) -> tuple[float, float]:
     """(slip of the rear axle, steering beyond that of the car that rolls) [rad] of a steady turn."""
-    lateral = _slipping(v) * v**2 * bend_pm
+    lateral = slip_share(v) * v**2 * bend_pm
     return chassis.rear_slip_gradient * lateral, chassis.understeer_gradient * lateral
-
-
-def _slipping(v: float) -> float:
-    """Share of the slipping car in the blend: 0 up to NO_SLIP_BELOW_MPS, 1 from SLIPS_ABOVE_MPS on, smooth between."""
-    q = clip((v - NO_SLIP_BELOW_MPS) / (SLIPS_ABOVE_MPS - NO_SLIP_BELOW_MPS), 0.0, 1.0)
-    return q * q * (3.0 - 2.0 * q)

@@ -201,3 +201,14 @@ def test_each_plant_has_its_controller() -> None:
 def test_a_weight_must_be_positive() -> None:
     with pytest.raises(ParameterError, match="course_rad"):
         TrackingWeights(course_rad=0.0)
+
+
+def test_wheels_turn_at_a_standstill_and_at_a_crawl_as_planned(car: Vehicle = CARS[0]) -> None:
+    """Nothing else moves then, and what the plan does next begins with them."""
+    tracking = LqrTracking.design(car)
+    for speed in (0.0, 0.05, 0.5):
+        plan = driven(car, HostState(speed_mps=speed), [(0.0, 0.3)] * 10)
+        plant = DynamicPlant(car, ROAD, HostState(speed_mps=speed))
+        for k in range(100):
+            plant.step(*tracking.command(plan, k * STEP_S, plant.state))
+        assert plant.state.steering_rad == pytest.approx(0.3, abs=0.03)
