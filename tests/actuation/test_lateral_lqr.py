@@ -203,7 +203,8 @@ def test_a_weight_must_be_positive() -> None:
         TrackingWeights(course_rad=0.0)
 
 
-def test_wheels_turn_at_a_standstill_and_at_a_crawl_as_planned(car: Vehicle = CARS[0]) -> None:
+@pytest.mark.parametrize("car", CARS, ids=lambda car: car.name)
+def test_wheels_turn_at_a_standstill_and_at_a_crawl_as_planned(car: Vehicle) -> None:
     """Nothing else moves then, and what the plan does next begins with them."""
     tracking = LqrTracking.design(car)
     for speed in (0.0, 0.05, 0.5):
