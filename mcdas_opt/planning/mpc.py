@@ -128,8 +128,8 @@ class MpcMethod:
     ) -> tuple[Answer, Ended] | None:
         """The gentlest set of ways that holds one which passes.
 
-        When nothing threatens: what is under way, or the lane. At a threat: the four ways out, the best of the sampled family, and the four
-        as driven without an optimiser. A manoeuvre under way goes on alone while it passes to a safe end for hardly more than when it was
+        When nothing threatens: what is under way, or the lane. At a threat: the four ways out and the best of the sampled family, those
+        that promise most first and the others where none of these will do, and the four as driven without an optimiser. A manoeuvre under way goes on alone while it passes to a safe end for hardly more than when it was
         last compared with the others; else the family waits until none of the four does. What passed before takes part in the last
         comparison; where nothing did, or that finds no safe end, so does what was to keep its lane and only passes half out of it. Where
         not even that passes, closer drives and second opinions are asked for.
@@ -170,8 +170,8 @@ class MpcMethod:
         forms: list[Answer] | None = None
         if going is None:
             spread = spread_ways(situation, self.vehicle, prediction, self.settings.grid)
-            most, asked = self.stage.stage.first_ways, (situation, assessment, prediction, self.vehicle)
-            promising = by_promise(four + spread, most, before, *asked, self.settings, self.worth)
+            most, settings = self.stage.stage.first_ways, self.settings
+            promising = by_promise(four + spread, most, before, situation, assessment, prediction, self.vehicle, settings, self.worth)
             passed += self._passed(situation, prediction, promising.first, assessment)
             if passed and promising.others:
                 forms = self._compared_forms(situation, prediction, four + undriven, assessment)
