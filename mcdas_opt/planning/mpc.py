@@ -129,10 +129,11 @@ class MpcMethod:
         """The gentlest set of ways that holds one which passes.
 
         When nothing threatens: what is under way, or the lane. At a threat: the four ways out and the best of the sampled family, those
-        that promise most first and the others where none of these will do, and the four as driven without an optimiser. A manoeuvre under way goes on alone while it passes to a safe end for hardly more than when it was
-        last compared with the others; else the family waits until none of the four does. What passed before takes part in the last
-        comparison; where nothing did, or that finds no safe end, so does what was to keep its lane and only passes half out of it. Where
-        not even that passes, closer drives and second opinions are asked for.
+        that promise most first and the others where none of these will do, and the four as driven without an optimiser. A manoeuvre under
+        way goes on alone while it passes to a safe end for hardly more than when it was last compared with the others; else the family
+        waits until none of the four does. What passed before takes part in the last comparison; where nothing did, or that finds no safe
+        end, so does what was to keep its lane and only passes half out of it. Where not even that passes, closer drives and second opinions
+        are asked for.
         """
         passed: list[Answer] = []
         undriven: tuple[Way, ...] = ()
