@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -50,10 +49,3 @@ def _collisions(drive: Trajectory, which: int, near: Nearness, prediction: Predi
             for i in np.flatnonzero(deepest < -PLAINLY_M).tolist()
         )
     )
-
-
-def shortfall_m(verdict: Verdict) -> float:
-    """The room that was short of passing: the deepest overlap; infinite where something else is wrong."""
-    if any(not violation.name.startswith("collision with") for violation in verdict.violations):
-        return math.inf
-    return max((violation.limit - violation.value for violation in verdict.violations), default=0.0)

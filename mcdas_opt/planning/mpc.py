@@ -19,7 +19,7 @@ from mcdas_opt.manoeuvres.kinds import build_family
 from mcdas_opt.planning.answer import Answer
 from mcdas_opt.planning.closed_form import drive
 from mcdas_opt.planning.continuation import Ended, to_safe_end
-from mcdas_opt.planning.glance import shortfall_m, verdicts
+from mcdas_opt.planning.glance import verdicts
 from mcdas_opt.planning.lane_stage import LaneStage, Solved
 from mcdas_opt.planning.promise import by_promise
 from mcdas_opt.planning.selection import WorthSettings, nearness, steering_price, worths
@@ -323,7 +323,7 @@ class MpcMethod:
                 # what was cut short is no plan to fall back on: it would not even mirror with its situation
                 self._failed.append(answer.attempt())
             if not verdict.passed:
-                short = shortfall_m(verdict)
+                short = answer.shortfall_m
                 if short <= self.stage.stage.near_m:
                     self._short.append((short, way, solved.converged))
         self._verify_s += time.perf_counter() - started

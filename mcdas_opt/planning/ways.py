@@ -24,7 +24,6 @@ _most, _least = np.maximum.reduce, np.minimum.reduce
 _MARKING_M = 0.15  # a body that crosses the marking by less still keeps its lane
 _LEANING_M = 0.1  # a smaller offset of the front vehicle leans to neither side
 _ORDINARY_MPS2, _STANDING_GAP_M = 2.0, 2.0  # braking towards the front car, where that is enough
-_STEADY_MPS2 = 0.3  # a plan that stays under it over its first second neither brakes nor accelerates
 BODY_ROOM_M = 0.25  # from the body's flank to the road's edge, for the targets of steering
 
 
@@ -273,14 +272,3 @@ def strays(trajectory: Trajectory, situation: Situation, way: Way, vehicle: Vehi
                 return side
             found = found if found is not Side.NONE else side
     return found
-
-
-def in_lane_mode(trajectory: Trajectory, way: Way) -> Mode:
-    """What a plan that keeps its lane does: named by its acceleration over the first second, not by what it was meant to be."""
-    if way.mode in (Mode.HOLD, Mode.CRUISE, Mode.PARK):
-        return way.mode
-    first = trajectory.acceleration_mps2[trajectory.t_s <= 1.0 + 1e-9]
-    strongest = float(first[int(np.argmax(np.abs(first)))])
-    if abs(strongest) < _STEADY_MPS2:
-        return Mode.HOLD
-    return Mode.ACCELERATE if strongest > 0.0 else Mode.BRAKE
