@@ -25,7 +25,7 @@ from mcdas_opt.domain.grid import TimeGrid
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.domain.verdict import Verdict
+from mcdas_opt.domain.verdict import Verdict, ViolationKind
 from mcdas_opt.errors import McdasError
 from mcdas_opt.interop.commonroad.library import read_file
 from mcdas_opt.interop.commonroad.scenario import CommonRoadScene, read_scenario
@@ -134,7 +134,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         case = cases[k % len(cases)]
         plan = case.plan(random)
         verdict = case.ours(plan)
-        hits = [v for v in verdict.violations if v.name.startswith("collision with")]
+        hits = [v for v in verdict.violations if v.kind is ViolationKind.COLLISION]
         both = (bool(hits), case.collides_there(plan))
         table[both] += 1
         if both[0] != both[1]:

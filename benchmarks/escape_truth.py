@@ -41,6 +41,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.verdict import ViolationKind
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.evaluation.statistics import Share
 from mcdas_opt.manoeuvres.compiled_escapes import Nodes, compiled_escapes
@@ -133,7 +134,7 @@ class Truth:
         states = np.column_stack([q[pick] for q in (p.s_m, p.d_m, p.heading_rad, p.speed_mps, p.acceleration_mps2, p.steering_rad)])
         drive = Trajectory.from_states(self.fine_s[pick], states, np.zeros((count, 2)))
         verdict = judge(drive, None, self.vehicle, self.road, self.prediction)
-        ends = [x.t_s for x in verdict.violations if x.name.startswith("collision") or "road" in x.name]
+        ends = [x.t_s for x in verdict.violations if x.kind is ViolationKind.COLLISION or "road" in x.name]
         return min([count, *(int(t / STEP_S + 1e-6) for t in ends)])
 
     def _host(self, step: int) -> HostState:

@@ -164,7 +164,7 @@ def _against_corrected(seed: int, situation: Situation, plan: Plan, planner: Pla
         return
     if not plan.verdict.passed:
         ours, theirs = (severity(p.trajectory, planner.vehicle, situation.road, prediction)[0] for p in (plan, other))
-        kept = all(v.name.startswith("collision") for v in other.verdict.violations)
+        kept = other.verdict.only_collides
         if kept and ours > theirs + _SEVERITY_MPS:
             tally.fault("worse than corrected: severity", seed)
         return

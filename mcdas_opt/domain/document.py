@@ -42,9 +42,10 @@ def from_document(cls: type[T], document: Any, file: object, key: str = "") -> T
     if not isinstance(document, Mapping):
         raise InputError(file, key.removesuffix("."), document, "must be an object")
     hints = typing.get_type_hints(cls)
-    fields = {f.name: f for f in dataclasses.fields(cls) if f.init and f.repr}  # type: ignore[arg-type]
+    written = {f.name: f for f in dataclasses.fields(cls) if f.repr}  # type: ignore[arg-type]
+    fields = {name: f for name, f in written.items() if f.init}  # the others follow from these
     for name in document:
-        if name not in fields and not (key == "" and name == "schema_version"):
+        if name not in written and not (key == "" and name == "schema_version"):
             raise InputError(file, f"{key}{name}", None, f"unknown key; {nearest(name, fields)}")
     version = document.get("schema_version", SCHEMA_VERSION)
     if key == "" and version != SCHEMA_VERSION:

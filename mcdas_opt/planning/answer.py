@@ -40,10 +40,9 @@ class Answer:
     @property
     def shortfall_m(self) -> float:
         """The room that was short of passing: the deepest overlap; infinite where something else is wrong."""
-        violations = self.verdict.violations
-        if any(not violation.name.startswith("collision with") for violation in violations):
+        if not self.verdict.only_collides:
             return math.inf
-        return max((violation.limit - violation.value for violation in violations), default=0.0)
+        return max((violation.limit - violation.value for violation in self.verdict.violations), default=0.0)
 
     def attempt(self) -> Attempt:
         return Attempt(

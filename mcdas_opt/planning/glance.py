@@ -10,7 +10,7 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.verdict import Verdict, Violation
+from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.planning.selection import Nearness, nearness
 from mcdas_opt.verification.judge import judge_all
 
@@ -40,7 +40,8 @@ def _collisions(drive: Trajectory, which: int, near: Nearness, prediction: Predi
     return Verdict(
         violations=tuple(
             Violation(
-                name=f"collision with {prediction.bodies[i].id}",
+                kind=ViolationKind.COLLISION,
+                body=prediction.bodies[i].id,
                 t_s=float(drive.t_s[int(np.argmax(separation[i] < 0.0))]),
                 value=float(deepest[i]),
                 limit=0.0,

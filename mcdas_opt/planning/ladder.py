@@ -220,7 +220,7 @@ class Ladder:
 
 
 def _only_collides(drive: Attempt) -> bool:
-    return all(violation.name.startswith("collision with") for violation in drive.verdict.violations)
+    return drive.verdict.only_collides
 
 
 def _candidate(drive: Attempt) -> Candidate:

@@ -40,8 +40,7 @@ def relying(
     """
     behind = _queued(situation, vehicle, settings.queue_mps)
     theirs = {name for one in behind for name in (one, f"{one} {ACCELERATING}")}
-    allowed = {f"collision with {name}" for name in theirs}
-    options = [one for one in options if {violation.name for violation in one.verdict.violations} <= allowed]
+    options = [one for one in options if one.verdict.only_collides and {violation.body for violation in one.verdict.violations} <= theirs]
     if not behind or not options:
         return None
     before = previous.reference if previous is not None else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.safe_end import EndKind
-from mcdas_opt.domain.verdict import Verdict, Violation
+from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
 
 _DOING = {
@@ -16,6 +16,18 @@ _DOING = {
     Mode.PARK: "stands and waits to be parked",
 }
 _NAMED = 2
+_GRAVEST_FIRST = (
+    ViolationKind.COLLISION,
+    ViolationKind.LEFT_EDGE,
+    ViolationKind.RIGHT_EDGE,
+    ViolationKind.ROAD_END,
+    ViolationKind.FRICTION,
+    ViolationKind.ACCELERATION,
+    ViolationKind.JERK,
+    ViolationKind.STEERING_RATE,
+    ViolationKind.SPEED,
+    ViolationKind.STEERING_ANGLE,
+)
 TOLD = {Alert.NONE: "", Alert.WARN: ", driver warned", Alert.ACT: ", last moment"}  # to the driver
 _STATUS = {
     Status.PLANNED: "",
@@ -41,14 +53,12 @@ def judged(verdict: Verdict) -> str:
 
 def _grave(violation: Violation) -> int:
     """Who is hit comes before where the car leaves the road, what it cannot do, and how badly the record begins or fits together."""
-    order = ("collision", "left road", "right road", "road end", "friction", "acceleration", "jerk", "steering rate", "speed", "steering")
-    name = violation.name
-    return next((k for k, word in enumerate(order) if name.startswith(word)), len(order))
+    return _GRAVEST_FIRST.index(violation.kind) if violation.kind in _GRAVEST_FIRST else len(_GRAVEST_FIRST)
 
 
 def broken(violation: Violation) -> str:
     """One broken rule: 'collision with rear at 2.1 s', 'friction 31.3 m/s^2 at 0.6 s (limit 8.8)'."""
-    if violation.name.startswith("collision"):
+    if violation.kind is ViolationKind.COLLISION:
         return f"{violation.name} at {violation.t_s:.1f} s"
     return _raised(f"{violation.name} {violation.value:.3g} {violation.unit} at {violation.t_s:.1f} s (limit {violation.limit:.3g})")
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.prediction import BodyMotion, PredictedBody, Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.verdict import ViolationKind
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners, half_extent
 from mcdas_opt.geometry.sweep import swept_separation
@@ -61,7 +62,7 @@ def _collision(motion: Motion, vehicle: Vehicle, frame: FrenetFrame, body: Predi
     for which in np.unique(hosts[hit]).tolist():
         of_it = hosts == which
         first = motion.node_t_s[steps[int((of_it & hit).argmax())]]
-        found.add(which, f"collision with {body.id}", first, gap[of_it].min(), 0.0, "m")
+        found.add(which, ViolationKind.COLLISION, first, gap[of_it].min(), 0.0, "m", body.id)
 
 
 def _unknown(hosts: Iterable[int], t: Array, path: BodyMotion, body: PredictedBody, found: Findings) -> bool:
@@ -70,7 +71,7 @@ def _unknown(hosts: Iterable[int], t: Array, path: BodyMotion, body: PredictedBo
     if not lost.any():
         return False
     for which in hosts:
-        found.add(which, f"prediction of {body.id} not finite", t[int(lost.argmax())], lost.sum(), 0.0, "values")
+        found.add(which, ViolationKind.PREDICTION, t[int(lost.argmax())], lost.sum(), 0.0, "values", body.id)
     return True
 
 

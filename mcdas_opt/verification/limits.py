@@ -7,6 +7,7 @@ import numpy as np
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.verdict import ViolationKind
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
 from mcdas_opt.verification.finding import Findings
 from mcdas_opt.verification.motion import Motion
@@ -20,13 +21,13 @@ def actuators(samples: Samples, motion: Motion, vehicle: Vehicle, tolerances: To
     t, steps = motion.t_s, samples.t_s
     steer, rate = vehicle.steering_max_rad, vehicle.steering_rate_max_radps
     _speed(motion, vehicle.speed_max_mps, more, tolerances, found)
-    for name, times, value, low, high, unit in (
-        ("acceleration", t, motion.acceleration_mps2, vehicle.acceleration_min_mps2, vehicle.acceleration_max_mps2, "m/s^2"),
-        ("jerk", steps, samples.jerk_mps3, vehicle.jerk_min_mps3, vehicle.jerk_max_mps3, "m/s^3"),
-        ("steering angle", t, motion.steering_rad, -steer, steer, "rad"),
-        ("steering rate", steps, samples.steering_rate_radps, -rate, rate, "rad/s"),
+    for kind, times, value, low, high, unit in (
+        (ViolationKind.ACCELERATION, t, motion.acceleration_mps2, vehicle.acceleration_min_mps2, vehicle.acceleration_max_mps2, "m/s^2"),
+        (ViolationKind.JERK, steps, samples.jerk_mps3, vehicle.jerk_min_mps3, vehicle.jerk_max_mps3, "m/s^3"),
+        (ViolationKind.STEERING_ANGLE, t, motion.steering_rad, -steer, steer, "rad"),
+        (ViolationKind.STEERING_RATE, steps, samples.steering_rate_radps, -rate, rate, "rad/s"),
     ):
-        _between(name, times, value, low, high, more, unit, found)
+        _between(kind, times, value, low, high, more, unit, found)
 
 
 def friction(motion: Motion, vehicle: Vehicle, road: Road, tolerances: Tolerances, found: Findings) -> None:
@@ -34,19 +35,19 @@ def friction(motion: Motion, vehicle: Vehicle, road: Road, tolerances: Tolerance
     across = lateral_acceleration(motion.speed_mps, motion.steering_rad, vehicle.wheelbase_m, np)
     total = np.hypot(motion.acceleration_mps2, across)
     grip = road.friction * GRAVITY_MPS2
-    found.above("friction circle", motion.t_s, total, grip, grip * (1.0 + tolerances.friction), "m/s^2")
+    found.above(ViolationKind.FRICTION, motion.t_s, total, grip, grip * (1.0 + tolerances.friction), "m/s^2")
 
 
 def _speed(motion: Motion, top: float, more: float, tolerances: Tolerances, found: Findings) -> None:
     """Neither backwards nor beyond the top; one that does both is convicted of going backwards."""
     v, before = motion.speed_mps, [len(list_) for list_ in found.of]
-    found.below("speed", motion.t_s, v, 0.0, -tolerances.reverse_mps, "m/s")
-    found.above("speed", motion.t_s, v, top, top * more, "m/s")
+    found.below(ViolationKind.SPEED, motion.t_s, v, 0.0, -tolerances.reverse_mps, "m/s")
+    found.above(ViolationKind.SPEED, motion.t_s, v, top, top * more, "m/s")
     for list_, count in zip(found.of, before, strict=True):
         del list_[count + 1 :]
 
 
-def _between(name: str, t: Array, value: Array, low: float, high: float, more: float, unit: str, found: Findings) -> None:
+def _between(kind: ViolationKind, t: Array, value: Array, low: float, high: float, more: float, unit: str, found: Findings) -> None:
     """One violation, of the side that is exceeded by the larger share."""
     if value.max() <= high * more and value.min() >= low * more:
         return
@@ -54,4 +55,4 @@ def _between(name: str, t: Array, value: Array, low: float, high: float, more: f
     for which in np.flatnonzero(~(share.max(axis=-1) <= more)).tolist():
         worst = int(share[which].argmax())
         measured = float(value[which, worst])
-        found.add(which, name, t[worst], measured, low if measured < 0.0 else high, unit)
+        found.add(which, kind, t[worst], measured, low if measured < 0.0 else high, unit)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.verdict import ViolationKind
 from mcdas_opt.dynamics.bicycle import bicycle
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.verification.finding import Findings, wrapped
@@ -217,12 +218,12 @@ def _residual(t: Array, pose: Array, rest: Array, tolerances: Tolerances, found:
     for which in np.flatnonzero(~(shares.max(axis=0) <= 1.0)).tolist():
         value, allowed, unit = parts[int(shares[:, which].argmax())]
         worst = int(value[which].argmax())
-        found.add(which, "dynamics residual", t[worst], value[which, worst], allowed, unit)
+        found.add(which, ViolationKind.RESIDUAL, t[worst], value[which, worst], allowed, unit)
 
 
 def _end(t: float, off_m: Array, turn_rad: Array, tolerances: Tolerances, found: Findings) -> None:
     for which, (off, turn) in enumerate(zip(off_m.tolist(), turn_rad.tolist(), strict=True)):
         if off > tolerances.end_position_m:
-            found.add(which, "re-integrated end", t, off, tolerances.end_position_m, "m")
+            found.add(which, ViolationKind.REINTEGRATED_END, t, off, tolerances.end_position_m, "m")
         elif turn > tolerances.end_heading_rad:
-            found.add(which, "re-integrated end", t, turn, tolerances.end_heading_rad, "rad")
+            found.add(which, ViolationKind.REINTEGRATED_END, t, turn, tolerances.end_heading_rad, "rad")

@@ -12,7 +12,7 @@ import numpy as np
 from mcdas_opt.catalogue.parking_cases import body_of, obstacle_parts
 from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.verdict import Verdict, Violation
+from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.dynamics.rollout import roll_out
 from mcdas_opt.geometry.clearance import PolygonField
 
@@ -45,13 +45,12 @@ def judge_parking(case: ParkingCase, trajectory: ParkingTrajectory) -> Judgement
     columns = np.column_stack([t, trajectory.poses, trajectory.speed_mps, trajectory.steering_rad]) if len(t) else np.zeros((0, 6))
     if len(t) < 2 or not np.all(np.isfinite(columns)):
         bad = float(np.sum(~np.isfinite(columns)))
-        return Judgement(
-            Verdict(violations=(Violation(name="finite samples", t_s=0.0, value=bad, limit=0.0, unit=""),)), None, columns[:0, 1:4], t
-        )
+        wrong = Violation(kind=ViolationKind.NOT_FINITE, t_s=0.0, value=bad, limit=0.0, unit="values")
+        return Judgement(Verdict(violations=(wrong,)), None, columns[:0, 1:4], t)
     dt = np.diff(t)
     if dt.min() < 0.0 or t[-1] <= t[0]:
         k = int(np.argmin(dt))
-        late = Violation(name="time order", t_s=float(t[k]), value=float(dt[k]), limit=0.0, unit="s")
+        late = Violation(kind=ViolationKind.TIME_ORDER, t_s=float(t[k]), value=float(dt[k]), limit=0.0, unit="s")
         return Judgement(Verdict(violations=(late,)), None, columns[:0, 1:4], t)
     _start(case, trajectory, found)
     _limits(case, trajectory, found)
@@ -62,74 +61,73 @@ def judge_parking(case: ParkingCase, trajectory: ParkingTrajectory) -> Judgement
     parts, owner = obstacle_parts(case)
     field, body = PolygonField.of(parts), body_of(case.vehicle)
     clearance = field.separation(poses, body)
-    _clearance(case, "clearance", clearance, owner, fine_t, found)
-    if any(v.name == "pose is not the integral" for v in found):
-        _clearance(case, "clearance as published", field.separation(trajectory.poses, body), owner, t, found)
+    _clearance(case, ViolationKind.CLEARANCE, clearance, owner, fine_t, found)
+    if any(v.kind is ViolationKind.INTEGRAL for v in found):
+        _clearance(case, ViolationKind.PUBLISHED_CLEARANCE, field.separation(trajectory.poses, body), owner, t, found)
     _end(case, trajectory, poses[-1], found)
-    _exceeds(found, "sampling", t[:-1], dt, SAMPLING_S, "s", 1e-6)
+    _exceeds(found, ViolationKind.SAMPLING, t[:-1], dt, SAMPLING_S, "s", 1e-6)
     least = float(clearance.min()) if clearance.size else None
     return Judgement(Verdict(violations=tuple(found)), least, poses, fine_t)
 
 
-def _exceeds(found: list[Violation], name: str, t: Array, value: Array, limit: float, unit: str, slack: float) -> None:
+def _exceeds(found: list[Violation], kind: ViolationKind, t: Array, value: Array, limit: float, unit: str, slack: float) -> None:
     """Record the worst of |value| where it exceeds `limit` by more than `slack`, which is the limit of what ought to be nothing."""
     if value.size == 0:
         return
     k = int(np.argmax(np.abs(value)))
     if abs(float(value[k])) > limit + slack:
-        found.append(Violation(name=name, t_s=float(t[min(k, len(t) - 1)]), value=abs(float(value[k])), limit=limit or slack, unit=unit))
+        found.append(Violation(kind=kind, t_s=float(t[min(k, len(t) - 1)]), value=abs(float(value[k])), limit=limit or slack, unit=unit))
 
 
 def _start(case: ParkingCase, trajectory: ParkingTrajectory, found: list[Violation]) -> None:
     at = trajectory.t_s[:1]
     off = trajectory.poses[0] - case.start
-    _exceeds(found, "start position", at, np.array([np.hypot(off[0], off[1])]), 0.0, "m", case.tolerance.position_m)
-    _exceeds(found, "start heading", at, np.array([wrapped(off[2])]), 0.0, "rad", case.tolerance.heading_rad)
-    _exceeds(found, "start steering", at, trajectory.steering_rad[:1] - case.start_steering_rad, 0.0, "rad", 0.01)
-    _exceeds(found, "start speed", at, trajectory.speed_mps[:1], 0.0, "m/s", _REST_MPS)
+    _exceeds(found, ViolationKind.START_POSITION, at, np.array([np.hypot(off[0], off[1])]), 0.0, "m", case.tolerance.position_m)
+    _exceeds(found, ViolationKind.START_HEADING, at, np.array([wrapped(off[2])]), 0.0, "rad", case.tolerance.heading_rad)
+    _exceeds(found, ViolationKind.START_STEERING, at, trajectory.steering_rad[:1] - case.start_steering_rad, 0.0, "rad", 0.01)
+    _exceeds(found, ViolationKind.START_SPEED, at, trajectory.speed_mps[:1], 0.0, "m/s", _REST_MPS)
 
 
 def _limits(case: ParkingCase, trajectory: ParkingTrajectory, found: list[Violation]) -> None:
     t, v, delta = trajectory.t_s, trajectory.speed_mps, trajectory.steering_rad
     dt = np.maximum(np.diff(t), 1e-9)  # two samples at one time are a jump
     limits, car = case.limits, case.vehicle
-    for name, value, limit, unit in (
-        ("forward speed", np.maximum(v, 0.0), limits.forward_mps, "m/s"),
-        ("reverse speed", np.minimum(v, 0.0), limits.reverse_mps, "m/s"),
-        ("acceleration", np.diff(v) / dt, limits.acceleration_mps2, "m/s^2"),
-        ("steering angle", delta, car.steering_max_rad, "rad"),
-        ("steering rate", np.diff(delta) / dt, car.steering_rate_max_radps, "rad/s"),
+    for kind, value, limit, unit in (
+        (ViolationKind.FORWARD_SPEED, np.maximum(v, 0.0), limits.forward_mps, "m/s"),
+        (ViolationKind.REVERSE_SPEED, np.minimum(v, 0.0), limits.reverse_mps, "m/s"),
+        (ViolationKind.ACCELERATION, np.diff(v) / dt, limits.acceleration_mps2, "m/s^2"),
+        (ViolationKind.STEERING_ANGLE, delta, car.steering_max_rad, "rad"),
+        (ViolationKind.STEERING_RATE, np.diff(delta) / dt, car.steering_rate_max_radps, "rad/s"),
     ):
-        _exceeds(found, name, t, value, limit, unit, _LIMIT_SHARE * limit)
+        _exceeds(found, kind, t, value, limit, unit, _LIMIT_SHARE * limit)
 
 
 def _integral(trajectory: ParkingTrajectory, integrated: Array, found: list[Violation]) -> None:
     off = trajectory.poses - integrated
     apart = np.hypot(off[:, 0], off[:, 1])
     before = len(found)
-    _exceeds(found, "pose is not the integral", trajectory.t_s, apart, 0.0, "m", _POSE_M)
+    _exceeds(found, ViolationKind.INTEGRAL, trajectory.t_s, apart, 0.0, "m", _POSE_M)
     if len(found) == before:
-        _exceeds(found, "pose is not the integral", trajectory.t_s, wrapped(off[:, 2]), 0.0, "rad", _POSE_RAD)
+        _exceeds(found, ViolationKind.INTEGRAL, trajectory.t_s, wrapped(off[:, 2]), 0.0, "rad", _POSE_RAD)
 
 
-def _clearance(case: ParkingCase, name: str, apart: Array, owner: list[int], t: Array, found: list[Violation]) -> None:
+def _clearance(case: ParkingCase, kind: ViolationKind, apart: Array, owner: list[int], t: Array, found: list[Violation]) -> None:
     """The worst of all obstacles; overlap is named as such."""
     if apart.size == 0:
         return
     k, part = np.unravel_index(int(np.argmin(apart)), apart.shape)
     least, limit = float(apart[k, part]), case.limits.clearance_m
     if least < limit - max(_LIMIT_SHARE * limit, 1e-6):
-        kind = "overlap with" if least < 0.0 else "distance to"
-        label = f"{name}: {kind} {case.names[owner[int(part)]]}"
-        found.append(Violation(name=label, t_s=float(t[k]), value=least, limit=limit, unit="m"))
+        obstacle = case.names[owner[int(part)]]
+        found.append(Violation(kind=kind, t_s=float(t[k]), value=least, limit=limit, unit="m", body=obstacle))
 
 
 def _end(case: ParkingCase, trajectory: ParkingTrajectory, pose: Array, found: list[Violation]) -> None:
     at = trajectory.t_s[-1:]
     off = pose - case.goal
-    _exceeds(found, "end position", at, np.array([np.hypot(off[0], off[1])]), 0.0, "m", case.tolerance.position_m)
-    _exceeds(found, "end heading", at, np.array([wrapped(off[2])]), 0.0, "rad", case.tolerance.heading_rad)
-    _exceeds(found, "end speed", at, trajectory.speed_mps[-1:], 0.0, "m/s", _REST_MPS)
+    _exceeds(found, ViolationKind.END_POSITION, at, np.array([np.hypot(off[0], off[1])]), 0.0, "m", case.tolerance.position_m)
+    _exceeds(found, ViolationKind.END_HEADING, at, np.array([wrapped(off[2])]), 0.0, "rad", case.tolerance.heading_rad)
+    _exceeds(found, ViolationKind.END_SPEED, at, trajectory.speed_mps[-1:], 0.0, "m/s", _REST_MPS)
 
 
 def wrapped(angle: Array | float) -> Array:

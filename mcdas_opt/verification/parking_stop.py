@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
-from mcdas_opt.domain.verdict import Verdict
+from mcdas_opt.domain.verdict import Verdict, ViolationKind
 from mcdas_opt.verification.parking_judge import Judgement, judge_parking
 
-_IN_MOTION = "start speed"  # the one rule that a stop need not keep
+_IN_MOTION = ViolationKind.START_SPEED  # the one rule that a stop need not keep
 
 
 def judge_stop(case: ParkingCase, stop: ParkingTrajectory, clearance_m: float) -> Judgement:
@@ -23,4 +23,4 @@ def judge_stop(case: ParkingCase, stop: ParkingTrajectory, clearance_m: float) -
         limits=replace(case.limits, clearance_m=clearance_m),
     )
     found = judge_parking(here, stop)
-    return replace(found, verdict=Verdict(violations=tuple(v for v in found.verdict.violations if v.name != _IN_MOTION)))
+    return replace(found, verdict=Verdict(violations=tuple(v for v in found.verdict.violations if v.kind is not _IN_MOTION)))

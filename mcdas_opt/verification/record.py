@@ -11,7 +11,7 @@ import numpy as np
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.domain.verdict import Violation
+from mcdas_opt.domain.verdict import Violation, ViolationKind
 from mcdas_opt.verification.finding import Findings
 from mcdas_opt.verification.tolerances import Tolerances
 
@@ -46,20 +46,20 @@ def unreadable(table: Array, tolerances: Tolerances) -> list[Violation]:
     """
     t = table[0]
     if t.size < 2:
-        return [Violation(name="sampling", t_s=0.0, value=float(t.size), limit=2.0, unit="samples")]
+        return [Violation(kind=ViolationKind.SAMPLING, t_s=0.0, value=float(t.size), limit=2.0, unit="samples")]
     if not (table.max() <= tolerances.largest_number and table.min() >= -tolerances.largest_number):  # NaN compares false
         bad = ~np.isfinite(table)
         if bad.any():
             when = t[int(np.flatnonzero(bad.any(axis=0))[0])]
             first = float(when) if math.isfinite(when) else 0.0
-            return [Violation(name="not finite", t_s=first, value=float(bad.sum()), limit=0.0, unit="values")]
+            return [Violation(kind=ViolationKind.NOT_FINITE, t_s=first, value=float(bad.sum()), limit=0.0, unit="values")]
         size = np.abs(table)
-        worst = int(size.max(axis=0).argmax())
-        return [Violation(name="out of range", t_s=float(t[worst]), value=float(size.max()), limit=tolerances.largest_number, unit="SI")]
+        when, most = float(t[int(size.max(axis=0).argmax())]), tolerances.largest_number
+        return [Violation(kind=ViolationKind.OUT_OF_RANGE, t_s=when, value=float(size.max()), limit=most, unit="SI")]
     steps = t[1:] - t[:-1]
     if steps.min() <= 0.0:
         k = int(np.flatnonzero(steps <= 0.0)[0])
-        return [Violation(name="time not monotone", t_s=float(t[k + 1]), value=float(steps[k]), limit=0.0, unit="s")]
+        return [Violation(kind=ViolationKind.TIME_ORDER, t_s=float(t[k + 1]), value=float(steps[k]), limit=0.0, unit="s")]
     return []
 
 
@@ -70,9 +70,9 @@ def sampling(t: Array, tolerances: Tolerances, found: Findings) -> None:
         return
     for which in range(len(found.of)):
         if abs(t[0]) > tolerances.start_time_s:
-            found.add(which, "start time", t[0], abs(t[0]), 0.0, "s")
+            found.add(which, ViolationKind.START_TIME, t[0], abs(t[0]), 0.0, "s")
         if steps.max() > longest + tolerances.step_rounding_s:
-            found.add(which, "sampling", t[int(steps.argmax())], steps.max(), longest, "s")
+            found.add(which, ViolationKind.SAMPLING, t[int(steps.argmax())], steps.max(), longest, "s")
 
 
 def started_elsewhere(samples: Samples, measured: HostState, tolerances: Tolerances, found: Findings) -> None:
@@ -82,12 +82,12 @@ def started_elsewhere(samples: Samples, measured: HostState, tolerances: Toleran
         turned = math.remainder(float(samples.heading_rad[which, 0]) - measured.heading_rad, math.tau)
         v, a = float(samples.speed_mps[which, 0]), float(samples.acceleration_mps2[which, 0])
         steering = abs(float(samples.steering_rad[which, 0]) - measured.steering_rad)
-        for name, value, limit, unit in (
-            ("start position", math.hypot(s, d), tolerances.start_position_m, "m"),
-            ("start heading", abs(turned), tolerances.start_heading_rad, "rad"),
-            ("start speed", abs(v - measured.speed_mps), tolerances.start_speed_mps, "m/s"),
-            ("start acceleration", abs(a - measured.acceleration_mps2), tolerances.start_acceleration_mps2, "m/s^2"),
-            ("start steering", steering, tolerances.start_steering_rad, "rad"),
+        for kind, value, limit, unit in (
+            (ViolationKind.START_POSITION, math.hypot(s, d), tolerances.start_position_m, "m"),
+            (ViolationKind.START_HEADING, abs(turned), tolerances.start_heading_rad, "rad"),
+            (ViolationKind.START_SPEED, abs(v - measured.speed_mps), tolerances.start_speed_mps, "m/s"),
+            (ViolationKind.START_ACCELERATION, abs(a - measured.acceleration_mps2), tolerances.start_acceleration_mps2, "m/s^2"),
+            (ViolationKind.START_STEERING, steering, tolerances.start_steering_rad, "rad"),
         ):
             if value > limit:
-                found.add(which, name, 0.0, value, limit, unit)
+                found.add(which, kind, 0.0, value, limit, unit)

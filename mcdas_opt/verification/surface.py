@@ -8,6 +8,7 @@ import numpy as np
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.verdict import ViolationKind
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners, half_extent
 from mcdas_opt.verification.finding import Findings
@@ -25,14 +26,14 @@ def on_road(samples: Samples, motion: Motion, vehicle: Vehicle, frame: FrenetFra
     front, left, right = _on_straight(motion, vehicle) if road.is_straight else _on_curve(motion, vehicle, frame)
     times = motion.node_t_s
     before = [len(violations) for violations in found.of]
-    found.above("left road edge", times, left, left_edge, left_edge + slack, "m")
-    found.below("right road edge", times, right, right_edge, right_edge - slack, "m")
+    found.above(ViolationKind.LEFT_EDGE, times, left, left_edge, left_edge + slack, "m")
+    found.below(ViolationKind.RIGHT_EDGE, times, right, right_edge, right_edge - slack, "m")
     clear = np.array([len(violations) == count for violations, count in zip(found.of, before, strict=True)])
     inside = np.where(clear[:, None], samples.d_m, 0.0)  # who was found outside is not told twice
-    found.above("left road edge", samples.t_s, inside, left_edge, left_edge + slack, "m")
-    found.below("right road edge", samples.t_s, inside, right_edge, right_edge - slack, "m")
+    found.above(ViolationKind.LEFT_EDGE, samples.t_s, inside, left_edge, left_edge + slack, "m")
+    found.below(ViolationKind.RIGHT_EDGE, samples.t_s, inside, right_edge, right_edge - slack, "m")
     if road.road_end_s_m is not None:
-        found.above("road end", times, front, road.road_end_s_m, road.road_end_s_m + slack, "m")
+        found.above(ViolationKind.ROAD_END, times, front, road.road_end_s_m, road.road_end_s_m + slack, "m")
 
 
 def _on_straight(motion: Motion, vehicle: Vehicle) -> tuple[Array, Array, Array]:

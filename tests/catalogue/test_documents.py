@@ -21,7 +21,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.verdict import Verdict, Violation
+from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.domain.vocabulary import Mode, Request
 from mcdas_opt.errors import InputError
 from mcdas_opt.verification.judge import judge
@@ -153,7 +153,7 @@ def test_any_document_is_json_without_nan(value):
 
 
 def test_a_verdict_comes_back():
-    verdict = Verdict(violations=(Violation(name="speed", t_s=0.5, value=60.0, limit=50.0, unit="m/s"),))
+    verdict = Verdict(violations=(Violation(kind=ViolationKind.SPEED, t_s=0.5, value=60.0, limit=50.0, unit="m/s"),))
     assert from_document(Verdict, json.loads(json.dumps(to_document(verdict))), "verdict.json") == verdict
 
 

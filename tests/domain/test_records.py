@@ -19,7 +19,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.verdict import Verdict, Violation
+from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import ParameterError, nearest
 
@@ -146,7 +146,7 @@ def test_curvature_is_linear_between_knots_and_held_beyond(s):
 
 
 def test_a_verdict_passes_exactly_without_violations():
-    violation = Violation(name="speed", t_s=0.5, value=60.0, limit=50.0, unit="m/s")
+    violation = Violation(kind=ViolationKind.SPEED, t_s=0.5, value=60.0, limit=50.0, unit="m/s")
     failed = Verdict(violations=(violation,), passed=True)
     assert not failed.passed
     assert failed.reason == "speed 60 m/s at 0.50 s, limit 50"

@@ -13,11 +13,11 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.verdict import Verdict, Violation
+from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.domain.vocabulary import Mode, Status
 from mcdas_opt.simulation.plant import KinematicPlant
 
-FAILED = Verdict(violations=(Violation(name="friction circle", t_s=0.0, value=9.0, limit=8.0, unit="m/s^2"),))
+FAILED = Verdict(violations=(Violation(kind=ViolationKind.FRICTION, t_s=0.0, value=9.0, limit=8.0, unit="m/s^2"),))
 
 
 def plan_of(host: HostState, inputs: Sequence[tuple[float, float]], **how: Any) -> Plan:

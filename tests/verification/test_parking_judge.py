@@ -45,8 +45,8 @@ def test_a_sound_drive_passes():
         ({"t_s": SOUND.t_s / 1.1}, "steering rate"),
         ({"t_s": SOUND.t_s * 2.0}, "sampling"),
         ({"speed_mps": np.where(SOUND.t_s == SOUND.t_s[-1], -0.01, SOUND.speed_mps)}, "end speed"),
-        ({"t_s": np.where(SOUND.t_s == SOUND.t_s[5], SOUND.t_s[3], SOUND.t_s)}, "time order"),
-        ({"x_m": np.where(SOUND.t_s == SOUND.t_s[5], np.nan, SOUND.x_m)}, "finite samples"),
+        ({"t_s": np.where(SOUND.t_s == SOUND.t_s[5], SOUND.t_s[3], SOUND.t_s)}, "time not monotone"),
+        ({"x_m": np.where(SOUND.t_s == SOUND.t_s[5], np.nan, SOUND.x_m)}, "not finite"),
     ],
 )
 def test_planted_violations_are_found(columns, found):

@@ -73,6 +73,7 @@ _ENTITY = _object(
     timestamp=_TIME, frame_id=_TEXT, id=_TEXT, lifetime=_SPAN, frame_locked=_YES, metadata=_list(_object(key=_TEXT, value=_TEXT)),
     cubes=_list(_CUBE), lines=_list(_LINE), texts=_list(_LABEL),
 )  # fmt: skip
+_VIOLATION = _object(name=_TEXT, t_s=_NUMBER, value=_NUMBER, limit=_NUMBER, unit=_TEXT, kind=_TEXT, body=_TEXT)
 _HOST = ("t_s", "s_m", "d_m", "heading_rad", "speed_mps", "acceleration_mps2", "steering_rad", "jerk_mps3", "steering_rate_radps")
 _SCHEMAS: dict[str, tuple[str, dict[str, Any]]] = {
     "/scene": ("foxglove.SceneUpdate", _object(deletions=_list(_object(timestamp=_TIME, type=_WHOLE, id=_TEXT)), entities=_list(_ENTITY))),
@@ -81,7 +82,7 @@ _SCHEMAS: dict[str, tuple[str, dict[str, Any]]] = {
         "mcdas.Plan",
         _object(
             t_s=_NUMBER, planner=_TEXT, mode=_TEXT, side=_TEXT, warning=_YES, status=_TEXT, reason=_TEXT, iterations=_WHOLE,
-            verdict=_object(violations=_list(_object(name=_TEXT, t_s=_NUMBER, value=_NUMBER, limit=_NUMBER, unit=_TEXT))),
+            verdict=_object(violations=_list(_VIOLATION)),
             candidates=_list(_object(name=_TEXT, cost=_NUMBER, passed=_YES, refusal=_TEXT)),
         ),
     ),

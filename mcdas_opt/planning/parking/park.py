@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mcdas_opt.domain.parking import Parking, ParkingCase, ParkingTrajectory
-from mcdas_opt.domain.verdict import Verdict, Violation
+from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.ocp.parking_records import COSTS, ParkingCosts
 from mcdas_opt.planning.parking.closed_form import CLOSED_FORMS
@@ -250,7 +250,7 @@ def _refused(run: Run, settings: ParkSettings, planner: str, climbed: Climb) -> 
             if run.best is not None:
                 trajectory, judgement = run.best
                 return run.answer(planner, trajectory, judgement.verdict, judgement.min_clearance_m, status="planned", reason=_story(run))
-    violation = Violation(name="no path found", t_s=0.0, value=0.0, limit=1.0, unit="")
+    violation = Violation(kind=ViolationKind.NO_PATH, t_s=0.0, value=0.0, limit=1.0, unit="")
     if run.nearest is not None:
         lacking, name, violation = run.nearest
         reason += f"; the best attempt ({name}) lacks {100.0 * lacking:.1f} cm: {violation.name} {100.0 * violation.value:.1f} cm"

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from mcdas_opt.domain.parking import ParkingCase
-from mcdas_opt.domain.verdict import Violation
+from mcdas_opt.domain.verdict import Violation, ViolationKind
 from mcdas_opt.planning.parking.costs import PathCost
 from mcdas_opt.planning.parking.path import ArcPath
 from mcdas_opt.planning.parking.search import SearchSettings, search
@@ -22,7 +22,7 @@ _QUICK_CELL_M, _QUICK_NODES = 0.03, 12_000
 def too_tight(case: ParkingCase, world: World) -> tuple[str, Violation] | None:
     """A proof that no path exists: the start or the goal itself is nearer to an obstacle than asked."""
     asked = case.limits.clearance_m
-    for key, pose in (("start", case.start), ("goal", case.goal)):
+    for key, kind, pose in (("start", ViolationKind.START_CLEARANCE, case.start), ("goal", ViolationKind.GOAL_CLEARANCE, case.goal)):
         apart = world.whole.separation(pose[None], world.body)[0]
         if apart.size == 0:
             continue
@@ -33,7 +33,7 @@ def too_tight(case: ParkingCase, world: World) -> tuple[str, Violation] | None:
             text = f"proved impossible: at the {key} the body is {100 * least:.1f} cm from {name}, {100 * asked:.1f} cm asked"
             if case.slot is not None and key == "goal" and name in ("rear car", "front car"):
                 text += f": {200 * (asked - least):.0f} cm more length"
-            return text, Violation(name=f"clearance at the {key}: distance to {name}", t_s=0.0, value=least, limit=asked, unit="m")
+            return text, Violation(kind=kind, t_s=0.0, value=least, limit=asked, unit="m", body=name)
     return None
 
 

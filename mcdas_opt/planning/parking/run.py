@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mcdas_opt.domain.parking import Parking, ParkingAttempt, ParkingCase, ParkingTrajectory
-from mcdas_opt.domain.verdict import Verdict, Violation
+from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.ocp.parking_records import ParkingCosts
 from mcdas_opt.planning.parking.world import World
 from mcdas_opt.planning.parking.worth import worth
@@ -69,7 +69,8 @@ class Run:
         if self.nearest is not None and self.nearest[0] <= lacking_m:
             return
         found = judge_parking(self.case, trajectory).verdict.violations
-        worst = next((v for v in found if v.name.startswith("clearance")), found[0] if found else None)
+        too_near = (v for v in found if v.kind in (ViolationKind.CLEARANCE, ViolationKind.PUBLISHED_CLEARANCE))
+        worst = next(too_near, found[0] if found else None)
         if worst is not None and np.isfinite(lacking_m):
             self.nearest = (lacking_m, name, worst)
 
