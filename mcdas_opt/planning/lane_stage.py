@@ -101,7 +101,7 @@ class Posed:
     @cached_property
     @held_interrupts()
     def osqp(self) -> OsqpEngine:
-        """The second opinion, and the engine of choice where the settings say so."""
+        """The backup, and the engine of choice where the settings say so."""
         return OsqpEngine(self.problem, self.nodes, self.osqp_settings)
 
     @cached_property
@@ -144,12 +144,12 @@ class LaneStage:
         asked = seats, self._slips
         if asked not in self._posed:
             original = _original(self._planned, seats, self.stage.weights is not None, asked[1], self.settings.grid.nodes, _circumstances())
-            second = OsqpSettings(qp_iterations=self.stage.qp_iterations_second)
-            self._posed[asked] = original.twin(OsqpSettings() if self.stage.solver == "osqp" else second)
+            backup = OsqpSettings(qp_iterations=self.stage.qp_iterations_backup)
+            self._posed[asked] = original.twin(OsqpSettings() if self.stage.solver == "osqp" else backup)
         return self._posed[asked]
 
     def warm_up(self) -> None:
-        """Builds everything now that a drive may ask for but the second opinion: some tenths of a second once a process, else nothing."""
+        """Builds everything now that a drive may ask for but the backup: some tenths of a second once a process, else nothing."""
         for seats in self.stage.seats:
             self.posed(seats)
         compiled_drive()
@@ -175,12 +175,8 @@ class LaneStage:
             for posed in self._posed.values():
                 posed.osqp.reset()
 
-    def second_opinion(self, situation: Situation, prediction: Prediction, way: Way) -> Solved:
-        """OSQP's answer, from the way's own path."""
-        return self.solve(situation, prediction, way, second=True)
-
-    def solve(self, situation: Situation, prediction: Prediction, way: Way, *, second: bool = False) -> Solved:
-        """From the way's last solve when that says something of this one, else from the way's own path. `second`: by OSQP alone."""
+    def solve(self, situation: Situation, prediction: Prediction, way: Way) -> Solved:
+        """From the way's last solve when that says something of this one, else from the way's own path."""
         scene = self._scene(situation, prediction)
         posed, others = scene.posed, scene.others
         turned = is_turned(situation, others, way)
@@ -191,7 +187,7 @@ class LaneStage:
 
         memory = self._memory.pop(way.name, None)
         best: Outcome | None = None
-        attempts: Iterator[Asked] = self._attempts(posed, cold, second, lambda: best is not None)
+        attempts: Iterator[Asked] = self._attempts(posed, cold, lambda: best is not None)
         engine = posed.interior_point if self.stage.solver == "interior-point" else posed.osqp
         fits = memory is not None and memory.engine is engine and memory.turned == turned
         if memory is not None and fits and not self._event(memory, situation, way, others):
@@ -220,22 +216,20 @@ class LaneStage:
         trajectory = self._driven(situation, posed, best.x[:, 3], u)
         return Solved(trajectory=trajectory, reason=reason, iterations=iterations, converged=best.ending is Ending.CONVERGED)
 
-    def _attempts(self, posed: Posed, cold: Callable[[], StageGuess], second: bool, answered: Callable[[], bool]) -> Iterator[Asked]:
+    def _attempts(self, posed: Posed, cold: Callable[[], StageGuess], answered: Callable[[], bool]) -> Iterator[Asked]:
         """Engines in the order in which they are asked, from a cold start, with their iteration caps: the first that converges answers.
 
-        The second opinion is for where it is asked for, or the first engine has not `answered` at all.
+        OSQP is the backup where the first engine has not `answered` at all.
         """
-        if second:
-            pass
-        elif self.stage.cold_start == "ipopt":
+        if self.stage.cold_start == "ipopt":
             yield posed.ipopt, cold, _IPOPT_ITERATIONS
         elif self.stage.solver == "osqp":
             yield posed.osqp, cold, self.stage.iterations_event
             return
         else:
             yield posed.interior_point, cold, self._newton_cap()
-        if second or not answered():
-            yield posed.osqp, cold, self.stage.iterations_second  # built when it is first asked
+        if not answered():
+            yield posed.osqp, cold, self.stage.iterations_backup  # built when it is first asked
 
     def _newton_cap(self) -> int:
         """What is left of the cycle's for one solve."""

@@ -53,22 +53,21 @@ class MpcMethod:
         self.worth = WorthSettings()
         self._assessment: Assessment | None = None
         self._solve_s = self._verify_s = 0.0
-        self._iterations = self._pause = 0
+        self._iterations = 0
         self._chosen = ""
         self._compared: float | None = None  # the least price of what was chosen since the ways were last compared
         self._tried: list[Candidate] = []
         self._failed: list[Attempt] = []
         self._strayed: list[Answer] = []  # pass the judge, half in a lane beside that somebody watches, though they were to keep theirs
-        self._short: list[tuple[float, Way, bool]] = []  # failed for a little room [m] alone; whether they converged
+        self._short: list[tuple[float, Way]] = []  # failed for a little room [m] alone
         self._ends: list[tuple[Trajectory, Ended]] = []  # what was continued in this cycle: asked for in each comparison
         self.stop_at: float | None = None  # perf_counter after which no further candidate is begun
 
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
         self.stage.vehicle = self.close.vehicle = self.vehicle  # that of a car that slips is told anew before every plan
         self._solve_s = self._verify_s = 0.0
-        self._iterations, self._pause = 0, max(self._pause - 1, 0)
+        self._iterations = 0
         if previous is None:
-            self._pause = 0
             self.stage.forget()
             self.close.forget()
             self._assessment = self._compared = None
@@ -132,8 +131,8 @@ class MpcMethod:
         that promise most first and the others where none of these will do, and the four as driven without an optimiser. A manoeuvre under
         way goes on alone while it passes to a safe end for hardly more than when it was last compared with the others; else the family
         waits until none of the four does. What passed before takes part in the last comparison; where nothing did, or that finds no safe
-        end, so does what was to keep its lane and only passes half out of it. Where not even that passes, closer drives and second opinions
-        are asked for.
+        end, so does what was to keep its lane and only passes half out of it. Where not even that passes, closer drives are
+        asked for.
         """
         passed: list[Answer] = []
         undriven: tuple[Way, ...] = ()
@@ -189,7 +188,7 @@ class MpcMethod:
             spread = spread_ways(situation, self.vehicle, prediction, self.settings.grid)
             passed += self._passed(situation, prediction, spread, assessment)
         if not passed and not self._strayed:
-            passed = self._closer(situation, prediction, assessment) or self._second_opinions(situation, prediction, assessment)
+            passed = self._closer(situation, prediction, assessment)
         strayed = [] if passed else self._strayed.copy()
         if passed or strayed:  # a closed form alone is the ladder's to drive, and to label
             if forms is None:
@@ -254,20 +253,9 @@ class MpcMethod:
     def _closer(self, situation: Situation, prediction: Prediction, assessment: Assessment) -> list[Answer]:
         """The ways that were a little short of room, the nearest ones, solved again with less of it asked for."""
         near = sorted(self._short, key=lambda one: one[0])[: self.stage.stage.closer_ways]
-        ways = tuple(replace(way, name=f"{way.name}-close") for _, way, _ in near)
+        ways = tuple(replace(way, name=f"{way.name}-close") for _, way in near)
         solutions = [self._solve(situation, prediction, way, self.close.solve) for way in ways]
         return self._judged(situation, prediction, ways, solutions, assessment)
-
-    def _second_opinions(self, situation: Situation, prediction: Prediction, assessment: Assessment) -> list[Answer]:
-        """What the second engine makes of the ways that the first one left unfinished a little short of passing, the nearest ones."""
-        most = 0 if self.stage.stage.solver == "osqp" or self._pause else self.stage.stage.second_opinions
-        near = sorted((one for one in self._short if not one[2]), key=lambda one: one[0])[:most]
-        ways = tuple(replace(way, name=f"{way.name}-again") for _, way, _ in near)
-        solutions = [self._solve(situation, prediction, way, self.stage.second_opinion) for way in ways]
-        answers = self._judged(situation, prediction, ways, solutions, assessment)
-        if ways and not answers:
-            self._pause = self.stage.stage.second_pause
-        return answers
 
     def _closed_forms(self, situation: Situation, prediction: Prediction, ways: tuple[Way, ...], assessment: Assessment) -> list[Answer]:
         """The same ways as the bicycle drives them without an optimiser: what leaves is never worth less than the closed form."""
@@ -325,6 +313,6 @@ class MpcMethod:
             if not verdict.passed:
                 short = answer.shortfall_m
                 if short <= self.stage.stage.near_m:
-                    self._short.append((short, way, solved.converged))
+                    self._short.append((short, way))
         self._verify_s += time.perf_counter() - started
         return answers

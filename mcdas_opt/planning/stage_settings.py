@@ -11,9 +11,8 @@ from mcdas_opt.errors import ParameterError
 class StageSettings:
     """Counted work and margins of one solve.
 
-    `solver` is "interior-point" or "osqp". Where the interior point has no answer at all, OSQP is asked at once; where it has one that did
-    not converge, `second_opinion` asks OSQP when nothing passes, before any fallback is. `cold_start`
-    "ipopt" gives every solve without a warm start to IPOPT: converged, and some hundred times slower.
+    `solver` is "interior-point" or "osqp". Where the interior point has no answer at all, OSQP is asked at once. `cold_start` "ipopt" gives
+    every solve without a warm start to IPOPT: converged, and some hundred times slower.
     """
 
     solver: str = "interior-point"
@@ -24,10 +23,8 @@ class StageSettings:
     newton_steps_late: int = 15  # ... each further solve has so many
     iterations_warm: int = 3  # of OSQP's real-time iteration
     iterations_event: int = 8
-    iterations_second: int = 2  # of OSQP as a second opinion, with ...
-    qp_iterations_second: int = 100  # ... so many of its own in each
-    second_opinions: int = 1  # at most so many where nothing passes, on ways that did not converge ...
-    second_pause: int = 5  # ... and after one that was of no use not for so many cycles
+    iterations_backup: int = 2  # of OSQP where the interior point has no answer, with ...
+    qp_iterations_backup: int = 100  # ... so many of its own in each
     first_ways: int = 4  # so many are solved first at a threat, those that promise most; the others where none of them will do
     closer_ways: int = 1  # so many are solved again where nothing passes, with ...
     closer_m: float = 0.1  # ... this clearance along and across
