@@ -15,24 +15,12 @@ from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidate:
-    """One way out that was tried: its cost (None when it has none), whether the judge passed it, else why not."""
+    """One candidate manoeuvre that was tried: its cost (None when it has none), whether the judge passed it, else why not."""
 
     name: str
     cost: float | None
     passed: bool
     refusal: str = ""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Attempt:
-    """A way out that was driven and judged, whatever the verdict; `reference` is the manoeuvre that it follows, if any."""
-
-    name: str
-    mode: Mode
-    side: Side
-    trajectory: Trajectory
-    verdict: Verdict
-    reference: Any = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,8 +39,8 @@ class Plan:
     `chosen` is the name of the candidate that it is. `solver` says which engine the method runs and in which form (compiled and
     interpreted agree to 1e-6, not to the byte). `safe_end` says how it ends (None: nobody looked, as with the bare closed forms).
     `escapes` is the map of the ways out that were open then, `alert` what follows from it; None and absent where it is turned off.
-    `reference` is the manoeuvre that the plan follows (a record of `reference/`), handed back as `previous` so that a manoeuvre
-    once begun goes on instead of beginning anew.
+    `memory` is what the method leaves for its next cycle, a frozen record of its own type: it comes back with the plan as `previous`, so
+    that a manoeuvre once begun goes on instead of beginning anew.
     """
 
     planner: str
@@ -74,7 +62,7 @@ class Plan:
     escapes: Escapes | None = None
     alert: Alert = Alert.NONE
     time_s: float = 0.0
-    reference: Any = field(default=None, repr=False, compare=False)
+    memory: object = field(default=None, repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the contract."""
@@ -86,9 +74,8 @@ class Plan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Refusal:
-    """No plan, and why: in traffic a normal value. The ladder answers it, and may fall back on the failed `attempts`."""
+    """No plan, and why: in traffic a normal value. The fallback answers it."""
 
     reason: str
     candidates: tuple[Candidate, ...] = ()
     iterations: int = 0
-    attempts: tuple[Attempt, ...] = field(default=(), repr=False)

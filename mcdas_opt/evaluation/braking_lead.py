@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from mcdas_opt.baselines.competent_driver import CompetentDriverSettings
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.planning.rivals.competent_driver import CompetentDriverSettings
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.record import Outcome
 

@@ -101,12 +101,12 @@ def _compiler() -> str:
 
 def _engines() -> Iterator[tuple[str, Callable[[], str]]]:
     """The same sandwich solved by each engine."""
-    from mcdas_opt.planning.stage_settings import StageSettings
+    from mcdas_opt.planning.solver_settings import SolverSettings
 
     for name, settings in (
-        ("interior-point", StageSettings()),
-        ("osqp", StageSettings(solver="osqp")),
-        ("ipopt", StageSettings(cold_start="ipopt")),
+        ("interior-point", SolverSettings()),
+        ("osqp", SolverSettings(solver="osqp")),
+        ("ipopt", SolverSettings(cold_start="ipopt")),
     ):
         yield name, lambda settings=settings: _solved(settings)  # type: ignore[misc]
 
@@ -117,12 +117,12 @@ def _solved(settings: Any) -> str:
     from mcdas_opt.simulation.first_situation import situation_of
 
     situation, vehicle = situation_of("sandwich-60-40")
-    method = MpcMethod(vehicle, stage=settings)
+    method = MpcMethod(vehicle, solver=settings)
     plan = method.plan(situation, None)
     if isinstance(plan, Refusal):
         raise RuntimeError(plan.reason)
-    compiled = "" if settings.solver == "osqp" or settings.cold_start == "ipopt" else f"; {method.stage.solver}"
-    return f"{plan.chosen} of {len(plan.candidates)} ways{compiled}"
+    compiled = "" if settings.solver == "osqp" or settings.cold_start == "ipopt" else f"; {method.solver}"
+    return f"{plan.chosen} of {len(plan.candidates)} candidates{compiled}"
 
 
 def _plans() -> str:

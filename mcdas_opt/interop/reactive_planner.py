@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mcdas_opt.baselines.lane import judged, strongest_braking_mps2
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Candidate, Plan, Refusal, Timing
 from mcdas_opt.domain.prediction import Prediction
@@ -24,7 +25,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Request, Side
 from mcdas_opt.errors import MissingExtraError
 from mcdas_opt.geometry.frenet import FrenetFrame
-from mcdas_opt.planning.rivals.lane import judged, strongest_braking_mps2
+from mcdas_opt.planning.memory import carried
 from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.judge import judge
 
@@ -92,7 +93,7 @@ class ReactiveMethod:
         started = time.perf_counter()
         prediction = predict_for(situation, self.settings.prediction)
         self._lay(situation)
-        before = previous.reference if previous is not None and isinstance(previous.reference, UnderWay | FullBraking) else None
+        before = carried(previous, UnderWay) or carried(previous, FullBraking)
         if before is not None and situation.time_s - before.planned_s < _AGAIN_S - 1e-6:
             if isinstance(before, FullBraking):
                 return self._braking(situation, before)
@@ -106,7 +107,7 @@ class ReactiveMethod:
 
     def _braking(self, situation: Situation, law: FullBraking) -> Plan:
         why = "no sample is free: brakes"
-        return judged(self.name, situation, self.vehicle, self.settings, law=law, reason=why, warning=True, reference=law)
+        return judged(self.name, situation, self.vehicle, self.settings, law=law, reason=why, warning=True, memory=law)
 
     def _plan(self, situation: Situation, prediction: Prediction, under_way: UnderWay, reason: str, started: float) -> Plan:
         trajectory = _from(under_way.trajectory, situation.time_s - under_way.planned_s)
@@ -125,7 +126,7 @@ class ReactiveMethod:
             timing_ms=Timing(solve=1e3 * (solved - started), verify=1e3 * (time.perf_counter() - solved)),
             chosen=mode.value,
             time_s=situation.time_s,
-            reference=under_way,
+            memory=under_way,
         )
 
     def _lay(self, situation: Situation) -> None:

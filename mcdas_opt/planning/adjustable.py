@@ -11,11 +11,16 @@ from mcdas_opt.domain.settings import SelectorSettings, Settings, SigmoidSetting
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.ocp.lane_mpc import default_weights
+from mcdas_opt.planning.cost import CostWeights
 from mcdas_opt.planning.mpc import MpcMethod
-from mcdas_opt.planning.selection import WorthSettings
-from mcdas_opt.planning.stage_settings import StageSettings
+from mcdas_opt.planning.solver_settings import SolverSettings
 
-_GROUPS: dict[str, Any] = {"sigmoid": SigmoidSettings(), "selector": SelectorSettings(), "stage": StageSettings(), "worth": WorthSettings()}
+_GROUPS: dict[str, Any] = {"sigmoid": SigmoidSettings(), "selector": SelectorSettings(), "stage": SolverSettings(), "cost": CostWeights()}
+_RENAMED = {f"worth.{field.name}": f"cost.{field.name}" for field in fields(CostWeights)} | {  # as older files have them
+    "worth.waiting": "cost.delayed",
+    "worth.needless": "cost.unneeded_lane_change",
+    "worth.risen": "cost.replanning_ratio",
+}
 HYSTERESIS = "selector.hysteresis"  # ttc_clear over ttc_threat: one number, so that it cannot be less than 1
 
 
@@ -37,18 +42,16 @@ class Adjusted:
     """The settings that a set of values makes."""
 
     settings: Settings
-    stage: StageSettings
-    worth: WorthSettings
+    solver: SolverSettings
+    weights: CostWeights
 
     def method(self, vehicle: Vehicle) -> MpcMethod:
-        method = MpcMethod(vehicle, self.settings, self.stage)
-        method.worth = self.worth
-        return method
+        return MpcMethod(vehicle, self.settings, self.solver, self.weights)
 
 
 def adjusted(values: Mapping[str, float]) -> Adjusted:
     """Defaults, replaced by `values`. Raises `ParameterError` for an unknown name or a number that is none."""
-    known = defaults()
+    known, values = defaults(), {_RENAMED.get(name, name): value for name, value in values.items()}
     for name, value in values.items():
         if name not in known:
             raise ParameterError(name, value, f"is not adjustable; {nearest(name, known)}")
@@ -66,4 +69,4 @@ def adjusted(values: Mapping[str, float]) -> Adjusted:
         weights = default_weights() | {f"weight_{key}": value for key, value in groups["weight"].items()}
         made["stage"] = replace(made["stage"], weights=tuple(weights.items()))
     settings = Settings(sigmoid=made["sigmoid"], selector=made["selector"])
-    return Adjusted(settings=settings, stage=made["stage"], worth=made["worth"])
+    return Adjusted(settings=settings, solver=made["stage"], weights=made["cost"])

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mcdas_opt.actuation.path_following import FollowingSettings, SpeedLaw
 from mcdas_opt.domain.host import HostState
-from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.safe_end import SafeEnd, SafeEndSettings
-from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.manoeuvres.safe_end import ends, last_end
-from mcdas_opt.planning.glance import verdicts
+from mcdas_opt.planning.candidate import Continuation, Costed, Ended
+from mcdas_opt.planning.collision_check import verdicts
+from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
 
@@ -26,32 +24,21 @@ _PIECE_S = 3.0  # continued so far at a time, so that little is driven beyond th
 _FOLLOWING = FollowingSettings(step_s=0.05)
 
 
-@dataclass(frozen=True, slots=True)
-class Ended:
-    """A drive with the judge's verdict on all of it, and how it ends."""
-
-    trajectory: Trajectory
-    verdict: Verdict
-    end: SafeEnd
-
-    @property
-    def sound(self) -> bool:
-        """Judged, to an end that is safe."""
-        return self.verdict.passed and self.end.safe
+def ended(candidate: Costed, cycle: Cycle) -> Ended:
+    """The candidate, continued to a safe end where there is one."""
+    return Ended(candidate=candidate, continuation=to_safe_end(candidate.trajectory, candidate.checked.verdict, cycle))
 
 
-def to_safe_end(
-    plan: Trajectory, verdict: Verdict, situation: Situation, vehicle: Vehicle, prediction: Prediction, settings: SafeEndSettings
-) -> Ended:
+def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle) -> Continuation:
     """The plan as it is where it failed or its end is safe, else continued to the first safe end that the judge passes.
 
     Where no such end is found: as it is, with its open end. The continuation keeps the lane that the plan ends in (or its offset, on a
     shoulder), gently first.
     """
-
+    situation, vehicle, prediction, settings = cycle.situation, cycle.vehicle, cycle.prediction, cycle.settings.safe_end
     last = last_end(plan, situation.host, vehicle, situation.road, prediction, settings)
-    as_it_is = Ended(plan, verdict, last.end)
-    if not verdict.passed or as_it_is.end.safe:
+    as_it_is = Continuation(plan, verdict, last.end)
+    if not verdict.passed or last.end.safe:
         return as_it_is
     for law in _laws(plan, situation.road, vehicle, follower_fails=last.follower_fails, front_fails=last.front_fails):
         pieces, known = [plan], len(plan)
@@ -64,9 +51,9 @@ def to_safe_end(
                 drive = _joined(pieces, known + k + 1)
                 if _beyond(drive, situation.road):
                     break
-                (judged,) = verdicts((drive,), situation, vehicle, prediction)
+                (judged,) = verdicts((drive,), cycle)
                 if judged.passed:
-                    return Ended(drive, judged, found.at(k, float(drive.t_s[-1])))
+                    return Continuation(drive, judged, found.at(k, float(drive.t_s[-1])))
                 break
             if found.standing[-1] or _beyond(piece, situation.road):
                 break

@@ -1,4 +1,4 @@
-"""A situation and a way out, in the numbers that the lane problem asks for: parameters of every node, and a guess."""
+"""A situation and a proposed manoeuvre, in the numbers that the lane problem asks for: parameters of every node, and a guess."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.ocp.lane_mpc import FAR_M
+from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.grown_bodies import grown_bodies
-from mcdas_opt.planning.ways import Way
 
 _SETTLING_S = 0.8  # of the guess, from where the host is onto the path
 _ROAD_END_GAP_M = 0.5
@@ -24,7 +24,7 @@ INTRUSION_M = 0.2  # a body that reaches further than this into a lane is in it
 
 
 @dataclass(frozen=True, slots=True)
-class Seated:
+class ObstacleSlots:
     """Neighbours as the problem sees them: their motions on the grid, as rows (J, N + 1), and half their grown bodies [m] there, along and
     across (J, 2, N + 1); who is where at the first node, and at the second: s, d, speed."""
 
@@ -38,39 +38,41 @@ class Seated:
         return len(self.bodies)
 
 
-def seated(bodies: Sequence[PredictedBody], times_s: Array, *, along_m: float, across_m: float, motion: BodyMotion | None = None) -> Seated:
+def obstacle_slots(
+    bodies: Sequence[PredictedBody], times_s: Array, *, along_m: float, across_m: float, motion: BodyMotion | None = None
+) -> ObstacleSlots:
     """Bodies on the grid (`motion` as rows, where that is known), grown by a clearance and by the uncertainty of their estimates."""
     rows = together(bodies, times_s) if motion is None else motion
     first, second = (list(zip(*(row[:, k].tolist() for row in (rows.s_m, rows.d_m, rows.speed_s_mps)), strict=True)) for k in (0, 1))
-    return Seated(bodies, rows, grown_bodies(bodies, times_s, along_m, across_m), first, second)
+    return ObstacleSlots(bodies, rows, grown_bodies(bodies, times_s, along_m, across_m), first, second)
 
 
-def vacant_values(seats: Iterable[int]) -> dict[str, float]:
-    """Nobody in these seats: name to number."""
-    return {name: value for i in seats for name, value in zip(_seat(i), (-FAR_M, 0.0, 2.25, 0.9), strict=True)}
+def vacant_values(slots: Iterable[int]) -> dict[str, float]:
+    """Nobody in these slots: name to number."""
+    return {name: value for i in slots for name, value in zip(_slot_names(i), (-FAR_M, 0.0, 2.25, 0.9), strict=True)}
 
 
-def shared_values(situation: Situation, others: Seated, *, seats: int, friction_share: float) -> dict[str, Any]:
-    """What all ways of a situation have in common: name to number or vector (N + 1). In what seats are left sits nobody."""
+def shared_values(situation: Situation, others: ObstacleSlots, *, slots: int, friction_share: float) -> dict[str, Any]:
+    """What all candidates of a situation have in common: name to number or vector (N + 1). In the slots that are left is nobody."""
     road = situation.road
     values: dict[str, Any] = {
         "grip": friction_share * road.friction * GRAVITY_MPS2,
         "road_end": FAR_M if road.road_end_s_m is None else road.road_end_s_m - _ROAD_END_GAP_M,
     }
-    for i in range(min(len(others), seats)):
-        values.update(zip(_seat(i), (others.motion.s_m[i], others.motion.d_m[i], *others.grown[i]), strict=True))
-    return values | vacant_values(range(len(others), seats))
+    for i in range(min(len(others), slots)):
+        values.update(zip(_slot_names(i), (others.motion.s_m[i], others.motion.d_m[i], *others.grown[i]), strict=True))
+    return values | vacant_values(range(len(others), slots))
 
 
 @cache
-def _seat(i: int) -> tuple[str, str, str, str]:
+def _slot_names(i: int) -> tuple[str, str, str, str]:
     return f"body{i}_s", f"body{i}_d", f"body{i}_along", f"body{i}_across"
 
 
-def way_values(situation: Situation, others: Seated, way: Way, times_s: Array, guess_s: Array) -> dict[str, Any]:
-    """What is the way's own; the road's curvature is linearised around `guess_s` (N + 1)."""
-    road, path = situation.road, way.path
-    left_edge, right_edge = _bounds(situation, way)
+def proposal_values(situation: Situation, others: ObstacleSlots, proposed: Proposed, times_s: Array, guess_s: Array) -> dict[str, Any]:
+    """What is the candidate's own; the road's curvature is linearised around `guess_s` (N + 1)."""
+    road, path = situation.road, proposed.path
+    left_edge, right_edge = _bounds(situation, proposed)
     bent = not road.is_straight
     return {
         "kappa": road.curvature_at(guess_s) if bent else 0.0,
@@ -84,39 +86,39 @@ def way_values(situation: Situation, others: Seated, way: Way, times_s: Array, g
         "ref_bend": path.bend_m,
         "ref_bend_s": path.bend_s_m,
         "ref_bend_width": path.bend_width_m,
-        "speed_ref": _speed(situation, way, times_s),
+        "speed_ref": _speed(situation, proposed, times_s),
         "left_edge": left_edge,
         "right_edge": right_edge,
-        **_bumpers(situation, others, way, times_s),
+        **_bumpers(situation, others, proposed, times_s),
     }
 
 
-def _speed(situation: Situation, way: Way, times_s: Array) -> Array | float:
-    """The speed to drive: the way's, or what falls towards it."""
-    if math.isinf(way.easing_mps2):
-        return way.speed_mps
-    return np.maximum(way.speed_mps, situation.host.speed_mps - way.easing_mps2 * times_s)
+def _speed(situation: Situation, proposed: Proposed, times_s: Array) -> Array | float:
+    """The speed to drive: the candidate's, or what falls towards it."""
+    if math.isinf(proposed.easing_mps2):
+        return proposed.speed_mps
+    return np.maximum(proposed.speed_mps, situation.host.speed_mps - proposed.easing_mps2 * times_s)
 
 
-def _bounds(situation: Situation, way: Way) -> tuple[float, float]:
-    """The road's edges; for a way that keeps its lane, the lane's own edge on a side that nobody watches."""
+def _bounds(situation: Situation, proposed: Proposed) -> tuple[float, float]:
+    """The road's edges; for a candidate that keeps its lane, the lane's own edge on a side that nobody watches."""
     road, seen = situation.road, situation.coverage
     left, right = road.left_edge_m, road.right_edge_m
-    if way.manoeuvre is None:
-        centre, half = way.path.start_d_m, 0.5 * road.lane_width_m
+    if proposed.manoeuvre is None:
+        centre, half = proposed.path.start_d_m, 0.5 * road.lane_width_m
         left = left if seen.left else min(left, centre + half)
         right = right if seen.right else max(right, centre - half)
     return left, right
 
 
-def _bumpers(situation: Situation, others: Seated, way: Way, times_s: Array) -> dict[str, Any]:
-    """The nearest bumpers ahead and behind in the lane that the way ends in, from the time it gets there; far away elsewhere."""
+def _bumpers(situation: Situation, others: ObstacleSlots, proposed: Proposed, times_s: Array) -> dict[str, Any]:
+    """The nearest bumpers ahead and behind in the lane that the candidate ends in, from the time it gets there; far away elsewhere."""
     host, road = situation.host, situation.road
-    arrival, target = 0.0, way.path.target_d_m
-    if way.manoeuvre is not None:
-        crossing = way.path.start_s_m + 0.6 * way.path.length_m
+    arrival, target = 0.0, proposed.path.target_d_m
+    if proposed.manoeuvre is not None:
+        crossing = proposed.path.start_s_m + 0.6 * proposed.path.length_m
         arrival = max(crossing - host.s_m, 0.0) / max(host.speed_mps, 1.0)
-        target = way.manoeuvre.target_d_m
+        target = proposed.manoeuvre.target_d_m
     ahead: list[tuple[Array, Array]] = []
     behind: list[tuple[Array, Array]] = []
     for i, (body, (s, d, _)) in enumerate(zip(others.bodies, others.first, strict=True)):
@@ -144,10 +146,10 @@ def _nearest(bumpers: Sequence[tuple[Array, Array]], far: float, is_nearer: Any)
     return place, speed
 
 
-def guessed_states(situation: Situation, way: Way, vehicle: Vehicle, times_s: Array) -> Array:
-    """(N + 1, 6): the way's own path, driven towards its own speed. Dynamically inconsistent on purpose: it only chooses the basin."""
+def guessed_states(situation: Situation, proposed: Proposed, vehicle: Vehicle, times_s: Array) -> Array:
+    """(N + 1, 6): the candidate's path, driven towards its speed. Dynamically inconsistent on purpose: it only chooses the basin."""
     host = situation.host
-    gap = way.speed_mps - host.speed_mps
+    gap = proposed.speed_mps - host.speed_mps
     rate = min(max(gap / 2.0, 0.6 * vehicle.acceleration_min_mps2), 0.9 * vehicle.acceleration_max_mps2)
     gained = np.minimum(np.maximum(rate * times_s, min(gap, 0.0)), max(gap, 0.0))
     x = np.zeros((times_s.size, 6))
@@ -155,7 +157,7 @@ def guessed_states(situation: Situation, way: Way, vehicle: Vehicle, times_s: Ar
     np.maximum(host.speed_mps + gained, 0.0, out=v)
     s[0] = host.s_m
     s[1:] = host.s_m + np.cumsum(0.5 * (v[1:] + v[:-1]) * (times_s[1:] - times_s[:-1]))
-    path_d, slope = way.path.d_and_slope(s)
+    path_d, slope = proposed.path.d_and_slope(s)
     d[:] = path_d + (host.d_m - path_d[0]) * np.exp(-times_s / _SETTLING_S)
     np.arctan(slope, out=psi)
     return x

@@ -4,23 +4,25 @@ from __future__ import annotations
 
 from importlib import import_module
 from importlib.metadata import entry_points
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError, nearest
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.fallback import NothingPasses
 
 GROUP = "mcdas_opt.methods"
 _OWN = {
     "mpc": "mcdas_opt.planning.mpc:MpcMethod",
-    "closed-form": "mcdas_opt.planning.closed_form:LiteralMethod",
-    "closed-form-corrected": "mcdas_opt.planning.closed_form:CorrectedMethod",
-    "closed-form-tuned": "mcdas_opt.planning.tuned_form:TunedMethod",
-    "aeb": "mcdas_opt.planning.rivals.aeb:AebMethod",
-    "un-r157": "mcdas_opt.planning.rivals.competent_driver:CompetentDriverMethod",
-    "idm-mobil": "mcdas_opt.planning.rivals.idm_mobil:IdmMobilMethod",
+    "closed-form": "mcdas_opt.baselines.literal:LiteralMethod",
+    "closed-form-corrected": "mcdas_opt.baselines.corrected:CorrectedMethod",
+    "closed-form-tuned": "mcdas_opt.baselines.tuned:TunedMethod",
+    "aeb": "mcdas_opt.baselines.aeb:AebMethod",
+    "un-r157": "mcdas_opt.baselines.competent_driver:CompetentDriverMethod",
+    "idm-mobil": "mcdas_opt.baselines.idm_mobil:IdmMobilMethod",
 }
 
 
@@ -35,6 +37,38 @@ class Method(Protocol):
     vehicle: Vehicle
 
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal: ...
+
+
+@runtime_checkable
+class CycleMethod(Protocol):
+    """A method that answers a whole cycle: it shares its assessment, prediction, memory and deadline with the fallback."""
+
+    has_ladder: bool
+    vehicle: Vehicle
+
+    def answer(self, cycle: Cycle) -> Plan | NothingPasses: ...
+
+
+class AskedMethod:
+    """A method under its name, asked by the cycle; `previous` is the last plan that left, its own or the fallback's."""
+
+    def __init__(self, name: str, method: Method) -> None:
+        self.name, self.method = name, method
+        self.previous: Plan | None = None
+
+    @property
+    def has_ladder(self) -> bool:
+        """A method that does not say gets the ladder."""
+        return getattr(self.method, "has_ladder", True)
+
+    def answer(self, cycle: Cycle) -> Plan | NothingPasses:
+        """What it answers to this cycle."""
+        if isinstance(self.method, CycleMethod):
+            return self.method.answer(cycle)
+        answer = self.method.plan(cycle.situation, self.previous)
+        if isinstance(answer, Plan):
+            return answer
+        return NothingPasses(reason=answer.reason, candidates=answer.candidates, iterations=answer.iterations, memory=cycle.memory)
 
 
 def known_methods() -> tuple[str, ...]:

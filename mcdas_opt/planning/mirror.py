@@ -13,8 +13,8 @@ import numpy as np
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vocabulary import Side
-from mcdas_opt.planning.lane_parameters import Seated
-from mcdas_opt.planning.ways import Way
+from mcdas_opt.planning.candidate import Proposed
+from mcdas_opt.planning.lane_parameters import ObstacleSlots
 from mcdas_opt.solvers.stage_problem import StageGuess
 
 _ODD_STATES = np.array([1.0, -1.0, -1.0, 1.0, 1.0, -1.0])  # s, d, psi, v, a, delta
@@ -23,19 +23,19 @@ _ODD_PARAMETERS = frozenset({"kappa", "kappa_slope", "ref_start_d", "ref_amplitu
 _NOTHING = 1e-9
 
 
-def is_turned(situation: Situation, others: Seated, way: Way) -> bool:
+def is_turned(situation: Situation, others: ObstacleSlots, proposed: Proposed) -> bool:
     """Whether this is solved in the mirror: steering right, or keeping the lane with more on the right than on the left."""
-    if way.side is not Side.NONE:
-        return way.side is Side.RIGHT
+    if proposed.side is not Side.NONE:
+        return proposed.side is Side.RIGHT
     host, road = situation.host, situation.road
-    offset = host.d_m - way.path.start_d_m
-    lateral = [d - way.path.start_d_m for _, d, _ in others.first]
+    offset = host.d_m - proposed.path.start_d_m
+    lateral = [d - proposed.path.start_d_m for _, d, _ in others.first]
     for oddness in (
         offset,
         host.heading_rad,
         host.steering_rad,
         sum(sorted(lateral, key=abs)),
-        road.left_edge_m + road.right_edge_m - 2.0 * way.path.start_d_m,
+        road.left_edge_m + road.right_edge_m - 2.0 * proposed.path.start_d_m,
         sum(kappa for _, kappa in road.curvature),
     ):
         if abs(oddness) > _NOTHING:

@@ -25,6 +25,4 @@ def planner_with(path: Path | None, vehicle: Vehicle, method: str) -> Planner:
         made = adjusted(values)
     except ParameterError as error:
         raise InputError(path, f"values.{error.name}", error.value, error.rule) from None
-    planner = Planner(vehicle=vehicle, method=made.method(vehicle), settings=made.settings)
-    planner.name = method
-    return planner
+    return Planner(vehicle=vehicle, method=made.method(vehicle), settings=made.settings, name=method)

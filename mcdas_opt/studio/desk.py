@@ -77,6 +77,6 @@ class Desk:
             return old
         made = Planner(vehicle, name, settings=Settings(sigmoid=sigmoid))
         if old is not None and old.vehicle == vehicle and isinstance(old.method, MpcMethod) and isinstance(made.method, MpcMethod):
-            made.method.stage = old.method.stage
+            made.method.solvers = old.method.solvers
         self._planners[name] = made
         return made

@@ -13,10 +13,10 @@ from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.planning.lane_stage import Posed
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.planning.stage_settings import StageSettings
+from mcdas_opt.planning.solver_settings import SolverSettings
+from mcdas_opt.planning.transcribed_problem import TranscribedProblem
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.solvers.interior_point import InteriorPointEngine
 from mcdas_opt.solvers.kernel_source import BUILDS, PORTABLE
@@ -60,7 +60,7 @@ class Step:
 class Recording:
     """The solves of one or more drives, in order, and the problem that they are of."""
 
-    posed: Posed
+    transcribed: TranscribedProblem
     steps_s: Array
     steps: tuple[Step, ...]
     solver: str
@@ -93,8 +93,8 @@ class _Slots:
 class RecordingEngine(InteriorPointEngine):
     """The interior point, which also writes down its first `most` solves."""
 
-    def __init__(self, posed: Posed, most: int, builds: Sequence[str]) -> None:
-        super().__init__(posed.problem, posed.nodes, builds=builds)
+    def __init__(self, transcribed: TranscribedProblem, most: int, builds: Sequence[str]) -> None:
+        super().__init__(transcribed.problem, transcribed.nodes, builds=builds)
         self.steps: list[Step] = []
         self._most, self._slots = most, _Slots()
 
@@ -137,16 +137,16 @@ def record(scene: Scene, steps: int, neighbours: int, arithmetic: Arithmetic = "
     The problem is posed for `neighbours` at a time; the planner takes the nearest. Of a scene in which fewer solves are asked for, all.
     """
     settings = Settings()
-    method = MpcMethod(scene.vehicle, settings, StageSettings(seats=(neighbours,)))
-    posed = method.stage.posed(neighbours)
-    engine = posed.interior_point = RecordingEngine(posed, steps, ARITHMETICS[arithmetic])
+    method = MpcMethod(scene.vehicle, settings, SolverSettings(slots=(neighbours,)))
+    transcribed = method.solvers.usual.problems.holding(neighbours, scene.vehicle)
+    engine = transcribed.interior_point = RecordingEngine(transcribed, steps, ARITHMETICS[arithmetic])
     for seed in _seeds(scene):
         before = len(engine.steps)
         simulate(scene, Planner(scene.vehicle, method, settings=settings, road=scene.assumed_road), seed=seed, settings=settings)
         if not before < len(engine.steps) < steps:
             break
     kind = f"{engine.kind}, {arithmetic}" if engine.kind == "compiled" else engine.kind
-    return Recording(posed=posed, steps_s=settings.grid.steps_s, steps=tuple(engine.steps), solver=f"interior-point ({kind})")
+    return Recording(transcribed=transcribed, steps_s=settings.grid.steps_s, steps=tuple(engine.steps), solver=f"interior-point ({kind})")
 
 
 def _seeds(scene: Scene) -> Iterator[int]:

@@ -49,11 +49,11 @@ clean:
 
 def header(recording: Recording) -> str:
     """`mcdas_mpc.h`."""
-    problem, sizes = recording.posed.problem, _sizes(recording)
+    problem, sizes = recording.transcribed.problem, _sizes(recording)
     lines = [f"#define MCDAS_{name} {size}" for name, size in sizes.items()]
     lines += [f"#define MCDAS_SLOTS {SLOTS} /* of a recording */", f"#define MCDAS_MAGIC {MAGIC!r}"]
     parts = {
-        "title": f"Written by mcdas-opt {__version__}: the lane problem for {recording.posed.seats} neighbours",
+        "title": f"Written by mcdas-opt {__version__}: the lane problem for {recording.transcribed.slots} neighbours",
         "sizes": "\n".join(lines),
         "states": _enum("X", problem.states),
         "inputs": _enum("U", problem.inputs),
@@ -67,9 +67,9 @@ def header(recording: Recording) -> str:
 
 def solver(recording: Recording) -> str:
     """`mcdas_mpc.c`: the stage functions, the kernel, and the step around them."""
-    problem = recording.posed.problem
+    problem = recording.transcribed.problem
     stage, functions = stage_functions(problem)
-    kernel = kernel_source(stage, functions, recording.posed.nodes, CORRECTION)
+    kernel = kernel_source(stage, functions, recording.transcribed.nodes, CORRECTION)
     chosen = InteriorPointSettings()
     numbers = {"MU_COLD": chosen.mu_cold, "LEAST_COLD": chosen.least_cold, "LEAST_WARM": chosen.least_warm}
     return "\n".join(
@@ -90,9 +90,8 @@ def solver(recording: Recording) -> str:
 
 def replay_bytes(recording: Recording) -> bytes:
     """`replay.bin`, as `replay.c` reads it: little-endian doubles and 32-bit integers."""
-    posed = recording.posed
-    problem = posed.problem
-    parts = [struct.pack("<d6i", MAGIC, posed.nodes, problem.nx, problem.nu, len(problem.parameters), SLOTS, 0), _raw(recording.steps_s)]
+    problem, nodes = recording.transcribed.problem, recording.transcribed.nodes
+    parts = [struct.pack("<d6i", MAGIC, nodes, problem.nx, problem.nu, len(problem.parameters), SLOTS, 0), _raw(recording.steps_s)]
     for step in recording.steps:
         outcome = step.outcome
         parts.append(struct.pack("<5i", step.slot, step.warm, step.cap, ENDINGS.index(outcome.ending), outcome.iterations))
@@ -110,9 +109,9 @@ def files(recording: Recording) -> dict[str, bytes]:
 
 
 def _sizes(recording: Recording) -> dict[str, int]:
-    problem: StageProblem = recording.posed.problem
+    problem: StageProblem = recording.transcribed.problem
     stage, _ = stage_functions(problem)
-    sizes = {"NODES": recording.posed.nodes, "NX": stage.nx, "NU": stage.nu, "NS": stage.ns, "NC": stage.nc, "NP": stage.np}
+    sizes = {"NODES": recording.transcribed.nodes, "NX": stage.nx, "NU": stage.nu, "NS": stage.ns, "NC": stage.nc, "NP": stage.np}
     return {**sizes, "ITERATIONS": InteriorPointSettings().iterations}
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from mcdas_opt.baselines.lane import judged, leader_of, neighbours_in, strongest_braking_mps2
+from mcdas_opt.baselines.steady import SteadyLaw
 from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.rules import positive
 from mcdas_opt.domain.settings import Settings
@@ -11,9 +13,8 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request
+from mcdas_opt.planning.memory import carried
 from mcdas_opt.planning.path_driving import Kind
-from mcdas_opt.planning.rivals.lane import judged, leader_of, neighbours_in, strongest_braking_mps2
-from mcdas_opt.planning.rivals.steady import SteadyLaw
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,7 +81,7 @@ class CompetentDriverMethod:
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
         if situation.request is Request.PARK:
             return Refusal(reason="parking is planned by park, not by the lane planner")
-        before = previous.reference if previous is not None and isinstance(previous.reference, Noticed) else None
+        before = carried(previous, Noticed)
         risk = self._risk(situation, before)
         if risk is None:
             return judged(self.name, situation, self.vehicle, self.settings, law=SteadyLaw(), reason="no risk perceived")
@@ -92,7 +93,7 @@ class CompetentDriverMethod:
             settings=self.driver,
         )
         reason = f"risk by {risk.id} perceived at {noticed.at_s:.1f} s"
-        return judged(self.name, situation, self.vehicle, self.settings, law=law, reason=reason, warning=True, reference=noticed)
+        return judged(self.name, situation, self.vehicle, self.settings, law=law, reason=reason, warning=True, memory=noticed)
 
     def _risk(self, situation: Situation, before: Noticed | None) -> Track | None:
         """The nearest that is closing in critically; whoever is braked for already needs only still be slower."""

@@ -1,26 +1,25 @@
-"""What is left of the last judged plan, driven from where the car is now."""
+"""The remainder of the previous plan, driven from where the car is now."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from mcdas_opt.domain.grid import TimeGrid
-from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Status
+from mcdas_opt.planning.memory import PreviousPlan
 from mcdas_opt.planning.roll_out import roll_out
 
 _INSTANT_S = 1e-6
 
 
-def tail(previous: Plan | None, situation: Situation, vehicle: Vehicle) -> Trajectory | None:
+def remainder(previous: PreviousPlan | None, situation: Situation, vehicle: Vehicle) -> Trajectory | None:
     """The previous plan's inputs from now on, through the equations of motion from the measured state; None where none are left.
 
-    Only of a plan that a judge passed. The tail is a new drive, to be judged anew: the car may be elsewhere, and so may the others.
+    It is a new drive, to be judged anew: the car may be elsewhere, and so may the others.
     """
-    if previous is None or previous.status is Status.UNAVOIDABLE or not previous.verdict.passed:
+    if previous is None:
         return None
     drive, now = previous.trajectory, situation.time_s - previous.time_s
     if now < -_INSTANT_S:

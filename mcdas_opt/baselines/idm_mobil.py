@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from mcdas_opt.baselines.lane import judged, leader_of, neighbours_in, strongest_braking_mps2
 from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.rules import non_negative, positive
 from mcdas_opt.domain.settings import Settings
@@ -12,9 +13,9 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Request, Sector, Side
 from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
+from mcdas_opt.planning.manoeuvre import Manoeuvre
+from mcdas_opt.planning.memory import carried
 from mcdas_opt.planning.path_driving import Kind
-from mcdas_opt.planning.rivals.lane import judged, leader_of, neighbours_in, strongest_braking_mps2
-from mcdas_opt.planning.ways import Manoeuvre
 from mcdas_opt.reference.offset_path import corrected
 
 _SECTORS = {Side.LEFT: Sector.LEFT, Side.RIGHT: Sector.RIGHT}
@@ -100,7 +101,7 @@ class IdmMobilMethod:
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
         if situation.request is Request.PARK:
             return Refusal(reason="parking is planned by park, not by the lane planner")
-        going = previous.reference if previous is not None and isinstance(previous.reference, Manoeuvre) else None
+        going = carried(previous, Manoeuvre)
         if going is not None and going.finished(situation):
             going = None
         going = going or self._change(situation)
@@ -125,7 +126,7 @@ class IdmMobilMethod:
             side=Side.NONE if going is None else going.side,
             lateral_mps2=None if going is None else self._lateral_mps2(situation),
             reason="follows" if going is None else f"changes lanes to the {going.side.value}",
-            reference=going,
+            memory=going,
         )
 
     def exchange(self, situation: Situation, side: Side) -> Exchange | None:

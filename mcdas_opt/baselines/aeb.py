@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from mcdas_opt.baselines.lane import judged, leader_of, neighbours_in, strongest_braking_mps2
+from mcdas_opt.baselines.steady import SteadyLaw
 from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.rules import non_negative
 from mcdas_opt.domain.settings import Settings
@@ -12,8 +14,7 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.dynamics.car_following import Leader
-from mcdas_opt.planning.rivals.lane import judged, leader_of, neighbours_in, strongest_braking_mps2
-from mcdas_opt.planning.rivals.steady import SteadyLaw
+from mcdas_opt.planning.memory import carried
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,14 +77,14 @@ class AebMethod:
         if situation.request is Request.PARK:
             return Refusal(reason="parking is planned by park, not by the lane planner")
         ahead = neighbours_in(situation.road.lane_of(situation.host.d_m), situation, self.vehicle).ahead
-        before = previous.reference if previous is not None and isinstance(previous.reference, Watched) else None
+        before = carried(previous, Watched)
         leader = leader_of(ahead, situation, self.vehicle)
         if ahead is None or leader is None:
             return judged(self.name, situation, self.vehicle, self.settings, law=SteadyLaw(), reason="nobody ahead")
         seen = self._watched(situation, ahead, before)
         if not self._must_brake(situation, leader, seen):
             calm = replace(seen, braking_since_s=None)
-            return judged(self.name, situation, self.vehicle, self.settings, law=SteadyLaw(), reason="braking can wait", reference=calm)
+            return judged(self.name, situation, self.vehicle, self.settings, law=SteadyLaw(), reason="braking can wait", memory=calm)
         going = replace(seen, braking_since_s=situation.time_s if seen.braking_since_s is None else seen.braking_since_s)
         return judged(
             self.name,
@@ -93,7 +94,7 @@ class AebMethod:
             law=SteadyLaw(strength_mps2=strongest_braking_mps2(situation, self.vehicle), until_mps=max(leader.speed_mps, 0.0)),
             reason=f"braking since {going.braking_since_s:.1f} s: {leader.gap_m:.1f} m left",
             warning=True,
-            reference=going,
+            memory=going,
         )
 
     def _watched(self, situation: Situation, ahead: Track, before: Watched | None) -> Watched:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from mcdas_opt.actuation.path_following import AccelerationLaw
 from mcdas_opt.domain.plan import Candidate, Plan, Timing
@@ -75,7 +75,7 @@ def judged(
     side: Side = Side.NONE,
     warning: bool = False,
     lateral_mps2: float | None = None,
-    reference: Any = None,
+    memory: object = None,
 ) -> Plan:
     """The plan of a rival: the bicycle under its law along its path (default the lane), with the judge's verdict as it is."""
     started = time.perf_counter()
@@ -107,7 +107,7 @@ def judged(
         timing_ms=Timing(solve=1e3 * (solved - started), verify=1e3 * (judging - solved)),
         chosen=chosen,
         time_s=situation.time_s,
-        reference=reference,
+        memory=memory,
     )
 
 

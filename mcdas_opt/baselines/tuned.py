@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from mcdas_opt.baselines.corrected import CorrectedMethod
 from mcdas_opt.catalogue.schedules import schedule_of
-from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.gain_schedule import GainSchedule
 from mcdas_opt.domain.settings import Settings
-from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.planning.closed_form import CorrectedMethod
-from mcdas_opt.planning.ways import Manoeuvre, Way, lateral_bound_mps2
+from mcdas_opt.planning.candidate import Proposed
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.driven_closed_form import Groups
+from mcdas_opt.planning.proposals import lateral_bound_mps2
 from mcdas_opt.reference.tuned_path import tuned_path
 
 
@@ -31,21 +32,21 @@ class TunedMethod(CorrectedMethod):
             raise ParameterError("planner", self.name, "takes its sigmoid from models/tuned, not from a file of parameters")
         self.schedule = schedule or schedule_of(vehicle.name)
 
-    def groups(self, situation: Situation, assessment: Assessment, going: Manoeuvre | None) -> list[list[Way]]:
-        return [[self._tuned(situation, assessment, way, going) for way in group] for group in super().groups(situation, assessment, going)]
+    def groups(self, cycle: Cycle) -> Groups:
+        return [[self._tuned(proposed, cycle) for proposed in group] for group in super().groups(cycle)]
 
-    def _tuned(self, situation: Situation, assessment: Assessment, way: Way, going: Manoeuvre | None) -> Way:
-        if way.manoeuvre is None or way.manoeuvre == going:
-            return way
-        host, sigmoid = situation.host, self.settings.sigmoid
+    def _tuned(self, proposed: Proposed, cycle: Cycle) -> Proposed:
+        if proposed.manoeuvre is None or proposed.manoeuvre == cycle.active:
+            return proposed
+        situation, sigmoid, offset_m = cycle.situation, self.settings.sigmoid, cycle.assessment.offset_m
         path = tuned_path(
             self.schedule,
-            start_s_m=host.s_m,
-            start_d_m=host.d_m,
-            target_d_m=way.manoeuvre.target_d_m,
-            speed_mps=max(host.speed_mps, way.speed_mps),
-            offset_m=assessment.offset_m if way.side is Side.LEFT else -assessment.offset_m,
+            start_s_m=situation.host.s_m,
+            start_d_m=situation.host.d_m,
+            target_d_m=proposed.manoeuvre.target_d_m,
+            speed_mps=max(situation.host.speed_mps, proposed.speed_mps),
+            offset_m=offset_m if proposed.side is Side.LEFT else -offset_m,
             friction=situation.road.friction,
             lateral_acceleration_mps2=lateral_bound_mps2(situation, sigmoid),
         )
-        return replace(way, path=path, manoeuvre=replace(way.manoeuvre, path=path))
+        return replace(proposed, path=path, manoeuvre=replace(proposed.manoeuvre, path=path))

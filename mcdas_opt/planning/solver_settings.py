@@ -1,4 +1,4 @@
-"""What one solve of a way may cost, and which engine answers."""
+"""What one solve may cost, and which engine answers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from mcdas_opt.errors import ParameterError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StageSettings:
+class SolverSettings:
     """Counted work and margins of one solve.
 
     `solver` is "interior-point" or "osqp". Where the interior point has no answer at all, OSQP is asked at once. `cold_start` "ipopt" gives
@@ -17,18 +17,18 @@ class StageSettings:
 
     solver: str = "interior-point"
     cold_start: str = "same"
-    seats: tuple[int, ...] = (2, 4, 8)  # problems are built for these numbers of neighbours
+    slots: tuple[int, ...] = (2, 4, 8)  # problems are built for these numbers of neighbours
     newton_steps: int = 60  # of the interior point, in one solve
-    newton_steps_cycle: int = 240  # in all ways of one situation together; once they are used up, ...
+    newton_steps_cycle: int = 240  # in all candidates of one cycle together; once they are used up, ...
     newton_steps_late: int = 15  # ... each further solve has so many
     iterations_warm: int = 3  # of OSQP's real-time iteration
     iterations_event: int = 8
     iterations_backup: int = 2  # of OSQP where the interior point has no answer, with ...
     qp_iterations_backup: int = 100  # ... so many of its own in each
-    first_ways: int = 4  # so many are solved first at a threat, those that promise most; the others where none of them will do
-    closer_ways: int = 1  # so many are solved again where nothing passes, with ...
+    first_candidates: int = 4  # so many are solved first at a threat, those that rank highest; the others where none of them will do
+    closer_candidates: int = 1  # so many are solved again where nothing passes, with ...
     closer_m: float = 0.1  # ... this clearance along and across
-    near_m: float = 0.5  # only what overlaps somebody by no more is tried again, either way
+    near_m: float = 0.5  # only what overlaps somebody by no more is tried again
     friction_share: float = 0.97
     clearance_along_m: float = 0.5
     clearance_across_m: float = 0.25

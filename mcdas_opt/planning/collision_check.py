@@ -1,4 +1,4 @@
-"""A glance before the judge: whatever plainly hits somebody needs no exact verdict, unless it is to leave."""
+"""The collision pre-check before the judge: whatever plainly hits somebody needs no exact verdict, unless it is to leave."""
 
 from __future__ import annotations
 
@@ -7,19 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from mcdas_opt.domain.prediction import Prediction
-from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
-from mcdas_opt.planning.selection import Nearness, nearness
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.nearness import Nearness, nearness
 from mcdas_opt.verification.judge import judge_all
 
-PLAINLY_M = 0.1  # an overlap at a drive's own samples that no rounding explains
+CERTAIN_M = 0.1  # an overlap at a drive's own samples that no rounding explains
 
 
-def verdicts(
-    drives: Sequence[Trajectory], situation: Situation, vehicle: Vehicle, prediction: Prediction, near: Nearness | None = None
-) -> list[Verdict]:
+def verdicts(drives: Sequence[Trajectory], cycle: Cycle, near: Nearness | None = None) -> list[Verdict]:
     """The judge's verdicts on drives that are sampled at the same times, but for those that plainly hit somebody: of these the collisions
     at their samples, and nothing else that may be wrong with them. Nothing passes but what the judge passes.
 
@@ -27,10 +24,11 @@ def verdicts(
     """
     if not drives:
         return []
-    near = nearness(drives, vehicle, situation.road, prediction) if near is None else near
-    hits = [any(depth < -PLAINLY_M for depth in deepest) for deepest in near.deepest_m.tolist()]
+    near = nearness(drives, cycle) if near is None else near
+    hits = [any(depth < -CERTAIN_M for depth in deepest) for deepest in near.deepest_m.tolist()]
     open_questions = [drive for drive, hit in zip(drives, hits, strict=True) if not hit]
-    answers = iter(judge_all(open_questions, situation.host, vehicle, situation.road, prediction))
+    situation, prediction = cycle.situation, cycle.prediction
+    answers = iter(judge_all(open_questions, situation.host, cycle.vehicle, situation.road, prediction))
     return [_collisions(drives[i], i, near, prediction) if hit else next(answers) for i, hit in enumerate(hits)]
 
 
@@ -47,6 +45,6 @@ def _collisions(drive: Trajectory, which: int, near: Nearness, prediction: Predi
                 limit=0.0,
                 unit="m",
             )
-            for i in np.flatnonzero(deepest < -PLAINLY_M).tolist()
+            for i in np.flatnonzero(deepest < -CERTAIN_M).tolist()
         )
     )

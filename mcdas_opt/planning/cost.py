@@ -1,0 +1,78 @@
+"""What a candidate costs, by one measure for all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.dynamics.bicycle import lateral_acceleration
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.nearness import Nearness, nearness
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CostWeights:
+    """Per second of plan, except where noted."""
+
+    acceleration: float = 0.04  # per (m/s^2)^2
+    lateral_acceleration: float = 0.08  # per (m/s^2)^2
+    jerk: float = 0.001  # per (m/s^3)^2
+    speed: float = 0.03  # per (m/s)^2 off the desired speed
+    lane_change: float = 2.0  # once
+    other_side: float = 0.3  # once, for steering to the side that is not preferred
+    delayed: float = 1.5  # once, for a candidate that begins later: what is open now may close
+    unneeded_lane_change: float = 1.5  # once, for steering out where the selector finds braking or accelerating enough
+    nearness: float = 6.0  # per exp(-gap / 0.7 m)
+    end_closing: float = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
+    end_room_m: float = 0.5  # whoever ends less than this beside the host's flank counts as before or behind it
+    persistence: float = 0.5  # factor on what was chosen before
+    replanning_ratio: float = 1.25  # the active manoeuvre goes on alone up to so many times its cost when candidates were last compared
+    notable: float = 0.04  # where nothing threatens, what is driven without an optimiser must be cheaper by so much
+
+
+def trajectory_cost(trajectory: Trajectory, cycle: Cycle, weights: CostWeights) -> float:
+    """`driving_costs` of one."""
+    return driving_costs(nearness((trajectory,), cycle), cycle, weights)[0]
+
+
+def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[float]:
+    """Of each of the drives the cost of discomfort, of being off the desired speed, of being near to others, and of how it leaves things
+    at its end; without the cost of changing lanes."""
+    vehicle, drives, desired_mps = cycle.vehicle, near.tables, cycle.situation.wanted_speed_mps
+    t, v, a = drives[0, 0], drives[:, 4], drives[:, 5]
+    lateral = lateral_acceleration(v, drives[:, 6], vehicle.wheelbase_m, np)
+    rate = weights.acceleration * a**2 + weights.lateral_acceleration * lateral**2 + weights.jerk * drives[:, 8] ** 2
+    rate = rate + weights.speed * (v - desired_mps) ** 2
+    if near.ends:
+        closest = np.minimum.reduce(near.separation_m, axis=1)
+        rate = rate + weights.nearness * np.exp(-np.maximum(closest, 0.0) / 0.7)
+    totals: list[float] = np.add.reduce(0.5 * (rate[:, 1:] + rate[:, :-1]) * (t[1:] - t[:-1]), axis=1).tolist()
+    if not near.ends:
+        return totals
+    widths = [0.5 * (body.width_m + vehicle.width_m) for body in cycle.prediction.bodies]
+    ends, gaps = drives[:, 1:5, -1].tolist(), near.separation_m[:, :, -1].tolist()
+    for i, ((end_s, end_d, _, end_v), its_gaps) in enumerate(zip(ends, gaps, strict=True)):
+        for width, (s, d, speed), gap in zip(widths, near.ends, its_gaps, strict=True):
+            if abs(d - end_d) - width > weights.end_room_m:
+                continue
+            closing = max(end_v - speed if s > end_s else speed - end_v, 0.0)
+            totals[i] += weights.end_closing * closing**2 / max(gap, 1.0)
+    return totals
+
+
+def lane_change_cost(side: Side, cycle: Cycle, weights: CostWeights) -> float:
+    """What steering out to `side` costs beside what is driven; nothing for keeping the lane."""
+    unneeded = 0.0 if side is Side.NONE or not cycle.needs_no_steering else weights.unneeded_lane_change
+    return needed_lane_change_cost(side, cycle, weights) + unneeded
+
+
+def needed_lane_change_cost(side: Side, cycle: Cycle, weights: CostWeights) -> float:
+    """The same where braking or accelerating is not enough, or counts for nothing."""
+    if side is Side.NONE:
+        return 0.0
+    preferred = cycle.preferred_side
+    other = preferred is not Side.NONE and side is not preferred
+    return weights.lane_change + (weights.other_side if other else 0.0)

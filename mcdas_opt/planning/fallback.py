@@ -1,0 +1,99 @@
+"""The fallback ladder: what answers when a method has no plan that passes, or none with a safe end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from mcdas_opt.domain.plan import Candidate, Plan
+from mcdas_opt.domain.vocabulary import Status
+from mcdas_opt.planning.candidate import Checked, Continuation
+from mcdas_opt.planning.continuation import to_safe_end
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.least_severe import least_severe
+from mcdas_opt.planning.memory import FollowerReaction, Memory
+from mcdas_opt.planning.order import FALLBACK
+from mcdas_opt.planning.rounds.previous_plan import NAME as REMAINDER
+from mcdas_opt.planning.rounds.previous_plan import previous_plan
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NothingPasses:
+    """A method's answer where it has no plan: why, what it tried, what of that was driven and failed, and its memory."""
+
+    reason: str
+    candidates: tuple[Candidate, ...] = ()
+    iterations: int = 0
+    failed: tuple[Checked, ...] = field(default=(), repr=False)
+    memory: Memory = field(default_factory=Memory, repr=False)
+
+
+def fall_back(cycle: Cycle, refused: NothingPasses) -> Plan:
+    """A plan that passed (status `fallback`), else the least severe (`unavoidable`); the reason says what was refused before.
+
+    Of the drives that pass, the first that comes to a safe end; where none does, the first.
+    """
+    rows: list[Candidate] = []
+    failed: list[Checked] = []
+    first: tuple[Checked, Continuation] | None = None
+    for checked in (one for rung in FALLBACK for one in rung(cycle, rows)):
+        if not checked.verdict.passed:
+            failed.append(checked)
+            continue
+        continued = to_safe_end(checked.trajectory, checked.verdict, cycle)
+        if continued.is_sound:
+            return _passed(cycle, refused, rows, checked, continued)
+        first = first or (checked, continued)
+    if first is not None:
+        return _passed(cycle, refused, rows, *first)
+    checked, why, reaction = least_severe(failed, refused.failed, cycle)
+    as_it_is = Continuation(checked.trajectory, checked.verdict, None)
+    plan = _plan(cycle, refused, rows, checked, as_it_is, reaction)
+    return replace(plan, status=Status.UNAVOIDABLE, reason=f"{why}; before: {refused.reason}")
+
+
+def remainder_instead(cycle: Cycle, plan: Plan) -> Plan:
+    """Of a plan that passes but comes to no safe end: the remainder of the previous one where that still does, else the plan as a fallback
+    that says that it does not."""
+    rows: list[Candidate] = []
+    for checked in previous_plan(cycle, rows):
+        continued = to_safe_end(checked.trajectory, checked.verdict, cycle)
+        if continued.is_sound:
+            memory = plan.memory if isinstance(plan.memory, Memory) else cycle.memory
+            refused = NothingPasses(
+                reason="no way out with a safe end", candidates=plan.candidates, iterations=plan.iterations, memory=memory
+            )
+            return _passed(cycle, refused, rows, checked, continued)
+    reason = f"{plan.reason}; passes for {plan.trajectory.t_s[-1]:.1f} s, but comes to no safe end"
+    return replace(plan, status=Status.FALLBACK, reason=reason)
+
+
+def _passed(cycle: Cycle, refused: NothingPasses, rows: list[Candidate], checked: Checked, continued: Continuation) -> Plan:
+    reaction = cycle.memory.reaction if checked.proposed.name == REMAINDER else None
+    plan = _plan(cycle, refused, rows, checked, continued, reaction)
+    return replace(plan, reason=f"{checked.proposed.name} instead of: {refused.reason}")
+
+
+def _plan(
+    cycle: Cycle,
+    refused: NothingPasses,
+    rows: list[Candidate],
+    checked: Checked,
+    continued: Continuation,
+    reaction: FollowerReaction | None,
+) -> Plan:
+    proposed = checked.proposed
+    return Plan(
+        planner="ladder",
+        mode=proposed.mode,
+        side=proposed.side,
+        warning=True,
+        status=Status.FALLBACK,
+        verdict=continued.verdict,
+        prediction=cycle.prediction.name,
+        trajectory=continued.trajectory,
+        safe_end=continued.end,
+        candidates=refused.candidates + tuple(rows),
+        iterations=refused.iterations,
+        time_s=cycle.situation.time_s,
+        memory=replace(refused.memory, active=proposed.manoeuvre, reaction=None if proposed.manoeuvre is not None else reaction),
+    )

@@ -1,0 +1,227 @@
+"""A proposed manoeuvre, transcribed as the lane problem and solved: warm start or guess, solve, roll-out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import chain
+
+import numpy as np
+
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.ocp.compiled_drive import compiled_drive
+from mcdas_opt.ocp.lane_mpc import CENTRE
+from mcdas_opt.planning.candidate import Driven, Proposed, Refused
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.grown_bodies import build_grown_bodies
+from mcdas_opt.planning.lane_parameters import ObstacleSlots, guessed_states, obstacle_slots, proposal_values, shared_values
+from mcdas_opt.planning.mirror import is_turned, turned_guess, turned_inputs, turned_states
+from mcdas_opt.planning.roll_out import roll_out, within_reach
+from mcdas_opt.planning.solver_settings import SolverSettings
+from mcdas_opt.planning.transcribed_problem import TranscribedProblem, TranscribedProblems
+from mcdas_opt.solvers.guarded import ask
+from mcdas_opt.solvers.interior_point import InteriorPointEngine
+from mcdas_opt.solvers.ipopt_engine import IpoptEngine
+from mcdas_opt.solvers.osqp_engine import OsqpEngine
+from mcdas_opt.solvers.outcome import Ending, Outcome
+from mcdas_opt.solvers.stage_problem import StageGuess
+
+_IPOPT_ITERATIONS = 200
+Engine = InteriorPointEngine | OsqpEngine | IpoptEngine
+Asked = tuple[Engine, Callable[[], StageGuess], int]  # who, from which guess, with which cap on iterations
+
+
+@dataclass(frozen=True, slots=True)
+class _WarmStart:
+    """What a candidate's last solve leaves for the next: thrown away at an event."""
+
+    time_s: float
+    proposed: Proposed
+    outcome: Outcome
+    engine: Engine
+    turned: bool
+    others: ObstacleSlots
+
+
+@dataclass(slots=True)
+class _Scene:
+    """What the candidates of one cycle share: the neighbours on the grid, the parameters that are the same for all, the state to begin in
+    (a measured one a hair outside a hard bound, by rounding or a limit just touched, is brought to it), and the Newton steps taken."""
+
+    cycle: Cycle
+    others: ObstacleSlots
+    transcribed: TranscribedProblem
+    matrix: Array
+    start: Array
+    newton_steps: int = 0
+
+
+class LaneMpcSolver:
+    """Owns the engines and the warm starts, one per candidate's name. Not shared between threads."""
+
+    def __init__(self, vehicle: Vehicle, settings: Settings, own: SolverSettings | None = None) -> None:
+        self.settings, self.own = settings, own or SolverSettings()
+        self.problems = TranscribedProblems(vehicle, settings, self.own)
+        self._warm_starts: dict[str, _WarmStart] = {}
+        self._scene: _Scene | None = None
+
+    def warm_up(self, vehicle: Vehicle) -> None:
+        """Builds everything now that a drive may ask for but the backup: some tenths of a second once a process, else nothing."""
+        for slots in self.own.slots:
+            self.problems.holding(slots, vehicle)
+        compiled_drive()
+        build_grown_bodies()
+
+    def with_less_clearance(self, vehicle: Vehicle) -> LaneMpcSolver:
+        """The same, with less clearance asked for."""
+        least = self.own.closer_m
+        return LaneMpcSolver(vehicle, self.settings, replace(self.own, clearance_along_m=least, clearance_across_m=least))
+
+    @property
+    def name(self) -> str:
+        """Which engine answers first, and in which form; known once it has solved."""
+        if self.own.solver == "osqp":
+            return "osqp"
+        kinds = {transcribed.interior_point.kind for transcribed in self.problems}
+        return f"interior-point ({', '.join(sorted(kinds))})"
+
+    def forget(self) -> None:
+        """Throws every warm start away."""
+        self._warm_starts.clear()
+        if self.own.solver == "osqp":
+            for transcribed in self.problems:
+                transcribed.osqp.reset()
+
+    def solve(self, cycle: Cycle, proposed: Proposed) -> Driven | Refused:
+        """From the candidate's last solve when that says something of this one, else from its own path."""
+        scene = self._shared(cycle)
+        transcribed, others = scene.transcribed, scene.others
+        turned = is_turned(cycle.situation, others, proposed)
+
+        def cold() -> StageGuess:
+            guess = self.guess(cycle, proposed, transcribed)
+            return turned_guess(guess) if turned else guess
+
+        warm = self._warm_starts.pop(proposed.name, None)
+        best: Outcome | None = None
+        attempts: Iterator[Asked] = self._attempts(scene, cold, lambda: best is not None)
+        engine = transcribed.interior_point if self.own.solver == "interior-point" else transcribed.osqp
+        fits = warm is not None and warm.engine is engine and warm.turned == turned
+        if warm is not None and fits and not self._event(warm, cycle, proposed, others):
+            outcome = warm.outcome
+            steps = self._newton_cap(scene) if engine is transcribed.interior_point else self.own.iterations_warm
+            attempts = chain([(engine, lambda: engine.shifted(outcome), steps)], attempts)
+        x0 = turned_states(scene.start) if turned else scene.start
+        by: Engine = engine
+        iterations, reason = 0, ""
+        for trial, guessed, cap in attempts:
+            guess = guessed()
+            p = self._filled(scene, proposed, guess.x[:, 0])
+            p = transcribed.turned(p) if turned else p
+            outcome = ask(trial, x0, p, self.settings.grid.steps_s, guess, cap)
+            iterations += outcome.inner_iterations
+            scene.newton_steps += outcome.inner_iterations if trial is transcribed.interior_point else 0
+            if outcome.usable and (best is None or outcome.ending is Ending.CONVERGED or outcome.objective < best.objective):
+                best, by = outcome, trial
+            if outcome.ending is Ending.CONVERGED:
+                break
+            reason = outcome.message or outcome.ending.value
+        if best is None:
+            return Refused(proposed=proposed, reason=f"not solved: {reason}", iterations=iterations)
+        self._warm_starts[proposed.name] = _WarmStart(cycle.situation.time_s, proposed, best, by, turned, others)
+        u = turned_inputs(best.u) if turned else best.u
+        trajectory = self._rolled_out(cycle, transcribed, best.x[:, 3], u)
+        return Driven(proposed=proposed, trajectory=trajectory, iterations=iterations, converged=best.ending is Ending.CONVERGED)
+
+    def guess(self, cycle: Cycle, proposed: Proposed, transcribed: TranscribedProblem) -> StageGuess:
+        """The cold start: the candidate's own path."""
+        n, problem = self.settings.grid.nodes, transcribed.problem
+        x = proposed.guess
+        if x is None:
+            x = guessed_states(cycle.situation, proposed, cycle.vehicle, self.settings.grid.times_s)
+        return StageGuess(x=x, u=np.zeros((n, problem.nu)), s=np.zeros((n + 1, problem.ns)))
+
+    def parameters(self, cycle: Cycle, proposed: Proposed, guess_s: Array) -> Array:
+        """(N + 1, np): what the problem of a candidate is posed with, its road linearised around `guess_s` (N + 1)."""
+        return self._filled(self._shared(cycle), proposed, guess_s)
+
+    def nearest(self, cycle: Cycle) -> ObstacleSlots:
+        """The bodies that come nearest over the horizon, at most as many as there are slots; in order of their ids, to keep slots."""
+        times, most, host = self.settings.grid.times_s, self.own.slots[-1], cycle.situation.host
+        bodies, motion = cycle.prediction.bodies, cycle.prediction.rows_on(times)
+        order = sorted(range(len(bodies)), key=lambda i: bodies[i].id)
+        if len(order) > most:
+            reach = np.abs(motion.s_m[:, ::5] - (host.s_m + host.speed_mps * times[::5])).min(axis=-1)
+            order = sorted(sorted(order, key=lambda i: (reach[i], bodies[i].id))[:most], key=lambda i: bodies[i].id)
+        if order != list(range(len(bodies))):
+            bodies, motion = tuple(bodies[i] for i in order), motion.rows(order)
+        return obstacle_slots(bodies, times, motion=motion, along_m=self.own.clearance_along_m, across_m=self.own.clearance_across_m)
+
+    def _attempts(self, scene: _Scene, cold: Callable[[], StageGuess], answered: Callable[[], bool]) -> Iterator[Asked]:
+        """Engines in the order in which they are asked, from a cold start, with their iteration caps: the first that converges answers.
+
+        OSQP is the backup where the first engine has not `answered` at all.
+        """
+        if self.own.cold_start == "ipopt":
+            yield scene.transcribed.ipopt, cold, _IPOPT_ITERATIONS
+        elif self.own.solver == "osqp":
+            yield scene.transcribed.osqp, cold, self.own.iterations_event
+            return
+        else:
+            yield scene.transcribed.interior_point, cold, self._newton_cap(scene)
+        if not answered():
+            yield scene.transcribed.osqp, cold, self.own.iterations_backup  # built when it is first asked
+
+    def _newton_cap(self, scene: _Scene) -> int:
+        """What is left of the cycle's for one solve."""
+        left = self.own.newton_steps_cycle - scene.newton_steps
+        return min(self.own.newton_steps, max(left, self.own.newton_steps_late))
+
+    def _rolled_out(self, cycle: Cycle, transcribed: TranscribedProblem, speed_mps: Array, u: Array) -> Trajectory:
+        """The inputs, kept inside their limits, driven through the equations of motion from the measured state."""
+        u = np.minimum(np.maximum(u, transcribed.problem.u_lower), transcribed.problem.u_upper)
+        return roll_out(cycle.situation.host, speed_mps, u, self.settings.grid, cycle.vehicle, cycle.situation.road)
+
+    def _shared(self, cycle: Cycle) -> _Scene:
+        """Made for a cycle's first candidate, and kept for the others."""
+        last = self._scene
+        if last is None or last.cycle is not cycle:
+            others = self.nearest(cycle)
+            transcribed = self.problems.holding(len(others), cycle.vehicle)
+            matrix = self.problems.constant(transcribed).copy()
+            share = self.own.friction_share * self.settings.friction_share
+            values = shared_values(cycle.situation, others, slots=len(others), friction_share=share)
+            if transcribed.problem.parameters[-1] == CENTRE:
+                values[CENTRE] = cycle.vehicle.centre_m
+            transcribed.parameters.fill(matrix, values)
+            low, high = transcribed.problem.x_lower, transcribed.problem.x_upper
+            start = np.minimum(np.maximum(within_reach(cycle.situation.host, cycle.vehicle), low), high)
+            last = self._scene = _Scene(cycle, others, transcribed, matrix, start)
+        return last
+
+    def _filled(self, scene: _Scene, proposed: Proposed, guess_s: Array) -> Array:
+        """(N + 1, np): the parameters of every node."""
+        p = scene.matrix.copy()
+        values = proposal_values(scene.cycle.situation, scene.others, proposed, self.settings.grid.times_s, guess_s)
+        values["left_edge"] -= self.settings.edge_reserve_m
+        values["right_edge"] += self.settings.edge_reserve_m
+        scene.transcribed.parameters.fill(p, values)
+        return p
+
+    def _event(self, warm: _WarmStart, cycle: Cycle, proposed: Proposed, others: ObstacleSlots) -> bool:
+        """Whether the last solve says little of this one: time jumped, another path or goal, somebody new or not where predicted."""
+        elapsed = cycle.situation.time_s - warm.time_s
+        if abs(elapsed - float(self.settings.grid.steps_s[0])) > 1e-6 or warm.outcome.ending is not Ending.CONVERGED:
+            return True
+        if proposed.manoeuvre != warm.proposed.manoeuvre or abs(proposed.speed_mps - warm.proposed.speed_mps) > 1.0:
+            return True
+        if [body.id for body in others.bodies] != [body.id for body in warm.others.bodies]:  # they are in the order of their ids
+            return True
+        most_m, most_mps = self.own.event_position_m, self.own.event_speed_mps
+        for then, now in zip(warm.others.second, others.first, strict=True):  # one step later: node 1 of the last is node 0 of this one
+            if abs(then[0] - now[0]) > most_m or abs(then[1] - now[1]) > most_m or abs(then[2] - now[2]) > most_mps:
+                return True
+        return False

@@ -1,0 +1,60 @@
+"""Nothing passes: the least severe drive, or one that relies on a follower's reaction."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.planning.candidate import Checked
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.follower_reaction import relying
+from mcdas_opt.planning.memory import FollowerReaction
+from mcdas_opt.planning.rounds.corrected_sigmoid import NAME as CORRECTED_SIGMOID
+from mcdas_opt.planning.severity import severities, severity_in_words
+from mcdas_opt.verification.judge import judge
+
+_STEERING_OUT_MPS = 0.5  # by which steering out must be less severe than staying in the lane
+
+
+class LeastSevere(NamedTuple):
+    """The drive with the judge's own verdict, why it is the one, and on whom it relies."""
+
+    checked: Checked
+    reason: str
+    reaction: FollowerReaction | None
+
+
+def least_severe(driven: Sequence[Checked], optimised: Sequence[Checked], cycle: Cycle) -> LeastSevere:
+    """Of what the fallback drove, and of what the optimiser drove and the judge failed for a collision alone.
+
+    Nobody is relied on in a drive that, should that fail, is more severe than the closed form, which relies on nobody. Steering out must be
+    better than staying in the lane by a margin, unless it has begun: dithering is worst of all.
+    """
+    options = [*driven, *(one for one in optimised if one.verdict.only_collides)]
+    hurt = severities([option.trajectory for option in options], cycle)
+    forms = [speed for one, (speed, _) in zip(options, hurt, strict=True) if one.proposed.name == CORRECTED_SIGMOID]
+    most = min(forms, default=math.inf) + _STEERING_OUT_MPS
+    found = relying([one for one, (speed, _) in zip(options, hurt, strict=True) if speed <= most], cycle)
+    if found is not None:
+        one, reaction = found
+        asked = cycle.settings.safe_end.attentive_braking_mps2
+        why = f"nothing passes unless {reaction} brakes; {one.proposed.name} asks less than {asked:.1f} m/s^2 of it"
+        return LeastSevere(_exact(one, cycle), why, reaction)
+
+    def rank(i: int) -> tuple[float, float]:
+        speed, when = hurt[i]
+        return (speed if options[i].proposed.side in (Side.NONE, cycle.memory.side) else speed + _STEERING_OUT_MPS, when)
+
+    order = sorted(range(len(options)), key=rank)
+    exact = ((least, _exact(options[least], cycle)) for least in order)
+    least, one = next((i, one) for i, one in exact if i < len(driven) or one.verdict.only_collides)
+    return LeastSevere(one, f"nothing passes; least severe is {one.proposed.name} ({severity_in_words(hurt[least][0])})", None)
+
+
+def _exact(checked: Checked, cycle: Cycle) -> Checked:
+    """With the judge's own verdict: until then the pre-check was enough."""
+    situation = cycle.situation
+    return replace(checked, verdict=judge(checked.trajectory, situation.host, cycle.vehicle, situation.road, cycle.prediction))

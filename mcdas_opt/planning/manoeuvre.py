@@ -1,0 +1,33 @@
+"""A steering manoeuvre that is followed from cycle to cycle until it is finished."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.reference.offset_path import OffsetPath
+
+_SETTLED_M, _SETTLED_RAD = 0.25, 0.03  # from the target, and askew
+_PAST_S = 0.5  # of driving beyond the path's end
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Manoeuvre:
+    """Its side, its path, the lateral position where it ends and the speed that it drives towards."""
+
+    side: Side
+    path: OffsetPath
+    target_d_m: float
+    speed_mps: float
+
+    def finished(self, situation: Situation) -> bool:
+        """Past the path's end, or settled on its target."""
+        host = situation.host
+        past = host.s_m > self.path.start_s_m + self.path.length_m + host.speed_mps * _PAST_S
+        settled = abs(host.d_m - self.target_d_m) < _SETTLED_M and abs(host.heading_rad) < _SETTLED_RAD
+        return past or settled
+
+    def half_done(self, situation: Situation) -> bool:
+        """The body centre is in the lane that it ends in."""
+        return situation.road.lane_of(situation.host.d_m) == situation.road.lane_of(self.target_d_m)

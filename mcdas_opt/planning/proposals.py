@@ -1,0 +1,188 @@
+"""The candidate manoeuvres of a situation, as proposals: what to aim at, and from which guess."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mcdas_opt.domain.settings import SigmoidSettings
+from mcdas_opt.domain.sigmoid_design import SigmoidDesign
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vocabulary import Mode, Sector, Side
+from mcdas_opt.manoeuvres.kinds import best_of_kind, next_lane_m
+from mcdas_opt.planning.candidate import Proposed
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.manoeuvre import Manoeuvre
+from mcdas_opt.reference.offset_path import OffsetPath, corrected
+
+_ORDINARY_MPS2, _STANDING_GAP_M = 2.0, 2.0  # braking towards the front car, where that is enough
+_BODY_ROOM_M = 0.25  # from the body's flank to the road's edge, for the targets of steering
+
+
+def keep_path(situation: Situation) -> OffsetPath:
+    """The centre of the lane that holds the body centre."""
+    road, host = situation.road, situation.host
+    centre = road.lane_centre_m(road.lane_of(host.d_m))
+    return OffsetPath(start_s_m=host.s_m, start_d_m=centre, amplitude_m=0.0, a_per_m=-0.1, b=50.0)
+
+
+def lateral_bound_mps2(situation: Situation, sigmoid: SigmoidSettings) -> float:
+    """The lateral acceleration that the closed form may ask for: its setting, or its share of what the road gives."""
+    return min(sigmoid.lateral_acceleration_mps2, sigmoid.lateral_friction_share * situation.road.friction * GRAVITY_MPS2)
+
+
+def keep_lane(cycle: Cycle, mode: Mode) -> Proposed:
+    """Nothing threatens: keep the lane at the desired speed; asked to park, stand until `park` takes over."""
+    speed = 0.0 if mode is Mode.PARK else cycle.situation.wanted_speed_mps
+    return Proposed(name="keep", mode=mode, side=Side.NONE, path=keep_path(cycle.situation), speed_mps=speed)
+
+
+def go_on(active: Manoeuvre) -> Proposed:
+    """A manoeuvre once begun goes on along its own path."""
+    return Proposed(
+        name=active.side.value,
+        mode=Mode.EVADE,
+        side=active.side,
+        path=active.path,
+        speed_mps=active.speed_mps,
+        manoeuvre=active,
+    )
+
+
+def basic_four(cycle: Cycle, active: Manoeuvre | None) -> tuple[Proposed, ...]:
+    """Keep the lane by braking or accelerating, steer left, steer right; the active manoeuvre takes the place of its side."""
+    situation, assessment = cycle.situation, cycle.assessment
+    wanted, speed = situation.wanted_speed_mps, situation.host.speed_mps
+    keep = keep_path(situation)
+    slower = min(wanted, speed)
+    if assessment.front_speed_mps is not None:
+        slower = min(slower, max(assessment.front_speed_mps, 0.0))
+    faster = max(wanted, speed)
+    if assessment.rear_speed_mps is not None:
+        faster = max(faster, assessment.rear_speed_mps)
+    faster = min(faster, 0.98 * cycle.vehicle.speed_max_mps)
+    blind = "" if situation.coverage.sees(Sector.FRONT) else "nobody watches the front"
+    brake = Proposed(name="brake", mode=Mode.BRAKE, side=Side.NONE, path=keep, speed_mps=slower, easing_mps2=_easing_mps2(cycle))
+    accelerate = Proposed(name="accelerate", mode=Mode.ACCELERATE, side=Side.NONE, path=keep, speed_mps=faster, refusal=blind)
+    sides = (go_on(active) if active is not None and active.side is side else steer_out(cycle, side) for side in (Side.LEFT, Side.RIGHT))
+    return (brake, accelerate, *sides)
+
+
+def steer_out(cycle: Cycle, side: Side) -> Proposed:
+    """Out to `side` along the corrected sigmoid, or along the one that the settings give."""
+    situation, vehicle, sigmoid = cycle.situation, cycle.vehicle, cycle.settings.sigmoid
+    host = situation.host
+    target = next_lane_m(situation, vehicle, side)
+    refusal = _unwatched(situation, side)
+    if target is None:
+        refusal, target = f"no lane and no shoulder to the {side}", host.d_m
+    elif host.speed_mps < 0.5:
+        refusal = "standing still"
+    if sigmoid.given is not None:
+        path = given_path(situation, vehicle, sigmoid.given, side)
+        target = path.target_d_m
+    else:
+        path = _bent_path(cycle, target)
+    return Proposed(
+        name=side.value,
+        mode=Mode.EVADE,
+        side=side,
+        path=path,
+        speed_mps=situation.wanted_speed_mps,
+        manoeuvre=Manoeuvre(side=side, path=path, target_d_m=target, speed_mps=situation.wanted_speed_mps),
+        refusal=refusal,
+    )
+
+
+def sampled(cycle: Cycle) -> tuple[Proposed, ...]:
+    """The best few of different kind out of the sampled family: side, early or late, slower or faster, each with its own guess."""
+    situation = cycle.situation
+    host, proposals = situation.host, []
+    for choice in best_of_kind(situation, cycle.vehicle, cycle.prediction, grid=cycle.settings.grid):
+        name = f"{'keep' if choice.side is Side.NONE else choice.side.value}-{choice.pace}{'' if choice.early else '-late'}"
+        if choice.side is Side.NONE:
+            path, manoeuvre, mode = keep_path(situation), None, Mode.BRAKE
+        else:
+            mode = Mode.EVADE
+            path = corrected(
+                start_s_m=host.s_m + host.speed_mps * choice.delay_s,
+                start_d_m=host.d_m,
+                target_d_m=choice.target_d_m,
+                speed_mps=host.speed_mps,
+                lateral_acceleration_mps2=choice.lateral_mps2,
+                b=choice.softness,
+            )
+            manoeuvre = Manoeuvre(side=choice.side, path=path, target_d_m=choice.target_d_m, speed_mps=choice.end_speed_mps)
+        refusal = _unwatched(situation, choice.side)
+        if choice.side is Side.NONE and choice.pace == "faster" and not situation.coverage.sees(Sector.FRONT):
+            refusal = "nobody watches the front"
+        proposals.append(
+            Proposed(
+                name=name,
+                mode=mode,
+                side=choice.side,
+                path=path,
+                speed_mps=choice.end_speed_mps,
+                manoeuvre=manoeuvre,
+                refusal=refusal,
+                guess=choice.states,
+                is_delayed=not choice.early,
+            )
+        )
+    return tuple(proposals)
+
+
+def given_path(situation: Situation, vehicle: Vehicle, design: SigmoidDesign, side: Side) -> OffsetPath:
+    """A designed sigmoid from where the host is: a and b as given, its reach counted from the middle of the host's lane."""
+    host, road = situation.host, situation.road
+    room = 0.5 * vehicle.width_m + _BODY_ROOM_M
+    reach = design.reach_m if side is Side.LEFT else -design.reach_m
+    centre = road.lane_centre_m(road.lane_of(host.d_m))
+    target = float(np.clip(centre + reach, min(road.right_edge_m + room, centre), max(road.left_edge_m - room, centre)))
+    return OffsetPath(start_s_m=host.s_m, start_d_m=host.d_m, amplitude_m=target - host.d_m, a_per_m=design.a_per_m, b=design.b)
+
+
+def _bent_path(cycle: Cycle, target_d_m: float) -> OffsetPath:
+    """The corrected sigmoid to its target, bent by the front vehicle's offset where the road allows it."""
+    situation, sigmoid = cycle.situation, cycle.settings.sigmoid
+    host, road = situation.host, situation.road
+    bend, bend_s = 0.0, host.s_m
+    front = next((t for t in situation.tracks if t.id == cycle.assessment.front_id), None)
+    if front is not None:
+        room = 0.5 * cycle.vehicle.width_m + _BODY_ROOM_M
+        low, high = road.right_edge_m + room, road.left_edge_m - room
+        half_lane_room = max(0.5 * road.lane_width_m - room, 0.0)
+        bend = float(np.clip(cycle.assessment.offset_m, -half_lane_room, half_lane_room))
+        bend = float(np.clip(target_d_m + bend, min(low, target_d_m), max(high, target_d_m)) - target_d_m)
+        bend_s = front.s_m + front.speed_s_mps * 2.5
+    return corrected(
+        start_s_m=host.s_m,
+        start_d_m=host.d_m,
+        target_d_m=target_d_m,
+        speed_mps=host.speed_mps,
+        lateral_acceleration_mps2=lateral_bound_mps2(situation, sigmoid),
+        b=sigmoid.b,
+        speed_floor_mps=sigmoid.speed_floor_mps,
+        bend_m=bend,
+        bend_s_m=bend_s,
+        bend_width_m=12.0,
+    )
+
+
+def _easing_mps2(cycle: Cycle) -> float:
+    """As is ordinary where braking is enough, half of that would do in the room that there is, and the front car itself brakes no harder;
+    elsewhere as hard as it may be."""
+    situation, assessment = cycle.situation, cycle.assessment
+    front = next((track for track in situation.tracks if track.id == assessment.front_id), None)
+    if assessment.mode is not Mode.BRAKE or front is None or front.acceleration_s_mps2 < -_ORDINARY_MPS2:
+        return math.inf
+    closing, room = situation.host.speed_mps - front.speed_s_mps, assessment.front_gap_m - _STANDING_GAP_M
+    return _ORDINARY_MPS2 if max(closing, 0.0) ** 2 <= _ORDINARY_MPS2 * room else math.inf
+
+
+def _unwatched(situation: Situation, side: Side) -> str:
+    """Why a side that nobody watches is refused; empty for one that is watched."""
+    sector = {Side.LEFT: Sector.LEFT, Side.RIGHT: Sector.RIGHT}.get(side)
+    return "" if sector is None or situation.coverage.sees(sector) else f"nobody watches the {side}"

@@ -1,0 +1,41 @@
+"""Nothing threatens: the lane is kept, or the active manoeuvre goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from mcdas_opt.domain.vocabulary import Mode
+from mcdas_opt.planning.candidate import Costed
+from mcdas_opt.planning.choice import Round
+from mcdas_opt.planning.proposals import go_on, keep_lane
+from mcdas_opt.planning.search import Search
+
+
+def lane_keeping(search: Search) -> Iterator[Round]:
+    """Who begins, or kept no lane before, compares it with the closed forms."""
+    cycle = search.cycle
+    if cycle.assessment.threatened:
+        return
+    if cycle.active is not None:
+        yield Round(competing=search.solve((go_on(cycle.active),)), is_comparison=False)
+        return
+    quiet = cycle.assessment.mode if cycle.assessment.mode in (Mode.CRUISE, Mode.PARK) else Mode.HOLD
+    search.keep = (keep_lane(cycle, quiet),)
+    passing = search.solve(search.keep)
+    cheaper = _cheaper_closed_forms(search, passing[0]) if passing and cycle.memory.chosen != search.keep[0].name else []
+    yield Round(competing=passing + cheaper, is_comparison=False)
+
+
+def _cheaper_closed_forms(search: Search, solved: Costed) -> list[Costed]:
+    """Those that cost notably less than what was solved. A planner that begins looks at all of them where keeping the lane does not pass
+    in closed form: the closed form would begin with something else."""
+    evaluator = search.evaluator
+    passing, departing = evaluator.drive(search.keep)
+    if not passing and search.cycle.memory.is_empty:
+        passing, more = evaluator.drive(search.basic)
+        departing += more
+    evaluator.passing += passing
+    evaluator.departing += departing
+    search.keep = ()
+    most = (solved.cost or 0.0) - evaluator.weights.notable
+    return [one for one in passing + departing if (one.cost or 0.0) < most]

@@ -1,0 +1,34 @@
+"""The remainder of the previous plan: judged once, it often still passes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from mcdas_opt.domain.plan import Candidate
+from mcdas_opt.planning.candidate import Checked, Costed, Driven, Proposed
+from mcdas_opt.planning.collision_check import verdicts
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.proposals import keep_path
+from mcdas_opt.planning.remainder import remainder
+
+NAME = "the rest of the last plan"
+
+
+def previous_plan(cycle: Cycle, rows: list[Candidate]) -> Iterator[Checked]:
+    """At most one."""
+    previous, active = cycle.memory.previous, cycle.memory.active
+    trajectory = remainder(previous, cycle.situation, cycle.vehicle)
+    if previous is None or trajectory is None:
+        return
+    proposed = Proposed(
+        name=NAME,
+        mode=previous.mode,
+        side=previous.side,
+        path=keep_path(cycle.situation) if active is None else active.path,
+        speed_mps=float(trajectory.speed_mps[-1]),
+        manoeuvre=active,
+    )
+    (verdict,) = verdicts((trajectory,), cycle)
+    checked = Checked(driven=Driven(proposed=proposed, trajectory=trajectory), verdict=verdict)
+    rows.append(Costed(checked=checked, cost=None).row())
+    yield checked

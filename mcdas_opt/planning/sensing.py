@@ -1,0 +1,58 @@
+"""From scans to a situation: the tracker, and where the car was when each scan was taken."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.measurement import Scan
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Request
+from mcdas_opt.planning.pose_history import PoseHistory
+from mcdas_opt.tracking.tracker import Tracker
+
+
+class Sensing:
+    """Remembers tracks and poses between cycles. `road` is what the car drives on unless a cycle is told another."""
+
+    def __init__(self, vehicle: Vehicle, road: Road) -> None:
+        self.road = road
+        self.tracker = Tracker(vehicle=vehicle)
+        self._poses = PoseHistory()
+
+    def reset(self) -> None:
+        """Forgets tracks and poses."""
+        self.tracker.reset()
+        self._poses = PoseHistory()
+
+    def situation(
+        self,
+        scans: Sequence[Scan],
+        host: HostState,
+        now: float,
+        *,
+        road: Road | None,
+        desired_speed_mps: float | None,
+        request: Request,
+    ) -> Situation:
+        """The situation at `now` [s], after these scans, each with its own time stamp, seen from where the car then was."""
+        on = road or self.road
+        self._poses.note(now, host)
+        for scan in sorted(scans, key=lambda scan: scan.t_s if math.isfinite(scan.t_s) else math.inf):
+            seen_from = self._poses.at(scan.t_s) if math.isfinite(scan.t_s) else host
+            self.tracker.update([scan], seen_from, on, now)
+        if not scans:
+            self.tracker.update([], host, on, now)
+        return Situation(
+            time_s=now,
+            host=host,
+            tracks=self.tracker.tracks(now),
+            coverage=self.tracker.coverage(now),
+            road=on,
+            vehicle=self.tracker.vehicle.name,
+            desired_speed_mps=desired_speed_mps,
+            request=request,
+        )

@@ -1,0 +1,97 @@
+"""How bad a drive is where nothing passes: the equivalent speed of its first impact."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, Prediction
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.nearness import nearness
+
+_OFF_THE_ROAD, _THIRD_VEHICLE = 1e3, 1e2  # m/s added: worse than any impact with the vehicles that threaten
+_ON_THE_EDGE_M = 0.02  # a corner so far over the road's edge is rounding
+_LEAST_SHARE = 0.5
+_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)  # of a lane change foretold
+
+
+def severity(trajectory: Trajectory, cycle: Cycle) -> tuple[float, float]:
+    """(equivalent impact speed [m/s], minus the time [s]) of the first overlap; (0, -inf) when there is none. Leaving the road is
+    worst, the farther the worse.
+
+    The equivalent speed is the relative speed times the square root of the share of the narrower body's width that overlaps: the energy is
+    taken as absorbed over that share. At least a half counts: a graze is not to be bought with braking that a moment later is missed.
+    Whoever was not in the host's lane is a third vehicle, not to be hit to spare oneself; the road's end is a wall.
+
+    Who may be changing lanes is foretold to come as fast as is believed of anybody, while who brakes or accelerates is foretold to do what
+    he shows. So the speed is the mean over lane changes of all shares of that one: what fails only if he comes that fast is less severe
+    than what fails in any case, as braking beside him. A model of this project, to rank candidates, not to predict injuries.
+    """
+    return severities((trajectory,), cycle)[0]
+
+
+def severity_in_words(speed_mps: float) -> str:
+    """What a severity stands for."""
+    if speed_mps >= _OFF_THE_ROAD:
+        return "leaves the road"
+    if speed_mps >= _THIRD_VEHICLE:
+        return f"hits a third vehicle, equivalent to {speed_mps - _THIRD_VEHICLE:.1f} m/s"
+    return f"equivalent to {speed_mps:.1f} m/s"
+
+
+def severities(trajectories: Sequence[Trajectory], cycle: Cycle) -> list[tuple[float, float]]:
+    """`severity` of each; those that are sampled at the same times in one go."""
+    groups: dict[bytes, list[int]] = {}
+    for i, trajectory in enumerate(trajectories):
+        groups.setdefault(trajectory.t_s.tobytes(), []).append(i)
+    found: dict[int, list[tuple[float, float]]] = {}
+    for supposed in _slower_changes(cycle.prediction):
+        supposing = replace(cycle, prediction=supposed)
+        for group in groups.values():
+            near = nearness([trajectories[i] for i in group], supposing)
+            for i, separation in zip(group, near.separation_m, strict=True):
+                found.setdefault(i, []).append(_severity(trajectories[i], supposing, separation))
+    each = (found[i] for i in range(len(trajectories)))
+    return [(sum(speed for speed, _ in of) / len(of), of[0][1]) for of in each]
+
+
+def _slower_changes(prediction: Prediction) -> list[Prediction]:
+    """The prediction, and the same with everybody who may be changing lanes coming only some share as far, down to hardly at all."""
+    if not any(isinstance(body, CruisingBody) and body.lateral_swell > 0.0 for body in prediction.bodies):
+        return [prediction]
+    return [Prediction(name=prediction.name, bodies=tuple(_slower(body, share) for body in prediction.bodies)) for share in _SHARES]
+
+
+def _slower(body: PredictedBody, share: float) -> PredictedBody:
+    return replace(body, lateral_swell=share * body.lateral_swell) if isinstance(body, CruisingBody) else body
+
+
+def _severity(trajectory: Trajectory, cycle: Cycle, separations: Array) -> tuple[float, float]:
+    vehicle, road, prediction = cycle.vehicle, cycle.situation.road, cycle.prediction
+    reach = 0.5 * (vehicle.width_m * np.cos(trajectory.heading_rad) + vehicle.length_m * np.abs(np.sin(trajectory.heading_rad)))
+    beyond = float(np.maximum(trajectory.d_m + reach - road.left_edge_m, road.right_edge_m - trajectory.d_m + reach).max())
+    if beyond > _ON_THE_EDGE_M:
+        return (_OFF_THE_ROAD + beyond, 0.0)
+    hits = [(int(np.argmax(row <= 0.0)), i) for i, row in enumerate(separations) if np.any(row <= 0.0)]
+    if road.road_end_s_m is not None:
+        over = trajectory.s_m + 0.5 * vehicle.length_m > road.road_end_s_m
+        k = int(np.argmax(over))
+        if over.any() and (not hits or k <= min(hits)[0]):  # the road's end is a wall
+            return (float(trajectory.speed_mps[k]), -float(trajectory.t_s[k]))
+    if not hits:
+        return (0.0, float("-inf"))
+    k, index = min(hits)
+    body = prediction.bodies[index]
+    motion = body.at(trajectory.t_s[k : k + 1])
+    psi, v = float(trajectory.heading_rad[k]), float(trajectory.speed_mps[k])
+    ds = v * np.cos(psi) - float(motion.speed_s_mps[0])
+    dd = v * np.sin(psi) - float(motion.speed_d_mps[0])
+    overlap = 0.5 * (vehicle.width_m + body.width_m) - abs(float(trajectory.d_m[k]) - float(motion.d_m[0]))
+    share = min(max(overlap / min(vehicle.width_m, body.width_m), _LEAST_SHARE), 1.0)
+    beside = abs(float(body.at(np.zeros(1)).d_m[0]) - float(trajectory.d_m[0])) - 0.5 * body.width_m
+    third = _THIRD_VEHICLE if beside > 0.5 * road.lane_width_m - 0.2 else 0.0
+    return (third + float(np.hypot(ds, dd)) * share**0.5, -float(trajectory.t_s[k]))

@@ -1,0 +1,29 @@
+"""The time-to-react assessment of a plan: which manoeuvres are open, until when, and whether that is worth an alert."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.vocabulary import Alert
+from mcdas_opt.manoeuvres.escape_library import EscapeSettings
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.escape_map import escapes
+from mcdas_opt.situation.alert import alert
+
+
+def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
+    """The plan with its escape map, alert and warning; an alert is a warning. As it is where the settings turn the map off."""
+    wanted = cycle.settings.warning
+    if not wanted.escapes:
+        return plan
+    comfort = _comfortable(wanted.comfort_mps2, wanted.comfort_share)
+    found = escapes(cycle.situation, cycle.vehicle, prediction=cycle.settings.prediction, settings=comfort)
+    told = alert(found, wanted, cycle.memory.alert)
+    return replace(plan, escapes=found, alert=told, warning=plan.warning or told is not Alert.NONE)
+
+
+@lru_cache(maxsize=4)
+def _comfortable(mps2: float, share: float) -> EscapeSettings:
+    return EscapeSettings(comfort_mps2=mps2, comfort_share=share)
