@@ -28,13 +28,23 @@ import numpy as np
 from benchmarks.lane_situations import evasion, lane_problem, posed
 from mcdas_opt import Planner, load_scene, simulate
 from mcdas_opt.domain.plan import Plan
-from mcdas_opt.planning import mpc
+from mcdas_opt.planning import cycle, evaluator, mpc, search
 from mcdas_opt.planning import planner as planning
-from mcdas_opt.planning.ways import Way
+from mcdas_opt.planning.candidate import Proposed
+from mcdas_opt.planning.rounds import active_manoeuvre, ranked_first
 from mcdas_opt.solvers.ipopt_engine import IpoptEngine
 
 SCENES = ("sandwich-60-40", "front-braking-with-follower", "curved-road", "benign-following")
-STAGES = ("assess", "ways_out", "spread_ways", "verdicts", "nearness", "worths", "to_safe_end")
+STAGES: tuple[tuple[str, Any], ...] = (  # a function, and where it is called
+    ("assess", cycle),
+    ("basic_four", search),
+    ("sampled", ranked_first),
+    ("sampled", active_manoeuvre),
+    ("verdicts", evaluator),
+    ("nearness", evaluator),
+    ("driving_costs", evaluator),
+    ("ended", evaluator),
+)
 
 
 def timed(spent: dict[str, list[float]], name: str, function: Callable[..., Any]) -> Callable[..., Any]:
@@ -73,9 +83,9 @@ def main() -> None:
     options = parser.parse_args()
 
     spent: dict[str, list[float]] = defaultdict(list)
-    for name in STAGES:
-        setattr(mpc, name, timed(spent, name, getattr(mpc, name)))
-    planning.watched = timed(spent, "escapes", planning.watched)  # type: ignore[attr-defined]
+    for name, room in STAGES:
+        setattr(room, name, timed(spent, name, getattr(room, name)))
+    planning.with_time_to_react = timed(spent, "escapes", planning.with_time_to_react)  # type: ignore[attr-defined]
     cycles: list[Cycle] = []
     for name in options.scenes:
         scene = load_scene(name)
@@ -97,14 +107,15 @@ def main() -> None:
         "cycle: tracks in, solved, judged, chosen": [c.judged_s for c in cycles],
     }
     for low, high in ((1, 1), (2, 4), (5, 99)):
-        rows[f"  of these with {low} to {high} ways solved"] = [c.judged_s for c in cycles if low <= c.ways <= high]
+        rows[f"  of these with {low} to {high} candidates solved"] = [c.judged_s for c in cycles if low <= c.candidates <= high]
     rows["escape map"] = [c.map_s for c in cycles]
     for label, values in rows.items():
         if values:
             median, tail = 1e3 * statistics.median(values) / oracle, 1e3 * float(np.quantile(values, 0.99)) / oracle
             print(f"{label:44} {len(values):7d}  {quantiles(values)}   ratio p50 {median:.3f} p99 {tail:.3f}")
     slowest = sorted(cycles, key=lambda cycle: -cycle.judged_s)[:5]
-    print("slowest cycles: " + "; ".join(f"{1e3 * c.judged_s:.1f} ms, {c.ways} ways, {c.iterations} iterations" for c in slowest))
+    told = (f"{1e3 * c.judged_s:.1f} ms, {c.candidates} candidates, {c.iterations} iterations" for c in slowest)
+    print("slowest cycles: " + "; ".join(told))
     whole = sum(spent.pop("step"))
     print(f"\n{'stage':12} {'calls':>7} {'median ms':>10} {'p99 ms':>9} {'share of the step':>18}")
     for stage, values in sorted(spent.items(), key=lambda item: -sum(item[1])):
@@ -118,19 +129,19 @@ def main() -> None:
 
 @dataclass(frozen=True)
 class Cycle:
-    """Times of one cycle [s], and its work: the whole step, what is judged in it without the map, the map; ways and iterations."""
+    """Times of one cycle [s], and its work: the whole step, what is judged in it without the map, the map; candidates and iterations."""
 
     step_s: float
     judged_s: float
     map_s: float
-    ways: int
+    candidates: int
     iterations: int
 
 
 def least(same: Sequence[Cycle]) -> Cycle:
     """Of the same cycle, timed again and again, the least of each time. Raises `ValueError` where the work was not the same."""
     first = same[0]
-    if any((one.ways, one.iterations) != (first.ways, first.iterations) for one in same):
+    if any((one.candidates, one.iterations) != (first.candidates, first.iterations) for one in same):
         raise ValueError("a drive did not repeat")
     times = {name: min(getattr(one, name) for one in same) for name in ("step_s", "judged_s", "map_s")}
     return replace(first, **times)
@@ -138,21 +149,22 @@ def least(same: Sequence[Cycle]) -> Cycle:
 
 def watched(planner: Planner, spent: dict[str, list[float]], cycles: list[Cycle]) -> Planner:
     """The planner with its step, plan, tracker and solver timed; what the warm-up of the sensors costs is left out."""
-    step, plan, update, ways = planner.step, planner.plan, planner.tracker.update, 0
+    step, plan, update, candidates = planner.step, planner.plan, planner.tracker.update, 0
     judged_s = map_s = 0.0
     if isinstance(planner.method, mpc.MpcMethod):
-        solve = timed(spent, "solve", planner.method.stage.solve)
+        solver = planner.method.solvers.usual
+        solve = timed(spent, "solve", solver.solve)
 
-        def solved(situation: Any, prediction: Any, way: Way) -> Any:
-            nonlocal ways
-            ways += 1
-            return solve(situation, prediction, way)
+        def solved(of: Any, proposed: Proposed) -> Any:
+            nonlocal candidates
+            candidates += 1
+            return solve(of, proposed)
 
-        planner.method.stage.solve = solved  # type: ignore[method-assign]
+        solver.solve = solved  # type: ignore[method-assign]
 
     def timed_plan(situation: Any) -> Plan:
-        nonlocal ways, judged_s, map_s
-        ways, maps, started = 0, len(spent["escapes"]), time.thread_time()
+        nonlocal candidates, judged_s, map_s
+        candidates, maps, started = 0, len(spent["escapes"]), time.thread_time()
         answer = plan(situation)
         whole_s = time.thread_time() - started
         map_s = sum(spent["escapes"][maps:])
@@ -165,7 +177,7 @@ def watched(planner: Planner, spent: dict[str, list[float]], cycles: list[Cycle]
         answer = step(*args, **kwargs)
         spent["step"].append(time.thread_time() - started)
         planner.tracker.update = update  # type: ignore[method-assign]
-        cycles.append(Cycle(spent["step"][-1], judged_s, map_s, ways, answer.iterations))
+        cycles.append(Cycle(spent["step"][-1], judged_s, map_s, candidates, answer.iterations))
         return answer
 
     planner.plan, planner.step = timed_plan, timed_step  # type: ignore[method-assign]

@@ -32,7 +32,7 @@ from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.evaluation.families import load_family
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.planning.stage_settings import StageSettings
+from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.solvers.osqp_engine import OsqpEngine
 from mcdas_opt.solvers.outcome import Ending, Outcome
@@ -255,17 +255,18 @@ class Watched(Planner):
 @lru_cache(maxsize=2)
 def _true_method(solver: str) -> MpcMethod:
     """Built once a process; its engines are lent to the planners of all kinds, one after the other."""
-    return MpcMethod(load_vehicle("sedan"), _QUIET, StageSettings(solver=solver))
+    return MpcMethod(load_vehicle("sedan"), _QUIET, SolverSettings(solver=solver))
 
 
 def planner_of(kind: str, found: Found, seed: int) -> Watched:
     """A planner whose engines do as the kind says."""
     deadline, answer = CLOCK.get(kind, (None, ENGINES.get(kind)))
     true = _true_method("osqp" if kind in LIBRARY else "interior-point")
-    method = MpcMethod(true.vehicle, _QUIET, true.stage.stage)
+    method = MpcMethod(true.vehicle, _QUIET, true.solvers.usual.own)
     rng = np.random.default_rng(seed)
-    for seats in method.stage.stage.seats:
-        engines, told = true.stage.posed(seats), vars(method.stage.posed(seats))
+    for slots in method.solvers.usual.own.slots:
+        engines = true.solvers.usual.problems.holding(slots, true.vehicle)
+        told = vars(method.solvers.usual.problems.holding(slots, true.vehicle))
         engines.osqp.reset()
         if answer is None:
             told["osqp"] = ToldOsqp(engines.osqp, *LIBRARY[kind], rng)

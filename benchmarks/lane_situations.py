@@ -1,6 +1,6 @@
 """Random lane situations and noisy closed loops, posed as the planner poses them: what the solver race and the solver tests run on.
 
-Evasions: a slower car ahead, mostly a faster one behind, others in the side lanes, but one side lane open; the way is the corrected
+Evasions: a slower car ahead, mostly a faster one behind, others in the side lanes, but one side lane open; the proposal is the corrected
 sigmoid into that lane at a lateral acceleration the road bears. Drawn so that a way through exists; nothing is filtered by a solver.
 """
 
@@ -22,8 +22,9 @@ from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
-from mcdas_opt.planning.lane_parameters import guessed_states, seated, shared_values, way_values
-from mcdas_opt.planning.ways import Manoeuvre, Way
+from mcdas_opt.planning.candidate import Proposed
+from mcdas_opt.planning.lane_parameters import guessed_states, obstacle_slots, proposal_values, shared_values
+from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.reference.offset_path import corrected
 from mcdas_opt.solvers.stage_problem import StageGuess, StageProblem
 from mcdas_opt.tracking.prediction import predict
@@ -44,12 +45,12 @@ class Posed:
     guess: StageGuess
 
 
-def lane_problem(seats: int, vehicle: Vehicle | None = None) -> StageProblem:
-    return LaneProblem(vehicle=vehicle or Vehicle(), neighbours=seats).stage_problem()
+def lane_problem(slots: int, vehicle: Vehicle | None = None) -> StageProblem:
+    return LaneProblem(vehicle=vehicle or Vehicle(), neighbours=slots).stage_problem()
 
 
-def evasion(rng: np.random.Generator, neighbours: int = 3, *, side: Side | None = None, urgency: float = 1.0) -> tuple[Situation, Way]:
-    """A front car at 1.2 to 2.5 s (at least 8 m), a rear car, `neighbours` - 2 more beside; the way leads into the open lane.
+def evasion(rng: np.random.Generator, neighbours: int = 3, *, side: Side | None = None, urgency: float = 1.0) -> tuple[Situation, Proposed]:
+    """A front car at 1.2 to 2.5 s (at least 8 m), a rear car, `neighbours` - 2 more beside; the proposal leads into the open lane.
 
     An `urgency` above 1 divides times and distances: at 2 many of them end in a scrape.
     """
@@ -89,10 +90,10 @@ def evasion(rng: np.random.Generator, neighbours: int = 3, *, side: Side | None 
             )
         )
     situation = Situation(host=host, tracks=tuple(cars), road=road, desired_speed_mps=v)
-    return situation, evading_way(situation, Side.LEFT if sign > 0 else Side.RIGHT)
+    return situation, evading(situation, Side.LEFT if sign > 0 else Side.RIGHT)
 
 
-def evading_way(situation: Situation, side: Side) -> Way:
+def evading(situation: Situation, side: Side) -> Proposed:
     """Into the next lane on `side` along the corrected sigmoid."""
     host, road = situation.host, situation.road
     target = road.lane_centre_m(road.lane_of(host.d_m) + (1 if side is Side.LEFT else -1))
@@ -104,20 +105,20 @@ def evading_way(situation: Situation, side: Side) -> Way:
         lateral_acceleration_mps2=min(4.0, 0.6 * road.friction * GRAVITY_MPS2),
     )
     manoeuvre = Manoeuvre(side=side, path=path, target_d_m=target, speed_mps=situation.wanted_speed_mps)
-    return Way(name=side.value, mode=Mode.EVADE, side=side, path=path, speed_mps=situation.wanted_speed_mps, manoeuvre=manoeuvre)
+    return Proposed(name=side.value, mode=Mode.EVADE, side=side, path=path, speed_mps=situation.wanted_speed_mps, manoeuvre=manoeuvre)
 
 
-def posed(situation: Situation, way: Way, problem: StageProblem, nodes: int = 40, guess: StageGuess | None = None) -> Posed:
-    """With the way's own cold guess, or a warm one."""
+def posed(situation: Situation, proposed: Proposed, problem: StageProblem, nodes: int = 40, guess: StageGuess | None = None) -> Posed:
+    """With the proposal's own cold guess, or a warm one."""
     times = np.round(STEP_S * np.arange(nodes + 1), 9)
     if guess is None:
-        x = guessed_states(situation, way, Vehicle(), times)
+        x = guessed_states(situation, proposed, Vehicle(), times)
         guess = StageGuess(x=x, u=np.zeros((nodes, problem.nu)), s=np.zeros((nodes + 1, problem.ns)))
     bodies = predict(situation.tracks, PredictionSettings()).bodies
-    others = seated(bodies, times, along_m=0.5, across_m=0.25)
-    seats = sum(1 for name in problem.parameters if name.startswith("body") and name.endswith("_along"))
-    shared = shared_values(situation, others, seats=seats, friction_share=0.97)
-    p = LaneParameters(names=problem.parameters).matrix(nodes, shared, way_values(situation, others, way, times, guess.x[:, 0]))
+    others = obstacle_slots(bodies, times, along_m=0.5, across_m=0.25)
+    slots = sum(1 for name in problem.parameters if name.startswith("body") and name.endswith("_along"))
+    shared = shared_values(situation, others, slots=slots, friction_share=0.97)
+    p = LaneParameters(names=problem.parameters).matrix(nodes, shared, proposal_values(situation, others, proposed, times, guess.x[:, 0]))
     x0 = np.clip(situation.host.to_vector(), problem.x_lower, problem.x_upper)
     return Posed(x0=x0, p=p, steps=np.full(nodes, STEP_S), guess=guess)
 
@@ -125,20 +126,20 @@ def posed(situation: Situation, way: Way, problem: StageProblem, nodes: int = 40
 class NoisyLoop:
     """A closed loop: the host is driven by the inputs it is given, disturbed each step; the others keep their speeds.
 
-    Halfway a new car stands in the lane that the host has reached, and the way leads back: an event.
+    Halfway a new car stands in the lane that the host has reached, and the proposal leads back: an event.
     """
 
     def __init__(self, seed: int, neighbours: int = 3, steps: int = 100, urgency: float = 1.0) -> None:
         self.rng = np.random.default_rng(seed)
-        self.situation, self.way = evasion(self.rng, neighbours, urgency=urgency)
+        self.situation, self.proposed = evasion(self.rng, neighbours, urgency=urgency)
         self.steps, self.event, self.urgency = steps, True, urgency
 
-    def run(self) -> Iterator[tuple[Situation, Way, bool]]:
-        """Each step's situation, way and whether it is an event; `drive` must be called in between."""
+    def run(self) -> Iterator[tuple[Situation, Proposed, bool]]:
+        """Each step's situation, proposal and whether it is an event; `drive` must be called in between."""
         for k in range(self.steps):
             if k == self.steps // 2:
                 self._second()
-            yield self.situation, self.way, self.event
+            yield self.situation, self.proposed, self.event
             self.event = False
 
     def drive(self, u: Array) -> None:
@@ -166,5 +167,5 @@ class NoisyLoop:
         others = tuple(t for t in situation.tracks if t.id != "front" and abs(t.s_m - host.s_m) > 25.0)
         wanted = max(host.speed_mps, 5.0)
         self.situation = replace(situation, tracks=(car, *others), desired_speed_mps=wanted)
-        self.way = evading_way(self.situation, back)
+        self.proposed = evading(self.situation, back)
         self.event = True

@@ -30,6 +30,7 @@ from typing import Any
 import numpy as np
 
 import mcdas_opt
+from mcdas_opt.baselines.corrected import CorrectedMethod
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
@@ -40,16 +41,16 @@ from mcdas_opt.domain.vocabulary import Mode, Sector, Side, Status
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.provenance import versions
 from mcdas_opt.evaluation.running.journal import Journal
-from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.continuation import to_safe_end
+from mcdas_opt.planning.cost import CostWeights, lane_change_cost, trajectory_cost
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.lane_departure import departure
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.planning.selection import WorthSettings, severity, worth
+from mcdas_opt.planning.proposals import keep_lane
+from mcdas_opt.planning.severity import severity
 from mcdas_opt.planning.simple_policies import simple_policies
-from mcdas_opt.planning.ways import keeping_way, shorter_side, strays
-from mcdas_opt.situation.assess import assess
-from mcdas_opt.tracking.prediction import predict_for
 
-_SEVERITY_MPS, _WORTH_SHARE, _WORTH = 0.5, 0.02, 0.05  # differences that count as none; steering out costs 2
+_SEVERITY_MPS, _COST_SHARE, _COST = 0.5, 0.02, 0.05  # differences that count as none; steering out costs 2
 _BEST_SIMPLE_MPS = 0.5
 _BLOCK = 50
 
@@ -143,17 +144,18 @@ def examine(seed: int, planner: Planner, corrected: CorrectedMethod, tally: Tall
         tally.fault("NaN in a document", seed)
     if plan.verdict.passed == (plan.status is Status.UNAVOIDABLE):
         tally.fault("unverified plan", seed)
-    _against_corrected(seed, situation, plan, planner, corrected, tally)
+    cycle = Cycle.of(situation, planner.vehicle, planner.settings)
+    _against_corrected(cycle, plan, corrected, seed, tally)
     if plan.status is Status.UNAVOIDABLE:
-        _against_simple(seed, situation, plan, planner, tally)
+        _against_simple(cycle, plan, seed, tally)
 
 
-def _against_corrected(seed: int, situation: Situation, plan: Plan, planner: Planner, corrected: CorrectedMethod, tally: Tally) -> None:
+def _against_corrected(cycle: Cycle, plan: Plan, corrected: CorrectedMethod, seed: int, tally: Tally) -> None:
+    situation = cycle.situation
     other = corrected.plan(situation, None)
     if not isinstance(other, Plan):
         return
-    prediction = predict_for(situation, planner.settings.prediction)
-    towards = _side(other, situation, planner)
+    towards = _side(other, cycle)
     passes = other.verdict.passed and (towards is Side.NONE or situation.coverage.sees(Sector(towards.value)))
     if passes != other.verdict.passed:
         tally.counts["corrected goes where nobody watches"] += 1
@@ -163,58 +165,44 @@ def _against_corrected(seed: int, situation: Situation, plan: Plan, planner: Pla
             tally.fault("worse than corrected: passed", seed)
         return
     if not plan.verdict.passed:
-        ours, theirs = (severity(p.trajectory, planner.vehicle, situation.road, prediction)[0] for p in (plan, other))
-        kept = other.verdict.only_collides
-        if kept and ours > theirs + _SEVERITY_MPS:
+        ours, theirs = (severity(p.trajectory, cycle)[0] for p in (plan, other))
+        if other.verdict.only_collides and ours > theirs + _SEVERITY_MPS:
             tally.fault("worse than corrected: severity", seed)
         return
-    end = to_safe_end(other.trajectory, other.verdict, situation, planner.vehicle, prediction, planner.settings.safe_end).end
-    safe = plan.safe_end is not None and plan.safe_end.safe
-    if safe != end.safe:
-        if end.safe:
+    end = to_safe_end(other.trajectory, other.verdict, cycle).end
+    safe, theirs_safe = (one is not None and one.safe for one in (plan.safe_end, end))
+    if safe != theirs_safe:
+        if theirs_safe:
             tally.fault("worse than corrected: safe end", seed)
         return
-    assessment = assess(situation, planner.vehicle, planner.settings.selector, None)
-
-    def value(of: Plan) -> float:
-        return worth(
-            _horizon(of, planner),
-            vehicle=planner.vehicle,
-            road=situation.road,
-            prediction=prediction,
-            desired_speed_mps=situation.wanted_speed_mps,
-            side=_side(of, situation, planner),
-            leaning=shorter_side(assessment),
-            needless=assessment.mode in (Mode.BRAKE, Mode.ACCELERATE),
-            settings=WorthSettings(),
-        )
-
-    ours, theirs = value(plan), value(other)
+    ours, theirs = _cost(plan, cycle), _cost(other, cycle)
     tally.counts["both pass"] += 1
-    if ours > theirs * (1.0 + _WORTH_SHARE) + _WORTH:
-        tally.fault("worse than corrected: worth", seed)
+    if ours > theirs * (1.0 + _COST_SHARE) + _COST:
+        tally.fault("worse than corrected: cost", seed)
 
 
-def _side(plan: Plan, situation: Situation, planner: Planner) -> Side:
+def _cost(plan: Plan, cycle: Cycle) -> float:
+    """Of its horizon, and of leaving its lane."""
+    weights = CostWeights()
+    return trajectory_cost(_horizon(plan, cycle), cycle, weights) + lane_change_cost(_side(plan, cycle), cycle, weights)
+
+
+def _side(plan: Plan, cycle: Cycle) -> Side:
     """Where it leaves its lane to: what it was meant to, else where it is driven."""
     if plan.side is not Side.NONE:
         return plan.side
-    return strays(_horizon(plan, planner), situation, keeping_way(situation, Mode.HOLD), planner.vehicle)
+    return departure(_horizon(plan, cycle), keep_lane(cycle, Mode.HOLD), cycle)
 
 
-def _horizon(plan: Plan, planner: Planner) -> Trajectory:
-    drive, last = plan.trajectory, float(planner.settings.grid.times_s[-1])
+def _horizon(plan: Plan, cycle: Cycle) -> Trajectory:
+    drive, last = plan.trajectory, float(cycle.settings.grid.times_s[-1])
     n = int(np.searchsorted(drive.t_s, last + 1e-6))
     return type(drive).from_states(drive.t_s[:n], drive.states[:n], drive.inputs[: n - 1])
 
 
-def _against_simple(seed: int, situation: Situation, plan: Plan, planner: Planner, tally: Tally) -> None:
-    prediction = predict_for(situation, planner.settings.prediction)
-    ours = severity(plan.trajectory, planner.vehicle, situation.road, prediction)[0]
-    best = min(
-        severity(drive, planner.vehicle, situation.road, prediction)[0]
-        for _, drive in simple_policies(situation, planner.vehicle, planner.settings)
-    )
+def _against_simple(cycle: Cycle, plan: Plan, seed: int, tally: Tally) -> None:
+    ours = severity(plan.trajectory, cycle)[0]
+    best = min(severity(driven.trajectory, cycle)[0] for driven in simple_policies(cycle))
     tally.beyond_simple_mps.append(ours - best)
     if ours > best + _BEST_SIMPLE_MPS:
         tally.fault("more severe than a simple policy", seed)

@@ -32,7 +32,7 @@ from benchmarks.lane_situations import NoisyLoop, Posed, evasion, lane_problem, 
 from benchmarks.piqp_engine import PiqpEngine
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
-from mcdas_opt.planning.ways import Way
+from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.solvers.interior_point import InteriorPointEngine
 from mcdas_opt.solvers.ipopt_engine import IpoptEngine
 from mcdas_opt.solvers.linearisation import Linearisation
@@ -65,13 +65,13 @@ class Route:
         if hasattr(self.engine, "reset"):
             self.engine.reset()
 
-    def step(self, situation: Situation, way: Way, event: bool) -> Answer:
+    def step(self, situation: Situation, proposed: Proposed, event: bool) -> Answer:
         last = self._last
         warm = last is not None and not event and last.ending in (Ending.CONVERGED, Ending.LIMIT)
         wall, cpu = time.perf_counter(), time.thread_time()
         guess = self._shifted(last) if warm and last is not None else None
         wall, cpu = time.perf_counter() - wall, time.thread_time() - cpu
-        q = posed(situation, way, self.problem, NODES, guess)
+        q = posed(situation, proposed, self.problem, NODES, guess)
         wall_from, cpu_from = time.perf_counter(), time.thread_time()
         self._last = self.engine.solve(q.x0, q.p, q.steps, q.guess, self.caps[0 if warm else 1])
         wall, cpu = wall + time.perf_counter() - wall_from, cpu + time.thread_time() - cpu_from
@@ -146,18 +146,18 @@ def percentiles(seconds: list[float], shares: tuple[float, ...] = (50, 95, 99, 1
 
 def replay(problem: StageProblem, loops: int, neighbours: int, repeats: int, only: str) -> None:
     price, driver, oracle = Price(problem, NODES), InteriorPointEngine(problem, NODES), IpoptEngine(problem, NODES)
-    recorded: list[tuple[Situation, Way, bool]] = []
+    recorded: list[tuple[Situation, Proposed, bool]] = []
     best: list[tuple[Posed, float]] = []
     for seed in range(loops):
         loop, last = NoisyLoop(seed, neighbours), None
-        for situation, way, event in loop.run():
-            recorded.append((situation, way, event))
-            q = posed(situation, way, problem, NODES, driver.shifted(last) if last is not None and not event else None)
+        for situation, proposed, event in loop.run():
+            recorded.append((situation, proposed, event))
+            q = posed(situation, proposed, problem, NODES, driver.shifted(last) if last is not None and not event else None)
             last = driver.solve(q.x0, q.p, q.steps, q.guess)
-            cold = posed(situation, way, problem, NODES)
+            cold = posed(situation, proposed, problem, NODES)
             near = StageGuess(x=last.x, u=last.u, s=last.s)
             found = [oracle.solve(q.x0, q.p, q.steps, guess) for guess in (near, cold.guess)]
-            fair = posed(situation, way, problem, NODES, near)
+            fair = posed(situation, proposed, problem, NODES, near)
             costs = [price.of(o.u, fair) for o in found if o.ending is Ending.CONVERGED]
             best.append((fair, min(costs, default=float("nan"))))
             loop.drive(last.u[0])
@@ -192,10 +192,10 @@ def closed(problem: StageProblem, loops: int, neighbours: int, only: str) -> Non
         for seed in range(loops):
             route.restart()
             loop = NoisyLoop(seed, neighbours)
-            for situation, way, event in loop.run():
-                answer = route.step(situation, way, event)
+            for situation, proposed, event in loop.run():
+                answer = route.step(situation, proposed, event)
                 u = np.clip(np.nan_to_num(answer.outcome.u[0]), problem.u_lower, problem.u_upper)
-                paid += price.realised(situation.host.to_vector(), u, posed(situation, way, problem, NODES).p[0])
+                paid += price.realised(situation.host.to_vector(), u, posed(situation, proposed, problem, NODES).p[0])
                 bad += answer.outcome.ending is not Ending.CONVERGED
                 counts.append(answer.outcome.iterations)
                 times.append(answer.cpu_s)

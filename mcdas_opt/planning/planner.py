@@ -85,11 +85,11 @@ class Planner:
     def rolls_about(self, point_m: float) -> None:
         """From now on the car moves along its own axis at this point ahead of its rear axle (`Vehicle.rolling_point_m`): the method that
         keeps a `vehicle` is told. One that keeps none goes on about the rear axle."""
-        if self.vehicle.rolling_point_m == point_m:
-            return
-        self.vehicle = self.tracker.vehicle = replace(self.vehicle, rolling_point_m=point_m)
-        if isinstance(getattr(self.method, "vehicle", None), Vehicle):
-            self.method.vehicle = self.vehicle
+        if self.vehicle.rolling_point_m != point_m:
+            self.vehicle = self.tracker.vehicle = replace(self.vehicle, rolling_point_m=point_m)
+        own = getattr(self.method, "vehicle", None)
+        if isinstance(own, Vehicle) and own.rolling_point_m != point_m:
+            self.method.vehicle = replace(own, rolling_point_m=point_m)
 
     def reset(self) -> None:
         """Forgets tracks and the last plan."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 MODULE = """
 import os, time
-from mcdas_opt.planning.rivals.lane import judged
+from mcdas_opt.baselines.lane import judged
 
 class Gently:
     def wanted_mps2(self, t_s, s_m, speed_mps):

@@ -82,7 +82,7 @@ class TestWithThePackage:
         gone = replace(wall, time_s=0.1, tracks=())
         held = method.plan(gone, first)
         assert isinstance(held, Plan)
-        assert held.reference is first.reference
+        assert held.memory is first.memory
         assert held.mode is Mode.BRAKE
         free = method.plan(replace(gone, time_s=0.3), held)
         assert isinstance(free, Plan)

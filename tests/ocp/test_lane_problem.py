@@ -16,14 +16,14 @@ from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.ocp.lane_mpc import CENTRE, LaneParameters, LaneProblem
 from mcdas_opt.ocp.terms import MovingBody, Stage, reference_d
-from mcdas_opt.planning.lane_stage import LaneStage
-from mcdas_opt.planning.stage_settings import StageSettings
-from mcdas_opt.planning.ways import ways_out
+from mcdas_opt.planning.candidate import Driven
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
+from mcdas_opt.planning.proposals import basic_four
+from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.reference.offset_path import corrected
-from mcdas_opt.situation.assess import assess
 from mcdas_opt.solvers.linearisation import Linearisation
 from mcdas_opt.solvers.outcome import Ending
-from mcdas_opt.tracking.prediction import predict
 from tests.planning.situations import random_sandwich, sandwich
 
 VEHICLE = Vehicle()
@@ -34,13 +34,11 @@ NAMES = LaneParameters(names=PROBLEM.parameters)
 def _posed(seed: int):
     situation = random_sandwich(seed)
     config = Settings()
-    stage = LaneStage(VEHICLE, config)
-    prediction = predict(situation.tracks, config.prediction)
-    assessment = assess(situation, VEHICLE, config.selector)
-    way = ways_out(situation, assessment, VEHICLE, config.sigmoid, None)[2 + seed % 2]
-    posed = stage.posed(len(prediction.bodies))
-    guess = stage.guess(situation, way, posed)
-    return situation, posed, guess, stage.parameters(situation, prediction, way, guess.x[:, 0]), config.grid.steps_s
+    solver, cycle = LaneMpcSolver(VEHICLE, config), Cycle.of(situation, VEHICLE, config)
+    proposed = basic_four(cycle, None)[2 + seed % 2]
+    posed = solver.problems.holding(len(cycle.prediction.bodies), VEHICLE)
+    guess = solver.guess(cycle, proposed, posed)
+    return situation, posed, guess, solver.parameters(cycle, proposed, guess.x[:, 0]), config.grid.steps_s
 
 
 def test_every_term_is_named_and_every_slack_has_a_price() -> None:
@@ -123,28 +121,25 @@ def test_real_time_iteration_is_near_the_converged_solution(seed: int) -> None:
 
 
 def test_planner_settings_reach_the_problem() -> None:
-    stage = LaneStage(VEHICLE, Settings())
-    assert stage.posed(0).seats == 2
-    assert stage.posed(3).seats == 4
-    assert stage.posed(99).seats == stage.stage.seats[-1]
-    assert stage.posed(3) is stage.posed(4)
-    assert len(stage.nearest(sandwich(), predict(sandwich().tracks, Settings().prediction))) == 2
+    solver = LaneMpcSolver(VEHICLE, Settings())
+    problems = solver.problems
+    assert [problems.holding(neighbours, VEHICLE).slots for neighbours in (0, 3, 99)] == [2, 4, solver.own.slots[-1]]
+    assert problems.holding(3, VEHICLE) is problems.holding(4, VEHICLE)
+    assert len(solver.nearest(Cycle.of(sandwich(), VEHICLE))) == 2
 
 
 def test_a_cold_start_by_ipopt_ends_where_the_iteration_does() -> None:
     situation, config = sandwich(0.3), Settings()
     ends = []
     for choice in ({"solver": "osqp"}, {"cold_start": "ipopt"}, {}):
-        stage = LaneStage(VEHICLE, config, StageSettings(**choice))
-        prediction = predict(situation.tracks, config.prediction)
-        way = ways_out(situation, assess(situation, VEHICLE, config.selector), VEHICLE, config.sigmoid, None)[2]
-        solved = stage.solve(situation, prediction, way)
-        assert solved.trajectory is not None
+        cycle = Cycle.of(situation, VEHICLE, config)
+        solved = LaneMpcSolver(VEHICLE, config, SolverSettings(**choice)).solve(cycle, basic_four(cycle, None)[2])
+        assert isinstance(solved, Driven)
         ends.append(solved.trajectory.states[-1])
     assert ends[0] == pytest.approx(ends[1], abs=0.02)
     assert ends[2] == pytest.approx(ends[1], abs=0.02)
     with pytest.raises(ParameterError, match="cold_start"):
-        StageSettings(cold_start="newton")
+        SolverSettings(cold_start="newton")
 
 
 @given(point=st.floats(0.0, 6.0), seed=st.integers(0, 1000))

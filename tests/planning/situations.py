@@ -7,9 +7,17 @@ from dataclasses import replace
 import numpy as np
 
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.planning.cycle import Cycle
+
+
+def under(prediction: Prediction, vehicle: Vehicle, road: Road) -> Cycle:
+    """A cycle on this road with this prediction."""
+    return replace(Cycle.of(Situation(host=HostState(), road=road), vehicle), prediction=prediction)
 
 
 def car(name: str, s: float, d: float, v: float, **more: float) -> Track:

@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mcdas_opt.baselines.competent_driver import CompetentDriverMethod, CompetentDriverSettings, ReactionLaw
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.planning.rivals.competent_driver import CompetentDriverMethod, CompetentDriverSettings, ReactionLaw
 
 CAR, DRIVER = Vehicle(), CompetentDriverSettings()
 REFERENCE = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "protocols" / "r157_cutin_reference_528.csv"

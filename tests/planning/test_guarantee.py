@@ -11,16 +11,17 @@ import pytest
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
-from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.safe_end import EndKind
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vocabulary import Side, Status
 from mcdas_opt.manoeuvres.safe_end import ends
-from mcdas_opt.planning.lane_stage import Posed
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.memory import PreviousPlan
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.planning.selection import severity
+from mcdas_opt.planning.remainder import remainder
+from mcdas_opt.planning.severity import severity
 from mcdas_opt.planning.simple_policies import simple_policies
-from mcdas_opt.planning.tail import tail
+from mcdas_opt.planning.transcribed_problem import TranscribedProblem
 from mcdas_opt.solvers.outcome import Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess
 from mcdas_opt.tracking.prediction import predict_for
@@ -64,14 +65,15 @@ def test_rest_of_a_plan_is_the_plan_where_everybody_does_as_foreseen(planner: Pl
     planner.reset()
     situation = sandwich()
     plan = planner.plan(situation)
+    previous = PreviousPlan.of(plan)
     for seconds in (0.1, 0.5, 1.0):
-        rest = tail(plan, later(situation, plan, seconds), planner.vehicle)
+        rest = remainder(previous, later(situation, plan, seconds), planner.vehicle)
         assert rest is not None
         n = min(len(rest), len(plan.trajectory) - round(seconds / 0.1))
         assert np.abs(rest.states[1:n] - plan.trajectory.states[round(seconds / 0.1) + 1 :][: n - 1]).max() < 1e-9
-    assert tail(plan, replace(situation, time_s=situation.time_s + 60.0), planner.vehicle) is None
-    assert tail(None, situation, planner.vehicle) is None
-    assert tail(replace(plan, status=Status.UNAVOIDABLE), later(situation, plan, 0.1), planner.vehicle) is None
+    assert remainder(previous, replace(situation, time_s=situation.time_s + 60.0), planner.vehicle) is None
+    assert remainder(None, situation, planner.vehicle) is None
+    assert PreviousPlan.of(replace(plan, status=Status.UNAVOIDABLE)) is None
 
 
 class _Forced:
@@ -104,8 +106,8 @@ def test_rest_of_the_last_plan_answers_when_the_engines_fall_silent(monkeypatch:
     first = planner.plan(situation)
     assert (first.status, first.side is not Side.NONE) == (Status.PLANNED, True)
     silent = property(lambda posed: _Forced(_raising))
-    monkeypatch.setattr(Posed, "interior_point", silent)
-    monkeypatch.setattr(Posed, "osqp", silent)
+    monkeypatch.setattr(TranscribedProblem, "interior_point", silent)
+    monkeypatch.setattr(TranscribedProblem, "osqp", silent)
     for _ in range(10):
         plan = planner.plan(situation := later(situation, planner.previous or first, 0.1))
         assert plan.status is Status.FALLBACK
@@ -123,12 +125,9 @@ def test_unavoidable_is_no_more_severe_than_what_anybody_would_try(planner: Plan
     if plan.status is not Status.UNAVOIDABLE:
         assert plan.verdict.passed
         return
-    prediction: Prediction = predict_for(situation, planner.settings.prediction)
-    simple = [
-        severity(drive, planner.vehicle, situation.road, prediction)[0]
-        for _, drive in simple_policies(situation, planner.vehicle, planner.settings)
-    ]
-    assert severity(plan.trajectory, planner.vehicle, situation.road, prediction)[0] <= min(simple) + 0.5 + 1e-9
+    cycle = Cycle.of(situation, planner.vehicle, planner.settings)
+    simple = [severity(driven.trajectory, cycle)[0] for driven in simple_policies(cycle)]
+    assert severity(plan.trajectory, cycle)[0] <= min(simple) + 0.5 + 1e-9
 
 
 def test_contradiction_is_refused_with_its_reason_and_answered(planner: Planner) -> None:

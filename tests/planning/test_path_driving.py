@@ -9,6 +9,9 @@ from hypothesis import strategies as st
 
 from mcdas_opt.actuation import path_following
 from mcdas_opt.actuation.path_following import AccelerationLaw, FollowingSettings, SpeedLaw
+from mcdas_opt.baselines.competent_driver import CompetentDriverSettings, ReactionLaw
+from mcdas_opt.baselines.idm_mobil import Following
+from mcdas_opt.baselines.steady import SteadyLaw
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
@@ -18,9 +21,6 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.car_following import IdmSettings
 from mcdas_opt.ocp.compiled_drive import compiled_drive
 from mcdas_opt.planning.path_driving import follow
-from mcdas_opt.planning.rivals.competent_driver import CompetentDriverSettings, ReactionLaw
-from mcdas_opt.planning.rivals.idm_mobil import Following
-from mcdas_opt.planning.rivals.steady import SteadyLaw
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.reference.offset_path import corrected
 from mcdas_opt.verification.judge import judge

@@ -10,6 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mcdas_opt.baselines.aeb import AebMethod, AebSettings, needed_gap_m
+from mcdas_opt.baselines.competent_driver import CompetentDriverMethod, CompetentDriverSettings
+from mcdas_opt.baselines.idm_mobil import IdmMobilMethod, MobilSettings
 from mcdas_opt.catalogue.scenes import scene_from_document
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan, Refusal
@@ -21,9 +24,6 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Request, Side
 from mcdas_opt.dynamics.car_following import Leader
 from mcdas_opt.planning.method import build_method, known_methods
-from mcdas_opt.planning.rivals.aeb import AebMethod, AebSettings, needed_gap_m
-from mcdas_opt.planning.rivals.competent_driver import CompetentDriverMethod, CompetentDriverSettings
-from mcdas_opt.planning.rivals.idm_mobil import IdmMobilMethod, MobilSettings
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.record import Outcome
 from mcdas_opt.tracking.prediction import predict_for
@@ -154,7 +154,7 @@ def test_mobil_asks_for_a_lane_that_is_there_watched_and_free_beside() -> None:
     assert planned(method, blind).side is Side.NONE
     begun = planned(method, situation(slow, lanes_left=1))
     later = Situation(host=HostState(s_m=10.0, d_m=0.6, speed_mps=20.0), tracks=(slow,), road=Road(lanes_left=1), time_s=0.5)
-    assert planned(method, later, begun).reference is begun.reference
+    assert planned(method, later, begun).memory is begun.memory
 
 
 def test_the_competent_driver_reacts_as_published() -> None:
@@ -169,7 +169,7 @@ def test_the_competent_driver_reacts_as_published() -> None:
     assert np.interp(1.05, t, a) == pytest.approx(-12.65 * 0.3, abs=0.7)
     assert np.interp(1.45, t, a) == pytest.approx(-driver.braking_mps2, abs=0.02)
     later = planned(method, situation(ahead(12.0, 0.0), time_s=0.7), plan)
-    assert later.reference == plan.reference
+    assert later.memory == plan.memory
     assert np.interp(0.35, later.trajectory.t_s, later.trajectory.acceleration_mps2) == pytest.approx(-12.65 * 0.3, abs=0.7)
     assert planned(method, situation(ahead(12.0, 0.0), time_s=0.7)).trajectory.acceleration_mps2[6] == pytest.approx(-0.4)
 

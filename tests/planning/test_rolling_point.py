@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mcdas_opt.baselines.corrected import CorrectedMethod
 from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.native.compile_cache import SWITCH
-from mcdas_opt.planning.closed_form import CorrectedMethod
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.judge import judge
@@ -42,7 +42,7 @@ def test_everybody_who_plans_is_told_and_can_be_told_back(method: str) -> None:
     situation = random_sandwich(5)
     first, second = Planner(method=method), Planner(method=method)
     second.rolls_about(2.0)
-    for part in (second.method, second.ladder, second.tracker):
+    for part in (second.method, second.tracker):
         assert part.vehicle == second.vehicle == replace(Vehicle(), rolling_point_m=2.0)
     second.rolls_about(0.0)
     assert second.vehicle == first.vehicle

@@ -13,8 +13,9 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.planning.selection import severity
+from mcdas_opt.planning.severity import severity
 from mcdas_opt.tracking.prediction import predict
+from tests.planning.situations import under
 
 CAR, ROAD = Vehicle(), Road(lanes_left=1, lanes_right=1)
 SPEEDS = st.floats(5.0, 30.0)
@@ -31,7 +32,7 @@ def straight(speed: float, d_m: float = 0.0, seconds: float = 8.0) -> Trajectory
 def hit(speed: float, ahead: bool, closing: float, across_m: float = 0.0, d_m: float = 0.0) -> float:
     """Equivalent speed of running into a car 8 m away, or of being run into by it, so far off the middle."""
     other = Track(id="x", s_m=8.0 if ahead else -8.0, d_m=across_m, speed_s_mps=speed - closing if ahead else speed + closing)
-    return severity(straight(speed, d_m), CAR, ROAD, predict((other,)))[0]
+    return severity(straight(speed, d_m), under(predict((other,)), CAR, ROAD))[0]
 
 
 @given(speed=st.floats(16.0, 30.0), closing=CLOSINGS, ahead=st.booleans())
@@ -54,7 +55,7 @@ def test_a_third_vehicle_is_worse_than_who_threatens_and_leaving_the_road_worse_
     states = swerve.states.copy()
     states[1:, 1] = ROAD.lane_width_m  # over there at once
     over = Trajectory.from_states(swerve.t_s, states, np.zeros((swerve.t_s.size - 1, 2)))
-    at_third = severity(over, CAR, ROAD, predict((third,)))[0]
-    off = severity(straight(speed, d_m=ROAD.left_edge_m), CAR, ROAD, predict(()))[0]
+    at_third = severity(over, under(predict((third,)), CAR, ROAD))[0]
+    off = severity(straight(speed, d_m=ROAD.left_edge_m), under(predict(()), CAR, ROAD))[0]
     assert 30.0 < at_third < off
-    assert severity(over, CAR, ROAD, predict(()))[0] == 0.0
+    assert severity(over, under(predict(()), CAR, ROAD))[0] == 0.0

@@ -8,7 +8,10 @@ import signal
 import numpy as np
 import pytest
 
-from mcdas_opt.planning import lane_stage
+from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.planning import transcribed_problem
+from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
 from mcdas_opt.planning.planner import Planner
 from tests.planning.situations import random_sandwich
 
@@ -28,7 +31,7 @@ def test_planners_that_share_a_build_plan_as_if_alone() -> None:
 
 
 def test_a_twin_has_memory_of_its_own() -> None:
-    posed = Planner().method.stage.posed(2)  # type: ignore[attr-defined]
+    posed = LaneMpcSolver(Vehicle(), Settings()).problems.holding(2, Vehicle())
     twin = posed.twin()
     assert twin.problem is posed.problem
     assert twin.interior_point is not posed.interior_point
@@ -44,10 +47,10 @@ def test_an_interrupt_while_an_engine_is_built_comes_when_it_is_built(monkeypatc
             signal.raise_signal(signal.SIGINT)
         built.append(arguments)
 
-    posed = object.__new__(lane_stage.Posed)
+    posed = object.__new__(transcribed_problem.TranscribedProblem)
     posed.problem, posed.nodes, posed.osqp_settings = None, 1, None  # type: ignore[assignment]
     for name, engine in (("interior_point", "InteriorPointEngine"), ("osqp", "OsqpEngine"), ("ipopt", "IpoptEngine")):
-        monkeypatch.setattr(lane_stage, engine, pressed)
+        monkeypatch.setattr(transcribed_problem, engine, pressed)
         with pytest.raises(KeyboardInterrupt):
             getattr(posed, name)
     assert len(built) == 3

@@ -15,18 +15,19 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.planning.lane_stage import LaneStage
-from mcdas_opt.planning.ways import keeping_way, ways_out
+from mcdas_opt.planning.candidate import Driven
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
+from mcdas_opt.planning.proposals import basic_four, keep_lane
 from mcdas_opt.simulation.controller import EDGE_RESERVE_M, FRICTION_SHARE, STEERING_RATE_SHARE, planned_for
-from mcdas_opt.situation.assess import assess
-from mcdas_opt.tracking.prediction import predict
 from tests.planning.situations import car as car_at
 from tests.planning.situations import random_sandwich
 
 
 def test_the_share_bounds_the_steering_rate_of_the_problem_and_nothing_else() -> None:
     car = load_vehicle("sedan")
-    whole, part = (LaneStage(car, replace(Settings(), steering_rate_share=share)).posed(2).problem for share in (1.0, STEERING_RATE_SHARE))
+    shares = (replace(Settings(), steering_rate_share=share) for share in (1.0, STEERING_RATE_SHARE))
+    whole, part = (LaneMpcSolver(car, settings).problems.holding(2, car).problem for settings in shares)
     for one, other in ((whole.u_lower, part.u_lower), (whole.u_upper, part.u_upper)):
         assert other == pytest.approx(one * np.array([1.0, STEERING_RATE_SHARE]))
     assert np.array_equal(part.x_lower, whole.x_lower)
@@ -58,7 +59,7 @@ def test_a_reserve_to_the_edge_is_no_negative_one() -> None:
 
 
 @pytest.mark.parametrize("left", [True, False])
-def test_a_way_keeps_its_reserve_to_the_edge_where_it_can(left: bool) -> None:
+def test_a_candidate_keeps_its_reserve_to_the_edge_where_it_can(left: bool) -> None:
     """In the middle of the next lane 0.95 m of road are left beside the car: who wants to keep more leans towards its own."""
     car, side = load_vehicle("sedan"), 1.0 if left else -1.0
     road = Road(lanes_left=int(left), lanes_right=int(not left))
@@ -66,28 +67,25 @@ def test_a_way_keeps_its_reserve_to_the_edge_where_it_can(left: bool) -> None:
     room = []
     for reserve in (0.0, 1.2):
         settings = replace(Settings(), edge_reserve_m=reserve)
-        way = next(
-            way
-            for way in ways_out(situation, assess(situation, car, settings.selector), car, settings.sigmoid, None)
-            if way.side.value == ("left" if left else "right")
-        )
-        solved = LaneStage(car, settings).solve(situation, predict(situation.tracks, settings.prediction), way)
-        assert solved.trajectory is not None
+        cycle = Cycle.of(situation, car, settings)
+        out = next(one for one in basic_four(cycle, None) if one.side.value == ("left" if left else "right"))
+        solved = LaneMpcSolver(car, settings).solve(cycle, out)
+        assert isinstance(solved, Driven)
         reach = 0.5 * (car.width_m * np.cos(solved.trajectory.heading_rad) + car.length_m * np.abs(np.sin(solved.trajectory.heading_rad)))
         room.append(float((5.55 - side * solved.trajectory.d_m - reach).min()))
     assert room[1] > room[0] + 0.1
 
 
 @pytest.mark.parametrize("seed", [0, 1, 4])
-def test_a_way_keeps_to_its_share_of_the_friction_circle(seed: int) -> None:
+def test_a_candidate_keeps_to_its_share_of_the_friction_circle(seed: int) -> None:
     """The optimiser's own answer, where it would take more if it might."""
     situation, car = random_sandwich(seed), load_vehicle("sedan")
     worst = []
     for share in (1.0, 0.6):
         settings = replace(Settings(), friction_share=share)
-        prediction = predict(situation.tracks, settings.prediction)
-        solved = LaneStage(car, settings).solve(situation, prediction, keeping_way(situation, Mode.BRAKE))
-        assert solved.trajectory is not None
+        cycle = Cycle.of(situation, car, settings)
+        solved = LaneMpcSolver(car, settings).solve(cycle, keep_lane(cycle, Mode.BRAKE))
+        assert isinstance(solved, Driven)
         x = solved.trajectory
         across = x.speed_mps**2 * np.tan(x.steering_rad) / car.wheelbase_m
         worst.append(float(np.hypot(x.acceleration_mps2, across).max()) / (situation.road.friction * GRAVITY_MPS2))

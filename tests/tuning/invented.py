@@ -19,7 +19,7 @@ def scenes(count: int) -> tuple[Scene, ...]:
 
 def figures(scene: Scene, values: Mapping[str, float]) -> DriveFigures:
     """Hard braking into the lane early collides in some scenes; nearness costs jerk."""
-    push, near = values["sigmoid.lateral_acceleration_mps2"], values["worth.nearness"]
+    push, near = values["sigmoid.lateral_acceleration_mps2"], values["cost.nearness"]
     return DriveFigures(
         collided=(7.0 * push + 1.3 * scene.seed) % 5.0 < 0.8 + 0.1 * near,
         peak_lateral_mps2=push,

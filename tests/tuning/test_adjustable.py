@@ -12,6 +12,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError
 from mcdas_opt.ocp.lane_mpc import LaneProblem, default_weights
 from mcdas_opt.planning.adjustable import adjusted, defaults
+from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.parameter_files import planner_with
 
 
@@ -19,10 +20,10 @@ def test_defaults_are_the_settings_that_there_are() -> None:
     made = adjusted({})
     assert made.settings.sigmoid == Settings().sigmoid
     assert made.settings.selector == Settings().selector
-    assert made.stage.weights is None
+    assert made.solver.weights is None
     again = adjusted({name: value for name, value in defaults().items() if not name.startswith("weight.")})
-    assert again.worth == made.worth
-    assert again.stage == made.stage
+    assert again.weights == made.weights
+    assert again.solver == made.solver
     assert again.settings.selector.ttc_clear_s == pytest.approx(made.settings.selector.ttc_clear_s)
 
 
@@ -46,14 +47,16 @@ def test_free_weights_at_their_defaults_are_the_built_in_ones_and_scale_the_squa
 
 def test_files_of_values_are_for_the_mpc_and_told_their_faults(tmp_path: Path) -> None:
     file = tmp_path / "values.toml"
-    file.write_text('[values]\n"worth.nearness" = 4.0\n"selector.hysteresis" = 1.6\n', encoding="utf-8")
+    file.write_text('[values]\n"cost.nearness" = 4.0\n"worth.waiting" = 1.0\n"selector.hysteresis" = 1.6\n', encoding="utf-8")
     planner = planner_with(file, Vehicle(), "mpc")
     assert planner.name == "mpc"
+    assert isinstance(planner.method, MpcMethod)
+    assert (planner.method.weights.nearness, planner.method.weights.delayed) == (4.0, 1.0)  # the second as older files name it
     assert planner.settings.selector.ttc_clear_s == pytest.approx(1.6 * planner.settings.selector.ttc_threat_s)
     with pytest.raises(InputError, match="does not take them"):
         planner_with(file, Vehicle(), "closed-form-corrected")
-    file.write_text('[values]\n"worth.nearnes" = 4.0\n', encoding="utf-8")
-    with pytest.raises(InputError, match=r"did you mean 'worth\.nearness'"):
+    file.write_text('[values]\n"cost.nearnes" = 4.0\n', encoding="utf-8")
+    with pytest.raises(InputError, match=r"did you mean 'cost\.nearness'"):
         planner_with(file, Vehicle(), "mpc")
     file.write_text("[provenance]\nmade_by = 'me'\n", encoding="utf-8")
     with pytest.raises(InputError, match="one of them"):

@@ -7,14 +7,14 @@ import pytest
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.settings import PredictionSettings, SelectorSettings, SigmoidSettings
+from mcdas_opt.domain.settings import PredictionSettings, Settings, SigmoidSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.ocp.sensitivities import KNOBS, PlanSensitivity
-from mcdas_opt.planning.ways import steering_way
-from mcdas_opt.situation.assess import assess
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.proposals import steer_out
 from mcdas_opt.tracking.prediction import predict
 from mcdas_opt.tuning.gradient import MeanMerit, PosedPlan, at_random, by_gradient
 from mcdas_opt.tuning.posed_plans import posed_plan
@@ -27,10 +27,9 @@ def plan(speed: float, gap: float, offset: float, side: Side) -> PosedPlan:
     front = Track(id="front", s_m=gap + 4.5, d_m=offset, speed_s_mps=0.6 * speed)
     rear = Track(id="rear", s_m=-20.0, d_m=0.0, speed_s_mps=speed + 4.0)
     situation = Situation(host=HostState(speed_mps=speed), tracks=(front, rear), road=Road(lanes_left=1, lanes_right=1))
-    way = steering_way(
-        situation, assess(situation, Vehicle(), SelectorSettings()), Vehicle(), SigmoidSettings(), side, lateral_mps2=3.0, name=side.value
-    )
-    return posed_plan(SENSITIVITY, situation, way, predict(situation.tracks, PredictionSettings()).bodies)
+    gentle = Settings(sigmoid=SigmoidSettings(lateral_acceleration_mps2=3.0))
+    cycle = Cycle.of(situation, Vehicle(), gentle)
+    return posed_plan(SENSITIVITY, situation, steer_out(cycle, side), predict(situation.tracks, PredictionSettings()).bodies)
 
 
 PLANS = [plan(14.0, 14.0, 0.4, Side.LEFT), plan(20.0, 22.0, -0.3, Side.RIGHT), plan(25.0, 30.0, 0.2, Side.LEFT)]

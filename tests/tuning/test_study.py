@@ -152,8 +152,8 @@ def test_unknown_searches_ranges_and_values_are_told() -> None:
         spec("cmaes")
     with pytest.raises(ParameterError, match="wrong order"):
         Range(name="sigmoid.b", low=50.0, high=20.0)
-    with pytest.raises(ParameterError, match=r"did you mean 'worth\.nearness'"):
-        adjusted({"worth.nearnes": 1.0})
+    with pytest.raises(ParameterError, match=r"did you mean 'cost\.nearness'"):
+        adjusted({"cost.nearnes": 1.0})
 
 
 WORTHS = st.builds(
