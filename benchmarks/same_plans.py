@@ -9,7 +9,7 @@
 family (`random_traffic.py`), the planner and the baselines; drives through the scenes on both plants; parking cases. Stopped at any
 moment, the same command goes on where it was. It runs on any version of the package that Python finds first: to record other code, call
 this file by its path with PYTHONPATH set to that code. The environment decides the form: `MCDAS_OPT_COMPILE=0` records the interpreted
-one; with `--every 20` it asks every 20th item alone.
+one; with `--every 20` it asks about one item in twenty.
 
 `compare` prints for each group and field how many of n are equal, and the first that differ; it exits with 1 if any does. Fields of words
 (reasons, refusals, names of violations) stand apart from those of plans: `--plans-only` leaves them out. With `--common` items that only
@@ -25,8 +25,8 @@ import multiprocessing
 import sys
 import tempfile
 import time
+import zlib
 from collections.abc import Callable, Iterator
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -124,15 +124,9 @@ def parking_cases(count: int) -> Iterator[tuple[str, str | None, str]]:
 # --- answers ---------------------------------------------------------------------------------------------------------------------------
 
 
-@cache
-def _planner(vehicle: str, method: str) -> Planner:
-    return Planner(vehicle=vehicle, method=method)
-
-
 def _episode(key: str, one: Episode) -> Iterator[tuple[str, Fields]]:
-    planner = _planner(one.vehicle, one.method)
-    planner.reset()
     try:
+        planner = Planner(vehicle=one.vehicle, method=one.method)  # new, so that no answer depends on what was asked before
         for cycle, (_, plan) in enumerate(ask(one, planner)):
             yield f"{key}.{cycle}", fields_of(plan)
     except Exception as error:
@@ -311,7 +305,7 @@ def main() -> int:
     recording.add_argument("--parking", type=int, default=40)
     recording.add_argument("--scenes", type=Path, metavar="FOLDER", help="what `scenes` wrote; without it nothing is driven")
     recording.add_argument("--workers", type=int, default=2)
-    recording.add_argument("--every", type=int, default=1, metavar="N", help="ask every Nth item alone")
+    recording.add_argument("--every", type=int, default=1, metavar="N", help="ask about one item in N, always the same ones")
     recording.add_argument("--part", default="1/1", metavar="K/N", help="the Kth of N parts of the items")
     comparing = commands.add_parser("compare")
     comparing.add_argument("a", type=Path)
@@ -326,7 +320,8 @@ def main() -> int:
     if given.command == "compare":
         return 0 if compare(given.a, given.b, plans_only=given.plans_only, common=given.common, show=given.show) else 1
     k, n = (int(part) for part in given.part.split("/"))
-    asked = list(items(given.situations, given.drives, given.parking, given.scenes))[:: given.every][k - 1 :: n]
+    wanted = items(given.situations, given.drives, given.parking, given.scenes)
+    asked = [item for item in wanted if zlib.crc32(item[0].encode()) % given.every == 0][k - 1 :: n]
     record(given.out, asked, given.workers)
     return 0
 
