@@ -1,0 +1,453 @@
+"""Laws over whole plans: of how many situations and sequences of every family they hold.
+
+    python benchmarks/laws.py [--plans 1000] [--families sandwich,wide] [--laws permuted,clock] [--workers 2] [--show 3]
+
+Every law asks a planner twice: as it is, and with something changed that must not matter. The laws, and what they promise:
+
+| law | changed | promised |
+|---|---|---|
+| permuted | the order of the tracks | the same document, to the bit |
+| renamed | the tracks' ids, by any bijection, cycle for cycle the same | the same document, to the bit, once the names are put back |
+| clock | the origin of time: 1,000 s to Unix time (1.7e9 s) | the same decision, states to 1e-6 m and the clock's resolution |
+| moved | the place of s = 0: by 1 m to 1,000 km, without rounding | the same decision, states to 1e-6 m |
+| cold | warm starts thrown away before every cycle but the first; memory of decisions kept | the same decision, states to 1 cm |
+| jitter | each cycle's time, by up to 1 us | the same decision |
+| again | the planner: one that has planned something else and was reset, instead of a new one | the same document, to the bit |
+| forms | compiled or interpreted (`--laws forms`: tenths of a second a plan) | the same decision, states to 1e-6 m |
+
+A decision is status, mode, side, chosen candidate, verdict passed, kind of safe end, alert, warning, and which ways out are open. States
+are those of the chosen trajectory, (s, d) in metres, at every sample. A sequence keeps
+a law when every cycle does; both planners are shown the same sequence, the one that the unchanged planner drove.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import multiprocessing
+import os
+import re
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.random_traffic import KINDS, Episode, ask, episode, episodes
+from mcdas_opt import Planner
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.situation import Situation
+
+STATES_M, COLD_M = 1e-6, 1e-2
+CLOCKS_S = (1e3, 1.7e9, 1e6)
+SHIFTS_M = (1.0, 100.0, 9_900.0, 12_000.0, 1e5, 1e6)
+JITTER_S = 1e-6
+_FAST_MPS = 36.0
+
+Answer = dict[str, Any]
+Moment = tuple[Situation, Answer]
+
+
+class Kept(IntEnum):
+    """How much of an answer stayed the same, least first."""
+
+    NOTHING = 0  # another decision, or an exception
+    DECISION = 1
+    STATES = 2  # the decision, and the states to the law's tolerance
+    BITS = 3  # the whole document
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Law:
+    """`change` makes the sequence that the other planner is shown; `back` undoes it in an answer.
+
+    With `prepare` both planners are shown another sequence than the usual one.
+    """
+
+    name: str
+    least: Kept
+    change: Callable[[Episode, Sequence[Situation]], list[Situation]] = lambda _, situations: list(situations)
+    back: Callable[[Episode, Answer], Answer] = lambda _, answer: answer
+    prepare: Callable[[Situation], Situation] | None = None
+    states_m: float = STATES_M
+    single: bool = True  # whether it says something of a single situation
+
+
+# --- what is changed -------------------------------------------------------------------------------------------------------------------
+
+
+def _permuted(one: Episode, situations: Sequence[Situation]) -> list[Situation]:
+    r = np.random.default_rng(one.number)
+    return [replace(each, tracks=tuple(each.tracks[i] for i in r.permutation(len(each.tracks)))) for each in situations]
+
+
+def _other_names(one: Episode, situations: Sequence[Situation]) -> dict[str, str]:
+    """A bijection of all ids of the sequence onto others, in random order."""
+    ids = sorted({track.id for each in situations for track in each.tracks})
+    order = np.random.default_rng(one.number).permutation(len(ids))
+    return {name: f"x{place:03d}{'yz'[place % 2]}" for name, place in zip(ids, order.tolist(), strict=True)}
+
+
+def _renamed(one: Episode, situations: Sequence[Situation]) -> list[Situation]:
+    names = _other_names(one, situations)
+    return [replace(each, tracks=tuple(replace(track, id=names[track.id]) for track in each.tracks)) for each in situations]
+
+
+def _clock_s(one: Episode) -> float:
+    return CLOCKS_S[one.number // 2 % len(CLOCKS_S)]
+
+
+def _later(one: Episode, situations: Sequence[Situation]) -> list[Situation]:
+    return [replace(each, time_s=each.time_s + _clock_s(one)) for each in situations]
+
+
+def shift_m(one: Episode) -> float:
+    """How far law 'moved' moves this one."""
+    return SHIFTS_M[one.number // 2 % len(SHIFTS_M)]
+
+
+def moved(situation: Situation, by_m: float) -> Situation:
+    """The whole scene farther along the road."""
+    road = situation.road
+    return replace(
+        situation,
+        host=replace(situation.host, s_m=situation.host.s_m + by_m),
+        tracks=tuple(replace(track, s_m=track.s_m + by_m) for track in situation.tracks),
+        road=replace(
+            road,
+            curvature=tuple((s + by_m, kappa) for s, kappa in road.curvature),
+            road_end_s_m=None if road.road_end_s_m is None else road.road_end_s_m + by_m,
+        ),
+    )
+
+
+def snapped(situation: Situation) -> Situation:
+    """Every place along the road to 2^-20 m, so that the scene is moved without rounding: of a solve that is cut short, or hangs on a
+    limit, rounding alone makes another answer, wherever s = 0 lies."""
+
+    def snap(s_m: float) -> float:
+        return round(s_m * 2**20) / 2**20
+
+    road = situation.road
+    return replace(
+        situation,
+        host=replace(situation.host, s_m=snap(situation.host.s_m)),
+        tracks=tuple(replace(track, s_m=snap(track.s_m)) for track in situation.tracks),
+        road=replace(
+            road,
+            curvature=tuple((snap(s), kappa) for s, kappa in road.curvature),
+            road_end_s_m=None if road.road_end_s_m is None else snap(road.road_end_s_m),
+        ),
+    )
+
+
+def _farther(one: Episode, situations: Sequence[Situation]) -> list[Situation]:
+    return [moved(each, shift_m(one)) for each in situations]
+
+
+def _nearer(one: Episode, answer: Answer) -> Answer:
+    drive = answer["trajectory"]
+    return answer | {"trajectory": drive | {"s_m": [s - shift_m(one) for s in drive["s_m"]]}}
+
+
+def _jittered(one: Episode, situations: Sequence[Situation]) -> list[Situation]:
+    """The second cycle early, every later one early or late."""
+    r = np.random.default_rng(one.number)
+    off = np.concatenate([[0.0, -1.0], r.uniform(-1.0, 1.0, len(situations))])[: len(situations)]
+    return [replace(each, time_s=each.time_s + JITTER_S * by) for each, by in zip(situations, off.tolist(), strict=True)]
+
+
+def _earlier(one: Episode, answer: Answer) -> Answer:
+    return answer | {"time_s": round(answer["time_s"] - _clock_s(one), 1)}
+
+
+LAWS = {
+    law.name: law
+    for law in (
+        Law(name="permuted", least=Kept.BITS, change=_permuted),
+        Law(name="renamed", least=Kept.BITS, change=_renamed),
+        Law(name="clock", least=Kept.STATES, change=_later, back=_earlier),
+        Law(name="moved", least=Kept.STATES, change=_farther, back=_nearer, prepare=snapped),
+        Law(name="cold", least=Kept.STATES, states_m=COLD_M, single=False),
+        Law(name="jitter", least=Kept.DECISION, change=_jittered, single=False),
+        Law(name="again", least=Kept.BITS),
+        Law(name="forms", least=Kept.STATES),
+    )
+}
+_AS_IT_IS = Law(name="as it is", least=Kept.BITS)
+QUICK = tuple(name for name in LAWS if name != "forms")
+
+
+# --- asking ----------------------------------------------------------------------------------------------------------------------------
+
+
+def told(plan: Plan) -> Answer:
+    """The plan's document, without what was timed."""
+    document = plan.to_dict()
+    del document["timing_ms"]
+    return document
+
+
+def usual(one: Episode) -> list[Moment]:
+    """What a new planner is asked and answers, cycle by cycle; an exception ends it, as the answer."""
+    planner, asked = _Noting(_planner(one)), []
+    try:
+        for _ in ask(one, planner):
+            pass
+    except Exception as error:
+        asked.append((planner.asked[-1], _raised(error)))
+    return [*zip(planner.asked, planner.answers, strict=False), *asked]
+
+
+@dataclass
+class _Noting:
+    """A planner that keeps what it was asked and what it answered."""
+
+    planner: Planner
+
+    def __post_init__(self) -> None:
+        self.asked: list[Situation] = []
+        self.answers: list[Answer] = []
+
+    def plan(self, situation: Situation) -> Plan:
+        self.asked.append(situation)
+        plan = self.planner.plan(situation)
+        self.answers.append(told(plan))
+        return plan
+
+
+def changed(one: Episode, law: Law, asked: Sequence[Situation]) -> list[Answer]:
+    """What is answered once the law's change is made: to every cycle, or up to an exception."""
+    planner = _planner(one)
+    if law.name == "again":
+        _distract(planner, one)
+    answers: list[Answer] = []
+    for situation in law.change(one, asked):
+        if law.name == "cold":
+            forget_warm_starts(planner)
+        try:
+            answers.append(law.back(one, told(planner.plan(situation))))
+        except Exception as error:
+            answers.append(_raised(error))
+            break
+    return answers
+
+
+def forget_warm_starts(planner: Planner) -> None:
+    """Throws away what the solvers keep for the next cycle, and nothing else; does nothing for a baseline, which keeps none."""
+    method: Any = planner.method
+    for name in ("stage", "close"):
+        if name in vars(method):
+            getattr(method, name).forget()
+
+
+def _distract(planner: Planner, one: Episode) -> None:
+    """Something else is planned, in which the second engine is asked too, and forgotten."""
+    for other in (episode("contradictory", 20), episode(one.family, one.number + 1)):
+        planner.plan(replace(other.first, vehicle=one.vehicle))
+    planner.reset()
+
+
+def _planner(one: Episode) -> Planner:
+    return Planner(vehicle=one.vehicle, method=one.method)
+
+
+def _raised(error: Exception) -> Answer:
+    return {"raised": f"{type(error).__name__}: {error}"[:200]}
+
+
+# --- comparing -------------------------------------------------------------------------------------------------------------------------
+
+
+def decision(answer: Answer) -> Answer:
+    """What was decided, without a number."""
+    if "raised" in answer:
+        return answer
+    end = answer["safe_end"]
+    ways = answer.get("escapes") or {}
+    return {
+        **{name: answer[name] for name in ("planner", "status", "mode", "side", "chosen", "alert", "warning", "literal_mode")},
+        "passed": answer["verdict"]["passed"],
+        "safe end": None if end is None else end["kind"],
+        "open": {name: way["open"] for name, way in ways.items() if isinstance(way, dict)},
+    }
+
+
+def kept(law: Law, one: Episode, before: Answer, after: Answer, names: dict[str, str] | None = None) -> tuple[Kept, str]:
+    """How much stayed the same, and in words what did not."""
+    if names:
+        after = put_back(after, names)
+    if "raised" in before or "raised" in after:
+        same = before == after
+        return (Kept.BITS, "") if same else (Kept.NOTHING, f"{before.get('raised', 'a plan')} | {after.get('raised', 'a plan')}")
+    ours, theirs = decision(before), decision(after)
+    if ours != theirs:
+        name = next(name for name in ours if ours[name] != theirs[name])
+        return Kept.NOTHING, f"{name}: {ours[name]} | {theirs[name]}"
+    apart = apart_m(before, after)
+    slack = law.states_m
+    if law.name == "clock":  # what a fast car drives while that clock stands still
+        slack += _FAST_MPS * math.ulp(_clock_s(one))
+    if apart > slack:
+        return Kept.DECISION, f"states {apart:.2g} m apart"
+    if before != after:
+        return Kept.STATES, f"states {apart:.2g} m apart; {first_difference(before, after)}"
+    return Kept.BITS, ""
+
+
+def first_difference(before: Any, after: Any, where: str = "") -> str:
+    """The key at which two documents first differ, and both values."""
+    if isinstance(before, dict) and isinstance(after, dict):
+        pairs = [(f"{where}.{key}", before.get(key), after.get(key)) for key in dict.fromkeys([*before, *after])]
+    elif isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
+        pairs = [(f"{where}[{k}]", *both) for k, both in enumerate(zip(before, after, strict=True))]
+    else:
+        return f"{where.removeprefix('.')}: {before} | {after}"
+    return next(first_difference(ours, theirs, at) for at, ours, theirs in pairs if ours != theirs)
+
+
+def apart_m(before: Answer, after: Answer) -> float:
+    """Largest distance between samples of the two drives [m]; where the sampling differs, at the first drive's times."""
+    ours, theirs = ({name: np.array(answer["trajectory"][name]) for name in ("t_s", "s_m", "d_m")} for answer in (before, after))
+    if len(ours["t_s"]) == len(theirs["t_s"]):
+        return float(max(np.abs(ours[name] - theirs[name]).max() for name in ("s_m", "d_m")))
+    if abs(ours["t_s"][-1] - theirs["t_s"][-1]) > 1e-3:
+        return math.inf
+    return float(max(np.abs(ours[name] - np.interp(ours["t_s"], theirs["t_s"], theirs[name])).max() for name in ("s_m", "d_m")))
+
+
+def put_back(answer: Answer, names: dict[str, str]) -> Answer:
+    """The document with the old names in its texts."""
+    old = {new: name for name, new in names.items()}
+    text = re.sub(r"x\d{3}[yz]", lambda found: old.get(found.group(), found.group()), json.dumps(answer))
+    back: Answer = json.loads(text)
+    return back
+
+
+def examine(one: Episode, law: Law, moments: Sequence[Moment]) -> tuple[Kept, str]:
+    """Over all cycles, the least that stayed the same, with the first cycle in which it was so little."""
+    asked, answers = [situation for situation, _ in moments], [answer for _, answer in moments]
+    if law.prepare is not None:
+        asked = [law.prepare(situation) for situation in asked]
+        answers = changed(one, _AS_IT_IS, asked)
+    names = _other_names(one, asked) if law.name == "renamed" else None
+    least, words = Kept.BITS, ""
+    for cycle, (before, after) in enumerate(zip(answers, changed(one, law, asked), strict=False)):
+        now, said = kept(law, one, json.loads(json.dumps(before)), json.loads(json.dumps(after)), names)
+        if now < least:
+            least, words = now, f"cycle {cycle}: {said}"
+    return least, words
+
+
+# --- both forms ------------------------------------------------------------------------------------------------------------------------
+
+
+def interpreted(asked: list[tuple[str, str, list[str]]]) -> list[list[Answer]]:
+    """What the interpreted form answers to sequences (vehicle, method, situations as JSON): in a process of its own."""
+    before = os.environ.get("MCDAS_OPT_COMPILE")
+    os.environ["MCDAS_OPT_COMPILE"] = "0"
+    try:
+        with multiprocessing.get_context("spawn").Pool(1) as pool:
+            return pool.map(_replayed, asked)
+    finally:
+        if before is None:
+            del os.environ["MCDAS_OPT_COMPILE"]
+        else:
+            os.environ["MCDAS_OPT_COMPILE"] = before
+
+
+def _replayed(asked: tuple[str, str, list[str]]) -> list[Answer]:
+    vehicle, method, situations = asked
+    planner, answers = Planner(vehicle=vehicle, method=method), []
+    for text in situations:
+        try:
+            answers.append(json.loads(json.dumps(told(planner.plan(Situation.from_json(text))))))
+        except Exception as error:
+            answers.append(_raised(error))
+            break
+    return answers
+
+
+def examine_forms(some: Sequence[Episode]) -> Iterator[tuple[Episode, Kept, str]]:
+    """Law 'forms' of each: whether the interpreted form decides as the compiled one does."""
+    law = LAWS["forms"]
+    runs = [usual(one) for one in some]
+    asked = [(one.vehicle, one.method, [situation.to_json() for situation, _ in run]) for one, run in zip(some, runs, strict=True)]
+    for one, run, answers in zip(some, runs, interpreted(asked), strict=True):
+        least, words = Kept.BITS, ""
+        for cycle, ((_, before), after) in enumerate(zip(run, answers, strict=False)):
+            ours, theirs = ({name: value for name, value in answer.items() if name != "solver"} for answer in (before, after))
+            now, said = kept(law, one, json.loads(json.dumps(ours)), theirs)
+            if now < least:
+                least, words = now, f"cycle {cycle}: {said}"
+        yield one, least, words
+
+
+# --- the program -----------------------------------------------------------------------------------------------------------------------
+
+Found = tuple[str, str, str, int, str]  # family, law, episode, what was kept, words
+
+
+def _task(asked: tuple[Episode, tuple[str, ...]]) -> list[Found]:
+    one, names = asked
+    moments = usual(one)
+    wanted = [LAWS[name] for name in names if LAWS[name].single or one.cycles > 1]
+    return [(one.family, law.name, one.name, *examine(one, law, moments)) for law in wanted]
+
+
+def _forms_task(some: list[Episode]) -> list[Found]:
+    return [(one.family, "forms", one.name, least, words) for one, least, words in examine_forms(some)]
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--plans", type=int, default=1000, help="of each family")
+    parser.add_argument("--families", default=",".join(KINDS))
+    parser.add_argument("--laws", default=",".join(QUICK))
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--out", type=Path, metavar="FILE", help="a line of JSON for each sequence and law")
+    parser.add_argument("--show", type=int, default=3, help="so many that break a law are named")
+    given = parser.parse_args()
+    names = tuple(given.laws.split(","))
+    some = [one for family in given.families.split(",") for one in episodes(family, given.plans)]
+    counts: Counter[tuple[str, str, int]] = Counter()
+    broken: dict[str, list[str]] = {}
+    quick = tuple(name for name in names if name != "forms")
+
+    def note(found: list[Found]) -> None:
+        if given.out is not None:
+            with given.out.open("a") as file:
+                file.writelines(json.dumps(each) + "\n" for each in found)
+        for family, law, name, least, words in found:
+            counts[law, family, least] += 1
+            if least < LAWS[law].least:
+                broken.setdefault(law, []).append(f"{name} {words}")
+
+    with multiprocessing.get_context("spawn").Pool(given.workers) as pool:
+        if quick:
+            for found in pool.imap_unordered(_task, [(one, quick) for one in some], chunksize=4):
+                note(found)
+    if "forms" in names:
+        for first in range(0, len(some), 50):
+            note(_forms_task(some[first : first + 50]))
+    for law in names:
+        print(f"\n{law}: promised {LAWS[law].least.name.lower()}")
+        for family in given.families.split(","):
+            k = [counts[law, family, level] for level in Kept]
+            if sum(k):
+                print(
+                    f"    {family:<14} {sum(k[LAWS[law].least :]):>5} of {sum(k):<5}"
+                    f"  bits {k[3]}, states {k[2]}, decision {k[1]}, nothing {k[0]}"
+                )
+        for line in sorted(broken.get(law, []))[: given.show]:
+            print(f"      {line}")
+    return 1 if broken else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
