@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import positive, within
+from mcdas_opt.domain.rules import positive, require, within
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.single_track import axle_loads, fiala_limit
 
@@ -37,8 +37,7 @@ class GripSettings:
     def __post_init__(self) -> None:
         within("sliding_share", self.sliding_share, 0.1, 1.0)
         within("significant", self.significant, 0.1, 1.0)
-        for name, unit in (("least_demand", ""), ("lag_s", "s"), ("missing_mps2", "m/s^2"), ("span_s", "s"), ("slowest_mps", "m/s")):
-            positive(name, getattr(self, name), unit)
+        require(self, positive, "least_demand", "lag_s", "missing_mps2", "span_s", "slowest_mps")
 
 
 @dataclass(slots=True, kw_only=True)

@@ -19,7 +19,7 @@ import numpy as np
 from mcdas_opt.actuation.grip_monitor import GripMonitor
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState, SlidingState
-from mcdas_opt.domain.rules import Array, positive
+from mcdas_opt.domain.rules import Array, positive, require
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.single_track import SLIPS_ABOVE_MPS, axle_loads, fiala, fiala_slip, slip_share
@@ -47,8 +47,7 @@ class TrackingWeights:
     jerk_mps3: float = 10.0
 
     def __post_init__(self) -> None:
-        for name in self.__dataclass_fields__:
-            positive(name, getattr(self, name))
+        require(self, positive, *self.__dataclass_fields__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

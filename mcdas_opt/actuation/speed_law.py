@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.domain.rules import Array, positive
+from mcdas_opt.domain.rules import Array, negative, positive, require
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.errors import ParameterError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,11 +21,8 @@ class SpeedLimits:
     jerk_max_mps3: float
 
     def __post_init__(self) -> None:
-        for name, unit in (("acceleration_max_mps2", "m/s^2"), ("jerk_max_mps3", "m/s^3")):
-            positive(name, getattr(self, name), unit)
-        for name, unit in (("acceleration_min_mps2", "m/s^2"), ("jerk_min_mps3", "m/s^3")):
-            if not -np.inf < getattr(self, name) < 0.0:
-                raise ParameterError(name, getattr(self, name), "must be finite and less than 0", unit)
+        require(self, positive, "acceleration_max_mps2", "jerk_max_mps3")
+        require(self, negative, "acceleration_min_mps2", "jerk_min_mps3")
 
     @classmethod
     def of(cls, vehicle: Vehicle, jerk_share: float = 1.0) -> SpeedLimits:

@@ -41,6 +41,6 @@ def load_motion(name: str, beside: Path | None = None) -> TargetMotion:
         raise InputError(name, "", None, f"no such file, and no target motion of that name; known: {known}") from None
     entry = checked(MotionFile, read_toml(path), path)
     try:
-        return TargetMotion(name=path.stem, **{key: getattr(entry, key) for key in NUMBERS})
+        return TargetMotion(name=path.stem, **entry.model_dump(include=set(NUMBERS)))
     except ParameterError as error:
         raise InputError(path, error.name, error.value, error.rule) from None

@@ -151,7 +151,15 @@ class SensorsPart(_Part):
     warmup_s: Annotated[float, Field(ge=0.0, le=10.0)] = 1.0
 
     def of(self, sector: Sector) -> str:
-        return str(getattr(self, sector.value))
+        match sector:
+            case Sector.FRONT:
+                return self.front
+            case Sector.REAR:
+                return self.rear
+            case Sector.LEFT:
+                return self.left
+            case Sector.RIGHT:
+                return self.right
 
 
 class Scene(_Part):

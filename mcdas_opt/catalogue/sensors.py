@@ -62,7 +62,7 @@ def load_sensor(name: str, beside: Path | None = None) -> Sensor:
     entry = checked(SensorFile, read_toml(path), path)
     try:
         beams = tuple(Beam(name=b.name, range_max_m=b.range_max_m, half_angle_rad=b.half_angle_rad) for b in entry.beam)
-        return Sensor(name=path.stem, beams=beams, **{key: getattr(entry, key) for key in NUMBERS})
+        return Sensor(name=path.stem, beams=beams, **entry.model_dump(include=set(NUMBERS)))
     except ParameterError as error:
         raise InputError(path, error.name, error.value, error.rule) from None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mcdas_opt.domain.rules import non_negative, positive
+from mcdas_opt.domain.rules import non_negative, positive, require
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.errors import ParameterError
 
@@ -28,14 +28,11 @@ class Chassis:
     cornering_stiffness_rear_nprad: float
 
     def __post_init__(self) -> None:
-        for name, unit in (("wheelbase_m", "m"), ("mass_kg", "kg"), ("cog_to_front_axle_m", "m")):
-            positive(name, getattr(self, name), unit)
+        require(self, positive, "wheelbase_m", "mass_kg", "cog_to_front_axle_m")
         if not self.cog_to_front_axle_m < self.wheelbase_m:
             rule = f"must be less than the wheelbase {self.wheelbase_m:g}"
             raise ParameterError("cog_to_front_axle_m", self.cog_to_front_axle_m, rule, "m")
-        positive("yaw_inertia_kgm2", self.yaw_inertia_kgm2, "kg m^2")
-        for name in ("cornering_stiffness_front_nprad", "cornering_stiffness_rear_nprad"):
-            positive(name, getattr(self, name), "N/rad")
+        require(self, positive, "yaw_inertia_kgm2", "cornering_stiffness_front_nprad", "cornering_stiffness_rear_nprad")
         non_negative("cog_height_m", self.cog_height_m, "m")
 
     @classmethod

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mcdas_opt.domain.rules import finite, non_negative, positive, within
-from mcdas_opt.errors import ParameterError
+from mcdas_opt.domain.rules import negative, non_negative, positive, require, within
 
 GRAVITY_MPS2 = 9.80665
 
@@ -41,16 +40,10 @@ class Vehicle:
     rolling_point_m: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("wheelbase_m", "front_overhang_m", "rear_overhang_m", "width_m"):
-            positive(name, getattr(self, name), "m")
+        require(self, positive, "wheelbase_m", "front_overhang_m", "rear_overhang_m", "width_m")
         within("steering_max_rad", self.steering_max_rad, 0.01, 1.4, "rad")
-        positive("steering_rate_max_radps", self.steering_rate_max_radps, "rad/s")
-        positive("acceleration_max_mps2", self.acceleration_max_mps2, "m/s^2")
-        positive("jerk_max_mps3", self.jerk_max_mps3, "m/s^3")
-        positive("speed_max_mps", self.speed_max_mps, "m/s")
-        for name, unit in (("acceleration_min_mps2", "m/s^2"), ("jerk_min_mps3", "m/s^3")):
-            if not finite(name, getattr(self, name), unit) < 0.0:
-                raise ParameterError(name, getattr(self, name), "must be less than 0", unit)
+        require(self, positive, "steering_rate_max_radps", "acceleration_max_mps2", "jerk_max_mps3", "speed_max_mps")
+        require(self, negative, "acceleration_min_mps2", "jerk_min_mps3")
         non_negative("rolling_point_m", self.rolling_point_m, "m")
 
     @property

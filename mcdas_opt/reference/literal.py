@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mcdas_opt.domain.rules import Array, finite
+from mcdas_opt.domain.rules import Array, as_floats, negative, positive
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.sigmoid import sigmoid
 from mcdas_opt.errors import ParameterError
@@ -108,12 +108,9 @@ class LiteralPath:
     b: float = B
 
     def __post_init__(self) -> None:
-        for name in self.__slots__:
-            object.__setattr__(self, name, finite(name, getattr(self, name)))
-        if self.a_per_m >= 0.0:
-            raise ParameterError("a_per_m", self.a_per_m, "must be less than 0", "1/m")
-        if self.b <= 0.0:
-            raise ParameterError("b", self.b, "must be greater than 0")
+        as_floats(self, self.__slots__)
+        negative("a_per_m", self.a_per_m, "1/m")
+        positive("b", self.b)
 
     @property
     def length_m(self) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import lru_cache
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -69,11 +70,12 @@ class Facts:
     previous_age_s: Any = np.inf
 
     def broadcast(self) -> Facts:
-        values = np.broadcast_arrays(*(np.atleast_1d(getattr(self, name)) for name in _FACTS))
+        values = np.broadcast_arrays(*(np.atleast_1d(value) for value in _values(self)))
         return Facts(**dict(zip(_FACTS, values, strict=True)))
 
 
 _FACTS = tuple(f.name for f in fields(Facts))
+_values = attrgetter(*_FACTS)
 
 
 class Selection(NamedTuple):
@@ -132,7 +134,7 @@ def select(facts: Facts, settings: SelectorSettings) -> Selection:
     for number, row in enumerate(RULES):
         rule[row.applies(state)] = number
     chosen = _selected(f, front, rear, rule, settings, np)
-    return chosen._replace(**{name: getattr(chosen, name).astype(np.int8) for name in ("mode", "side", "rule")})
+    return chosen._replace(mode=chosen.mode.astype(np.int8), side=chosen.side.astype(np.int8), rule=chosen.rule.astype(np.int8))
 
 
 def select_one(facts: Facts, settings: SelectorSettings) -> Selection:

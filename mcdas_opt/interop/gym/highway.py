@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mcdas_opt.domain.rules import positive
+from mcdas_opt.domain.rules import positive, require
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.errors import MissingExtraError, ParameterError
@@ -36,8 +36,7 @@ class EpisodeSettings:
     frequency_hz: int = 20  # of its simulation; a whole number of frames in a cycle
 
     def __post_init__(self) -> None:
-        for name in ("duration_s", "vehicles", "lanes", "density", "wanted_mps"):
-            positive(name, getattr(self, name))
+        require(self, positive, "duration_s", "vehicles", "lanes", "density", "wanted_mps")
         if self.frequency_hz % round(1.0 / CYCLE_S):
             raise ParameterError("frequency_hz", self.frequency_hz, f"must be a multiple of {1.0 / CYCLE_S:g}", "Hz")
 
