@@ -28,13 +28,14 @@ from mcdas_opt.evaluation.case import Case
 from mcdas_opt.evaluation.labels import Kind, label_scene
 from mcdas_opt.evaluation.statistics import Share
 from mcdas_opt.evaluation.suites import expand
+from mcdas_opt.simulation.driver import Driver
 from mcdas_opt.simulation.loop import simulate
 
 PLANTS = ("kinematic", "dynamic")
 
 
 @dataclass(frozen=True)
-class KnowsTheWay:
+class KnowsTheWay(Driver):
     """A driver that goes on along one trajectory, whatever happens."""
 
     trajectory: Trajectory

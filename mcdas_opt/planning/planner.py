@@ -58,7 +58,9 @@ class Planner:
         self.previous: Plan | None = None
         self.situation: Situation | None = None
 
-    def rolls_about(self, point_m: float) -> None:
+    takes_zero_sideslip_point = True
+
+    def set_zero_sideslip_point(self, point_m: float) -> None:
         """From now on the car moves along its own axis at this point ahead of its rear axle (`Vehicle.rolling_point_m`): whoever keeps a
         `vehicle` is told. A method that keeps none goes on about the rear axle."""
         parts: tuple[Any, ...] = (self, self.method, self.ladder, self.tracker)

@@ -17,25 +17,18 @@ from mcdas_opt.simulation.perception import Perception
 from mcdas_opt.tracking.tracker import Tracker
 
 
-class _Watcher:
-    """A driver that only watches: gives the sensors a tracker to report to."""
-
-    def __init__(self, vehicle: Vehicle) -> None:
-        self.tracker = Tracker(vehicle=vehicle)
-
-
 def first_situation(scene: Scene, seed: int | None = None) -> Situation:
     """What the planner knows at t = 0, as the closed loop of the same scene and seed would have it."""
-    watcher, traffic = _Watcher(scene.vehicle), Traffic(scene)
-    eyes = Perception(scene, scene.seed if seed is None else seed, watcher)
+    tracker, traffic = Tracker(vehicle=scene.vehicle), Traffic(scene)
+    eyes = Perception(scene, scene.seed if seed is None else seed, tracker)
     eyes.warm_up(scene, traffic, scene.host_state)
     host, road = scene.host_state, scene.assumed_road
-    watcher.tracker.update(eyes.arrived(0.0), host, road, 0.0)
+    tracker.update(eyes.arrived(0.0), host, road, 0.0)
     return Situation(
         time_s=0.0,
         host=host,
-        tracks=watcher.tracker.tracks(0.0),
-        coverage=watcher.tracker.coverage(0.0),
+        tracks=tracker.tracks(0.0),
+        coverage=tracker.coverage(0.0),
         road=road,
         vehicle=scene.host.vehicle,
         desired_speed_mps=scene.desired_speed_mps,

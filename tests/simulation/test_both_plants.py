@@ -85,7 +85,9 @@ class Told(FakeDriver):
         super().__init__()
         self.points: list[float] = []
 
-    def rolls_about(self, point_m: float) -> None:
+    takes_zero_sideslip_point = True
+
+    def set_zero_sideslip_point(self, point_m: float) -> None:
         self.points.append(point_m)
 
 
