@@ -184,7 +184,7 @@ def _against_corrected(seed: int, situation: Situation, plan: Plan, planner: Pla
             prediction=prediction,
             desired_speed_mps=situation.wanted_speed_mps,
             side=_side(of, situation, planner),
-            leaning=shorter_side(assessment),
+            preferred_side=shorter_side(assessment),
             needless=assessment.mode in (Mode.BRAKE, Mode.ACCELERATE),
             settings=WorthSettings(),
         )

@@ -72,11 +72,11 @@ class Chassis:
         """K_r [rad / (m/s^2)]: slip of the rear axle per lateral acceleration in a steady turn (Rajamani 2012, section 3.1)."""
         return self.mass_kg * self.cog_to_front_axle_m / (self.wheelbase_m * self.cornering_stiffness_rear_nprad)
 
-    def rolling_point_m(self, speed_mps: float) -> float:
+    def zero_sideslip_point_m(self, speed_mps: float) -> float:
         """Ahead of the rear axle, the point of the car's axis that moves along it in every steady turn at this speed [m].
 
-        The rear axle slips K_r v^2 / R, and a point x ahead of it moves by x / R less askew: x = K_r v^2, whatever the radius. While tyres
-        are in proportion to their slip, the car moves as one that rolls on its rear axle, had it its rear axle there.
+        The slip of the rear axle is K_r v^2 / R, and that of a point x ahead of it is less by x / R: it is zero at x = K_r v^2, whatever
+        the radius. While tyre forces are in proportion to slip, the vehicle moves as a kinematic one that has its rear axle there.
         """
         return self.rear_slip_gradient * speed_mps**2
 

@@ -129,7 +129,7 @@ class LaneStage:
     def __init__(self, vehicle: Vehicle, settings: Settings, stage: StageSettings | None = None) -> None:
         self.vehicle, self.settings, self.stage = vehicle, settings, stage or StageSettings()
         rate = settings.steering_rate_share * vehicle.steering_rate_max_radps
-        self._planned = replace(vehicle, steering_rate_max_radps=rate, rolling_point_m=0.0)
+        self._planned = replace(vehicle, steering_rate_max_radps=rate, zero_sideslip_point_m=0.0)
         self._slips = False  # whether the car was ever said to roll elsewhere than on its rear axle; those problems hold at rest too
         self._posed: dict[tuple[int, bool], Posed] = {}
         self._constant: dict[tuple[str, ...], Array] = {}
@@ -140,7 +140,7 @@ class LaneStage:
     def posed(self, neighbours: int) -> Posed:
         """The problem with the fewest seats that hold so many neighbours (at most the last), built when first asked for."""
         seats = next((n for n in self.stage.seats if n >= neighbours), self.stage.seats[-1])
-        self._slips |= self.vehicle.rolling_point_m > 0.0
+        self._slips |= self.vehicle.zero_sideslip_point_m > 0.0
         asked = seats, self._slips
         if asked not in self._posed:
             original = _original(self._planned, seats, self.stage.weights is not None, asked[1], self.settings.grid.nodes, _circumstances())

@@ -61,13 +61,13 @@ class Planner:
     takes_zero_sideslip_point = True
 
     def set_zero_sideslip_point(self, point_m: float) -> None:
-        """From now on the car moves along its own axis at this point ahead of its rear axle (`Vehicle.rolling_point_m`): whoever keeps a
-        `vehicle` is told. A method that keeps none goes on about the rear axle."""
+        """Plans from now on about this point ahead of the rear axle (`Vehicle.zero_sideslip_point_m`). Whatever keeps a `vehicle` is
+        told; a method that keeps none plans about the rear axle."""
         parts: tuple[Any, ...] = (self, self.method, self.ladder, self.tracker)
         for part in parts:
             car = getattr(part, "vehicle", None)
-            if isinstance(car, Vehicle) and car.rolling_point_m != point_m:
-                part.vehicle = replace(car, rolling_point_m=point_m)
+            if isinstance(car, Vehicle) and car.zero_sideslip_point_m != point_m:
+                part.vehicle = replace(car, zero_sideslip_point_m=point_m)
 
     def reset(self) -> None:
         """Forgets tracks and the last plan."""

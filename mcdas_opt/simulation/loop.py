@@ -15,7 +15,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.simulation.controller import Controller, Feeling, default_controller, planned_for
+from mcdas_opt.simulation.controller import Controller, GripAwareController, default_controller, planned_for
 from mcdas_opt.simulation.drive import Drive
 from mcdas_opt.simulation.driver import Driver
 from mcdas_opt.simulation.idm import STEP_S
@@ -53,19 +53,20 @@ def simulate(
     driver = _driver(planner, scene, planned_for(plant, settings), slips=isinstance(car.state, SlidingState))
     monitor = GripMonitor(vehicle=scene.vehicle, believed=scene.assumed_road.friction, step_s=STEP_S)
     turned = driver.takes_zero_sideslip_point
-    controller = Feeling(controller or default_controller(plant, scene.vehicle, turned=turned, felt=monitor), monitor)
-    eyes = Perception(scene, seed, driver.tracker)
-    eyes.warm_up(scene, traffic, car.state)
+    tracking = controller or default_controller(plant, scene.vehicle, turned=turned, grip=monitor)
+    aware = GripAwareController(tracking, monitor)
+    perception = Perception(scene, seed, driver.tracker)
+    perception.warm_up(scene, traffic, car.state)
     drive = Drive(scene=scene, traffic=traffic, car=car)
     turns = _turns(scene.duration_s, settings.cycle_s)
     for turn, (now, steps) in enumerate(turns, start=1):
         started = time.perf_counter()
         road = _believed(scene.assumed_road, monitor)
-        point = car.rolling_point_m if turned else 0.0
+        point = car.zero_sideslip_point_m if turned else 0.0
         driver.set_zero_sideslip_point(point)
         plan = driver.step(
-            eyes.arrived(now),
-            _known(car, point, road, scene.vehicle),
+            perception.arrived(now),
+            _measured(car, point, road, scene.vehicle),
             now,
             road=road,
             desired_speed_mps=scene.desired_speed_mps,
@@ -73,7 +74,7 @@ def simulate(
         )
         took_ms = 1e3 * (time.perf_counter() - started)
         drive.note(now, plan, () if driver.situation is None else driver.situation.tracks, took_ms)
-        drive.roll(plan, controller, steps, eyes)
+        drive.advance(plan, aware, steps, perception)
         if progress is not None:
             progress(turn, len(turns))
         if drive.outcome is not Outcome.SAFE:
@@ -82,14 +83,14 @@ def simulate(
 
 
 def _believed(road: Road, monitor: GripMonitor) -> Road:
-    """The road as it is believed, its friction no more than was felt; the same record where that changes nothing."""
+    """The road as the planner believes it: no more friction than the monitor found. The same record where that changes nothing."""
     return road if monitor.friction == road.friction else replace(road, friction=monitor.friction)
 
 
-def _known(car: Plant, point_m: float, road: Road, vehicle: Vehicle) -> HostState:
-    """What the planner is told of the car; of one that slips, no more bend than there is grip for."""
-    known = car.equivalent(point_m)
-    return within_grip(known, road, vehicle.wheelbase_m) if isinstance(car.state, SlidingState) else known
+def _measured(car: Plant, point_m: float, road: Road, vehicle: Vehicle) -> HostState:
+    """The state that the planner is told; of a dynamic vehicle its path bends no more than the grip allows."""
+    measured = car.equivalent(point_m)
+    return within_grip(measured, road, vehicle.wheelbase_m) if isinstance(car.state, SlidingState) else measured
 
 
 def _turns(duration_s: float, cycle_s: float) -> list[tuple[float, int]]:
@@ -108,5 +109,5 @@ def _driver(planner: str | Driver | Method, scene: Scene, settings: Settings, *,
     from mcdas_opt.planning.planner import Planner
 
     car = scene.vehicle
-    vehicle = replace(car, rolling_point_m=Chassis.of(car).rolling_point_m(car.speed_max_mps)) if slips else car
+    vehicle = replace(car, zero_sideslip_point_m=Chassis.of(car).zero_sideslip_point_m(car.speed_max_mps)) if slips else car
     return Planner(vehicle=vehicle, method=planner, settings=settings, road=scene.assumed_road)

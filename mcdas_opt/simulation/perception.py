@@ -46,11 +46,11 @@ class Perception:
             self.look(t, replace(start, s_m=s, acceleration_mps2=0.0), traffic.bodies(t))
 
     def is_due(self, t_s: float) -> bool:
-        """Whether anybody looks at t_s."""
+        """Whether any sensor scans at t_s."""
         return self._suite.is_due(t_s)
 
     def look(self, t_s: float, host: HostState, bodies: Sequence[Body]) -> None:
-        """The scans that are due at t_s begin their way."""
+        """Takes the scans that are due at t_s; they arrive `latency_s` later."""
         self._pending.extend((scan, host) for scan in self._suite.scans(t_s, host, bodies))
 
     def arrived(self, now: float) -> list[Scan]:
@@ -61,11 +61,11 @@ class Perception:
             if self._tracker is None or scan.t_s > now - _ROUNDING_S:
                 fresh.append(scan)
             else:
-                self._tracker.update([scan], self._known(host), self._road, scan.t_s + self._latency_s)
+                self._tracker.update([scan], self._measured(host), self._road, scan.t_s + self._latency_s)
         return fresh
 
-    def _known(self, host: HostState) -> HostState:
-        """Where the car was, steered as the no-slip bicycle that turned as fast."""
+    def _measured(self, host: HostState) -> HostState:
+        """The host's pose then, with the steering of the no-slip bicycle that turned as fast."""
         if not isinstance(host, SlidingState):
             return host
         return replace(host.without_slip(self._wheelbase_m), heading_rad=host.heading_rad)

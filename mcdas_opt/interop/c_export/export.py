@@ -1,4 +1,4 @@
-"""The MPC step as C99 in a folder: written, compiled, and held against Python on a scene's own sequence of solves."""
+"""The MPC step as C99 in a folder: written, compiled, and compared with Python on a scene's own sequence of solves."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Export:
 
     `max_error`: largest difference of a state or an input, in its own SI unit, of all solves; `apart`: how many differ by more than
     1e-6; `mismatches`: how many ended otherwise, or took another number of iterations. With the same arithmetic on both sides (portable
-    Python against plain flags, native Python against its own) they are 0. With different ones they are not where solves hardly converge:
+    Python against plain flags, native Python against its own) they are 0. With different ones they differ where a solve hardly converges:
     there the last digit of a sine decides. `timing_us`: of a solve, on both sides, measured beside each other on this machine.
     """
 

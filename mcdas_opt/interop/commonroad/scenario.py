@@ -30,7 +30,7 @@ _LONGEST_S = 600.0
 class CommonRoadScene:
     """`scene` is ours; `placement` takes its plane to the scenario's. `left_out`: obstacles that are not in it, and why.
 
-    `lane_off_m`: how far our reference line strays from the lane's middle at most. `obstacles`: neighbour's name to the obstacle's id.
+    `lane_off_m`: the largest distance of our reference line from the lane's middle. `obstacles`: neighbour's name to the obstacle's id.
     """
 
     scene: Scene

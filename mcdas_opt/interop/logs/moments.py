@@ -69,8 +69,8 @@ def moments(drive: Simulation) -> Iterator[Moment]:
         if cycle is None:
             yield Moment(t_s=t, bodies=(own, *others), host=numbers)
             continue
-        way = cycle.plan.trajectory
-        x, y, _ = frame.to_plane(way.s_m, way.d_m, way.heading_rad)
+        planned = cycle.plan.trajectory
+        x, y, _ = frame.to_plane(planned.s_m, planned.d_m, planned.heading_rad)
         seen = [_box(frame, f"track {q.id}", q.s_m, q.d_m, 0.0, q.length_m, q.width_m) for q in cycle.tracks]
         path = np.column_stack([x, y])
         yield Moment(t_s=t, bodies=(own, *others), host=numbers, plan=cycle.plan, path=path, tracks=tuple(seen))

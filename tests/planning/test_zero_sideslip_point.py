@@ -43,7 +43,7 @@ def test_everybody_who_plans_is_told_and_can_be_told_back(method: str) -> None:
     first, second = Planner(method=method), Planner(method=method)
     second.set_zero_sideslip_point(2.0)
     for part in (second.method, second.ladder, second.tracker):
-        assert part.vehicle == second.vehicle == replace(Vehicle(), rolling_point_m=2.0)
+        assert part.vehicle == second.vehicle == replace(Vehicle(), zero_sideslip_point_m=2.0)
     second.set_zero_sideslip_point(0.0)
     assert second.vehicle == first.vehicle
     assert np.array_equal(first.plan(situation).trajectory.states, second.plan(situation).trajectory.states)
@@ -52,9 +52,9 @@ def test_everybody_who_plans_is_told_and_can_be_told_back(method: str) -> None:
 def test_a_method_of_ones_own_is_told_at_once_and_one_that_keeps_no_vehicle_is_left_alone() -> None:
     """Whatever its planner was built with; and it keeps its own car otherwise."""
     own = CorrectedMethod(replace(Vehicle(), width_m=2.0))
-    planner = Planner(vehicle=replace(Vehicle(), rolling_point_m=2.0), method=own)
+    planner = Planner(vehicle=replace(Vehicle(), zero_sideslip_point_m=2.0), method=own)
     planner.set_zero_sideslip_point(2.0)
-    assert own.vehicle == replace(Vehicle(), width_m=2.0, rolling_point_m=2.0)
+    assert own.vehicle == replace(Vehicle(), width_m=2.0, zero_sideslip_point_m=2.0)
 
     class Bare:
         __slots__ = ()
@@ -67,6 +67,6 @@ def test_a_method_of_ones_own_is_told_at_once_and_one_that_keeps_no_vehicle_is_l
 
 
 def test_it_lies_ahead_of_the_rear_axle() -> None:
-    assert replace(Vehicle(), rolling_point_m=2.0).centre_m == pytest.approx(Vehicle().centre_m - 2.0)
-    with pytest.raises(ParameterError, match="rolling_point_m"):
+    assert replace(Vehicle(), zero_sideslip_point_m=2.0).centre_m == pytest.approx(Vehicle().centre_m - 2.0)
+    with pytest.raises(ParameterError, match="zero_sideslip_point_m"):
         Planner().set_zero_sideslip_point(-0.1)
