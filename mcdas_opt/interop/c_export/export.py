@@ -15,7 +15,7 @@ import numpy as np
 
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
-from mcdas_opt.errors import InputError, McdasError, ParameterError
+from mcdas_opt.errors import InputError, McdasError, ParameterError, writing
 from mcdas_opt.interop.c_export.recording import Arithmetic, Recording, record
 from mcdas_opt.interop.c_export.source import files
 from mcdas_opt.native import compile_cache
@@ -89,10 +89,8 @@ def export_c(
         raise InputError(scene.file, "", None, "asks the MPC for no solve, so that there is nothing to compare")
     written = files(recording)
     for name, content in written.items():
-        try:
+        with writing(folder / name):
             (folder / name).write_bytes(content)
-        except OSError as error:
-            raise InputError(folder / name, "", None, f"cannot be written: {error.strerror}") from None
     said: dict[str, Any] = {}
     warnings = ""
     if program is not None:

@@ -13,7 +13,7 @@ from mcdas_opt.catalogue.scenes import TRAJECTORY_COLUMNS, Scene, load_scene
 from mcdas_opt.catalogue.vehicles import VehicleFile, load_vehicle
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.errors import InputError, ParameterError, writing
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.interop.commonroad.lane_line import LaneLine, Placement, fit
 from mcdas_opt.interop.commonroad.lanes import EgoLane, ego_lane
@@ -235,12 +235,10 @@ def _plain(name: str) -> str:
 
 
 def _write(files: dict[str, str], folder: Path) -> Path:
-    try:
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in files.items():
             (folder / name).write_text(text, "utf-8")
-    except OSError as error:
-        raise InputError(folder, "", None, f"cannot be written: {error.strerror}") from None
     return folder / SCENE_FILE
 
 
