@@ -1,9 +1,9 @@
-"""The same scenes driven by the car that rolls and by the car that slips.
+"""The same scenes driven by the kinematic and by the dynamic vehicle.
 
     python benchmarks/two_plants.py sandwich --scenes 40 --seed 7100 --workers 2
 
-Avoidable scenes of a suite (the oracle drives the car that rolls), and all of one whose traffic reacts, are driven by a planner on both
-plants with the same seeds. Of each avoidable one that the car that slips loses it is asked whether it can follow the oracle's own drive:
+Avoidable scenes of a suite (the oracle drives the kinematic vehicle), and all of one whose traffic reacts, are driven by a planner on both
+plants with the same seeds. Of each avoidable one that the dynamic vehicle loses it is asked whether it can follow the oracle's own drive:
 tracked by the same controller, without any planner.
 """
 
@@ -28,13 +28,14 @@ from mcdas_opt.evaluation.case import Case
 from mcdas_opt.evaluation.labels import Kind, label_scene
 from mcdas_opt.evaluation.statistics import Share
 from mcdas_opt.evaluation.suites import expand
+from mcdas_opt.simulation.driver import Driver
 from mcdas_opt.simulation.loop import simulate
 
 PLANTS = ("kinematic", "dynamic")
 
 
 @dataclass(frozen=True)
-class KnowsTheWay:
+class KnowsTheWay(Driver):
     """A driver that goes on along one trajectory, whatever happens."""
 
     trajectory: Trajectory
@@ -50,7 +51,7 @@ class KnowsTheWay:
 
 
 def outcomes(case: Case, *, planner: str) -> dict[str, Any] | None:
-    """Outcome on each plant, and of the oracle's drive where the car that slips is lost; None where a labelled scene is not avoidable."""
+    """Outcome on each plant, and of the oracle's drive where the dynamic vehicle is not safe; None for unavoidable ones."""
     label = label_scene(case.scene) if case.labelled else None
     if label is not None and label.kind is not Kind.A:
         return None

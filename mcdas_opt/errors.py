@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 
 class McdasError(Exception):
@@ -27,6 +28,24 @@ class InputError(McdasError, ValueError):
         where = f"{self.file}: {key}" if key else self.file
         shown = "" if value is None else f" = {value!r}"
         super().__init__(f"{where}{shown}: {rule}")
+
+
+@contextmanager
+def reading(file: object) -> Iterator[None]:
+    """Turns a failure to read the file into an `InputError` that names it."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(file, "", None, f"cannot be read: {error.strerror}") from None
+
+
+@contextmanager
+def writing(file: object) -> Iterator[None]:
+    """Turns a failure to write the file into an `InputError` that names it."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(file, "", None, f"cannot be written: {error.strerror}") from None
 
 
 class MissingExtraError(McdasError, ImportError):

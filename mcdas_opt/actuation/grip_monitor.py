@@ -1,4 +1,4 @@
-"""Friction, felt: brakes that give no more than they do, and tyres that give less than their slip should bring, tell what the road gives.
+"""Friction, estimated: from brakes that give less than is asked, and from tyres that give less than their slip should bring.
 
 Source of the second: the slope of force over slip falls long before the force does, so that the limit shows before it is reached (Hsu, Laws
 and Gerdes, IEEE Trans. Control Systems Technology 18(4) 2010; Ahn, Peng and Tseng, Vehicle System Dynamics 50(4) 2012). Here axle by axle:
@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import positive, within
+from mcdas_opt.domain.rules import positive, require, within
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.single_track import axle_loads, fiala_limit
 
@@ -22,8 +22,8 @@ from mcdas_opt.dynamics.single_track import axle_loads, fiala_limit
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GripSettings:
     """`sliding_share`: how much of an axle's contact must slide before it is believed (0.5: it gives 87 % of what it can). `significant`:
-    the belief stands while what is felt is at least this share of it. `lag_s`: of what is felt behind a single sample. Braking is held
-    by the road where more than `missing_mps2` of what is asked is missing and the rest has stood still over the span.
+    the belief stands while the estimate is at least this share of it. `lag_s`: of the estimate behind a single sample. The road bounds the
+    braking where more than `missing_mps2` of what is asked is missing and the rest is constant over the span.
     """
 
     sliding_share: float = 0.5
@@ -37,23 +37,22 @@ class GripSettings:
     def __post_init__(self) -> None:
         within("sliding_share", self.sliding_share, 0.1, 1.0)
         within("significant", self.significant, 0.1, 1.0)
-        for name, unit in (("least_demand", ""), ("lag_s", "s"), ("missing_mps2", "m/s^2"), ("span_s", "s"), ("slowest_mps", "m/s")):
-            positive(name, getattr(self, name), unit)
+        require(self, positive, "least_demand", "lag_s", "missing_mps2", "span_s", "slowest_mps")
 
 
 @dataclass(slots=True, kw_only=True)
 class GripMonitor:
-    """Fed with the measured state every `step_s`; `friction` is what to plan with: the belief, or what was felt last where that is less.
+    """Takes the measured state every `step_s`. Plans are made with `friction`: the belief, or the last estimate where that is less.
 
-    Never above the belief: that nothing slides says nothing of grip there may be. A car whose tyres are not worked hard, and one below
-    5 m/s, teach nothing; a state that says nothing of slip teaches by braking alone. What was felt stays until something else is felt.
+    Never above the belief: tyres that do not slide do not tell how much grip there is. There is no new estimate while the tyres do little
+    work, or below 5 m/s. A state without slip gives one by braking alone. An estimate stays until the next one.
     """
 
     vehicle: Vehicle
     believed: float
     step_s: float = 0.01
     settings: GripSettings = field(default_factory=GripSettings)
-    felt: float | None = None  # friction, once tyres have been worked hard
+    estimate: float | None = None  # friction, once tyres or brakes have worked hard
     _chassis: Chassis = field(init=False)
     _past: deque[HostState] = field(init=False)
 
@@ -64,7 +63,7 @@ class GripMonitor:
 
     @property
     def friction(self) -> float:
-        return self.believed if self.felt is None or self.felt >= self.settings.significant * self.believed else self.felt
+        return self.believed if self.estimate is None or self.estimate >= self.settings.significant * self.believed else self.estimate
 
     def note(self, state: HostState, asked_mps2: float = 0.0) -> None:
         """The state of now, a step after the one before, and the acceleration that the plan asks for."""
@@ -76,17 +75,17 @@ class GripMonitor:
             return
         braked = self._braked(asked_mps2)
         if braked is not None:
-            self._feel(braked)
+            self._take(braked)
         first, now, last = self._past[0], self._past[len(self._past) // 2], self._past[-1]
         if isinstance(first, SlidingState) and isinstance(now, SlidingState) and isinstance(last, SlidingState):
             sliding, friction = max(self._axles(first, now, last))
             if sliding >= self.settings.sliding_share:
-                self._feel(friction)
+                self._take(friction)
 
-    def _feel(self, friction: float) -> None:
-        if self.felt is None:
-            self.felt = friction
-        self.felt += (friction - self.felt) * min(self.step_s / self.settings.lag_s, 1.0)
+    def _take(self, friction: float) -> None:
+        if self.estimate is None:
+            self.estimate = friction
+        self.estimate += (friction - self.estimate) * min(self.step_s / self.settings.lag_s, 1.0)
 
     def _braked(self, asked_mps2: float) -> float | None:
         """Friction by braking that is asked for and does not come; None where it comes, or where it is the brakes that end."""
@@ -121,7 +120,7 @@ class GripMonitor:
 
 
 def within_grip(host: HostState, road: Road, wheelbase_m: float, share: float = 0.97) -> HostState:
-    """The host, its path bent no more than friction allows beside its acceleration: who slides turns faster than the path bends."""
+    """The host, its path bent no more than friction allows beside its acceleration: a sliding vehicle turns faster than its path bends."""
     grip = share * road.friction * GRAVITY_MPS2
     most = math.sqrt(max(grip**2 - host.acceleration_mps2**2, 0.0))
     v = host.speed_mps

@@ -1,4 +1,4 @@
-"""A car that slips follows a plan that does not: regulators designed with `control`, and the tyres' own curve between them and the wheels.
+"""Tracking of plans by a dynamic vehicle: regulators designed with `control`, and the tyres' own curve between them and the wheels.
 
 The outer one asks for lateral acceleration, of the path; the inner one, of the slip of the rear axle and the yaw rate that go with it, for
 yaw acceleration. The front tyres' curve is solved for the slip that gives the force for it, and the wheels are turned by so much against
@@ -19,7 +19,7 @@ import numpy as np
 from mcdas_opt.actuation.grip_monitor import GripMonitor
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState, SlidingState
-from mcdas_opt.domain.rules import Array, positive
+from mcdas_opt.domain.rules import Array, positive, require
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.single_track import SLIPS_ABOVE_MPS, axle_loads, fiala, fiala_slip, slip_share
@@ -47,8 +47,7 @@ class TrackingWeights:
     jerk_mps3: float = 10.0
 
     def __post_init__(self) -> None:
-        for name in self.__dataclass_fields__:
-            positive(name, getattr(self, name))
+        require(self, positive, *self.__dataclass_fields__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,10 +56,10 @@ class LqrTracking:
 
     The plan is one of the no-slip bicycle. It asks for a path of the body centre, and a curvature and a speed on it: from those follow the
     slip of the rear axle and the yaw rate with which this car drives it; deviations are fed back. Beyond the plan's end its inputs are 0. A
-    state that says nothing of slip is of a car that rolls.
+    state without slip is that of a kinematic vehicle.
 
-    `turned` plans are of the bicycle that has its rear axle where this car moves along its own axis (`Chassis.rolling_point_m`); that of
-    others is at the rear axle. `felt` knows the friction; without it tyres are taken to be in proportion to their slip.
+    `turned`: plans are made about the zero-sideslip point (`Chassis.zero_sideslip_point_m`), else about the rear axle. `grip` knows the
+    friction; without it, tyre forces are taken to be in proportion to slip.
     """
 
     vehicle: Vehicle
@@ -70,7 +69,7 @@ class LqrTracking:
     slip_gains: Array  # (2,) on the slip of the rear axle and the yaw rate
     speed_gains: Array  # (2,) on the errors of speed and acceleration
     turned: bool = False
-    felt: GripMonitor | None = None
+    grip: GripMonitor | None = None
 
     @classmethod
     def design(
@@ -79,10 +78,10 @@ class LqrTracking:
         weights: TrackingWeights | None = None,
         step_s: float = 0.01,
         turned: bool = False,
-        felt: GripMonitor | None = None,
+        grip: GripMonitor | None = None,
     ) -> LqrTracking:
         """The regulators for a vehicle, that of the path with gains at each of SPEEDS_MPS."""
-        return replace(_designed(vehicle, weights or TrackingWeights(), positive("step_s", step_s, "s")), turned=turned, felt=felt)
+        return replace(_designed(vehicle, weights or TrackingWeights(), positive("step_s", step_s, "s")), turned=turned, grip=grip)
 
     def command(self, trajectory: Trajectory, since_s: float, state: HostState) -> tuple[float, float]:
         if since_s >= trajectory.t_s[-1] - 1e-9:
@@ -108,11 +107,11 @@ class LqrTracking:
         """The angle of the wheels that the regulators ask for; `ahead_rad` is the plan's steering a lag later."""
         c, speed = self.chassis, _moving(state)
         astray, crawling = self._astray(wanted, state), max(speed, SLIPS_ABOVE_MPS)
-        # who hardly moves is brought back as at that speed: within a length, not a time
-        rolling = math.atan(math.tan(ahead_rad) - c.wheelbase_m * float(self._path_gain(crawling) @ astray) / crawling**2)
+        # a vehicle that hardly moves is brought back as at that speed: within a length, not a time
+        no_slip = math.atan(math.tan(ahead_rad) - c.wheelbase_m * float(self._path_gain(crawling) @ astray) / crawling**2)
         share = slip_share(state.speed_mps) if isinstance(state, SlidingState) else 0.0
         if share == 0.0:
-            return rolling
+            return no_slip
         grip = self._grip(state)
         most = GRIP_SHARE * grip * GRAVITY_MPS2
         asked = speed**2 * math.tan(ahead_rad) / c.wheelbase_m - float(self._path_gain(speed) @ astray)
@@ -128,7 +127,7 @@ class LqrTracking:
         wanted_slip = fiala_slip(c.mass_kg * asked * c.cog_to_front_axle_m / c.wheelbase_m, *of_rear)
         turning = self._turning(wanted_slip - slip, asked / speed - yaw_rate, grip * GRAVITY_MPS2)
         force = (c.cog_to_rear_axle_m * fiala(slip, *of_rear) + c.yaw_inertia_kgm2 * turning) / c.cog_to_front_axle_m
-        return share * (course + fiala_slip(force, *of_front, share=GRIP_SHARE)) + (1.0 - share) * rolling
+        return share * (course + fiala_slip(force, *of_front, share=GRIP_SHARE)) + (1.0 - share) * no_slip
 
     def _turning(self, slip_off: float, yaw_rate_off: float, grip_mps2: float) -> float:
         """Yaw acceleration asked for: by the regulator, but slip grows no faster than can be stopped with a quarter of the yaw acceleration
@@ -139,7 +138,7 @@ class LqrTracking:
 
     def _grip(self, state: HostState) -> float:
         """What is left of friction beside the acceleration along the car, as a share of the load."""
-        friction = _PLENTY if self.felt is None else self.felt.friction
+        friction = _PLENTY if self.grip is None else self.grip.friction
         return math.sqrt(max(friction**2 - (state.acceleration_mps2 / GRAVITY_MPS2) ** 2, 1e-6))
 
     def _path_gain(self, speed: float) -> Array:
@@ -151,7 +150,7 @@ class LqrTracking:
         car, c = self.vehicle, self.chassis
         aside, yaw_rate = state.turning(c.wheelbase_m)
         along, across = state.s_m - wanted.s_m, state.d_m - wanted.d_m
-        behind = c.rolling_point_m(state.speed_mps) if self.turned else 0.0
+        behind = c.zero_sideslip_point_m(state.speed_mps) if self.turned else 0.0
         planned = (car.centre_m - behind) * state.speed_mps * math.tan(wanted.steering_rad) / c.wheelbase_m
         moves = state.speed_mps * math.sin(state.heading_rad - wanted.heading_rad) + aside + car.centre_m * yaw_rate
         return np.array([across * math.cos(wanted.heading_rad) - along * math.sin(wanted.heading_rad), moves - planned])

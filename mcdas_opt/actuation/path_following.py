@@ -40,7 +40,7 @@ class SpeedLaw:
 
 
 class AccelerationLaw(Protocol):
-    """A driver who asks for an acceleration [m/s^2], by the time since the drive began, the place of the body centre and the speed."""
+    """A law that asks for an acceleration [m/s^2], by the time since the drive began, the place of the body centre and the speed."""
 
     def wanted_mps2(self, t_s: float, s_m: float, speed_mps: float) -> float: ...
 

@@ -21,10 +21,10 @@ class PoseFilter:
 
     def update(self, speed_mps: float, steering_rad: float, dt_s: float, measured: Array) -> Array:
         """Move on by `dt_s` on the arc of speed and steering, then correct by the pose measured there."""
-        way = speed_mps * dt_s
-        turn = way * math.tan(steering_rad) / self._wheelbase
+        distance = speed_mps * dt_s
+        turn = distance * math.tan(steering_rad) / self._wheelbase
         x, y, psi = (float(q) for q in self.pose)
-        middle, chord = psi + 0.5 * turn, way * float(np.sinc(0.5 * turn / math.pi))
+        middle, chord = psi + 0.5 * turn, distance * float(np.sinc(0.5 * turn / math.pi))
         reckoned = np.array([x + chord * math.cos(middle), y + chord * math.sin(middle), psi + turn])
         off = np.asarray(measured) - reckoned
         off[2] = (off[2] + math.pi) % (2.0 * math.pi) - math.pi

@@ -1,6 +1,6 @@
 """The drive-by-wire loop: a plant with lag and dead time, the speed law as feedforward, feedback designed with `control`.
 
-Design: the error of speed and acceleration, the corrections still under way in the dead time and the integral of the speed error form
+Design: the error of speed and acceleration, the corrections still in the dead time and the integral of the speed error form
 one discrete state; the gain is the discrete linear-quadratic regulator of it (Franklin, Powell and Workman, Digital Control of Dynamic
 Systems, 3rd ed. 1998, ch. 9).
 """
@@ -57,7 +57,7 @@ class SpeedRun:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpeedLoop:
-    """Gains on (speed error, acceleration error, corrections under way, oldest first, integral of the speed error)."""
+    """Gains on (speed error, acceleration error, corrections in the dead time, oldest first, integral of the speed error)."""
 
     plant: DriveByWire
     step_s: float
@@ -106,10 +106,10 @@ class SpeedLoop:
                 queue.append(value)
             corrections.popleft()
             commands.popleft()
-            felt = wire.popleft()
-            rows.append((k * h, v, a, (felt - a) / actual.lag_s, command, v_then))
-            v += h * (felt + disturbance_mps2) + (a - felt) * actual.lag_s * (1.0 - true_decay)
-            a = felt + (a - felt) * true_decay
+            acting = wire.popleft()
+            rows.append((k * h, v, a, (acting - a) / actual.lag_s, command, v_then))
+            v += h * (acting + disturbance_mps2) + (a - acting) * actual.lag_s * (1.0 - true_decay)
+            a = acting + (a - acting) * true_decay
             v_law, a_law = v_law + 0.5 * h * (a_law + a_next), a_next
         return SpeedRun(**dict(zip(SpeedRun.__slots__, np.array(rows).T, strict=True)))
 
@@ -122,7 +122,7 @@ class SpeedLoop:
 
 
 def _after(acceleration: float, commands: deque[float], decay: float) -> float:
-    """Acceleration once the commands under way have acted, by the model."""
+    """Acceleration once the commands in the dead time have acted, by the model."""
     for command in commands:
         acceleration = command + (acceleration - command) * decay
     return acceleration

@@ -7,7 +7,7 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from mcdas_opt.catalogue.shelf import checked, find, read_toml, shipped
+from mcdas_opt.catalogue.data_files import checked, find, read_toml, shipped
 from mcdas_opt.domain.motion import TargetMotion
 from mcdas_opt.errors import InputError, ParameterError
 
@@ -41,6 +41,6 @@ def load_motion(name: str, beside: Path | None = None) -> TargetMotion:
         raise InputError(name, "", None, f"no such file, and no target motion of that name; known: {known}") from None
     entry = checked(MotionFile, read_toml(path), path)
     try:
-        return TargetMotion(name=path.stem, **{key: getattr(entry, key) for key in NUMBERS})
+        return TargetMotion(name=path.stem, **entry.model_dump(include=set(NUMBERS)))
     except ParameterError as error:
         raise InputError(path, error.name, error.value, error.rule) from None

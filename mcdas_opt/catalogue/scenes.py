@@ -10,8 +10,8 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, field_validator, model_validator
 
+from mcdas_opt.catalogue.data_files import checked, find, read_text, read_toml
 from mcdas_opt.catalogue.sensors import IDEAL, NONE, load_sensor
-from mcdas_opt.catalogue.shelf import checked, find, read_text, read_toml
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
@@ -151,7 +151,15 @@ class SensorsPart(_Part):
     warmup_s: Annotated[float, Field(ge=0.0, le=10.0)] = 1.0
 
     def of(self, sector: Sector) -> str:
-        return str(getattr(self, sector.value))
+        match sector:
+            case Sector.FRONT:
+                return self.front
+            case Sector.REAR:
+                return self.rear
+            case Sector.LEFT:
+                return self.left
+            case Sector.RIGHT:
+                return self.right
 
 
 class Scene(_Part):

@@ -7,7 +7,7 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from mcdas_opt.catalogue.shelf import checked, find, read_toml, shipped
+from mcdas_opt.catalogue.data_files import checked, find, read_toml, shipped
 from mcdas_opt.domain.sensor import Beam, Sensor
 from mcdas_opt.errors import InputError, ParameterError, nearest
 
@@ -62,7 +62,7 @@ def load_sensor(name: str, beside: Path | None = None) -> Sensor:
     entry = checked(SensorFile, read_toml(path), path)
     try:
         beams = tuple(Beam(name=b.name, range_max_m=b.range_max_m, half_angle_rad=b.half_angle_rad) for b in entry.beam)
-        return Sensor(name=path.stem, beams=beams, **{key: getattr(entry, key) for key in NUMBERS})
+        return Sensor(name=path.stem, beams=beams, **entry.model_dump(include=set(NUMBERS)))
     except ParameterError as error:
         raise InputError(path, error.name, error.value, error.rule) from None
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import atexit
 import signal
 import sys
-from typing import Annotated, NoReturn
+from typing import Annotated, NoReturn, Protocol, runtime_checkable
 
 import typer
 
@@ -49,6 +49,13 @@ for command in (*driving, *parking, *studying, *carrying):
 _INTERRUPTED = 130
 
 
+@runtime_checkable
+class _UsageError(Protocol):
+    """A wrong command line, wherever typer has its click from: it prints itself."""
+
+    def show(self) -> None: ...
+
+
 def run() -> None:
     """The commands: turns our own errors into one line on stderr and the exit code of the contract."""
     atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # by then everything is said and written: nothing to interrupt
@@ -64,9 +71,8 @@ def run() -> None:
     except (typer.Abort, KeyboardInterrupt):
         _interrupted("what was not yet written is lost")
     except Exception as error:
-        show = getattr(error, "show", None)  # click's usage errors show themselves
-        if show is not None:
-            show()
+        if isinstance(error, _UsageError):
+            error.show()
             sys.exit(2)
         raise
     if isinstance(code, int) and code:

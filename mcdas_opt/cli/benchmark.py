@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from mcdas_opt.cli import options
 from mcdas_opt.cli.screen import JsonOption, complain, console, emit, leaving
 
 if TYPE_CHECKING:
@@ -37,10 +38,10 @@ def benchmark(
     seed: Annotated[int | None, typer.Option("--seed", min=0, help="Of the scenes; default the suite's.")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for the results; default benchmark-SUITE-SEED.")] = None,
     workers: Annotated[int, typer.Option("--workers", min=1, help="Processes on this machine, a thread each.")] = 2,
-    scheduler: Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, instead of --workers.")] = None,
+    scheduler: options.Scheduler = None,
     data: Annotated[Path | None, typer.Option("--data", help="Folder of recordings, for suites that read them.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on where a run into the same folder was stopped.")] = False,
-    plant: Annotated[str, typer.Option("--plant", help="The car that is driven: kinematic, or dynamic (with tyres).")] = "kinematic",
+    plant: options.Plant = "kinematic",
     limit: Annotated[float, typer.Option("--limit", min=1.0, help="Seconds for one drive; what takes longer is marked.")] = 300.0,
     as_json: JsonOption = False,
 ) -> None:

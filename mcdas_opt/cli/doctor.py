@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table
+from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, headed_table
 
 if TYPE_CHECKING:
-    from mcdas_opt.evaluation.doctor import Check
+    from rich.table import Table
+
+    from mcdas_opt.evaluation.doctor import Check, Diagnosis
 
 
 def doctor(as_json: JsonOption = False) -> None:
@@ -28,17 +30,10 @@ def doctor(as_json: JsonOption = False) -> None:
         raise typer.Exit(1)
 
 
-def _print(found: object) -> None:
-    from rich.table import Table
-
-    from mcdas_opt.evaluation.doctor import Diagnosis
-
-    assert isinstance(found, Diagnosis)
+def _print(found: Diagnosis) -> None:
     screen = console()
     screen.print(facts_table(f"mcdas-opt {found.version}", [("python", found.python)]))
-    table = Table(title="packages", title_justify="left")
-    for heading in ("package", "version", "for"):
-        table.add_column(heading)
+    table = headed_table("packages", "package", "version", "for")
     for package in sorted(found.packages, key=lambda p: (p.extra, p.name)):
         missing = "missing" if not package.extra else f"pip install mcdas-opt\\[{package.extra}]"
         table.add_row(package.name, package.version or missing, package.extra)
@@ -48,12 +43,10 @@ def _print(found: object) -> None:
     screen.print("all is well" if found.well else "something that is needed does not work")
 
 
-def _checks(title: str, checks: tuple[Check, ...]) -> object:
-    from rich.table import Table
-
-    table = Table(title=title, title_justify="left")
-    for heading in ("what", "works", "seen"):
-        table.add_column(heading, overflow="fold")
+def _checks(title: str, checks: tuple[Check, ...]) -> Table:
+    table = headed_table(title, "what", "works", "seen")
+    for column in table.columns:
+        column.overflow = "fold"
     for check in checks:
         table.add_row(check.name, "yes" if check.works else "no", check.detail)
     return table

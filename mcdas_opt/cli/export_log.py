@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from mcdas_opt.cli import options
 from mcdas_opt.cli.screen import JsonOption, PlannerOption, SceneArgument, console, emit, progress_bar
 from mcdas_opt.errors import InputError
 
@@ -15,8 +16,8 @@ def export_log(
     scene: SceneArgument,
     out: Annotated[Path, typer.Argument(metavar="FILE", help="drive.mcap for Foxglove, or drive.rrd for Rerun.")],
     planner: PlannerOption = "mpc",
-    plant: Annotated[str, typer.Option("--plant", help="The car that is driven: kinematic, or dynamic (with tyres).")] = "kinematic",
-    seed: Annotated[int | None, typer.Option("--seed", min=0, help="Of the measurement noise; default the scene's.")] = None,
+    plant: options.Plant = "kinematic",
+    seed: options.NoiseSeed = None,
     show: Annotated[bool, typer.Option("--show", help="Open the .rrd in Rerun's viewer, its analytics disabled.")] = False,
     as_json: JsonOption = False,
 ) -> None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, number
+from mcdas_opt.cli import options
+from mcdas_opt.cli.screen import JsonOption, check_picture, console, emit, facts_table, number
 from mcdas_opt.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -24,9 +24,9 @@ def follow(
     person: Annotated[
         list[str] | None, typer.Option("--person", help="x,y,from or x,y,from,until [m, s]: somebody stands there. May be repeated.")
     ] = None,
-    vehicle: Annotated[str | None, typer.Option("--vehicle", help="Instead of the case's vehicle.")] = None,
-    clearance: Annotated[float | None, typer.Option("--clearance", min=0.0, help="Instead of the case's clearance [m].")] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Draw it: .png (a sheet), .gif, or .html (plays and scrubs).")] = None,
+    vehicle: options.ParkingVehicle = None,
+    clearance: options.Clearance = None,
+    out: options.MovingPicture = None,
     as_json: JsonOption = False,
 ) -> None:
     """A parking manoeuvre in closed loop: noise, delay, a slot shorter than believed, people in the way.
@@ -39,10 +39,7 @@ def follow(
 
     if planner not in ("nlp", "search"):
         raise ParameterError("planner", planner, "must be nlp or search")
-    if out is not None:
-        from mcdas_opt.plotting.export import check_picture
-
-        check_picture(out)
+    check_picture(out)
     problem = load_parking_case(case, vehicle=vehicle, clearance_m=clearance)
     truth = shorter_slot(problem, shorter) if shorter > 0.0 else problem
     visitors = tuple(_visitor(text) for text in person or ())

@@ -5,11 +5,11 @@ from __future__ import annotations
 import contextlib
 import json
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from mcdas_opt.cli import options
 from mcdas_opt.cli.screen import PlannerOption, emit, leaving
 from mcdas_opt.errors import InputError
 
@@ -22,8 +22,8 @@ def live(
     rear: Annotated[str | None, typer.Option("--rear", help="Channel of the rear radar, where there is one.")] = None,
     interface: Annotated[str, typer.Option("--interface", help="python-can's: socketcan, pcan, kvaser, udp_multicast ...")] = "socketcan",
     play: Annotated[str | None, typer.Option("--play", help="No car: play a candump log, or a shipped one (front_and_rear).")] = None,
-    dbc: Annotated[Path | None, typer.Option("--dbc", help="The DBC to decode by; default the shipped minimal one.")] = None,
-    road: Annotated[str | None, typer.Option("--road", help="A scene whose road and vehicle to drive; default one straight lane.")] = None,
+    dbc: options.Dbc = None,
+    road: options.Road = None,
     speed: Annotated[float | None, typer.Option("--speed", min=0.0, help="Host speed [m/s], where no radar is told it.")] = None,
     rate: Annotated[float, typer.Option("--rate", min=1.0, max=100.0, help="Cycles a second [Hz].")] = 20.0,
     silence: Annotated[float, typer.Option("--silence", help="Give up when nothing was heard for so long [s].")] = 1.0,

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, number
+from mcdas_opt.cli import options
+from mcdas_opt.cli.screen import JsonOption, check_picture, console, emit, facts_table, headed_table, number
 
 if TYPE_CHECKING:
     from mcdas_opt.domain.parking import Parking
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 def park(
     case: Annotated[str, typer.Argument(metavar="CASE", help="A case (TOML), a TPCAP CSV, or the name of a shipped case.")],
     planner: Annotated[str, typer.Option("--planner", help="nlp, search, closed-form, closed-form-corrected, two-arc.")] = "nlp",
-    vehicle: Annotated[str | None, typer.Option("--vehicle", help="Instead of the case's vehicle.")] = None,
-    clearance: Annotated[float | None, typer.Option("--clearance", min=0.0, help="Instead of the case's clearance [m].")] = None,
+    vehicle: options.ParkingVehicle = None,
+    clearance: options.Clearance = None,
     cost: Annotated[
         str, typer.Option("--cost", help="time, path, gear-changes, steering, clearance: what the program minimises.")
     ] = "time",
@@ -27,7 +27,7 @@ def park(
     checks: Annotated[str, typer.Option("--checks", help="Form of the collision checks: half-planes or duals.")] = "half-planes",
     solver: Annotated[str, typer.Option("--solver", help="ipopt, or fatrop with IPOPT where that finds nothing sound.")] = "ipopt",
     budget: Annotated[float | None, typer.Option("--budget", min=0.0, help="Stop improving after so many seconds (an extra cap).")] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Draw it: .png (a sheet), .gif, or .html (plays and scrubs).")] = None,
+    out: options.MovingPicture = None,
     as_json: JsonOption = False,
 ) -> None:
     """One parking plan, judged.
@@ -40,10 +40,7 @@ def park(
     from mcdas_opt.planning.parking.park import ParkSettings
     from mcdas_opt.planning.parking.park import park as run
 
-    if out is not None:
-        from mcdas_opt.plotting.export import check_picture
-
-        check_picture(out)
+    check_picture(out)
     problem = load_parking_case(case, vehicle=vehicle, clearance_m=clearance)
     settings = ParkSettings(
         costs=costs_named(cost),
@@ -78,11 +75,7 @@ def _print(answer: Parking, title: str) -> None:
         *(("note", note) for note in answer.notes),
     ]
     screen.print(facts_table(title, rows))
-    from rich.table import Table
-
-    table = Table(title="attempts", title_justify="left")
-    for heading in ("way", "duration", "gear changes", "sound", "note"):
-        table.add_column(heading)
+    table = headed_table("attempts", "start", "duration", "gear changes", "sound", "note")
     for attempt in answer.attempts:
         table.add_row(
             attempt.name, number(attempt.duration_s, "s"), str(attempt.gear_changes), "yes" if attempt.passed else "no", attempt.note

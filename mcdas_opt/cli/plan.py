@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mcdas_opt.cli.screen import JsonOption, PlannerOption, console, emit, facts_table, number, ways_table, write_text
+from mcdas_opt.cli.screen import JsonOption, PlannerOption, check_picture, console, emit, facts_table, headed_table, number, ways_table
 from mcdas_opt.domain.vocabulary import Alert
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import InputError, writing
 
 if TYPE_CHECKING:
     from mcdas_opt.domain.plan import Plan
@@ -38,15 +38,14 @@ def plan(
 
     drawing = out is not None and out.suffix.lower() in (".png", ".gif", ".html")
     if out is not None and drawing:
-        from mcdas_opt.plotting.export import check_picture
-
         check_picture(out)
     elif out is not None and out.suffix.lower() != ".json":
         raise InputError(out, "", None, "must end in .png, .gif or .html (a picture) or in .json (the situation)")
     situation, vehicle = situation_of(scene)
     chosen = planner_with(params, vehicle, planner)
     if out is not None and not drawing:
-        write_text(out, situation.to_json())
+        with writing(out):
+            out.write_text(situation.to_json(), "utf-8")
     answer = chosen.plan(situation)
     if as_json:
         emit(answer.to_dict())
@@ -61,8 +60,6 @@ def plan(
 
 
 def _print(answer: Plan, title: str) -> None:
-    from rich.table import Table
-
     from mcdas_opt.plotting.words import ending
 
     screen = console()
@@ -79,9 +76,7 @@ def _print(answer: Plan, title: str) -> None:
         ("time", f"{answer.timing_ms.total:.1f} ms ({answer.iterations} solver iterations)"),
     ]
     screen.print(facts_table(title, rows))
-    table = Table(title="candidates", title_justify="left")
-    for heading in ("way", "cost", "passed", "refusal"):
-        table.add_column(heading)
+    table = headed_table("candidates", "name", "cost", "passed", "refusal")
     for candidate in answer.candidates:
         table.add_row(candidate.name, number(candidate.cost), "yes" if candidate.passed else "no", candidate.refusal)
     screen.print(table)

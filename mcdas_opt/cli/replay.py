@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mcdas_opt.cli.screen import JsonOption, PlannerOption, console, emit, facts_table, number, progress_bar
+from mcdas_opt.cli import options
+from mcdas_opt.cli.screen import JsonOption, PlannerOption, check_picture, console, emit, facts_table, headed_table, number, progress_bar
 
 if TYPE_CHECKING:
     from mcdas_opt.interop.replay_record import Summary
@@ -17,10 +18,10 @@ if TYPE_CHECKING:
 def replay(
     log: Annotated[str, typer.Argument(metavar="LOG", help="A recording, or the name of a shipped one (front_and_rear).")],
     log_format: Annotated[str, typer.Option("--format", help="esr-candump (Delphi ESR on CAN) or radar-csv (a front radar's track list).")],
-    dbc: Annotated[Path | None, typer.Option("--dbc", help="The DBC to decode by; default the shipped minimal one.")] = None,
+    dbc: options.Dbc = None,
     rear: Annotated[Path | None, typer.Option("--rear", help="The rear radar's log, where it is a file of its own.")] = None,
     host: Annotated[str | None, typer.Option("--host", help="The host's speed: a CSV of t_s, speed_mps.")] = None,
-    road: Annotated[str | None, typer.Option("--road", help="A scene whose road and vehicle to drive; default one straight lane.")] = None,
+    road: options.Road = None,
     columns: Annotated[
         str | None, typer.Option("--columns", help="radar-csv: time_s=t,x_m=dx,y_m=-right ... (a minus turns the sign).")
     ] = None,
@@ -38,10 +39,7 @@ def replay(
     from mcdas_opt.interop.replay import replay as run
     from mcdas_opt.interop.truth import compare
 
-    if out is not None:
-        from mcdas_opt.plotting.export import check_picture
-
-        check_picture(out, (".png",))
+    check_picture(out, ".png")
     scene = None
     if road is not None:
         from mcdas_opt.catalogue.scenes import load_scene
@@ -85,11 +83,8 @@ def _print(summary: Summary, comparison: Comparison | None, log: str) -> None:
     ]
     screen.print(facts_table(f"replay: {log}", rows))
     if comparison is not None:
-        from rich.table import Table
-
-        table = Table(title="against the truth: root mean squares in m, m and m/s over n instants", title_justify="left")
-        for heading in ("sector", "of", "along", "across", "rate", "n", "breaks", "covered"):
-            table.add_column(heading)
+        title = "against the truth: root mean squares in m, m and m/s over n instants"
+        table = headed_table(title, "sector", "of", "along", "across", "rate", "n", "breaks", "covered")
         for sector, found in comparison.sectors.items():
             for name, errors in (("tracks", found.tracked), ("raw", found.raw)):
                 roots = (errors.along_rmse_m, errors.across_rmse_m, errors.range_rate_rmse_mps)

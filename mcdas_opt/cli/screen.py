@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mcdas_opt.errors import InputError
-
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
@@ -39,6 +37,23 @@ def console() -> Console:
     from rich.console import Console
 
     return Console(highlight=False)
+
+
+def check_picture(out: Path | None, *suffixes: str) -> None:
+    """Refuses a picture of another kind before anything is computed; without suffixes it may move or play."""
+    if out is not None:
+        from mcdas_opt.plotting import export
+
+        export.check_picture(out, suffixes or export.MOVING)
+
+
+def headed_table(title: str, *headings: str) -> Table:
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left")
+    for heading in headings:
+        table.add_column(heading)
+    return table
 
 
 def facts_table(title: str, rows: list[tuple[str, object]]) -> Table:
@@ -79,21 +94,10 @@ def _moment(value_s: float | None) -> str:
 def print_violations(screen: Console, verdict: Verdict) -> None:
     if not verdict.violations:
         return
-    from rich.table import Table
-
-    table = Table(title="violations", title_justify="left")
-    for heading in ("rule", "at", "value", "limit", "unit"):
-        table.add_column(heading)
+    table = headed_table("violations", "rule", "at", "value", "limit", "unit")
     for found in verdict.violations:
         table.add_row(found.name, f"{found.t_s:.2f} s", f"{found.value:.4g}", f"{found.limit:.4g}", found.unit)
     screen.print(table)
-
-
-def write_text(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(path, "", None, f"cannot be written: {error.strerror}") from None
 
 
 class CutShort(Exception):  # noqa: N818

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mcdas_opt.cli.screen import JsonOption, PlannerOption, SceneArgument, console, emit, facts_table, number, progress_bar
+from mcdas_opt.cli import options
+from mcdas_opt.cli.screen import JsonOption, PlannerOption, SceneArgument, check_picture, console, emit, facts_table, number, progress_bar
 
 if TYPE_CHECKING:
     from mcdas_opt.simulation.record import Simulation
@@ -16,8 +17,8 @@ if TYPE_CHECKING:
 def simulate(
     scene: SceneArgument,
     planner: PlannerOption = "mpc",
-    plant: Annotated[str, typer.Option("--plant", help="The car that is driven: kinematic, or dynamic (with tyres).")] = "kinematic",
-    seed: Annotated[int | None, typer.Option("--seed", min=0, help="Of the measurement noise; default the scene's.")] = None,
+    plant: options.Plant = "kinematic",
+    seed: options.NoiseSeed = None,
     out: Annotated[
         Path | None,
         typer.Option("--out", help="Draw the drive: .gif, .png (a sheet of moments), or .html (plays and scrubs)."),
@@ -31,10 +32,7 @@ def simulate(
     from mcdas_opt.catalogue.scenes import load_scene
     from mcdas_opt.simulation.loop import simulate as run
 
-    if out is not None:
-        from mcdas_opt.plotting.export import check_picture
-
-        check_picture(out)
+    check_picture(out)
     with progress_bar("drive") as progress:
         drive = run(load_scene(scene), planner, plant, seed, progress=progress)
     if as_json:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, leaving, number, progress_bar
+from mcdas_opt.cli import options
+from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, headed_table, leaving, number, progress_bar
 
 if TYPE_CHECKING:
     from mcdas_opt.tuning.design import Design
@@ -47,7 +48,7 @@ def tune(
     train: Annotated[int, typer.Option("--train", help="Avoidable scenes to train on.")] = 12,
     held_out: Annotated[int, typer.Option("--held-out", help="Scenes to validate on, and as many to test.")] = 8,
     workers: Annotated[int, typer.Option("--workers", help="Processes that drive.")] = 1,
-    scheduler: Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, instead of --workers.")] = None,
+    scheduler: options.Scheduler = None,
     as_json: JsonOption = False,
 ) -> None:
     """The best sigmoid for a speed, with what binds it; with --scenes, the MPC's numbers tuned in traffic.
@@ -115,8 +116,6 @@ def tune(
 
 def _study(suite: str, trials: int, storage: Path, options: StudyOptions, out: Path | None, as_json: bool) -> None:
     """A study in traffic: progress on stderr, then what was found."""
-    from rich.table import Table
-
     from mcdas_opt.tuning.tune_in_traffic import tune_in_traffic
 
     with leaving(f"trials so far are in {storage}: the same command goes on"), progress_bar("trials") as advance:
@@ -132,18 +131,15 @@ def _study(suite: str, trials: int, storage: Path, options: StudyOptions, out: P
         ("default", found.reason),
     ]
     screen.print(facts_table(f"tuned on {suite}", rows))
-    table = Table(title="scenes apart", title_justify="left")
-    for heading in ("set", "seed", "scenes", "", "collisions", "peak lateral [m/s^2]", "peak jerk [m/s^3]", "beside [m]", "score"):
-        table.add_column(heading)
+    peaks = ("peak lateral [m/s^2]", "peak jerk [m/s^3]")
+    table = headed_table("scenes apart", "set", "seed", "scenes", "", "collisions", *peaks, "beside [m]", "score")
     for one in found.guarded.sets:
         for who, worth in (("defaults", one.default), ("tuned", one.tuned)):
             hits = f"{round(worth.collisions * worth.drives)}/{worth.drives}"
             figures = (f"{worth.peak_lateral_mps2:.2f}", f"{worth.peak_jerk_mps3:.1f}", f"{worth.manoeuvre_m:.1f}", f"{worth.score:.2f}")
             table.add_row(one.name, str(one.seed), str(len(one.scenes)), who, hits, *figures)
     screen.print(table)
-    chosen = Table(title="values", title_justify="left")
-    for heading in ("name", "default", "tuned", "importance"):
-        chosen.add_column(heading)
+    chosen = headed_table("values", "name", "default", "tuned", "importance")
     for name, value in found.values.items():
         chosen.add_row(name, f"{found.defaults[name]:.4g}", f"{value:.4g}", number(found.importance.get(name), "", 3))
     screen.print(chosen)
@@ -152,8 +148,6 @@ def _study(suite: str, trials: int, storage: Path, options: StudyOptions, out: P
 
 
 def _print(found: Design) -> None:
-    from rich.table import Table
-
     screen = console()
     rows: list[tuple[str, object]] = [
         ("a", f"{found.a_per_m:.5f} 1/m"),
@@ -165,9 +159,7 @@ def _print(found: Design) -> None:
         ("method", f"{found.method}, {found.evaluations} evaluations"),
     ]
     screen.print(facts_table(f"sigmoid at {3.6 * found.speed_mps:.0f} km/h", rows))
-    table = Table(title="constraints", title_justify="left")
-    for heading in ("name", "value", "", "limit", "unit", "multiplier"):
-        table.add_column(heading)
+    table = headed_table("constraints", "name", "value", "", "limit", "unit", "multiplier")
     for row in found.constraints:
         sense = ">=" if row.sense == "at least" else "<="
         multiplier = f"{row.multiplier:.4g} {found.unit} per {row.unit}" if row.binds else "-"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mcdas_opt.domain.rules import finite, positive
+from mcdas_opt.domain.rules import as_floats, positive, require
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,10 +25,8 @@ class Body:
     width_m: float = 1.8
 
     def __post_init__(self) -> None:
-        for name, unit in (("s_m", "m"), ("d_m", "m"), ("heading_rad", "rad"), ("speed_mps", "m/s")):
-            object.__setattr__(self, name, finite(name, getattr(self, name), unit))
-        for name in ("length_m", "width_m"):
-            object.__setattr__(self, name, positive(name, getattr(self, name), "m"))
+        as_floats(self, ("s_m", "d_m", "heading_rad", "speed_mps", "length_m", "width_m"))
+        require(self, positive, "length_m", "width_m")
 
     @property
     def speed_along_mps(self) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mcdas_opt.domain.rules import non_negative, positive
+from mcdas_opt.domain.rules import non_negative, positive, require
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.errors import ParameterError
 
@@ -28,14 +28,11 @@ class Chassis:
     cornering_stiffness_rear_nprad: float
 
     def __post_init__(self) -> None:
-        for name, unit in (("wheelbase_m", "m"), ("mass_kg", "kg"), ("cog_to_front_axle_m", "m")):
-            positive(name, getattr(self, name), unit)
+        require(self, positive, "wheelbase_m", "mass_kg", "cog_to_front_axle_m")
         if not self.cog_to_front_axle_m < self.wheelbase_m:
             rule = f"must be less than the wheelbase {self.wheelbase_m:g}"
             raise ParameterError("cog_to_front_axle_m", self.cog_to_front_axle_m, rule, "m")
-        positive("yaw_inertia_kgm2", self.yaw_inertia_kgm2, "kg m^2")
-        for name in ("cornering_stiffness_front_nprad", "cornering_stiffness_rear_nprad"):
-            positive(name, getattr(self, name), "N/rad")
+        require(self, positive, "yaw_inertia_kgm2", "cornering_stiffness_front_nprad", "cornering_stiffness_rear_nprad")
         non_negative("cog_height_m", self.cog_height_m, "m")
 
     @classmethod
@@ -75,11 +72,11 @@ class Chassis:
         """K_r [rad / (m/s^2)]: slip of the rear axle per lateral acceleration in a steady turn (Rajamani 2012, section 3.1)."""
         return self.mass_kg * self.cog_to_front_axle_m / (self.wheelbase_m * self.cornering_stiffness_rear_nprad)
 
-    def rolling_point_m(self, speed_mps: float) -> float:
+    def zero_sideslip_point_m(self, speed_mps: float) -> float:
         """Ahead of the rear axle, the point of the car's axis that moves along it in every steady turn at this speed [m].
 
-        The rear axle slips K_r v^2 / R, and a point x ahead of it moves by x / R less askew: x = K_r v^2, whatever the radius. While tyres
-        are in proportion to their slip, the car moves as one that rolls on its rear axle, had it its rear axle there.
+        The slip of the rear axle is K_r v^2 / R, and that of a point x ahead of it is less by x / R: it is zero at x = K_r v^2, whatever
+        the radius. While tyre forces are in proportion to slip, the vehicle moves as a kinematic one that has its rear axle there.
         """
         return self.rear_slip_gradient * speed_mps**2
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mcdas_opt.domain.rules import Array, finite, positive, vector
+from mcdas_opt.domain.rules import Array, finite, positive, unit_of, vector
 from mcdas_opt.errors import ParameterError
 
 Grid = tuple[float, ...]
@@ -31,16 +31,17 @@ class GainSchedule:
     length_m: Array
 
     def __post_init__(self) -> None:
-        for name, unit in (("speed_mps", "m/s"), ("offset_m", "m"), ("friction", "")):
-            axis = vector(name, getattr(self, name), unit)
+        for name, given in (("speed_mps", self.speed_mps), ("offset_m", self.offset_m), ("friction", self.friction)):
+            axis = vector(name, given, unit_of(name))
             if axis.size < 1 or np.any(np.diff(axis) <= 0.0):
-                raise ParameterError(name, getattr(self, name), "must increase", unit)
+                raise ParameterError(name, given, "must increase", unit_of(name))
             object.__setattr__(self, name, tuple(axis.tolist()))
         positive("speed_mps", self.speed_mps[0], "m/s")
         shape = (len(self.friction), len(self.offset_m), len(self.speed_mps))
-        for name in ("a_per_m", "b", "y_max_m", "length_m"):
+        tables = {"a_per_m": self.a_per_m, "b": self.b, "y_max_m": self.y_max_m, "length_m": self.length_m}
+        for name, filled in tables.items():
             try:
-                table = np.array(getattr(self, name), dtype=np.float64)
+                table = np.array(filled, dtype=np.float64)
             except (TypeError, ValueError):
                 table = np.zeros(0)
             if table.shape != shape or not np.all(np.isfinite(table)):

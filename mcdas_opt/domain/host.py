@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mcdas_opt.domain.rules import Array, finite
+from mcdas_opt.domain.rules import Array, as_floats
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,10 +22,7 @@ class HostState:
     steering_rad: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in self.__dataclass_fields__:
-            value = getattr(self, name)
-            if type(value) is not float or not math.isfinite(value):
-                object.__setattr__(self, name, finite(name, value))
+        as_floats(self, tuple(self.__dataclass_fields__))
 
     def to_vector(self) -> Array:
         """(s, d, psi, v, a, delta)."""

@@ -24,7 +24,7 @@ class BodyMotion:
 
     def rows(self, which: Sequence[int]) -> BodyMotion:
         """Of a motion of several bodies, as rows, these."""
-        return BodyMotion(**{name: getattr(self, name)[which] for name in _MOTION})
+        return BodyMotion(**{name: column[which] for name, column in zip(_MOTION, _columns(self), strict=True)})
 
 
 class PredictedBody(Protocol):
@@ -254,6 +254,7 @@ def _cruise(
 
 
 _MOTION = tuple(field.name for field in fields(BodyMotion))
+_columns = attrgetter(*_MOTION)
 _KEPT = 16  # vectors of times whose motions a prediction remembers
 # what moves a `CruisingBody`, in the order in which `_cruise` and the C texts take it
 MOVING = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "lateral_fade_s", "lateral_swell", "acceleration_mps2", "changing_s")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.domain.rules import Array, non_negative, positive
+from mcdas_opt.domain.rules import Array, non_negative, positive, require
 from mcdas_opt.errors import ParameterError
 
 
@@ -32,12 +32,10 @@ class Road:
 
     def __post_init__(self) -> None:
         positive("lane_width_m", self.lane_width_m, "m")
-        for name in ("lanes_left", "lanes_right"):
-            value = getattr(self, name)
+        for name, value in (("lanes_left", self.lanes_left), ("lanes_right", self.lanes_right)):
             if isinstance(value, bool) or not isinstance(value, int) or value < 0:
                 raise ParameterError(name, value, "must be a whole number, at least 0")
-        for name in ("shoulder_left_m", "shoulder_right_m"):
-            non_negative(name, getattr(self, name), "m")
+        require(self, non_negative, "shoulder_left_m", "shoulder_right_m")
         positive("friction", self.friction)
         positive("speed_limit_mps", self.speed_limit_mps, "m/s")
         try:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import cache
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -11,6 +14,45 @@ from numpy.typing import NDArray
 from mcdas_opt.errors import ParameterError
 
 Array = NDArray[np.float64]
+Rule = Callable[[str, float, str], float]
+_UNITS = {
+    "m": "m",
+    "s": "s",
+    "kg": "kg",
+    "rad": "rad",
+    "mps": "m/s",
+    "mps2": "m/s^2",
+    "mps3": "m/s^3",
+    "radps": "rad/s",
+    "radps2": "rad/s^2",
+    "kgm2": "kg m^2",
+    "nprad": "N/rad",
+    "hz": "1/s",
+}
+
+
+def unit_of(name: str) -> str:
+    """The unit that a field's name ends in: `speed_mps` is in m/s; empty for a number without one."""
+    quantity, _, unit = name.rpartition("_")
+    return f"1/{unit}" if quantity.endswith("_per") else _UNITS.get(unit, "")
+
+
+def require(record: object, rule: Rule, *names: str) -> None:
+    """Every named field of a record keeps the rule."""
+    for name in names:
+        rule(name, attrgetter(name)(record), unit_of(name))
+
+
+def as_floats(record: object, names: tuple[str, ...]) -> None:
+    """Makes every named field (two or more) of a frozen record a finite float."""
+    for name, value in zip(names, _reader(names)(record), strict=True):
+        if type(value) is not float or not math.isfinite(value):
+            object.__setattr__(record, name, finite(name, value, unit_of(name)))
+
+
+@cache
+def _reader(names: tuple[str, ...]) -> Callable[[object], tuple[Any, ...]]:
+    return attrgetter(*names)
 
 
 def finite(name: str, value: float, unit: str = "") -> float:
@@ -32,6 +74,12 @@ def all_finite(values: Array) -> bool:
 def positive(name: str, value: float, unit: str = "") -> float:
     if finite(name, value, unit) <= 0.0:
         raise ParameterError(name, value, "must be greater than 0", unit)
+    return float(value)
+
+
+def negative(name: str, value: float, unit: str = "") -> float:
+    if finite(name, value, unit) >= 0.0:
+        raise ParameterError(name, value, "must be less than 0", unit)
     return float(value)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mcdas_opt.domain.rules import non_negative, positive, within
+from mcdas_opt.domain.rules import non_negative, positive, require, within
 from mcdas_opt.errors import ParameterError
 
 
@@ -46,8 +46,7 @@ class Sensor:
             raise ParameterError("beams", self.beams, "must hold at least one beam")
         positive("rate_hz", self.rate_hz, "1/s")
         non_negative("range_min_m", self.range_min_m, "m")
-        for name, unit in (("range_sd_m", "m"), ("azimuth_sd_rad", "rad"), ("range_rate_sd_mps", "m/s")):
-            positive(name, getattr(self, name), unit)
+        require(self, positive, "range_sd_m", "azimuth_sd_rad", "range_rate_sd_mps")
         within("detection_probability", self.detection_probability, 0.0, 1.0)
         if self.range_max_m <= self.range_min_m:
             raise ParameterError("range_min_m", self.range_min_m, "must be less than the longest beam", "m")

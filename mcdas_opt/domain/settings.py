@@ -107,8 +107,9 @@ class WarningSettings:
     def __post_init__(self) -> None:
         positive("warning.comfort_mps2", self.comfort_mps2, "m/s^2")
         within("warning.comfort_share", self.comfort_share, 0.05, 1.0)
-        for name in ("warn_lead_s", "act_lead_s", "within_s"):
-            non_negative(f"warning.{name}", getattr(self, name), "s")
+        non_negative("warning.warn_lead_s", self.warn_lead_s, "s")
+        non_negative("warning.act_lead_s", self.act_lead_s, "s")
+        non_negative("warning.within_s", self.within_s, "s")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from mcdas_opt.domain.document import to_document
-from mcdas_opt.domain.rules import Array, covariance, finite, non_negative, positive
+from mcdas_opt.domain.rules import Array, as_floats, covariance, non_negative, positive
 from mcdas_opt.domain.vocabulary import Sector
 
-_NUMBERS = (
-    ("s_m", "m"),
-    ("d_m", "m"),
-    ("speed_s_mps", "m/s"),
-    ("speed_d_mps", "m/s"),
-    ("age_s", "s"),
-    ("acceleration_s_mps2", "m/s^2"),
-)
+_NUMBERS = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "age_s", "acceleration_s_mps2")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,10 +42,7 @@ class Track:
         return hash((self.id, self.s_m, self.d_m, self.speed_s_mps, self.speed_d_mps))
 
     def __post_init__(self) -> None:
-        for name, unit in _NUMBERS:
-            value = getattr(self, name)
-            if type(value) is not float or not math.isfinite(value):
-                object.__setattr__(self, name, finite(name, value, unit))
+        as_floats(self, _NUMBERS)
         if self.acceleration_s_sd_mps2 is not None:
             non_negative("acceleration_s_sd_mps2", self.acceleration_s_sd_mps2, "m/s^2")
         positive("length_m", self.length_m, "m")
@@ -71,4 +60,12 @@ class Coverage:
     right: bool = True
 
     def sees(self, sector: Sector) -> bool:
-        return bool(getattr(self, sector))
+        match sector:
+            case Sector.FRONT:
+                return self.front
+            case Sector.REAR:
+                return self.rear
+            case Sector.LEFT:
+                return self.left
+            case Sector.RIGHT:
+                return self.right

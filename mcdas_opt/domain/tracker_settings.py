@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
-from mcdas_opt.domain.rules import non_negative, positive
+from mcdas_opt.domain.rules import non_negative, positive, unit_of
 from mcdas_opt.errors import ParameterError
 
 REFLECTIONS = ("face", "centre")
@@ -39,10 +39,9 @@ class TrackerSettings:
     body_speed_sd_mps: float = 1e-3
 
     def __post_init__(self) -> None:
-        for name in self.__slots__:
-            value = getattr(self, name)
+        for name, value in asdict(self).items():
             if isinstance(value, float):
-                (non_negative if name == "future_tolerance_s" or name == "lag_max_s" else positive)(name, value)
+                (non_negative if name == "future_tolerance_s" or name == "lag_max_s" else positive)(name, value, unit_of(name))
         if self.reflection not in REFLECTIONS:
             raise ParameterError("reflection", self.reflection, "must be one of " + ", ".join(REFLECTIONS))
         if not 1 <= self.confirm_hits <= self.confirm_window:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -38,13 +39,12 @@ class Trajectory(_Tabled):
 
     def __post_init__(self) -> None:
         size = len(np.atleast_1d(self.t_s))
-        for field in fields(self):
-            given = getattr(self, field.name)
+        for name, given in zip(_NAMES, _columns(self), strict=True):
             value = given if _kept_as_it_is(given) else np.array(given, dtype=np.float64)
             if value.shape != (size,):
-                raise ParameterError(field.name, f"shape {value.shape}", f"must be a list of {size} numbers, as t_s")
+                raise ParameterError(name, f"shape {value.shape}", f"must be a list of {size} numbers, as t_s")
             value.setflags(write=False)
-            object.__setattr__(self, field.name, value)
+            object.__setattr__(self, name, value)
 
     def __len__(self) -> int:
         return int(self.t_s.size)
@@ -55,7 +55,7 @@ class Trajectory(_Tabled):
         try:
             return self._kept
         except AttributeError:
-            table = np.array([getattr(self, name) for name in _NAMES])
+            table = np.array(_columns(self))
             table.setflags(write=False)
             object.__setattr__(self, "_kept", table)
             return table
@@ -98,10 +98,11 @@ class Trajectory(_Tabled):
 
     @classmethod
     def from_columns(cls, columns: dict[str, Any]) -> Trajectory:
-        return cls(**{field.name: columns[field.name] for field in fields(cls)})
+        return cls(**{name: columns[name] for name in _NAMES})
 
 
 _NAMES = tuple(field.name for field in fields(Trajectory))
+_columns = attrgetter(*_NAMES)
 _keep = object.__setattr__
 
 

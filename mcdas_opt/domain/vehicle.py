@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mcdas_opt.domain.rules import finite, non_negative, positive, within
-from mcdas_opt.errors import ParameterError
+from mcdas_opt.domain.rules import negative, non_negative, positive, require, within
 
 GRAVITY_MPS2 = 9.80665
 
@@ -16,8 +15,8 @@ class Vehicle:
 
     What the dynamic plant needs besides may stay open: `Chassis.of` fills in typical figures.
 
-    `rolling_point_m` ahead of the rear axle is the point at which the car moves along its own axis: 0, the rear axle, for a car that
-    rolls. It is no key of a vehicle file: it goes with the speed (`Chassis.rolling_point_m`), and whoever plans is told it.
+    `zero_sideslip_point_m` ahead of the rear axle is the point at which the vehicle moves along its own axis: 0, the rear axle, of a
+    kinematic vehicle. It is no key of a vehicle file: it depends on the speed (`Chassis.zero_sideslip_point_m`); the planner is told it.
     """
 
     name: str = "sedan"
@@ -38,20 +37,14 @@ class Vehicle:
     cog_height_m: float | None = None
     cornering_stiffness_front_nprad: float | None = None
     cornering_stiffness_rear_nprad: float | None = None
-    rolling_point_m: float = 0.0
+    zero_sideslip_point_m: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("wheelbase_m", "front_overhang_m", "rear_overhang_m", "width_m"):
-            positive(name, getattr(self, name), "m")
+        require(self, positive, "wheelbase_m", "front_overhang_m", "rear_overhang_m", "width_m")
         within("steering_max_rad", self.steering_max_rad, 0.01, 1.4, "rad")
-        positive("steering_rate_max_radps", self.steering_rate_max_radps, "rad/s")
-        positive("acceleration_max_mps2", self.acceleration_max_mps2, "m/s^2")
-        positive("jerk_max_mps3", self.jerk_max_mps3, "m/s^3")
-        positive("speed_max_mps", self.speed_max_mps, "m/s")
-        for name, unit in (("acceleration_min_mps2", "m/s^2"), ("jerk_min_mps3", "m/s^3")):
-            if not finite(name, getattr(self, name), unit) < 0.0:
-                raise ParameterError(name, getattr(self, name), "must be less than 0", unit)
-        non_negative("rolling_point_m", self.rolling_point_m, "m")
+        require(self, positive, "steering_rate_max_radps", "acceleration_max_mps2", "jerk_max_mps3", "speed_max_mps")
+        require(self, negative, "acceleration_min_mps2", "jerk_min_mps3")
+        non_negative("zero_sideslip_point_m", self.zero_sideslip_point_m, "m")
 
     @property
     def length_m(self) -> float:
@@ -59,5 +52,5 @@ class Vehicle:
 
     @property
     def centre_m(self) -> float:
-        """Body centre ahead of the point that moves along the car's axis [m]: of the rear axle, for a car that rolls."""
-        return 0.5 * (self.wheelbase_m + self.front_overhang_m - self.rear_overhang_m) - self.rolling_point_m
+        """Body centre ahead of the zero-sideslip point [m]; of the rear axle, for a kinematic vehicle."""
+        return 0.5 * (self.wheelbase_m + self.front_overhang_m - self.rear_overhang_m) - self.zero_sideslip_point_m

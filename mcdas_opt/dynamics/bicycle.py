@@ -9,9 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 STATES = ("s", "d", "psi", "v", "a", "delta")
-STATE_UNITS = ("m", "m", "rad", "m/s", "m/s^2", "rad")
 INPUTS = ("jerk", "delta_rate")
-INPUT_UNITS = ("m/s^3", "rad/s")
 
 
 def bicycle(x: Sequence[Any], u: Sequence[Any], wheelbase: float, m: Any) -> list[Any]:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from mcdas_opt.domain.rules import positive
+from mcdas_opt.domain.rules import positive, require
 
 
 class Leader(NamedTuple):
@@ -31,8 +31,7 @@ class IdmSettings:
     braking_limit_mps2: float = 8.0
 
     def __post_init__(self) -> None:
-        for name in self.__slots__:
-            positive(name, getattr(self, name))
+        require(self, positive, *self.__slots__)
 
 
 def idm_acceleration(speed_mps: float, desired_mps: float, leader: Leader | None, settings: IdmSettings) -> float:

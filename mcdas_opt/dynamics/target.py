@@ -6,9 +6,6 @@ import numpy as np
 
 from mcdas_opt.domain.rules import Array
 
-STATES = ("s", "vs", "d", "vd")
-STATE_UNITS = ("m", "m/s", "m", "m/s")
-
 
 def transition(dt: float) -> Array:
     """(4, 4) F with x(t + dt) = F x(t); a negative dt goes back."""

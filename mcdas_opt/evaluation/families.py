@@ -12,8 +12,8 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
+from mcdas_opt.catalogue.data_files import checked, read_toml
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
-from mcdas_opt.catalogue.shelf import checked, read_toml
 from mcdas_opt.errors import InputError, nearest
 from mcdas_opt.evaluation.spread import Number, Part, Spread
 

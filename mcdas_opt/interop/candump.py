@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from mcdas_opt.errors import InputError, MissingExtraError
+from mcdas_opt.errors import InputError, MissingExtraError, reading
 from mcdas_opt.interop.tally import Tally
 
 _SOUND = re.compile(
@@ -53,10 +53,8 @@ def read_candump(path: str | Path) -> CandumpLog:
 
     Raises `InputError` where the file cannot be read or holds no line of the format, `MissingExtraError` without python-can.
     """
-    try:
+    with reading(path):
         text = Path(path).read_bytes().decode("utf-8", errors="replace")
-    except OSError as error:
-        raise InputError(path, "", None, f"cannot be read: {error.strerror}") from None
     bad, numbers, sound = Tally(), [], []
     for number, line in enumerate(text.split("\n"), start=1):
         entry = line.strip()

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from mcdas_opt.errors import InputError, nearest
+from mcdas_opt.errors import InputError, nearest, reading
 from mcdas_opt.interop.tally import Tally
 
 
@@ -29,10 +29,8 @@ class CsvTable:
     _lines: tuple[tuple[int, tuple[str, ...]], ...] = ()
 
     def __post_init__(self) -> None:
-        try:
+        with reading(self.path):
             text = Path(self.path).read_bytes().decode("utf-8-sig", errors="replace")
-        except OSError as error:
-            raise InputError(self.path, "", None, f"cannot be read: {error.strerror}") from None
         try:
             reader = csv.reader(text.splitlines(), skipinitialspace=True)
             lines = [(reader.line_num, tuple(cell.strip() for cell in cells)) for cells in reader if any(cells)]

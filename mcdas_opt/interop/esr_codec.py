@@ -11,8 +11,8 @@ from enum import IntEnum
 from pathlib import Path
 from typing import Any
 
-from mcdas_opt.catalogue.shelf import models_folder
-from mcdas_opt.errors import InputError, MissingExtraError, ParameterError
+from mcdas_opt.catalogue.data_files import models_folder
+from mcdas_opt.errors import InputError, MissingExtraError, ParameterError, reading
 
 FIRST_TRACK, TRACKS, STATUS_1, STATUS_2 = 0x500, 64, 0x4E0, 0x4E1
 _STATUS, _RANGE, _ANGLE = "CAN_TX_TRACK_STATUS", "CAN_TX_TRACK_RANGE", "CAN_TX_TRACK_ANGLE"
@@ -164,8 +164,7 @@ def _load(path: Path) -> Any:
     except ImportError:
         raise MissingExtraError("cantools", "can") from None
     try:
-        return cantools.database.load_file(str(path), database_format="dbc").messages
-    except OSError as error:
-        raise InputError(path, "", None, f"cannot be read: {error.strerror}") from None
+        with reading(path):
+            return cantools.database.load_file(str(path), database_format="dbc").messages
     except (cantools.Error, UnicodeDecodeError, ValueError) as error:
         raise InputError(path, "", None, f"is no DBC: {str(error).splitlines()[0]}") from None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from mcdas_opt.domain.measurement import RadarDetection, Scan
@@ -62,8 +62,9 @@ def read_radar_csv(path: str | Path, *, columns: Columns | Mapping[str, str] | N
         columns = Columns.parse(",".join(f"{name}={column}" for name, column in columns.items()))
     columns = columns or Columns()
     table, bad = CsvTable(path), Tally()
-    names = list(NEEDED) + [name for name in OPTIONAL if _given(columns, name) or getattr(columns, name) in table.header]
-    found = {name: _locate(table, getattr(columns, name)) for name in names}
+    called: dict[str, str] = asdict(columns)
+    names = [*NEEDED, *(name for name in OPTIONAL if called[name] != name or name in table.header)]
+    found = {name: _locate(table, called[name]) for name in names}
     rows: list[Row] = []
     for row in table.rows([index for index, _ in found.values()], bad):
         if math.isfinite(row.values[0]):
@@ -95,10 +96,6 @@ def _pieces(slots: Sequence[float], new: Sequence[float]) -> int:
         pieces += slot not in known or flag > 0.0
         known.add(slot)
     return pieces
-
-
-def _given(columns: Columns, name: str) -> bool:
-    return bool(getattr(columns, name) != name)
 
 
 def _locate(table: CsvTable, column: str) -> tuple[int, float]:

@@ -1,4 +1,4 @@
-"""A recording through the whole pipeline: tracker, situation, planner, at the planner's own beat."""
+"""Runs a recording through the whole pipeline: tracker, situation, planner, in the planner's cycle time."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from mcdas_opt.catalogue.data_files import find
 from mcdas_opt.catalogue.scenes import Scene
-from mcdas_opt.catalogue.shelf import find
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
@@ -63,7 +63,7 @@ def replay(
     motion = _motion(log, host, recording)
     lane = road.assumed_road if road is not None else Road()
     settings = settings or Settings()
-    times = _beats(log, recording, settings.cycle_s)
+    times = _cycle_times(log, recording, settings.cycle_s)
     motion.require(times[0], times[-1])
     brain = Planner(vehicle, planner, settings=settings, road=lane) if plan else None
     tracker = brain.tracker if brain is not None else Tracker()
@@ -127,13 +127,13 @@ def _motion(log: str | Path, host: str | Path | None, recording: SensorLog) -> H
     return HostMotion(t_s=recording.host_speed[:, 0], speed_mps=recording.host_speed[:, 1], source=f"{log}: ESR_Status1")
 
 
-def _beats(log: str | Path, recording: SensorLog, cycle_s: float) -> list[float]:
+def _cycle_times(log: str | Path, recording: SensorLog, cycle_s: float) -> list[float]:
     """Times of the cycles, from the first scan's arrival to the last one's."""
     first, last = recording.arrivals_s[0], recording.arrivals_s[-1]
     if last - first > LONGEST_S:
         raise InputError(log, "time", last - first, f"spans more than {LONGEST_S:g} s: is one of its time stamps broken?")
-    beats = math.ceil((last - first) / cycle_s - 1e-6) + 1
-    return [round(first + k * cycle_s, 9) for k in range(beats)]
+    count = math.ceil((last - first) / cycle_s - 1e-6) + 1
+    return [round(first + k * cycle_s, 9) for k in range(count)]
 
 
 def _cycle(situation: Situation, assessment: Assessment, answer: Plan | None) -> Cycle:

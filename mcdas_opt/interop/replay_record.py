@@ -1,4 +1,4 @@
-"""What a replay leaves behind: every cycle's tracks, mode and status, and a summary."""
+"""The record of a replay: every cycle's tracks, mode and status, and a summary."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ class Summary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Replay:
-    """A recording gone through the pipeline. `road` and `log` are what it was run with; they are not part of the document."""
+    """A recording after its run through the pipeline. `road` and `log` are what it was run with; they are not part of the document."""
 
     format: str
     planner: str | None

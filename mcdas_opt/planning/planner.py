@@ -82,14 +82,16 @@ class Planner:
         """What it was made for."""
         return self.memory.situation
 
-    def rolls_about(self, point_m: float) -> None:
-        """From now on the car moves along its own axis at this point ahead of its rear axle (`Vehicle.rolling_point_m`): the method that
-        keeps a `vehicle` is told. One that keeps none goes on about the rear axle."""
-        if self.vehicle.rolling_point_m != point_m:
-            self.vehicle = self.tracker.vehicle = replace(self.vehicle, rolling_point_m=point_m)
+    takes_zero_sideslip_point = True
+
+    def set_zero_sideslip_point(self, point_m: float) -> None:
+        """Plans from now on about this point ahead of the rear axle (`Vehicle.zero_sideslip_point_m`). Whatever keeps a `vehicle` is
+        told; a method that keeps none plans about the rear axle."""
+        if self.vehicle.zero_sideslip_point_m != point_m:
+            self.vehicle = self.tracker.vehicle = replace(self.vehicle, zero_sideslip_point_m=point_m)
         own = getattr(self.method, "vehicle", None)
-        if isinstance(own, Vehicle) and own.rolling_point_m != point_m:
-            self.method.vehicle = replace(own, rolling_point_m=point_m)
+        if isinstance(own, Vehicle) and own.zero_sideslip_point_m != point_m:
+            self.method.vehicle = replace(own, zero_sideslip_point_m=point_m)
 
     def reset(self) -> None:
         """Forgets tracks and the last plan."""

@@ -67,7 +67,7 @@ class TranscribedProblems:
 
     def __init__(self, vehicle: Vehicle, settings: Settings, solver: SolverSettings) -> None:
         rate = settings.steering_rate_share * vehicle.steering_rate_max_radps
-        self._planned = replace(vehicle, steering_rate_max_radps=rate, rolling_point_m=0.0)
+        self._planned = replace(vehicle, steering_rate_max_radps=rate, zero_sideslip_point_m=0.0)
         self._settings, self._solver = settings, solver
         self._free_point = False
         self._built: dict[tuple[int, bool], TranscribedProblem] = {}
@@ -79,7 +79,7 @@ class TranscribedProblems:
     def holding(self, neighbours: int, vehicle: Vehicle) -> TranscribedProblem:
         """The one with the fewest slots that hold so many neighbours (at most the last), built when first asked for."""
         slots = next((n for n in self._solver.slots if n >= neighbours), self._solver.slots[-1])
-        self._free_point |= vehicle.rolling_point_m > 0.0
+        self._free_point |= vehicle.zero_sideslip_point_m > 0.0
         asked = slots, self._free_point
         if asked not in self._built:
             weights, nodes = self._solver.weights is not None, self._settings.grid.nodes

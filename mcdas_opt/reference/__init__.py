@@ -1,1 +1,1 @@
-"""Where the planner would like to be: the paper's sigmoid offset path, literal and corrected."""
+"""The planner's reference: the paper's sigmoid offset path, literal and corrected."""

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mcdas_opt.domain.rules import Array, finite
+from mcdas_opt.domain.rules import Array, as_floats, negative, positive
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.sigmoid import sigmoid
 from mcdas_opt.errors import ParameterError
@@ -25,11 +25,6 @@ SETTLING_X_M = 20.0  # "absolute x-position at the settling point", section 3.1.
 def offset(off_front: float, off_host: float) -> float:
     """Eq 20: off = off_F - off_H, right positive [m]."""
     return off_front - off_host
-
-
-def x_of_time(k: float, t: Any) -> Any:
-    """Eq 21: x = K t."""
-    return k * t
 
 
 def y_right(x: Any, off: float, y_max: float = Y_MAX_M, a: float = A_PER_M, b: float = B) -> Array:
@@ -81,19 +76,6 @@ def velocity_literal(x: Any, y: Any, speed: float) -> Eq24:
     return Eq24(speed * np.sin(bearing), speed * np.cos(bearing), bearing, np.hypot(x, y))
 
 
-def velocity_by_tangent(x: Any, y: Any, slope: Any, speed: float) -> Eq24:
-    """Eq 24 corrected: the velocity points along the tangent dy/dx of the path; bearing by atan2, so that every side is a side.
-
-    Defined everywhere, the origin included; integrating it gives back the path it was taken from. At the origin the bearing is that of
-    the tangent. Bearing from y, as the paper has it: pi/2 is straight ahead.
-    """
-    x, y, slope = np.broadcast_arrays(*(np.asarray(q, dtype=np.float64) for q in (x, y, slope)))
-    heading = np.arctan(slope)
-    at_origin = (x == 0.0) & (y == 0.0)
-    bearing = np.where(at_origin, 0.5 * np.pi - heading, np.arctan2(x, y))
-    return Eq24(speed * np.cos(heading), speed * np.sin(heading), bearing, np.hypot(x, y))
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LiteralPath:
     """d(s) = start_d + amplitude (S(s - start_s) - S(0)), left positive: eq 22-23 in the road's frame, for s from `start_s_m` on.
@@ -108,12 +90,9 @@ class LiteralPath:
     b: float = B
 
     def __post_init__(self) -> None:
-        for name in self.__slots__:
-            object.__setattr__(self, name, finite(name, getattr(self, name)))
-        if self.a_per_m >= 0.0:
-            raise ParameterError("a_per_m", self.a_per_m, "must be less than 0", "1/m")
-        if self.b <= 0.0:
-            raise ParameterError("b", self.b, "must be greater than 0")
+        as_floats(self, self.__slots__)
+        negative("a_per_m", self.a_per_m, "1/m")
+        positive("b", self.b)
 
     @property
     def length_m(self) -> float:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mcdas_opt.domain.rules import Array, finite, positive
+from mcdas_opt.domain.rules import Array, as_floats, finite, negative, positive
 from mcdas_opt.dynamics.sigmoid import hump, renormalised_shape, sigmoid
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.reference.compiled_path import CompiledSearch, compiled_search
@@ -53,12 +53,8 @@ class OffsetPath:
     bend_width_m: float = 1.0
 
     def __post_init__(self) -> None:
-        for name in self.__slots__:
-            value = getattr(self, name)
-            if type(value) is not float or not math.isfinite(value):
-                object.__setattr__(self, name, finite(name, value))
-        if self.a_per_m >= 0.0:
-            raise ParameterError("a_per_m", self.a_per_m, "must be less than 0", "1/m")
+        as_floats(self, self.__slots__)
+        negative("a_per_m", self.a_per_m, "1/m")
         if self.b <= 1.0:
             raise ParameterError("b", self.b, "must be greater than 1")
         positive("bend_width_m", self.bend_width_m, "m")

@@ -1,4 +1,4 @@
-"""What a path asks of the car that drives it."""
+"""What a path demands of the car that follows it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the actuators of every plant can do."""
+"""The limits of every plant's actuators."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Actuators:
         return jerk, _towards(rate, delta, -car.steering_max_rad, car.steering_max_rad)
 
     def steering_held(self, v: float, a: float, delta: float) -> float:
-        """The steering angle whose curvature the friction circle leaves room for beside the acceleration."""
+        """The steering angle as far as the friction circle allows its curvature beside the acceleration."""
         left, wheelbase = math.sqrt(max(self.grip_mps2**2 - a**2, 0.0)), self.vehicle.wheelbase_m
         if abs(v**2 * math.tan(delta)) <= left * wheelbase:
             return delta

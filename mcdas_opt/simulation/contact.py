@@ -1,4 +1,4 @@
-"""What ends a drive: touching somebody, leaving the road. And how near the others came."""
+"""What ends a drive (contact, leaving the road), and how near the others came."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def surroundings(
 ) -> Surroundings:
     """Of the host's states (n, 6) against neighbours that move over the same n instants.
 
-    Distances are those of the bodies in the plane, on a curved road too; there, somebody more than `REACH_M` away counts with the way
+    Distances are those of the bodies in the plane, on a curved road too; there, somebody more than `REACH_M` away counts with the distance
     along the road, and nobody more than `TOUCH_WITHIN_M` away along the road touches (a ramp may pass over itself).
     """
     s, d, psi = host[:, 0], host[:, 1], host[:, 2]

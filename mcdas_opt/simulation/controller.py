@@ -15,7 +15,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 
 STEERING_RATE_SHARE = 0.3  # planned with; chosen on sandwiches that were left at the side without it
-FRICTION_SHARE = 0.965  # planned with, of the 97 % that a car that rolls is planned with
+FRICTION_SHARE = 0.965  # planned with, of the 97 % that a kinematic vehicle is planned with
 EDGE_RESERVE_M = 0.2  # beside the road's edges: the least that is left of it in the hard scenes of seed 9 is 0.16
 
 
@@ -44,8 +44,8 @@ class FeedForward:
         return jerk, (float(trajectory.steering_rad[after]) - state.steering_rad) / left
 
 
-class Feeling:
-    """A controller whose car is felt: what the monitor learns of the road, it learns from the states that the controller is given."""
+class GripAwareController:
+    """Passes every state that the controller is given to the grip monitor, which learns from it what the road gives."""
 
     def __init__(self, controller: Controller, monitor: GripMonitor) -> None:
         self._controller, self._monitor = controller, monitor
@@ -55,17 +55,20 @@ class Feeling:
         return self._controller.command(trajectory, since_s, state)
 
 
-def default_controller(plant: str, vehicle: Vehicle, turned: bool = False, felt: GripMonitor | None = None) -> Controller:
-    """Feed-forward alone suffices for the plant the plans are made with; a car that slips is tracked with feedback. `turned`: whether the
-    plans' heading is that car's own (`LqrTracking`)."""
-    return LqrTracking.design(vehicle, turned=turned, felt=felt) if plant == "dynamic" else FeedForward()
+def default_controller(plant: str, vehicle: Vehicle, turned: bool = False, grip: GripMonitor | None = None) -> Controller:
+    """Feed-forward alone suffices for the kinematic vehicle, which plans are made with. A dynamic vehicle is tracked with feedback.
+    `turned`: whether plans are made about its zero-sideslip point (`LqrTracking`)."""
+    return LqrTracking.design(vehicle, turned=turned, grip=grip) if plant == "dynamic" else FeedForward()
 
 
 def planned_for(plant: str, settings: Settings) -> Settings:
-    """The settings to plan with. A car that slips turns later than its wheels, and tyres at their limit slip without giving more: who plans
-    to steer back at the last moment at the full rate leaves the road, and who plans with all the grip there is has none left to keep the
-    car from spinning. So it is planned with STEERING_RATE_SHARE and FRICTION_SHARE at most, and feedback has the rest; and with
-    EDGE_RESERVE_M of road beside it where there is so much, or the first of it that goes astray has no way left."""
+    """The settings to plan with; those of a dynamic vehicle leave something to the feedback.
+
+    A dynamic vehicle turns later than its wheels: a plan that steers back at the last moment at the full rate leaves the road. Tyres at
+    their limit slip without giving more: a plan that takes all the grip leaves none against spinning. So plans get at most
+    STEERING_RATE_SHARE and FRICTION_SHARE. They also keep EDGE_RESERVE_M to the road's edges, where there is so much room: a vehicle
+    that leaves its plan at the very edge cannot come back to it.
+    """
     if plant != "dynamic":
         return settings
     return replace(

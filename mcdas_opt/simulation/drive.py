@@ -1,4 +1,4 @@
-"""A drive under way: what happened so far, and what it amounts to."""
+"""A drive so far: what happened, and what it amounts to."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from mcdas_opt.simulation.record import Cycle, CycleTimes, NeighbourHistory, Out
 
 @dataclass(slots=True, kw_only=True)
 class Drive:
-    """Grows by `note` (a plan) and `roll` (one turn of plant and traffic); `outcome` other than safe ends it."""
+    """Grows by `note` (a plan) and `advance` (one turn of plant and traffic). Any `outcome` but safe ends it."""
 
     scene: Scene
     traffic: Traffic
@@ -44,12 +44,12 @@ class Drive:
         self.states.append(_numbers(self.car.state))
 
     def note(self, now: float, plan: Plan, tracks: tuple[Track, ...], took_ms: float) -> None:
-        """A plan, what it knew of the others, and how long it took."""
+        """A plan, the tracks that it was made with, and how long it took."""
         self.cycles.append(Cycle(time_s=now, host=self.car.state, tracks=tracks, plan=plan, took_ms=took_ms))
         self.took_ms.append(took_ms)
 
-    def roll(self, plan: Plan, controller: Controller, steps: int, eyes: Perception) -> None:
-        """The plant, then the traffic, through one turn; stops at the first touch or departure."""
+    def advance(self, plan: Plan, controller: Controller, steps: int, perception: Perception) -> None:
+        """Moves the plant, then the traffic, through one turn. Stops at the first contact or departure from the road."""
         first, state = len(self.states) - 1, self.car.state
         been = [state]
         self.turns.append(first)
@@ -66,14 +66,14 @@ class Drive:
         others = self.traffic.motions_of_steps(first, steps + 1)
         end = self._check(host, others)
         for k, time_s in enumerate(step_times(first, end + 1).tolist()):
-            if k == 0 or not eyes.is_due(time_s):
+            if k == 0 or not perception.is_due(time_s):
                 continue
             moments = [_moment(motion, k) for motion in others]
             bodies = [
                 body_at(name, moment, *size, self.traffic.road)
                 for name, moment, size in zip(self.traffic.names, moments, self.traffic.sizes, strict=True)
             ]
-            eyes.look(time_s, been[k], bodies)
+            perception.look(time_s, been[k], bodies)
 
     def _check(self, host: Array, others: tuple[BodyMotion, ...]) -> int:
         """Index of the last instant driven; sets the outcome and cuts the history where the drive ends within this turn."""

@@ -1,4 +1,4 @@
-"""The car that slips: a single-track model with saturating tyres, in the plant's seat."""
+"""The dynamic vehicle: a plant of one track with saturating tyres."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ class DynamicPlant:
     mu g as well. The longitudinal force is m a, shared by axle load; what is left of each axle's friction circle is for turning. So the
     acceleration in the state is the one asked of brakes and engine; turning drags the speed down besides.
 
-    Below 3 m/s, where slip angles lose their meaning, the car goes over to the no-slip bicycle, and is one below 1 m/s (blended by
-    speed: Kabzan et al., AMZ Driverless, J. Field Robotics 37(7) 2020, section 5.3; here with a smooth blend, and a relaxation that
-    takes what slip there is to zero). Nobody reverses. A car put into a bend by a state that says nothing of slip has long been in it:
-    it begins with the slip and the wheels of its steady turn (Rajamani 2012, section 3.1), and moves as that state's no-slip bicycle does.
+    Slip angles lose their meaning at low speed. Below 3 m/s the vehicle goes over to the no-slip bicycle, and is one below 1 m/s
+    (blended by speed: Kabzan et al., AMZ Driverless, J. Field Robotics 37(7) 2020, section 5.3; here the blend is smooth, and slip
+    relaxes to zero). Nobody reverses. A first state without slip, given in a bend, counts as a steady turn: the vehicle begins with the
+    slip and the steering angle of that turn (Rajamani 2012, section 3.1), and moves as that state's no-slip bicycle does.
     """
 
     def __init__(self, vehicle: Vehicle, road: Road, state: HostState) -> None:
@@ -59,17 +59,11 @@ class DynamicPlant:
         )
 
     @property
-    def rolling_point_m(self) -> float:
-        return slip_share(self._x[3]) * self._chassis.rolling_point_m(self._x[3])
+    def zero_sideslip_point_m(self) -> float:
+        return slip_share(self._x[3]) * self._chassis.zero_sideslip_point_m(self._x[3])
 
     def equivalent(self, point_m: float = 0.0) -> HostState:
         return self.state.without_slip(self._vehicle.wheelbase_m, point_m)
-
-    @property
-    def kinetic_energy_j(self) -> float:
-        """Of the motion in the plane: m (vx^2 + vy^2) / 2 + I r^2 / 2."""
-        _, _, _, v, vy, yaw_rate, _, _ = self._x
-        return 0.5 * self._chassis.mass_kg * (v * v + vy * vy) + 0.5 * self._chassis.yaw_inertia_kgm2 * yaw_rate**2
 
     def step(self, jerk_mps3: float, steering_rate_radps: float) -> Applied:
         v, a, delta = self._x[3], self._x[6], self._x[7]
@@ -133,6 +127,6 @@ class DynamicPlant:
 
 
 def _settled(chassis: Chassis, v: float, bend_pm: float) -> tuple[float, float]:
-    """(slip of the rear axle, steering beyond that of the car that rolls) [rad] of a steady turn."""
+    """(slip of the rear axle, steering beyond that of a kinematic vehicle) [rad] of a steady turn."""
     lateral = slip_share(v) * v**2 * bend_pm
     return chassis.rear_slip_gradient * lateral, chassis.understeer_gradient * lateral

@@ -4,38 +4,29 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from mcdas_opt.catalogue.data_files import read_text
 from mcdas_opt.catalogue.scenes import Scene, load_scene
-from mcdas_opt.catalogue.shelf import read_text
 from mcdas_opt.catalogue.vehicles import load_vehicle
-from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError
-from mcdas_opt.planning.planner import Planner
 from mcdas_opt.simulation.neighbours import Traffic
 from mcdas_opt.simulation.perception import Perception
 from mcdas_opt.tracking.tracker import Tracker
 
 
-class _Watcher:
-    """A driver that only watches: gives the sensors a tracker to report to."""
-
-    def __init__(self, vehicle: Vehicle) -> None:
-        self.tracker = Tracker(vehicle=vehicle)
-
-
 def first_situation(scene: Scene, seed: int | None = None) -> Situation:
-    """What the planner knows at t = 0, as the closed loop of the same scene and seed would have it."""
-    watcher, traffic = _Watcher(scene.vehicle), Traffic(scene)
-    eyes = Perception(scene, scene.seed if seed is None else seed, watcher)
-    eyes.warm_up(scene, traffic, scene.host_state)
+    """The planner's situation at t = 0, as in the closed loop of the same scene and seed."""
+    tracker, traffic = Tracker(vehicle=scene.vehicle), Traffic(scene)
+    perception = Perception(scene, scene.seed if seed is None else seed, tracker)
+    perception.warm_up(scene, traffic, scene.host_state)
     host, road = scene.host_state, scene.assumed_road
-    watcher.tracker.update(eyes.arrived(0.0), host, road, 0.0)
+    tracker.update(perception.arrived(0.0), host, road, 0.0)
     return Situation(
         time_s=0.0,
         host=host,
-        tracks=watcher.tracker.tracks(0.0),
-        coverage=watcher.tracker.coverage(0.0),
+        tracks=tracker.tracks(0.0),
+        coverage=tracker.coverage(0.0),
         road=road,
         vehicle=scene.host.vehicle,
         desired_speed_mps=scene.desired_speed_mps,
@@ -57,8 +48,3 @@ def situation_of(name: str, seed: int | None = None) -> tuple[Situation, Vehicle
         return situation, vehicle
     scene = load_scene(name)
     return first_situation(scene, seed), scene.vehicle
-
-
-def plan_once(situation: Situation, vehicle: Vehicle, planner: str = "mpc") -> Plan:
-    """One plan by a fresh planner."""
-    return Planner(vehicle=vehicle, method=planner).plan(situation)

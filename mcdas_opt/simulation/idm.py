@@ -22,7 +22,7 @@ def step_times(first: int, count: int) -> Array:
 
 
 class Presence(NamedTuple):
-    """Somebody on the road at one instant: body centre, speed along the road, size."""
+    """A road user at one instant: body centre, speed along the road, size."""
 
     s_m: float
     d_m: float
@@ -60,7 +60,7 @@ class Follower:
         return self.start._replace(s_m=self.start.s_m + self.start.speed_s_mps * t_s)
 
     def look(self, own: Presence, others: Iterable[Presence]) -> None:
-        """Takes in the nearest body ahead whose centre is in its lane or whose body reaches over its width."""
+        """Notes the nearest body ahead whose centre is in its lane or whose body overlaps its width."""
         lane = self.road.lane_of(own.d_m)
         best: Leader | None = None
         for other in others:

@@ -1,4 +1,4 @@
-"""Anybody's trajectory against a scene or a situation, by the judge."""
+"""The judge on any trajectory, in a scene or a situation."""
 
 from __future__ import annotations
 
@@ -34,10 +34,9 @@ def verify(
 ) -> Verdict:
     """The judge's verdict on a trajectory that begins at the start of a scene, or at the time of a situation.
 
-    `prediction` says how the neighbours move: "scene" as the scene's script has them (default there; followers react to the
-    trajectory), "constant-velocity" as a planner with perfect sensors believes at t = 0 (the only one for a situation, from its
-    tracks). Judged with the friction that plans are made with, and the target's vehicle unless another is given. Raises
-    `ParameterError` for another name.
+    `prediction` says how the neighbours move: "scene" by the scene's script (default there; followers react to the trajectory),
+    "constant-velocity" as a planner with perfect sensors predicts at t = 0 (the only one for a situation, from its tracks). Judged with
+    the friction that plans are made with, and the target's vehicle unless another is given. Raises `ParameterError` for another name.
     """
     foreseen = foresee(trajectory, target, prediction, settings)
     if isinstance(target, Situation):
@@ -69,7 +68,7 @@ def foresee(
 
 
 def exact_tracks(scene: Scene) -> tuple[Track, ...]:
-    """Every neighbour at t = 0 as a perfect sensor tells it."""
+    """Every neighbour at t = 0 as a perfect sensor measures it."""
     traffic = Traffic(scene)
     moments = traffic.motions(np.array(0.0))
     return tuple(

@@ -3,51 +3,34 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING
 
 from mcdas_opt.actuation.grip_monitor import GripMonitor, within_grip
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState, SlidingState
-from mcdas_opt.domain.measurement import Scan
-from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings
-from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.simulation.controller import Controller, Feeling, default_controller, planned_for
+from mcdas_opt.simulation.controller import Controller, GripAwareController, default_controller, planned_for
 from mcdas_opt.simulation.drive import Drive
+from mcdas_opt.simulation.driver import Driver
 from mcdas_opt.simulation.idm import STEP_S
 from mcdas_opt.simulation.neighbours import Traffic
 from mcdas_opt.simulation.perception import Perception
 from mcdas_opt.simulation.plant import Plant, make_plant
 from mcdas_opt.simulation.record import Outcome, Simulation
 
-
-class Driver(Protocol):
-    """Who plans, as `planning.planner.Planner`. With a `tracker` it also gets what the sensors saw between two plans; with a
-    `reset()` it is made to forget what came before the drive; the tracks of its `situation` are kept for drawing. With a `rolls_about`
-    it is told, before it plans, where ahead of its rear axle the car moves along its own axis, and plans for that car."""
-
-    def step(
-        self,
-        measurements: Sequence[Scan],
-        host: HostState,
-        now: float,
-        *,
-        road: Road | None = None,
-        desired_speed_mps: float | None = None,
-        request: Request = Request.DRIVE,
-    ) -> Plan: ...
+if TYPE_CHECKING:
+    from mcdas_opt.planning.method import Method
 
 
 def simulate(
     scene: Scene,
-    planner: str | Driver = "mpc",
+    planner: str | Driver | Method = "mpc",
     plant: str = "kinematic",
     seed: int | None = None,
     settings: Settings | None = None,
@@ -57,9 +40,9 @@ def simulate(
     """Drives a planner through a scene, and returns the drive with its figures.
 
     Ends at the scene's duration, at the first touch of another body, or when a corner is more than 0.02 m off the road. `planner` is
-    a registered name, a `Driver`, or a method (an object with `plan(situation, previous)`). The planner gets the plant's true state,
-    of a car that slips the no-slip state that moves alike. Friction is what the scene assumes until the car is felt to have less
-    (`GripMonitor`). The default controller is the plant's: `default_controller`.
+    a registered name, a `Driver`, or a method (`planning.method.Method`). The planner gets the plant's true state; of a dynamic vehicle
+    it gets the no-slip state that moves alike. Friction is what the scene assumes until `GripMonitor` finds less.
+    The default controller is the plant's: `default_controller`.
     `progress` is told after every turn how many are done, and of how many.
     Without its `cycle_ms` the result repeats to the byte for the same scene and seed (default the scene's). Raises `InputError` or
     `ParameterError` for a planner, plant or sensor that is not known.
@@ -67,52 +50,47 @@ def simulate(
     settings = settings or Settings()
     seed = scene.seed if seed is None else seed
     traffic, car = Traffic(scene), make_plant(plant, scene.vehicle, scene.true_road, scene.host_state)
-    driver, name = _driver(planner, scene, planned_for(plant, settings), slips=isinstance(car.state, SlidingState))
+    driver = _driver(planner, scene, planned_for(plant, settings), slips=isinstance(car.state, SlidingState))
     monitor = GripMonitor(vehicle=scene.vehicle, believed=scene.assumed_road.friction, step_s=STEP_S)
-    rolls_about: Callable[[float], None] | None = getattr(driver, "rolls_about", None)
-    controller = Feeling(controller or default_controller(plant, scene.vehicle, turned=rolls_about is not None, felt=monitor), monitor)
-    eyes = Perception(scene, seed, driver)
-    eyes.warm_up(scene, traffic, car.state)
+    turned = driver.takes_zero_sideslip_point
+    tracking = controller or default_controller(plant, scene.vehicle, turned=turned, grip=monitor)
+    aware = GripAwareController(tracking, monitor)
+    perception = Perception(scene, seed, driver.tracker)
+    perception.warm_up(scene, traffic, car.state)
     drive = Drive(scene=scene, traffic=traffic, car=car)
     turns = _turns(scene.duration_s, settings.cycle_s)
     for turn, (now, steps) in enumerate(turns, start=1):
         started = time.perf_counter()
         road = _believed(scene.assumed_road, monitor)
-        point = 0.0
-        if rolls_about is not None:
-            point = car.rolling_point_m
-            rolls_about(point)
+        point = car.zero_sideslip_point_m if turned else 0.0
+        driver.set_zero_sideslip_point(point)
         plan = driver.step(
-            eyes.arrived(now),
-            _known(car, point, road, scene.vehicle),
+            perception.arrived(now),
+            _measured(car, point, road, scene.vehicle),
             now,
             road=road,
             desired_speed_mps=scene.desired_speed_mps,
             request=scene.request,
         )
         took_ms = 1e3 * (time.perf_counter() - started)
-        drive.note(now, plan, _tracks(driver), took_ms)
-        drive.roll(plan, controller, steps, eyes)
+        drive.note(now, plan, () if driver.situation is None else driver.situation.tracks, took_ms)
+        drive.advance(plan, aware, steps, perception)
         if progress is not None:
             progress(turn, len(turns))
         if drive.outcome is not Outcome.SAFE:
             break
-    return drive.summary(planner=name, plant=plant, seed=seed)
+    return drive.summary(planner=driver.name, plant=plant, seed=seed)
 
 
 def _believed(road: Road, monitor: GripMonitor) -> Road:
-    """The road as it is believed, its friction no more than was felt; the same record where that changes nothing."""
+    """The road as the planner believes it: no more friction than the monitor found. The same record where that changes nothing."""
     return road if monitor.friction == road.friction else replace(road, friction=monitor.friction)
 
 
-def _known(car: Plant, point_m: float, road: Road, vehicle: Vehicle) -> HostState:
-    """What the planner is told of the car; of one that slips, no more bend than there is grip for."""
-    known = car.equivalent(point_m)
-    return within_grip(known, road, vehicle.wheelbase_m) if isinstance(car.state, SlidingState) else known
-
-
-def _tracks(driver: Driver) -> tuple[Track, ...]:
-    return tuple(getattr(getattr(driver, "situation", None), "tracks", ()))
+def _measured(car: Plant, point_m: float, road: Road, vehicle: Vehicle) -> HostState:
+    """The state that the planner is told; of a dynamic vehicle its path bends no more than the grip allows."""
+    measured = car.equivalent(point_m)
+    return within_grip(measured, road, vehicle.wheelbase_m) if isinstance(car.state, SlidingState) else measured
 
 
 def _turns(duration_s: float, cycle_s: float) -> list[tuple[float, int]]:
@@ -123,15 +101,13 @@ def _turns(duration_s: float, cycle_s: float) -> list[tuple[float, int]]:
     return [(round(k * STEP_S, 9), min(each, total - k)) for k in range(0, total, each)]
 
 
-def _driver(planner: Any, scene: Scene, settings: Settings, *, slips: bool) -> tuple[Driver, str]:
-    """The planner, fresh, and its name; for a car that slips it is built as one that will be told where it rolls, at rest too."""
-    if not isinstance(planner, str) and hasattr(planner, "step"):
-        if hasattr(planner, "reset"):
-            planner.reset()
-        return planner, str(getattr(planner, "name", type(planner).__name__))
+def _driver(planner: str | Driver | Method, scene: Scene, settings: Settings, *, slips: bool) -> Driver:
+    """The driver, fresh. For a dynamic vehicle it is built as one that will be told the zero-sideslip point, at rest too."""
+    if isinstance(planner, Driver):
+        planner.reset()
+        return planner
     from mcdas_opt.planning.planner import Planner
 
     car = scene.vehicle
-    vehicle = replace(car, rolling_point_m=Chassis.of(car).rolling_point_m(car.speed_max_mps)) if slips else car
-    built = Planner(vehicle=vehicle, method=planner, settings=settings, road=scene.assumed_road)
-    return built, built.name
+    vehicle = replace(car, zero_sideslip_point_m=Chassis.of(car).zero_sideslip_point_m(car.speed_max_mps)) if slips else car
+    return Planner(vehicle=vehicle, method=planner, settings=settings, road=scene.assumed_road)

@@ -122,7 +122,7 @@ class Traffic:
                 follower.advance()
 
     def _remember(self, scene: Scene) -> None:
-        """What followers saw before the scene began."""
+        """Lets followers see what they saw before the scene began."""
         longest = max((follower.delay_steps for follower in self._followers), default=0)
         times = step_times(-longest, longest)
         for t, others in zip(times, self._presences(times, host_before(scene, times)), strict=True):
@@ -191,6 +191,6 @@ def known_bodies(scene: Scene, host: Trajectory | None = None) -> tuple[KnownBod
         if host is None:
             raise ParameterError("host", None, "idm neighbours can only be predicted against a host trajectory")
         sound = bool(np.isfinite(host.states).all() and np.isfinite(host.t_s).all() and np.all(np.diff(host.t_s) > 0.0))
-        end = min(float(host.t_s[-1]), LONGEST_S) if sound else 0.0  # what is not finite or runs back in time, nobody can react to
+        end = min(float(host.t_s[-1]), LONGEST_S) if sound else 0.0  # nobody reacts to a trajectory that is not finite or runs back in time
         traffic.advance(host_along(host, step_times(0, math.ceil(max(end - 1e-9, 0.0) / STEP_S))))
     return traffic.known()

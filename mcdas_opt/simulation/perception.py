@@ -6,12 +6,12 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.body import Body
 from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.measurement import Scan
+from mcdas_opt.simulation.driver import ScanReceiver
 from mcdas_opt.simulation.idm import STEP_S, step_times
 from mcdas_opt.simulation.neighbours import Traffic, host_before
 from mcdas_opt.simulation.sensors import SensorSuite
@@ -22,17 +22,17 @@ _ROUNDING_S = 1e-9
 class Perception:
     """Looks at the world and hands scans on `latency_s` later, with the time stamps of the measurement.
 
-    Scans of the very instant of a plan go into the planner's step. Older ones are taken in by its tracker when they arrive, each with
-    the host's pose at its own time (a car knows where it was, and from its gyro how fast it turned); a planner without a tracker gets
-    them all with its step.
+    Scans of the very instant of a plan go into the planner's step. Its tracker takes in older ones when they arrive, each with the
+    host's pose at its own time (a car knows where it was, and from its gyro how fast it turned). Without a tracker all scans go into
+    the planner's step.
     """
 
-    def __init__(self, scene: Scene, seed: int, driver: Any) -> None:
+    def __init__(self, scene: Scene, seed: int, tracker: ScanReceiver | None) -> None:
         beside = Path(scene.file).parent
         self._suite = SensorSuite(scene.sensors, scene.vehicle, scene.true_road, seed, beside)
         self._road, self._wheelbase_m = scene.assumed_road, scene.vehicle.wheelbase_m
         self._latency_s = scene.sensors.latency_s
-        self._driver = driver
+        self._tracker = tracker
         self._pending: deque[tuple[Scan, HostState]] = deque()
 
     def warm_up(self, scene: Scene, traffic: Traffic, start: HostState) -> None:
@@ -46,27 +46,26 @@ class Perception:
             self.look(t, replace(start, s_m=s, acceleration_mps2=0.0), traffic.bodies(t))
 
     def is_due(self, t_s: float) -> bool:
-        """Whether anybody looks at t_s."""
+        """Whether any sensor scans at t_s."""
         return self._suite.is_due(t_s)
 
     def look(self, t_s: float, host: HostState, bodies: Sequence[Body]) -> None:
-        """The scans that are due at t_s begin their way."""
+        """Takes the scans that are due at t_s; they arrive `latency_s` later."""
         self._pending.extend((scan, host) for scan in self._suite.scans(t_s, host, bodies))
 
     def arrived(self, now: float) -> list[Scan]:
         """Scans for the planner's step at `now`; older ones have gone to its tracker."""
-        tracker = getattr(self._driver, "tracker", None)
         fresh: list[Scan] = []
         while self._pending and self._pending[0][0].t_s + self._latency_s <= now + _ROUNDING_S:
             scan, host = self._pending.popleft()
-            if tracker is None or scan.t_s > now - _ROUNDING_S:
+            if self._tracker is None or scan.t_s > now - _ROUNDING_S:
                 fresh.append(scan)
             else:
-                tracker.update([scan], self._known(host), self._road, scan.t_s + self._latency_s)
+                self._tracker.update([scan], self._measured(host), self._road, scan.t_s + self._latency_s)
         return fresh
 
-    def _known(self, host: HostState) -> HostState:
-        """Where the car was, steered as the no-slip bicycle that turned as fast."""
+    def _measured(self, host: HostState) -> HostState:
+        """The host's pose then, with the steering of the no-slip bicycle that turned as fast."""
         if not isinstance(host, SlidingState):
             return host
         return replace(host.without_slip(self._wheelbase_m), heading_rad=host.heading_rad)

@@ -26,12 +26,12 @@ class Plant(Protocol):
         ...
 
     @property
-    def rolling_point_m(self) -> float:
-        """Where ahead of its rear axle the car moves along its own axis at this speed (`Vehicle.rolling_point_m`)."""
+    def zero_sideslip_point_m(self) -> float:
+        """The zero-sideslip point at this speed, ahead of the rear axle (`Vehicle.zero_sideslip_point_m`)."""
         ...
 
     def equivalent(self, point_m: float = 0.0) -> HostState:
-        """What planners reckon with: the no-slip bicycle, its rear axle at that point, that moves as the car does now."""
+        """The no-slip bicycle that moves as the car does now, its rear axle at that point: what plans are made with."""
         ...
 
     def step(self, jerk_mps3: float, steering_rate_radps: float) -> Applied:
@@ -63,7 +63,7 @@ class KinematicPlant:
         return HostState(s_m=s, d_m=d, heading_rad=psi, speed_mps=v, acceleration_mps2=a, steering_rad=delta)
 
     @property
-    def rolling_point_m(self) -> float:
+    def zero_sideslip_point_m(self) -> float:
         return 0.0
 
     def equivalent(self, point_m: float = 0.0) -> HostState:

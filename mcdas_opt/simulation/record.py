@@ -1,4 +1,4 @@
-"""What a closed-loop drive leaves behind."""
+"""The record of a closed-loop drive."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class NeighbourHistory:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cycle:
-    """One turn of the loop: where the host was, what the tracker believed, what the planner answered, and how long it took."""
+    """One turn of the loop: the host's state, the tracks, the plan, and how long it took."""
 
     time_s: float
     host: HostState

@@ -71,7 +71,7 @@ class LateralPiece:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScriptedMotion:
-    """A neighbour that plays its script whatever the host does. Call it with times: body centres, headings, speeds.
+    """A neighbour that keeps to its script whatever the host does. Call it with times: body centres, headings, speeds.
 
     Speed is speed *along the road*, ds/dt, so that s is an exact piecewise parabola on a curved road too. Before t = 0 and after the
     last piece the speed is held. Whether a lateral piece happens is decided at its start: at 1 m/s along the road or less it is as
@@ -117,7 +117,7 @@ class ScriptedMotion:
 
 
 def road_heading(s: Array, d: Array, speed_s: Array, speed_d: Array, road: Road) -> Array:
-    """Heading relative to the road of a body that points where it goes; under 1 m/s it turns as if it went 1 m/s."""
+    """Heading relative to the road of a body that points along its motion; below 1 m/s as if at 1 m/s."""
     over_ground = speed_s * (1.0 - d * road.curvature_at(s))
     return np.asarray(np.arctan2(speed_d, np.maximum(over_ground, 1.0)), dtype=np.float64)
 

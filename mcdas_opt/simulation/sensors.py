@@ -1,4 +1,4 @@
-"""Sensors of the simulated host: radars with seeded noise, ideal ones, and sectors that nobody watches."""
+"""Sensors of the simulated host: radars with seeded noise, ideal ones, and sectors without any."""
 
 from __future__ import annotations
 
@@ -40,11 +40,6 @@ def mounting(sector: Sector, vehicle: Vehicle) -> Mounting:
         Sector.LEFT: Mounting(y_m=half_width, yaw_rad=0.5 * math.pi),
         Sector.RIGHT: Mounting(y_m=-half_width, yaw_rad=-0.5 * math.pi),
     }[sector]
-
-
-def dead_scan(sector: Sector, t_s: float, sensor: str = IDEAL, period_s: float = IDEAL_PERIOD_S) -> Scan:
-    """What a sensor reports that is there and does not work."""
-    return Scan(sensor=sensor, sector=sector, t_s=t_s, working=False, period_s=period_s)
 
 
 @dataclass(slots=True)

@@ -1,4 +1,4 @@
-"""Who is in a radar's sight: the field of view, and who stands in the way."""
+"""Which bodies a radar sees: field of view and occlusion."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ class View:
         c, s = math.cos(yaw), math.sin(yaw)
         eye = (x + place.x_m * c - place.y_m * s, y + place.x_m * s + place.y_m * c)
         aside, yaw_rate = host.turning(vehicle.wheelbase_m)
-        rolling = sensor_velocity(host.speed_mps, yaw_rate, yaw, vehicle.centre_m + place.x_m, place.y_m, math)
-        own = rolling[0] - aside * s, rolling[1] + aside * c
+        no_slip = sensor_velocity(host.speed_mps, yaw_rate, yaw, vehicle.centre_m + place.x_m, place.y_m, math)
+        own = no_slip[0] - aside * s, no_slip[1] + aside * c
         seen: list[tuple[int, RadarDetection]] = []
         for k, (i, (bx, by, angle)) in enumerate(zip(self._near, self._poses, strict=True)):
             body = self.bodies[i]

@@ -13,17 +13,17 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Request, Sector, Side
 from mcdas_opt.situation import one_state
 from mcdas_opt.situation.occupancy import blocked_sides
-from mcdas_opt.situation.roles import cast, gap_m
+from mcdas_opt.situation.roles import assign_roles, gap_m
 from mcdas_opt.situation.rule_table import RULES
 from mcdas_opt.situation.selector import MODES, SIDES, Facts, closing_time, mode_code, select_one, side_code
 from mcdas_opt.situation.table1 import literal_mode
 
-_LEANING_M = 0.1  # a smaller difference between the sides is a tie
+_TIE_M = 0.1  # a smaller difference between the sides is a tie
 _LANE_REACHED = 0.75  # of a lane's width: an evasion that came this far counts lanes anew
 
 
 class _Ahead(NamedTuple):
-    """What stands or drives next in line: a car, the end of the road (no id), or nobody (infinite gap)."""
+    """The next in line: a car, the end of the road (no id), or nobody (infinite gap)."""
 
     id: str | None
     gap_m: float
@@ -34,8 +34,8 @@ def assess(situation: Situation, vehicle: Vehicle, settings: SelectorSettings, p
     """Roles, gaps, times to collision, threats, open sides and the one mode; `previous` is the cycle before (hysteresis)."""
     host, road, coverage, tracks = situation.host, situation.road, situation.coverage, situation.tracks
     lane = _lane(situation, previous)
-    people = cast(tracks, lane, host, vehicle, road, settings)
-    front_car, rear_car = people.front, people.rear
+    assigned = assign_roles(tracks, lane, host, vehicle, road, settings)
+    front_car, rear_car = assigned.front, assigned.rear
     front = _road_end(situation, vehicle, _car(front_car, situation, vehicle))
     rear = _car(rear_car, situation, vehicle)
     ttc_front = float(closing_time(front.gap_m, host.speed_mps - (front.speed_mps or 0.0), one_state))
@@ -58,7 +58,7 @@ def assess(situation: Situation, vehicle: Vehicle, settings: SelectorSettings, p
             rear_speed=rear.speed_mps or 0.0,
             left_open=Sector.LEFT not in blocked,
             right_open=Sector.RIGHT not in blocked,
-            leaning=_leaning(-offset if front_car is not None else host.d_m - road.lane_centre_m(lane)),
+            preferred_side=_preferred_side(-offset if front_car is not None else host.d_m - road.lane_centre_m(lane)),
             park_requested=situation.request is Request.PARK,
             acceleration_mps2=vehicle.acceleration_max_mps2,
             previous_mode=mode_code(None if previous is None else previous.mode),
@@ -78,7 +78,7 @@ def assess(situation: Situation, vehicle: Vehicle, settings: SelectorSettings, p
     threats = [s for s, there in ((Sector.FRONT, choice.front_threat), (Sector.REAR, choice.rear_threat)) if there]
     same = previous is not None and (previous.mode, previous.side) == (mode, side) and math.isfinite(age)
     return Assessment(
-        roles=people.roles,
+        roles=assigned.roles,
         front_id=front.id,
         rear_id=rear.id,
         front_gap_m=front.gap_m,
@@ -125,12 +125,12 @@ def _road_end(situation: Situation, vehicle: Vehicle, front: _Ahead) -> _Ahead:
     return _Ahead(None, gap, 0.0) if gap < front.gap_m else front
 
 
-def _leaning(left_minus_right_m: float) -> int:
-    return 0 if abs(left_minus_right_m) <= _LEANING_M else int(math.copysign(1, left_minus_right_m))
+def _preferred_side(left_minus_right_m: float) -> int:
+    return 0 if abs(left_minus_right_m) <= _TIE_M else int(math.copysign(1, left_minus_right_m))
 
 
 def _table_1(front: Track | None, rear: Track | None, situation: Situation, vehicle: Vehicle) -> str | None:
-    """Unknown is what nobody watches and no track tells; half-known states have no row."""
+    """A vehicle is unknown where no sensor covers its sector and there is no track of it. Half-known states have no row."""
     cars = [None if t is None else (gap_m(t, situation.host, vehicle), t.speed_s_mps) for t in (front, rear)]
     unknown = [car is None and not seen for car, seen in zip(cars, (situation.coverage.front, situation.coverage.rear), strict=True)]
     if any(unknown) and not all(unknown):

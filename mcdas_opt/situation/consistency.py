@@ -1,4 +1,4 @@
-"""Whether what is believed can be: bodies that overlap, cars that jump or fly."""
+"""Whether the tracks can all be true: no bodies that overlap, no cars that jump or are too fast."""
 
 from __future__ import annotations
 
@@ -20,10 +20,9 @@ _MEMORY_S = 1.0  # an older situation says nothing of this one
 def contradiction(situation: Situation, before: Situation | None, vehicle: Vehicle) -> str:
     """Why the tracks cannot all be true, in words; empty where they can.
 
-    Two bodies, or one and the host, that overlap deeply; a track faster than any car; a track that is not where it was going, or whose
-    speed has jumped, since the situation `before` (at most a second older). Who is believed without uncertainty is taken at its word. Two
-    that were known before and plainly move against one another are no contradiction: one has run into the other, and both are to be kept
-    clear of.
+    A contradiction is: two bodies, or one and the host, that overlap deeply; a track faster than any car; a track whose place or speed has
+    jumped since the situation `before` (at most a second older). Uncertainty is allowed for. Two tracks that were there before and clearly
+    differ in speed may overlap: one car has run into the other, and the planner avoids both.
     """
     known = _known(situation, before)
     for i, one in enumerate(situation.tracks):
@@ -58,14 +57,14 @@ def contradiction(situation: Situation, before: Situation | None, vehicle: Vehic
 
 
 def _known(situation: Situation, before: Situation | None) -> dict[str, Track]:
-    """The tracks of the situation before, where it is young enough to tell."""
+    """The tracks of the situation before, where that is young enough."""
     if before is None or not 0.0 < situation.time_s - before.time_s <= _MEMORY_S:
         return {}
     return {track.id: track for track in before.tracks}
 
 
 def _run_together(one: Track, other: Track) -> bool:
-    """Whether the two plainly differ in speed."""
+    """Whether the two clearly differ in speed."""
     spread = math.sqrt(max(float(one.covariance[1, 1] + other.covariance[1, 1]), 0.0))
     return abs(one.speed_s_mps - other.speed_s_mps) > max(_AGAINST_SIGMAS * spread, _AGAINST_MPS)
 

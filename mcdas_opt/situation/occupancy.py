@@ -1,4 +1,4 @@
-"""Which next lanes are open to steer into: mildly judged, since the optimiser and the judge hold every neighbour as a body anyway."""
+"""Which next lanes are open to steer into. A mild test: the optimiser and the judge avoid every neighbour's body anyway."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def blocked_sides(
     settings: SelectorSettings,
     evading: Side = Side.NONE,
 ) -> frozenset[Sector]:
-    """The sides of `lane` where there is no lane, nobody watches, or a car is alongside, now or within `occupancy_s` at constant speeds.
+    """The sides of `lane` without a lane, without coverage, or with a car alongside, now or within `occupancy_s` at constant speeds.
 
     The side that the host is already evading to closes only when a car is alongside now (hysteresis).
     """
@@ -32,8 +32,8 @@ def blocked_sides(
         if not road.has_lane(side_lane) or not coverage.sees(sector):
             blocked.add(sector)
             continue
-        going = sector.value == evading.value
-        gap, within = (0.0, 0.0) if going else (settings.occupancy_gap_m, settings.occupancy_s)
+        begun = sector.value == evading.value
+        gap, within = (0.0, 0.0) if begun else (settings.occupancy_gap_m, settings.occupancy_s)
         for track in tracks:
             closing = host.speed_mps - track.speed_s_mps if track.s_m > host.s_m else track.speed_s_mps - host.speed_mps
             soon = gap_m(track, host, vehicle) - max(closing, 0.0) * within

@@ -14,7 +14,7 @@ from mcdas_opt.domain.vocabulary import Role
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Cast:
+class Roles:
     """Everybody's role; `front` and `rear` are the nearest ahead and behind in the host's own lane, further ones are `other`."""
 
     roles: dict[str, Role]
@@ -38,7 +38,7 @@ def in_the_way(track: Track, lane: int, host: HostState, vehicle: Vehicle, road:
     return in_lane(track, lane, road, settings) or _overlap(track.d_m, track.width_m, host.d_m, swept) > 0.0
 
 
-def cast(tracks: Sequence[Track], lane: int, host: HostState, vehicle: Vehicle, road: Road, settings: SelectorSettings) -> Cast:
+def assign_roles(tracks: Sequence[Track], lane: int, host: HostState, vehicle: Vehicle, road: Road, settings: SelectorSettings) -> Roles:
     """Roles of all tracks, the host being in `lane`. A car alongside is front or rear only if the bodies already overlap sideways."""
     roles = {track.id: Role.OTHER for track in tracks}
     ahead: list[tuple[float, str, Track]] = []
@@ -61,7 +61,7 @@ def cast(tracks: Sequence[Track], lane: int, host: HostState, vehicle: Vehicle, 
         roles[front.id] = Role.FRONT
     if rear is not None:
         roles[rear.id] = Role.REAR
-    return Cast(roles=roles, front=front, rear=rear)
+    return Roles(roles=roles, front=front, rear=rear)
 
 
 def _overlap(d1: float, width1: float, d2: float, width2: float) -> float:

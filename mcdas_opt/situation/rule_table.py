@@ -19,12 +19,12 @@ class Conditions(NamedTuple):
     front: Flags  # threatens
     rear: Flags  # threatens
     park: Flags  # asked for, and standing still
-    blind: Flags  # nobody watches front or rear
+    blind: Flags  # no sensor covers front or rear
     at_speed: Flags  # the desired one
-    unseen_ahead: Flags  # faster is wanted, and nobody watches the front
+    unseen_ahead: Flags  # faster is wanted, and no sensor covers the front
     brakes: Flags  # braking for the front is enough
     outruns: Flags  # the front is clear and the acceleration enough
-    side: Flags  # one is open, and the car fast enough to swerve
+    side: Flags  # one is open, and the car fast enough to steer out
     room: Flags  # ahead, to close up
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import lru_cache
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,7 +45,7 @@ def side_code(side: Side) -> int:
 class Facts:
     """What modes are chosen from: vectors over states, or scalars. Gaps [m] are infinite where nobody is, speeds [m/s] then unused.
 
-    `front_seen`, `rear_seen`: somebody watches there. `leaning`: +1 prefers left, -1 right, 0 leaves it to the tie-break.
+    `front_seen`, `rear_seen`: a sensor covers that sector. `preferred_side`: +1 left, -1 right, 0 leaves it to the tie-break.
     The `previous_*` are of the cycle before (`NO_MODE` when there was none), `previous_age_s` since its mode began.
     """
 
@@ -58,7 +59,7 @@ class Facts:
     rear_speed: Any = 0.0
     left_open: Any = False
     right_open: Any = False
-    leaning: Any = 0
+    preferred_side: Any = 0
     park_requested: Any = False
     acceleration_mps2: Any = 3.0
     previous_mode: Any = NO_MODE
@@ -69,11 +70,12 @@ class Facts:
     previous_age_s: Any = np.inf
 
     def broadcast(self) -> Facts:
-        values = np.broadcast_arrays(*(np.atleast_1d(getattr(self, name)) for name in _FACTS))
+        values = np.broadcast_arrays(*(np.atleast_1d(value) for value in _values(self)))
         return Facts(**dict(zip(_FACTS, values, strict=True)))
 
 
 _FACTS = tuple(f.name for f in fields(Facts))
+_values = attrgetter(*_FACTS)
 
 
 class Selection(NamedTuple):
@@ -88,7 +90,7 @@ class Selection(NamedTuple):
 
 
 class Threat(NamedTuple):
-    """One direction: is it a threat, is it worth a warning, what change of speed [m/s^2] parts them within the gap, closing speed [m/s]."""
+    """One direction: threat, warning, the change of speed [m/s^2] that ends the closing within the gap, closing speed [m/s]."""
 
     threat: Flags
     warning: Flags
@@ -103,7 +105,7 @@ def closing_time(gap: Any, closing: Any, m: Any = np) -> Any:
 
 
 def conditions(f: Facts, front: Threat, rear: Threat, settings: SelectorSettings, m: Any = np) -> Conditions:
-    """What the rule table asks, of broadcast facts; a choice once made gives way only past a margin."""
+    """The rule table's conditions, of broadcast facts. A choice once made changes only past a margin (hysteresis)."""
     error = f.desired_speed - f.host_speed
     band = settings.speed_band_mps * m.where(f.previous_mode == _CRUISE, 0.5, 1.0)
     stay = m.where(f.previous_mode == _EVADE, settings.ttc_clear_s / settings.ttc_threat_s, 1.0)
@@ -132,7 +134,7 @@ def select(facts: Facts, settings: SelectorSettings) -> Selection:
     for number, row in enumerate(RULES):
         rule[row.applies(state)] = number
     chosen = _selected(f, front, rear, rule, settings, np)
-    return chosen._replace(**{name: getattr(chosen, name).astype(np.int8) for name in ("mode", "side", "rule")})
+    return chosen._replace(mode=chosen.mode.astype(np.int8), side=chosen.side.astype(np.int8), rule=chosen.rule.astype(np.int8))
 
 
 def select_one(facts: Facts, settings: SelectorSettings) -> Selection:
@@ -155,9 +157,9 @@ def _seen(f: Facts, settings: SelectorSettings, m: Any) -> tuple[Threat, Threat,
 
 
 def _selected(f: Facts, front: Threat, rear: Threat, rule: Any, settings: SelectorSettings, m: Any) -> Selection:
-    """What the rules say, unless the mode before lives on."""
+    """The rules' choice, unless the mode before is kept."""
     mode = m.take(_MODE_OF_RULE, rule)
-    kept = (mode != f.previous_mode) & _lives_on(f, front.threat, rear.threat, mode, settings, m)
+    kept = (mode != f.previous_mode) & _is_kept(f, front.threat, rear.threat, mode, settings, m)
     mode, rule = m.where(kept, f.previous_mode, mode), m.where(kept, _NO_RULE, rule)
     sandwiched = (f.front_gap <= settings.distance_front_long_m) & (f.rear_gap <= settings.distance_rear_m)
     warning = front.threat | rear.threat | front.warning | rear.warning | sandwiched
@@ -165,7 +167,7 @@ def _selected(f: Facts, front: Threat, rear: Threat, rule: Any, settings: Select
 
 
 def _threat(gap: Any, closing: Any, distance: float, before: Any, f: Facts, settings: SelectorSettings, m: Any) -> Threat:
-    """Closing, and: soon there, or within Table 1's distance and not far from it, or avoidable only by a hard change of speed."""
+    """A threat closes in, and is soon there, or within Table 1's distance and near in time, or only a hard change of speed helps."""
     ratio = settings.ttc_clear_s / settings.ttc_threat_s
     relax = m.where(before, ratio, 1.0)
     closing = m.where(m.isfinite(gap), m.maximum(closing, 0.0), 0.0)
@@ -178,7 +180,7 @@ def _threat(gap: Any, closing: Any, distance: float, before: Any, f: Facts, sett
     return Threat(is_closing & soon, is_closing & warned, demand, closing)
 
 
-def _lives_on(f: Facts, front: Any, rear: Any, mode: Any, settings: SelectorSettings, m: Any) -> Any:
+def _is_kept(f: Facts, front: Any, rear: Any, mode: Any, settings: SelectorSettings, m: Any) -> Any:
     """Whether the mode before is kept: young, still admissible, and neither a new threat nor a more urgent mode."""
     before = f.previous_mode
     young = (before >= 0) & (f.previous_age_s < settings.hold_s)
@@ -201,11 +203,11 @@ def _lives_on(f: Facts, front: Any, rear: Any, mode: Any, settings: SelectorSett
 
 
 def _side(f: Facts, mode: Any, settings: SelectorSettings, m: Any) -> Any:
-    """The open side of an evasion; with both open the side before, else the leaning, else the tie-break."""
+    """The open side of an evasion; with both open the side before, else the preferred one, else the tie-break."""
     tie = _RIGHT if settings.tie_break is Side.RIGHT else _LEFT
-    preferred = m.where(f.leaning > 0, _LEFT, m.where(f.leaning < 0, _RIGHT, tie))
-    going = (f.previous_mode == _EVADE) & (f.previous_side != _NONE)
-    preferred = m.where(going, f.previous_side, preferred)
+    preferred = m.where(f.preferred_side > 0, _LEFT, m.where(f.preferred_side < 0, _RIGHT, tie))
+    evading = (f.previous_mode == _EVADE) & (f.previous_side != _NONE)
+    preferred = m.where(evading, f.previous_side, preferred)
     side = m.where(f.left_open & f.right_open, preferred, m.where(f.left_open, _LEFT, _RIGHT))
     return m.where(mode == _EVADE, side, _NONE)
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from mcdas_opt.catalogue.data_files import read_toml, shipped
 from mcdas_opt.catalogue.parking_cases import body_of, parking_case_from_document
 from mcdas_opt.catalogue.scene_text import to_toml
-from mcdas_opt.catalogue.shelf import read_toml, shipped
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.geometry.clearance import body_corners

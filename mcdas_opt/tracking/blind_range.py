@@ -1,4 +1,4 @@
-"""Nearer than its least range a radar sees nobody: not seen where it could not be seen is no evidence of absence."""
+"""A radar sees nobody nearer than its least range: a target missing there may still be there."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ from mcdas_opt.geometry.near_face import half_extent
 from mcdas_opt.tracking.fix import Viewpoint
 
 _SIGMAS = 2.0
-_FRESH_S = 0.5  # that a body is still there in the dark is news only so often
+_FRESH_S = 0.5  # between two such detections that count as independent
 _ANY_RATE_MPS = 100.0  # a standard deviation that says nothing
 
 
 def unseen_near(
     place: tuple[float, float], spread: Array, size: tuple[float, float] | None, scan: Scan, view: Viewpoint, frame: FrenetFrame
 ) -> RadarDetection | None:
-    """What a scan says of a body of that `size` (length, width; None: a point), believed at `place` (s, d) with covariance `spread` (2, 2),
-    that it did not see but could not have seen: it is somewhere in the blind fan before the sensor. None where it would have been seen,
-    or lies outside the fan, or where its distance is not known to half the fan's depth.
+    """The detection of a body that the scan does not show and could not show: it is somewhere in the blind fan before the sensor.
+
+    The body has that `size` (length, width; None: a point) and is believed at `place` (s, d) with covariance `spread` (2, 2). None where
+    the scan could have shown it, where it lies outside the fan, or where its distance is uncertain by more than half the fan's depth.
 
     Range and bearing uniform over the fan (standard deviations depth / sqrt 12 and half angle / sqrt 3), as if it were looked at once in
     `_FRESH_S`; nothing of its speed.

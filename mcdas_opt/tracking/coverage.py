@@ -1,4 +1,4 @@
-"""Which sectors a working sensor watches."""
+"""Which sectors a working sensor covers."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ class _Watch:
 
 @dataclass(slots=True)
 class SectorWatch:
-    """Remembers when each working sensor was last heard of. Several sensors may watch one sector; one is enough."""
+    """Remembers when each working sensor was last heard of. Several sensors may cover one sector; one is enough."""
 
     periods: float
     _heard: dict[Source, _Watch] = field(default_factory=dict)
 
     def heard(self, scan: Scan, now: float) -> None:
-        """A scan that vouches for its sector has arrived at `now` (whatever its age)."""
+        """A sound scan has arrived at `now` (whatever its age): its sector is covered."""
         self._heard[source_of(scan)] = _Watch(scan.sector, scan.period_s, now)
 
     def lost(self, scan: Scan) -> None:
-        """The sensor says itself that it does not work, or speaks nonsense."""
+        """The sensor says that it does not work, or sends nothing sound."""
         self._heard.pop(source_of(scan), None)
 
     def coverage(self, now: float) -> Coverage:

@@ -131,8 +131,8 @@ class Viewpoint:
 
     @classmethod
     def of(cls, mounting: Mounting, host: HostState, vehicle: Vehicle, frame: FrenetFrame) -> Viewpoint:
-        """Where `mounting` is and how it moves: the speed of the rear axle, or where else the car rolls (`Vehicle.rolling_point_m`), and
-        the yaw rate v tan(delta) / L on the lever from there to the sensor."""
+        """Where `mounting` is and how it moves: the speed of the rear axle (or `Vehicle.zero_sideslip_point_m` ahead of it), and the yaw
+        rate v tan(delta) / L on the lever from there to the sensor."""
         x, y, yaw = host.s_m, host.d_m, host.heading_rad
         if not frame.road.is_straight:
             x, y, yaw = (float(q[0]) for q in frame.to_plane(np.array([x]), np.array([y]), np.array([yaw])))

@@ -1,4 +1,4 @@
-"""Where tracked neighbours are believed to go."""
+"""The predicted motion of tracked neighbours."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ ACCELERATING = "accelerating"
 def predict(
     tracks: Sequence[Track], settings: PredictionSettings | None = None, road: Road | None = None, host_s_m: float | None = None
 ) -> Prediction:
-    """Everybody keeps the speed along the road and settles across it; margins from the *present* covariance (see `CruisingBody`).
+    """Every track keeps its speed along the road and settles across it; margins from the *present* covariance (see `CruisingBody`).
 
-    On a `road`, who plainly moves sideways is there twice: as one who settles where he is, and as one who goes on to the next lane
-    (`lane_change`); so is who plainly brakes or accelerates, as one who goes on doing so (`speed_change`). Plans must pass all of them, so
-    that nobody is believed to make room. Whoever is wholly behind a host at `host_s_m` is not foretold to brake, being the less dangerous
-    for it; nor is anybody in a queue (`_queues`). The tracks are at the situation's time, which is the prediction's time zero.
+    On a `road`, a track that clearly moves sideways is predicted twice: it settles where it is, or it goes on to the next lane
+    (`lane_change`). So is one that clearly brakes or accelerates: constant speed, or a lasting change (`speed_change`). Plans avoid all of
+    them, so that no plan relies on anybody to make room. Nobody wholly behind a host at `host_s_m` is predicted to brake, which would
+    make it less dangerous, nor anybody in a queue (`_queues`). Time zero is the situation's time.
     """
     settings = PredictionSettings() if settings is None else settings
     bodies: list[CruisingBody] = []
@@ -69,16 +69,16 @@ def predict_for(situation: Situation, settings: PredictionSettings | None = None
 
 
 def lane_change(track: Track, settings: PredictionSettings, road: Road) -> tuple[float, float, float] | None:
-    """(speed sideways [m/s], fade [s], swell) of a logistic lane change that begins where the track is and ends in the middle of the lane
-    ahead of its sideways motion; None where it does not plainly move sideways, has hardly left its lane's middle, has no lane to go to, or
-    would settle there anyway.
+    """(speed sideways [m/s], fade [s], swell) of a logistic lane change from where the track is to the middle of the next lane.
 
-    It begins as fast as the track may be, `sigmas` standard deviations faster than it seems (a filter lags behind who is getting faster: by
-    0.6 m/s where a lane takes 2.3 s), or as fast as it seems where that could not end there. None fades faster than `change_fastest_s`, or
-    than makes it `change_growth` times as fast sideways as it is now (`change_peak_mps` at the most): it then counts as further on than it
-    is.
+    None where the track does not clearly move sideways, has hardly left its lane's middle, has no lane to go to, or would settle in that
+    lane anyway.
 
-    What is left, r, shrinks as r' = -r (w - r) / (w fade), w the lane's width (Verhulst's equation), at most by w / (4 fade).
+    The lane change begins `sigmas` standard deviations faster than the track (a filter lags behind a growing speed: by 0.6 m/s where a
+    lane takes 2.3 s), or as fast as the track where that could not end in that lane. Its fade is at least `change_fastest_s`, and such that
+    its speed grows at most `change_growth` times, up to `change_peak_mps`: a faster track counts as further on than it is.
+
+    The distance left, r, shrinks as r' = -r (w - r) / (w fade), w the lane's width (Verhulst's equation), at most by w / (4 fade).
     """
     seen, sd = abs(track.speed_d_mps), math.sqrt(max(float(track.covariance[3, 3]), 0.0))
     if seen < max(settings.change_mps, settings.change_sigmas * sd) or seen > abs(track.speed_s_mps):
@@ -100,8 +100,9 @@ def lane_change(track: Track, settings: PredictionSettings, road: Road) -> tuple
 
 
 def speed_change(track: Track, settings: PredictionSettings, road: Road) -> tuple[float, float] | None:
-    """(acceleration [m/s^2], held until [s]) of one who plainly brakes, until it stands, or plainly accelerates, for a while; neither
-    harder than the road allows. None of anybody else, and of who does not drive forwards.
+    """(acceleration [m/s^2], constant until [s]) of a track that clearly brakes, until it stands, or clearly accelerates, for a while.
+
+    Neither is harder than the road allows. None for any other track, and for one that does not drive forwards.
     """
     rate, sd, speed = track.acceleration_s_mps2, track.acceleration_s_sd_mps2, track.speed_s_mps
     grip = road.friction * GRAVITY_MPS2
@@ -117,8 +118,10 @@ def _is_behind(track: Track, host_s_m: float) -> bool:
 
 
 def _queues(ahead: Track, tracks: Sequence[Track], host_s_m: float, road: Road, settings: PredictionSettings) -> bool:
-    """Whether somebody slow follows the host in the lane of that one. In a queue all brake with whoever is ahead: to foretell this of the
-    front car and not of the follower would leave no way out, while the safe end has the front car brake fully in any case.
+    """Whether somebody slow follows the host in the lane of that track.
+
+    In a queue everybody brakes with the car ahead. To predict this of the front car and not of the follower would leave no candidate; the
+    safe end has the front car brake fully in any case.
     """
     return any(
         _is_behind(one, host_s_m) and one.speed_s_mps <= settings.queue_mps and abs(one.d_m - ahead.d_m) < 0.5 * road.lane_width_m

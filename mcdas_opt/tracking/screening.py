@@ -1,4 +1,4 @@
-"""What a sensor may not say: bad scans and bad detections are counted here and go no further."""
+"""Bad scans and bad detections are counted here and go no further."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class TrackLife:
         return self._arrival_s
 
     def costs(self, time_s: float, fixes: Sequence[TargetFix | None]) -> list[float]:
-        """Of each fix of that time, how ill it fits; infinite where it does not, or is none."""
+        """The cost of each fix of that time; infinite where it does not fit, or there is none."""
         return self._filter.costs(time_s, fixes, self._settings.gate)
 
     def hit(self, fix: TargetFix, scan: Scan, now: float) -> None:
@@ -80,11 +80,11 @@ class TrackLife:
         self.confirmed = self.confirmed or sum(self._hits) >= self._settings.confirm_hits
 
     def may_hide_from(self, scan: Scan, now: float) -> bool:
-        """Whether it has been seen by that sensor, and is seen by nobody now."""
+        """Whether that sensor has seen it before, and no sensor sees it now."""
         return self.confirmed and source_of(scan) in self._sources and self._is_quiet(now)
 
     def hide(self, fix: TargetFix, scan: Scan, now: float) -> None:
-        """It was not seen, where it could not be seen: `fix` says no more. Who stands may do so for ever."""
+        """The scan could not show it, being too near; `fix` is all that follows. A standing car may stay so for ever."""
         self._filter.take(scan.t_s, fix)
         self._hidden_s = now
         if abs(self._filter.at(scan.t_s)[0][1]) < _STANDING_MPS:
@@ -94,16 +94,16 @@ class TrackLife:
         return bool(now - self._arrival_s > self._settings.coasting_periods * self._period_s + 1e-9)
 
     def know(self, body: BodyDetection) -> None:
-        """An ideal sensor has told the name and the size: nothing is left to confirm."""
+        """An ideal sensor has told name and size: the track is confirmed."""
         self.name, self.size, self.confirmed = body.name, (body.length_m, body.width_m), True
 
     def miss(self, scan: Scan) -> None:
-        """A scan without this target counts against it if its sensor has seen it before."""
+        """A scan that does not show this target counts against it if its sensor has seen it before."""
         if source_of(scan) in self._sources:
             self._hits.append(False)
 
     def is_over(self, now: float) -> bool:
-        """Gone: unheard of for too long, or tentative and no longer able to be confirmed in its window."""
+        """Whether the track ends: no detection for too long, or tentative and too many misses to be confirmed."""
         settings = self._settings
         hidden = now - self._hidden_s <= settings.coast_s + 1e-9
         longest = settings.blind_s if hidden else settings.coast_s if self.confirmed else settings.tentative_s

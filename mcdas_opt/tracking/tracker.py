@@ -31,7 +31,7 @@ Size = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class _Look:
-    """One sound scan on its way through: from where, when, and which tracks it has hit so far."""
+    """One sound scan while it is taken in: from where, when, and which tracks it has hit so far."""
 
     scan: Scan
     host: HostState
@@ -44,7 +44,7 @@ class Tracker:
     """Any number of neighbours, from any number of radars and ideal sensors.
 
     `body` is the (length, width) assumed of a car that only a radar has seen; `vehicle` is the host (its sensors turn with it).
-    `counters` says how many scans and detections went which way (see `screening.COUNTERS`).
+    `counters` counts what became of scans and detections (`screening.COUNTERS`).
     """
 
     def __init__(self, settings: TrackerSettings | None = None, body: Size = (4.5, 1.8), vehicle: Vehicle | None = None) -> None:
@@ -97,7 +97,7 @@ class Tracker:
         if points or bodies or not (scan.radar or scan.bodies):
             self._watch.heard(scan, look.now)
         else:
-            self._watch.lost(scan)  # nothing but nonsense: it vouches for nothing
+            self._watch.lost(scan)  # no sound detection in it: the sensor covers nothing
         self._take_bodies(bodies, look)
         self._take_points(points, look)
         for life in self._lives:
@@ -179,7 +179,7 @@ class Tracker:
                 self._begin(fix, look)
 
     def _hides(self, life: TrackLife, look: _Look) -> bool:
-        """Whether the scan could not see this target for being too near; then it keeps that in mind."""
+        """Whether this target is too near for the scan to see it. If so, its track takes that in."""
         scan = look.scan
         if not life.may_hide_from(scan, look.now):
             return False
@@ -205,7 +205,7 @@ class Tracker:
         return life
 
     def _tell_apart(self, look: _Look) -> None:
-        """Confirmed tracks that one scan shows in two places, a body's size apart, are two cars for as long as they live."""
+        """Confirmed tracks that one scan shows a body's size apart are two cars from then on."""
         seen = [life for life in self._lives if life.confirmed and life in look.hit]
         for i, life in enumerate(seen):
             for other in seen[:i]:
@@ -216,10 +216,9 @@ class Tracker:
                     other.others.add(life)
 
     def _merge(self, time_s: float) -> None:
-        """Two tracks cannot be in one place: the named, else the latest heard, else the sharper one stays.
+        """Of two tracks in one place one stays: the named one, else the latest heard, else the sharper one.
 
-        Both stay where one scan has once shown them side by side: these are two cars, one of which has run into the other or seems to,
-        and not one car tracked twice.
+        Both stay if one scan has ever shown them side by side: then they are two cars, and not one car tracked twice.
         """
         if not _meet([(*life.place(time_s), *life.size) for life in self._lives]):
             return
@@ -227,8 +226,8 @@ class Tracker:
         kept: list[tuple[TrackLife, tuple[float, float]]] = []
         for life in ranked:
             place = life.place(time_s)
-            rivals = [pair for pair in kept if (life.name is None or pair[0].name is None) and pair[0] not in life.others]
-            if not any(_overlap(place, life.size, there, other.size, 0.5) for other, there in rivals):
+            others = [pair for pair in kept if (life.name is None or pair[0].name is None) and pair[0] not in life.others]
+            if not any(_overlap(place, life.size, there, other.size, 0.5) for other, there in others):
                 kept.append((life, place))
         if len(kept) < len(self._lives):
             staying = {life for life, _ in kept}

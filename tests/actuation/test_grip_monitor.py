@@ -1,4 +1,4 @@
-"""The grip monitor: it feels what the road gives once tyres or brakes are worked hard, and nothing before."""
+"""The grip monitor: it learns what the road gives once tyres or brakes work hard, and not before."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def test_brakes_at_their_own_end_say_nothing_of_the_road() -> None:
         monitor.note(car.state, -11.0)
         car.step(-40.0, 0.0)
     assert car.state.acceleration_mps2 == pytest.approx(CARS[0].acceleration_min_mps2)
-    assert monitor.felt is None
+    assert monitor.estimate is None
 
 
 def test_crawling_and_standing_teach_nothing() -> None:
@@ -110,17 +110,17 @@ def test_crawling_and_standing_teach_nothing() -> None:
     for speed in (0.0, 2.0, 4.9):
         for _ in range(20):
             monitor.note(SlidingState(speed_mps=speed, acceleration_mps2=-0.5, steering_rad=0.5, yaw_rate_radps=0.01), -5.0)
-    assert monitor.felt is None
+    assert monitor.estimate is None
 
 
 def test_left_and_right_are_felt_alike() -> None:
-    felt = []
+    estimates = []
     for rate in (0.3, -0.3):
         monitor = GripMonitor(vehicle=CARS[0], believed=0.9)
         swerve(monitor, CARS[0], 0.5, 20.0, rate, 0.3)
-        felt.append(monitor.felt)
-    assert felt[0] is not None
-    assert felt[0] == felt[1]
+        estimates.append(monitor.estimate)
+    assert estimates[0] is not None
+    assert estimates[0] == estimates[1]
 
 
 @given(speed=st.floats(0.0, 40.0), steering=st.floats(-0.5, 0.5), braking=st.floats(0.0, 6.0), friction=st.floats(0.2, 1.0))

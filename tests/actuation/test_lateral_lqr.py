@@ -127,7 +127,7 @@ def test_a_swerve_is_followed_where_feed_forward_alone_drifts(car: Vehicle, spee
 
 
 def urgent(car: Vehicle, speed: float, friction: float, side: float, along: float) -> Trajectory:
-    """Half a lane out and back, steered as fast as plans for a car that slips may, to 93 % of the grip that `along` [m/s^2] leaves."""
+    """Half a lane out and back, steered as fast as plans for a dynamic vehicle may, to 93 % of the grip that `along` [m/s^2] leaves."""
     lateral = 0.93 * math.sqrt((friction * GRAVITY_MPS2) ** 2 - along**2)
     reach, fast = math.atan(car.wheelbase_m * lateral / speed**2), STEERING_RATE_SHARE * car.steering_rate_max_radps
     count = max(math.ceil(math.sqrt(3.5 / lateral) / 0.1), 3)
@@ -148,18 +148,18 @@ def test_tyres_are_worked_hard_and_the_car_does_not_turn_about(car: Vehicle, fri
     slides /= chassis.cornering_stiffness_rear_nprad  # the whole contact of the rear axle
     for side in (1.0, -1.0):
         plan = urgent(car, speed, friction, side, along)
-        felt = GripMonitor(vehicle=car, believed=friction)
-        tracking = LqrTracking.design(car, felt=felt)
+        grip = GripMonitor(vehicle=car, believed=friction)
+        tracking = LqrTracking.design(car, grip=grip)
         plant = DynamicPlant(car, road, HostState(speed_mps=speed, acceleration_mps2=along))
         slip, lateral = [], []
         for k in range(round(float(plan.t_s[-1]) / STEP_S)):
             state = plant.state
-            felt.note(state)
+            grip.note(state)
             slip.append(abs(math.atan2(state.lateral_speed_mps, state.speed_mps)))
             lateral.append(abs(plant.step(*tracking.command(plan, k * STEP_S, state)).lateral_acceleration_mps2))
         assert max(slip) < 1.2 * slides
         assert max(lateral) > 0.6 * math.sqrt((friction * GRAVITY_MPS2) ** 2 - along**2)
-        assert felt.friction > 0.9 * friction  # nothing was made of slip that there was not
+        assert grip.friction > 0.9 * friction  # nothing was made of slip that there was not
         ends.append(plant.state.to_vector())
     np.testing.assert_allclose(ends[0] * [1, -1, -1, 1, 1, -1], ends[1], atol=1e-9)
 

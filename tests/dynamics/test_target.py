@@ -6,14 +6,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mcdas_opt.dynamics.target import STATE_UNITS, STATES, process_noise, transition
+from mcdas_opt.dynamics.target import process_noise, transition
 
 steps = st.floats(0.0, 2.0)
-
-
-def test_states_and_units_stand_side_by_side() -> None:
-    assert STATES == ("s", "vs", "d", "vd")
-    assert len(STATE_UNITS) == len(STATES)
 
 
 @settings(deadline=None)

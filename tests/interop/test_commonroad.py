@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from mcdas_opt.catalogue.scenes import load_scene
+from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.errors import InputError, MissingExtraError
 from mcdas_opt.interop.commonroad import library
-from mcdas_opt.interop.commonroad.scenario import read_scenario
+from mcdas_opt.interop.commonroad.scenario import VEHICLE, read_scenario, vehicle_text
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data" / "commonroad"
 
@@ -72,6 +73,15 @@ def written(folder: Path, **changes: Any) -> Path:
     path = folder / "own.xml"
     path.write_text(scenario(**changes), "utf-8")
     return path
+
+
+def test_the_benchmarks_car_is_a_vehicle_file_whose_centre_is_that_of_gravity(tmp_path: Path) -> None:
+    file, shipped = tmp_path / "centred.toml", load_vehicle(VEHICLE)
+    file.write_text(vehicle_text(), "utf-8")
+    centred = load_vehicle(str(file))
+    assert shipped.cog_to_front_axle_m is not None
+    assert centred.centre_m == pytest.approx(centred.wheelbase_m - shipped.cog_to_front_axle_m)
+    assert centred.length_m == pytest.approx(shipped.length_m)
 
 
 @pytest.fixture

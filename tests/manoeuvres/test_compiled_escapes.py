@@ -133,8 +133,8 @@ def test_the_map_asks_no_less_than_who_asks_everything(index: int, library: ctyp
 def test_the_map_is_the_same_without_a_compiler(
     seed: int, index: int, point_m: float, library: ctypes.CDLL, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Also of a car that slips so that it rolls about a point ahead of its middle."""
-    situation, car = situation_of(seed, index), replace(CAR, rolling_point_m=point_m)
+    """Also of a dynamic vehicle whose zero-sideslip point lies ahead of its middle."""
+    situation, car = situation_of(seed, index), replace(CAR, zero_sideslip_point_m=point_m)
     fast = escapes(situation, car, predict(situation.tracks))
     monkeypatch.setenv(SWITCH, "0")
     assert seat.compiled_escapes() is None

@@ -145,9 +145,9 @@ def test_a_cold_start_by_ipopt_ends_where_the_iteration_does() -> None:
 @given(point=st.floats(0.0, 6.0), seed=st.integers(0, 1000))
 @settings(max_examples=10, deadline=None)
 def test_a_free_centre_is_that_of_a_car_that_rolls_there(point: float, seed: int) -> None:
-    """One compiled problem for every speed: its equations are those of the vehicle with that rolling point."""
+    """One compiled problem for every speed: its equations are those of the vehicle with that zero-sideslip point."""
     r = np.random.default_rng(seed)
-    car = replace(VEHICLE, rolling_point_m=point)
+    car = replace(VEHICLE, zero_sideslip_point_m=point)
     free, fixed = LaneProblem(vehicle=VEHICLE, neighbours=1, free_centre=True).stage_problem(), LaneProblem(vehicle=car, neighbours=1)
     assert free.parameters[-1] == CENTRE
     x = np.array([3.0, 0.4, r.uniform(-0.2, 0.2), r.uniform(5.0, 30.0), r.uniform(-3.0, 2.0), r.uniform(-0.1, 0.1)])

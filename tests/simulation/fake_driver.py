@@ -15,6 +15,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.domain.vocabulary import Mode, Status
+from mcdas_opt.simulation.driver import Driver
 from mcdas_opt.simulation.plant import KinematicPlant
 
 FAILED = Verdict(violations=(Violation(kind=ViolationKind.FRICTION, t_s=0.0, value=9.0, limit=8.0, unit="m/s^2"),))
@@ -33,10 +34,11 @@ def plan_of(host: HostState, inputs: Sequence[tuple[float, float]], **how: Any) 
     return Plan(**{"planner": "fake", "mode": Mode.HOLD, "verdict": Verdict(), "prediction": "none", "trajectory": trajectory, **how})
 
 
-class FakeDriver:
+class FakeDriver(Driver):
     """Replans every cycle: `inputs(host, now)` names the (jerk, steering rate) of the next second."""
 
     name = "fake"
+    tracker = None
 
     def __init__(self, inputs: Any = lambda host, now: (0.0, 0.0), verdicts: Any = None, statuses: Any = None, modes: Any = None) -> None:
         self.inputs, self.verdicts, self.statuses, self.modes = inputs, verdicts, statuses, modes

@@ -1,4 +1,4 @@
-"""The shipped scenes with the real planner, driven by the car that rolls and by the car that slips."""
+"""The shipped scenes with the real planner, driven by the kinematic and by the dynamic vehicle."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from tests.simulation.scene_maker import make_scene
 @pytest.mark.parametrize("name", ["curved-road", "low-friction"])
 def test_both_cars_come_to_the_same_end(name: str) -> None:
     scene = load_scene(name)
-    rolls, slips = (simulate(scene, plant=plant) for plant in ("kinematic", "dynamic"))
-    assert (rolls.plant, slips.plant) == ("kinematic", "dynamic")
-    assert slips.outcome == rolls.outcome
-    assert slips.lane_change_completed == rolls.lane_change_completed
-    assert slips.unverified_plans == 0
-    assert slips.max_lateral_acceleration_mps2 <= scene.true_road.friction * 9.80665
-    assert slips.max_steering_rate_radps <= scene.vehicle.steering_rate_max_radps + 1e-9
-    if slips.lane_change_completed:
-        assert slips.max_lateral_acceleration_mps2 != rolls.max_lateral_acceleration_mps2
-        assert np.abs(last(slips) - last(rolls)).max() < 0.3
+    kinematic, dynamic = (simulate(scene, plant=plant) for plant in ("kinematic", "dynamic"))
+    assert (kinematic.plant, dynamic.plant) == ("kinematic", "dynamic")
+    assert dynamic.outcome == kinematic.outcome
+    assert dynamic.lane_change_completed == kinematic.lane_change_completed
+    assert dynamic.unverified_plans == 0
+    assert dynamic.max_lateral_acceleration_mps2 <= scene.true_road.friction * 9.80665
+    assert dynamic.max_steering_rate_radps <= scene.vehicle.steering_rate_max_radps + 1e-9
+    if dynamic.lane_change_completed:
+        assert dynamic.max_lateral_acceleration_mps2 != kinematic.max_lateral_acceleration_mps2
+        assert np.abs(last(dynamic) - last(kinematic)).max() < 0.3
 
 
 def last(drive: Simulation) -> np.ndarray:
@@ -65,7 +65,7 @@ def test_what_brakes_feel_is_told_to_the_planner(plant: str, friction: float) ->
 
 @pytest.mark.parametrize("index", [5, 11, 20])
 def test_tyres_on_a_road_believed_better_than_it_is_still_keep_it(index: int) -> None:
-    """Sandwiches that were left at the side before the car felt its tyres."""
+    """Sandwiches that were left at the side before the grip monitor."""
     drive = simulate(believing(load_family("sandwich").scene(index, 5), 1.5), plant="dynamic")
     assert drive.outcome is Outcome.SAFE
     assert drive.unverified_plans == 0
@@ -79,30 +79,32 @@ def test_an_unknown_plant_is_refused_with_both_names() -> None:
 
 
 class Told(FakeDriver):
-    """Notes where it is told that the car rolls."""
+    """Notes the zero-sideslip points that it is told."""
 
     def __init__(self) -> None:
         super().__init__()
         self.points: list[float] = []
 
-    def rolls_about(self, point_m: float) -> None:
+    takes_zero_sideslip_point = True
+
+    def set_zero_sideslip_point(self, point_m: float) -> None:
         self.points.append(point_m)
 
 
-def test_who_wants_to_know_is_told_where_the_car_rolls_and_sees_it_so() -> None:
+def test_a_driver_that_takes_the_zero_sideslip_point_is_told_it_and_gets_the_state_about_it() -> None:
     bend = make_scene(speed_mps=20.0, host={"speed_mps": 20.0}, road={"curvature": [[0.0, 0.003]]}, duration_s=0.5)
-    rolls, slips, unaware = Told(), Told(), FakeDriver()
-    simulate(bend, rolls, plant="kinematic")
-    simulate(bend, slips, plant="dynamic")
+    kinematic, dynamic, unaware = Told(), Told(), FakeDriver()
+    simulate(bend, kinematic, plant="kinematic")
+    simulate(bend, dynamic, plant="dynamic")
     drive = simulate(bend, unaware, plant="dynamic")
-    assert set(rolls.points) == {0.0}
-    assert len(slips.points) == drive.plans
-    assert slips.points[0] == pytest.approx(Chassis.of(bend.vehicle).rear_slip_gradient * 20.0**2, rel=1e-6)
-    first = slips.asked[0]["host"], unaware.asked[0]["host"]
-    assert first[0].heading_rad == pytest.approx(first[1].heading_rad + 0.003 * slips.points[0], abs=1e-4)
+    assert set(kinematic.points) == {0.0}
+    assert len(dynamic.points) == drive.plans
+    assert dynamic.points[0] == pytest.approx(Chassis.of(bend.vehicle).rear_slip_gradient * 20.0**2, rel=1e-6)
+    first = dynamic.asked[0]["host"], unaware.asked[0]["host"]
+    assert first[0].heading_rad == pytest.approx(first[1].heading_rad + 0.003 * dynamic.points[0], abs=1e-4)
 
 
-def test_a_planner_that_drove_a_car_that_slips_drives_one_that_rolls_as_a_fresh_one() -> None:
+def test_a_planner_that_drove_a_dynamic_vehicle_drives_a_kinematic_one_as_a_fresh_planner() -> None:
     """Nor do its radars' scans before the first plan know of the other car."""
     beside = {"name": "beside", "s_m": 20.0, "d_m": 3.5, "speed_mps": 18.0}
     bend = make_scene(beside, speed_mps=20.0, road={"curvature": [[0.0, 0.004]]}, sensors={"front": "delphi_esr"}, duration_s=0.3)

@@ -23,7 +23,7 @@ from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.errors import InputError
 from mcdas_opt.simulation.plant import make_plant
-from mcdas_opt.simulation.sensors import SensorSuite, dead_scan, ideal_detections, mounting, radar_detections
+from mcdas_opt.simulation.sensors import SensorSuite, ideal_detections, mounting, radar_detections
 
 CAR = Vehicle()
 ESR, CORNER = load_sensor("delphi_esr"), load_sensor("corner_radar")
@@ -87,11 +87,9 @@ def test_sensors_have_streams_of_their_own() -> None:
     assert [scans[0] for scans in a] == [scans[0] for scans in b]
 
 
-def test_none_says_nothing_and_dead_says_so() -> None:
+def test_none_says_nothing() -> None:
     scans = suite(front="none", left="none").scans(0.0, host(0.0), cars(0.0))
     assert {scan.sector for scan in scans} == {Sector.REAR, Sector.RIGHT}
-    dead = dead_scan(Sector.FRONT, 1.5, "delphi_esr")
-    assert (dead.working, dead.t_s, dead.sector, dead.radar, dead.bodies) == (False, 1.5, Sector.FRONT, (), ())
 
 
 def test_unknown_sensors_are_refused_with_the_known_ones() -> None:

@@ -42,7 +42,7 @@ def random_facts(n: int, seed: int) -> Facts:
         rear_speed=r.uniform(0, 40, n),
         left_open=flag(),
         right_open=flag(),
-        leaning=r.integers(-1, 2, n),
+        preferred_side=r.integers(-1, 2, n),
         park_requested=flag(0.3),
         acceleration_mps2=r.uniform(1, 5, n),
         previous_mode=mode,
@@ -122,7 +122,7 @@ def test_mirrored_states_have_mirrored_modes() -> None:
         FACTS,
         left_open=FACTS.right_open,
         right_open=FACTS.left_open,
-        leaning=-FACTS.leaning,
+        preferred_side=-FACTS.preferred_side,
         previous_side=swap[FACTS.previous_side],
     )
     other = select(mirrored, dataclasses.replace(SETTINGS, tie_break=Side.RIGHT))

@@ -5,9 +5,8 @@ from __future__ import annotations
 from mcdas_opt.domain.body import Body
 from mcdas_opt.domain.track import Coverage
 from mcdas_opt.domain.vocabulary import Sector
-from mcdas_opt.simulation.sensors import dead_scan
 from mcdas_opt.tracking.tracker import Tracker
-from tests.tracking.worlds import STRAIGHT, host_at, ideal_scan, radar_scan
+from tests.tracking.worlds import STRAIGHT, dead_scan, host_at, ideal_scan, radar_scan
 
 LEAD = [Body(name="lead", s_m=40.0, speed_mps=13.0)]
 
@@ -19,7 +18,7 @@ def test_a_blind_or_dead_sector_is_not_covered() -> None:
     assert tracker.coverage(0.0) == Coverage(front=True, rear=True, left=False, right=False)  # nothing there is not cannot see
     assert tracker.coverage(0.15).front
     assert not tracker.coverage(0.16).front  # three periods without a word
-    tracker.update([radar_scan(0.05, LEAD), dead_scan(Sector.REAR, 0.05, "delphi_esr")], host_at(0.05), STRAIGHT, 0.05)
+    tracker.update([radar_scan(0.05, LEAD), dead_scan(Sector.REAR, 0.05)], host_at(0.05), STRAIGHT, 0.05)
     assert tracker.coverage(0.05) == Coverage(front=True, rear=False, left=False, right=False)
     assert tracker.counters["dead"] == 1
 
@@ -27,5 +26,5 @@ def test_a_blind_or_dead_sector_is_not_covered() -> None:
 def test_one_of_two_sensors_is_enough_for_a_sector() -> None:
     tracker = Tracker()
     tracker.update([radar_scan(0.0, []), ideal_scan(0.0, [])], host_at(0.0), STRAIGHT, 0.0)
-    tracker.update([dead_scan(Sector.FRONT, 0.05, "delphi_esr"), ideal_scan(0.05, [])], host_at(0.05), STRAIGHT, 0.05)
+    tracker.update([dead_scan(Sector.FRONT, 0.05), ideal_scan(0.05, [])], host_at(0.05), STRAIGHT, 0.05)
     assert tracker.coverage(0.05).front

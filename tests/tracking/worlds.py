@@ -48,6 +48,11 @@ def noisy(point: RadarDetection, random: np.random.Generator) -> RadarDetection:
     )
 
 
+def dead_scan(sector: Sector, t_s: float) -> Scan:
+    """What a sensor reports that does not work."""
+    return Scan(sensor="delphi_esr", sector=sector, t_s=t_s, working=False, period_s=0.05)
+
+
 def radar_scan(
     t: float,
     bodies: Sequence[Body],

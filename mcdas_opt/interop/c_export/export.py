@@ -1,4 +1,4 @@
-"""The MPC step as C99 in a folder: written, compiled, and held against Python on a scene's own sequence of solves."""
+"""The MPC step as C99 in a folder: written, compiled, and compared with Python on a scene's own sequence of solves."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
-from mcdas_opt.errors import InputError, McdasError, ParameterError
+from mcdas_opt.errors import InputError, McdasError, ParameterError, writing
 from mcdas_opt.interop.c_export.recording import Arithmetic, Recording, record
 from mcdas_opt.interop.c_export.source import files
 from mcdas_opt.native import compile_cache
@@ -31,7 +31,7 @@ class Export:
 
     `max_error`: largest difference of a state or an input, in its own SI unit, of all solves; `apart`: how many differ by more than
     1e-6; `mismatches`: how many ended otherwise, or took another number of iterations. With the same arithmetic on both sides (portable
-    Python against plain flags, native Python against its own) they are 0. With different ones they are not where solves hardly converge:
+    Python against plain flags, native Python against its own) they are 0. With different ones they differ where a solve hardly converges:
     there the last digit of a sine decides. `timing_us`: of a solve, on both sides, measured beside each other on this machine.
     """
 
@@ -89,10 +89,8 @@ def export_c(
         raise InputError(scene.file, "", None, "asks the MPC for no solve, so that there is nothing to compare")
     written = files(recording)
     for name, content in written.items():
-        try:
+        with writing(folder / name):
             (folder / name).write_bytes(content)
-        except OSError as error:
-            raise InputError(folder / name, "", None, f"cannot be written: {error.strerror}") from None
     said: dict[str, Any] = {}
     warnings = ""
     if program is not None:

@@ -1,4 +1,4 @@
-"""What the planner asks of its solver in a drive, and what it is answered: the sequence that the C code has to repeat."""
+"""The problems that the planner poses to its solver in a drive, and the answers: the sequence that the C code has to repeat."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from mcdas_opt.solvers.kernel_source import BUILDS, PORTABLE
 from mcdas_opt.solvers.outcome import Ending, Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess
 
-SLOTS = 64  # answers kept for warm starts: more than the planner has ways
+SLOTS = 64  # answers kept for warm starts: more than the planner has candidates
 ENDINGS = (Ending.CONVERGED, Ending.LIMIT, Ending.INFEASIBLE, Ending.NOT_FINITE)  # in the order of the header's enum
 _MOST_DRIVES = 200
 
@@ -72,7 +72,7 @@ class Recording:
 
 @dataclass(slots=True)
 class _Slots:
-    """Which answers are kept, and the guesses made of them; the one that was used longest ago makes room."""
+    """Which answers are kept, and the guesses made of them. The one used longest ago is replaced."""
 
     outcomes: list[Outcome | None] = field(default_factory=lambda: [None] * SLOTS)
     used: list[int] = field(default_factory=lambda: [-1] * SLOTS)

@@ -38,7 +38,7 @@ class Placement:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LaneLine:
-    """`curvature` knots (s, kappa) from the foot of a point on; `off_m` is how far the fitted line strays from the polyline at most."""
+    """`curvature` knots (s, kappa) from the foot of a point on; `off_m` is the largest distance of the fitted line from the polyline."""
 
     placement: Placement
     curvature: tuple[tuple[float, float], ...]

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import InputError
 from mcdas_opt.interop.commonroad.lane_line import AHEAD_M, BEHIND_M
 
@@ -49,8 +50,8 @@ def ego_lane(scenario: Any, problem: Any, path: Path) -> EgoLane:
     return EgoLane(
         polyline=np.concatenate(pieces),
         width_m=float(sides[nearest]),
-        lanes_left=_beside(network, own, "left"),
-        lanes_right=_beside(network, own, "right"),
+        lanes_left=_beside(network, own, Side.LEFT),
+        lanes_right=_beside(network, own, Side.RIGHT),
         lanelets=tuple(int(lanelet.lanelet_id) for lanelet in chain),
         ends=not chain[-1].successor,
     )
@@ -72,14 +73,15 @@ def _turn(a: float, b: float) -> float:
 
 
 def _goal_lanelets(network: Any, problem: Any) -> set[int]:
-    named = getattr(problem.goal, "lanelets_of_goal_position", None)
+    from commonroad.geometry.shape import Circle, Polygon, Rectangle
+
+    named = problem.goal.lanelets_of_goal_position
     if named:
         return {identifier for group in named.values() for identifier in group}
     goals: set[int] = set()
     for state in problem.goal.state_list:
-        shape = getattr(state, "position", None)
-        if shape is not None and hasattr(shape, "center"):
-            goals |= set(network.find_lanelet_by_position([np.asarray(shape.center)])[0])
+        if state.has_value("position") and isinstance(state.position, Rectangle | Circle | Polygon):
+            goals |= set(network.find_lanelet_by_position([np.asarray(state.position.center)])[0])
     return goals
 
 
@@ -139,13 +141,13 @@ def _behind(network: Any, own: Any) -> list[Any]:
     return found
 
 
-def _beside(network: Any, own: Any, side: str) -> int:
+def _beside(network: Any, own: Any, side: Side) -> int:
     """Lanes of the same direction to that side, one beside the other."""
-    count, lanelet, seen = 0, own, {own.lanelet_id}
-    while getattr(lanelet, f"adj_{side}") is not None and getattr(lanelet, f"adj_{side}_same_direction"):
-        lanelet = network.find_lanelet_by_id(getattr(lanelet, f"adj_{side}"))
+    lanelet, seen = own, {own.lanelet_id}
+    while True:
+        left, right = (lanelet.adj_left, lanelet.adj_left_same_direction), (lanelet.adj_right, lanelet.adj_right_same_direction)
+        identifier, same_direction = left if side is Side.LEFT else right
+        lanelet = network.find_lanelet_by_id(identifier) if identifier is not None and same_direction else None
         if lanelet is None or lanelet.lanelet_id in seen:
-            break
+            return len(seen) - 1
         seen.add(lanelet.lanelet_id)
-        count += 1
-    return count

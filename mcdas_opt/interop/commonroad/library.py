@@ -6,7 +6,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from mcdas_opt.errors import InputError, MissingExtraError
+from mcdas_opt.errors import InputError, MissingExtraError, reading
 
 PACKAGE, PIN = "commonroad-io", "2024.3"  # 2026.1 removed what its own drivability checker needs
 LARGEST_BYTES = 100_000_000
@@ -32,17 +32,16 @@ def read_file(path: Path) -> tuple[Any, Any]:
     except ImportError as error:
         raise MissingExtraError(error.name or PACKAGE, "commonroad") from None
     try:
-        size = path.stat().st_size
-        if size > LARGEST_BYTES:
-            raise InputError(path, "size", size, f"must be at most {LARGEST_BYTES} bytes")
-        root = ""
-        with path.open("rb") as file:
-            for _, element in iterparse(file, events=("start",)):
-                root = root or element.tag
+        with reading(path):
+            size = path.stat().st_size
+            if size > LARGEST_BYTES:
+                raise InputError(path, "size", size, f"must be at most {LARGEST_BYTES} bytes")
+            root = ""
+            with path.open("rb") as file:
+                for _, element in iterparse(file, events=("start",)):
+                    root = root or element.tag
         if root != "commonRoad":
             raise InputError(path, "root element", root, "must be commonRoad")
-    except OSError as error:
-        raise InputError(path, "", None, f"cannot be read: {error.strerror}") from None
     except (ParseError, DefusedXmlException) as error:
         raise InputError(path, "", None, f"is no XML that can be trusted: {error!r}") from None
     try:

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from mcdas_opt.catalogue.scenes import TRAJECTORY_COLUMNS, Scene, load_scene
-from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.catalogue.vehicles import VehicleFile, load_vehicle
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.errors import InputError, ParameterError, writing
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.interop.commonroad.lane_line import LaneLine, Placement, fit
 from mcdas_opt.interop.commonroad.lanes import EgoLane, ego_lane
@@ -30,7 +30,7 @@ _LONGEST_S = 600.0
 class CommonRoadScene:
     """`scene` is ours; `placement` takes its plane to the scenario's. `left_out`: obstacles that are not in it, and why.
 
-    `lane_off_m`: how far our reference line strays from the lane's middle at most. `obstacles`: neighbour's name to the obstacle's id.
+    `lane_off_m`: the largest distance of our reference line from the lane's middle. `obstacles`: neighbour's name to the obstacle's id.
     """
 
     scene: Scene
@@ -89,7 +89,7 @@ def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str 
         tables[name] = (samples, *_size(obstacle.obstacle_shape))
     host = {"d_m": own_d, "heading_rad": own_psi, "speed_mps": max(float(first.velocity), 0.0), "vehicle": vehicle or VEHICLE_FILE}
     while True:
-        files = _files(path.stem, road, host, tables, duration) | ({VEHICLE_FILE: _vehicle()} if vehicle is None else {})
+        files = _files(path.stem, road, host, tables, duration) | ({VEHICLE_FILE: vehicle_text()} if vehicle is None else {})
         try:
             with tempfile.TemporaryDirectory() as folder:
                 scene = load_scene(_write(files, Path(folder)))
@@ -152,8 +152,11 @@ def _moved(line: LaneLine, lane: EgoLane, by_m: float, frame: FrenetFrame, path:
 
 def _duration(scenario: Any, problem: Any) -> float:
     """Until the last moment in which the goal may be reached, or the scenario's obstacles end."""
-    steps = [getattr(state.time_step, "end", state.time_step) for state in problem.goal.state_list if hasattr(state, "time_step")]
-    last = max([int(step) - problem.initial_state.time_step for step in steps if step is not None], default=0)
+    from commonroad.common.util import Interval
+
+    steps = (state.time_step for state in problem.goal.state_list if state.time_step is not None)
+    ends = [int(step.end if isinstance(step, Interval) else step) for step in steps]
+    last = max((end - problem.initial_state.time_step for end in ends), default=0)
     return float(min(max(last * scenario.dt, 1.0), _LONGEST_S))
 
 
@@ -161,12 +164,13 @@ def _samples(
     obstacle: Any, dt: float, first_step: int, duration_s: float, placement: Placement, frame: FrenetFrame
 ) -> tuple[Array | None, str]:
     """(n, 5) t, s, d, heading, speed; or None and why not."""
+    from commonroad.prediction.prediction import TrajectoryPrediction
+
     states = [obstacle.initial_state]
     if obstacle.obstacle_role.name == "DYNAMIC":
-        predicted = getattr(obstacle.prediction, "trajectory", None)
-        if predicted is None:
+        if not isinstance(obstacle.prediction, TrajectoryPrediction):
             return None, "its future is a set of occupancies, no trajectory"
-        states += [state for state in predicted.state_list if state.time_step > states[0].time_step]
+        states += [state for state in obstacle.prediction.trajectory.state_list if state.time_step > states[0].time_step]
     t = np.array([dt * (state.time_step - first_step) for state in states], dtype=np.float64)
     xy = np.array([np.asarray(state.position, dtype=np.float64) for state in states])
     yaw = np.array([float(state.orientation) for state in states])
@@ -175,7 +179,7 @@ def _samples(
         speed = np.zeros(2)
     else:
         pace = np.hypot(*np.gradient(xy, t, axis=0).T)
-        speed = np.array([float(getattr(state, "velocity", None) or pace[k]) for k, state in enumerate(states)])
+        speed = np.array([float((state.has_value("velocity") and state.velocity) or pace[k]) for k, state in enumerate(states)])
     x, y, heading = placement.to_frame(xy[:, 0], xy[:, 1], yaw)
     s, d, psi = frame.to_road(x, y, heading)
     if np.abs(d).max() > _REACH_D_M or s.min() < frame.s_min_m + _MARGIN_S_M or s.max() > frame.s_max_m - _MARGIN_S_M:
@@ -185,12 +189,14 @@ def _samples(
 
 def _size(shape: Any) -> tuple[float, float]:
     """(length, width) of a rectangle, of the square about a circle, or of a polygon's extent along its own axes."""
-    if hasattr(shape, "length"):
+    from commonroad.geometry.shape import Circle, Rectangle
+
+    if isinstance(shape, Rectangle):
         return float(shape.length), float(shape.width)
-    if hasattr(shape, "radius"):
+    if isinstance(shape, Circle):
         return 2.0 * float(shape.radius), 2.0 * float(shape.radius)
-    low, high = (getattr(np.asarray(shape.vertices), name)(axis=0) for name in ("min", "max"))
-    return float(high[0] - low[0]), float(high[1] - low[1])
+    length, width = np.ptp(np.asarray(shape.vertices), axis=0)
+    return float(length), float(width)
 
 
 def _files(name: str, road: Road, host: dict[str, Any], tables: dict[str, tuple[Array, float, float]], duration_s: float) -> dict[str, str]:
@@ -210,14 +216,14 @@ def _files(name: str, road: Road, host: dict[str, Any], tables: dict[str, tuple[
     return {SCENE_FILE: "\n".join(lines) + "\n", **files}
 
 
-def _vehicle() -> str:
-    """The shipped car, its overhangs such that the body's centre is the centre of gravity."""
+def vehicle_text() -> str:
+    """The shipped car as a vehicle file, its overhangs such that the body's centre is the centre of gravity."""
     car = load_vehicle(VEHICLE)
     assert car.cog_to_front_axle_m is not None
     front = 0.5 * car.length_m - car.cog_to_front_axle_m
     rear = car.length_m - car.wheelbase_m - front
     numbers = asdict(replace(car, front_overhang_m=front, rear_overhang_m=rear))
-    return "".join(f"{key} = {value!r}\n" for key, value in numbers.items() if isinstance(value, float))
+    return "".join(f"{key} = {value!r}\n" for key, value in numbers.items() if key in VehicleFile.model_fields and isinstance(value, float))
 
 
 def _toml(value: Any) -> str:
@@ -229,12 +235,10 @@ def _plain(name: str) -> str:
 
 
 def _write(files: dict[str, str], folder: Path) -> Path:
-    try:
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in files.items():
             (folder / name).write_text(text, "utf-8")
-    except OSError as error:
-        raise InputError(folder, "", None, f"cannot be written: {error.strerror}") from None
     return folder / SCENE_FILE
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.errors import ParameterError, writing
 from mcdas_opt.interop.commonroad.library import require
 from mcdas_opt.interop.commonroad.scenario import CommonRoadScene
 
@@ -63,8 +63,6 @@ def write_solution(read: CommonRoadScene, driven: Trajectory, path: str | Path) 
 
     path = Path(path)
     text = CommonRoadSolutionWriter(solution(read, driven)).dump()
-    try:
+    with writing(path):
         path.write_text(text if isinstance(text, str) else text.decode(), "utf-8")
-    except OSError as error:
-        raise InputError(path, "", None, f"cannot be written: {error.strerror}") from None
     return path

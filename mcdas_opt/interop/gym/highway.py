@@ -1,16 +1,15 @@
-"""Our planner at the wheel in highway-env's `highway-v0`, and that environment's own IDM/MOBIL agent beside it, episode by episode."""
+"""Our planner as the agent in highway-env's `highway-v0`, and that environment's own IDM/MOBIL agent beside it, episode by episode."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mcdas_opt.domain.rules import positive
+from mcdas_opt.domain.rules import positive, require
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.errors import MissingExtraError, ParameterError
@@ -20,8 +19,6 @@ from mcdas_opt.planning.planner import Planner
 CYCLE_S = 0.1
 AHEAD_M, BEHIND_M = 150.0, 100.0  # how far the planner looks: highway-env tells everything
 _RANGE_MPS2, _RANGE_RAD = 5.0, math.pi / 4  # of its continuous action
-
-Agent = Callable[[Any], NDArray[np.float32]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,8 +33,7 @@ class EpisodeSettings:
     frequency_hz: int = 20  # of its simulation; a whole number of frames in a cycle
 
     def __post_init__(self) -> None:
-        for name in ("duration_s", "vehicles", "lanes", "density", "wanted_mps"):
-            positive(name, getattr(self, name))
+        require(self, positive, "duration_s", "vehicles", "lanes", "density", "wanted_mps")
         if self.frequency_hz % round(1.0 / CYCLE_S):
             raise ParameterError("frequency_hz", self.frequency_hz, f"must be a multiple of {1.0 / CYCLE_S:g}", "Hz")
 
@@ -91,12 +87,12 @@ class HighwayDriver:
         self._side: RoadSide | None = None
         self._lane = 0
         self._now_s = 0.0
-        self._held = (0.0, 0.0)  # acceleration and steering of the host at this moment, in our signs
+        self._applied = (0.0, 0.0)  # acceleration and steering of the host at this moment, in our signs
 
     def reset(self) -> None:
         """A new episode begins."""
         self.planner.reset()
-        self._side, self._now_s, self._held = None, 0.0, (0.0, 0.0)
+        self._side, self._now_s, self._applied = None, 0.0, (0.0, 0.0)
 
     def __call__(self, env: Any) -> NDArray[np.float32]:
         plan = self.planner.plan(self.situation(env))
@@ -104,7 +100,7 @@ class HighwayDriver:
         driven = plan.trajectory
         middle, end = 0.5 * CYCLE_S, CYCLE_S
         acceleration, steering = (np.interp((middle, end), driven.t_s, c) for c in (driven.acceleration_mps2, driven.steering_rad))
-        self._held = (float(acceleration[1]), float(steering[1]))
+        self._applied = (float(acceleration[1]), float(steering[1]))
         assert self._side is not None
         asked, turned = self._side.action(float(acceleration[0]), float(steering[0]))
         return np.asarray(np.clip([asked / _RANGE_MPS2, turned / _RANGE_RAD], -1.0, 1.0), dtype=np.float32)
@@ -123,7 +119,7 @@ class HighwayDriver:
             for k, c in enumerate(world.road.vehicles)
             if c is not ego and -BEHIND_M < float(c.position[0] - ego.position[0]) < AHEAD_M
         ]
-        acceleration, steering = self._held
+        acceleration, steering = self._applied
         host = side.host(
             x=float(ego.position[0]),
             y=float(ego.position[1]),

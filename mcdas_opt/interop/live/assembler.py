@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
+from operator import add
 from statistics import median
 
 from mcdas_opt.domain.measurement import RadarDetection, Scan
@@ -32,7 +33,7 @@ class Drops:
     incomplete_scans: int = 0  # with fewer slots than the radar has been sending
 
     def plus(self, other: Drops) -> Drops:
-        return Drops(*(getattr(self, name) + getattr(other, name) for name in self.__dataclass_fields__))
+        return Drops(*map(add, astuple(self), astuple(other)))
 
 
 @dataclass(slots=True)

@@ -23,7 +23,7 @@ from mcdas_opt.interop.live.record import LATE, WAITING, Line, LiveSummary
 from mcdas_opt.interop.live.watchdog import Watchdog
 from mcdas_opt.interop.replay_record import Percentiles, SeenTrack
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.situation.roles import cast
+from mcdas_opt.situation.roles import assign_roles
 
 Publish = Callable[[Line], None]
 
@@ -34,7 +34,7 @@ class SilentBusError(InputError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LiveSettings:
-    """Beats and patience. `speed_mps` replaces the speed that the radars are told (for a bench where nobody tells them)."""
+    """Cycle time and timeouts. `speed_mps` replaces the speed that the radars are told (for a bench where nobody tells them)."""
 
     cycle_s: float = 0.05
     silence_s: float = 1.0
@@ -48,7 +48,7 @@ class LiveSettings:
 
 @dataclass(slots=True)
 class _Run:
-    """What a run has come to."""
+    """Counts of a run so far."""
 
     began_s: float
     statuses: Counter[str] = field(default_factory=Counter)
@@ -200,7 +200,9 @@ class LiveLoop:
 
     def _seen(self, situation: Situation) -> tuple[SeenTrack, ...]:
         host, road = situation.host, situation.road
-        roles = cast(situation.tracks, road.lane_of(host.d_m), host, self._planner.vehicle, road, self._planner.settings.selector).roles
+        roles = assign_roles(
+            situation.tracks, road.lane_of(host.d_m), host, self._planner.vehicle, road, self._planner.settings.selector
+        ).roles
         return tuple(SeenTrack.of(track, host, roles.get(track.id, Role.OTHER)) for track in situation.tracks)
 
     def _silent(self, now: float) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""What the live loop says: a line a cycle, and a summary."""
+"""The records of the live loop: a line a cycle, and a summary."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Barks when a planning step is not done in time: whoever listens hears something every cycle, even when the planner is late."""
+"""Calls back when a planning step is not done in time, so that something is published every cycle."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from collections.abc import Callable
 
 
 class Watchdog:
-    """`armed(at_s, bark)`, then the work, then `disarm()`. When the clock passes `at_s` before that, `bark()` is called, once, in
-    the watchdog's thread. Real time: not for a loop on a clock of its own."""
+    """`arm(at_s, bark)`, then the work, then `disarm()`. When the clock passes `at_s` before that, the watchdog's thread calls
+    `bark()` once. Real time: not for a loop on a clock of its own."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
@@ -26,7 +26,7 @@ class Watchdog:
             self._changed.notify()
 
     def disarm(self) -> None:
-        """When this returns nobody barks any more."""
+        """After this returns, `bark` is not called."""
         with self._changed:
             self._at_s = None
 
@@ -48,4 +48,4 @@ class Watchdog:
 
 
 def _silence() -> None:
-    """What nobody armed does not bark."""
+    """The callback before the first `arm`."""

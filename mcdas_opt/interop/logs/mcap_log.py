@@ -10,7 +10,7 @@ from typing import Any
 
 from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.errors import InputError, MissingExtraError
+from mcdas_opt.errors import MissingExtraError, writing
 from mcdas_opt.interop.logs.moments import HEIGHT_M, Box, Moment, lines, moments
 from mcdas_opt.simulation.record import Simulation
 
@@ -31,23 +31,20 @@ def write_mcap(drive: Simulation, path: str | Path) -> Path:
     except ImportError:
         raise MissingExtraError("mcap", "mcap") from None
     path = Path(path)
-    try:
-        with path.open("wb") as file:
-            writer = Writer(file, compression=CompressionType.NONE)
-            writer.start(profile="", library="mcdas-opt")
-            channels = {topic: _channel(writer, topic, schema) for topic, schema in _SCHEMAS.items()}
-            for index, moment in enumerate(moments(drive)):
-                time_ns = round(moment.t_s * _NS)
-                messages = {"/scene": _scene(drive if index == 0 else None, moment, time_ns), "/host": {**moment.host, "t_s": moment.t_s}}
-                if moment.plan is not None:
-                    whole = to_document(moment.plan)
-                    messages["/plan"] = {"t_s": moment.t_s, **{key: whole[key] for key in _PLAN}}
-                for topic, message in messages.items():
-                    data = json.dumps(message, allow_nan=False).encode()
-                    writer.add_message(channel_id=channels[topic], log_time=time_ns, publish_time=time_ns, data=data, sequence=index)
-            writer.finish()
-    except OSError as error:
-        raise InputError(path, "", None, f"cannot be written: {error.strerror}") from None
+    with writing(path), path.open("wb") as file:
+        writer = Writer(file, compression=CompressionType.NONE)
+        writer.start(profile="", library="mcdas-opt")
+        channels = {topic: _channel(writer, topic, schema) for topic, schema in _SCHEMAS.items()}
+        for index, moment in enumerate(moments(drive)):
+            time_ns = round(moment.t_s * _NS)
+            messages = {"/scene": _scene(drive if index == 0 else None, moment, time_ns), "/host": {**moment.host, "t_s": moment.t_s}}
+            if moment.plan is not None:
+                whole = to_document(moment.plan)
+                messages["/plan"] = {"t_s": moment.t_s, **{key: whole[key] for key in _PLAN}}
+            for topic, message in messages.items():
+                data = json.dumps(message, allow_nan=False).encode()
+                writer.add_message(channel_id=channels[topic], log_time=time_ns, publish_time=time_ns, data=data, sequence=index)
+        writer.finish()
     return path
 
 

@@ -46,22 +46,31 @@ def moments(drive: Simulation) -> Iterator[Moment]:
     frame = FrenetFrame(road=drive.scene.true_road)
     driven, vehicle = drive.trajectory, drive.scene.vehicle
     plans = {round(cycle.time_s / PERIOD_S): cycle for cycle in drive.cycles}
-    columns = ("s_m", "d_m", "heading_rad", "speed_mps", "acceleration_mps2", "steering_rad", "jerk_mps3", "steering_rate_radps")
+    columns = {
+        "s_m": driven.s_m,
+        "d_m": driven.d_m,
+        "heading_rad": driven.heading_rad,
+        "speed_mps": driven.speed_mps,
+        "acceleration_mps2": driven.acceleration_mps2,
+        "steering_rad": driven.steering_rad,
+        "jerk_mps3": driven.jerk_mps3,
+        "steering_rate_radps": driven.steering_rate_radps,
+    }
     for k in range(int(np.floor(float(driven.t_s[-1]) / PERIOD_S + 1e-9)) + 1):
         t = k * PERIOD_S
 
         def at(column: Array, t: float = t) -> float:
             return float(np.interp(t, driven.t_s, column))
 
-        numbers = {name: at(getattr(driven, name)) for name in columns}
+        numbers = {name: at(column) for name, column in columns.items()}
         own = _box(frame, "host", numbers["s_m"], numbers["d_m"], numbers["heading_rad"], vehicle.length_m, vehicle.width_m)
         others = [_box(frame, n.name, at(n.s_m), at(n.d_m), at(n.heading_rad), n.length_m, n.width_m) for n in drive.neighbours]
         cycle = plans.get(k)
         if cycle is None:
             yield Moment(t_s=t, bodies=(own, *others), host=numbers)
             continue
-        way = cycle.plan.trajectory
-        x, y, _ = frame.to_plane(way.s_m, way.d_m, way.heading_rad)
+        planned = cycle.plan.trajectory
+        x, y, _ = frame.to_plane(planned.s_m, planned.d_m, planned.heading_rad)
         seen = [_box(frame, f"track {q.id}", q.s_m, q.d_m, 0.0, q.length_m, q.width_m) for q in cycle.tracks]
         path = np.column_stack([x, y])
         yield Moment(t_s=t, bodies=(own, *others), host=numbers, plan=cycle.plan, path=path, tracks=tuple(seen))

@@ -24,7 +24,7 @@ from tests.planning.situations import random_sandwich
 def test_what_is_planned_is_sound_for_that_car(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     situation = random_sandwich(seed)
     planner = Planner()
-    planner.rolls_about(0.00476 * situation.host.speed_mps**2)
+    planner.set_zero_sideslip_point(0.00476 * situation.host.speed_mps**2)
     plan = planner.plan(situation)
     prediction = predict_for(situation, planner.settings.prediction)
     told = judge(plan.trajectory, situation.host, planner.vehicle, situation.road, prediction)
@@ -41,10 +41,10 @@ def test_what_is_planned_is_sound_for_that_car(seed: int, monkeypatch: pytest.Mo
 def test_everybody_who_plans_is_told_and_can_be_told_back(method: str) -> None:
     situation = random_sandwich(5)
     first, second = Planner(method=method), Planner(method=method)
-    second.rolls_about(2.0)
+    second.set_zero_sideslip_point(2.0)
     for part in (second.method, second.tracker):
-        assert part.vehicle == second.vehicle == replace(Vehicle(), rolling_point_m=2.0)
-    second.rolls_about(0.0)
+        assert part.vehicle == second.vehicle == replace(Vehicle(), zero_sideslip_point_m=2.0)
+    second.set_zero_sideslip_point(0.0)
     assert second.vehicle == first.vehicle
     assert np.array_equal(first.plan(situation).trajectory.states, second.plan(situation).trajectory.states)
 
@@ -52,9 +52,9 @@ def test_everybody_who_plans_is_told_and_can_be_told_back(method: str) -> None:
 def test_a_method_of_ones_own_is_told_at_once_and_one_that_keeps_no_vehicle_is_left_alone() -> None:
     """Whatever its planner was built with; and it keeps its own car otherwise."""
     own = CorrectedMethod(replace(Vehicle(), width_m=2.0))
-    planner = Planner(vehicle=replace(Vehicle(), rolling_point_m=2.0), method=own)
-    planner.rolls_about(2.0)
-    assert own.vehicle == replace(Vehicle(), width_m=2.0, rolling_point_m=2.0)
+    planner = Planner(vehicle=replace(Vehicle(), zero_sideslip_point_m=2.0), method=own)
+    planner.set_zero_sideslip_point(2.0)
+    assert own.vehicle == replace(Vehicle(), width_m=2.0, zero_sideslip_point_m=2.0)
 
     class Bare:
         __slots__ = ()
@@ -63,10 +63,10 @@ def test_a_method_of_ones_own_is_told_at_once_and_one_that_keeps_no_vehicle_is_l
         def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
             return Refusal(reason="no idea")
 
-    Planner(method=Bare()).rolls_about(2.0)
+    Planner(method=Bare()).set_zero_sideslip_point(2.0)
 
 
 def test_it_lies_ahead_of_the_rear_axle() -> None:
-    assert replace(Vehicle(), rolling_point_m=2.0).centre_m == pytest.approx(Vehicle().centre_m - 2.0)
-    with pytest.raises(ParameterError, match="rolling_point_m"):
-        Planner().rolls_about(-0.1)
+    assert replace(Vehicle(), zero_sideslip_point_m=2.0).centre_m == pytest.approx(Vehicle().centre_m - 2.0)
+    with pytest.raises(ParameterError, match="zero_sideslip_point_m"):
+        Planner().set_zero_sideslip_point(-0.1)

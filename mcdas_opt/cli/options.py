@@ -1,0 +1,15 @@
+"""Options that several commands have."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Plant = Annotated[str, typer.Option("--plant", help="The car that is driven: kinematic, or dynamic (with tyres).")]
+NoiseSeed = Annotated[int | None, typer.Option("--seed", min=0, help="Of the measurement noise; default the scene's.")]
+Dbc = Annotated[Path | None, typer.Option("--dbc", help="The DBC to decode by; default the shipped minimal one.")]
+Road = Annotated[str | None, typer.Option("--road", help="A scene whose road and vehicle to drive; default one straight lane.")]
+Scheduler = Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, instead of --workers.")]
+ParkingVehicle = Annotated[str | None, typer.Option("--vehicle", help="Instead of the case's vehicle.")]
+Clearance = Annotated[float | None, typer.Option("--clearance", min=0.0, help="Instead of the case's clearance [m].")]
+MovingPicture = Annotated[Path | None, typer.Option("--out", help="Draw it: .png (a sheet), .gif, or .html (plays and scrubs).")]
