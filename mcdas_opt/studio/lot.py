@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from mcdas_opt.catalogue.parking_cases import body_of, parking_case_from_document
-from mcdas_opt.catalogue.scene_text import to_toml
 from mcdas_opt.catalogue.shelf import read_toml, shipped
+from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.geometry.clearance import body_corners
@@ -92,7 +92,7 @@ class Lot:
         """File name and text of the case with the sliders' values."""
         case = self.case(values)
         kept = "".join(c if c.isalnum() or c in "-_." else "-" for c in case.name).strip("-.") or "case"
-        return f"{kept}.toml", to_toml(self._turned(values))
+        return f"{kept}.toml", toml_text(self._turned(values))
 
     def _turned(self, values: Mapping[str, object]) -> dict[str, Any]:
         made = copy.deepcopy(self._document)

@@ -9,7 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from mcdas_opt.catalogue.designs import toml_text
+from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.errors import InputError
