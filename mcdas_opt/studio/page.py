@@ -82,7 +82,7 @@ def register(studio: Studio) -> None:
                     sandwich_view,
                     {
                         "knobs": _knobs(KNOBS),
-                        "planners": _planners(studio.hands.planners),
+                        "planners": _planners(studio.workers.planners),
                         "shelf": session.shelf(),
                         "upload": {"url": f"/studio/file?page={key}", "most": LARGEST_BODY},
                     },

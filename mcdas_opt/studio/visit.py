@@ -17,9 +17,9 @@ from mcdas_opt.plotting.web import PLANNERS
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.studio.desk import methods
 from mcdas_opt.studio.folder import Folder
-from mcdas_opt.studio.hands import Hands
 from mcdas_opt.studio.lot import LIVE, Lot
 from mcdas_opt.studio.session import Session
+from mcdas_opt.studio.worker_pool import WorkerPool
 
 Tell = Callable[[dict[str, Any]], None]
 
@@ -37,19 +37,19 @@ class Studio:
 
     def __init__(self, folder: Folder) -> None:
         self.folder = folder
-        self.hands = Hands(methods())
-        self.worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="studio")
+        self.workers = WorkerPool(methods())
+        self.thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="studio")
         self.visits: dict[str, Visit] = {}
 
     async def warm(self) -> None:
         """Lets the processes start and build their solvers before anybody asks."""
-        async for _ in self.hands.answer(Session(self.folder).question({}), self.planners({})):
+        async for _ in self.workers.answer(Session(self.folder).question({}), self.planners({})):
             pass
 
     def planners(self, wish: Mapping[str, Any]) -> list[str]:
         """Those that the page wishes, as far as they are known; by default ours."""
         wished = wish.get("planners", tuple(PLANNERS))
-        return [name for name in self.hands.planners if isinstance(wished, (list, tuple)) and name in wished]
+        return [name for name in self.workers.planners if isinstance(wished, (list, tuple)) and name in wished]
 
     def problem(self, error: McdasError) -> dict[str, str]:
         """What went wrong, for the page; files are called by their names in their folders."""
@@ -61,12 +61,12 @@ class Studio:
     def close(self) -> None:
         for visit in self.visits.values():
             visit.stop()
-        self.hands.close()
-        self.worker.shutdown(wait=False, cancel_futures=True)
+        self.workers.close()
+        self.thread.shutdown(wait=False, cancel_futures=True)
 
     async def compute(self, work: Callable[[], Any]) -> Any:
         """Runs `work` on the studio's thread."""
-        return await asyncio.get_running_loop().run_in_executor(self.worker, work)
+        return await asyncio.get_running_loop().run_in_executor(self.thread, work)
 
     async def receive(self, key: str, name: str, body: bytes) -> dict[str, Any]:
         """A file that a page sent, opened in that page's session."""
@@ -113,7 +113,7 @@ class Visit:
         try:
             question = self.session.question(_values(wish), wish.get("moment"))
             self.tell({"part": "picture", "name": question.name, **Outlook(question.situation, question.vehicle).document()})
-            async for part in self.studio.hands.answer(question, self.studio.planners(wish)):
+            async for part in self.studio.workers.answer(question, self.studio.planners(wish)):
                 self.tell(part)
         except McdasError as error:
             self.tell(self.studio.problem(error))
@@ -173,7 +173,7 @@ class LotVisit:
             case = self.lot.case(_values(wish))
             self.tell({"part": "place", **self.lot.place(case)})
             for name in (LIVE,) if wish.get("live") else ("search", "nlp") if planner == "nlp" else (planner,):
-                self.tell(await self.studio.hands.park(case, name))
+                self.tell(await self.studio.workers.park(case, name))
         except McdasError as error:
             self.tell(self.studio.problem(error))
         finally:
