@@ -52,13 +52,3 @@ def next_acceleration(acceleration: Any, speed_error: Any, step_s: float, limits
     size = taking_back * (np.sqrt(h**2 + 2.0 * np.abs(left) / taking_back) - h)
     wanted = np.clip(np.sign(left) * size, limits.acceleration_min_mps2, limits.acceleration_max_mps2)
     return np.asarray(np.clip(wanted, acceleration + h * limits.jerk_min_mps3, acceleration + h * limits.jerk_max_mps3))
-
-
-def speed_profile(speed: float, acceleration: float, wanted: float, step_s: float, steps: int, limits: SpeedLimits) -> tuple[Array, Array]:
-    """(steps + 1,) speeds and accelerations on the way to a constant wanted speed."""
-    v, a = np.empty(steps + 1), np.empty(steps + 1)
-    v[0], a[0] = speed, acceleration
-    for k in range(steps):
-        a[k + 1] = next_acceleration(a[k], wanted - v[k], step_s, limits)
-        v[k + 1] = v[k] + 0.5 * step_s * (a[k] + a[k + 1])
-    return v, a

@@ -27,11 +27,6 @@ def offset(off_front: float, off_host: float) -> float:
     return off_front - off_host
 
 
-def x_of_time(k: float, t: Any) -> Any:
-    """Eq 21: x = K t."""
-    return k * t
-
-
 def y_right(x: Any, off: float, y_max: float = Y_MAX_M, a: float = A_PER_M, b: float = B) -> Array:
     """Eq 22, right positive [m]; y(0) nullifies y at x = 0."""
     return np.asarray((y_max + off) * _risen(x, a, b))
@@ -79,19 +74,6 @@ def velocity_literal(x: Any, y: Any, speed: float) -> Eq24:
         raise ParameterError("y", 0.0, "eq 24 divides x by y", "m")
     bearing = np.arctan(x / y)
     return Eq24(speed * np.sin(bearing), speed * np.cos(bearing), bearing, np.hypot(x, y))
-
-
-def velocity_by_tangent(x: Any, y: Any, slope: Any, speed: float) -> Eq24:
-    """Eq 24 corrected: the velocity points along the tangent dy/dx of the path; bearing by atan2, so that every side is a side.
-
-    Defined everywhere, the origin included; integrating it gives back the path it was taken from. At the origin the bearing is that of
-    the tangent. Bearing from y, as the paper has it: pi/2 is straight ahead.
-    """
-    x, y, slope = np.broadcast_arrays(*(np.asarray(q, dtype=np.float64) for q in (x, y, slope)))
-    heading = np.arctan(slope)
-    at_origin = (x == 0.0) & (y == 0.0)
-    bearing = np.where(at_origin, 0.5 * np.pi - heading, np.arctan2(x, y))
-    return Eq24(speed * np.cos(heading), speed * np.sin(heading), bearing, np.hypot(x, y))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

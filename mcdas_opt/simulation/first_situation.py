@@ -7,11 +7,9 @@ from pathlib import Path
 from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.catalogue.shelf import read_text
 from mcdas_opt.catalogue.vehicles import load_vehicle
-from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError
-from mcdas_opt.planning.planner import Planner
 from mcdas_opt.simulation.neighbours import Traffic
 from mcdas_opt.simulation.perception import Perception
 from mcdas_opt.tracking.tracker import Tracker
@@ -57,8 +55,3 @@ def situation_of(name: str, seed: int | None = None) -> tuple[Situation, Vehicle
         return situation, vehicle
     scene = load_scene(name)
     return first_situation(scene, seed), scene.vehicle
-
-
-def plan_once(situation: Situation, vehicle: Vehicle, planner: str = "mpc") -> Plan:
-    """One plan by a fresh planner."""
-    return Planner(vehicle=vehicle, method=planner).plan(situation)

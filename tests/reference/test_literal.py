@@ -16,7 +16,6 @@ from mcdas_opt.reference.literal import (
     commanded_speed,
     literal_path,
     offset,
-    velocity_by_tangent,
     velocity_literal,
     y_left,
     y_parking,
@@ -72,35 +71,21 @@ def test_eq_24_literal_is_undefined_at_the_start_and_drives_backwards_to_the_lef
         velocity_literal(0.0, y_right(0.0, 0.0), 60.0)
     x = np.linspace(1.0, 20.0, 20)
     assert np.all(velocity_literal(x, y_left(x, 0.0), 60.0).vx < 0.0)
-    assert np.all(velocity_by_tangent(x, y_left(x, 0.0), np.gradient(y_left(x, 0.0), x), 60.0).vx > 0.0)
 
 
-def test_integrating_eq_24_gives_a_ray_and_by_tangent_the_path() -> None:
+def test_integrating_eq_24_gives_a_ray_not_the_path() -> None:
     path = literal_path(Side.LEFT, 0.0)
 
     def literal(z: list[float]) -> list[float]:
         v = velocity_literal(z[0], z[1], 10.0)
         return [float(v.vx), float(v.vy)]
 
-    def tangent(z: list[float]) -> list[float]:
-        v = velocity_by_tangent(z[0], z[1], path.slope(z[0]), 10.0)
-        return [float(v.vx), float(v.vy)]
-
     x0 = 4.0
-    ray = along = [x0, float(path.d(x0))]
+    ray = [x0, float(path.d(x0))]
     for _ in range(200):
-        ray, along = rk4(literal, ray, 0.01), rk4(tangent, along, 0.01)
+        ray = rk4(literal, ray, 0.01)
     assert ray[1] / ray[0] == pytest.approx(float(path.d(x0)) / x0, rel=1e-9)
     assert abs(ray[1] - float(path.d(ray[0]))) > 0.5
-    assert along[1] == pytest.approx(float(path.d(along[0])), abs=1e-6)
-
-
-def test_range_and_bearing_of_both_forms_agree_where_the_literal_is_sound() -> None:
-    x = np.linspace(1.0, 20.0, 20)
-    y = y_right(x, 0.5)
-    a, b = velocity_literal(x, y, 5.0), velocity_by_tangent(x, y, 0.0 * x, 5.0)
-    np.testing.assert_allclose(a.bearing_rad, b.bearing_rad, rtol=1e-14)
-    np.testing.assert_array_equal(a.range_m, b.range_m)
 
 
 def test_parking_path_starts_at_zero_and_ends_short_by_its_own_start_value() -> None:

@@ -14,7 +14,8 @@ from mcdas_opt.catalogue.designs import load_parameters
 from mcdas_opt.cli.app import app
 from mcdas_opt.errors import InputError, McdasError
 from mcdas_opt.planning.parameter_files import planner_with
-from mcdas_opt.simulation.first_situation import plan_once, situation_of
+from mcdas_opt.planning.planner import Planner
+from mcdas_opt.simulation.first_situation import situation_of
 
 RUN = CliRunner()
 
@@ -48,7 +49,7 @@ def test_a_design_is_planned_with(tmp_path: Path) -> None:
     assert sigmoid is not None
     assert sigmoid.given == found.sigmoid
     for planner in ("closed-form-corrected", "mpc"):
-        plain, tuned = plan_once(situation, vehicle, planner), planner_with(out, vehicle, planner).plan(situation)
+        plain, tuned = Planner(vehicle=vehicle, method=planner).plan(situation), planner_with(out, vehicle, planner).plan(situation)
         assert tuned.to_dict()["trajectory"] != plain.to_dict()["trajectory"]
     document = RUN.invoke(app, ["plan", "sandwich-60-40", "--planner", "closed-form-corrected", "--params", str(out), "--json"])
     assert document.exit_code == 0
