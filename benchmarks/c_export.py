@@ -14,8 +14,8 @@ import json
 import tempfile
 from pathlib import Path
 
+from mcdas_opt.catalogue.data_files import shipped
 from mcdas_opt.catalogue.scenes import load_scene
-from mcdas_opt.catalogue.shelf import shipped
 from mcdas_opt.interop.c_export.export import FLAGS, run_replay
 from mcdas_opt.interop.c_export.recording import Arithmetic, record
 from mcdas_opt.interop.c_export.source import files

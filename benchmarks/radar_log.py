@@ -15,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
+from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.catalogue.scenes import MotionPart, Scene, load_scene
 from mcdas_opt.catalogue.sensors import load_sensor
-from mcdas_opt.catalogue.shelf import models_folder
 from mcdas_opt.domain.body import Body
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.vocabulary import Sector

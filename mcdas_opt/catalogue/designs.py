@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from mcdas_opt.catalogue.shelf import checked, read_toml
+from mcdas_opt.catalogue.data_files import checked, read_toml
 from mcdas_opt.domain.settings import SigmoidSettings
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.domain.vocabulary import Side

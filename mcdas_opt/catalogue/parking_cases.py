@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from mcdas_opt.catalogue.shelf import checked, find, models_folder, read_text, read_toml
+from mcdas_opt.catalogue.data_files import checked, find, models_folder, read_text, read_toml
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.parking import ParallelSlot, ParkingCase, ParkingLimits, ParkingTolerance
 from mcdas_opt.domain.rules import Array

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.catalogue.shelf import find, read_json, read_text
+from mcdas_opt.catalogue.data_files import find, read_json, read_text
 from mcdas_opt.domain.parking import ParkingTrajectory
 from mcdas_opt.errors import InputError, ParameterError, nearest
 

@@ -10,8 +10,8 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, field_validator, model_validator
 
+from mcdas_opt.catalogue.data_files import checked, find, read_text, read_toml
 from mcdas_opt.catalogue.sensors import IDEAL, NONE, load_sensor
-from mcdas_opt.catalogue.shelf import checked, find, read_text, read_toml
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from mcdas_opt.catalogue.shelf import checked, find, read_toml, shipped
+from mcdas_opt.catalogue.data_files import checked, find, read_toml, shipped
 from mcdas_opt.domain.gain_schedule import GainSchedule
 from mcdas_opt.errors import InputError, ParameterError
 

@@ -7,7 +7,7 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from mcdas_opt.catalogue.shelf import checked, find, read_toml, shipped
+from mcdas_opt.catalogue.data_files import checked, find, read_toml, shipped
 from mcdas_opt.domain.sensor import Beam, Sensor
 from mcdas_opt.errors import InputError, ParameterError, nearest
 

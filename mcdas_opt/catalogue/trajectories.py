@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from mcdas_opt.catalogue.shelf import read_json, read_text
+from mcdas_opt.catalogue.data_files import read_json, read_text
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.errors import InputError, nearest
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
 
-from mcdas_opt.catalogue.shelf import checked, find, read_toml
+from mcdas_opt.catalogue.data_files import checked, find, read_toml
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError, ParameterError

@@ -12,8 +12,8 @@ from typing import Annotated
 import numpy as np
 from pydantic import BaseModel, Field
 
+from mcdas_opt.catalogue.data_files import checked, read_toml
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
-from mcdas_opt.catalogue.shelf import checked, read_toml
 from mcdas_opt.errors import InputError, nearest
 from mcdas_opt.evaluation.family_ranges import Ranges
 from mcdas_opt.evaluation.family_scene import document_of

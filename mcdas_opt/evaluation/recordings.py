@@ -14,8 +14,8 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
+from mcdas_opt.catalogue.data_files import read_json, read_text
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
-from mcdas_opt.catalogue.shelf import read_json, read_text
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2

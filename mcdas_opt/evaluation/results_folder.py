@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from mcdas_opt.catalogue.shelf import read_json
+from mcdas_opt.catalogue.data_files import read_json
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.running.journal import write_whole
 

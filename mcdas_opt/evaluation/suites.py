@@ -11,8 +11,8 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from mcdas_opt.catalogue.data_files import checked, read_toml
 from mcdas_opt.catalogue.scenes import Scene
-from mcdas_opt.catalogue.shelf import checked, read_toml
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.case import Case, Traffic
 from mcdas_opt.evaluation.families import Family, suite_file

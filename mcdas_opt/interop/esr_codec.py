@@ -11,7 +11,7 @@ from enum import IntEnum
 from pathlib import Path
 from typing import Any
 
-from mcdas_opt.catalogue.shelf import models_folder
+from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.errors import InputError, MissingExtraError, ParameterError
 
 FIRST_TRACK, TRACKS, STATUS_1, STATUS_2 = 0x500, 64, 0x4E0, 0x4E1

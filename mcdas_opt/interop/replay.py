@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from mcdas_opt.catalogue.data_files import find
 from mcdas_opt.catalogue.scenes import Scene
-from mcdas_opt.catalogue.shelf import find
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.catalogue.shelf import find
+from mcdas_opt.catalogue.data_files import find
 from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.measurement import Mounting
 from mcdas_opt.domain.rules import Array

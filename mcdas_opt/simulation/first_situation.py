@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from mcdas_opt.catalogue.data_files import read_text
 from mcdas_opt.catalogue.scenes import Scene, load_scene
-from mcdas_opt.catalogue.shelf import read_text
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle

@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from mcdas_opt.catalogue.shelf import models_folder, read_toml, shipped
+from mcdas_opt.catalogue.data_files import models_folder, read_toml, shipped
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.table import CSV, TIMINGS
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from mcdas_opt.catalogue.data_files import read_toml, shipped
 from mcdas_opt.catalogue.parking_cases import body_of, parking_case_from_document
-from mcdas_opt.catalogue.shelf import read_toml, shipped
 from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.errors import ParameterError, nearest

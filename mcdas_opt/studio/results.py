@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from mcdas_opt.catalogue.data_files import read_text
 from mcdas_opt.catalogue.scenes import Scene
-from mcdas_opt.catalogue.shelf import read_text
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.suites import Suite, expand
 from mcdas_opt.evaluation.table import CSV, read_table

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from mcdas_opt.catalogue.data_files import read_toml, shipped
 from mcdas_opt.catalogue.scene_file import scene_file
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
-from mcdas_opt.catalogue.shelf import read_toml, shipped
 from mcdas_opt.domain.settings import Settings, SigmoidSettings
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.studio import logs, results

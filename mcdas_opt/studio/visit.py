@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from mcdas_opt.catalogue.shelf import models_folder
+from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.errors import McdasError
 from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.plotting.player import drive_document

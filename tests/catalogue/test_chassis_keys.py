@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from mcdas_opt.catalogue.shelf import models_folder
+from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mcdas_opt.catalogue.data_files import shipped
 from mcdas_opt.catalogue.parking_cases import is_parking_case, load_parking_case, parking_case_from_document, slot_case
 from mcdas_opt.catalogue.parking_trajectories import load_parking_trajectory
-from mcdas_opt.catalogue.shelf import shipped
 from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.polygon import signed_area
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
+from mcdas_opt.catalogue.data_files import shipped
 from mcdas_opt.catalogue.scenes import Scene, load_scene
-from mcdas_opt.catalogue.shelf import shipped
 from mcdas_opt.errors import InputError
 
 GOOD = """\

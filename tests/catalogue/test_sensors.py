@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from mcdas_opt.catalogue.data_files import find, read_toml, shipped
 from mcdas_opt.catalogue.motion import load_motion
 from mcdas_opt.catalogue.sensors import NUMBERS, SensorFile, known_sensors, load_sensor
-from mcdas_opt.catalogue.shelf import find, read_toml, shipped
 from mcdas_opt.errors import InputError
 
 ESR = find("sensors", "delphi_esr").read_text()

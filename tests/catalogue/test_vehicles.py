@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from mcdas_opt.catalogue.shelf import models_folder, read_toml, shipped
+from mcdas_opt.catalogue.data_files import models_folder, read_toml, shipped
 from mcdas_opt.catalogue.vehicles import VehicleFile, load_vehicle
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError

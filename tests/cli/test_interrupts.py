@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from mcdas_opt.catalogue.shelf import find
+from mcdas_opt.catalogue.data_files import find
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals as POSIX has them")
 _PATIENCE_S = 120.0

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from mcdas_opt.catalogue.data_files import shipped
 from mcdas_opt.catalogue.scenes import load_scene
-from mcdas_opt.catalogue.shelf import shipped
 from mcdas_opt.cli.app import app
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.c_export.export import Export, ExportError, export_c, run_replay

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mcdas_opt.catalogue.shelf import models_folder
+from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.domain.measurement import RadarDetection, Scan
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector

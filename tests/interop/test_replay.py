@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from benchmarks.radar_log import NAME, recording
+from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.catalogue.scenes import load_scene
-from mcdas_opt.catalogue.shelf import models_folder
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Role, Sector, Side, Status
 from mcdas_opt.errors import InputError

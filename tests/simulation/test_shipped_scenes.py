@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mcdas_opt.catalogue.data_files import models_folder, shipped
 from mcdas_opt.catalogue.scenes import Scene, load_scene
-from mcdas_opt.catalogue.shelf import models_folder, shipped
 from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.simulation.contact import surroundings

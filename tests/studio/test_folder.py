@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mcdas_opt.catalogue.shelf import models_folder
+from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.errors import InputError
 from mcdas_opt.studio.folder import Folder, shipped_file
 

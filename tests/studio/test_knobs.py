@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mcdas_opt.catalogue.data_files import models_folder, read_toml, shipped
 from mcdas_opt.catalogue.scenes import Scene, load_scene, scene_from_document
-from mcdas_opt.catalogue.shelf import models_folder, read_toml, shipped
 from mcdas_opt.domain.settings import SigmoidSettings
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.studio.knobs import KNOBS, SIGMOID, front_and_rear, positions, sigmoid_of, turned

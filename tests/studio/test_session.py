@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mcdas_opt.catalogue.data_files import shipped
 from mcdas_opt.catalogue.scenes import load_scene
-from mcdas_opt.catalogue.shelf import shipped
 from mcdas_opt.domain.settings import SigmoidSettings
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.evaluation.suites import expand

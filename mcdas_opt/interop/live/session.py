@@ -6,9 +6,9 @@ import contextlib
 from collections.abc import Callable
 from pathlib import Path
 
+from mcdas_opt.catalogue.data_files import find
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.catalogue.sensors import load_sensor
-from mcdas_opt.catalogue.shelf import find
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import positive
