@@ -17,8 +17,8 @@ from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.errors import McdasError
 from mcdas_opt.evaluation.running.messages import Ended, Task
 from mcdas_opt.evaluation.running.worker import Worker
-from mcdas_opt.studio.desk import Desk, Question
-from mcdas_opt.studio.lot import LIVE, parked
+from mcdas_opt.studio.parking_tab import LIVE, parked
+from mcdas_opt.studio.planner_cache import PlannerCache, Question
 
 _SOLVED = ("mpc",)  # planners of the second worker, which also computes the times to react
 
@@ -110,9 +110,9 @@ def _outcome(work: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[str,
 
 
 @lru_cache(maxsize=1)
-def _own() -> Desk:
+def _own() -> PlannerCache:
     """Of a worker's process."""
-    return Desk()
+    return PlannerCache()
 
 
 def _plan(name: str, question: Question) -> dict[str, Any]:
