@@ -1,7 +1,7 @@
 // The tab of the sandwich: sliders, the road from above with every planner's path, times to react, charts, words; and the closed loop.
 (function () {
   "use strict";
-  const { html, clear, shape, tried, fillFiles, Outlook, Drive, Knobs, TimesToReact, Asking } = window.mcdas;
+  const { html, clear, shape, candidateLines, fillFiles, Outlook, Drive, Knobs, TimesToReact, Asking } = window.mcdas;
 
   class SandwichTab {
     // setup: { knobs, planners, files, upload }; emit(name, payload) tells the server
@@ -111,8 +111,8 @@
       this.times = new TimesToReact(this.paths, this.look);
       this.outlook.chartsInto(this.paths);
       this.details = html("details", "", this.paths);
-      html("summary", "", this.details, "what the MPC tried");
-      this.tried = html("ul", "", this.details);
+      html("summary", "", this.details, "candidates of the MPC");
+      this.candidates = html("ul", "", this.details);
 
       this.loop = html("div", "mcdas-loop", this.main);
       this.loop.hidden = true;
@@ -239,12 +239,12 @@
         verdict.className = plan.passed ? "good" : "bad";
         took.textContent = `${plan.took_ms.toFixed(0)} ms`;
       });
-      const lines = this.plans.mpc ? tried(this.plans.mpc) : [];
+      const lines = this.plans.mpc ? candidateLines(this.plans.mpc) : [];
       this.details.hidden = !lines.length;
-      if (lines.join() !== this.triedLines) {
-        this.triedLines = lines.join();
-        clear(this.tried);
-        for (const line of lines) html("li", "", this.tried, line);
+      if (lines.join() !== this.candidateLines) {
+        this.candidateLines = lines.join();
+        clear(this.candidates);
+        for (const line of lines) html("li", "", this.candidates, line);
       }
     }
 
