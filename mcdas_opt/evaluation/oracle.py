@@ -1,10 +1,9 @@
-"""The witness half of the oracle: was there a way out that needed no knowledge of the future?"""
+"""The witness half of the oracle: was there a drive that avoided everything and needed no knowledge of the future?"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from enum import StrEnum
+from dataclasses import replace
 
 import numpy as np
 
@@ -30,24 +29,6 @@ _DRIVEN_AT_ONCE = 8
 _DRIVEN_AT_MOST = 24
 _HOPEFUL_M = -0.15  # a coarse separation under this is not worth driving
 _HOPELESS_M = -0.02  # the same where the members are driven already
-
-
-class Avoidable(StrEnum):
-    """`YES`: a witness is safe whether the rear car brakes later or not. `BY_KNOWING`: only if it does as its script says."""
-
-    YES = "avoidable"
-    BY_KNOWING = "avoidable only by knowing"
-    UNKNOWN = "unknown"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Label:
-    """A scene's class, and its witness: the whole drive from the scene's start, None where the library holds none."""
-
-    avoidable: Avoidable
-    onset_s: float
-    witness: Trajectory | None
-    tried: int
 
 
 def onset_s(scene: Scene) -> float:
@@ -101,21 +82,13 @@ def start_s(scene: Scene, onset: float, reaction_s: float) -> float:
     return min(round(math.ceil((onset + reaction_s) / _FINE_S - 1e-9) * _FINE_S, 9), scene.duration_s)
 
 
-def label(scene: Scene) -> Label:
-    """Tries the library on a scene of scripted neighbours. Raises `ParameterError` when one of them reacts to the host."""
+def witness(scene: Scene) -> Trajectory | None:
+    """A drive from the library, from the scene's start, that is safe whether the rear car brakes later or not; None where it holds none.
+
+    Raises `ParameterError` when a neighbour reacts to the host.
+    """
     refuse_reacting(scene)
-    onset = onset_s(scene)
-    start = start_s(scene, onset, REACTION_S)
-    scripted, never = known_bodies(scene), unbraked(scene)
-    tried = 0
-    for kind, bodies in ((Avoidable.YES, (*scripted, *never)), (Avoidable.BY_KNOWING, scripted)):
-        if kind is Avoidable.BY_KNOWING and not never:
-            break
-        witness, count = witness_from(scene, start, bodies)
-        tried += count
-        if witness is not None:
-            return Label(avoidable=kind, onset_s=onset, witness=witness, tried=tried)
-    return Label(avoidable=Avoidable.UNKNOWN, onset_s=onset, witness=None, tried=tried)
+    return witness_from(scene, start_s(scene, onset_s(scene), REACTION_S), (*known_bodies(scene), *unbraked(scene)))[0]
 
 
 def witness_from(scene: Scene, start_s: float, bodies: tuple[PredictedBody, ...]) -> tuple[Trajectory | None, int]:

@@ -1,4 +1,4 @@
-"""Labels: hand-made scenes whose class is known, laws over families, and the same answer from any number of workers."""
+"""Labels: hand-made scenes whose class is known, laws over families."""
 
 from __future__ import annotations
 
