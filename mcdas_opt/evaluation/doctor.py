@@ -122,7 +122,7 @@ def _solved(settings: Any) -> str:
     if isinstance(plan, Refusal):
         raise RuntimeError(plan.reason)
     compiled = "" if settings.solver == "osqp" or settings.cold_start == "ipopt" else f"; {method.stage.solver}"
-    return f"{plan.chosen} of {len(plan.candidates)} ways{compiled}"
+    return f"{plan.chosen} of {len(plan.candidates)} candidates{compiled}"
 
 
 def _plans() -> str:

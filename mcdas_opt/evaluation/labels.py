@@ -16,7 +16,7 @@ from mcdas_opt.evaluation.optimised_witness import optimised_witness_from
 from mcdas_opt.evaluation.oracle import (
     REACTION_S,
     finer_witness_from,
-    held,
+    lane_kept_until,
     onset_s,
     refuse_reacting,
     seen_from,
@@ -78,10 +78,10 @@ def label_scene(scene: Scene, reaction_s: float = REACTION_S) -> Label:
     closes = closes_at(scene.host_state, scene.vehicle, scene.true_road, scripted, scene.duration_s)
     if closes is not None:
         return finish(kind=Kind.U, how="certificate", reason=f"by {closes:.2f} s even a point mass with more grip has met somebody")
-    later = closes_at(held(scene, start), scene.vehicle, scene.true_road, seen_from(every, start), scene.duration_s - start)
+    later = closes_at(lane_kept_until(scene, start), scene.vehicle, scene.true_road, seen_from(every, start), scene.duration_s - start)
     if later is None:
-        waits = [start_s(scene, onset, reaction) for reaction in REACTIONS_S if reaction > reaction_s]
-        for acts_s, stages in ((start, _FINER), *((wait, _LIBRARY + _FINER) for wait in waits), (start, _LAST)):
+        later_starts = [start_s(scene, onset, reaction) for reaction in REACTIONS_S if reaction > reaction_s]
+        for acts_s, stages in ((start, _FINER), *((late, _LIBRARY + _FINER) for late in later_starts), (start, _LAST)):
             found = _first(stages, scene, acts_s, every)
             if found is not None:
                 return avoidable(found[0], acts_s, found[1])

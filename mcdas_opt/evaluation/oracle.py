@@ -13,7 +13,7 @@ from mcdas_opt.domain.prediction import BodyMotion, KnownBody, PredictedBody, Pr
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.evaluation.feedback_swerves import lane_keeping, swerve, swerves
+from mcdas_opt.evaluation.evasive_profiles import drive_profiles, evasive_profiles, lane_keeping
 from mcdas_opt.evaluation.library import library
 from mcdas_opt.manoeuvres.clearance import clearance
 from mcdas_opt.manoeuvres.driven import driven
@@ -27,7 +27,7 @@ _COARSE_S, _FINE_S = 0.1, 0.05
 _NEVER_BRAKES = " (never brakes)"
 _DRIVEN_AT_ONCE = 8
 _DRIVEN_AT_MOST = 24
-_HOPEFUL_M = -0.15  # a coarse separation under this is not worth driving
+_HOPEFUL_M = -0.15  # a coarse separation under this is not driven
 _HOPELESS_M = -0.02  # the same where the members are driven already
 
 
@@ -93,7 +93,7 @@ def witness(scene: Scene) -> Trajectory | None:
 
 def witness_from(scene: Scene, start_s: float, bodies: tuple[PredictedBody, ...]) -> tuple[Trajectory | None, int]:
     """A drive that keeps its lane and speed until `start_s`, then does what the library has, and passes the judge; how many were tried."""
-    road, vehicle, begin = scene.true_road, scene.vehicle, held(scene, start_s)
+    road, vehicle, begin = scene.true_road, scene.vehicle, lane_kept_until(scene, start_s)
     left = max(scene.duration_s - start_s, 2.0 * _COARSE_S)
     coarse = _grid(left, _COARSE_S)
     later = seen_from(bodies, start_s)
@@ -118,12 +118,12 @@ def witness_from(scene: Scene, start_s: float, bodies: tuple[PredictedBody, ...]
 
 
 def finer_witness_from(scene: Scene, start_s: float, bodies: tuple[PredictedBody, ...]) -> tuple[Trajectory | None, int]:
-    """The same from the finer library of swerves, those with the most room first."""
-    road, vehicle, begin = scene.true_road, scene.vehicle, held(scene, start_s)
+    """The same from the finer library of evasive profiles, those with the most room first."""
+    road, vehicle, begin = scene.true_road, scene.vehicle, lane_kept_until(scene, start_s)
     grid = _grid(max(scene.duration_s - start_s, 2.0 * _COARSE_S), _FINE_S)
-    members = swerves(road, vehicle, begin.d_m)
-    tried = swerve(members, grid, begin, vehicle, road)
-    least = clearance(tried.ways(), grid, seen_from(bodies, start_s), vehicle, road).separation_m.min(-1)
+    members = evasive_profiles(road, vehicle, begin.d_m)
+    tried = drive_profiles(members, grid, begin, vehicle, road)
+    least = clearance(tried.paths(), grid, seen_from(bodies, start_s), vehicle, road).separation_m.min(-1)
     least = np.where(tried.on_road(vehicle, road), least, -np.inf)
     for member in np.argsort(-least, kind="stable")[:_DRIVEN_AT_MOST]:
         if least[member] > _HOPELESS_M:
@@ -133,12 +133,12 @@ def finer_witness_from(scene: Scene, start_s: float, bodies: tuple[PredictedBody
     return None, len(least)
 
 
-def held(scene: Scene, start_s: float) -> HostState:
+def lane_kept_until(scene: Scene, start_s: float) -> HostState:
     """The host at `start_s`, having kept its lane and speed."""
-    return HostState.from_vector(_holding(scene, start_s)[0][-1])
+    return HostState.from_vector(_lane_kept(scene, start_s)[0][-1])
 
 
-def _holding(scene: Scene, start_s: float) -> tuple[Array, Array]:
+def _lane_kept(scene: Scene, start_s: float) -> tuple[Array, Array]:
     """States (n + 1, 6) and inputs (n, 2) of a host that keeps its lane and speed until `start_s`: driven, where the road bends."""
     host, road, vehicle = scene.host_state, scene.true_road, scene.vehicle
     times = np.round(np.arange(round(start_s / _FINE_S) + 1) * _FINE_S, 9)
@@ -147,13 +147,13 @@ def _holding(scene: Scene, start_s: float) -> tuple[Array, Array]:
         states = np.tile(steady.to_vector(), (len(times), 1))
         states[:, 0] += host.speed_mps * times
         return states, np.zeros((len(times) - 1, 2))
-    kept = swerve(lane_keeping(host.d_m), times, host, vehicle, road)
+    kept = drive_profiles(lane_keeping(host.d_m), times, host, vehicle, road)
     return kept.states[0], kept.inputs[0]
 
 
 def passed(scene: Scene, drive: Trajectory, start_s: float, bodies: tuple[PredictedBody, ...]) -> Trajectory | None:
     """The whole drive, lane and speed kept until `start_s`, if the judge passes it."""
-    whole = _with_hold(drive, scene, start_s)
+    whole = _after_keeping_lane(drive, scene, start_s)
     verdict = judge(whole, scene.host_state, scene.vehicle, scene.true_road, Prediction(name="scene", bodies=bodies))
     return whole if verdict.passed else None
 
@@ -174,11 +174,11 @@ def _later(body: PredictedBody, start_s: float) -> KnownBody:
     return KnownBody(id=body.id, length_m=body.length_m, width_m=body.width_m, motion=motion)
 
 
-def _with_hold(drive: Trajectory, scene: Scene, start_s: float) -> Trajectory:
+def _after_keeping_lane(drive: Trajectory, scene: Scene, start_s: float) -> Trajectory:
     """The drive, preceded by lane and speed kept from time 0."""
-    before, held_inputs = _holding(scene, start_s)
-    count = len(held_inputs)
+    before, inputs_before = _lane_kept(scene, start_s)
+    count = len(inputs_before)
     t = np.round(np.concatenate([np.arange(count) * _FINE_S, start_s + drive.t_s]), 9)
     states = np.vstack([before[:-1], drive.states])
-    inputs = np.vstack([held_inputs, drive.inputs])
+    inputs = np.vstack([inputs_before, drive.inputs])
     return Trajectory.from_states(t, states, inputs)

@@ -1,4 +1,4 @@
-"""What a set of values is worth in traffic: drives through scenes, and the objectives that come of them."""
+"""What a set of values costs in traffic: drives through scenes, and the objectives that come of them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class DriveFigures:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Worth:
+class TrafficCost:
     """Means over the drives of a set, all to be made small; `collisions` is a share of avoidable scenes."""
 
     collisions: float
@@ -58,8 +58,8 @@ class Worth:
 OBJECTIVES = ("collisions", "peak_lateral_mps2", "peak_jerk_mps3", "manoeuvre_m")
 
 
-def worth_of(drives: Sequence[DriveFigures]) -> Worth:
-    return Worth(
+def cost_of(drives: Sequence[DriveFigures]) -> TrafficCost:
+    return TrafficCost(
         collisions=float(np.mean([drive.collided for drive in drives])),
         peak_lateral_mps2=float(np.mean([drive.peak_lateral_mps2 for drive in drives])),
         peak_jerk_mps3=float(np.mean([drive.peak_jerk_mps3 for drive in drives])),
