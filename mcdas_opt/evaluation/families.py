@@ -12,9 +12,9 @@ from typing import Annotated
 import numpy as np
 from pydantic import BaseModel, Field
 
-from mcdas_opt.catalogue.data_files import checked, read_toml
+from mcdas_opt.catalogue.data_files import checked, data_folder, not_shipped, read_toml
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
-from mcdas_opt.errors import InputError, nearest
+from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.family_ranges import Ranges
 from mcdas_opt.evaluation.family_scene import document_of
 from mcdas_opt.evaluation.spread import Spread
@@ -106,10 +106,7 @@ def suite_file(name: str | Path) -> Path:
         return path
     path = suites_folder() / f"{name}.toml"
     if not path.is_file():
-        known = shipped_suites()
-        near = nearest(str(name), known)
-        listed = near if near.startswith("known") else f"{near} (known: {', '.join(known)})"
-        raise InputError(name, "", None, f"no such file, and no shipped suite of that name; {listed}")
+        raise not_shipped(str(name), "suite", shipped_suites())
     return path
 
 
@@ -117,11 +114,5 @@ def shipped_suites() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in suites_folder().glob("*.toml")))
 
 
-@lru_cache(maxsize=1)
 def suites_folder() -> Path:
-    """The packaged suites, else the checkout's."""
-    package = Path(__file__).resolve().parent.parent
-    for folder in (package / "_suites", package.parent / "benchmarks" / "suites"):
-        if folder.is_dir():
-            return folder
-    raise InputError(package, "suites", None, "the data folder is missing: reinstall the package")
+    return data_folder("_suites", "benchmarks/suites")
