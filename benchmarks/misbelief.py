@@ -14,7 +14,7 @@ from functools import partial
 
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.evaluation.families import load_family
-from mcdas_opt.evaluation.oracle import Avoidable, label
+from mcdas_opt.evaluation.oracle import witness
 from mcdas_opt.evaluation.statistics import Share
 from mcdas_opt.simulation.loop import simulate
 
@@ -43,7 +43,7 @@ def changed(scene: Scene, believed: float = 1.0, latency_s: float = 0.0) -> Scen
 def outcomes(index: int, *, family: str, seed: int) -> dict[str, str] | None:
     """Outcome of every condition in one scene; None where the scene is not avoidable."""
     scene = load_family(family).scene(index, seed)
-    if label(scene).avoidable is not Avoidable.YES:
+    if witness(scene) is None:
         return None
     found = {}
     for name, condition in CONDITIONS.items():

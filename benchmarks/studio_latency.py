@@ -90,7 +90,7 @@ def main() -> None:
             network.on("Network.loadingFinished", lambda event: weight.__setitem__(0, weight[0] + event["encodedDataLength"]))
             page.goto(address)
             page.wait_for_function(READY, timeout=60_000)
-            page.locator(".mcdas-shelf").first.select_option(options.scene)
+            page.locator(".mcdas-files").first.select_option(options.scene)
             page.wait_for_timeout(2000)
             page.wait_for_function(READY)
             sliders = page.evaluate("Object.values(mcdas.studio.knobs.rows).filter(r => !r.slider.disabled).map(r => r.knob.key)")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar, get_args
@@ -15,14 +16,18 @@ from mcdas_opt.errors import InputError, nearest
 Model = TypeVar("Model", bound=BaseModel)
 
 
-@lru_cache(maxsize=1)
-def models_folder() -> Path:
-    """The packaged `models` folder, else the checkout's."""
+@lru_cache(maxsize=4)
+def data_folder(packaged: str, checkout: str) -> Path:
+    """The package's folder `packaged`, else the `checkout`'s."""
     package = Path(__file__).resolve().parent.parent
-    for folder in (package / "_models", package.parent / "models"):
+    for folder in (package / packaged, package.parent / checkout):
         if folder.is_dir():
             return folder
-    raise InputError(package, "models", None, "the data folder is missing: reinstall the package")
+    raise InputError(package, checkout, None, "the data folder is missing: reinstall the package")
+
+
+def models_folder() -> Path:
+    return data_folder("_models", "models")
 
 
 def shipped(kind: str, suffix: str = ".toml") -> tuple[str, ...]:
@@ -42,9 +47,14 @@ def find(kind: str, name: str, suffix: str = ".toml", beside: Path | None = None
     known = shipped(kind, suffix)
     if "/" in name or name.endswith(suffix):
         raise InputError(name, "", None, f"no such file; shipped {kind}: {', '.join(known)}")
+    raise not_shipped(name, kind[:-1], known)
+
+
+def not_shipped(name: str, what: str, known: Sequence[str]) -> InputError:
+    """For a name that is neither a path nor one of the shipped: which is near, and all there are."""
     near = nearest(name, known)
     listed = near if near.startswith("known") else f"{near} (known: {', '.join(known)})"
-    raise InputError(name, "", None, f"no such file, and no shipped {kind[:-1]} of that name; {listed}")
+    return InputError(name, "", None, f"no such file, and no shipped {what} of that name; {listed}")
 
 
 def read_text(path: Path) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
@@ -62,39 +60,3 @@ def _settings(part: _SigmoidPart, path: Path) -> SigmoidSettings:
     if part.lateral_acceleration_mps2 is not None:
         settings = replace(settings, lateral_acceleration_mps2=part.lateral_acceleration_mps2)
     return settings
-
-
-def toml_text(document: Mapping[str, Any]) -> str:
-    """A document of tables, lists of tables and plain values as TOML; None and non-finite numbers are left out."""
-    plain = [f"{_toml_key(key)} = {_toml_value(value)}" for key, value in document.items() if _is_plain(value)]
-    parts = ["\n".join(plain)] if plain else []
-    for key, value in document.items():
-        if isinstance(value, Mapping):
-            parts.append(_table(f"[{key}]", value))
-        elif isinstance(value, Sequence) and value and isinstance(value[0], Mapping):
-            parts += [_table(f"[[{key}]]", row) for row in value]
-    return "\n\n".join(parts) + "\n"
-
-
-def _table(heading: str, rows: Mapping[str, Any]) -> str:
-    return "\n".join([heading, *(f"{_toml_key(key)} = {_toml_value(value)}" for key, value in rows.items() if _is_plain(value))])
-
-
-def _toml_key(key: str) -> str:
-    return key if key.replace("_", "").replace("-", "").isalnum() else _toml_value(key)
-
-
-def _is_plain(value: Any) -> bool:
-    if value is None or isinstance(value, Mapping) or (isinstance(value, float) and not math.isfinite(value)):
-        return False
-    return not (isinstance(value, (list, tuple)) and any(isinstance(v, Mapping) for v in value))
-
-
-def _toml_value(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_toml_value(v) for v in value) + "]"
-    if isinstance(value, str):
-        return '"' + value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
-    return repr(value)

@@ -44,10 +44,10 @@ def escapes(
                 screen.print(f"{name}: open in {(moments == moments).mean():.0%} of {moments.size} states")
             screen.print(f"Table 1 has a row for {(sweep.table1_row > 0).mean():.0%} of them")
         if out is not None:
-            from mcdas_opt.plotting.escape_map import escape_map
             from mcdas_opt.plotting.export import save_figure
+            from mcdas_opt.plotting.time_to_react_map import time_to_react_map
 
-            save_figure(escape_map(sweep), out)
+            save_figure(time_to_react_map(sweep), out)
             if not as_json:
                 console().print(f"drawn: {out}")
         return
@@ -61,9 +61,9 @@ def escapes(
         on = found.keeping_on_s
         screen.print(f"keeping on {'meets nobody within 10 s' if on is None else f'ends in {on:.2f} s'}; alert: {told}")
     if out is not None:
-        from mcdas_opt.plotting.escape_timeline import escape_sheet
         from mcdas_opt.plotting.export import save_figure
+        from mcdas_opt.plotting.time_to_react_timeline import time_to_react_sheet
 
-        save_figure(escape_sheet(situation, vehicle, found, told), out)
+        save_figure(time_to_react_sheet(situation, vehicle, found, told), out)
         if not as_json:
             console().print(f"drawn: {out}")

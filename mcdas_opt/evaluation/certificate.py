@@ -2,8 +2,8 @@
 
 The sets of (place, speed) that the relaxed vehicle may be in are carried forward in time, one for each answer to "where am I to
 whom": behind a neighbour, ahead of it, or beside it. While a bumper cannot have got aside far enough, being neither behind nor ahead
-is a collision. When every set is empty, so is the set of ways out; what is left out (neighbours that are in the way only of a car
-that has moved aside, neighbours past caring) only adds ways that there are not.
+is a collision. When every set is empty, no drive avoids everything. What is left out (neighbours that are in the way only of a car that
+has moved aside, neighbours past caring) only adds drives that there are not.
 """
 
 from __future__ import annotations

@@ -7,113 +7,22 @@ from collections.abc import Iterator
 from functools import lru_cache
 from itertools import product
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated
 
 import numpy as np
-from pydantic import BaseModel, Field, model_validator
+from pydantic import BaseModel, Field
 
-from mcdas_opt.catalogue.data_files import checked, read_toml
+from mcdas_opt.catalogue.data_files import checked, data_folder, not_shipped, read_toml
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
-from mcdas_opt.errors import InputError, nearest
-from mcdas_opt.evaluation.spread import Number, Part, Spread
+from mcdas_opt.errors import InputError
+from mcdas_opt.evaluation.family_ranges import Ranges
+from mcdas_opt.evaluation.family_scene import document_of
+from mcdas_opt.evaluation.spread import Spread
 
 _DRAWS = 500
 
 
-class RoadSpread(Part):
-    """`bend_mps2` is the lateral acceleration that the road's one bend asks of the host at its speed; positive bends to the left."""
-
-    lane_width_m: Number = 3.7
-    friction: Number = 0.9
-    lanes_left: Number = 1
-    lanes_right: Number = 1
-    bend_mps2: Number = 0.0
-
-
-class HostSpread(Part):
-    vehicle: str = "sedan"
-    speed_mps: Number
-
-
-class FrontSpread(Part):
-    """Somebody ahead. Its speed is its own or so much less than the host's; `ttc_s` is the time to collision that it begins at.
-
-    `braking_share` is the share of its speed that it brakes away (1 is to a stop), `until_mps` the speed it brakes down to. `overlap`
-    is the share of the host's width that it stands in the way of, negative to the left of the host's middle, positive to the right.
-    """
-
-    gap_m: Number | None = None
-    headway_s: Number | None = None
-    ttc_s: Number | None = None
-    slower_mps: Number = 0.0
-    speed_mps: Number | None = None
-    offset_m: Number = 0.0
-    overlap: Number | None = None
-    braking_mps2: Number = 0.0
-    braking_share: Number = 1.0
-    until_mps: Number | None = None
-    length_m: Number = 4.5
-    width_m: Number = 1.8
-
-    @model_validator(mode="after")
-    def _one_distance(self) -> Self:
-        if [self.gap_m, self.headway_s, self.ttc_s].count(None) != 2:
-            raise ValueError("needs one of gap_m, headway_s and ttc_s")
-        return self
-
-
-class RearSpread(Part):
-    gap_m: Number | None = None
-    headway_s: Number | None = None
-    faster_mps: Number = 0.0
-    braking_mps2: Number = 0.0
-    after_s: Number = 1.5
-    follows: bool = False
-    reaction_s: Number = 1.0
-
-    @model_validator(mode="after")
-    def _one_distance(self) -> Self:
-        if (self.gap_m is None) == (self.headway_s is None):
-            raise ValueError("needs gap_m or headway_s, not both")
-        return self
-
-
-class SideSpread(Part):
-    """Cars in each next lane there is: how many, how far ahead of the host, at which share of its speed."""
-
-    cars: Number = 0
-    ahead_m: Number = 0.0
-    speed_ratio: Number = 1.0
-
-
-class BlockadeSpread(Part):
-    """In each next lane a car that does as the front car does, `stagger_m` farther ahead."""
-
-    stagger_m: Number = 0.0
-
-
-class CutInSpread(Part):
-    """Somebody from the lane to `side` (1 left, -1 right) who moves into the host's at the event, bumper `gap_m` ahead of the host's.
-
-    `lateral_mps` is the largest sideways speed; from the event on it accelerates too.
-    """
-
-    gap_m: Number
-    slower_mps: Number
-    lateral_mps: Number
-    acceleration_mps2: Number = 0.0
-    side: Number = Spread(one_of=[1.0, -1.0])
-
-
-class CutOutSpread(Part):
-    """The front car leaves to `side` at the event, `ahead_m` before it would meet somebody who stands in the host's lane."""
-
-    ahead_m: Number
-    lateral_mps: Number
-    side: Number = Spread(one_of=[1.0, -1.0])
-
-
-class Family(Part):
+class Family(Ranges):
     """A family file of `benchmarks/suites`, or a [[family]] of one: the ranges that its scenes come from.
 
     `grid`: every combination of the lists in turn, instead of draws. `nominal`: nothing in it needs an intervention. `labels`: the
@@ -127,31 +36,12 @@ class Family(Part):
     grid: bool = False
     nominal: bool = False
     labels: bool = True
-    duration_s: Annotated[float, Field(gt=0.0)] = 8.0
-    event_s: Number = 0.0
-    road: RoadSpread = RoadSpread()
-    host: HostSpread
-    front: FrontSpread | None = None
-    rear: RearSpread | None = None
-    side: SideSpread = SideSpread()
-    blockade: BlockadeSpread | None = None
-    cut_in: CutInSpread | None = None
-    cut_out: CutOutSpread | None = None
-    sensors: dict[str, Any] = Field(default_factory=dict)
-
-    @model_validator(mode="after")
-    def _parts_fit(self) -> Self:
-        if self.front is None and (self.blockade is not None or self.cut_out is not None):
-            raise ValueError("blockade and cut_out need a front")
-        return self
 
     def scene(self, index: int, seed: int = 0) -> Scene:
         """Scene `index` of the family's tree under `seed`: the same whatever other scenes are expanded.
 
         Raises `InputError` where the ranges hold next to nothing that can be built.
         """
-        from mcdas_opt.evaluation.family_scene import document_of
-
         branch = np.random.SeedSequence(entropy=seed, spawn_key=(zlib.crc32(self.name.encode()), index))
         rng = np.random.default_rng(branch)
         family = self.combinations()[index % self.size] if self.grid else self
@@ -216,10 +106,7 @@ def suite_file(name: str | Path) -> Path:
         return path
     path = suites_folder() / f"{name}.toml"
     if not path.is_file():
-        known = shipped_suites()
-        near = nearest(str(name), known)
-        listed = near if near.startswith("known") else f"{near} (known: {', '.join(known)})"
-        raise InputError(name, "", None, f"no such file, and no shipped suite of that name; {listed}")
+        raise not_shipped(str(name), "suite", shipped_suites())
     return path
 
 
@@ -227,11 +114,5 @@ def shipped_suites() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in suites_folder().glob("*.toml")))
 
 
-@lru_cache(maxsize=1)
 def suites_folder() -> Path:
-    """The packaged suites, else the checkout's."""
-    package = Path(__file__).resolve().parent.parent
-    for folder in (package / "_suites", package.parent / "benchmarks" / "suites"):
-        if folder.is_dir():
-            return folder
-    raise InputError(package, "suites", None, "the data folder is missing: reinstall the package")
+    return data_folder("_suites", "benchmarks/suites")

@@ -10,7 +10,7 @@ import numpy as np
 
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.evaluation.families import CutInSpread, CutOutSpread, Family, FrontSpread, RearSpread, SideSpread
+from mcdas_opt.evaluation.family_ranges import CutInSpread, CutOutSpread, FrontSpread, Ranges, RearSpread, SideSpread
 from mcdas_opt.evaluation.spread import Number, draw
 
 _LENGTH_M = 4.5  # of a neighbour
@@ -29,10 +29,10 @@ class _ImpossibleError(Exception):
     """What was drawn cannot be: two cars in one place, or one that slides sideways."""
 
 
-def document_of(family: Family, rng: np.random.Generator) -> Document | None:
+def document_of(ranges: Ranges, rng: np.random.Generator) -> Document | None:
     """A scene without name and seed; None for a combination that cannot be."""
     try:
-        return _Draw(family, rng).document()
+        return _Draw(ranges, rng).document()
     except _ImpossibleError:
         return None
 
@@ -40,20 +40,20 @@ def document_of(family: Family, rng: np.random.Generator) -> Document | None:
 class _Draw:
     """One pass over the ranges, always in the same order."""
 
-    def __init__(self, family: Family, rng: np.random.Generator) -> None:
-        self._family, self._rng = family, rng
-        self._vehicle: Vehicle = load_vehicle(family.host.vehicle)
-        road = family.road
+    def __init__(self, ranges: Ranges, rng: np.random.Generator) -> None:
+        self._ranges, self._rng = ranges, rng
+        self._vehicle: Vehicle = load_vehicle(ranges.host.vehicle)
+        road = ranges.road
         self._road: Document = {
             "lane_width_m": self._of(road.lane_width_m),
             "friction": self._of(road.friction),
             "lanes_left": int(self._of(road.lanes_left)),
             "lanes_right": int(self._of(road.lanes_right)),
         }
-        self._speed = self._of(family.host.speed_mps)
-        self._event = self._of(family.event_s)
+        self._speed = self._of(ranges.host.speed_mps)
+        self._event = self._of(ranges.event_s)
         self._grip = self._road["friction"] * GRAVITY_MPS2
-        self._host: Document = {"vehicle": family.host.vehicle, "speed_mps": self._speed}
+        self._host: Document = {"vehicle": ranges.host.vehicle, "speed_mps": self._speed}
         bend = draw(road.bend_mps2, rng, self._speed)
         if bend:
             kappa = bend / self._speed**2
@@ -62,22 +62,22 @@ class _Draw:
             self._host["heading_rad"] = -math.atan(kappa * self._vehicle.centre_m)
 
     def document(self) -> Document:
-        family, neighbours = self._family, []
-        if family.front is not None:
-            neighbours += self._ahead(family.front)
-        if family.rear is not None:
-            neighbours.append(self._behind(family.rear))
+        ranges, neighbours = self._ranges, []
+        if ranges.front is not None:
+            neighbours += self._ahead(ranges.front)
+        if ranges.rear is not None:
+            neighbours.append(self._behind(ranges.rear))
         for name, sign, lanes in (("left", 1, self._road["lanes_left"]), ("right", -1, self._road["lanes_right"])):
             if lanes:
-                neighbours += self._beside(family.side, name, sign * self._road["lane_width_m"])
-        if family.cut_in is not None:
-            neighbours.append(self._cutting_in(family.cut_in))
+                neighbours += self._beside(ranges.side, name, sign * self._road["lane_width_m"])
+        if ranges.cut_in is not None:
+            neighbours.append(self._cutting_in(ranges.cut_in))
         return {
-            "duration_s": family.duration_s,
+            "duration_s": ranges.duration_s,
             "road": self._road,
             "host": self._host,
             "neighbour": neighbours,
-            "sensors": dict(family.sensors),
+            "sensors": dict(ranges.sensors),
         }
 
     def _of(self, number: Number) -> float:
@@ -102,14 +102,14 @@ class _Draw:
             until = self._of(front.until_mps)
         car |= self._braking(wanted, self._event, until)
         found = [car]
-        if self._family.blockade is not None:
-            stagger = self._of(self._family.blockade.stagger_m)
+        if self._ranges.blockade is not None:
+            stagger = self._of(self._ranges.blockade.stagger_m)
             for name, lanes, sign in (("left", self._road["lanes_left"], 1), ("right", self._road["lanes_right"], -1)):
                 for lane in range(1, lanes + 1):
                     place = {"name": f"block-{name}-{lane}", "s_m": s + stagger, "d_m": sign * lane * self._road["lane_width_m"]}
                     found.append(car | place)
-        if self._family.cut_out is not None:
-            found.append(self._revealed(self._family.cut_out, car, length, width))
+        if self._ranges.cut_out is not None:
+            found.append(self._revealed(self._ranges.cut_out, car, length, width))
         return found
 
     def _gap_ahead(self, front: FrontSpread, v: float) -> float:

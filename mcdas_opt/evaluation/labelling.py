@@ -7,7 +7,7 @@ from typing import Any
 
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.evaluation.case import Case
-from mcdas_opt.evaluation.labels import label_scenes
+from mcdas_opt.evaluation.labels import label_scene
 
 
 def wants_label(case: Case) -> bool:
@@ -17,5 +17,5 @@ def wants_label(case: Case) -> bool:
 
 def label_chunk(scenes: Sequence[Scene], reaction_s: float) -> list[dict[str, Any]]:
     """A letter and an onset for each scene."""
-    found = label_scenes(scenes, reaction_s)
+    found = (label_scene(scene, reaction_s) for scene in scenes)
     return [{"label": one.kind.value, "onset_s": round(one.onset_s, 3)} for one in found]

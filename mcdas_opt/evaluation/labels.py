@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import multiprocessing
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import partial
@@ -12,13 +11,12 @@ from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.prediction import PredictedBody
 from mcdas_opt.domain.rules import non_negative
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.errors import ParameterError
 from mcdas_opt.evaluation.certificate import closes_at
 from mcdas_opt.evaluation.optimised_witness import optimised_witness_from
 from mcdas_opt.evaluation.oracle import (
     REACTION_S,
     finer_witness_from,
-    held,
+    lane_kept_until,
     onset_s,
     refuse_reacting,
     seen_from,
@@ -29,7 +27,6 @@ from mcdas_opt.evaluation.oracle import (
 from mcdas_opt.simulation.neighbours import known_bodies
 
 REACTIONS_S = (0.2, 0.75)  # an alert automaton; the competent driver of UN R157
-_CHUNK = 4
 
 
 class Kind(StrEnum):
@@ -81,10 +78,10 @@ def label_scene(scene: Scene, reaction_s: float = REACTION_S) -> Label:
     closes = closes_at(scene.host_state, scene.vehicle, scene.true_road, scripted, scene.duration_s)
     if closes is not None:
         return finish(kind=Kind.U, how="certificate", reason=f"by {closes:.2f} s even a point mass with more grip has met somebody")
-    later = closes_at(held(scene, start), scene.vehicle, scene.true_road, seen_from(every, start), scene.duration_s - start)
+    later = closes_at(lane_kept_until(scene, start), scene.vehicle, scene.true_road, seen_from(every, start), scene.duration_s - start)
     if later is None:
-        waits = [start_s(scene, onset, reaction) for reaction in REACTIONS_S if reaction > reaction_s]
-        for acts_s, stages in ((start, _FINER), *((wait, _LIBRARY + _FINER) for wait in waits), (start, _LAST)):
+        later_starts = [start_s(scene, onset, reaction) for reaction in REACTIONS_S if reaction > reaction_s]
+        for acts_s, stages in ((start, _FINER), *((late, _LIBRARY + _FINER) for late in later_starts), (start, _LAST)):
             found = _first(stages, scene, acts_s, every)
             if found is not None:
                 return avoidable(found[0], acts_s, found[1])
@@ -105,31 +102,3 @@ def _first(stages: tuple[tuple[str, _Search], ...], scene: Scene, acts_s: float,
         if witness is not None:
             return name, witness
     return None
-
-
-def label_scenes(
-    scenes: Iterable[Scene],
-    reaction_s: float = REACTION_S,
-    workers: int = 1,
-    progress: Callable[[int], None] | None = None,
-) -> list[Label]:
-    """The labels of many scenes, in their order, the same whatever the number of `workers` (processes).
-
-    `progress` is told how many are done. Raises `ParameterError` for fewer than one worker, or a scene with somebody who reacts.
-    """
-    if workers < 1:
-        raise ParameterError("workers", workers, "must be at least 1")
-    every, one = list(scenes), partial(label_scene, reaction_s=reaction_s)
-    labels: list[Label] = []
-    if workers == 1:
-        for scene in every:
-            labels.append(one(scene))
-            if progress is not None:
-                progress(len(labels))
-        return labels
-    with multiprocessing.get_context("spawn").Pool(workers) as pool:
-        for label in pool.imap(one, every, chunksize=_CHUNK):
-            labels.append(label)
-            if progress is not None:
-                progress(len(labels))
-    return labels

@@ -22,7 +22,7 @@ _SWITCH_S = (0.5, 1.0, 1.6, 2.5, 3.5)
 
 
 def targets_m(road: Road, vehicle: Vehicle, d_m: float) -> tuple[float, ...]:
-    """Ends of sidesteps from d: next lanes' centres, dodges, the middle of shoulders; what the body fits."""
+    """Ends of lane-change profiles from d: next lanes' centres, dodges, the middle of shoulders; what the body fits."""
     lane = road.lane_of(d_m)
     wanted = [road.lane_centre_m(lane + side) for side in (1, -1) if road.has_lane(lane + side)]
     wanted += [d_m + side * dodge for side in (1, -1) for dodge in _DODGES_M]
@@ -33,14 +33,14 @@ def targets_m(road: Road, vehicle: Vehicle, d_m: float) -> tuple[float, ...]:
 
 
 def library(road: Road, vehicle: Vehicle, d_m: float) -> Iterator[tuple[Phases, Sidesteps]]:
-    """Sets (P, 1) x (1, Q): one phase and every sidestep; two phases and every second sidestep."""
+    """Sets (P, 1) x (1, Q): one phase and every lane-change profile; two phases and every second one."""
     grip = road.friction * GRAVITY_MPS2
     brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
     levels = [0.0, *(-share * brake for share in _BRAKING), *(share * accelerate for share in _ACCELERATING)]
     ends = targets_m(road, vehicle, d_m)
-    yield _one_phase(levels), _sidesteps(ends, _LATERAL, _DELAYS_S, _SOFTNESS, grip, d_m)
+    yield _one_phase(levels), _lane_changes(ends, _LATERAL, _DELAYS_S, _SOFTNESS, grip, d_m)
     rows = [(a, t, then) for a, t, then in itertools.product(levels, _SWITCH_S, levels) if a != then]
-    coarse = _sidesteps(ends, _LATERAL[1::2], _DELAYS_S[::2], _SOFTNESS[:1], grip, d_m)
+    coarse = _lane_changes(ends, _LATERAL[1::2], _DELAYS_S[::2], _SOFTNESS[:1], grip, d_m)
     for part in range(0, len(rows), 70):
         yield _two_phases(rows[part : part + 70]), coarse
 
@@ -54,7 +54,7 @@ def _two_phases(rows: list[tuple[float, float, float]]) -> Phases:
     return Phases(first_mps2=first, switch_s=switch, then_mps2=then)
 
 
-def _sidesteps(
+def _lane_changes(
     ends: tuple[float, ...],
     lateral: tuple[float, ...],
     delays: tuple[float, ...],

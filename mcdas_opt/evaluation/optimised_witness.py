@@ -13,8 +13,8 @@ from mcdas_opt.domain.prediction import PredictedBody
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.evaluation.feedback_swerves import Swerved, swerve, swerves
-from mcdas_opt.evaluation.oracle import held, passed, seen_from
+from mcdas_opt.evaluation.evasive_profiles import DrivenProfiles, drive_profiles, evasive_profiles
+from mcdas_opt.evaluation.oracle import lane_kept_until, passed, seen_from
 from mcdas_opt.geometry.clearance import Body, separating_lines
 from mcdas_opt.geometry.rectangle import corners
 from mcdas_opt.manoeuvres.clearance import clearance
@@ -25,11 +25,11 @@ from mcdas_opt.solvers.ipopt_engine import IpoptEngine
 from mcdas_opt.solvers.stage_problem import StageGuess
 
 _NODES = 80
-_LINES = 4  # neighbours that are parted from; the nearest of each start
+_LINES = 4  # neighbours that the host is separated from; the nearest of each start
 _STARTS = 2
 _ROUNDS = 2  # lines are drawn anew after each
 _ITERATIONS = 60
-_WORTH_M = -0.6  # a start that overlaps by more is not tried
+_HOPELESS_M = -0.6  # a start that overlaps by more is not tried
 _APART_M = 0.03  # kept from the lines, for what happens between nodes
 _DIFFERENT_M = 1.0  # starts differ by so much on average
 
@@ -41,9 +41,9 @@ def optimised_witness_from(scene: Scene, start_s: float, bodies: tuple[Predicted
     left = scene.duration_s - start_s
     if not road.is_straight or left < _NODES * 0.01:
         return None, 0
-    begin, later = held(scene, start_s), seen_from(bodies, start_s)
+    begin, later = lane_kept_until(scene, start_s), seen_from(bodies, start_s)
     grid = TimeGrid(steps_s=np.full(_NODES, min(left / _NODES, 0.1)))
-    tried = swerve(swerves(road, vehicle, begin.d_m), grid.times_s, begin, vehicle, road)
+    tried = drive_profiles(evasive_profiles(road, vehicle, begin.d_m), grid.times_s, begin, vehicle, road)
     starts = _starts(tried, later, scene)
     for states, inputs in starts:
         drive = _solved(scene, begin, grid, later, states, inputs)
@@ -53,14 +53,14 @@ def optimised_witness_from(scene: Scene, start_s: float, bodies: tuple[Predicted
     return None, len(starts)
 
 
-def _starts(tried: Swerved, bodies: tuple[PredictedBody, ...], scene: Scene) -> list[tuple[Array, Array]]:
+def _starts(tried: DrivenProfiles, bodies: tuple[PredictedBody, ...], scene: Scene) -> list[tuple[Array, Array]]:
     """States and inputs of the members with the most room that differ from one another."""
     road, vehicle = scene.true_road, scene.vehicle
-    least = clearance(tried.ways(), tried.times_s, bodies, vehicle, road).separation_m.min(-1)
+    least = clearance(tried.paths(), tried.times_s, bodies, vehicle, road).separation_m.min(-1)
     least = np.where(tried.on_road(vehicle, road), least, -np.inf)
     chosen: list[int] = []
     for member in np.argsort(-least, kind="stable"):
-        if least[member] < _WORTH_M or len(chosen) == _STARTS:
+        if least[member] < _HOPELESS_M or len(chosen) == _STARTS:
             break
         place = tried.states[member, :, :2]
         if all(np.abs(place - tried.states[other, :, :2]).mean() > _DIFFERENT_M for other in chosen):
@@ -96,7 +96,7 @@ def _solved(
 
 
 def _lines(vehicle: Vehicle, grid: TimeGrid, bodies: tuple[PredictedBody, ...], states: Array) -> dict[str, Array]:
-    """For the nearest bodies, the line at each node that parts the host, as it is in `states`, from them best."""
+    """For the nearest bodies, the line at each node that separates the host, as it is in `states`, from them best."""
     psi = states[:, 2]
     centre = vehicle.centre_m
     poses = np.column_stack([states[:, 0] - centre * np.cos(psi), states[:, 1] - centre * np.sin(psi), psi])

@@ -1,10 +1,9 @@
-"""The witness half of the oracle: was there a way out that needed no knowledge of the future?"""
+"""The witness half of the oracle: was there a drive that avoided everything and needed no knowledge of the future?"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from enum import StrEnum
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from mcdas_opt.domain.prediction import BodyMotion, KnownBody, PredictedBody, Pr
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.evaluation.feedback_swerves import lane_keeping, swerve, swerves
+from mcdas_opt.evaluation.evasive_profiles import drive_profiles, evasive_profiles, lane_keeping
 from mcdas_opt.evaluation.library import library
 from mcdas_opt.manoeuvres.clearance import clearance
 from mcdas_opt.manoeuvres.driven import driven
@@ -28,26 +27,8 @@ _COARSE_S, _FINE_S = 0.1, 0.05
 _NEVER_BRAKES = " (never brakes)"
 _DRIVEN_AT_ONCE = 8
 _DRIVEN_AT_MOST = 24
-_HOPEFUL_M = -0.15  # a coarse separation under this is not worth driving
+_HOPEFUL_M = -0.15  # a coarse separation under this is not driven
 _HOPELESS_M = -0.02  # the same where the members are driven already
-
-
-class Avoidable(StrEnum):
-    """`YES`: a witness is safe whether the rear car brakes later or not. `BY_KNOWING`: only if it does as its script says."""
-
-    YES = "avoidable"
-    BY_KNOWING = "avoidable only by knowing"
-    UNKNOWN = "unknown"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Label:
-    """A scene's class, and its witness: the whole drive from the scene's start, None where the library holds none."""
-
-    avoidable: Avoidable
-    onset_s: float
-    witness: Trajectory | None
-    tried: int
 
 
 def onset_s(scene: Scene) -> float:
@@ -101,26 +82,18 @@ def start_s(scene: Scene, onset: float, reaction_s: float) -> float:
     return min(round(math.ceil((onset + reaction_s) / _FINE_S - 1e-9) * _FINE_S, 9), scene.duration_s)
 
 
-def label(scene: Scene) -> Label:
-    """Tries the library on a scene of scripted neighbours. Raises `ParameterError` when one of them reacts to the host."""
+def witness(scene: Scene) -> Trajectory | None:
+    """A drive from the library, from the scene's start, that is safe whether the rear car brakes later or not; None where it holds none.
+
+    Raises `ParameterError` when a neighbour reacts to the host.
+    """
     refuse_reacting(scene)
-    onset = onset_s(scene)
-    start = start_s(scene, onset, REACTION_S)
-    scripted, never = known_bodies(scene), unbraked(scene)
-    tried = 0
-    for kind, bodies in ((Avoidable.YES, (*scripted, *never)), (Avoidable.BY_KNOWING, scripted)):
-        if kind is Avoidable.BY_KNOWING and not never:
-            break
-        witness, count = witness_from(scene, start, bodies)
-        tried += count
-        if witness is not None:
-            return Label(avoidable=kind, onset_s=onset, witness=witness, tried=tried)
-    return Label(avoidable=Avoidable.UNKNOWN, onset_s=onset, witness=None, tried=tried)
+    return witness_from(scene, start_s(scene, onset_s(scene), REACTION_S), (*known_bodies(scene), *unbraked(scene)))[0]
 
 
 def witness_from(scene: Scene, start_s: float, bodies: tuple[PredictedBody, ...]) -> tuple[Trajectory | None, int]:
     """A drive that keeps its lane and speed until `start_s`, then does what the library has, and passes the judge; how many were tried."""
-    road, vehicle, begin = scene.true_road, scene.vehicle, held(scene, start_s)
+    road, vehicle, begin = scene.true_road, scene.vehicle, lane_kept_until(scene, start_s)
     left = max(scene.duration_s - start_s, 2.0 * _COARSE_S)
     coarse = _grid(left, _COARSE_S)
     later = seen_from(bodies, start_s)
@@ -145,12 +118,12 @@ def witness_from(scene: Scene, start_s: float, bodies: tuple[PredictedBody, ...]
 
 
 def finer_witness_from(scene: Scene, start_s: float, bodies: tuple[PredictedBody, ...]) -> tuple[Trajectory | None, int]:
-    """The same from the finer library of swerves, those with the most room first."""
-    road, vehicle, begin = scene.true_road, scene.vehicle, held(scene, start_s)
+    """The same from the finer library of evasive profiles, those with the most room first."""
+    road, vehicle, begin = scene.true_road, scene.vehicle, lane_kept_until(scene, start_s)
     grid = _grid(max(scene.duration_s - start_s, 2.0 * _COARSE_S), _FINE_S)
-    members = swerves(road, vehicle, begin.d_m)
-    tried = swerve(members, grid, begin, vehicle, road)
-    least = clearance(tried.ways(), grid, seen_from(bodies, start_s), vehicle, road).separation_m.min(-1)
+    members = evasive_profiles(road, vehicle, begin.d_m)
+    tried = drive_profiles(members, grid, begin, vehicle, road)
+    least = clearance(tried.paths(), grid, seen_from(bodies, start_s), vehicle, road).separation_m.min(-1)
     least = np.where(tried.on_road(vehicle, road), least, -np.inf)
     for member in np.argsort(-least, kind="stable")[:_DRIVEN_AT_MOST]:
         if least[member] > _HOPELESS_M:
@@ -160,12 +133,12 @@ def finer_witness_from(scene: Scene, start_s: float, bodies: tuple[PredictedBody
     return None, len(least)
 
 
-def held(scene: Scene, start_s: float) -> HostState:
+def lane_kept_until(scene: Scene, start_s: float) -> HostState:
     """The host at `start_s`, having kept its lane and speed."""
-    return HostState.from_vector(_holding(scene, start_s)[0][-1])
+    return HostState.from_vector(_lane_kept(scene, start_s)[0][-1])
 
 
-def _holding(scene: Scene, start_s: float) -> tuple[Array, Array]:
+def _lane_kept(scene: Scene, start_s: float) -> tuple[Array, Array]:
     """States (n + 1, 6) and inputs (n, 2) of a host that keeps its lane and speed until `start_s`: driven, where the road bends."""
     host, road, vehicle = scene.host_state, scene.true_road, scene.vehicle
     times = np.round(np.arange(round(start_s / _FINE_S) + 1) * _FINE_S, 9)
@@ -174,13 +147,13 @@ def _holding(scene: Scene, start_s: float) -> tuple[Array, Array]:
         states = np.tile(steady.to_vector(), (len(times), 1))
         states[:, 0] += host.speed_mps * times
         return states, np.zeros((len(times) - 1, 2))
-    kept = swerve(lane_keeping(host.d_m), times, host, vehicle, road)
+    kept = drive_profiles(lane_keeping(host.d_m), times, host, vehicle, road)
     return kept.states[0], kept.inputs[0]
 
 
 def passed(scene: Scene, drive: Trajectory, start_s: float, bodies: tuple[PredictedBody, ...]) -> Trajectory | None:
     """The whole drive, lane and speed kept until `start_s`, if the judge passes it."""
-    whole = _with_hold(drive, scene, start_s)
+    whole = _after_keeping_lane(drive, scene, start_s)
     verdict = judge(whole, scene.host_state, scene.vehicle, scene.true_road, Prediction(name="scene", bodies=bodies))
     return whole if verdict.passed else None
 
@@ -201,11 +174,11 @@ def _later(body: PredictedBody, start_s: float) -> KnownBody:
     return KnownBody(id=body.id, length_m=body.length_m, width_m=body.width_m, motion=motion)
 
 
-def _with_hold(drive: Trajectory, scene: Scene, start_s: float) -> Trajectory:
+def _after_keeping_lane(drive: Trajectory, scene: Scene, start_s: float) -> Trajectory:
     """The drive, preceded by lane and speed kept from time 0."""
-    before, held_inputs = _holding(scene, start_s)
-    count = len(held_inputs)
+    before, inputs_before = _lane_kept(scene, start_s)
+    count = len(inputs_before)
     t = np.round(np.concatenate([np.arange(count) * _FINE_S, start_s + drive.t_s]), 9)
     states = np.vstack([before[:-1], drive.states])
-    inputs = np.vstack([held_inputs, drive.inputs])
+    inputs = np.vstack([inputs_before, drive.inputs])
     return Trajectory.from_states(t, states, inputs)

@@ -13,8 +13,7 @@ from mcdas_opt.evaluation.benchmark import Progress, Results
 from mcdas_opt.evaluation.case import Case
 from mcdas_opt.evaluation.reporting.contents import card, report
 from mcdas_opt.evaluation.reporting.document import Card
-from mcdas_opt.evaluation.reporting.html import html
-from mcdas_opt.evaluation.reporting.markdown import FIGURES, markdown
+from mcdas_opt.evaluation.reporting.render import FIGURES, html, markdown
 from mcdas_opt.evaluation.running.executor import Executor
 from mcdas_opt.evaluation.running.journal import write_whole
 from mcdas_opt.evaluation.running.messages import Ended, Task

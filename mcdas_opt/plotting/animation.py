@@ -17,7 +17,7 @@ from mcdas_opt.plotting import style
 from mcdas_opt.plotting.birdseye import BirdsEye, legend_handles
 from mcdas_opt.plotting.moments import Moment, View, moment_at, moments, view_of
 from mcdas_opt.plotting.strips import StripChart, mark_times, strips_of
-from mcdas_opt.plotting.ways_strip import WaysStrip, has_escapes
+from mcdas_opt.plotting.time_to_react_strip import TimeToReactStrip, has_escapes
 from mcdas_opt.plotting.words import TOLD
 from mcdas_opt.simulation.record import Outcome, Simulation
 
@@ -31,7 +31,7 @@ MOST_FRAMES = 100
 _WIDTH_IN, _DPI = 9.6, 100
 _STATUS_COLOUR = {Status.PLANNED: style.GREEN, Status.FALLBACK: style.ORANGE, Status.UNAVOIDABLE: style.VERMILION}
 _LAST_FRAME_MS = 2000
-_WAYS_IN = 1.35  # of height, for the ways out over the drive
+_STRIP_IN = 1.35  # of height, for the times to react over the drive
 
 
 def check_suffix(path: Path) -> Path:
@@ -72,8 +72,8 @@ def sheet(simulation: Simulation, count: int = 5) -> Figure:
     view = view_of(simulation)
     times = np.linspace(0.0, simulation.duration_s, count).tolist()
     row = (_WIDTH_IN - 0.6) * view.aspect + 0.28
-    ways = _WAYS_IN if has_escapes(simulation) else 0.0
-    height = count * row + 2.65 + ways
+    strip_in = _STRIP_IN if has_escapes(simulation) else 0.0
+    height = count * row + 2.65 + strip_in
     with style.styled():
         fig = style.figure(_WIDTH_IN, height)
         fig.set_layout_engine("none")
@@ -93,8 +93,8 @@ def sheet(simulation: Simulation, count: int = 5) -> Figure:
         for axes, chart in bottom:
             mark_times(axes, times)
             chart.show(simulation.duration_s)
-        if ways:
-            mark_times(_ways(fig, simulation, 2.7 / height, 0.6 / height)[0], times)
+        if strip_in:
+            mark_times(_times_to_react(fig, simulation, 2.7 / height, 0.6 / height)[0], times)
         fig.legend(handles=legend_handles(), loc="lower center", bbox_to_anchor=(0.5, 1.95 / height), ncols=3, frameon=False)
     return fig
 
@@ -120,8 +120,8 @@ class _Stage:
     def __init__(self, simulation: Simulation) -> None:
         view = view_of(simulation)
         bird = (_WIDTH_IN - 0.3) * view.aspect
-        ways = _WAYS_IN if has_escapes(simulation) else 0.0
-        height = round((0.62 + bird + 0.5 + 1.75 + ways) * _DPI / 2) * 2 / _DPI
+        strip_in = _STRIP_IN if has_escapes(simulation) else 0.0
+        height = round((0.62 + bird + 0.5 + 1.75 + strip_in) * _DPI / 2) * 2 / _DPI
         self._simulation = simulation
         self._fig = style.figure(_WIDTH_IN, height)
         self._fig.set_layout_engine("none")
@@ -133,9 +133,9 @@ class _Stage:
         _frame(axes)
         _scale_bar(axes, view)
         self._axes = axes
-        self._charts: list[tuple[Axes, StripChart | WaysStrip]] = [*_charts(self._fig, simulation, 0.45 / height, 1.2 / height)]
-        if ways:
-            self._charts.append(_ways(self._fig, simulation, 2.62 / height, 0.6 / height))
+        self._charts: list[tuple[Axes, StripChart | TimeToReactStrip]] = [*_charts(self._fig, simulation, 0.45 / height, 1.2 / height)]
+        if strip_in:
+            self._charts.append(_times_to_react(self._fig, simulation, 2.62 / height, 0.6 / height))
         self._fig.legend(handles=legend_handles(), loc="lower center", bbox_to_anchor=(0.5, 1.9 / height), ncols=3, frameon=False)
         common: dict[str, Any] = {"va": "center", "fontsize": 10}
         top = 1.0 - 0.2 / height
@@ -191,9 +191,9 @@ def _charts(fig: Figure, simulation: Simulation, bottom: float, height: float) -
     return charts
 
 
-def _ways(fig: Figure, simulation: Simulation, bottom: float, height: float) -> tuple[Axes, WaysStrip]:
+def _times_to_react(fig: Figure, simulation: Simulation, bottom: float, height: float) -> tuple[Axes, TimeToReactStrip]:
     axes = fig.add_axes((0.09, bottom, 0.895, height))
-    strip = WaysStrip(axes, simulation)
+    strip = TimeToReactStrip(axes, simulation)
     strip.show(simulation.duration_s)
     return axes, strip
 

@@ -15,9 +15,9 @@ from mcdas_opt.geometry.rectangle import corners
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.animation import MOST_FRAMES, save_gif
 from mcdas_opt.plotting.birdseye import BirdsEye, Camera
-from mcdas_opt.plotting.escape_timeline import draw_timeline
 from mcdas_opt.plotting.moments import View
 from mcdas_opt.plotting.outlook import Outlook
+from mcdas_opt.plotting.time_to_react_timeline import draw_timeline
 from mcdas_opt.plotting.words import because, doing, sentence
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ _NAMED_S = 2  # at its outline after so many seconds what somebody may do beside
 
 def plan_sheet(situation: Situation, vehicle: Vehicle, plan: Plan, after_s: float = 0.0) -> Figure:
     """The road from above so long after now, and where everybody is believed to be after each second, over the plan's charts with their
-    limits and the timeline of the ways out."""
+    limits and the timeline of the times to react."""
     from textwrap import shorten
 
     outlook = Outlook(situation, vehicle)

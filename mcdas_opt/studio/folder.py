@@ -123,3 +123,9 @@ def shipped_file(kind: str, name: str, suffix: str = ".toml") -> Path:
     if name not in shipped(kind, suffix):
         raise InputError(name, "", None, f"no shipped {kind[:-1]} of that name")
     return models_folder() / kind / f"{name}{suffix}"
+
+
+def download_name(name: str, otherwise: str) -> str:
+    """A file name for what is called `name`, of letters, digits and `-_.`; `otherwise` where nothing is left of it."""
+    kept = "".join(c if c.isalnum() or c in "-_." else "-" for c in name).strip("-.")
+    return f"{kept or otherwise}.toml"

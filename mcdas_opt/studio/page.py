@@ -12,14 +12,14 @@ from mcdas_opt import __version__
 from mcdas_opt.planning.parking.park import PLANNERS as PARKERS
 from mcdas_opt.plotting.web import PLANNERS as PICTURED
 from mcdas_opt.plotting.web import look_of, palette, script, style_sheet
-from mcdas_opt.studio import lot as parking
-from mcdas_opt.studio.guard import LARGEST_BODY
+from mcdas_opt.studio import parking_tab
 from mcdas_opt.studio.knobs import KNOBS, Knob
-from mcdas_opt.studio.session import Session
-from mcdas_opt.studio.visit import LotVisit, Studio, Visit
+from mcdas_opt.studio.page_session import PageSession, ParkingSession, Studio
+from mcdas_opt.studio.request_filter import LARGEST_BODY
+from mcdas_opt.studio.sandwich_tab import SandwichTab
 
 _WEB = Path(__file__).resolve().parent / "web"
-_SCRIPTS = ("knobs.js", "escapes.js", "image.js", "asking.js", "sandwich.js", "lot.js")
+_SCRIPTS = ("files.js", "knobs.js", "times_to_react.js", "image.js", "asking.js", "sandwich_tab.js", "parking_tab.js")
 Handler = Callable[[Mapping[str, Any]], Awaitable[None] | None]
 
 
@@ -40,8 +40,8 @@ def register(studio: Studio) -> None:
     from starlette.responses import JSONResponse, Response
 
     base: Any = Element
-    sandwich_view: Any = types.new_class("SandwichView", (base,), {"component": _WEB / "sandwich_view.js"})
-    lot_view: Any = types.new_class("LotView", (base,), {"component": _WEB / "lot_view.js"})
+    sandwich_view: Any = types.new_class("SandwichTabView", (base,), {"component": _WEB / "sandwich_tab_view.js"})
+    parking_view: Any = types.new_class("ParkingTabView", (base,), {"component": _WEB / "parking_tab_view.js"})
 
     def put(view: Any, setup: dict[str, Any]) -> Any:
         """A view of the page with what it needs to begin."""
@@ -71,7 +71,7 @@ def register(studio: Studio) -> None:
         key = uuid.uuid4().hex
         ui.add_head_html(f'<link rel="stylesheet" href="/studio/pictures.css?{__version__}">')
         ui.add_head_html(f'<script src="/studio/pictures.js?{__version__}"></script>')
-        session, lot = Session(studio.folder), parking.Lot(studio.folder)
+        sandwich, parking = SandwichTab(studio.folder), parking_tab.ParkingTab(studio.folder)
         with ui.element("header").classes("mcdas-header"):
             ui.html("<h1>mcdas-opt studio</h1>", sanitize=False)
             with ui.tabs() as tabs:
@@ -82,41 +82,41 @@ def register(studio: Studio) -> None:
                     sandwich_view,
                     {
                         "knobs": _knobs(KNOBS),
-                        "planners": _planners(studio.hands.planners),
-                        "shelf": session.shelf(),
+                        "planners": _planners(studio.workers.planners),
+                        "files": sandwich.data_files(),
                         "upload": {"url": f"/studio/file?page={key}", "most": LARGEST_BODY},
                     },
                 )
             with ui.tab_panel(place):
-                yard = put(lot_view, {"knobs": _knobs(parking.KNOBS), "planners": list(PARKERS), "shelf": lot.shelf()})
-        visit = Visit(studio, session, lambda part: stage.run_method("hear", part))
-        lot_visit = LotVisit(studio, lot, lambda part: yard.run_method("hear", part))
-        studio.visits[key] = visit
+                yard = put(parking_view, {"knobs": _knobs(parking_tab.KNOBS), "planners": list(PARKERS), "files": parking.data_files()})
+        session = PageSession(studio, sandwich, lambda part: stage.run_method("hear", part))
+        parking_session = ParkingSession(studio, parking, lambda part: yard.run_method("hear", part))
+        studio.sessions[key] = session
 
         def gone() -> None:
-            visit.stop()
-            studio.visits.pop(key, None)
+            session.stop()
+            studio.sessions.pop(key, None)
 
         ui.context.client.on_delete(gone)
         listen(
             stage,
             {
-                "ready": lambda _: visit.tell(session.opened()),
-                "open": visit.open,
-                "uploaded": lambda _: visit.uploaded(),
-                "ask": visit.ask,
-                "drive": visit.drive,
-                "stop": lambda _: visit.stop(),
-                "save": lambda wish: visit.save(wish, download),
+                "ready": lambda _: session.tell(sandwich.opened()),
+                "open": session.open,
+                "uploaded": lambda _: session.uploaded(),
+                "ask": session.ask,
+                "drive": session.drive,
+                "stop": lambda _: session.stop(),
+                "save": lambda wish: session.save(wish, download),
             },
         )
         listen(
             yard,
             {
-                "ready": lambda _: lot_visit.tell(lot.opened()),
-                "open": lot_visit.open,
-                "park": lot_visit.park,
-                "save": lambda wish: lot_visit.save(wish, download),
+                "ready": lambda _: parking_session.tell(parking.opened()),
+                "open": parking_session.open,
+                "park": parking_session.park,
+                "save": lambda wish: parking_session.save(wish, download),
             },
         )
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from mcdas_opt.errors import MissingExtraError, ParameterError
 from mcdas_opt.studio.folder import Folder
-from mcdas_opt.studio.guard import Guard
+from mcdas_opt.studio.request_filter import RequestFilter
 
 HOST = "127.0.0.1"
 
@@ -26,9 +26,9 @@ def serve(folder: Path, port: int, *, open_browser: bool, announce: Callable[[],
     except ImportError:
         raise MissingExtraError("nicegui", "web") from None
     from mcdas_opt.studio.page import register
-    from mcdas_opt.studio.visit import Studio
+    from mcdas_opt.studio.page_session import Studio
 
-    app.add_middleware(Guard)
+    app.add_middleware(RequestFilter)
     studio = Studio(room)
     app.on_startup(studio.warm)
     app.on_shutdown(studio.close)

@@ -10,7 +10,7 @@ import numpy as np
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.tuning.study import Trial
-from mcdas_opt.tuning.traffic import OBJECTIVES, Drives, Worth, worth_of
+from mcdas_opt.tuning.traffic import OBJECTIVES, Drives, TrafficCost, cost_of
 
 _WORDS = {
     "peak_lateral_mps2": "m/s^2 of peak lateral acceleration",
@@ -30,8 +30,8 @@ class Choice:
 
 def pareto(trials: Sequence[Trial]) -> tuple[Trial, ...]:
     """Finished, unpruned trials without an unverified plan, of which none other is at least as good in all and better in one."""
-    able = [trial for trial in trials if not trial.pruned and trial.worth.unverified == 0]
-    points = np.array([trial.worth.objectives for trial in able]).reshape(len(able), len(OBJECTIVES))
+    able = [trial for trial in trials if not trial.pruned and trial.cost.unverified == 0]
+    points = np.array([trial.cost.objectives for trial in able]).reshape(len(able), len(OBJECTIVES))
     front = []
     for i, trial in enumerate(able):
         no_worse, better = np.all(points <= points[i], axis=1), np.any(points < points[i], axis=1)
@@ -45,19 +45,19 @@ def choose(trials: Sequence[Trial]) -> Choice:
     front = pareto(trials)
     if not front:
         raise ParameterError("trials", len(trials), "no trial was driven to its end without an unverified plan: nothing to choose from")
-    least = min(trial.worth.collisions for trial in front)
-    safest = [trial for trial in front if trial.worth.collisions == least]
-    taken = min(safest, key=lambda trial: (trial.worth.score, trial.number))
-    worth = taken.worth
+    least = min(trial.cost.collisions for trial in front)
+    safest = [trial for trial in front if trial.cost.collisions == least]
+    taken = min(safest, key=lambda trial: (trial.cost.score, trial.number))
+    cost = taken.cost
     reasons = [
-        f"fewest collisions on training: {round(worth.collisions * worth.drives)} of {worth.drives} avoidable scenes"
+        f"fewest collisions on training: {round(cost.collisions * cost.drives)} of {cost.drives} avoidable scenes"
         f" ({len(safest)} of {len(front)} points of the front have as few)",
-        f"of these the least {worth.peak_lateral_mps2:.2f}/4 + {worth.peak_jerk_mps3:.1f}/20 + {worth.manoeuvre_m:.1f}/50",
+        f"of these the least {cost.peak_lateral_mps2:.2f}/4 + {cost.peak_jerk_mps3:.1f}/20 + {cost.manoeuvre_m:.1f}/50",
     ]
     for name in OBJECTIVES[1:]:
-        best = min(front, key=lambda trial: getattr(trial.worth, name))
+        best = min(front, key=lambda trial: getattr(trial.cost, name))
         if best is not taken:
-            gap = getattr(worth, name) - getattr(best.worth, name)
+            gap = getattr(cost, name) - getattr(best.cost, name)
             reasons.append(f"gives up {gap:.3g} {_WORDS[name]} against trial {best.number}")
     return Choice(trial=taken, front=front, reasons=tuple(reasons))
 
@@ -69,8 +69,8 @@ class SetResult:
     name: str
     seed: int
     scenes: tuple[str, ...]
-    default: Worth
-    tuned: Worth
+    default: TrafficCost
+    tuned: TrafficCost
 
     @property
     def wins(self) -> bool:
@@ -111,8 +111,8 @@ def compared(
 ) -> SetResult:
     """Both sets of values through the same scenes; `known` are trials that have driven them already."""
 
-    def worth(values: Mapping[str, float]) -> Worth:
-        there = next((trial.worth for trial in known if trial.values == values), None)
-        return there or worth_of(list(drives(scenes, values)))
+    def cost(values: Mapping[str, float]) -> TrafficCost:
+        there = next((trial.cost for trial in known if trial.values == values), None)
+        return there or cost_of(list(drives(scenes, values)))
 
-    return SetResult(name=name, seed=seed, scenes=tuple(scene.name for scene in scenes), default=worth(default), tuned=worth(tuned))
+    return SetResult(name=name, seed=seed, scenes=tuple(scene.name for scene in scenes), default=cost(default), tuned=cost(tuned))

@@ -134,17 +134,17 @@ def _design(request: DesignRequest, found: SigmoidSolution) -> Design:
 
 
 def _words(objective: str, reports: tuple[ConstraintReport, ...], at_bounds: tuple[str, ...]) -> tuple[str, ...]:
-    """The active set, strongest first: what binds, and what a little more would be worth."""
+    """The active set, strongest first: what binds, and what a little more would bring."""
     unit = OBJECTIVES[objective]
     gain = {"shortest": "save", "clearance": "gain", "jerk": "save"}[objective]
 
-    def worth(report: ConstraintReport) -> float:
+    def brings(report: ConstraintReport) -> float:
         return report.multiplier * _step(report)
 
     said = []
-    for report in sorted((r for r in reports if r.binds), key=worth, reverse=True):
+    for report in sorted((r for r in reports if r.binds), key=brings, reverse=True):
         step, more = _step(report), "less" if report.sense == "at least" else "more"
-        said.append(f"{report.name} binds; {step:g} {report.unit} {more} would {gain} {worth(report):.2g} {unit}")
+        said.append(f"{report.name} binds; {step:g} {report.unit} {more} would {gain} {brings(report):.2g} {unit}")
     return (*said, *at_bounds)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from mcdas_opt.catalogue.designs import toml_text
+from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.domain.document import to_document
 from mcdas_opt.errors import InputError
 from mcdas_opt.tuning.design import Design

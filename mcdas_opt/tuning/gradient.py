@@ -64,7 +64,7 @@ class MeanMerit:
         self.rollouts = 0
 
     def __call__(self, factors: Array, *, gradient: bool) -> tuple[float, Array]:
-        """(mean merit, its slope; zeros where it is not asked for). A plan that is not found costs a fixed price and has no slope."""
+        """(mean merit, its slope; zeros where it is not asked for). A plan that is not found has a fixed cost and no slope."""
         total, slope = 0.0, np.zeros(len(self.knobs))
         for plan, start in zip(self.plans, self._starts, strict=True):
             parameters = plan.parameters

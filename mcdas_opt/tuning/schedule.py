@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.catalogue.designs import toml_text
+from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.domain.gain_schedule import GainSchedule
 from mcdas_opt.domain.settings import SigmoidSettings
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2

@@ -21,7 +21,7 @@ from mcdas_opt.evaluation.provenance import digest
 from mcdas_opt.tuning.search_space import SPACE, Range, default_values, shares_of, values_at
 from mcdas_opt.tuning.searchers import optuna_module, search
 from mcdas_opt.tuning.storage import open_study, sign, take_over
-from mcdas_opt.tuning.traffic import OBJECTIVES, DriveFigures, Drives, Worth, figures_of, worth_of
+from mcdas_opt.tuning.traffic import OBJECTIVES, DriveFigures, Drives, TrafficCost, cost_of, figures_of
 
 _WAIT_S = 0.2
 _DRIVES, _KEY = "drives", "values"
@@ -68,11 +68,11 @@ class StudySpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """A finished trial: its number in the file, its values, and its worth; a pruned one was not driven to the end."""
+    """A finished trial: its number in the file, its values, and its cost; a pruned one was not driven to the end."""
 
     number: int
     values: dict[str, float]
-    worth: Worth
+    cost: TrafficCost
     pruned: bool
 
 
@@ -104,7 +104,7 @@ def finished(study: Any) -> tuple[Trial, ...]:
         Trial(
             number=trial.number,
             values=dict(trial.params),
-            worth=worth_of([figures_of(row) for row in trial.user_attrs[_DRIVES]]),
+            cost=cost_of([figures_of(row) for row in trial.user_attrs[_DRIVES]]),
             pruned=trial.state is state.PRUNED,
         )
         for trial in study.get_trials(deepcopy=False, states=(state.COMPLETE, state.PRUNED))
@@ -145,7 +145,7 @@ class _Worker:
         with contextlib.suppress(_Stop):
             search(spec.method, score, len(spec.space), budget, spec.seed, start)
 
-    def one(self, values: dict[str, float] | None) -> Worth | None:
+    def one(self, values: dict[str, float] | None) -> TrafficCost | None:
         """The next trial, with these values or those of the sampler; None when the study has all it needs.
 
         Values that are in the file are not driven again; those that another worker has in hand are waited for.
@@ -155,7 +155,7 @@ class _Worker:
             done = finished(self.study)
             running = self.study.get_trials(deepcopy=False, states=(self.state.RUNNING,))
             if values is not None:
-                known = next((trial.worth for trial in done if _same(trial.values, values)), None)
+                known = next((trial.cost for trial in done if _same(trial.values, values)), None)
                 if known is not None:
                     return known
             if self.progress is not None:
@@ -169,9 +169,9 @@ class _Worker:
             trial = self._begun(values)
             if trial is None:
                 continue
-            worth = self._drive(trial)
+            cost = self._drive(trial)
             if values is None or _same(trial.params, values):
-                return worth
+                return cost
 
     def _begun(self, values: dict[str, float] | None) -> Any:
         """A trial of this worker's own; None where another began the last one, or the same, at the same moment."""
@@ -187,7 +187,7 @@ class _Worker:
             return None
         return trial
 
-    def _drive(self, trial: Any) -> Worth:
+    def _drive(self, trial: Any) -> TrafficCost:
         """Scene after scene; pruned early where it is already worse than the best that was finished."""
         rows: list[DriveFigures] = []
         documents: list[dict[str, Any]] = []
@@ -202,12 +202,12 @@ class _Worker:
             if at < len(scenes) and sum(row.collided for row in rows) > self._least_collisions(len(rows)):
                 trial.set_user_attr(_DRIVES, documents)
                 self.study.tell(trial, state=self.state.PRUNED)
-                return worth_of(rows)
+                return cost_of(rows)
         trial.set_user_attr(_DRIVES, documents)
-        worth = worth_of(rows)
-        trial.set_constraint("unverified plans", float(worth.unverified))
-        self.study.tell(trial, worth.objectives)
-        return worth
+        cost = cost_of(rows)
+        trial.set_constraint("unverified plans", float(cost.unverified))
+        self.study.tell(trial, cost.objectives)
+        return cost
 
     def _least_collisions(self, scenes: int) -> float:
         """Over the same first scenes, of the finished trials that collide least over all of them."""

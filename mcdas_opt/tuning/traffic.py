@@ -1,4 +1,4 @@
-"""What a set of values is worth in traffic: drives through scenes, and the objectives that come of them."""
+"""What a set of values costs in traffic: drives through scenes, and the objectives that come of them."""
 
 from __future__ import annotations
 
@@ -10,12 +10,11 @@ import numpy as np
 
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.evaluation.case import Traffic
-from mcdas_opt.evaluation.oracle import REACTION_S, onset_s, start_s, unbraked, witness_from
+from mcdas_opt.evaluation.oracle import witness
 from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.planning.adjustable import adjusted
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.simulation.loop import simulate
-from mcdas_opt.simulation.neighbours import known_bodies
 from mcdas_opt.simulation.record import Outcome, Simulation
 
 SEEDS = {"train": 101, "validation": 202, "test": 303}  # of the suites: scenes of one set are in no other
@@ -35,7 +34,7 @@ class DriveFigures:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Worth:
+class TrafficCost:
     """Means over the drives of a set, all to be made small; `collisions` is a share of avoidable scenes."""
 
     collisions: float
@@ -59,8 +58,8 @@ class Worth:
 OBJECTIVES = ("collisions", "peak_lateral_mps2", "peak_jerk_mps3", "manoeuvre_m")
 
 
-def worth_of(drives: Sequence[DriveFigures]) -> Worth:
-    return Worth(
+def cost_of(drives: Sequence[DriveFigures]) -> TrafficCost:
+    return TrafficCost(
         collisions=float(np.mean([drive.collided for drive in drives])),
         peak_lateral_mps2=float(np.mean([drive.peak_lateral_mps2 for drive in drives])),
         peak_jerk_mps3=float(np.mean([drive.peak_jerk_mps3 for drive in drives])),
@@ -71,7 +70,7 @@ def worth_of(drives: Sequence[DriveFigures]) -> Worth:
 
 
 def avoidable(suite: str, seed: int, count: int) -> tuple[Scene, ...]:
-    """`count` scripted scenes of a suite under `seed` for which the oracle's library holds a way out; fewer where there are no more."""
+    """`count` scripted scenes of a suite under `seed` for which the oracle's library holds a witness; fewer where there are no more."""
     cases = [
         case
         for case in expand(suite, scenes=_TRIED_PER_FOUND * count, seed=seed).cases
@@ -82,8 +81,7 @@ def avoidable(suite: str, seed: int, count: int) -> tuple[Scene, ...]:
         if len(found) == count:
             break
         scene = cases[int(k)].scene
-        everybody = (*known_bodies(scene), *unbraked(scene))
-        if witness_from(scene, start_s(scene, onset_s(scene), REACTION_S), everybody)[0] is not None:
+        if witness(scene) is not None:
             found.append(scene)
     return tuple(found)
 

@@ -9,7 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from mcdas_opt.catalogue.designs import toml_text
+from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.errors import InputError
@@ -56,7 +56,7 @@ class StudyReport:
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the contract."""
-        front = [{"number": one.number, **to_document(one.worth)} for one in self.choice.front]
+        front = [{"number": one.number, **to_document(one.cost)} for one in self.choice.front]
         return {"schema_version": SCHEMA_VERSION, **to_document(self), "front": front, "suite": self.spec.suite}
 
 
@@ -118,7 +118,7 @@ def _drives(stack: ExitStack, how: StudyOptions) -> Drives:
 def _report(
     spec: StudySpec, found: tuple[Trial, ...], choice: Choice, guarded: Guarded, importance: dict[str, float], speed_mps: float
 ) -> StudyReport:
-    values, worth = choice.trial.values, choice.trial.worth
+    values, cost = choice.trial.values, choice.trial.cost
     path = corrected(
         0.0,
         0.0,
@@ -131,8 +131,8 @@ def _report(
     samples = sampled(design)
     settled = float(samples.x_m[int((samples.y_m >= design.reach_m - 0.1).argmax())])
     limits = (
-        ("collisions on training", worth.collisions, guarded.sets[0].default.collisions, "share"),
-        ("unverified plans", float(worth.unverified), 0.0, "plans"),
+        ("collisions on training", cost.collisions, guarded.sets[0].default.collisions, "share"),
+        ("unverified plans", float(cost.unverified), 0.0, "plans"),
     )
     return StudyReport(
         a_per_m=path.a_per_m,
@@ -141,7 +141,7 @@ def _report(
         speed_mps=speed_mps,
         length_m=max(settled - 0.5 * STEP_M, 0.0),
         objective="traffic",
-        value=worth.score,
+        value=cost.score,
         constraints=tuple(
             {"name": name, "value": value, "limit": limit, "unit": unit, "multiplier": None} for name, value, limit, unit in limits
         ),
@@ -168,10 +168,10 @@ def _write(report: StudyReport, out: Path) -> None:
 
     default = next((trial for trial in report.trials if trial.values == report.defaults and not trial.pruned), None)
     sheet = study_sheet(
-        objectives=[trial.worth.objectives for trial in report.trials if not trial.pruned],
-        front=[trial.worth.objectives for trial in report.choice.front],
-        chosen=report.choice.trial.worth.objectives,
-        default=None if default is None else default.worth.objectives,
+        objectives=[trial.cost.objectives for trial in report.trials if not trial.pruned],
+        front=[trial.cost.objectives for trial in report.choice.front],
+        chosen=report.choice.trial.cost.objectives,
+        default=None if default is None else default.cost.objectives,
         importance=report.importance,
         title=f"{report.method}: {report.evaluations} trials, {report.pruned} pruned",
     )

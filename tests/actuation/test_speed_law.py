@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mcdas_opt.actuation.speed_law import SpeedLimits, next_acceleration
+from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
 
@@ -18,6 +19,16 @@ LIMITS = st.builds(
     jerk_min_mps3=st.floats(-60, -2),
     jerk_max_mps3=st.floats(2, 60),
 )
+
+
+def speed_profile(speed: float, acceleration: float, wanted: float, step_s: float, steps: int, limits: SpeedLimits) -> tuple[Array, Array]:
+    """(steps + 1,) speeds and accelerations on the way to a constant wanted speed."""
+    v, a = np.empty(steps + 1), np.empty(steps + 1)
+    v[0], a[0] = speed, acceleration
+    for k in range(steps):
+        a[k + 1] = next_acceleration(a[k], wanted - v[k], step_s, limits)
+        v[k + 1] = v[k] + 0.5 * step_s * (a[k] + a[k + 1])
+    return v, a
 
 
 @given(LIMITS, st.integers(0, 2**32 - 1), st.sampled_from([0.01, 0.02, 0.05, 0.1, 0.5]))

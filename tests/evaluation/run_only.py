@@ -12,6 +12,11 @@ from mcdas_opt.evaluation.running.executor import Executor, ProcessPool
 from mcdas_opt.evaluation.suites import expand
 
 
+def tell(stage: str, done: int, of: int) -> None:
+    """On stderr, for who waits until so many rows are written."""
+    print(stage, done, file=sys.stderr, flush=True)  # noqa: T201
+
+
 def main() -> None:
     suite, folder, *scheduler = sys.argv[1:]
     provenance.commit = lambda: "as it was"  # type: ignore[assignment]  # a commit made while this runs is not its matter
@@ -20,7 +25,7 @@ def main() -> None:
         from mcdas_opt.evaluation.running.dask_cluster import DaskCluster
 
         executor = DaskCluster(scheduler[0])
-    results = run(expand(suite, 6, seed=2), ("gentle", "aeb"), Path(folder), executor, resume=True)
+    results = run(expand(suite, 6, seed=2), ("gentle", "aeb"), Path(folder), executor, resume=True, progress=tell)
     executor.close()
     sys.stdout.write(json.dumps({"rows_hash": results.rows_hash, "rows": results.rows}))
 

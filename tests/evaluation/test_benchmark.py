@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import errno
 import importlib.util
 import json
-import os
 import re
 import signal
 import subprocess
@@ -33,6 +31,7 @@ from mcdas_opt.evaluation.running.journal import Journal
 from mcdas_opt.evaluation.suites import Suite, expand
 from mcdas_opt.evaluation.table import read_table
 from mcdas_opt.simulation.loop import simulate
+from tests.evaluation.full_disk import fill_up
 
 pytestmark = pytest.mark.usefixtures("users_planners")
 
@@ -131,28 +130,19 @@ def test_an_unknown_planner_is_told_with_the_known_ones(short_suite: Path, tmp_p
 def test_a_full_disk_stops_with_the_rows_kept_and_resuming_completes_them(
     short_suite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    suite, folder = expand(short_suite, 4, seed=4), tmp_path / "out"
+    suite, folder = expand(short_suite, 6, seed=4), tmp_path / "out"
     whole = driven(suite, ("gentle",), tmp_path / "whole")
-    true_write, left = os.pwrite, [2500]
-
-    def short_write(file: int, data: bytes, at: int) -> int:
-        if left[0] <= 0:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        done = true_write(file, data[: left[0]], at)
-        left[0] -= done
-        return done
-
     with monkeypatch.context() as patch:
-        patch.setattr(os, "pwrite", short_write)
+        fill_up(patch, 2)
         found = CliRunner().invoke(
             app,
-            ["benchmark", str(short_suite), "--scenes", "4", "--seed", "4", "--planners", "gentle", "--out", str(folder), "--workers", "1"],
+            ["benchmark", str(short_suite), "--scenes", "6", "--seed", "4", "--planners", "gentle", "--out", str(folder), "--workers", "1"],
         )
     assert isinstance(found.exception, InputError)  # the program's exit code 2
-    assert "No space left" in str(found.exception)
+    assert "disk is full" in str(found.exception)
     with Journal(folder / JOURNAL) as journal:
         kept = len(journal.records)
-    assert 0 < kept < 4
+    assert 0 < kept < 6
     manifest = json.loads((folder / MANIFEST).read_text())
     assert driven(suite, ("gentle",), folder, resume=True, limit_s=manifest["limit_s"]).rows == whole.rows
 
@@ -171,10 +161,9 @@ def test_killed_at_any_point_and_resumed_the_rows_are_the_same(short_suite: Path
     whole = subprocess.run(program(short_suite, tmp_path / "whole"), capture_output=True, check=True, text=True).stdout
     folder = tmp_path / "killed"
     for rows in (0, 1, 7):
-        child = subprocess.Popen(program(short_suite, folder), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        wait_for_rows(folder, rows, child)
-        child.send_signal(signal.SIGKILL)
-        child.wait()
+        with subprocess.Popen(program(short_suite, folder), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as child:
+            wait_for_rows(rows, child)
+            child.send_signal(signal.SIGKILL)
     with Journal(folder / JOURNAL) as journal:
         assert 7 <= len(journal.records) < 12
     last = subprocess.run(program(short_suite, folder), capture_output=True, check=True, text=True).stdout
@@ -183,14 +172,14 @@ def test_killed_at_any_point_and_resumed_the_rows_are_the_same(short_suite: Path
     assert len({(row["index"], row["planner"]) for row in rows_there}) == len(rows_there) == 12
 
 
-def wait_for_rows(folder: Path, count: int, child: subprocess.Popen[bytes]) -> None:
-    """Until the folder's journal holds so many rows (0: until there is one), or the child ends."""
-    journal = folder / JOURNAL
-    for _ in range(10_000):
-        if (journal.is_file() and journal.read_bytes().count(b"\n") >= count) or child.poll() is not None:
+def wait_for_rows(count: int, child: subprocess.Popen[str]) -> None:
+    """Until `run_only` says that so many rows are written."""
+    assert child.stderr is not None
+    for line in child.stderr:
+        stage, _, done = line.partition(" ")
+        if stage == "drives" and int(done) >= count:
             return
-        time.sleep(0.01)
-    raise AssertionError("nothing happened")
+    raise AssertionError(f"it ended before row {count}")
 
 
 def test_json_is_the_contracts(short_suite: Path, tmp_path: Path) -> None:
@@ -268,7 +257,7 @@ def test_a_dask_cluster_gives_the_same_rows_also_when_a_worker_is_killed(short_s
     folder = tmp_path / "there"
     with cluster(tmp_path) as (address, workers):
         child = subprocess.Popen(program(short_suite, folder, address), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        wait_for_rows(folder, 2, child)
+        wait_for_rows(2, child)
         workers[0].send_signal(signal.SIGKILL)
         out, err = child.communicate(timeout=240)
     assert child.returncode == 0, err

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
 from mcdas_opt.evaluation.certificate import closes_at
+from mcdas_opt.evaluation.evasive_profiles import drive_profiles, evasive_profiles
 from mcdas_opt.evaluation.families import load_family
-from mcdas_opt.evaluation.feedback_swerves import swerve, swerves
 from mcdas_opt.evaluation.oracle import finer_witness_from, witness_from
 from mcdas_opt.evaluation.relaxed_vehicle import STEP_S, RelaxedVehicle
 from mcdas_opt.evaluation.speed_sets import at_least, at_most, hull, moved
@@ -126,7 +126,7 @@ def test_every_member_of_the_finer_library_lies_within_the_relaxed_vehicles_boun
     host, car, road = it.host_state, it.vehicle, it.true_road
     relaxed = RelaxedVehicle(host=host, vehicle=car, road=road, duration_s=3.0)
     t = relaxed.times_s
-    tried = swerve(swerves(road, car, 0.0), t, host, car, road)
+    tried = drive_profiles(evasive_profiles(road, car, 0.0), t, host, car, road)
     states = tried.states[tried.on_road(car, road)]
     s, d, psi, v = (states[..., k] for k in range(4))
     assert np.all(v <= relaxed.fastest_mps + 1e-6)
@@ -183,11 +183,11 @@ def test_the_hull_is_convex_and_holds_its_points() -> None:
     assert 3 <= len(shape) < 30
 
 
-def test_the_fastest_swerve_is_near_the_best_that_grip_allows() -> None:
+def test_the_fastest_evasion_is_near_the_best_that_grip_allows() -> None:
     """At 30 m/s the steering's rate hardly counts: the finer library is 2.1 m aside within 1.2 times sqrt(2 y / (mu g))."""
     it = scene(speed=30.0, duration=2.0, lanes_left=1)
     grid = np.round(np.arange(41) * 0.05, 9)
-    tried = swerve(swerves(it.true_road, it.vehicle, 0.0), grid, it.host_state, it.vehicle, it.true_road)
+    tried = drive_profiles(evasive_profiles(it.true_road, it.vehicle, 0.0), grid, it.host_state, it.vehicle, it.true_road)
     when = np.where((tried.states[..., 1] >= 2.1).any(-1), grid[(tried.states[..., 1] >= 2.1).argmax(-1)], np.inf).min()
     assert when <= 1.2 * math.sqrt(2.0 * 2.1 / (0.9 * 9.80665)) + 0.05
-    assert clearance(tried.ways(), grid, known_bodies(it), it.vehicle, it.true_road).separation_m.min() > 1.0
+    assert clearance(tried.paths(), grid, known_bodies(it), it.vehicle, it.true_road).separation_m.min() > 1.0

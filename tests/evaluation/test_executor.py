@@ -13,8 +13,8 @@ import pytest
 
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.evaluation.running.executor import ProcessPool
-from mcdas_opt.evaluation.running.hand import Hand
 from mcdas_opt.evaluation.running.messages import Ended, Task
+from mcdas_opt.evaluation.running.worker import Worker
 
 
 def alive(pid: int) -> bool:
@@ -35,37 +35,37 @@ def test_each_task_is_answered_once_and_by_its_own_answer() -> None:
 
 
 def test_what_raises_hangs_or_dies_is_told_and_the_next_task_is_done() -> None:
-    hand = Hand()
+    worker = Worker()
     try:
-        assert hand.do(Task(divmod, (1, 0))).reason.startswith("ZeroDivisionError")
-        late = hand.do(Task(time.sleep, (1000.0,), 0.3))
+        assert worker.do(Task(divmod, (1, 0))).reason.startswith("ZeroDivisionError")
+        late = worker.do(Task(time.sleep, (1000.0,), 0.3))
         assert (late.ended, late.reason) == (Ended.TOO_LONG, "stopped after 0.3 s")
-        assert hand.do(Task(os._exit, (7,))).reason == "its process ended with code 7"
-        assert hand.do(Task(divmod, (7, 2))).value == (3, 1)
+        assert worker.do(Task(os._exit, (7,))).reason == "its process ended with code 7"
+        assert worker.do(Task(divmod, (7, 2))).value == (3, 1)
     finally:
-        hand.close()
+        worker.close()
 
 
 def test_what_is_printed_does_not_get_between_the_answers(capfd: pytest.CaptureFixture[str]) -> None:
-    hand = Hand()
+    worker = Worker()
     try:
-        assert hand.do(Task(os.write, (1, b"loud\n"))).value == 5
-        assert hand.do(Task(print, ("louder",))).ended is Ended.RETURNED
-        assert hand.do(Task(divmod, (7, 2))).value == (3, 1)
+        assert worker.do(Task(os.write, (1, b"loud\n"))).value == 5
+        assert worker.do(Task(print, ("louder",))).ended is Ended.RETURNED
+        assert worker.do(Task(divmod, (7, 2))).value == (3, 1)
     finally:
-        hand.close()
+        worker.close()
     assert "loud" in capfd.readouterr().err
 
 
 def test_children_compute_in_one_thread_and_wait_for_nothing() -> None:
-    hand = Hand()
+    worker = Worker()
     try:
-        assert hand.do(Task(os.getenv, ("OPENBLAS_NUM_THREADS",))).value == "1"
-        before = hand.do(Task(time.process_time, ())).value
+        assert worker.do(Task(os.getenv, ("OPENBLAS_NUM_THREADS",))).value == "1"
+        before = worker.do(Task(time.process_time, ())).value
         time.sleep(0.6)
-        assert hand.do(Task(time.process_time, ())).value - before < 0.1
+        assert worker.do(Task(time.process_time, ())).value - before < 0.1
     finally:
-        hand.close()
+        worker.close()
 
 
 def test_a_pool_that_is_left_early_stops_its_children() -> None:
@@ -81,11 +81,11 @@ def test_children_do_not_outlive_a_killed_parent() -> None:
     """Also one in the middle of a task that would never end."""
     program = (
         "import os, time\n"
-        "from mcdas_opt.evaluation.running.hand import Hand\n"
+        "from mcdas_opt.evaluation.running.worker import Worker\n"
         "from mcdas_opt.evaluation.running.messages import Task\n"
-        "hand = Hand()\n"
-        "print(hand.do(Task(os.getpid, ())).value, flush=True)\n"
-        "hand.do(Task(time.sleep, (1000.0,)))\n"
+        "worker = Worker()\n"
+        "print(worker.do(Task(os.getpid, ())).value, flush=True)\n"
+        "worker.do(Task(time.sleep, (1000.0,)))\n"
     )
     parent = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
     assert parent.stdout is not None

@@ -1,4 +1,4 @@
-"""Labels: hand-made scenes whose class is known, laws over families, and the same answer from any number of workers."""
+"""Labels: hand-made scenes whose class is known, laws over families."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mcdas_opt.catalogue.scenes import Scene, scene_from_document
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.evaluation.families import load_family
-from mcdas_opt.evaluation.labels import REACTIONS_S, Kind, Label, label_scene, label_scenes
+from mcdas_opt.evaluation.labels import REACTIONS_S, Kind, Label, label_scene
 from mcdas_opt.evaluation.oracle import unbraked
 from mcdas_opt.simulation.neighbours import known_bodies
 from mcdas_opt.verification.judge import judge
@@ -63,7 +63,7 @@ def test_scenes_whose_class_is_known(it: Scene, kind: Kind) -> None:
 @pytest.fixture(scope="module", params=["sandwich", "striking-rear"])
 def labelled(request: pytest.FixtureRequest) -> list[tuple[Scene, Label, Label]]:
     scenes = load_family(request.param).scenes(8, seed=33)
-    early, late = (label_scenes(scenes, reaction) for reaction in REACTIONS_S)
+    early, late = ([label_scene(it, reaction) for it in scenes] for reaction in REACTIONS_S)
     return list(zip(scenes, early, late, strict=True))
 
 
@@ -101,18 +101,8 @@ def test_mirrored_scenes_have_the_same_label(labelled: list[tuple[Scene, Label, 
         assert label_scene(it.model_copy(update={"road": road, "neighbour": parts})).kind is early.kind
 
 
-def test_workers_change_nothing_but_the_time() -> None:
-    scenes = load_family("sandwich").scenes(4, seed=34)
-    told: list[int] = []
-    alone = label_scenes(scenes, progress=told.append)
-    assert told == [1, 2, 3, 4]
-    assert label_scenes(scenes, workers=2) == alone
-
-
 def test_what_cannot_be_labelled_is_refused() -> None:
     with pytest.raises(ParameterError, match="idm"):
-        label_scenes([scene({"s_m": -30.0, "speed_mps": ALONG, "behaviour": "idm"})])
-    with pytest.raises(ParameterError, match="workers"):
-        label_scenes([], workers=0)
+        label_scene(scene({"s_m": -30.0, "speed_mps": ALONG, "behaviour": "idm"}))
     with pytest.raises(ParameterError, match="reaction_s"):
         label_scene(scene(), reaction_s=-0.1)

@@ -17,8 +17,7 @@ import pytest
 from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.evaluation.case import Traffic
 from mcdas_opt.evaluation.reporting.contents import card, report
-from mcdas_opt.evaluation.reporting.html import html
-from mcdas_opt.evaluation.reporting.markdown import markdown
+from mcdas_opt.evaluation.reporting.render import html, markdown
 from mcdas_opt.evaluation.row import Row, row_of
 from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.evaluation.summary import contradictions, pairs, summarise, worst
@@ -175,7 +174,7 @@ def test_html_is_whole_and_needs_nothing_else(page: tuple[str, str]) -> None:
 
 
 def test_markdown_says_the_same(page: tuple[str, str]) -> None:
-    cells = re.findall(r"(\d+/\d+ \[[\d., ]+\])", page[0].replace("&nbsp;", " "))
+    cells = re.findall(r"(\d+/\d+ \[[\d., ]+\])", page[0].replace("\u00a0", " "))
     assert cells
     assert cells == re.findall(r"(\d+/\d+ \[[\d., ]+\])", page[1])
     for fact in ("5" * 64, "abcdef012345", "mcdas-opt 0.1.0"):

@@ -112,14 +112,14 @@ def test_the_sheet_has_a_row_a_moment_and_three_charts(drive: Simulation) -> Non
     assert outcome_words(drive) == f"collision with front at {drive.impact_speed_mps:.1f} m/s"
 
 
-def test_ways_out_are_drawn_where_the_plans_tell_of_them(drive: Simulation) -> None:
+def test_times_to_react_are_drawn_where_the_plans_tell_them(drive: Simulation) -> None:
     told = Escapes(brake=Escape(open=True, last_moment_s=1.0), left=Escape(open=True, last_moment_s=2.0, last_comfortable_s=1.5))
     cycles = tuple(replace(cycle, plan=replace(cycle.plan, escapes=told)) for cycle in drive.cycles)
-    *_, ways = sheet(replace(drive, cycles=cycles), count=3).axes
-    assert [label.get_text() for label in ways.get_yticklabels()] == ["right", "left", "accelerate", "brake"]
+    *_, strip = sheet(replace(drive, cycles=cycles), count=3).axes
+    assert [label.get_text() for label in strip.get_yticklabels()] == ["right", "left", "accelerate", "brake"]
     shown = {
         (round(box.y0), to_hex(bars.get_facecolor()[0]))
-        for bars in ways.collections
+        for bars in strip.collections
         for path in bars.get_paths()
         if (box := path.get_extents()).width > 0.0
     }

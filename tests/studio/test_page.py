@@ -23,7 +23,7 @@ from tests.studio.browser import chromium
 pytest.importorskip("nicegui")
 NASTY = "<script>window.hacked = true</script>"
 ANSWERED = "window.mcdas.studio && !window.mcdas.studio.asking.busy && Object.keys(window.mcdas.studio.plans).length >= 3"
-PARKED = "!window.mcdas.lot.asking.busy && window.mcdas.lot.view.yard.yard"
+PARKED = "!window.mcdas.parkingTab.asking.busy && window.mcdas.parkingTab.view.yard.yard"
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +90,7 @@ def settle(page: Any) -> None:
     page.wait_for_function(ANSWERED, timeout=60_000)
 
 
-def test_a_slider_is_answered_by_keyboard_and_by_hand(page: Any) -> None:
+def test_a_slider_is_answered_by_keyboard_and_by_pointer(page: Any) -> None:
     ends = "Object.values(mcdas.studio.plans).map(p => [p.planner, p.poses.at(-1), p.words])"
     before = page.evaluate(ends)
     slider = page.get_by_label("gap to the rear car [m]")
@@ -168,7 +168,7 @@ def test_the_closed_loop_plays_pauses_and_scrubs(page: Any) -> None:
 
 
 def test_a_name_with_tags_runs_nothing(page: Any) -> None:
-    page.locator(".mcdas-shelf").first.select_option("nasty.toml")
+    page.locator(".mcdas-files").first.select_option("nasty.toml")
     page.wait_for_function("document.querySelector('.mcdas-bar h2').textContent.includes('script')")
     settle(page)
     assert page.locator(".mcdas-bar h2").first.inner_text() == NASTY
@@ -212,7 +212,7 @@ def test_scenes_go_up_and_come_down(page: Any, tmp_path: Path) -> None:
 
 def test_a_slot_is_dragged_and_planned_in(page: Any, tmp_path: Path) -> None:
     page.get_by_role("tab", name="Parking").click()
-    page.wait_for_function(f"window.mcdas.lot && {PARKED} && mcdas.lot.view.manoeuvre", timeout=90_000)
+    page.wait_for_function(f"window.mcdas.parkingTab && {PARKED} && mcdas.parkingTab.view.manoeuvre", timeout=90_000)
     page.get_by_label("parking planner").select_option("search")
     page.wait_for_function(PARKED, timeout=90_000)
     handle = page.locator("[data-handle=length]")
@@ -225,15 +225,15 @@ def test_a_slot_is_dragged_and_planned_in(page: Any, tmp_path: Path) -> None:
         page.wait_for_timeout(20)
     page.mouse.up()
     page.wait_for_function(PARKED, timeout=90_000)
-    length = page.evaluate("mcdas.lot.values.length_m")
+    length = page.evaluate("mcdas.parkingTab.values.length_m")
     assert length > 6.35
     assert float(page.get_by_label("length [m]").input_value()) == pytest.approx(length)
-    front = page.evaluate("Math.min(...mcdas.lot.view.yard.yard.obstacles[1].map(p => p[0]))")
+    front = page.evaluate("Math.min(...mcdas.parkingTab.view.yard.yard.obstacles[1].map(p => p[0]))")
     assert front == pytest.approx(length)
     assert "passed by the judge" in page.locator(".q-tab-panel:visible .mcdas-words").inner_text()
     page.screenshot(path=tmp_path / "parking.png", full_page=True)
     page.get_by_label("clearance asked for [m]").fill("0.4")
-    page.wait_for_function(f"{PARKED} && mcdas.lot.values.clearance_m === 0.4", timeout=90_000)
+    page.wait_for_function(f"{PARKED} && mcdas.parkingTab.values.clearance_m === 0.4", timeout=90_000)
 
 
 def refusal(request: urllib.request.Request | str) -> tuple[int, dict[str, str]]:

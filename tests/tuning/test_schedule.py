@@ -112,7 +112,7 @@ def test_the_file_gives_back_the_schedule(tmp_path: Path) -> None:
     kept = load_schedule(file)
     assert np.array_equal(kept.a_per_m, small.a_per_m)
     assert kept.speed_mps == small.speed_mps
-    file.write_text(schedule_text(small).replace("speed_mps = [10.0, 20.0]", "speed_mps = [20.0, 10.0]", 1), encoding="utf-8")
+    file.write_text(schedule_text(small).replace("    10.0,\n    20.0,", "    20.0,\n    10.0,", 1), encoding="utf-8")
     with pytest.raises(InputError, match="must increase"):
         load_schedule(file)
 

@@ -32,7 +32,7 @@ from mcdas_opt.tuning.search_space import SPACE, Range, default_values, shares_o
 from mcdas_opt.tuning.searchers import search
 from mcdas_opt.tuning.study import Trial, run_study
 from mcdas_opt.tuning.study_options import StudyOptions
-from mcdas_opt.tuning.traffic import Worth
+from mcdas_opt.tuning.traffic import TrafficCost
 from tests.tuning.invented import Drives, figures, scenes, spec
 
 pytest.importorskip("optuna")
@@ -90,7 +90,7 @@ def test_pruned_trials_were_worse_early(tmp_path: Path) -> None:
     cut = [trial for trial in trials if trial.pruned]
     assert cut
     assert drives.count < 9 * 8
-    assert all(trial.worth.drives in (3, 8) and trial.worth.collisions > 0.0 for trial in cut)
+    assert all(trial.cost.drives in (3, 8) and trial.cost.collisions > 0.0 for trial in cut)
     assert not [trial for trial in pareto(trials) if trial in cut]
 
 
@@ -156,8 +156,8 @@ def test_unknown_searches_ranges_and_values_are_told() -> None:
         adjusted({"cost.nearnes": 1.0})
 
 
-WORTHS = st.builds(
-    Worth,
+COSTS = st.builds(
+    TrafficCost,
     collisions=st.sampled_from([0.0, 0.25, 0.5]),
     peak_lateral_mps2=st.floats(1.0, 8.0),
     peak_jerk_mps3=st.floats(0.0, 40.0),
@@ -168,23 +168,23 @@ WORTHS = st.builds(
 
 
 @settings(max_examples=50)
-@given(worths=st.lists(WORTHS, min_size=1, max_size=20))
-def test_nothing_is_better_in_everything_than_the_front_and_the_choice_is_on_it(worths: list[Worth]) -> None:
-    trials = [Trial(number=i, values={}, worth=worth, pruned=False) for i, worth in enumerate(worths)]
+@given(costs=st.lists(COSTS, min_size=1, max_size=20))
+def test_nothing_is_better_in_everything_than_the_front_and_the_choice_is_on_it(costs: list[TrafficCost]) -> None:
+    trials = [Trial(number=i, values={}, cost=cost, pruned=False) for i, cost in enumerate(costs)]
     front = pareto(trials)
     for trial in trials:
-        dominated = [one for one in trials if all(a < b for a, b in zip(one.worth.objectives, trial.worth.objectives, strict=True))]
+        dominated = [one for one in trials if all(a < b for a, b in zip(one.cost.objectives, trial.cost.objectives, strict=True))]
         assert trial not in front or not dominated
     taken = choose(trials)
     assert taken.trial in front
-    assert taken.trial.worth.collisions == min(worth.collisions for worth in worths)
+    assert taken.trial.cost.collisions == min(cost.collisions for cost in costs)
     assert taken.reasons
 
 
 @settings(max_examples=80)
-@given(train=st.tuples(WORTHS, WORTHS), validation=st.tuples(WORTHS, WORTHS), test=st.tuples(WORTHS, WORTHS))
+@given(train=st.tuples(COSTS, COSTS), validation=st.tuples(COSTS, COSTS), test=st.tuples(COSTS, COSTS))
 def test_the_guard_refuses_whatever_loses_on_validation(
-    train: tuple[Worth, Worth], validation: tuple[Worth, Worth], test: tuple[Worth, Worth]
+    train: tuple[TrafficCost, TrafficCost], validation: tuple[TrafficCost, TrafficCost], test: tuple[TrafficCost, TrafficCost]
 ) -> None:
     sets = [
         SetResult(name=name, seed=k, scenes=(), default=default, tuned=tuned)

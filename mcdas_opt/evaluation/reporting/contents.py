@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.evaluation.reporting.document import Block, Card, Cards, Heading, Paragraph, Picture, Report, Table
+from mcdas_opt.evaluation.reporting.document import Block, Card, Cards, Cell, Heading, Paragraph, Picture, Report, Table
 from mcdas_opt.evaluation.summary import collided, kinds, lost, pairs
 from mcdas_opt.plotting.benchmark import draw_cycle_times, draw_families, draw_scatter
 from mcdas_opt.plotting.thumbnail import png_bytes
 
 Record = dict[str, Any]
-Cell = str | tuple[str, str]
 
 _HEADLINE = (
     ("collisions on A", "collisions_on_A"),
@@ -113,18 +112,17 @@ def _traffic(kind: str, rows: Sequence[Record], planners: Sequence[str], summary
 
 
 def _shares(shown: Sequence[tuple[str, str]], found: Mapping[str, Any]) -> Table:
-    rows: list[list[Cell]] = [[planner, *(_share(figures[key]) for _, key in shown)] for planner, figures in found.items()]
-    best = set()
-    for column, (_, key) in enumerate(shown, start=1):
-        rates = [figures[key]["rate"] for figures in found.values()]
-        least = min((rate for rate in rates if rate is not None), default=None)
-        best |= {(r, column) for r, rate in enumerate(rates) if rate is not None and rate == least and len(set(rates)) > 1}
-    return Table(columns=["planner", *(title for title, _ in shown)], rows=rows, best=frozenset(best), caption="The fewest stand out.")
+    best: dict[str, float | None] = {}
+    for _, key in shown:
+        rates = {figures[key]["rate"] for figures in found.values()}
+        best[key] = min((rate for rate in rates if rate is not None), default=None) if len(rates) > 1 else None
+    rows = [[Cell(planner), *(_share(figures[key], best[key]) for _, key in shown)] for planner, figures in found.items()]
+    return Table(columns=["planner", *(title for title, _ in shown)], rows=rows, caption="The fewest stand out.")
 
 
 def _distributions(found: Mapping[str, Any]) -> Table:
     shown = [(title, key) for title, key in _DISTRIBUTIONS if any(figures[key]["n"] for figures in found.values())]
-    rows = [[planner, *(_spread(figures[key]) for _, key in shown)] for planner, figures in found.items()]
+    rows = [[Cell(planner), *(_spread(figures[key]) for _, key in shown)] for planner, figures in found.items()]
     columns = ["planner", *(title for title, _ in shown)]
     return Table(columns=columns, rows=rows, caption="Median, and below it the 5 % and 95 % quantiles and n.")
 
@@ -137,7 +135,7 @@ def _times(
     table = Table(
         columns=["planner", "plans", *(f"{name} [ms]" for name in names), "plans per second", "drives per second"],
         rows=[
-            [p, str(f["n"]), *(_number(f[name], 2) for name in names), _number(f["plans_per_s"], 0), _number(f["drives_per_s"], 2)]
+            _cells(p, str(f["n"]), *(_number(f[name], 2) for name in names), _number(f["plans_per_s"], 0), _number(f["drives_per_s"], 2))
             for p, f in found
         ],
         caption="Wall-clock time of the whole step (tracker, situation, planner, judge) on the machine that ran this, loaded as it was. "
@@ -155,7 +153,7 @@ def _pairs(found: Sequence[Record]) -> Table:
     rows = []
     for pair in found:
         counts = (str(pair[key]) for key in ("n", "only_first", "only_second"))
-        rows.append([f"{pair['first']} against {pair['second']}", pair["traffic"], pair["measure"], *counts, _p(pair["p"])])
+        rows.append(_cells(f"{pair['first']} against {pair['second']}", pair["traffic"], pair["measure"], *counts, _p(pair["p"])))
     return Table(
         columns=["pair", "traffic", "measure", "scenes", "only the first lost", "only the second lost", "p"],
         rows=rows,
@@ -202,16 +200,21 @@ def _interval(share: Record) -> tuple[float, float, float, int]:
     return share["rate"] or 0.0, share["low"], share["high"], share["n"]
 
 
-def _share(share: Record) -> Cell:
+def _cells(*texts: str) -> list[Cell]:
+    return [Cell(text) for text in texts]
+
+
+def _share(share: Record, best: float | None) -> Cell:
     if not share["n"]:
-        return "-"
-    return f"{100.0 * share['rate']:.1f} %", f"{share['k']}/{share['n']} [{100.0 * share['low']:.1f}, {100.0 * share['high']:.1f}]"
+        return Cell("-")
+    interval = f"{share['k']}/{share['n']} [{100.0 * share['low']:.1f}, {100.0 * share['high']:.1f}]"
+    return Cell(f"{100.0 * share['rate']:.1f} %", interval, best=share["rate"] == best)
 
 
 def _spread(found: Record) -> Cell:
     if not found["n"]:
-        return "-"
-    return f"{found['p50']:.2f}", f"{found['p5']:.2f} .. {found['p95']:.2f} (n {found['n']})"
+        return Cell("-")
+    return Cell(f"{found['p50']:.2f}", f"{found['p5']:.2f} .. {found['p95']:.2f} (n {found['n']})")
 
 
 def _number(value: float | None, digits: int) -> str:

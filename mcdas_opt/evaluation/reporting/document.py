@@ -2,38 +2,56 @@
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Heading:
+    kind: ClassVar[str] = "heading"
     text: str
     level: int = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Paragraph:
+    kind: ClassVar[str] = "paragraph"
     text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A cell's text, perhaps a second, smaller line, and whether it stands out."""
+
+    text: str
+    small: str = ""
+    best: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """The first column names the row. `best` marks cells (row, column) that stand out; a cell may have a second, smaller line."""
+    """The first column names the row."""
 
+    kind: ClassVar[str] = "table"
     columns: Sequence[str]
-    rows: Sequence[Sequence[str | tuple[str, str]]]
+    rows: Sequence[Sequence[Cell]]
     caption: str = ""
-    best: frozenset[tuple[int, int]] = frozenset()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Picture:
     """A PNG; `name` is the file that the Markdown version refers to."""
 
+    kind: ClassVar[str] = "picture"
     name: str
     png: bytes
     says: str
+
+    @property
+    def data_url(self) -> str:
+        return f"data:image/png;base64,{base64.b64encode(self.png).decode()}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,6 +66,7 @@ class Card:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cards:
+    kind: ClassVar[str] = "cards"
     cards: Sequence[Card]
 
 

@@ -6,8 +6,8 @@ import threading
 from collections.abc import Iterator, Sequence
 
 from mcdas_opt.errors import InputError, MissingExtraError
-from mcdas_opt.evaluation.running.hand import Hand
 from mcdas_opt.evaluation.running.messages import Answer, Ended, Task
+from mcdas_opt.evaluation.running.worker import Worker
 
 _CONNECT_S = 30.0
 _AT_ONCE = 4  # tasks in one message to a worker
@@ -16,10 +16,10 @@ _held = threading.local()
 
 def do_chunk(tasks: Sequence[Task]) -> list[Answer]:
     """On a Dask worker: the tasks one after another, in a child process that the worker's thread keeps."""
-    hand: Hand | None = getattr(_held, "hand", None)
-    if hand is None:
-        hand = _held.hand = Hand()
-    return [hand.do(task) for task in tasks]
+    worker: Worker | None = getattr(_held, "worker", None)
+    if worker is None:
+        worker = _held.worker = Worker()
+    return [worker.do(task) for task in tasks]
 
 
 class DaskCluster:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import queue
-import threading
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from typing import Protocol
 
 from mcdas_opt.domain.rules import positive
-from mcdas_opt.evaluation.running.hand import Hand
 from mcdas_opt.evaluation.running.messages import Answer, Task
-
-_AGAIN_S = 0.2
+from mcdas_opt.evaluation.running.worker import Worker
 
 
 class Executor(Protocol):
@@ -25,38 +23,35 @@ class Executor(Protocol):
 
 
 class ProcessPool:
-    """`workers` child processes of this one."""
+    """`workers` child processes of this one, each with a thread that waits for it."""
 
     def __init__(self, workers: int) -> None:
         positive("workers", workers)
-        self._hands = [Hand() for _ in range(workers)]
+        self._workers = [Worker() for _ in range(workers)]
 
     def run(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Answer]]:
-        waiting = iter(enumerate(tasks))
-        lock, stopped = threading.Lock(), threading.Event()
-        answers: queue.SimpleQueue[tuple[int, Answer]] = queue.SimpleQueue()
+        idle: queue.SimpleQueue[Worker] = queue.SimpleQueue()
+        for worker in self._workers:
+            idle.put(worker)
 
-        def work(hand: Hand) -> None:
-            while not stopped.is_set():
-                with lock:
-                    index, task = next(waiting, (-1, None))
-                if task is None:
-                    return
-                answers.put((index, hand.do(task)))
+        def do(task: Task) -> Answer:
+            worker = idle.get()
+            try:
+                return worker.do(task)
+            finally:
+                idle.put(worker)
 
-        threads = [threading.Thread(target=work, args=(hand,), daemon=True) for hand in self._hands[: len(tasks)]]
-        for thread in threads:
-            thread.start()
-        try:
-            for _ in tasks:
-                yield answers.get()
-        finally:
-            stopped.set()
-            for thread, hand in zip(threads, self._hands, strict=False):
-                while thread.is_alive():  # again, where it was just about to give its task to a new child
-                    hand.close()
-                    thread.join(_AGAIN_S)
+        with ThreadPoolExecutor(len(self._workers)) as threads:
+            waiting = {threads.submit(do, task): index for index, task in enumerate(tasks)}
+            try:
+                for future in as_completed(list(waiting)):
+                    yield waiting.pop(future), future.result()
+            finally:
+                if waiting:  # nobody asks for the rest
+                    threads.shutdown(wait=False, cancel_futures=True)
+                    self.close()
+                    self._workers = [Worker() for _ in self._workers]
 
     def close(self) -> None:
-        for hand in self._hands:
-            hand.close()
+        for worker in self._workers:
+            worker.close()

@@ -1,19 +1,23 @@
-"""A file of records that is only ever appended to, and of which a kill at any moment costs at most the last line."""
+"""A file of records that is only ever appended to, and of which a kill at any moment costs no whole record."""
 
 from __future__ import annotations
 
-import errno
 import json
 import os
+import sqlite3
 import time
 import zlib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from mcdas_opt.errors import InputError, McdasError
 
 _SYNC_S = 1.0
+_TABLE = "create table if not exists records (number integer primary key, checksum integer not null, record text not null)"
+_REFUSED = {
+    sqlite3.SQLITE_BUSY: "is being written by another run",
+    sqlite3.SQLITE_NOTADB: "is no journal of this version (SQLite): finish the run with the version that began it, or name another --out",
+}
 
 
 class StoppedError(McdasError):
@@ -21,48 +25,40 @@ class StoppedError(McdasError):
 
 
 class Journal:
-    """One JSON record a line, each behind its checksum. Opening it cuts off a line that a kill has torn; `records` holds the rest.
+    """A table of JSON records (SQLite), each committed by itself, behind its checksum; `records` holds them all.
 
-    Raises `InputError` where an earlier line is damaged, another process has it open, or the disk takes no more: then the file ends
-    with the last whole record.
+    Raises `InputError` where the file is damaged or no journal, another process has it open, or the disk takes no more: then the file
+    ends with the last whole record.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
-            self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
-        except OSError as error:
-            raise InputError(path, "", None, f"cannot be written: {error.strerror}") from None
-        if not _held(self._file):
-            os.close(self._file)
-            raise InputError(path, "", None, "is being written by another run")
-        self.records: list[dict[str, Any]] = []
-        self._end = 0
-        for record, size in _whole_lines(path):
-            self.records.append(record)
-            self._end += size
-        os.ftruncate(self._file, self._end)
+            self._base = sqlite3.connect(path, timeout=0.0, isolation_level=None)
+        except sqlite3.Error as error:
+            raise InputError(path, "", None, f"cannot be written: {error}") from None
+        try:
+            self.records = self._opened()
+        except BaseException:
+            self._base.close()
+            raise
         self._synced = time.monotonic()
 
     def append(self, record: dict[str, Any]) -> None:
         """Adds one record, whole or not at all."""
-        line = _line(record)
+        text = json.dumps(record, allow_nan=False, separators=(",", ":"))
         try:
-            done = 0
-            while done < len(line):
-                done += os.pwrite(self._file, line[done:], self._end + done)
+            self._base.execute("insert into records values (?, ?, ?)", (len(self.records), zlib.crc32(text.encode()), text))
+            self.records.append(record)
             if time.monotonic() - self._synced > _SYNC_S:
-                os.fsync(self._file)
+                self._base.execute("pragma wal_checkpoint")
                 self._synced = time.monotonic()
-        except OSError as error:
-            os.ftruncate(self._file, self._end)
-            rule = f"cannot be written: {error.strerror}; {len(self.records)} records are kept, the same command with --resume goes on"
+        except sqlite3.Error as error:
+            rule = f"cannot be written: {error}; {len(self.records)} records are kept, the same command with --resume goes on"
             raise InputError(self.path, "", None, rule) from None
-        self._end += len(line)
-        self.records.append(record)
 
     def close(self) -> None:
-        os.close(self._file)
+        self._base.close()
 
     def __enter__(self) -> Journal:
         return self
@@ -70,35 +66,29 @@ class Journal:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-
-def _held(file: int) -> bool:
-    """Whether the file is now this process's alone, until it is closed. Where the system knows no such thing: taken for granted."""
-    try:
-        import fcntl
-    except ImportError:
-        return True
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        return error.errno not in (errno.EAGAIN, errno.EACCES)
-    return True
-
-
-def _line(record: dict[str, Any]) -> bytes:
-    text = json.dumps(record, allow_nan=False, separators=(",", ":")).encode()
-    return b"%08x %s\n" % (zlib.crc32(text), text)
-
-
-def _whole_lines(path: Path) -> Iterator[tuple[dict[str, Any], int]]:
-    """(record, bytes) of each whole line; stops before a torn last one."""
-    lines = path.read_bytes().splitlines(keepends=True)
-    for number, line in enumerate(lines, start=1):
-        checksum, _, text = line.rstrip(b"\n").partition(b" ")
-        if not line.endswith(b"\n") or checksum != b"%08x" % zlib.crc32(text):
-            if number == len(lines):
-                return
-            raise InputError(path, f"line {number}", None, "is damaged")
-        yield json.loads(text), len(line)
+    def _opened(self) -> list[dict[str, Any]]:
+        """Holds the file until it is closed, and reads what is there; a damaged file is left as it is."""
+        try:
+            self._base.text_factory = bytes  # damaged text is for the checksum to find
+            self._base.execute("pragma locking_mode = exclusive")
+            self._base.execute("pragma journal_mode = wal")
+            self._base.execute("pragma synchronous = normal")  # a kill loses nothing; `append` waits for the disk once in a while
+            self._base.execute("begin exclusive")
+            self._base.execute(_TABLE)
+            whole = self._base.execute("pragma quick_check").fetchall() == [(b"ok",)]
+            rows = self._base.execute("select number, checksum, record from records order by number").fetchall()
+            for place, (number, checksum, text) in enumerate(rows):
+                if number != place or not isinstance(text, bytes) or zlib.crc32(text) != checksum:
+                    raise InputError(self.path, f"record {place}", None, "is damaged")
+            if not whole:
+                raise InputError(self.path, "", None, "is damaged")
+            self._base.execute("commit")
+        except UnicodeDecodeError:  # SQLite quotes a damaged schema
+            raise InputError(self.path, "", None, "is damaged") from None
+        except sqlite3.Error as error:
+            rule = _REFUSED.get(error.sqlite_errorcode & 0xFF, f"is damaged or cannot be written: {error}")
+            raise InputError(self.path, "", None, rule) from None
+        return [json.loads(text) for _, _, text in rows]
 
 
 def write_whole(path: Path, data: str | bytes) -> None:

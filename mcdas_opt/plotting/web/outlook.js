@@ -84,7 +84,7 @@
       this.words = html("span", "mcdas-words", head);
       this.outlook = new Outlook(parent, look);
       this.outlook.chartsInto(parent);
-      this.tried = html("ul", "mcdas-tried", parent);
+      this.candidates = html("ul", "mcdas-candidates", parent);
     }
 
     load({ picture, plan }) {
@@ -93,14 +93,14 @@
       this.words.textContent = `${plan.words}${plan.warning ? "; the driver is warned" : ""}. Why: ${plan.reason}.`;
       this.outlook.setPicture(picture);
       this.outlook.draw([plan]);
-      for (const line of window.mcdas.tried(plan)) html("li", "", this.tried, line);
+      for (const line of window.mcdas.candidateLines(plan)) html("li", "", this.candidates, line);
     }
   }
 
   // The candidates of a plan, a line each.
-  function tried(plan) {
+  function candidateLines(plan) {
     return plan.candidates.map((c) => `${c.name}: ${c.passed ? "passed" : c.refusal || "not needed"}${c.cost === null ? "" : `, cost ${c.cost}`}`);
   }
 
-  Object.assign(window.mcdas, { Outlook, PlanPage, tried });
+  Object.assign(window.mcdas, { Outlook, PlanPage, candidateLines });
 })();

@@ -1,4 +1,4 @@
-// One question at a time: while an answer is under way only the newest wish is kept. Times from the hand's event to the painted answer.
+// One question at a time: while an answer is under way only the newest wish is kept. Times from the user's event to the painted answer.
 (function () {
   "use strict";
 

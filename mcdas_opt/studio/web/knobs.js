@@ -1,4 +1,4 @@
-// Sliders in groups. Every turn tells the new value and when the hand moved.
+// Sliders in groups. Every turn tells the new value and when it was turned.
 (function () {
   "use strict";
   const { html } = window.mcdas;

@@ -15,11 +15,11 @@ from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.plotting.player import drive_document
 from mcdas_opt.plotting.web import PLANNERS
 from mcdas_opt.simulation.loop import simulate
-from mcdas_opt.studio.desk import methods
 from mcdas_opt.studio.folder import Folder
-from mcdas_opt.studio.hands import Hands
-from mcdas_opt.studio.lot import LIVE, Lot
-from mcdas_opt.studio.session import Session
+from mcdas_opt.studio.parking_tab import LIVE, ParkingTab
+from mcdas_opt.studio.planner_cache import methods
+from mcdas_opt.studio.sandwich_tab import SandwichTab
+from mcdas_opt.studio.worker_pool import WorkerPool
 
 Tell = Callable[[dict[str, Any]], None]
 
@@ -37,19 +37,19 @@ class Studio:
 
     def __init__(self, folder: Folder) -> None:
         self.folder = folder
-        self.hands = Hands(methods())
-        self.worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="studio")
-        self.visits: dict[str, Visit] = {}
+        self.workers = WorkerPool(methods())
+        self.thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="studio")
+        self.sessions: dict[str, PageSession] = {}
 
     async def warm(self) -> None:
         """Lets the processes start and build their solvers before anybody asks."""
-        async for _ in self.hands.answer(Session(self.folder).question({}), self.planners({})):
+        async for _ in self.workers.answer(SandwichTab(self.folder).question({}), self.planners({})):
             pass
 
     def planners(self, wish: Mapping[str, Any]) -> list[str]:
         """Those that the page wishes, as far as they are known; by default ours."""
         wished = wish.get("planners", tuple(PLANNERS))
-        return [name for name in self.hands.planners if isinstance(wished, (list, tuple)) and name in wished]
+        return [name for name in self.workers.planners if isinstance(wished, (list, tuple)) and name in wished]
 
     def problem(self, error: McdasError) -> dict[str, str]:
         """What went wrong, for the page; files are called by their names in their folders."""
@@ -59,36 +59,36 @@ class Studio:
         return {"part": "problem", "text": text}
 
     def close(self) -> None:
-        for visit in self.visits.values():
-            visit.stop()
-        self.hands.close()
-        self.worker.shutdown(wait=False, cancel_futures=True)
+        for session in self.sessions.values():
+            session.stop()
+        self.workers.close()
+        self.thread.shutdown(wait=False, cancel_futures=True)
 
     async def compute(self, work: Callable[[], Any]) -> Any:
         """Runs `work` on the studio's thread."""
-        return await asyncio.get_running_loop().run_in_executor(self.worker, work)
+        return await asyncio.get_running_loop().run_in_executor(self.thread, work)
 
     async def receive(self, key: str, name: str, body: bytes) -> dict[str, Any]:
         """A file that a page sent, opened in that page's session."""
-        visit = self.visits.get(key)
-        if visit is None:
+        session = self.sessions.get(key)
+        if session is None:
             return {"error": "this page is no longer known: load it again"}
         with tempfile.TemporaryDirectory(prefix="mcdas-studio-") as folder:
             suffix = Path(name).suffix.lower()
             file = Path(folder) / f"sent{suffix if suffix.isascii() and len(suffix) < 8 else ''}"
             file.write_bytes(body)
             try:
-                visit.waiting = await self.compute(lambda: visit.session.receive(file, Path(name).name))
+                session.waiting = await self.compute(lambda: session.tab.receive(file, Path(name).name))
             except McdasError as error:
                 return {"error": self.problem(error)["text"]}
         return {"name": name}
 
 
-class Visit:
+class PageSession:
     """One open page: hears the browser's events, and tells it the parts of answers."""
 
-    def __init__(self, studio: Studio, session: Session, tell: Tell) -> None:
-        self.studio, self.session, self.tell = studio, session, tell
+    def __init__(self, studio: Studio, tab: SandwichTab, tell: Tell) -> None:
+        self.studio, self.tab, self.tell = studio, tab, tell
         self.waiting: dict[str, Any] | None = None
         self._stopped = False
 
@@ -99,7 +99,7 @@ class Visit:
             if done % 20 == 0:
                 loop.call_soon_threadsafe(self.tell, {"part": "progress", "done": done, "of": of})
 
-        await self._safely(lambda: self.session.open(str(wish.get("kind")), str(wish.get("name")), progress), self.tell)
+        await self._safely(lambda: self.tab.open(str(wish.get("kind")), str(wish.get("name")), progress), self.tell)
         self.tell({"part": "stopped"})
 
     def uploaded(self) -> None:
@@ -111,9 +111,9 @@ class Visit:
         """Answers in parts; the last one, `done`, always comes."""
         token = wish.get("token")
         try:
-            question = self.session.question(_values(wish), wish.get("moment"))
+            question = self.tab.question(_values(wish), wish.get("moment"))
             self.tell({"part": "picture", "name": question.name, **Outlook(question.situation, question.vehicle).document()})
-            async for part in self.studio.hands.answer(question, self.studio.planners(wish)):
+            async for part in self.studio.workers.answer(question, self.studio.planners(wish)):
                 self.tell(part)
         except McdasError as error:
             self.tell(self.studio.problem(error))
@@ -132,7 +132,7 @@ class Visit:
 
         def run() -> dict[str, Any]:
             values = _values(wish)
-            scene, settings = self.session.turned(values), self.session.settings(values)
+            scene, settings = self.tab.turned(values), self.tab.settings(values)
             return drive_document(simulate(scene, str(wish.get("planner")), settings=settings, progress=progress))
 
         try:
@@ -144,7 +144,7 @@ class Visit:
         self._stopped = True
 
     async def save(self, wish: Mapping[str, Any], download: Callable[[str, str], None]) -> None:
-        await self._safely(lambda: self.session.toml(_values(wish)), lambda named: download(*named))
+        await self._safely(lambda: self.tab.toml(_values(wish)), lambda named: download(*named))
 
     async def _safely(self, work: Callable[[], Any], then: Callable[[Any], None]) -> None:
         """`work` on the studio's thread, its outcome to `then`; bad input is told to the page."""
@@ -154,26 +154,26 @@ class Visit:
             self.tell(self.studio.problem(error))
 
 
-class LotVisit:
-    """The parking tab of an open page."""
+class ParkingSession:
+    """The parking tab of an open page: hears its events, and tells it the parts of answers."""
 
-    def __init__(self, studio: Studio, lot: Lot, tell: Tell) -> None:
-        self.studio, self.lot, self.tell = studio, lot, tell
+    def __init__(self, studio: Studio, tab: ParkingTab, tell: Tell) -> None:
+        self.studio, self.tab, self.tell = studio, tab, tell
 
     async def open(self, wish: Mapping[str, Any]) -> None:
         try:
-            self.tell(self.lot.open(str(wish.get("kind")), str(wish.get("name"))))
+            self.tell(self.tab.open(str(wish.get("kind")), str(wish.get("name"))))
         except McdasError as error:
             self.tell(self.studio.problem(error))
 
     async def park(self, wish: Mapping[str, Any]) -> None:
-        """While the hand drags (`live`) the quick planner answers; else the one that is asked for, the search before the program."""
+        """While the user drags (`live`) the quick planner answers; else the one that is asked for, the search before the program."""
         planner = str(wish.get("planner"))
         try:
-            case = self.lot.case(_values(wish))
-            self.tell({"part": "place", **self.lot.place(case)})
+            case = self.tab.case(_values(wish))
+            self.tell({"part": "place", **self.tab.place(case)})
             for name in (LIVE,) if wish.get("live") else ("search", "nlp") if planner == "nlp" else (planner,):
-                self.tell(await self.studio.hands.park(case, name))
+                self.tell(await self.studio.workers.park(case, name))
         except McdasError as error:
             self.tell(self.studio.problem(error))
         finally:
@@ -181,7 +181,7 @@ class LotVisit:
 
     async def save(self, wish: Mapping[str, Any], download: Callable[[str, str], None]) -> None:
         try:
-            download(*self.lot.toml(_values(wish)))
+            download(*self.tab.toml(_values(wish)))
         except McdasError as error:
             self.tell(self.studio.problem(error))
 

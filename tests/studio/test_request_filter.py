@@ -1,4 +1,4 @@
-"""The guard: only this machine's own page gets through, and no more than so many bytes."""
+"""The request filter: only this machine's own page gets through, and no more than so many bytes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mcdas_opt.studio.guard import HOSTS, Guard, foreign
+from mcdas_opt.studio.request_filter import HOSTS, RequestFilter, foreign
 
 LARGEST = 1000
 
@@ -34,7 +34,7 @@ class Echo:
         await send({"type": "http.response.body", "body": str(got).encode()})
 
 
-def visit(pieces: list[bytes], kind: str = "http", **headers: str) -> tuple[int, list[Any], Echo]:
+def request(pieces: list[bytes], kind: str = "http", **headers: str) -> tuple[int, list[Any], Echo]:
     """Status, everything sent, and the application behind."""
     sent: list[Any] = []
     echo = Echo()
@@ -48,7 +48,7 @@ def visit(pieces: list[bytes], kind: str = "http", **headers: str) -> tuple[int,
         sent.append(message)
 
     raw = [(name.replace("_", "-").encode(), value.encode()) for name, value in headers.items()]
-    asyncio.run(Guard(echo, LARGEST)({"type": kind, "headers": raw}, receive, send))
+    asyncio.run(RequestFilter(echo, LARGEST)({"type": kind, "headers": raw}, receive, send))
     status = next((m["status"] for m in sent if m["type"] == "http.response.start"), 0)
     return status, sent, echo
 
@@ -57,7 +57,7 @@ def visit(pieces: list[bytes], kind: str = "http", **headers: str) -> tuple[int,
 def test_a_body_gets_through_exactly_when_it_is_not_too_large(pieces: list[bytes], announced: bool) -> None:
     size = sum(map(len, pieces))
     headers = {"content_length": str(size)} if announced else {}
-    status, sent, _ = visit(pieces, host="127.0.0.1:8090", **headers)
+    status, sent, _ = request(pieces, host="127.0.0.1:8090", **headers)
     assert status == (200 if size <= LARGEST else 413)
     assert [m["type"] for m in sent] == ["http.response.start", "http.response.body"]
     if status == 200:
@@ -65,7 +65,7 @@ def test_a_body_gets_through_exactly_when_it_is_not_too_large(pieces: list[bytes
 
 
 def test_an_announced_flood_never_reaches_the_application() -> None:
-    status, sent, echo = visit([b"x"], host="localhost", content_length=str(50_000_000))
+    status, sent, echo = request([b"x"], host="localhost", content_length=str(50_000_000))
     assert (status, echo.calls) == (413, 0)
     assert b"larger than" in sent[1]["body"]
 
@@ -96,15 +96,15 @@ def test_this_machine_is_not_foreign(host: str) -> None:
     ],
 )
 @pytest.mark.parametrize("kind", ["http", "websocket"])
-def test_foreign_requests_end_at_the_guard(host: str, origin: str | None, kind: str) -> None:
+def test_foreign_requests_end_at_the_filter(host: str, origin: str | None, kind: str) -> None:
     headers = {"host": host} | ({} if origin is None else {"origin": origin})
-    status, sent, echo = visit([], kind, **headers)
+    status, sent, echo = request([], kind, **headers)
     assert echo.calls == 0
     assert status == 403 if kind == "http" else sent[0]["type"] == "websocket.close"
 
 
 def test_the_page_may_load_nothing_from_elsewhere() -> None:
-    _, sent, _ = visit([], host="localhost:8090")
+    _, sent, _ = request([], host="localhost:8090")
     policy = dict(sent[0]["headers"])[b"content-security-policy"].decode()
     assert "default-src 'self'" in policy
     assert "http:" not in policy

@@ -1,9 +1,9 @@
 // The tab of parking: a slot whose ends, kerb and opposite side can be dragged, and the start with them.
 (function () {
   "use strict";
-  const { html, clear, shape, Parking, Knobs, Asking } = window.mcdas;
+  const { html, clear, shape, fillFiles, Parking, Knobs, Asking } = window.mcdas;
 
-  class Lot {
+  class ParkingTab {
     constructor(root, look, setup, emit) {
       Object.assign(this, { root, look, setup, emit });
       this.values = {};
@@ -21,26 +21,21 @@
       this.view.transport.listen(() => this.root.offsetParent !== null);
       html("p", "mcdas-hint", this.main, "Drag the round handles: the slot's end, its kerb, the opposite side, the start. The two-arc path answers while you drag; the planner chosen on the left when you let go.");
       this.asking = new Asking((question) => emit("park", question), () => {});
-      window.mcdas.lot = this;
+      window.mcdas.parkingTab = this;
     }
 
     fillSide() {
       const open = html("fieldset", "", this.side);
       html("legend", "", open, "parking case");
-      this.shelf = html("select", "mcdas-shelf", open);
-      this.shelf.setAttribute("aria-label", "parking case");
-      for (const { label, kind, names } of this.setup.shelf) {
-        if (!names.length) continue;
-        const group = html("optgroup", "", this.shelf);
-        group.label = label;
-        for (const name of names) Object.assign(html("option", "", group, name).dataset, { kind, name });
-      }
-      this.shelf.addEventListener("change", () => {
-        const { kind, name } = this.shelf.selectedOptions[0].dataset;
+      this.files = html("select", "mcdas-files", open);
+      this.files.setAttribute("aria-label", "parking case");
+      fillFiles(this.files, this.setup.files);
+      this.files.addEventListener("change", () => {
+        const { kind, name } = this.files.selectedOptions[0].dataset;
         this.values = {};
         this.emit("open", { kind, name });
       });
-      this.planner = html("select", "mcdas-shelf", open);
+      this.planner = html("select", "mcdas-files", open);
       this.planner.setAttribute("aria-label", "parking planner");
       for (const name of this.setup.planners) html("option", "", this.planner, name).value = name;
       this.planner.addEventListener("change", () => this.ask(false));
@@ -71,7 +66,7 @@
         this.put(part);
       } else if (part.part === "parking") {
         const parking = part.parking;
-        if (this.bounds && this.live) parking.yard.bounds = this.bounds; // the ground does not move under the hand
+        if (this.bounds && this.live) parking.yard.bounds = this.bounds; // the ground does not move under the pointer
         this.bounds = parking.yard.bounds;
         this.view.load(parking);
         this.state.textContent = `${part.planner}: ${part.seconds.toFixed(2)} s of computing`;
@@ -95,7 +90,7 @@
     // Handles over the yard.
     dress() {
       const { yard } = this.view;
-      if (!yard.yard || !this.handles || this.held) return; // the hand keeps hold of the handle that it has
+      if (!yard.yard || !this.handles || this.held) return; // a handle that is being dragged stays
       clear(yard.top);
       for (const handle of this.handles) {
         const [x, y] = yard.place(handle.at);
@@ -150,5 +145,5 @@
     }
   }
 
-  window.mcdas.Lot = Lot;
+  window.mcdas.ParkingTab = ParkingTab;
 })();

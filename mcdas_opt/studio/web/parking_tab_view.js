@@ -3,7 +3,7 @@ export default {
   template: `<div class="mcdas mcdas-studio"></div>`,
   props: { look: Object, setup: Object },
   mounted() {
-    this.view = new window.mcdas.Lot(this.$el, this.look, this.setup, (name, payload) => this.$emit(name, payload));
+    this.view = new window.mcdas.ParkingTab(this.$el, this.look, this.setup, (name, payload) => this.$emit(name, payload));
     this.$emit("ready", {});
   },
   methods: {

@@ -1,4 +1,4 @@
-"""The ways out over a whole drive: of each, when it was comfortable, open or closed."""
+"""Time to react over a whole drive: of each manoeuvre, when it could begin, comfortably or at all."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def has_escapes(simulation: Simulation) -> bool:
     return any(cycle.plan.escapes is not None for cycle in simulation.cycles)
 
 
-class WaysStrip:
-    """Draws a row a way out over the drive's time; `show(t)` moves a line there."""
+class TimeToReactStrip:
+    """Draws a row for each manoeuvre over the drive's time; `show(t)` moves a line there."""
 
     def __init__(self, axes: Axes, simulation: Simulation) -> None:
         from matplotlib.lines import Line2D
@@ -42,7 +42,7 @@ class WaysStrip:
         axes.set_yticklabels(NAMES[::-1], fontsize=7.5)
         axes.set_xlabel("time [s]", labelpad=1)
         axes.grid(False)
-        axes.set_title("ways out", fontsize=9.0, fontweight="normal", loc="left")
+        axes.set_title("time to react", fontsize=9.0, fontweight="normal", loc="left")
         axes.legend(
             handles=[Patch(color=colour, label=kind) for kind, colour in COLOURS.items()],
             loc="lower right",
@@ -63,7 +63,7 @@ class WaysStrip:
         self._line.set_xdata([time_s, time_s])
 
 
-def _kind(way: Escape) -> str:
-    if way.last_moment_s is None:
+def _kind(escape: Escape) -> str:
+    if escape.last_moment_s is None:
         return "closed"
-    return "open" if way.last_comfortable_s is None else "comfortable"
+    return "open" if escape.last_comfortable_s is None else "comfortable"

@@ -1,4 +1,4 @@
-"""The map of open ways out over (front gap, rear closing speed), with the paper's Table 1 drawn over it as it is printed."""
+"""Time to react over (front gap, rear closing speed), with the paper's Table 1 drawn over it as it is printed."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ _TITLES = ("brake", "accelerate", "left", "right")
 _LEVELS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)
 
 
-def escape_map(sweep: EscapeSweep) -> Figure:
-    """Four panels, one a way out: coloured by its last moment where it is open, hatched where it is closed."""
+def time_to_react_map(sweep: EscapeSweep) -> Figure:
+    """Four panels, one for each manoeuvre: coloured by its last moment where it is open, hatched where it is closed."""
     from matplotlib import colormaps
     from matplotlib.colors import BoundaryNorm
     from matplotlib.patches import Patch
@@ -47,7 +47,7 @@ def escape_map(sweep: EscapeSweep) -> Figure:
         bar = fig.colorbar(mesh, ax=panels, shrink=0.85, ticks=_LEVELS, format="%g")
         bar.set_label("last moment to start [s]")
         fig.suptitle(
-            f"Ways out at {sweep.host_mps:.1f} m/s, front car at {sweep.front_mps:.1f} m/s, rear car {sweep.rear_gap_m:.0f} m behind",
+            f"Time to react at {sweep.host_mps:.1f} m/s, front car at {sweep.front_mps:.1f} m/s, rear car {sweep.rear_gap_m:.0f} m behind",
             fontsize=11, fontweight="bold", x=0.01, ha="left",
         )  # fmt: skip
         handles = [Patch(facecolor="#ececef", edgecolor=style.BLACK, label="closed now and later")]

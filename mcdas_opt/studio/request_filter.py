@@ -34,7 +34,7 @@ Send = Callable[[Message], Awaitable[None]]
 Application = Callable[[MutableMapping[str, Any], Receive, Send], Awaitable[None]]
 
 
-class Guard:
+class RequestFilter:
     """ASGI middleware: refuses foreign hosts and origins (403) and bodies over `largest_body` bytes (413); sends the policy along."""
 
     def __init__(self, app: Application, largest_body: int = LARGEST_BODY) -> None:

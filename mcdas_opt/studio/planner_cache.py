@@ -1,4 +1,4 @@
-"""Who answers: every planner, kept warm."""
+"""Every planner, kept warm between questions."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def first_look(scene: Scene) -> Situation:
     )
 
 
-class Desk:
+class PlannerCache:
     """Keeps one planner of every method. Belongs to one thread, as its planners do."""
 
     def __init__(self) -> None:
@@ -67,7 +67,7 @@ class Desk:
         return {"part": "plan", "planner": name, **Outlook(question.situation, question.vehicle).plan(plan)}
 
     def escapes(self, question: Question) -> dict[str, Any]:
-        """The part of the answer that tells the ways out."""
+        """The part of the answer that tells until when each manoeuvre can begin."""
         return {"part": "escapes", "escapes": escapes(question.situation, question.vehicle).to_dict()}
 
     def _planner(self, name: str, vehicle: Vehicle, sigmoid: SigmoidSettings) -> Planner:

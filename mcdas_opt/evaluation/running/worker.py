@@ -14,18 +14,23 @@ from mcdas_opt.evaluation.running.messages import Answer, Ended, Task, read, wri
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
-class Hand:
-    """One thread gives it tasks, any may close it. Waiting for an answer costs nothing.
+class Worker:
+    """One thread gives it tasks, any may close it for good. Waiting for an answer costs nothing.
 
-    The child computes in one thread and ends with its parent.
+    The child imports from where this process does, computes in one thread and ends with its parent. A process of its own instead of
+    `multiprocessing`: it needs no guarded main module, and a Dask worker, which is a daemon, may have one.
     """
 
     def __init__(self) -> None:
         self._child: subprocess.Popen[bytes] | None = None
+        self._closed = False
+        self._starting = threading.Lock()
 
     def do(self, task: Task) -> Answer:
         """The task's answer; never raises for what the task does."""
         child = self._alive()
+        if child is None:
+            return Answer(Ended.DIED, reason="its worker was closed")
         assert child.stdin is not None
         assert child.stdout is not None
         late = threading.Event()
@@ -43,7 +48,7 @@ class Hand:
             return cast(Answer, read(child.stdout))
         except (EOFError, OSError, ValueError):  # ValueError: closed by another thread
             code = child.wait()
-            self.close()
+            _end(child)
             if late.is_set():
                 return Answer(Ended.TOO_LONG, reason=f"stopped after {task.limit_s:g} s")
             return Answer(Ended.DIED, reason=f"its process ended with code {code}")
@@ -52,25 +57,35 @@ class Hand:
                 alarm.cancel()
 
     def close(self) -> None:
-        child, self._child = self._child, None
-        if child is None:
-            return
-        child.kill()
-        for stream in (child.stdin, child.stdout):
-            if stream is not None:
-                with contextlib.suppress(OSError):  # unsent bytes for a child that is gone
-                    stream.close()
-        child.wait()
+        with self._starting:
+            self._closed = True
+        if self._child is not None:
+            _end(self._child)
 
-    def _alive(self) -> subprocess.Popen[bytes]:
-        child = self._child  # by a name of its own: `close` may come from another thread
-        if child is None or child.poll() is not None:
-            self.close()
-            child = self._child = subprocess.Popen(
-                [sys.executable, "-m", "mcdas_opt.evaluation.running.child"],
+    def _alive(self) -> subprocess.Popen[bytes] | None:
+        """The child, a new one where there was none or it has ended; None once closed."""
+        with self._starting:
+            if self._closed:
+                return None
+            if self._child is not None and self._child.poll() is None:
+                return self._child
+            if self._child is not None:
+                _end(self._child)
+            threads = dict.fromkeys(_THREADS, "1")
+            self._child = subprocess.Popen(
+                [sys.executable, "-P", "-m", "mcdas_opt.evaluation.running.child"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 process_group=0,  # a terminal's Ctrl-C is the parent's affair: it closes its children
-                env=os.environ | dict.fromkeys(_THREADS, "1"),
+                env=os.environ | threads | {"PYTHONPATH": os.pathsep.join(folder or os.getcwd() for folder in sys.path)},
             )
-        return child
+            return self._child
+
+
+def _end(child: subprocess.Popen[bytes]) -> None:
+    child.kill()
+    for stream in (child.stdin, child.stdout):
+        if stream is not None:
+            with contextlib.suppress(OSError):  # unsent bytes for a child that is gone
+                stream.close()
+    child.wait()

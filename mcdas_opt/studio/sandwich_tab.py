@@ -13,9 +13,9 @@ from mcdas_opt.catalogue.scenes import Scene, scene_from_document
 from mcdas_opt.domain.settings import Settings, SigmoidSettings
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.studio import logs, results
-from mcdas_opt.studio.desk import Question, first_look
-from mcdas_opt.studio.folder import Folder, shipped_file
+from mcdas_opt.studio.folder import Folder, download_name, shipped_file
 from mcdas_opt.studio.knobs import KNOBS, SIGMOID, positions, sigmoid_of, turned
+from mcdas_opt.studio.planner_cache import Question, first_look
 
 FIRST = "sandwich-60-40"
 
@@ -36,14 +36,14 @@ class Looked:
     planner: str = ""
 
 
-class Session:
-    """One page's state, exchanged as a whole: another thread may open something while the sliders ask."""
+class SandwichTab:
+    """The sandwich tab's state, exchanged as a whole: another thread may open something while the sliders ask."""
 
     def __init__(self, folder: Folder) -> None:
         self.folder = folder
         self._at = _scene(shipped_file("scenes", FIRST))
 
-    def shelf(self) -> list[dict[str, Any]]:
+    def data_files(self) -> list[dict[str, Any]]:
         """What can be opened, in groups."""
         return [
             {"label": "shipped scenes", "kind": "shipped", "names": [FIRST, *(name for name in shipped("scenes") if name != FIRST)]},
@@ -54,7 +54,7 @@ class Session:
         ]
 
     def open(self, kind: str, name: str, progress: Progress | None = None) -> dict[str, Any]:
-        """Opens something of the shelf. Raises `InputError` for what is not there, or lies outside of the folder."""
+        """Opens one of the data files. Raises `InputError` for what is not there, or lies outside of the folder."""
         if kind == "shipped":
             self._at = _scene(shipped_file("scenes", name))
         elif kind == "scene":
@@ -126,8 +126,7 @@ class Session:
     def toml(self, values: Mapping[str, object]) -> tuple[str, str]:
         """File name and text of the scene with the sliders' values."""
         scene = self.turned(values)
-        kept = "".join(c if c.isalnum() or c in "-_." else "-" for c in scene.name).strip("-.") or "scene"
-        return f"{kept}.toml", scene_file(scene)
+        return download_name(scene.name, "scene"), scene_file(scene)
 
     def _confined(self, path: Path, name: str) -> Looked:
         document = read_toml(path)

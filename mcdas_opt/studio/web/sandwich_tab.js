@@ -1,10 +1,10 @@
-// The tab of the sandwich: sliders, the road from above with every planner's path, ways out, charts, words; and the closed loop.
+// The tab of the sandwich: sliders, the road from above with every planner's path, times to react, charts, words; and the closed loop.
 (function () {
   "use strict";
-  const { html, clear, shape, tried, Outlook, Drive, Knobs, Escapes, Asking } = window.mcdas;
+  const { html, clear, shape, candidateLines, fillFiles, Outlook, Drive, Knobs, TimesToReact, Asking } = window.mcdas;
 
-  class Sandwich {
-    // setup: { knobs, planners, shelf, upload }; emit(name, payload) tells the server
+  class SandwichTab {
+    // setup: { knobs, planners, files, upload }; emit(name, payload) tells the server
     constructor(root, look, setup, emit) {
       Object.assign(this, { root, look, setup, emit });
       this.values = {};
@@ -23,11 +23,11 @@
     fillSide() {
       const open = html("fieldset", "", this.side);
       html("legend", "", open, "what is looked at");
-      this.shelf = html("select", "mcdas-shelf", open);
-      this.shelf.setAttribute("aria-label", "scene, log or benchmark row");
-      this.fillShelf(this.setup.shelf);
-      this.shelf.addEventListener("change", () => {
-        const chosen = this.shelf.selectedOptions[0];
+      this.files = html("select", "mcdas-files", open);
+      this.files.setAttribute("aria-label", "scene, log or benchmark row");
+      fillFiles(this.files, this.setup.files);
+      this.files.addEventListener("change", () => {
+        const chosen = this.files.selectedOptions[0];
         this.open({ kind: chosen.dataset.kind, name: chosen.dataset.name });
       });
       const row = html("div", "mcdas-row", open);
@@ -43,7 +43,7 @@
       this.savePng.title = "download what is shown as a picture";
       this.saveToml.addEventListener("click", () => this.emit("save", { values: this.values }));
       this.savePng.addEventListener("click", () => this.png());
-      this.rows = html("select", "mcdas-shelf", open);
+      this.rows = html("select", "mcdas-files", open);
       this.rows.hidden = true;
       this.rows.setAttribute("aria-label", "row of the benchmark");
       this.rows.addEventListener("change", () => this.open({ kind: "row", name: this.rows.value }));
@@ -67,19 +67,6 @@
       this.reset = html("button", "", this.side, "Sliders back");
       this.reset.type = "button";
       this.reset.addEventListener("click", () => { this.values = {}; this.knobs.put(this.positions); this.showPaths(); this.ask(performance.now()); });
-    }
-
-    fillShelf(shelf) {
-      clear(this.shelf);
-      for (const { label, kind, names } of shelf) {
-        if (!names.length) continue;
-        const group = html("optgroup", "", this.shelf);
-        group.label = label;
-        for (const name of names) {
-          const option = html("option", "", group, name);
-          Object.assign(option.dataset, { kind, name });
-        }
-      }
     }
 
     fillMain() {
@@ -121,11 +108,11 @@
       html("caption", "", this.table, "who does what, and what the judge says");
       this.body = html("tbody", "", this.table);
       this.others = html("div", "mcdas-others", this.paths);
-      this.escapes = new Escapes(this.paths, this.look);
+      this.times = new TimesToReact(this.paths, this.look);
       this.outlook.chartsInto(this.paths);
       this.details = html("details", "", this.paths);
-      html("summary", "", this.details, "what the MPC tried");
-      this.tried = html("ul", "", this.details);
+      html("summary", "", this.details, "candidates of the MPC");
+      this.candidates = html("ul", "", this.details);
 
       this.loop = html("div", "mcdas-loop", this.main);
       this.loop.hidden = true;
@@ -167,12 +154,11 @@
       if (part.part === "opened") this.opened(part);
       else if (part.part === "picture") this.pictured(part);
       else if (part.part === "plan") { this.plans[part.planner] = { ...this.looks[part.planner], ...part }; this.soon(); }
-      else if (part.part === "escapes") this.escapes.show(part.escapes);
+      else if (part.part === "escapes") this.times.show(part.escapes);
       else if (part.part === "done") { this.draw(); this.asking.done(part.token); }
       else if (part.part === "progress") this.driving(part.done, part.of);
       else if (part.part === "drive") this.driven(part.drive);
       else if (part.part === "stopped") this.idle();
-      else if (part.part === "shelf") this.fillShelf(part.shelf);
       else if (part.part === "problem") { this.complain(part.text); this.idle(); }
     }
 
@@ -253,12 +239,12 @@
         verdict.className = plan.passed ? "good" : "bad";
         took.textContent = `${plan.took_ms.toFixed(0)} ms`;
       });
-      const lines = this.plans.mpc ? tried(this.plans.mpc) : [];
+      const lines = this.plans.mpc ? candidateLines(this.plans.mpc) : [];
       this.details.hidden = !lines.length;
-      if (lines.join() !== this.triedLines) {
-        this.triedLines = lines.join();
-        clear(this.tried);
-        for (const line of lines) html("li", "", this.tried, line);
+      if (lines.join() !== this.candidateLines) {
+        this.candidateLines = lines.join();
+        clear(this.candidates);
+        for (const line of lines) html("li", "", this.candidates, line);
       }
     }
 
@@ -343,11 +329,11 @@
       const legend = this.shown().map((plan) => [`${plan.label}: ${plan.doing}, ${plan.passed ? "passed" : "failed"}`, plan.colour, plan.dash]);
       window.mcdas.savePng(name, this.title.textContent, this.words.textContent, legend, [
         [{ svg: this.outlook.bird.svg }],
-        [{ svg: this.escapes.svg, caption: "ways out: the last moment to begin [s]" }],
+        [{ svg: this.times.svg, caption: this.times.caption }],
         this.outlook.strips.map(strip),
       ]);
     }
   }
 
-  window.mcdas.Sandwich = Sandwich;
+  window.mcdas.SandwichTab = SandwichTab;
 })();

@@ -1,4 +1,7 @@
-"""The finer library: swerves by a saturated feedback, close to the quickest that the car can do, and driven exactly as they are tried."""
+"""The finer library: evasive profiles by a saturated feedback, close to the quickest that the car can do.
+
+They are driven exactly as they are tried.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,7 @@ _SLOWEST_MPS = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Swerves:
+class EvasiveProfiles:
     """Members (n,): which d to go to [m] after which delay [s], with which share of the grip and which bandwidth [rad/s] of the
     feedback; which acceleration [m/s^2] first, until when [s], and which then."""
 
@@ -42,14 +45,14 @@ class Swerves:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Swerved:
+class DrivenProfiles:
     """States (n, T, 6) and inputs (n, T - 1, 2) of the members on an even grid of times (T,)."""
 
     times_s: Array
     states: Array
     inputs: Array
 
-    def ways(self) -> Ways:
+    def paths(self) -> Ways:
         """For the test of clearance; the curvature is not needed there and left 0."""
         s, d, psi = (np.ascontiguousarray(self.states[..., k]) for k in (0, 1, 2))
         return Ways(s_m=s, d_m=d, heading_rad=psi, sine=np.sin(psi), cosine=np.cos(psi), curvature_1pm=np.zeros(1))
@@ -67,8 +70,8 @@ class Swerved:
         return Trajectory.from_states(self.times_s, self.states[member], self.inputs[member])
 
 
-def swerves(road: Road, vehicle: Vehicle, d_m: float) -> Swerves:
-    """Every pair of a way sideways and a way along from d: some thousands."""
+def evasive_profiles(road: Road, vehicle: Vehicle, d_m: float) -> EvasiveProfiles:
+    """Every pair of a profile sideways and a profile along from d: some thousands."""
     limit = road.friction * GRAVITY_MPS2
     most = (min(-vehicle.acceleration_min_mps2, limit), min(vehicle.acceleration_max_mps2, limit))
     along = [(share, 0.0, share) for share in _STEADY] + [(a, t, then) for (a, then), t in itertools.product(_TURNS, _TURN_S)]
@@ -78,13 +81,13 @@ def swerves(road: Road, vehicle: Vehicle, d_m: float) -> Swerves:
     ends += [road.lane_centre_m(lane + step) for step in (1, -1, 2, -2) if road.has_lane(lane + step)]
     ends = [d for d in ends if road.right_edge_m + half < d < road.left_edge_m - half]
     sideways = [(d_m, 0.0, 1.0, 1.6), *itertools.product(ends, _DELAYS_S, _GRIP, _BANDWIDTH_RADPS)]
-    rows = np.array([(*side, *way) for side in sideways for way in along])
+    rows = np.array([(*side, *pace) for side in sideways for pace in along])
     target, delay, grip, bandwidth, first, switch, then = rows.T
 
     def asked(share: Array) -> Array:
         return np.asarray(share * np.where(share < 0.0, most[0], most[1]))
 
-    return Swerves(
+    return EvasiveProfiles(
         target_d_m=target,
         delay_s=delay,
         grip=grip,
@@ -95,14 +98,16 @@ def swerves(road: Road, vehicle: Vehicle, d_m: float) -> Swerves:
     )
 
 
-def lane_keeping(d_m: float) -> Swerves:
+def lane_keeping(d_m: float) -> EvasiveProfiles:
     """One member, which keeps its d and its speed."""
     nothing = np.zeros(1)
     steady = {"first_mps2": nothing, "switch_s": nothing, "then_mps2": nothing}
-    return Swerves(target_d_m=np.full(1, d_m), delay_s=nothing, grip=np.ones(1), bandwidth_radps=np.full(1, _BANDWIDTH_RADPS[0]), **steady)
+    return EvasiveProfiles(
+        target_d_m=np.full(1, d_m), delay_s=nothing, grip=np.ones(1), bandwidth_radps=np.full(1, _BANDWIDTH_RADPS[0]), **steady
+    )
 
 
-def swerve(members: Swerves, times_s: Array, host: HostState, vehicle: Vehicle, road: Road) -> Swerved:
+def drive_profiles(members: EvasiveProfiles, times_s: Array, host: HostState, vehicle: Vehicle, road: Road) -> DrivenProfiles:
     """The bicycle under the members' feedback: critically damped in the rear axle's offset and heading, its turning cut off at what
     the acceleration leaves of the friction circle and at the steering's own limits. A car that comes to rest stands."""
     count, steps = members.target_d_m.size, times_s.size
@@ -141,7 +146,7 @@ def swerve(members: Swerves, times_s: Array, host: HostState, vehicle: Vehicle, 
         x[3], x[4] = np.where(rest, 0.0, x[3]), np.where(rest, 0.0, x[4])
         states[:, k + 1] = np.stack(x, axis=-1)
         inputs[:, k] = np.stack(u, axis=-1)
-    return Swerved(times_s=times_s, states=states, inputs=inputs)
+    return DrivenProfiles(times_s=times_s, states=states, inputs=inputs)
 
 
 def _time_to_rest(v: Array, a: Array, jerk: Array) -> Array:

@@ -1,17 +1,18 @@
-// The four ways out as a timeline: open until when, closed by what.
+// Until when each of the four manoeuvres can begin, as a timeline, and what closes it.
 (function () {
   "use strict";
   const { shape, set, html, clear, fitted } = window.mcdas;
   const LEFT = 82, RIGHT = 14, ROW = 25, TOP = 4, MOST = 10;
   const NAMES = { brake: "brake", accelerate: "accelerate", left: "steer left", right: "steer right" };
 
-  class Escapes {
+  class TimesToReact {
     constructor(parent, look) {
       this.look = look;
       this.box = html("figure", "mcdas-escapes", parent);
-      html("figcaption", "", this.box, "ways out: the last moment to begin [s]");
+      this.caption = "time to react: the last moment to begin [s]";
+      html("figcaption", "", this.box, this.caption);
       this.frame = html("div", "", this.box);
-      this.svg = shape("svg", { class: "mcdas-picture", role: "img", "aria-label": "ways out over time" }, this.frame);
+      this.svg = shape("svg", { class: "mcdas-picture", role: "img", "aria-label": "times to react" }, this.frame);
       this.width = 0;
       fitted(this.frame, (width) => { this.width = width; this.draw(); });
     }
@@ -34,11 +35,11 @@
         put(x(t), height - 6, `${t} s`, { "text-anchor": "middle", "font-size": 10.5, fill: "#444" });
       }
       Object.keys(NAMES).forEach((key, k) => {
-        const way = this.escapes[key], top = TOP + k * ROW + 4, tall = ROW - 8, middle = top + tall / 2 + 4;
+        const found = this.escapes[key], top = TOP + k * ROW + 4, tall = ROW - 8, middle = top + tall / 2 + 4;
         put(LEFT - 8, middle, NAMES[key], { "text-anchor": "end" });
-        const until = way.last_moment_s;
-        const by = way.closed_by ? ` by ${way.closed_by}` : "";
-        const asks = way.demand_mps2 === null || way.demand_mps2 === undefined ? "" : `, asks ${way.demand_mps2.toFixed(1)} m/s² now`;
+        const until = found.last_moment_s;
+        const by = found.closed_by ? ` by ${found.closed_by}` : "";
+        const asks = found.demand_mps2 === null || found.demand_mps2 === undefined ? "" : `, asks ${found.demand_mps2.toFixed(1)} m/s² now`;
         let text, from = x(0);
         if (until === null || until === undefined) {
           text = `closed${by}`;
@@ -48,7 +49,7 @@
           shape("rect", { x: x(0), y: top, width: end - x(0), height: tall, fill: look.safe, "fill-opacity": 0.35, stroke: look.safe, "stroke-width": 1.2 }, this.svg);
           shape("path", { d: `M${end} ${top - 2}V${top + tall + 2}`, stroke: look.black, "stroke-width": 2 }, this.svg);
           text = until >= MOST - 1e-6 ? `open${asks}` : `${until.toFixed(1)} s, then closed${by}${asks}`;
-          if (!way.open) text = `not now; ${text}`;
+          if (!found.open) text = `not now; ${text}`;
           from = end;
         }
         const inside = text.length * 6.4 > x(MOST) - from - 8;
@@ -57,5 +58,5 @@
     }
   }
 
-  window.mcdas.Escapes = Escapes;
+  window.mcdas.TimesToReact = TimesToReact;
 })();

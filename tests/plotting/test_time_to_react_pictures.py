@@ -1,4 +1,4 @@
-"""The pictures of the escape map, and its command."""
+"""The pictures of the time to react, and their command."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.manoeuvres.escape_library import KINDS
 from mcdas_opt.planning.escape_map import escapes
 from mcdas_opt.planning.escape_sweep import swept
-from mcdas_opt.plotting.escape_map import escape_map
-from mcdas_opt.plotting.escape_timeline import escape_sheet
+from mcdas_opt.plotting.time_to_react_map import time_to_react_map
+from mcdas_opt.plotting.time_to_react_timeline import time_to_react_sheet
 from tests.planning.situations import sandwich
 
 
-def test_the_timeline_has_a_bar_for_every_way_that_is_open() -> None:
+def test_the_timeline_has_a_bar_for_every_manoeuvre_that_is_open() -> None:
     situation = sandwich()
     found = escapes(situation)
-    fig = escape_sheet(situation, Vehicle(), found)
+    fig = time_to_react_sheet(situation, Vehicle(), found)
     bars = [patch for patch in fig.axes[1].patches if patch.get_facecolor()[3] == 1.0]
-    expected = sum((way.last_moment_s is not None) + (way.last_comfortable_s is not None) for way in found.ways)
+    expected = sum((one.last_moment_s is not None) + (one.last_comfortable_s is not None) for one in found.ways)
     assert len(bars) == expected
     assert {label.get_text() for label in fig.axes[1].get_yticklabels()} == set(KINDS)
 
@@ -34,12 +34,12 @@ def test_the_map_shows_what_is_closed_and_where_table_1_has_a_mode() -> None:
     sweep = swept(sandwich(rear_gap_m=20.0), Vehicle(), front_gap_m=np.linspace(5.0, 50.0, 7), closing_mps=np.linspace(0.0, 14.0, 5))
     assert (sweep.table1_row > 0).any()
     assert set(sweep.front_gap_m[(sweep.table1_row > 0).any(axis=0)]) <= {x for x in sweep.front_gap_m if 25.0 <= x <= 35.0}
-    fig = escape_map(sweep)
+    fig = time_to_react_map(sweep)
     assert [axes.get_xlabel() for axes in fig.axes[2:4]] == ["gap to the car ahead [m]"] * 2
 
 
 def test_the_command_prints_one_document_and_draws(tmp_path: Path) -> None:
-    out = tmp_path / "ways.png"
+    out = tmp_path / "times.png"
     answer = CliRunner().invoke(app, ["escapes", "sandwich-60-40", "--json", "--out", str(out)])
     assert answer.exit_code == 0
     document = json.loads(answer.stdout)
@@ -56,8 +56,8 @@ def test_a_scene_that_is_not_there_is_named(name: str) -> None:
 
 def test_the_words_beside_the_bars_lie_within_the_picture() -> None:
     longest = Escape(open=True, last_moment_s=9.98, closed_by=Closer.EDGE, demand_mps2=10.5, last_comfortable_s=1.0)
-    ways = Escapes(brake=longest, accelerate=longest, left=longest, right=longest, keeping_on_s=3.0)
-    fig = escape_sheet(sandwich(), Vehicle(), ways)
+    found = Escapes(brake=longest, accelerate=longest, left=longest, right=longest, keeping_on_s=3.0)
+    fig = time_to_react_sheet(sandwich(), Vehicle(), found)
     fig.canvas.draw()
     for text in fig.axes[1].texts:
         reach = text.get_window_extent()

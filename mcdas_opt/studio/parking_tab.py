@@ -10,18 +10,18 @@ import numpy as np
 
 from mcdas_opt.catalogue.data_files import read_toml, shipped
 from mcdas_opt.catalogue.parking_cases import body_of, parking_case_from_document
-from mcdas_opt.catalogue.scene_text import to_toml
+from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.geometry.clearance import body_corners
 from mcdas_opt.planning.parking.park import PLANNERS, ParkSettings, park
 from mcdas_opt.plotting.plane import rounded
 from mcdas_opt.plotting.player import parking_document
-from mcdas_opt.studio.folder import Folder, shipped_file
+from mcdas_opt.studio.folder import Folder, download_name, shipped_file
 from mcdas_opt.studio.knobs import Knob
 
 FIRST = "parallel"
-LIVE = "two-arc"  # answers while the hand still drags
+LIVE = "two-arc"  # answers while the user still drags
 _BUDGET_S = 6.0  # for the program, after which the best so far stands
 _MARGIN_M = 0.8
 
@@ -38,7 +38,7 @@ _BY_KEY = {knob.key: knob for knob in KNOBS}
 _SLOT = ("length_m", "depth_m", "street_m")
 
 
-class Lot:
+class ParkingTab:
     """A parking case as a document, and what the sliders make of it."""
 
     def __init__(self, folder: Folder) -> None:
@@ -46,14 +46,14 @@ class Lot:
         self._path = shipped_file("cases", FIRST)
         self._document = read_toml(self._path)
 
-    def shelf(self) -> list[dict[str, Any]]:
+    def data_files(self) -> list[dict[str, Any]]:
         return [
             {"label": "shipped cases", "kind": "shipped", "names": [FIRST, *(name for name in shipped("cases") if name != FIRST)]},
             {"label": "cases of the folder", "kind": "case", "names": self.folder.cases()},
         ]
 
     def open(self, kind: str, name: str) -> dict[str, Any]:
-        """Opens a case of the shelf. Raises `InputError` for what is not there, or lies outside of the folder."""
+        """Opens a case of the data files. Raises `InputError` for what is not there, or lies outside of the folder."""
         if kind not in ("shipped", "case"):
             raise ParameterError("kind", kind, "must be shipped or case")
         path = shipped_file("cases", name) if kind == "shipped" else self.folder.file(name)
@@ -91,8 +91,7 @@ class Lot:
     def toml(self, values: Mapping[str, object]) -> tuple[str, str]:
         """File name and text of the case with the sliders' values."""
         case = self.case(values)
-        kept = "".join(c if c.isalnum() or c in "-_." else "-" for c in case.name).strip("-.") or "case"
-        return f"{kept}.toml", to_toml(self._turned(values))
+        return download_name(case.name, "case"), toml_text(self._turned(values))
 
     def _turned(self, values: Mapping[str, object]) -> dict[str, Any]:
         made = copy.deepcopy(self._document)

@@ -1,4 +1,4 @@
-"""The escape timeline: how long each way out stays open, under the road from above."""
+"""Time to react as a timeline: until when each manoeuvre can begin, under the road from above."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ _COMFORTABLE, _HARD, _CLOSED = style.GREEN, style.ORANGE, "#d9d9dd"
 _LATEST_S = 10.0
 
 
-def escape_sheet(situation: Situation, vehicle: Vehicle, escapes: Escapes, alert: Alert = Alert.NONE) -> Figure:
-    """The road from above, with where the host gets by keeping on, over the timeline of its ways out."""
+def time_to_react_sheet(situation: Situation, vehicle: Vehicle, escapes: Escapes, alert: Alert = Alert.NONE) -> Figure:
+    """The road from above, with where the host gets by constant inputs, over the timeline of its times to react."""
     outlook = Outlook(situation, vehicle)
     frame = outlook.view()
     view = View(back_m=frame["back"], ahead_m=frame["ahead"], right_m=frame["right"], left_m=frame["left"])
@@ -41,8 +41,8 @@ def escape_sheet(situation: Situation, vehicle: Vehicle, escapes: Escapes, alert
         fig.set_layout_engine("none")
         fig.text(0.02, 1.0 - 0.26 / height, _heading(escapes, alert), fontsize=11, fontweight="bold", va="center")
         axes = fig.add_axes((0.015, 1.0 - (0.45 + bird) / height, 0.97, bird / height))
-        keeping_on = _keeping_on(situation, vehicle, escapes)
-        BirdsEye(axes, situation.road, view, keeping_on.trajectory).show(outlook.moment(keeping_on))
+        without_reaction = _constant_inputs(situation, vehicle, escapes)
+        BirdsEye(axes, situation.road, view, without_reaction.trajectory).show(outlook.moment(without_reaction))
         axes.set(xticks=[], yticks=[])
         for spine in axes.spines.values():
             spine.set(visible=True, color="#c8c8c8", lw=0.8)
@@ -52,53 +52,55 @@ def escape_sheet(situation: Situation, vehicle: Vehicle, escapes: Escapes, alert
 
 
 def draw_timeline(axes: Axes, escapes: Escapes, latest_s: float = _LATEST_S) -> None:
-    """One bar a way out, from now to the last moment at which it can be started, and up to where that is comfortable; what closes it
-    and what it asks now stand beside it. A line marks where keeping on ends."""
+    """One bar for each manoeuvre: from now to the last moment at which it can begin, and up to where that is comfortable.
+
+    What closes it and what it asks now stand beside it. A line marks where constant inputs end.
+    """
     from matplotlib.patches import Patch
 
-    moments = [way.last_moment_s for way in escapes.ways if way.last_moment_s is not None]
+    moments = [one.last_moment_s for one in escapes.ways if one.last_moment_s is not None]
     ends = [*moments, escapes.keeping_on_s or 0.0]
     span = min(latest_s, max(2.0, 1.15 * max(ends)))
-    for row, way in enumerate(escapes.ways):
+    for row, one in enumerate(escapes.ways):
         y = len(_NAMES) - 1 - row
         axes.barh(y, span, height=0.62, color=_CLOSED, alpha=0.45, zorder=1)
-        if way.last_moment_s is not None:
-            axes.barh(y, max(way.last_moment_s, 0.01 * span), height=0.62, color=_HARD, zorder=2)
-            if way.last_comfortable_s is not None:
-                axes.barh(y, min(way.last_comfortable_s, way.last_moment_s), height=0.62, color=_COMFORTABLE, zorder=3)
+        if one.last_moment_s is not None:
+            axes.barh(y, max(one.last_moment_s, 0.01 * span), height=0.62, color=_HARD, zorder=2)
+            if one.last_comfortable_s is not None:
+                axes.barh(y, min(one.last_comfortable_s, one.last_moment_s), height=0.62, color=_COMFORTABLE, zorder=3)
         axes.annotate(
-            _words(way, latest_s), (1.0, y), (8, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
+            _words(one, latest_s), (1.0, y), (8, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
             va="center", fontsize=8.0, linespacing=1.1, annotation_clip=False,
         )  # fmt: skip
     if escapes.keeping_on_s is not None and escapes.keeping_on_s <= span:
         axes.axvline(escapes.keeping_on_s, color=style.VERMILION, lw=2.0, zorder=4)
-    axes.set(xlim=(0.0, span), ylim=(-0.55, len(_NAMES) - 0.45), yticks=range(len(_NAMES)), xlabel="start of the way out, from now [s]")
+    axes.set(xlim=(0.0, span), ylim=(-0.55, len(_NAMES) - 0.45), yticks=range(len(_NAMES)), xlabel="start of the manoeuvre, from now [s]")
     axes.set_yticklabels(_NAMES[::-1])
     axes.grid(False, axis="y")
     handles = [Patch(color=_COMFORTABLE, label="comfortable"), Patch(color=_HARD, label="open"), Patch(color=_CLOSED, label="closed")]
     if escapes.keeping_on_s is not None:
-        handles.append(Patch(color=style.VERMILION, label="keeping on ends"))
+        handles.append(Patch(color=style.VERMILION, label="constant inputs end"))
     axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False, borderaxespad=0.1)
 
 
-def _words(way: Escape, latest_s: float) -> str:
-    if way.last_moment_s is None:
-        return f"closed by {way.closed_by}" if way.closed_by is not None else "closed"
-    until = f"until {way.last_moment_s:.2f} s" if way.last_moment_s < latest_s else f"for {latest_s:g} s and more"
-    closer = f", then {way.closed_by}" if way.closed_by is not None else ""
-    asks = f"asks {way.demand_mps2:.1f} m/s² now" if way.demand_mps2 is not None else "cannot begin just now"
+def _words(one: Escape, latest_s: float) -> str:
+    if one.last_moment_s is None:
+        return f"closed by {one.closed_by}" if one.closed_by is not None else "closed"
+    until = f"until {one.last_moment_s:.2f} s" if one.last_moment_s < latest_s else f"for {latest_s:g} s and more"
+    closer = f", then {one.closed_by}" if one.closed_by is not None else ""
+    asks = f"asks {one.demand_mps2:.1f} m/s² now" if one.demand_mps2 is not None else "cannot begin just now"
     return f"{until}{closer}\n{asks}"
 
 
 def _heading(escapes: Escapes, alert: Alert) -> str:
     last = escapes.last_moment_s
-    said = "no way out is left" if last is None else f"the last way out closes in {last:.2f} s"
+    said = "no manoeuvre is left" if last is None else f"the last manoeuvre closes in {last:.2f} s"
     if last is not None and last >= _LATEST_S:
-        said = "a way out stays open"
+        said = "a manoeuvre stays open"
     return f"escapes: {said}{'' if alert is Alert.NONE else f'; {alert}'}"
 
 
-def _keeping_on(situation: Situation, vehicle: Vehicle, escapes: Escapes) -> Plan:
+def _constant_inputs(situation: Situation, vehicle: Vehicle, escapes: Escapes) -> Plan:
     """What the car does if nobody does anything, as something to draw."""
     times = np.round(np.arange(0.0, min(escapes.keeping_on_s or 4.0, 4.0) + 0.2, 0.1), 9)
     path = held(situation.host, times, vehicle, situation.road)

@@ -1,4 +1,4 @@
-"""Hands: what they are given comes back, what breaks is told, and none outlives its server."""
+"""Workers: what they are given comes back, what breaks is told, and none outlives its server."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ import pytest
 
 from mcdas_opt.errors import InputError, McdasError
 from mcdas_opt.studio.folder import Folder
-from mcdas_opt.studio.hands import FaultError, Hand, Hands, LostHandError
-from mcdas_opt.studio.session import Session
+from mcdas_opt.studio.sandwich_tab import SandwichTab
+from mcdas_opt.studio.worker_pool import AwaitedWorker, FaultError, LostWorkerError, WorkerPool
 
 
 def refuse() -> None:
@@ -33,23 +33,23 @@ def die() -> None:
 
 def test_work_comes_back_and_trouble_is_told(caplog: pytest.LogCaptureFixture) -> None:
     async def run() -> None:
-        hand = Hand()
+        worker = AwaitedWorker()
         try:
-            assert await hand.do(max, 2, 5) == 5
-            first = await hand.do(os.getpid)
+            assert await worker.do(max, 2, 5) == 5
+            first = await worker.do(os.getpid)
             assert first != os.getpid()
             with pytest.raises(McdasError, match=r"a\.toml: key = 3: is odd"):
-                await hand.do(refuse)
+                await worker.do(refuse)
             with pytest.raises(FaultError, match="ZeroDivisionError: of a planner"):
-                await hand.do(break_down)
-            assert await hand.do(os.getpid) == first, "trouble does not end it"
-            with pytest.raises(LostHandError):
-                await hand.do(die)
-            assert await hand.do(os.getpid) != first, "another takes its place"
+                await worker.do(break_down)
+            assert await worker.do(os.getpid) == first, "trouble does not end it"
+            with pytest.raises(LostWorkerError):
+                await worker.do(die)
+            assert await worker.do(os.getpid) != first, "another takes its place"
         finally:
-            hand.close()
-        with pytest.raises((LostHandError, RuntimeError)):
-            await hand.do(os.getpid)
+            worker.close()
+        with pytest.raises((LostWorkerError, RuntimeError)):
+            await worker.do(os.getpid)
 
     asyncio.run(run())
     assert "break_down" in caplog.text
@@ -57,12 +57,12 @@ def test_work_comes_back_and_trouble_is_told(caplog: pytest.LogCaptureFixture) -
 
 def test_a_planner_that_cannot_leaves_the_others_their_word(tmp_path: Path) -> None:
     async def run() -> list[dict[str, Any]]:
-        hands = Hands(("closed-form", "nobody"))
+        workers = WorkerPool(("closed-form", "nobody"))
         try:
-            question = Session(Folder(root=tmp_path)).question({})
-            return [part async for part in hands.answer(question, hands.planners)]
+            question = SandwichTab(Folder(root=tmp_path)).question({})
+            return [part async for part in workers.answer(question, workers.planners)]
         finally:
-            hands.close()
+            workers.close()
 
     parts = asyncio.run(run())
     assert sorted(part["part"] for part in parts) == ["escapes", "plan", "problem"]
@@ -71,15 +71,15 @@ def test_a_planner_that_cannot_leaves_the_others_their_word(tmp_path: Path) -> N
 
 SERVER = """
 import asyncio, os, sys
-from mcdas_opt.studio.hands import Hand
-hand = Hand()
-print(asyncio.run(hand.do(os.getpid)), flush=True)
+from mcdas_opt.studio.worker_pool import AwaitedWorker
+worker = AwaitedWorker()
+print(asyncio.run(worker.do(os.getpid)), flush=True)
 sys.stdin.read()
 """
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
-def test_no_hand_outlives_its_server(how: signal.Signals, tmp_path: Path) -> None:
+def test_no_worker_outlives_its_server(how: signal.Signals, tmp_path: Path) -> None:
     script = tmp_path / "server.py"
     script.write_text(f"if __name__ == '__main__':\n{''.join(f'    {line}' + chr(10) for line in SERVER.strip().splitlines())}")
     server = subprocess.Popen(
@@ -97,4 +97,4 @@ def test_no_hand_outlives_its_server(how: signal.Signals, tmp_path: Path) -> Non
             except ProcessLookupError:
                 return
             time.sleep(0.1)
-    pytest.fail("the hand is still there")
+    pytest.fail("the worker is still there")
