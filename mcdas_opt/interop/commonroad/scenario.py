@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mcdas_opt.catalogue.scenes import TRAJECTORY_COLUMNS, Scene, load_scene
-from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.catalogue.vehicles import load_vehicle, vehicle_text
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.errors import InputError, ParameterError
@@ -216,8 +216,7 @@ def _vehicle() -> str:
     assert car.cog_to_front_axle_m is not None
     front = 0.5 * car.length_m - car.cog_to_front_axle_m
     rear = car.length_m - car.wheelbase_m - front
-    numbers = asdict(replace(car, front_overhang_m=front, rear_overhang_m=rear))
-    return "".join(f"{key} = {value!r}\n" for key, value in numbers.items() if isinstance(value, float))
+    return vehicle_text(replace(car, front_overhang_m=front, rear_overhang_m=rear))
 
 
 def _toml(value: Any) -> str:
