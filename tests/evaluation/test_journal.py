@@ -120,7 +120,7 @@ def test_records_come_back_to_the_last_bit(tmp_path: Path) -> None:
 
 
 def test_two_runs_never_write_one_file(tmp_path: Path) -> None:
-    pytest.importorskip("fcntl")
+    pytest.importorskip("fcntl", reason="operating system: locks as POSIX has them")
     path = tmp_path / "rows.journal"
     with Journal(path) as first:
         first.append({"index": 0})
