@@ -3,6 +3,7 @@
 A shell that starts the tests in the background may have them ignore Ctrl-C, and so every process that they start: not here.
 
 `MAY_BE_SKIPPED`, a regular expression, makes every skip whose reason it does not match a failure of the run: CI installs what tests need.
+Published data is not ours to ship: a test marked `published` is left out (deselected) where it is not, and another shows it on our own.
 """
 
 from __future__ import annotations
@@ -53,6 +54,14 @@ class NothingSkipped:
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "published(path): left out where that data is not; a test beside it has data of our own")
     allowed = os.environ.get("MAY_BE_SKIPPED")
     if allowed is not None and not hasattr(config, "workerinput"):
         config.pluginmanager.register(NothingSkipped(allowed), "nothing-skipped")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    absent = [item for item in items if any(not mark.args[0].exists() for mark in item.iter_markers("published"))]
+    if absent:
+        config.hook.pytest_deselected(items=absent)
+        items[:] = [item for item in items if item not in absent]
