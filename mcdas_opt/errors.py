@@ -49,11 +49,12 @@ def writing(file: object) -> Iterator[None]:
 
 
 class MissingExtraError(McdasError, ImportError):
-    """An optional package is not installed: says which command installs it."""
+    """An optional package is not installed: says which command installs it, and which other one after that if the extra is not enough."""
 
-    def __init__(self, package: str, extra: str) -> None:
-        self.package, self.extra = package, extra
-        super().__init__(f"this needs the package {package!r}: pip install mcdas-opt[{extra}]")
+    def __init__(self, package: str, extra: str, then: str = "") -> None:
+        self.package, self.extra, self.then = package, extra, then
+        also = f", then {then}" if then else ""
+        super().__init__(f"this needs the package {package!r}: pip install mcdas-opt[{extra}]{also}")
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

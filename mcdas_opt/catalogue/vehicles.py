@@ -7,9 +7,12 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict
 
 from mcdas_opt.catalogue.data_files import checked, find, read_toml
+from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError, ParameterError
+
+_WHERE_FROM = ("source", "sources")  # the keys that are no numbers of the car
 
 
 class VehicleFile(BaseModel):
@@ -42,10 +45,22 @@ def load_vehicle(name: str, beside: Path | None = None) -> Vehicle:
     """The vehicle behind a shipped name or a path. Raises `InputError` that names the file, the key and the known vehicles."""
     path = find("vehicles", name, beside=beside)
     entry = checked(VehicleFile, read_toml(path), path)
-    limits = entry.model_dump(exclude={"source", "sources"})
+    limits = entry.model_dump(exclude=set(_WHERE_FROM))
     try:
         vehicle = Vehicle(name=path.stem, **limits)
         Chassis.of(vehicle)
     except ParameterError as error:
         raise InputError(path, error.name, error.value, error.rule) from None
     return vehicle
+
+
+def vehicle_text(vehicle: Vehicle) -> str:
+    """The vehicle as the text of a vehicle file, which reads back the same but for its name, which is the file's.
+
+    Raises `ParameterError` for a zero-sideslip point that is not the rear axle: it goes with the speed, and no file can say it.
+    """
+    if vehicle.zero_sideslip_point_m != 0.0:
+        raise ParameterError(
+            "zero_sideslip_point_m", vehicle.zero_sideslip_point_m, "must be 0 in a vehicle file: it goes with the speed", "m"
+        )
+    return toml_text({key: getattr(vehicle, key) for key in VehicleFile.model_fields if key not in _WHERE_FROM})

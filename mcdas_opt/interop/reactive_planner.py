@@ -1,7 +1,7 @@
 """CommonRoad's reactive planner as a method, through its public interface: sampled polynomials in the Frenet frame.
 
 Source: Werling, Ziegler, Kammel, Thrun, ICRA 2010; package commonroad-reactive-planner of TU Munich. It is told what every method is
-told; its answers are judged as they are. Extra `commonroad-planner`.
+told; its answers are judged as they are. Extra `commonroad-planner`, and then the package itself: `pip install --no-deps` of `PACKAGES`.
 """
 
 from __future__ import annotations
@@ -29,6 +29,8 @@ from mcdas_opt.planning.memory import carried
 from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.judge import judge
 
+# They pin osqp 0.6, ours needs 1.0: pip can install both sides only apart. What they do with it (smoothing a line) is not asked for here.
+PACKAGES = ("commonroad-clcs==2025.1.1", "commonroad-route-planner==2025.1.0", "commonroad-reactive-planner==2025.1")
 STEP_S = 0.1
 _STEPS = 40
 _AGAIN_S = 0.3  # the package's own replanning frequency: every third step
@@ -248,7 +250,8 @@ def _package() -> _Package:
         from commonroad_rp.utility.config import ReactivePlannerConfiguration
         from commonroad_rp.utility.utils_coordinate_system import CoordinateSystem
     except ImportError:
-        raise MissingExtraError("commonroad-reactive-planner", "commonroad-planner") from None
+        then = f"pip install --no-deps {' '.join(PACKAGES)}"
+        raise MissingExtraError("commonroad-reactive-planner", "commonroad-planner", then) from None
     return _Package(
         planner=ReactivePlanner,
         configuration=ReactivePlannerConfiguration,

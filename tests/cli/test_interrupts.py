@@ -15,7 +15,7 @@ import pytest
 
 from mcdas_opt.catalogue.data_files import find
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals as POSIX has them")
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="operating system: signals as POSIX has them")
 _PATIENCE_S = 120.0
 
 

@@ -29,7 +29,7 @@ from mcdas_opt.evaluation.results_folder import JOURNAL, LABELS, MANIFEST
 from mcdas_opt.evaluation.running.executor import ProcessPool
 from mcdas_opt.evaluation.running.journal import Journal
 from mcdas_opt.evaluation.suites import Suite, expand
-from mcdas_opt.evaluation.table import read_table
+from mcdas_opt.evaluation.table import PARQUET, read_table, write_table
 from mcdas_opt.simulation.loop import simulate
 from tests.evaluation.full_disk import fill_up
 
@@ -200,7 +200,15 @@ def test_json_is_the_contracts(short_suite: Path, tmp_path: Path) -> None:
         assert document["suite_hash"] in text, file
         assert document["versions"]["mcdas-opt"] in text, file
     assert re.search(r"drives: 4 of 4, [\d.]+/s", done.stderr)
-    assert importlib.util.find_spec("pyarrow") is None or (folder / "rows.parquet").is_file()
+
+
+def test_the_parquet_file_holds_the_rows_with_their_types(short_suite: Path, tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    results = driven(expand(short_suite, 2, seed=3), ("closed-form",), tmp_path / "run")
+    origin, _ = read_table(write_table(tmp_path, results.rows, results, {"seed": 3}))
+    table = parquet.read_table(tmp_path / PARQUET)
+    assert json.loads(table.schema.metadata[b"mcdas_opt"]) == origin
+    assert table.to_pylist() == [dict(row) for row in results.rows]
 
 
 def test_a_contradiction_of_the_oracle_fails_the_run(labelled_suite: Path, tmp_path: Path) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -212,9 +214,30 @@ def test_recordings_need_a_folder_and_say_what_it_lacks(tmp_path: Path) -> None:
         expand("recorded", data=tmp_path)
 
 
-@pytest.mark.skipif(not (DATA / "cats_platoon").is_dir(), reason="the recordings are not here")
-def test_recordings_begin_as_recorded_and_the_rear_car_reacts() -> None:
-    suite = expand("recorded", 30, seed=1, data=DATA)
+def made_recordings(folder: Path) -> Path:
+    """Five cars 20 m apart on a winding road whose speeds swing, and triples of the same motion, laid out as the published ones are."""
+    t = np.arange(0.0, 60.0, 0.1)
+    swing = 15.0 + 3.0 * np.sin(2.0 * np.pi * t / 17.0)
+    along = np.cumsum(swing) * 0.1
+    bend = 0.3 * np.sin(np.arange(-200.0, 1200.0) / 60.0)
+    plane = np.cumsum(np.column_stack([np.cos(bend), np.sin(bend)]), axis=0)
+    places = [np.column_stack([np.interp(along - 20.0 * k + 200.0, np.arange(len(plane)), column) for column in plane.T]) for k in range(5)]
+    (folder / "cats_platoon").mkdir()
+    heads = ["t", *(f"veh{k + 1}_{c}" for k in range(5) for c in "xyv")]
+    rows = np.column_stack([t, *(np.column_stack([place, swing]) for place in places)])
+    np.savetxt(folder / "cats_platoon" / "made.csv", rows, fmt="%.4f", delimiter=",", header=",".join(heads), comments="")
+    cars = [np.column_stack([place, np.zeros(len(t)), swing])[:50].tolist() for place in places]
+    dims = {who: [4.8, 1.9] for who in ("front", "host", "rear")}
+    triples = [{"front": cars[k], "host": cars[k + 1], "rear": cars[k + 2], "dims": dims} for k in range(3)]
+    (folder / "us101_triples_odd.json").write_text(json.dumps({"triples": triples}))
+    return folder
+
+
+@pytest.mark.parametrize(
+    "data", [made_recordings, pytest.param(lambda _: DATA, id="published", marks=pytest.mark.published(DATA / "cats_platoon"))]
+)
+def test_recordings_begin_as_recorded_and_the_rear_car_reacts(data: Callable[[Path], Path], tmp_path: Path) -> None:
+    suite = expand("recorded", 30, seed=1, data=data(tmp_path))
     assert {case.family for case in suite.cases} == {"platoon", "us101"}
     for case in suite.cases:
         front, rear = case.scene.neighbour

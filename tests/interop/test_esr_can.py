@@ -6,6 +6,7 @@ import math
 import sys
 from pathlib import Path
 
+import cantools
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -25,7 +26,12 @@ from mcdas_opt.simulation.sensors import mounting
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 ESR = SHARED / "esr_candump"
 SHIPPED = models_folder() / "can" / "esr_minimal.dbc"
-needs_shared = pytest.mark.skipif(not ESR.is_dir(), reason="the recordings are not here")
+published = pytest.mark.published(ESR)
+# of a track message, after the radar's own description: (first bit, length, signed, scale)
+LAYOUT = {
+    "STATUS": (15, 3, False, 1.0), "ANGLE": (12, 10, True, 0.1), "RANGE": (18, 11, False, 0.1), "WIDTH": (37, 4, False, 0.5),
+    "RANGE_RATE": (53, 14, True, 0.01),
+}  # fmt: skip
 
 detections = st.builds(
     RadarDetection,
@@ -56,10 +62,18 @@ def test_a_recorded_frame_decodes_to_known_values() -> None:
     assert target.width_m == 2.0
 
 
-@needs_shared
-def test_the_shipped_dbc_states_the_facts_of_the_published_one() -> None:
-    import cantools
+def test_the_shipped_dbc_lays_out_every_track_message_alike() -> None:
+    database = cantools.database.load_file(str(SHIPPED))
+    for slot in range(64):
+        message = database.get_message_by_frame_id(0x500 + slot)
+        found = {signal.name.removeprefix("CAN_TX_TRACK_"): signal for signal in message.signals}
+        assert message.length == 8
+        assert {name: (s.start, s.length, s.is_signed, s.scale) for name, s in found.items()} == LAYOUT
+        assert {(s.byte_order, s.offset) for s in found.values()} == {("big_endian", 0)}
 
+
+@published
+def test_the_shipped_dbc_states_the_facts_of_the_published_one() -> None:
     ours, theirs = (cantools.database.load_file(str(path)) for path in (SHIPPED, ESR / "ESR.dbc"))
     assert len(ours.messages) == 66
     for message in ours.messages:
@@ -71,7 +85,7 @@ def test_the_shipped_dbc_states_the_facts_of_the_published_one() -> None:
                 assert getattr(signal, fact) == getattr(other, fact), (message.name, signal.name, fact)
 
 
-@needs_shared
+@published
 def test_both_dbcs_decode_the_recording_alike() -> None:
     front, rear = (ESR / f"test1118_test3_host3_{side}.log" for side in ("front", "rear"))
     ours, theirs = (read_esr(front, rear=rear, dbc=dbc) for dbc in (None, ESR / "ESR.dbc"))
@@ -79,7 +93,7 @@ def test_both_dbcs_decode_the_recording_alike() -> None:
     assert (ours.good, ours.bad.total, ours.other, len(ours.scans), ours.detections) == (2144, 0, 0, 2144, 2144)
 
 
-@needs_shared
+@published
 def test_the_azimuth_sign_agrees_with_the_recorded_positions() -> None:
     """The cars' positions are the judge: which side of the host's path the others were on, by their tracks in the plane."""
     cars = np.genfromtxt(SHARED / "cats_platoon" / "test1118_test3.csv", delimiter=",", names=True)

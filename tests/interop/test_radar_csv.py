@@ -120,7 +120,14 @@ def test_other_files_are_refused(tmp_path: Path, text: str, message: str) -> Non
         read_radar_csv(path)
 
 
-@pytest.mark.skipif(not COMMA.is_dir(), reason="the recordings are not here")
+def test_a_slot_that_is_given_away_is_another_piece(tmp_path: Path) -> None:
+    """Three slots over forty cycles; each is given to another target every tenth cycle, one of them begins late."""
+    held = [(k, slot) for k in range(40) for slot in range(3) if slot < 2 or k >= 15]
+    log = read_radar_csv(table(tmp_path, *(f"{0.05 * k:.2f},{slot},{20 + slot},0,0,{int(k > 0 and k % 10 == 0)}" for k, slot in held)))
+    assert (log.good, log.bad.total, log.pieces, len(log.scans)) == (105, 0, 4 + 4 + 3, 40)
+
+
+@pytest.mark.published(COMMA)
 def test_the_recorded_track_list() -> None:
     log = read_radar_csv(COMMA / "radar_tracks.csv")
     assert (log.good, log.bad.total, log.pieces, len(log.scans)) == (10100, 0, 144, 1200)

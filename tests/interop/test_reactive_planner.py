@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -27,10 +28,11 @@ FRONT = Track(id="front", s_m=40.0, d_m=0.0, speed_s_mps=8.0)
 SITUATION = Situation(host=HostState(speed_mps=18.0), tracks=(FRONT,), road=Road(lanes_left=1))
 
 
-def test_it_is_known_and_without_its_package_says_what_to_install() -> None:
+def test_it_is_known_and_without_its_package_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "commonroad-reactive" in known_methods()
-    if not HERE:
-        with pytest.raises(MissingExtraError, match=r"mcdas-opt\[commonroad-planner\]"):
+    with monkeypatch.context() as patch:
+        patch.setitem(sys.modules, "commonroad_rp.reactive_planner", None)
+        with pytest.raises(MissingExtraError, match=r"mcdas-opt\[commonroad-planner\], then pip install --no-deps commonroad-"):
             build_method("commonroad-reactive", CAR, Settings())
 
 

@@ -24,7 +24,6 @@ LOGS = models_folder() / "logs"
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 ESR = SHARED / "esr_candump"
 COMMA = SHARED / "comma2k19_radar"
-needs_shared = pytest.mark.skipif(not ESR.is_dir(), reason="the recordings are not here")
 
 
 @pytest.fixture(scope="module")
@@ -237,7 +236,7 @@ def test_truth_azimuths_turn_their_sign(tmp_path: Path) -> None:
     np.testing.assert_allclose(points, [[-10.0 * math.cos(math.pi / 6), 5.0]])
 
 
-@needs_shared
+@pytest.mark.published(ESR)
 def test_the_recorded_platoon_against_its_truth(tmp_path: Path) -> None:
     cars = np.genfromtxt(SHARED / "cats_platoon" / "test1118_test3.csv", delimiter=",", names=True)
     host = tmp_path / "host.csv"
@@ -254,7 +253,7 @@ def test_the_recorded_platoon_against_its_truth(tmp_path: Path) -> None:
         assert ours.range_rate_rmse_mps < raw.range_rate_rmse_mps < 0.13
 
 
-@needs_shared
+@pytest.mark.published(COMMA)
 def test_a_recorded_track_list_runs_through(tmp_path: Path) -> None:
     """The first ten seconds: a front car all along, gaps of the sensor bridged, standing things standing."""
     lines = (COMMA / "radar_tracks.csv").read_text().splitlines()

@@ -108,16 +108,19 @@ def test_a_body_row_that_holds_keeps_bodies_apart(ds: float, dd: float) -> None:
         assert abs(ds) >= 4.5 or abs(dd) >= 1.8
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_real_time_iteration_is_near_the_converged_solution(seed: int) -> None:
-    situation, posed, guess, p, steps = _posed(seed)
-    x0 = situation.host.to_vector()
-    ours = posed.osqp.solve(x0, p, steps, guess, 20)
-    exact = posed.ipopt.solve(x0, p, steps, guess)
-    assert exact.ending is Ending.CONVERGED
-    assert ours.usable
-    if ours.ending is Ending.CONVERGED:
-        assert ours.objective <= exact.objective * 1.02 + 0.05
+def test_real_time_iteration_is_near_the_converged_solution() -> None:
+    near = 0
+    for seed in range(6):
+        situation, posed, guess, p, steps = _posed(seed)
+        x0 = situation.host.to_vector()
+        ours = posed.osqp.solve(x0, p, steps, guess, 20)
+        exact = posed.ipopt.solve(x0, p, steps, guess)
+        assert exact.ending is Ending.CONVERGED
+        assert ours.usable
+        if ours.ending is Ending.CONVERGED:
+            near += 1
+            assert ours.objective <= exact.objective * 1.02 + 0.05
+    assert near >= 4
 
 
 def test_planner_settings_reach_the_problem() -> None:

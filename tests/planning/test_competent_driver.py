@@ -41,7 +41,31 @@ def crashes(ego_mps: float, other_mps: float, gap_m: float, sideways_mps: float)
     return False
 
 
-@pytest.mark.skipif(not REFERENCE.is_file(), reason="the published reference is not here")
+def way_m(closing_mps: float) -> float:
+    """How much nearer the driver comes: 0.75 s with the throttle released, 0.6 s of build-up, then 0.774 g until as fast as the other."""
+    reaction, release, jerk, braking = DRIVER.reaction_s, DRIVER.release_mps2, DRIVER.jerk_mps3, DRIVER.braking_mps2
+    rest = closing_mps - release * reaction
+    way = closing_mps * reaction - 0.5 * release * reaction**2
+    rise = min(braking / jerk, np.sqrt(2.0 * rest / jerk))
+    way += rest * rise - jerk * rise**3 / 6.0
+    return float(way + max(rest - 0.5 * jerk * rise**2, 0.0) ** 2 / (2.0 * braking))
+
+
+def test_crashes_where_the_arithmetic_says() -> None:
+    """Cut-ins whose bodies overlap sideways after one step of the reference, 0.1 s, over the range in which the driver reacts."""
+    rng = np.random.default_rng(4)
+    found = []
+    for closing, share in zip(rng.uniform(3.0, 20.0, 400).tolist(), rng.uniform(0.6, 1.0, 400).tolist(), strict=True):
+        gap, way = share * DRIVER.critical_ttc_s * closing, way_m(closing)
+        left = gap - STEP_S * closing
+        if abs(left - way) > STEP_S * closing + 0.1:  # how far its steps may be from the integral
+            crashed = crashes(30.0, 30.0 - closing, gap, BETWEEN_M / STEP_S)
+            assert crashed == (way > left), (closing, left, way)
+            found.append(crashed)
+    assert 50 < sum(found) < len(found) - 30
+
+
+@pytest.mark.published(REFERENCE)
 def test_crashes_where_the_published_reference_driver_does() -> None:
     with REFERENCE.open() as file:
         cases = list(csv.DictReader(file))
@@ -58,18 +82,12 @@ def test_crashes_where_the_published_reference_driver_does() -> None:
 @given(closing=st.floats(3.0, 20.0), headroom=st.floats(0.0, 1.0))
 @settings(max_examples=40, deadline=None)
 def test_comes_as_near_as_its_reaction_its_jerk_and_its_brakes_say(closing: float, headroom: float) -> None:
-    """0.75 s with the throttle released, 0.6 s of build-up, then 0.774 g until as fast as the other, who keeps its speed."""
+    """The other keeps its speed."""
     speed, gap = 22.0, headroom * DRIVER.critical_ttc_s * closing
     front = Track(id="front", s_m=gap + CAR.length_m, d_m=0.0, speed_s_mps=speed - closing)
     plan = CompetentDriverMethod(CAR).plan(Situation(host=HostState(speed_mps=speed), tracks=(front,)), None)
     assert isinstance(plan, Plan)
     t, s = plan.trajectory.t_s, plan.trajectory.s_m
     way = float((s - (speed - closing) * t).max())
-    reaction, release, jerk, braking = DRIVER.reaction_s, DRIVER.release_mps2, DRIVER.jerk_mps3, DRIVER.braking_mps2
-    rest = closing - release * reaction
-    expected = closing * reaction - 0.5 * release * reaction**2
-    rise = min(braking / jerk, np.sqrt(2.0 * rest / jerk))
-    expected += rest * rise - jerk * rise**3 / 6.0
-    expected += max(rest - 0.5 * jerk * rise**2, 0.0) ** 2 / (2.0 * braking)
-    assert way == pytest.approx(expected, abs=0.05 * closing + 0.1)
+    assert way == pytest.approx(way_m(closing), abs=0.05 * closing + 0.1)
     assert plan.verdict.passed == (way < gap) or abs(way - gap) < 0.1

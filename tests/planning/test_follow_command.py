@@ -9,6 +9,8 @@ from typer.testing import CliRunner
 from mcdas_opt.cli.app import app
 from mcdas_opt.cli.follow import follow
 from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.plotting import style
+from tests.plotting.pixels import coloured, pixels
 
 runner = CliRunner()
 WIDE = "[slot]\nlength_m = 7.2\n"
@@ -25,7 +27,11 @@ def test_a_slot_shorter_than_believed_is_followed_and_drawn(tmp_path: Path):
     assert drive["min_clearance_m"] > 0.0
     assert drive["stops_judged"] > 0
     assert any("rear car" in event["text"] for event in drive["events"])
-    assert picture.stat().st_size > 10_000
+    shown = pixels(picture)
+    assert shown.shape == (1014, 1248, 3)
+    assert coloured(shown, style.BLUE).sum() > 500  # the speed
+    assert coloured(shown, style.PURPLE).sum() > 500  # off the plans
+    assert coloured(shown, style.VERMILION).sum() > 100  # an event
 
 
 def test_bad_options_are_named(tmp_path: Path):

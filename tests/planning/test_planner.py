@@ -81,8 +81,8 @@ def test_paper_sandwich_literal_fails_and_mpc_passes() -> None:
 def test_offset_bends_the_reference_but_the_plan_ends_in_the_lane(offset_m: float) -> None:
     plan = Planner().plan(sandwich(offset_m))
     assert plan.verdict.passed
-    if plan.side is not Side.NONE:
-        assert abs(plan.trajectory.d_m[-1]) == pytest.approx(3.7, abs=1.0)
+    assert plan.side is not Side.NONE
+    assert abs(plan.trajectory.d_m[-1]) == pytest.approx(3.7, abs=1.0)
 
 
 def test_same_input_same_bytes() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from mcdas_opt.baselines.aeb import AebMethod, AebSettings, needed_gap_m
@@ -128,6 +128,8 @@ def test_idm_keeps_its_equilibrium_gap(speed: float, headroom: float) -> None:
 
 
 @given(gap=st.floats(0.5, 120.0), closing=st.floats(0.0, 15.0), left=st.booleans())
+@example(gap=1.0, closing=8.0, left=True)
+@example(gap=100.0, closing=0.0, left=False)
 @settings(max_examples=40)
 def test_mobil_never_changes_when_the_new_follower_would_brake_harder_than_is_safe(gap: float, closing: float, left: bool) -> None:
     side, sign = (Side.LEFT, 1.0) if left else (Side.RIGHT, -1.0)

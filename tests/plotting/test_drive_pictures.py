@@ -23,6 +23,7 @@ from mcdas_opt.plotting.birdseye import Camera, ellipse
 from mcdas_opt.plotting.moments import moment_at, moments, view_of
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.record import Simulation
+from tests.plotting.pixels import as_bytes, at, coloured, pixels
 from tests.simulation.fake_driver import FakeDriver
 from tests.simulation.scene_maker import make_scene
 
@@ -126,9 +127,41 @@ def test_times_to_react_are_drawn_where_the_plans_tell_them(drive: Simulation) -
     assert shown == {(3, to_hex(style.ORANGE)), (2, "#d9d9dd"), (1, to_hex(style.GREEN)), (0, "#d9d9dd")}
 
 
-def test_an_empty_curved_road_can_be_drawn(tmp_path: Path) -> None:
+def test_bodies_and_road_stand_in_the_sheet_where_they_are(drive: Simulation) -> None:
+    """The rear of every body, off its name and its track's mark, has the body's colour, and the road's edge is where asphalt ends."""
+    fig = sheet(drive, count=3)
+    shown = pixels(fig)
+    for axes, time_s in zip(fig.axes[:3], (0.0, 0.5 * drive.duration_s, drive.duration_s), strict=True):
+        moment = moment_at(drive, time_s)
+        assert axes.get_title(loc="left").startswith(f"{time_s:.1f} s   {moment.action}")
+        s = moment.host.pose[0]
+        assert len(moment.others) == 2
+        for body in (moment.host, *moment.others):
+            rear = (body.pose[0] - 0.4 * body.length_m - s, body.pose[1] - 0.25 * body.width_m)
+            assert at(shown, axes, *rear) == as_bytes(body.colour), (body.name, time_s)
+        road = drive.scene.true_road
+        low, high = axes.get_xlim()
+        for x in (low + 1.0, high - 1.0):
+            assert at(shown, axes, x, road.right_edge_m - 0.5) == as_bytes(style.VERGE)
+            assert at(shown, axes, x, road.right_edge_m + 0.5) == as_bytes(style.ASPHALT)
+    assert all("[" in axes.get_title(loc="left") for axes in fig.axes[3:])  # each chart's unit
+
+
+def test_an_empty_curved_road_is_drawn_up_to_its_end(tmp_path: Path) -> None:
+    """The road bends to the left: ahead of the host asphalt lies higher; at 30 m it ends in a line across."""
     scene = make_scene(duration_s=0.3, road={"curvature": [[0.0, 0.01]], "road_end_s_m": 30.0})
-    assert save(simulate(scene, FakeDriver()), tmp_path / "alone.png").stat().st_size > 1000
+    drive = simulate(scene, FakeDriver())
+    shown = pixels(save(drive, tmp_path / "alone.png"))
+    assert coloured(shown, style.HOST).sum() > 500
+    assert coloured(shown, style.VERMILION).sum() > 50
+    first = sheet(drive, count=2).axes[0]
+    drawn = pixels(first.figure)
+    s = np.linspace(-8.0, 28.0, 10)
+    x, y, _ = Camera(scene.true_road, 0.0).place(s, np.full(10, -1.5))
+    colours = [at(drawn, first, *place) for place in zip(x.tolist(), y.tolist(), strict=True)]
+    assert colours == [as_bytes(style.ASPHALT)] * 10
+    beyond_x, beyond_y, _ = Camera(scene.true_road, 0.0).place(33.0, -1.5)
+    assert at(drawn, first, float(beyond_x), float(beyond_y)) == as_bytes(style.VERGE)
 
 
 @pytest.mark.parametrize("name", ["drive.mp4", "drive", "no/such/folder.gif"])

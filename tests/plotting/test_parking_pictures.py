@@ -1,22 +1,59 @@
-"""Parking pictures are made, and closed forms have some too."""
+"""Parking pictures show obstacles, bodies and limits where they are, and closed forms have some too."""
 
+import numpy as np
 import pytest
+from matplotlib.colors import to_hex, to_rgb
+from PIL import Image
 
 from mcdas_opt.catalogue.parking_cases import slot_case
 from mcdas_opt.planning.parking.park import park
 from mcdas_opt.plotting import parking as parking_pictures
+from mcdas_opt.plotting import style
 from mcdas_opt.plotting.parking import frames, save, sheet, slot_sweep
+from tests.plotting.pixels import as_bytes, at, coloured, pixels
 
 
 def test_a_sheet_and_an_animation(tmp_path, monkeypatch):
     monkeypatch.setattr(parking_pictures, "_MOST_FRAMES", 5)
     case = slot_case(8.5)
     answer = park(case, "two-arc")
-    assert len(sheet(case, answer).axes) == 3
     pictures, milliseconds = frames(case, answer)
     assert len(pictures) == len(milliseconds)
     assert sum(milliseconds[:-1]) == pytest.approx(1e3 * (answer.duration_s or 0.0), rel=0.05)
-    assert save(case, answer, tmp_path / "two.png").stat().st_size > 10_000
+    with Image.open(save(case, answer, tmp_path / "two.gif")) as moving:
+        assert moving.n_frames == len(pictures)
+    first, last = (np.argwhere(coloured(pixels(pictures[k]), _seen(style.ORANGE), 25))[:, 1].mean() for k in (0, -1))
+    assert np.sign(last - first) == np.sign(case.goal[0] - case.start[0])
+
+
+def _seen(colour, alpha=0.55):
+    """A body's colour on white."""
+    return to_hex([1.0 - alpha * (1.0 - part) for part in to_rgb(colour)])
+
+
+def test_the_sheet_shows_obstacles_start_goal_and_limits(tmp_path):
+    case = slot_case(8.5)
+    answer = park(case, "two-arc")
+    figure = sheet(case, answer)
+    above, curvature, speed = figure.axes
+    shown = pixels(figure)
+    pieces = [np.clip(outline, *np.array([above.get_xlim(), above.get_ylim()]).T) for outline in case.obstacles]
+    pieces = [piece for piece in pieces if np.ptp(piece, axis=0).min() > 0.2]
+    assert len(pieces) == 2  # the car ahead and the kerb
+    for in_view in pieces:
+        assert at(shown, above, *in_view.mean(axis=0)) == as_bytes("#c9c9ce")
+    for pose, colour in ((case.start, style.GREY), (case.goal, style.GREEN)):
+        ahead = 0.75 * case.vehicle.wheelbase_m * np.array([np.cos(pose[2]), np.sin(pose[2])])
+        assert np.abs(np.array(at(shown, above, *(pose[:2] + ahead + [0.0, 0.3]))) - as_bytes(_seen(colour))).max() < 40
+    assert (above.get_xlabel(), above.get_ylabel()) == ("x [m]", "y [m]")
+    assert (curvature.get_ylabel(), speed.get_ylabel()) == ("curvature [1/m]", "speed [m/s]")
+    top = np.tan(case.vehicle.steering_max_rad) / case.vehicle.wheelbase_m
+    assert [line.get_ydata()[0] for line in curvature.lines[1:]] == pytest.approx([top, -top])
+    assert np.abs(curvature.lines[0].get_ydata()).max() <= top + 1e-9
+    assert speed.lines[0].get_xdata()[-1] == pytest.approx(answer.trajectory.path_m, rel=1e-3)
+    kept = pixels(save(case, answer, tmp_path / "two.png"))
+    assert kept.shape[:2] == tuple(int(130 * inches) for inches in figure.get_size_inches()[::-1])
+    assert coloured(kept, "#c9c9ce", 2).mean() == pytest.approx(coloured(shown, "#c9c9ce", 2).mean(), rel=0.05)
 
 
 def test_a_refusal_cannot_be_drawn():

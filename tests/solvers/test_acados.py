@@ -17,7 +17,7 @@ PROBLEM, NODES = lane_problem(2), 20
 def engine(request):
     try:
         return AcadosEngine(PROBLEM, NODES, curved=request.param)
-    except (ImportError, RuntimeError) as error:
+    except ImportError as error:  # one that is there and cannot generate or compile is a failure
         pytest.skip(str(error))
 
 

@@ -174,7 +174,7 @@ def test_without_a_compiler_it_is_interpreted_and_says_so(cache, monkeypatch, tm
     assert answer(engine).ending is Ending.CONVERGED
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="the fake compiler is a shell script")
+@pytest.mark.skipif(sys.platform == "win32", reason="operating system: the fake compiler is a shell script")
 @pytest.mark.parametrize(
     "body", ["echo broken >&2; exit 1", "exit 0", 'for a; do case "$last" in -o) echo junk > "$a";; esac; last="$a"; done']
 )

@@ -45,18 +45,21 @@ def test_plausible_cold_starts_converge(engine):
 
 def test_the_answer_is_a_minimum_by_ipopt_s_account(engine, oracle):
     """From our answer IPOPT finds nothing cheaper nearby; nor does it from the cold guess (where it may end on the wrong side)."""
-    compared = 0
+    compared = cold = 0
     for q in family(12, 12):
         ours = engine.solve(q.x0, q.p, q.steps, q.guess)
         near = oracle.solve(q.x0, q.p, q.steps, StageGuess(x=ours.x, u=ours.u, s=ours.s))
         far = oracle.solve(q.x0, q.p, q.steps, q.guess)
+        assert ours.ending is Ending.CONVERGED
         if far.ending is Ending.CONVERGED:
+            cold += 1
             assert ours.objective <= far.objective * 1.001
         if near.ending is Ending.CONVERGED:  # now and then IPOPT itself runs into its limit
             compared += 1
             assert ours.objective == pytest.approx(near.objective, rel=1e-3)
             np.testing.assert_allclose(ours.u[0] / PROBLEM.u_upper, near.u[0] / PROBLEM.u_upper, atol=5e-3)
     assert compared >= 9
+    assert cold >= 9
 
 
 def test_osqp_s_iteration_comes_to_the_same_answer(engine):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,6 +22,7 @@ from mcdas_opt.plotting.style import save_png
 from mcdas_opt.reference.steering_demand import peak_lateral_acceleration
 from mcdas_opt.reference.tuned_path import tuned_path
 from mcdas_opt.tuning.schedule import build_schedule, schedule_text
+from tests.plotting.pixels import coloured, pixels
 
 SHIPPED = load_schedule("sedan")
 DRAWS = 100_000
@@ -144,5 +144,16 @@ def test_closed_form_tuned_is_a_planner_that_drives() -> None:
 
 
 def test_the_schedule_is_drawn(tmp_path: Path) -> None:
-    assert save_png(schedule_sheet(SHIPPED), tmp_path / "schedule.png").stat().st_size > 20_000
-    assert math.isfinite(SHIPPED.length_m.sum())
+    figure = schedule_sheet(SHIPPED)
+    assert [axes.get_ylabel() for axes in figure.axes] == ["a [1/m]", "b [-]", "length [m]"]
+    j = int(np.argmin(np.abs(SHIPPED.offset_m)))
+    for axes, table in zip(figure.axes, (SHIPPED.a_per_m, SHIPPED.b, SHIPPED.length_m), strict=True):
+        *drawn, paper = axes.lines
+        assert len(drawn) == len(SHIPPED.friction)
+        for i, line in enumerate(drawn):
+            np.testing.assert_array_equal(line.get_ydata(), table[i, j])
+            np.testing.assert_allclose(line.get_xdata(), 3.6 * np.array(SHIPPED.speed_mps))
+        assert paper.get_label().startswith("paper: ")
+    shown = pixels(save_png(figure, tmp_path / "schedule.png"))
+    for line in figure.axes[2].lines:
+        assert coloured(shown, line.get_color()).sum() > 100, line.get_label()

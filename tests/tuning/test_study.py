@@ -25,6 +25,7 @@ from mcdas_opt.evaluation.running.journal import StoppedError
 from mcdas_opt.evaluation.running.messages import Answer, Ended, Task
 from mcdas_opt.planning.adjustable import adjusted, defaults
 from mcdas_opt.planning.parameter_files import planner_with
+from mcdas_opt.plotting import style
 from mcdas_opt.tuning import tune_in_traffic
 from mcdas_opt.tuning.choice import SetResult, choose, judged, pareto
 from mcdas_opt.tuning.pool import on_executor
@@ -33,6 +34,7 @@ from mcdas_opt.tuning.searchers import search
 from mcdas_opt.tuning.study import Trial, run_study
 from mcdas_opt.tuning.study_options import StudyOptions
 from mcdas_opt.tuning.traffic import TrafficCost
+from tests.plotting.pixels import coloured, pixels
 from tests.tuning.invented import Drives, figures, scenes, spec
 
 pytest.importorskip("optuna")
@@ -238,7 +240,10 @@ def test_a_study_reports_writes_what_is_accepted_and_draws_either_way(
     assert document["evaluations"] == 9
     assert [one["name"] for one in document["guarded"]["sets"]] == ["train", "validation", "test"]
     assert document["value"] <= document["guarded"]["sets"][0]["default"]["collisions"] * 100.0 + 10.0
-    assert out.with_suffix(".png").stat().st_size > 10_000
+    shown = pixels(out.with_suffix(".png"))
+    assert coloured(shown, style.VERMILION).sum() > 3 * 30  # the chosen one in three planes
+    assert coloured(shown, style.ORANGE).sum() > 3 * 30  # the defaults
+    assert (coloured(shown, style.GREEN).sum() > 1000) == bool(report.importance)
     assert out.exists() == report.accepted
     if report.accepted:
         assert planner_with(out, Vehicle(), "mpc").settings.sigmoid.b == report.values["sigmoid.b"]

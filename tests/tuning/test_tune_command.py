@@ -15,7 +15,9 @@ from mcdas_opt.cli.app import app
 from mcdas_opt.errors import InputError, McdasError
 from mcdas_opt.planning.parameter_files import planner_with
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.plotting import style
 from mcdas_opt.simulation.first_situation import situation_of
+from tests.plotting.pixels import coloured, pixels
 
 RUN = CliRunner()
 
@@ -40,7 +42,10 @@ def test_a_design_is_planned_with(tmp_path: Path) -> None:
     out = tmp_path / "gentle.toml"
     answer = RUN.invoke(app, ["tune", "--speed", "11.1", "--lateral-acceleration", "1.5", "--out", str(out)])
     assert answer.exit_code == 0
-    assert out.with_suffix(".png").stat().st_size > 10_000
+    shown = pixels(out.with_suffix(".png"))
+    assert coloured(shown, style.ASPHALT).mean() > 0.1
+    for colour in (style.CORRECTED, style.LITERAL, style.VERMILION):  # ours, the paper's dashed, the limits dotted
+        assert coloured(shown, colour, 70).sum() > 200
     kept = tomllib.loads(out.read_text(encoding="utf-8"))
     found = tune(speed_mps=11.1, lateral_acceleration_mps2=1.5)
     assert kept["sigmoid"]["a_per_m"] == found.a_per_m

@@ -87,7 +87,29 @@ def test_the_integral_agrees_with_scipy_and_the_clearance_with_shapely():
     assert found.min_clearance_m == pytest.approx(least, abs=1e-9)
 
 
-@pytest.mark.skipif(not TPCAP.is_dir(), reason="the shared data is not here")
+def test_a_published_solutions_faults_are_found_in_its_file(tmp_path):
+    """A sound drive written as the competition's entrants write theirs, then with a steering angle that jumps: how far off the goal."""
+
+    def rejected(driven):
+        """A row's t is the time of the row after it."""
+        names = ("x_m", "y_m", "heading_rad", "speed_mps", "acceleration_mps2", "steering_rad", "steering_rate_radps")
+        next_t = [*driven.t_s[1:].tolist(), float(driven.t_s[-1]) + 0.05]
+        rows = zip(*(getattr(driven, name).tolist() for name in names), next_t, strict=True)
+        path = tmp_path / "solution.csv"
+        text = "".join("\t".join(map(repr, (k, *row))) + "\n" for k, row in enumerate(rows))
+        path.write_text("\tx\ty\ttheta\tv\ta\tsigma\tomega\tt\n" + text)
+        return judge_parking(CASE, load_parking_trajectory(path))
+
+    assert rejected(SOUND).verdict.passed
+    jumping = changed(steering_rad=np.where(SOUND.t_s > 0.5 * SOUND.t_s[-1], -SOUND.steering_rad, SOUND.steering_rad))
+    found = rejected(jumping)
+    values = {violation.name: violation.value for violation in found.verdict.violations}
+    assert values["steering rate"] > 2.0
+    assert values["end position"] == pytest.approx(float(np.hypot(*(found.poses[-1, :2] - CASE.goal[:2]))), abs=1e-9)
+    assert values["end position"] > 0.1
+
+
+@pytest.mark.published(TPCAP)
 @pytest.mark.parametrize(
     ("number", "off_m", "overlap"), [(1, 0.69, ""), (2, 0.49, "integrated"), (3, 0.24, ""), (4, 1.56, "both"), (5, 6.57, "published")]
 )

@@ -17,17 +17,18 @@ from tests.verification.rollouts import WIDE, WIDE_CURVED, Drive, legal
 
 seeds = st.integers(0, 10**9)
 both_roads = pytest.mark.parametrize("road", [WIDE, WIDE_CURVED], ids=["straight", "curved"])
-pytestmark = pytest.mark.skipif(plainly_sound() is None, reason="there is no compiler")
 COLUMNS = ("s_m", "d_m", "heading_rad", "speed_mps", "acceleration_mps2", "steering_rad", "steering_rate_radps", "jerk_mps3")
 
 
 def said_sound(drive: Drive) -> bool:
+    """Where there is no compiler the quick yes is the array operations' own."""
+    quick = plainly_sound()
+    if quick is None:
+        return examined(drive)
     table = drive.trajectory.table
     rules = rules_of(drive.vehicle, drive.road, judging.CONTRACT, judging.ALONG_REACHES)
     bodies = rows_of(drive.prediction.bodies)
     frame = judging._frame(table[1], drive.vehicle, drive.road, drive.prediction)
-    quick = plainly_sound()
-    assert quick is not None
     assert bodies is not None
     return quick(table, drive.start, rules, bodies, frame)
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mcdas_opt.catalogue.scenes import TRAJECTORY_COLUMNS, Scene, load_scene
-from mcdas_opt.catalogue.vehicles import VehicleFile, load_vehicle
+from mcdas_opt.catalogue.vehicles import load_vehicle, vehicle_text
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.errors import InputError, ParameterError, writing
@@ -89,7 +89,7 @@ def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str 
         tables[name] = (samples, *_size(obstacle.obstacle_shape))
     host = {"d_m": own_d, "heading_rad": own_psi, "speed_mps": max(float(first.velocity), 0.0), "vehicle": vehicle or VEHICLE_FILE}
     while True:
-        files = _files(path.stem, road, host, tables, duration) | ({VEHICLE_FILE: vehicle_text()} if vehicle is None else {})
+        files = _files(path.stem, road, host, tables, duration) | ({VEHICLE_FILE: own_vehicle_text()} if vehicle is None else {})
         try:
             with tempfile.TemporaryDirectory() as folder:
                 scene = load_scene(_write(files, Path(folder)))
@@ -216,14 +216,13 @@ def _files(name: str, road: Road, host: dict[str, Any], tables: dict[str, tuple[
     return {SCENE_FILE: "\n".join(lines) + "\n", **files}
 
 
-def vehicle_text() -> str:
+def own_vehicle_text() -> str:
     """The shipped car as a vehicle file, its overhangs such that the body's centre is the centre of gravity."""
     car = load_vehicle(VEHICLE)
     assert car.cog_to_front_axle_m is not None
     front = 0.5 * car.length_m - car.cog_to_front_axle_m
     rear = car.length_m - car.wheelbase_m - front
-    numbers = asdict(replace(car, front_overhang_m=front, rear_overhang_m=rear))
-    return "".join(f"{key} = {value!r}\n" for key, value in numbers.items() if key in VehicleFile.model_fields and isinstance(value, float))
+    return vehicle_text(replace(car, front_overhang_m=front, rear_overhang_m=rear))
 
 
 def _toml(value: Any) -> str:
