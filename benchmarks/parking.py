@@ -24,13 +24,13 @@ from pathlib import Path
 
 import numpy as np
 
-from mcdas_opt.catalogue.parking_cases import load_parking_case, parking_case_from_document, slot_case
 from mcdas_opt.domain.parking import Parking, ParkingCase
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.statistics import Share
-from mcdas_opt.planning.parking.closed_form import CLOSED_FORMS, shortest_slot
-from mcdas_opt.planning.parking.exchange import ExchangeSettings
-from mcdas_opt.planning.parking.park import ParkSettings, park
+from mcdas_opt.parking.case_file import load_parking_case, parking_case_from_document, slot_case
+from mcdas_opt.parking.closed_form import CLOSED_FORMS, shortest_slot
+from mcdas_opt.parking.park import ParkSettings, park
+from mcdas_opt.parking.program.exchange import ExchangeSettings
 
 CAR_M = 4.5
 WALL_M = float(np.hypot(4.5, 1.8)) + 0.1  # the sedan's diagonal and two clearances

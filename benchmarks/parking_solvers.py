@@ -11,13 +11,13 @@ import argparse
 import time
 from typing import Any
 
-from mcdas_opt.catalogue.parking_cases import slot_case
 from mcdas_opt.ocp import parking as program_module
-from mcdas_opt.ocp.parking_records import SOLVERS, ParkingCosts, ParkingPhysics, ParkingProgram, ParkingSolution
-from mcdas_opt.ocp.parking_stages import Stages
-from mcdas_opt.planning.parking import exchange as loop
-from mcdas_opt.planning.parking.exchange import ExchangeSettings
-from mcdas_opt.planning.parking.park import ParkSettings, park
+from mcdas_opt.parking.case_file import slot_case
+from mcdas_opt.parking.park import ParkSettings, park
+from mcdas_opt.parking.program import exchange as loop
+from mcdas_opt.parking.program.exchange import ExchangeSettings
+from mcdas_opt.parking.program.records import SOLVERS, ParkingCosts, ParkingPhysics, ParkingProgram, ParkingSolution
+from mcdas_opt.parking.program.stages import Stages
 
 
 def by_fatrop(

@@ -9,13 +9,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mcdas_opt.catalogue.parking_cases import load_parking_case
     from mcdas_opt.catalogue.scenes import Scene, load_scene
     from mcdas_opt.domain.plan import Plan, Refusal
     from mcdas_opt.domain.settings import Settings
     from mcdas_opt.domain.situation import Situation
+    from mcdas_opt.parking.case_file import load_parking_case
+    from mcdas_opt.parking.park import park
     from mcdas_opt.planning.escape_map import escapes
-    from mcdas_opt.planning.parking.park import park
     from mcdas_opt.planning.planner import Planner
     from mcdas_opt.simulation.judging import verify
     from mcdas_opt.simulation.loop import simulate
@@ -31,9 +31,9 @@ _HOME = {
     "Settings": "mcdas_opt.domain.settings",
     "Situation": "mcdas_opt.domain.situation",
     "escapes": "mcdas_opt.planning.escape_map",
-    "load_parking_case": "mcdas_opt.catalogue.parking_cases",
+    "load_parking_case": "mcdas_opt.parking.case_file",
     "load_scene": "mcdas_opt.catalogue.scenes",
-    "park": "mcdas_opt.planning.parking.park",
+    "park": "mcdas_opt.parking.park",
     "simulate": "mcdas_opt.simulation.loop",
     "tune": "mcdas_opt.tuning.tune",
     "verify": "mcdas_opt.simulation.judging",

@@ -12,8 +12,8 @@ from mcdas_opt.cli.screen import JsonOption, check_picture, console, emit, facts
 from mcdas_opt.errors import ParameterError
 
 if TYPE_CHECKING:
-    from mcdas_opt.simulation.parking_record import ParkingDrive
-    from mcdas_opt.simulation.parking_sight import Visitor
+    from mcdas_opt.parking.closed_loop.record import ParkingDrive
+    from mcdas_opt.parking.closed_loop.sight import Visitor
 
 
 def follow(
@@ -33,9 +33,9 @@ def follow(
 
     Example: mcdas-opt follow parallel --shorter 0.3 --seed 3 --out follow.gif
     """
-    from mcdas_opt.catalogue.parking_cases import load_parking_case
-    from mcdas_opt.simulation.parking_loop import follow_parking
-    from mcdas_opt.simulation.parking_sight import shorter_slot
+    from mcdas_opt.parking.case_file import load_parking_case
+    from mcdas_opt.parking.closed_loop.follow import follow_parking
+    from mcdas_opt.parking.closed_loop.sight import shorter_slot
 
     if planner not in ("nlp", "search"):
         raise ParameterError("planner", planner, "must be nlp or search")
@@ -72,7 +72,7 @@ def _print(drive: ParkingDrive, title: str) -> None:
 
 
 def _visitor(text: str) -> Visitor:
-    from mcdas_opt.simulation.parking_sight import Visitor
+    from mcdas_opt.parking.closed_loop.sight import Visitor
 
     try:
         values = [float(part) for part in text.split(",")]

@@ -22,7 +22,7 @@ def judge(
 
     Example: mcdas-opt plan cut-in --json > plan.json; mcdas-opt judge cut-in plan.json
     """
-    from mcdas_opt.catalogue.parking_cases import is_parking_case
+    from mcdas_opt.parking.case_file import is_parking_case
 
     if is_parking_case(scene):
         _judge_parking(scene, trajectory, as_json)
@@ -46,9 +46,9 @@ def judge(
 
 
 def _judge_parking(name: str, file: Path, as_json: bool) -> None:
-    from mcdas_opt.catalogue.parking_cases import load_parking_case
-    from mcdas_opt.catalogue.parking_trajectories import load_parking_trajectory
     from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+    from mcdas_opt.parking.case_file import load_parking_case
+    from mcdas_opt.parking.trajectory_file import load_parking_trajectory
     from mcdas_opt.verification.parking_judge import judge_parking
 
     case = load_parking_case(name)

@@ -34,11 +34,11 @@ def park(
 
     Example: mcdas-opt park parallel --out park.gif
     """
-    from mcdas_opt.catalogue.parking_cases import load_parking_case
-    from mcdas_opt.ocp.parking_records import costs_named
-    from mcdas_opt.planning.parking.exchange import ExchangeSettings
-    from mcdas_opt.planning.parking.park import ParkSettings
-    from mcdas_opt.planning.parking.park import park as run
+    from mcdas_opt.parking.case_file import load_parking_case
+    from mcdas_opt.parking.park import ParkSettings
+    from mcdas_opt.parking.park import park as run
+    from mcdas_opt.parking.program.exchange import ExchangeSettings
+    from mcdas_opt.parking.program.records import costs_named
 
     check_picture(out)
     problem = load_parking_case(case, vehicle=vehicle, clearance_m=clearance)

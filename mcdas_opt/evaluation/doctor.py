@@ -167,8 +167,8 @@ def _tracks() -> str:
 
 
 def _parks() -> str:
-    from mcdas_opt.catalogue.parking_cases import slot_case
-    from mcdas_opt.planning.parking.park import park
+    from mcdas_opt.parking.case_file import slot_case
+    from mcdas_opt.parking.park import park
 
     plan = park(slot_case(9.0), "two-arc")
     if not plan.verdict.passed:

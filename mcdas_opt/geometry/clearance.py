@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.geometry.polygon import convex_parts
 
 
 class Body(NamedTuple):
@@ -18,6 +20,11 @@ class Body(NamedTuple):
     rear: float
     front: float
     half_width: float
+
+    @classmethod
+    def of(cls, vehicle: Vehicle) -> Body:
+        """The vehicle's rectangle."""
+        return cls(-vehicle.rear_overhang_m, vehicle.wheelbase_m + vehicle.front_overhang_m, 0.5 * vehicle.width_m)
 
     @property
     def corners(self) -> Array:
@@ -108,6 +115,12 @@ class PolygonField:
     def clearance(self, poses: Array, body: Body) -> Array:
         """(n,) least signed distance to any polygon; infinite without polygons."""
         return np.asarray(self.separation(poses, body).min(axis=1, initial=np.inf))
+
+
+def obstacle_field(outlines: Sequence[Array]) -> tuple[PolygonField, list[int]]:
+    """(field, owner): simple polygons cut into convex parts, and the index of the polygon that each part belongs to."""
+    parts = [(k, part) for k, outline in enumerate(outlines) for part in convex_parts(outline)]
+    return PolygonField.of([part for _, part in parts]), [k for k, _ in parts]
 
 
 def separating_lines(poses: Array, body: Body, polygon: Array) -> tuple[Array, Array]:

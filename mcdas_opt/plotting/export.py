@@ -13,7 +13,7 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError
-from mcdas_opt.simulation.parking_record import ParkingDrive
+from mcdas_opt.parking.closed_loop.record import ParkingDrive
 from mcdas_opt.simulation.record import Simulation
 
 if TYPE_CHECKING:

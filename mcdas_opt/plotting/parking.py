@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mcdas_opt.catalogue.parking_cases import body_of
 from mcdas_opt.domain.parking import Parking, ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.geometry.clearance import body_corners
-from mcdas_opt.planning.parking.path import counted
+from mcdas_opt.geometry.clearance import Body, body_corners
+from mcdas_opt.parking.path import counted
 from mcdas_opt.plotting import style
 
 if TYPE_CHECKING:
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from PIL.Image import Image
 
-    from mcdas_opt.simulation.parking_sight import Visitor
+    from mcdas_opt.parking.closed_loop.sight import Visitor
 
 _FORWARD, _REVERSE = style.BLUE, style.ORANGE
 _MOST_FRAMES, _FRAME_DPI = 90, 90
@@ -50,7 +49,7 @@ def sheet(case: ParkingCase, parking: Parking) -> Figure:
         fig = style.figure(9.6, 8.2)
         above, curvature, speed = fig.subplots(3, 1, height_ratios=[2.6, 1.0, 1.0])
         _plane(above, case, trajectory)
-        corners = body_corners(trajectory.poses, body_of(case.vehicle))
+        corners = body_corners(trajectory.poses, Body.of(case.vehicle))
         step = max(1, len(trajectory) // 60)
         gears = gears_of(trajectory)
         for k in range(0, len(trajectory), step):
@@ -80,8 +79,8 @@ def moving(case: ParkingCase, trajectory: ParkingTrajectory, people: Sequence[Vi
     t = trajectory.t_s
     count = min(_MOST_FRAMES, max(2, int(t[-1] / 0.1)))
     at = np.searchsorted(t, np.linspace(t[0], t[-1], count)).clip(0, len(t) - 1)
-    corners = body_corners(trajectory.poses, body_of(case.vehicle))
-    goal = body_corners(case.goal[None], body_of(case.vehicle))[0]
+    corners = body_corners(trajectory.poses, Body.of(case.vehicle))
+    goal = body_corners(case.goal[None], Body.of(case.vehicle))[0]
     gears = gears_of(trajectory)
     changes = np.concatenate([[0], np.cumsum(np.diff(gears) != 0)])
     pictures = []
@@ -154,7 +153,7 @@ def gears_of(trajectory: ParkingTrajectory) -> Array:
 
 
 def _plane(axes: Axes, case: ParkingCase, trajectory: ParkingTrajectory) -> None:
-    corners = body_corners(np.vstack([trajectory.poses, case.goal]), body_of(case.vehicle)).reshape(-1, 2)
+    corners = body_corners(np.vstack([trajectory.poses, case.goal]), Body.of(case.vehicle)).reshape(-1, 2)
     low, high = corners.min(0) - 1.0, corners.max(0) + 1.0
     for outline in case.obstacles:
         axes.fill(*outline.T, facecolor="#c9c9ce", edgecolor=style.EDGE, lw=1.0, zorder=1)

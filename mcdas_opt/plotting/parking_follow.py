@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mcdas_opt.catalogue.parking_cases import body_of
 from mcdas_opt.domain.parking import ParkingCase
-from mcdas_opt.geometry.clearance import body_corners
+from mcdas_opt.geometry.clearance import Body, body_corners
+from mcdas_opt.parking.closed_loop.record import ParkingDrive
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.parking import moving, save_gif
-from mcdas_opt.simulation.parking_record import ParkingDrive
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -57,13 +56,13 @@ def sheet(truth: ParkingCase, drive: ParkingDrive) -> Figure:
 
 def _plane(axes: Axes, truth: ParkingCase, drive: ParkingDrive) -> None:
     driven = drive.trajectory
-    corners = body_corners(driven.poses, body_of(truth.vehicle))
+    corners = body_corners(driven.poses, Body.of(truth.vehicle))
     for outline in truth.obstacles:
         axes.fill(*outline.T, facecolor="#c9c9ce", edgecolor=style.EDGE, lw=1.0, zorder=1)
     for k in range(0, len(driven), max(1, len(driven) // _BODIES)):
         axes.fill(*corners[k].T, facecolor="none", edgecolor=style.SKY, lw=0.5, alpha=0.6)
     axes.fill(*corners[-1].T, facecolor=style.BLUE, edgecolor=style.BLACK, lw=1.0, alpha=0.45, label="car at the end", zorder=3)
-    goal = body_corners(truth.goal[None], body_of(truth.vehicle))[0]
+    goal = body_corners(truth.goal[None], Body.of(truth.vehicle))[0]
     axes.fill(*goal.T, facecolor="none", edgecolor=style.GREEN, lw=1.6, ls="--", label="goal", zorder=4)
     for number, plan in enumerate(drive.references):
         axes.plot(plan.x_m, plan.y_m, color=style.GREY, lw=2.6, alpha=0.7, label="planned" if number == 0 else None, zorder=5)

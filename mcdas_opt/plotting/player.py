@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.catalogue.parking_cases import body_of
 from mcdas_opt.domain.parking import Parking, ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError
-from mcdas_opt.geometry.clearance import body_corners
+from mcdas_opt.geometry.clearance import Body, body_corners
+from mcdas_opt.parking.closed_loop.record import ParkingDrive, ParkingOutcome
 from mcdas_opt.plotting import style, web
 from mcdas_opt.plotting.animation import outcome_words, plan_words
 from mcdas_opt.plotting.moments import HOST, Moment, moment_at, neighbour_colours, view_of
@@ -24,7 +24,6 @@ from mcdas_opt.plotting.parking import gears_of
 from mcdas_opt.plotting.parking_follow import drive_words
 from mcdas_opt.plotting.plane import Ground, rounded, view_document
 from mcdas_opt.plotting.strips import Strip, strips_of
-from mcdas_opt.simulation.parking_record import ParkingDrive, ParkingOutcome
 from mcdas_opt.simulation.record import Outcome, Simulation
 
 SUFFIX = ".html"
@@ -131,7 +130,7 @@ def _thinned(driven: ParkingTrajectory) -> ParkingTrajectory:
 
 
 def _yard(case: ParkingCase, driven: ParkingTrajectory | None) -> dict[str, Any]:
-    car, body = case.vehicle, body_of(case.vehicle)
+    car, body = case.vehicle, Body.of(case.vehicle)
     poses = np.array([case.start, case.goal]) if driven is None else np.vstack([driven.poses, case.start, case.goal])
     swept = body_corners(poses, body).reshape(-1, 2)
     (x0, y0), (x1, y1) = swept.min(axis=0) - 1.2, swept.max(axis=0) + 1.2

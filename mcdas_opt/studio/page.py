@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mcdas_opt import __version__
-from mcdas_opt.planning.parking.park import PLANNERS as PARKERS
+from mcdas_opt.parking.park import PLANNERS as PARKERS
 from mcdas_opt.plotting.web import PLANNERS as PICTURED
 from mcdas_opt.plotting.web import look_of, palette, script, style_sheet
 from mcdas_opt.studio import parking_tab

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from mcdas_opt.catalogue.data_files import read_toml, shipped
-from mcdas_opt.catalogue.parking_cases import body_of, parking_case_from_document
 from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.errors import ParameterError, nearest
-from mcdas_opt.geometry.clearance import body_corners
-from mcdas_opt.planning.parking.park import PLANNERS, ParkSettings, park
+from mcdas_opt.geometry.clearance import Body, body_corners
+from mcdas_opt.parking.case_file import parking_case_from_document
+from mcdas_opt.parking.park import PLANNERS, ParkSettings, park
 from mcdas_opt.plotting.plane import rounded
 from mcdas_opt.plotting.player import parking_document
 from mcdas_opt.studio.folder import Folder, download_name, shipped_file
@@ -112,7 +112,7 @@ class ParkingTab:
 
 def bounds(case: ParkingCase) -> list[float]:
     """x0, y0, x1, y1 of a window on the slot, the start and the goal; without a slot, on all obstacles that are near."""
-    body = body_of(case.vehicle)
+    body = Body.of(case.vehicle)
     points = [body_corners(np.array([case.start, case.goal]), body).reshape(-1, 2)]
     if case.slot is not None:
         points.append(np.array([[-2.5, -case.slot.depth_m - 0.3], [case.slot.length_m + 2.5, case.slot.street_m + 0.3]]))

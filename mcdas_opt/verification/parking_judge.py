@@ -9,12 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mcdas_opt.catalogue.parking_cases import body_of, obstacle_parts
 from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.dynamics.rollout import roll_out
-from mcdas_opt.geometry.clearance import PolygonField
+from mcdas_opt.geometry.clearance import Body, obstacle_field
 
 STEP_S = 0.005
 SAMPLING_S = 0.05
@@ -58,8 +57,7 @@ def judge_parking(case: ParkingCase, trajectory: ParkingTrajectory) -> Judgement
         trajectory.poses[0], t, trajectory.speed_mps, trajectory.steering_rad, case.vehicle.wheelbase_m, STEP_S
     )
     _integral(trajectory, poses[at_samples], found)
-    parts, owner = obstacle_parts(case)
-    field, body = PolygonField.of(parts), body_of(case.vehicle)
+    (field, owner), body = obstacle_field(case.obstacles), Body.of(case.vehicle)
     clearance = field.separation(poses, body)
     _clearance(case, ViolationKind.CLEARANCE, clearance, owner, fine_t, found)
     if any(v.kind is ViolationKind.INTEGRAL for v in found):

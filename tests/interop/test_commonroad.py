@@ -16,7 +16,7 @@ from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.errors import InputError, MissingExtraError
 from mcdas_opt.interop.commonroad import library
-from mcdas_opt.interop.commonroad.scenario import VEHICLE, read_scenario, vehicle_text
+from mcdas_opt.interop.commonroad.scenario import VEHICLE, own_vehicle_text, read_scenario
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data" / "commonroad"
 
@@ -78,7 +78,7 @@ def written(folder: Path, **changes: Any) -> Path:
 
 def test_the_benchmarks_car_is_a_vehicle_file_whose_centre_is_that_of_gravity(tmp_path: Path) -> None:
     file, shipped = tmp_path / "centred.toml", load_vehicle(VEHICLE)
-    file.write_text(vehicle_text(), "utf-8")
+    file.write_text(own_vehicle_text(), "utf-8")
     centred = load_vehicle(str(file))
     assert shipped.cog_to_front_axle_m is not None
     assert centred.centre_m == pytest.approx(centred.wheelbase_m - shipped.cog_to_front_axle_m)

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from mcdas_opt.catalogue.parking_cases import slot_case
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.errors import InputError
-from mcdas_opt.planning.parking.park import park
+from mcdas_opt.parking.case_file import slot_case
+from mcdas_opt.parking.closed_loop.record import ParkingDrive, ParkingOutcome
+from mcdas_opt.parking.closed_loop.sight import Visitor
+from mcdas_opt.parking.park import park
 from mcdas_opt.plotting import parking as parking_pictures
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.export import save_follow
 from mcdas_opt.plotting.player import follow_document
-from mcdas_opt.simulation.parking_record import ParkingDrive, ParkingOutcome
-from mcdas_opt.simulation.parking_sight import Visitor
 
 _VERMILION = np.array([int(style.VERMILION[k : k + 2], 16) for k in (1, 3, 5)])
 

@@ -14,13 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from mcdas_opt.catalogue.parking_cases import load_parking_case
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.frenet import FrenetFrame
-from mcdas_opt.planning.parking.park import park
+from mcdas_opt.parking.case_file import load_parking_case
+from mcdas_opt.parking.park import park
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.plotting.birdseye import ellipse
 from mcdas_opt.plotting.export import MOVING, check_picture, save_drive, save_parking, save_plan

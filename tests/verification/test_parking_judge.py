@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mcdas_opt.catalogue.parking_cases import body_of, load_parking_case, slot_case
-from mcdas_opt.catalogue.parking_trajectories import load_parking_trajectory
 from mcdas_opt.domain.parking import ParkingTrajectory
-from mcdas_opt.geometry.clearance import body_corners
-from mcdas_opt.planning.parking.closed_form import two_arc
+from mcdas_opt.geometry.clearance import Body, body_corners
+from mcdas_opt.parking.case_file import load_parking_case, slot_case
+from mcdas_opt.parking.closed_form import two_arc
+from mcdas_opt.parking.trajectory_file import load_parking_trajectory
 from mcdas_opt.verification.parking_judge import judge_parking
 
 TPCAP = Path(__file__).parents[2] / ".." / "shared" / "data" / "tpcap"
@@ -82,7 +82,7 @@ def test_the_integral_agrees_with_scipy_and_the_clearance_with_shapely():
 
     true = solve_ivp(right_side, (t[0], t[-1]), CASE.start, rtol=1e-9, atol=1e-10, max_step=0.005, t_eval=[t[-1]]).y[:, -1]
     assert found.poses[-1] == pytest.approx(true, abs=1e-6)
-    bodies = [Polygon(c) for c in body_corners(found.poses, body_of(CASE.vehicle))]
+    bodies = [Polygon(c) for c in body_corners(found.poses, Body.of(CASE.vehicle))]
     least = min(body.distance(Polygon(outline)) for body in bodies for outline in CASE.obstacles)
     assert found.min_clearance_m == pytest.approx(least, abs=1e-9)
 

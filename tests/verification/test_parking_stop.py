@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mcdas_opt.catalogue.parking_cases import slot_case
-from mcdas_opt.planning.parking.path import Arc, ArcPath, drive
-from mcdas_opt.planning.parking.stopping import braking
+from mcdas_opt.parking.case_file import slot_case
+from mcdas_opt.parking.closed_loop.stopping import braking
+from mcdas_opt.parking.path import Arc, ArcPath, drive
 from mcdas_opt.verification.parking_judge import judge_parking
 from mcdas_opt.verification.parking_stop import judge_stop
 

@@ -1,0 +1,104 @@
+"""What one call of `park` gathers on its way: attempts, the best answer so far, and what it took."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mcdas_opt.domain.parking import Parking, ParkingAttempt, ParkingCase, ParkingTrajectory
+from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
+from mcdas_opt.parking.cost import worth
+from mcdas_opt.parking.program.records import ParkingCosts
+from mcdas_opt.parking.world import World
+from mcdas_opt.verification.parking_judge import Judgement, judge_parking
+
+SHORT_M = 5e-5  # less clearance than asked by more than this is refused: the judge's tolerance is not ours to use
+
+
+@dataclass(slots=True)
+class Run:
+    """The search's answer stands until the program beats it."""
+
+    case: ParkingCase
+    world: World
+    costs: ParkingCosts
+    budget_s: float | None
+    began: float = field(default_factory=time.perf_counter)
+    attempts: list[ParkingAttempt] = field(default_factory=list)
+    best: tuple[ParkingTrajectory, Judgement] | None = None
+    value: float = np.inf
+    nearest: tuple[float, str, Violation] | None = None  # the least violation of an attempt that failed, and whose
+    nodes: int = 0
+    iterations: int = 0
+    work: int = 0  # iterations times intervals, of all programs, and poses of a long search ...
+    dearest: int = 0  # ... and of the one that took most
+    timing: dict[str, float] = field(default_factory=lambda: {"total": 0.0, "search": 0.0, "solve": 0.0, "verify": 0.0, "first": 0.0})
+    out_of_time: bool = False
+
+    def offer(self, name: str, trajectory: ParkingTrajectory, note: str, seconds: float) -> bool:
+        """Judge a trajectory and keep it when it is sound and the cheapest so far."""
+        begin = time.perf_counter()
+        judgement = judge_parking(self.case, trajectory)
+        self.timing["verify"] += 1e3 * (time.perf_counter() - begin)
+        least, asked = judgement.min_clearance_m, self.case.limits.clearance_m
+        short = least is not None and least < asked - SHORT_M
+        passed = judgement.verdict.passed and not short
+        said = note if passed else f"clearance {least:.4f} m, {asked:g} m asked" if judgement.verdict.passed else judgement.verdict.reason
+        self.attempts.append(
+            ParkingAttempt(
+                name=name,
+                duration_s=trajectory.duration_s,
+                gear_changes=trajectory.gear_changes,
+                passed=passed,
+                note=said,
+                seconds=round(seconds, 3),
+            )
+        )
+        if passed:
+            value = worth(trajectory, self.costs, self.world, asked)
+            if self.best is None:
+                self.timing["first"] = 1e3 * (time.perf_counter() - self.began)
+            if value < self.value:
+                self.best, self.value = (trajectory, judgement), value
+        return passed
+
+    def failed(self, name: str, lacking_m: float, trajectory: ParkingTrajectory) -> None:
+        """Remember an attempt of the program that ended `lacking_m` short of what was asked."""
+        if self.nearest is not None and self.nearest[0] <= lacking_m:
+            return
+        found = judge_parking(self.case, trajectory).verdict.violations
+        too_near = (v for v in found if v.kind in (ViolationKind.CLEARANCE, ViolationKind.PUBLISHED_CLEARANCE))
+        worst = next(too_near, found[0] if found else None)
+        if worst is not None and np.isfinite(lacking_m):
+            self.nearest = (lacking_m, name, worst)
+
+    def late(self) -> bool:
+        if self.budget_s is not None and time.perf_counter() - self.began > self.budget_s:
+            self.out_of_time = True
+        return self.out_of_time
+
+    def answer(
+        self, planner: str, trajectory: ParkingTrajectory | None, verdict: Verdict, least_m: float | None, *, status: str, reason: str
+    ) -> Parking:
+        """In the coordinates of the case's file."""
+        self.timing["total"] = 1e3 * (time.perf_counter() - self.began)
+        dx, dy = self.case.origin_m
+        return Parking(
+            planner=planner,
+            status=status,
+            reason=reason + ("; the time budget bit" if self.out_of_time else ""),
+            verdict=verdict,
+            duration_s=None if trajectory is None else trajectory.duration_s,
+            path_m=None if trajectory is None else trajectory.path_m,
+            gear_changes=None if trajectory is None else trajectory.gear_changes,
+            min_clearance_m=least_m,
+            obstacles=tuple(outline + np.array([dx, dy]) for outline in self.case.obstacles),
+            trajectory=None if trajectory is None else trajectory.moved(dx, dy),
+            attempts=tuple(self.attempts),
+            notes=self.case.notes,
+            timing_ms=self.timing,
+            nodes=self.nodes,
+            iterations=self.iterations,
+        )
