@@ -14,14 +14,14 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Side
-from mcdas_opt.manoeuvres.escape_effort import LEAST
-from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings, Members, members
 from mcdas_opt.manoeuvres.family import Rolled
 from mcdas_opt.manoeuvres.kinds import next_lane_m
-from mcdas_opt.manoeuvres.parting import Company, Rows
 from mcdas_opt.manoeuvres.phases import Phases, SpeedHistory
 from mcdas_opt.manoeuvres.sidesteps import Sidesteps, Ways
-from mcdas_opt.manoeuvres.swerves import Motions
+from mcdas_opt.time_to_react.effort import LEAST
+from mcdas_opt.time_to_react.evasive_profiles import Motions
+from mcdas_opt.time_to_react.library import KINDS, EscapeSettings, Members, members
+from mcdas_opt.time_to_react.separation import Company, Rows
 
 STEP_S = 0.02
 DRIVE_NODES = np.arange(201)

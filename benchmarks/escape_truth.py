@@ -43,17 +43,17 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.evaluation.statistics import Share
-from mcdas_opt.manoeuvres.compiled_escapes import Nodes, compiled_escapes
 from mcdas_opt.manoeuvres.driven import driven
-from mcdas_opt.manoeuvres.escape_guess import Case
-from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings, Members
-from mcdas_opt.manoeuvres.escapes import escapes
 from mcdas_opt.manoeuvres.family import Demand, Rolled, roll_out
-from mcdas_opt.manoeuvres.held import held
 from mcdas_opt.manoeuvres.kinds import next_lane_m
-from mcdas_opt.manoeuvres.parting import ARRIVED_M, Company, Rows, doomed, touched
 from mcdas_opt.manoeuvres.sidesteps import Sidesteps
-from mcdas_opt.manoeuvres.swerves import EDGE_M
+from mcdas_opt.time_to_react.compiled_case import Nodes, compiled_escapes
+from mcdas_opt.time_to_react.constant_input import held
+from mcdas_opt.time_to_react.escape_map import escapes
+from mcdas_opt.time_to_react.evasive_profiles import EDGE_M
+from mcdas_opt.time_to_react.guess import Case
+from mcdas_opt.time_to_react.library import KINDS, EscapeSettings, Members
+from mcdas_opt.time_to_react.separation import ARRIVED_M, Company, Rows, doomed, touched
 from mcdas_opt.tracking.prediction import predict
 from mcdas_opt.verification.judge import judge, judge_all
 

@@ -22,9 +22,9 @@ def escapes(
     """
     from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
     from mcdas_opt.domain.settings import WarningSettings
-    from mcdas_opt.planning.escape_map import escapes as escapes_of
     from mcdas_opt.simulation.first_situation import situation_of
-    from mcdas_opt.situation.alert import alert
+    from mcdas_opt.time_to_react.alert import alert
+    from mcdas_opt.time_to_react.escapes import escapes as escapes_of
 
     if out is not None:
         from mcdas_opt.plotting.export import check_picture
@@ -32,7 +32,7 @@ def escapes(
         check_picture(out, (".png",))
     situation, vehicle = situation_of(scene)
     if over:
-        from mcdas_opt.planning.escape_sweep import swept
+        from mcdas_opt.time_to_react.sweep import swept
 
         sweep = swept(situation, vehicle)
         document = {"schema_version": SCHEMA_VERSION, **to_document(sweep)}

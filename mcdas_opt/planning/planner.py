@@ -21,8 +21,8 @@ from mcdas_opt.domain.vocabulary import Request, Status
 from mcdas_opt.planning.ladder import Ladder
 from mcdas_opt.planning.method import Method, build_method
 from mcdas_opt.planning.pose_history import PoseHistory
-from mcdas_opt.planning.watch import watched
 from mcdas_opt.situation.consistency import contradiction
+from mcdas_opt.time_to_react.assessment import watched
 from mcdas_opt.tracking.tracker import Tracker
 
 

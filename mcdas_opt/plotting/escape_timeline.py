@@ -13,11 +13,11 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Alert, Mode
-from mcdas_opt.manoeuvres.held import held
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.birdseye import BirdsEye
 from mcdas_opt.plotting.moments import View
 from mcdas_opt.plotting.outlook import Outlook
+from mcdas_opt.time_to_react.constant_input import held
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -22,9 +22,9 @@ from mcdas_opt.geometry.rectangle import corners, separation
 from mcdas_opt.manoeuvres.clearance import NEAR_M, clearance
 from mcdas_opt.manoeuvres.driven import driven
 from mcdas_opt.manoeuvres.family import Demand, roll_out
-from mcdas_opt.manoeuvres.held import held
 from mcdas_opt.manoeuvres.phases import Phases, speed_history
 from mcdas_opt.manoeuvres.sidesteps import Sidesteps, Starts
+from mcdas_opt.time_to_react.constant_input import held
 from mcdas_opt.verification.judge import judge
 
 SEDAN = Vehicle()

@@ -12,11 +12,11 @@ from typer.testing import CliRunner
 from mcdas_opt.cli.app import app
 from mcdas_opt.domain.escapes import Closer, Escape, Escapes
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.manoeuvres.escape_library import KINDS
-from mcdas_opt.planning.escape_map import escapes
-from mcdas_opt.planning.escape_sweep import swept
 from mcdas_opt.plotting.escape_map import escape_map
 from mcdas_opt.plotting.escape_timeline import escape_sheet
+from mcdas_opt.time_to_react.escapes import escapes
+from mcdas_opt.time_to_react.library import KINDS
+from mcdas_opt.time_to_react.sweep import swept
 from tests.planning.situations import sandwich
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from mcdas_opt.domain.escapes import Closer
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.manoeuvres.escape_effort import (
+from mcdas_opt.time_to_react.effort import (
     BEST,
     BEST_EASY,
     BETWEEN,
@@ -28,9 +28,9 @@ from mcdas_opt.manoeuvres.escape_effort import (
     UP,
     WIDER,
 )
-from mcdas_opt.manoeuvres.escape_guess import Case, Guess
-from mcdas_opt.manoeuvres.escape_library import KINDS, SIDEWAYS
-from mcdas_opt.manoeuvres.parting import LATTICE_S, Rows
+from mcdas_opt.time_to_react.guess import Case, Guess
+from mcdas_opt.time_to_react.library import KINDS, SIDEWAYS
+from mcdas_opt.time_to_react.separation import LATTICE_S, Rows
 
 _AT_ONCE = 24  # rows of a search that are driven together
 

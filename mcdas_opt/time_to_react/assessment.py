@@ -10,9 +10,9 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Alert
-from mcdas_opt.manoeuvres.escape_library import EscapeSettings
-from mcdas_opt.planning.escape_map import escapes
-from mcdas_opt.situation.alert import alert
+from mcdas_opt.time_to_react.alert import alert
+from mcdas_opt.time_to_react.escapes import escapes
+from mcdas_opt.time_to_react.library import EscapeSettings
 
 
 def watched(plan: Plan, situation: Situation, previous: Plan | None, vehicle: Vehicle, settings: Settings) -> dict[str, Any]:

@@ -8,12 +8,12 @@ from mcdas_opt.domain.escapes import Closer, Escape, Escapes
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.manoeuvres.compiled_escapes import compiled_escapes
-from mcdas_opt.manoeuvres.escape_answer import answered
-from mcdas_opt.manoeuvres.escape_guess import Case
-from mcdas_opt.manoeuvres.escape_library import EscapeSettings
-from mcdas_opt.manoeuvres.escape_search import found
-from mcdas_opt.manoeuvres.parting import LATTICE_S
+from mcdas_opt.time_to_react.compiled_case import compiled_escapes
+from mcdas_opt.time_to_react.compiled_map import answered
+from mcdas_opt.time_to_react.guess import Case
+from mcdas_opt.time_to_react.library import EscapeSettings
+from mcdas_opt.time_to_react.search import found
+from mcdas_opt.time_to_react.separation import LATTICE_S
 
 
 def escapes(situation: Situation, vehicle: Vehicle, prediction: Prediction, settings: EscapeSettings | None = None) -> Escapes:

@@ -19,14 +19,14 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
-from mcdas_opt.manoeuvres.compiled_escapes import NUMBERS, CaseRecord, at_hand, cruisers, faded
-from mcdas_opt.manoeuvres.escape_effort import CLOSERS
-from mcdas_opt.manoeuvres.escape_guess import EXACT_NODES, GUESS_NODES, held_times
-from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings, Spread, forces, spread_of
-from mcdas_opt.manoeuvres.escape_search import Found
 from mcdas_opt.manoeuvres.kinds import next_lane_m
-from mcdas_opt.manoeuvres.parting import LATTICE_S, Company, lattice_s
 from mcdas_opt.native.addresses import address
+from mcdas_opt.time_to_react.compiled_case import NUMBERS, CaseRecord, at_hand, cruisers, faded
+from mcdas_opt.time_to_react.effort import CLOSERS
+from mcdas_opt.time_to_react.guess import EXACT_NODES, GUESS_NODES, held_times
+from mcdas_opt.time_to_react.library import KINDS, EscapeSettings, Spread, forces, spread_of
+from mcdas_opt.time_to_react.search import Found
+from mcdas_opt.time_to_react.separation import LATTICE_S, Company, lattice_s
 
 _CLOSERS = (*CLOSERS, None)  # -1 is nobody
 _KEPT = 16  # grounds that are remembered

@@ -12,7 +12,7 @@ from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.manoeuvres.family import Demand
 from mcdas_opt.manoeuvres.sidesteps import Starts
-from mcdas_opt.manoeuvres.swerves import Motions, Swerves, swerve
+from mcdas_opt.time_to_react.evasive_profiles import Motions, Swerves, swerve
 
 CAR = Vehicle()
 WIDE = Road(lanes_left=3, lanes_right=3, shoulder_left_m=20.0, shoulder_right_m=20.0)

@@ -12,9 +12,9 @@ from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
-from mcdas_opt.planning.escape_map import escapes
 from mcdas_opt.situation.table1 import literal_rows
+from mcdas_opt.time_to_react.escapes import escapes
+from mcdas_opt.time_to_react.library import KINDS, EscapeSettings
 
 REAR_GAP_M = 20.0  # where nobody follows
 SAME_MPS = 0.3  # a measured front car within this of the host's speed counts as one of the same speed: Table 1 asks for equalities

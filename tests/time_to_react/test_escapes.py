@@ -17,9 +17,9 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.manoeuvres.clearance import Margins
-from mcdas_opt.manoeuvres.escape_library import KINDS
-from mcdas_opt.manoeuvres.escapes import escapes
-from mcdas_opt.manoeuvres.parting import LATTICE_S, Company
+from mcdas_opt.time_to_react.escape_map import escapes
+from mcdas_opt.time_to_react.library import KINDS
+from mcdas_opt.time_to_react.separation import LATTICE_S, Company
 from mcdas_opt.tracking.prediction import predict
 from tests.planning.situations import mirrored, random_sandwich
 

@@ -10,7 +10,7 @@ from mcdas_opt.domain.escapes import Escape, Escapes
 from mcdas_opt.domain.settings import WarningSettings
 from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.situation.alert import alert
+from mcdas_opt.time_to_react.alert import alert
 
 RANK = {Alert.NONE: 0, Alert.WARN: 1, Alert.ACT: 2}
 moments = st.one_of(st.none(), st.floats(0.0, 10.0))

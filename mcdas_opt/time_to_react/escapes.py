@@ -7,8 +7,8 @@ from mcdas_opt.domain.escapes import Escapes
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.manoeuvres.escape_library import EscapeSettings
-from mcdas_opt.manoeuvres.escapes import escapes as escapes_under
+from mcdas_opt.time_to_react.escape_map import escapes as escapes_under
+from mcdas_opt.time_to_react.library import EscapeSettings
 from mcdas_opt.tracking.prediction import predict_for
 
 

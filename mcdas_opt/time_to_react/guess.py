@@ -15,11 +15,13 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.manoeuvres.compiled_escapes import CompiledCase, Nodes, at_hand, company
-from mcdas_opt.manoeuvres.escape_effort import ANCHORS, APART_S, LEAST_ANCHORS, STARTS
-from mcdas_opt.manoeuvres.escape_library import SIDEWAYS, EscapeSettings, Members, members
-from mcdas_opt.manoeuvres.held import held
-from mcdas_opt.manoeuvres.parting import (
+from mcdas_opt.manoeuvres.sidesteps import Starts
+from mcdas_opt.time_to_react.compiled_case import CompiledCase, Nodes, at_hand, company
+from mcdas_opt.time_to_react.constant_input import held
+from mcdas_opt.time_to_react.effort import ANCHORS, APART_S, LEAST_ANCHORS, STARTS
+from mcdas_opt.time_to_react.evasive_profiles import EDGE_M, Motions, swerve
+from mcdas_opt.time_to_react.library import SIDEWAYS, EscapeSettings, Members, members
+from mcdas_opt.time_to_react.separation import (
     ABILITY_M,
     ARRIVED_M,
     HELD_STEPS,
@@ -32,8 +34,6 @@ from mcdas_opt.manoeuvres.parting import (
     doomed,
     touched,
 )
-from mcdas_opt.manoeuvres.sidesteps import Starts
-from mcdas_opt.manoeuvres.swerves import EDGE_M, Motions, swerve
 
 GUESS_NODES = Nodes(np.concatenate([np.arange(0, 75, 3), np.arange(75, 180, 20), [200]]))  # on the lattice: 0.06 s apart, later 0.3 s
 EXACT_NODES = Nodes(np.arange(0, 201, 2))  # 0.04 s apart: steering turns fast and briefly

@@ -18,8 +18,8 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.manoeuvres.family import Demand
 from mcdas_opt.manoeuvres.kinds import next_lane_m
-from mcdas_opt.manoeuvres.parting import Company
-from mcdas_opt.manoeuvres.swerves import Swerves
+from mcdas_opt.time_to_react.evasive_profiles import Swerves
+from mcdas_opt.time_to_react.separation import Company
 
 KINDS = ("brake", "accelerate", "left", "right")
 SIDEWAYS = 2  # kinds from here on steer

@@ -14,11 +14,11 @@ from mcdas_opt.domain.settings import Settings, WarningSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Alert
-from mcdas_opt.manoeuvres.escape_library import KINDS
-from mcdas_opt.planning.escape_map import escapes
-from mcdas_opt.planning.escape_sweep import swept
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.situation.alert import alert
+from mcdas_opt.time_to_react.alert import alert
+from mcdas_opt.time_to_react.escapes import escapes
+from mcdas_opt.time_to_react.library import KINDS
+from mcdas_opt.time_to_react.sweep import swept
 from tests.planning.situations import car, sandwich
 
 OFF = Settings(warning=WarningSettings(escapes=False))
@@ -60,7 +60,7 @@ def test_a_wall_is_warned_of_first_and_acted_on_before_it_is_too_late() -> None:
 
 def test_a_gentler_idea_of_comfort_warns_earlier() -> None:
     def warned_at(comfort: float) -> float:
-        from mcdas_opt.manoeuvres.escape_library import EscapeSettings
+        from mcdas_opt.time_to_react.library import EscapeSettings
 
         chosen = EscapeSettings(comfort_mps2=comfort)
         for step in range(40):

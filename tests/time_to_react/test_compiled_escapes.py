@@ -17,15 +17,15 @@ from mcdas_opt.domain.prediction import CruisingBody, KnownBody, PredictedBody, 
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.manoeuvres import compiled_escapes as seat
 from mcdas_opt.manoeuvres.clearance import Margins
-from mcdas_opt.manoeuvres.escape_answer import answered
-from mcdas_opt.manoeuvres.escape_guess import Case
-from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
-from mcdas_opt.manoeuvres.escape_search import Found, found
-from mcdas_opt.manoeuvres.escapes import escapes
-from mcdas_opt.manoeuvres.parting import LATTICE_S, Company
 from mcdas_opt.native.compile_cache import SWITCH
+from mcdas_opt.time_to_react import compiled_case as seat
+from mcdas_opt.time_to_react.compiled_map import answered
+from mcdas_opt.time_to_react.escape_map import escapes
+from mcdas_opt.time_to_react.guess import Case
+from mcdas_opt.time_to_react.library import KINDS, EscapeSettings
+from mcdas_opt.time_to_react.search import Found, found
+from mcdas_opt.time_to_react.separation import LATTICE_S, Company
 from mcdas_opt.tracking.prediction import predict
 
 CAR = Vehicle()

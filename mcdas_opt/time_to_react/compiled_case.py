@@ -13,13 +13,13 @@ from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, all_cruise
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.manoeuvres import escape_effort, parting, swerves
 from mcdas_opt.manoeuvres.clearance import Margins
-from mcdas_opt.manoeuvres.escape_library import SHORTEST_S, EscapeSettings
-from mcdas_opt.manoeuvres.held import PASSES
-from mcdas_opt.manoeuvres.parting import Company, Rows
 from mcdas_opt.native.addresses import address
 from mcdas_opt.native.kernels import c_text, defined, library, wanted
+from mcdas_opt.time_to_react import effort, evasive_profiles, separation
+from mcdas_opt.time_to_react.constant_input import PASSES
+from mcdas_opt.time_to_react.library import SHORTEST_S, EscapeSettings
+from mcdas_opt.time_to_react.separation import Company, Rows
 
 _TEXTS: tuple[str, ...] = ("escape_kernel.c", "escape_parting.c", "escape_company.c", "escape_questions.c", "escape_guess.c")
 _TEXTS += ("escape_search.c", "escape_answer.c")
@@ -95,10 +95,10 @@ class Nodes:
 
     def __init__(self, steps: Rows) -> None:
         self.steps = steps
-        self.times_s = np.asarray(parting.LATTICE_S * steps, dtype=np.float64)
+        self.times_s = np.asarray(separation.LATTICE_S * steps, dtype=np.float64)
         missing = -steps.size % _LANES
         filled = np.concatenate([steps, np.repeat(steps[-1:], missing)]).astype(np.int64)
-        times_s = np.asarray(parting.LATTICE_S * filled, dtype=np.float64)
+        times_s = np.asarray(separation.LATTICE_S * filled, dtype=np.float64)
         middle = min(int(np.searchsorted(self.times_s, 1.0)), steps.size - 1)
         step_s = np.diff(self.times_s)
         begins = np.flatnonzero(np.abs(np.diff(step_s, prepend=0.0)) > 1e-12)
@@ -112,7 +112,7 @@ def company(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: floa
     """`Company.of`, in C where everybody moves in the one closed form and nobody is grown by the prediction's own margins."""
     if not bodies or not all_cruise(bodies) or margins.share_of_prediction:
         return Company.of(bodies, until_s, margins)
-    times = parting.lattice_s(round(until_s / parting.LATTICE_S) + 1)
+    times = separation.lattice_s(round(until_s / separation.LATTICE_S) + 1)
     begin = np.array(cruisers(bodies, margins))
     tables = np.empty((5, len(bodies), times.size))
     fade_s = bodies[0].lateral_fade_s
@@ -156,7 +156,7 @@ def _knots(curvature: tuple[tuple[float, float], ...]) -> tuple[Array, float]:
 @lru_cache(maxsize=8)
 def faded(fade_s: float, count: int) -> Array:
     """What is left of a speed across at the lattice's first times."""
-    return np.exp(-parting.lattice_s(count) / fade_s)
+    return np.exp(-separation.lattice_s(count) / fade_s)
 
 
 class CompiledCase:
@@ -244,26 +244,26 @@ def _library() -> ctypes.CDLL | None:
         "LANES": _LANES,
         "ROOM": _ROOM,
         "PIECE": _PIECE,
-        "SHARE": swerves.SHARE,
-        "SLOWEST_MPS": swerves.SLOWEST_MPS,
-        "STEEPEST": swerves.STEEPEST,
-        "LEAST_M": swerves.LEAST_M,
-        "GENTLE_S": swerves.GENTLE_S,
-        "CURVIEST_1PM": swerves.CURVIEST_1PM,
-        "ROUNDS": swerves.ROUNDS,
+        "SHARE": evasive_profiles.SHARE,
+        "SLOWEST_MPS": evasive_profiles.SLOWEST_MPS,
+        "STEEPEST": evasive_profiles.STEEPEST,
+        "LEAST_M": evasive_profiles.LEAST_M,
+        "GENTLE_S": evasive_profiles.GENTLE_S,
+        "CURVIEST_1PM": evasive_profiles.CURVIEST_1PM,
+        "ROUNDS": evasive_profiles.ROUNDS,
         "PASSES": PASSES,
-        "EDGE_M": swerves.EDGE_M,
-        "ROOM_SHARE": parting.ROOM_SHARE,
-        "NOWHERE_M": parting.NOWHERE_M,
-        "STEP_REACH_M": parting.STEP_REACH_M,
-        "BOW": parting.BOW,
-        "ARRIVED_M": parting.ARRIVED_M,
-        "HELD_STEPS": parting.HELD_STEPS,
-        "TURNED_STEPS": parting.TURNED_STEPS,
-        "ABILITY_M": parting.ABILITY_M,
-        "LATTICE_S": parting.LATTICE_S,
-        **{name: getattr(escape_effort, name) for name in _EFFORT},
-        "SEARCH_ROUNDS": escape_effort.ROUNDS,
+        "EDGE_M": evasive_profiles.EDGE_M,
+        "ROOM_SHARE": separation.ROOM_SHARE,
+        "NOWHERE_M": separation.NOWHERE_M,
+        "STEP_REACH_M": separation.STEP_REACH_M,
+        "BOW": separation.BOW,
+        "ARRIVED_M": separation.ARRIVED_M,
+        "HELD_STEPS": separation.HELD_STEPS,
+        "TURNED_STEPS": separation.TURNED_STEPS,
+        "ABILITY_M": separation.ABILITY_M,
+        "LATTICE_S": separation.LATTICE_S,
+        **{name: getattr(effort, name) for name in _EFFORT},
+        "SEARCH_ROUNDS": effort.ROUNDS,
     }
     found = library([defined(numbers), *(c_text("mcdas_opt.manoeuvres", name) for name in _TEXTS)], _BUILDS)
     if found is None:

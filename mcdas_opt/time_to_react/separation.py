@@ -16,7 +16,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.manoeuvres.sidesteps import Starts
-from mcdas_opt.manoeuvres.swerves import Motions, Swerves, pace
+from mcdas_opt.time_to_react.evasive_profiles import Motions, Swerves, pace
 
 LATTICE_S = 0.02  # starts and times are multiples of it
 ROOM_SHARE = 0.95  # of the braking or accelerating that ends what still closes in at the end
