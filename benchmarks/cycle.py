@@ -75,7 +75,7 @@ def main() -> None:
     spent: dict[str, list[float]] = defaultdict(list)
     for name in STAGES:
         setattr(mpc, name, timed(spent, name, getattr(mpc, name)))
-    planning.watched = timed(spent, "escapes", planning.watched)  # type: ignore[attr-defined]
+    planning.time_to_react = timed(spent, "escapes", planning.time_to_react)  # type: ignore[attr-defined]
     cycles: list[Cycle] = []
     for name in options.scenes:
         scene = load_scene(name)

@@ -65,7 +65,7 @@ def ways_table(title: str, escapes: Escapes) -> Table:
     table = Table(title=title, title_justify="left")
     for heading in ("way", "open", "last moment", "comfortable until", "closed by", "asks now"):
         table.add_column(heading)
-    for name, way in zip(("brake", "accelerate", "left", "right"), escapes.ways, strict=True):
+    for name, way in zip(("brake", "accelerate", "left", "right"), escapes.candidates, strict=True):
         moments = (_moment(moment) for moment in (way.last_moment_s, way.last_comfortable_s))
         table.add_row(name, "yes" if way.open else "no", *moments, way.closed_by or "-", number(way.demand_mps2, "m/s²"))
     return table

@@ -14,7 +14,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.rectangle import separation_of_poses
-from mcdas_opt.manoeuvres.sidesteps import Ways
+from mcdas_opt.manoeuvres.lane_change_profiles import Paths
 
 Place = tuple[Array, ...]  # where a body is as seen from the host's centre, along and across the road [m], and both headings [rad]
 NEAR_M = 1.5  # bodies farther apart than this along the road are not looked at more closely
@@ -39,7 +39,7 @@ class Clearance:
 
 
 def clearance(
-    members: Ways,
+    members: Paths,
     times_s: Array,
     bodies: Sequence[PredictedBody],
     vehicle: Vehicle,

@@ -14,10 +14,10 @@ from mcdas_opt.domain.prediction import MOVING, CruisingBody, PredictedBody, Pre
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.manoeuvres import clearance, family, phases, sidesteps
+from mcdas_opt.manoeuvres import clearance, family, lane_change_profiles, phases, starts
 from mcdas_opt.manoeuvres.family import Demand, Member, Scored, Scoring
+from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
 from mcdas_opt.manoeuvres.phases import Phases
-from mcdas_opt.manoeuvres.sidesteps import Sidesteps
 from mcdas_opt.native.addresses import address
 from mcdas_opt.native.kernels import c_text, defined, library, wanted
 from mcdas_opt.solvers.vector_math import BUILDS, DECLARED
@@ -49,7 +49,7 @@ class CompiledMembers:
         self,
         library: ctypes.CDLL,
         phase: Phases,
-        step: Sidesteps,
+        profile: LaneChangeProfiles,
         times_s: Array,
         situation: Situation,
         vehicle: Vehicle,
@@ -57,7 +57,7 @@ class CompiledMembers:
     ) -> None:
         self._library, self._prediction, self._samples = library, prediction, times_s.size
         host, road = situation.host, situation.road
-        self._shape = phase.first_mps2.size, step.target_d_m.size
+        self._shape = phase.first_mps2.size, profile.target_d_m.size
         filled = row_length(times_s.size) - times_s.size
         self._times_s = np.concatenate([times_s, np.repeat(times_s[-1:], filled)])
         row = self._times_s.size
@@ -67,7 +67,7 @@ class CompiledMembers:
         self._sample(vehicle, situation)
         self._tables = {
             "phases": np.column_stack([np.ravel(q) for q in (phase.first_mps2, phase.switch_s, phase.then_mps2)]),
-            "steps": np.column_stack([np.ravel(q) for q in (step.target_d_m, step.lateral_mps2, step.delay_s, step.b)]),
+            "steps": np.column_stack([np.ravel(q) for q in (profile.target_d_m, profile.lateral_mps2, profile.delay_s, profile.b)]),
             "times": self._times_s,
             "weights": np.concatenate([np.ones(times_s.size), np.zeros(filled)]),
             "bodies": self._bodies,
@@ -110,14 +110,14 @@ class CompiledMembers:
         self._sizes[:, 3] = self._bend * (self._sizes[:, 0] ** 2 + vehicle.length_m**2)
 
     def _set(self, scoring: Scoring) -> None:
-        margins, prices, f = scoring.margins, scoring.prices, self._family
+        margins, weights, f = scoring.margins, scoring.weights, self._family
         for k, fixed in enumerate((margins.along_m, margins.across_m)):
             half = 0.5 * self._sizes[:, k, None] + fixed
             self._bodies[:, 5 + k] = half + margins.share_of_prediction * self._margins[:, k]
         f.clear = scoring.clear_m
-        f.price_acceleration, f.price_speed, f.price_lateral = prices.acceleration, prices.speed, prices.lateral_acceleration
-        f.price_near, f.nearness, f.price_change = prices.nearness, prices.nearness_m, prices.lane_change
-        f.price_closing, f.end_room = prices.end_closing, prices.end_room_m
+        f.price_acceleration, f.price_speed, f.price_lateral = weights.acceleration, weights.speed, weights.lateral_acceleration
+        f.price_near, f.nearness, f.price_change = weights.nearness, weights.nearness_m, weights.lane_change
+        f.price_closing, f.end_room = weights.end_closing, weights.end_room_m
 
     def scored(self, scoring: Scoring) -> Scored:
         """Every member against everybody."""
@@ -149,20 +149,20 @@ class CompiledMembers:
         return [
             Member(
                 phase=i // self._shape[1],
-                step=i % self._shape[1],
-                cost=price,
+                profile=i % self._shape[1],
+                cost=cost,
                 separation_m=room,
                 contact_s=np.inf,
                 contact_with=-1,
                 feasible=True,
             )
-            for _, i, price, room in sorted(row for row in rows if row[1] >= 0)
+            for _, i, cost, room in sorted(row for row in rows if row[1] >= 0)
         ]
 
-    def states(self, phase: int, step: int) -> Array:
+    def states(self, phase: int, profile: int) -> Array:
         """(T, 6): s, d, psi, v, a, delta of one member."""
         x = np.empty((self._samples, 6))
-        self._library.mcdas_family_states(self._at, phase, step, address(x))
+        self._library.mcdas_family_states(self._at, phase, profile, address(x))
         return x
 
 
@@ -177,7 +177,7 @@ def _together(bodies: Sequence[CruisingBody]) -> CruisingBody:
 def _now(situation: Situation, vehicle: Vehicle, step_s: float) -> dict[str, Any]:
     """Where the car is, what it can do, and the road: what no scoring changes."""
     host, road, demand = situation.host, situation.road, Demand()
-    s0, d0, sine0, bend0 = (np.asarray(q).item() for q in sidesteps.rear_axle(host, vehicle, road))
+    s0, d0, sine0, bend0 = (np.asarray(q).item() for q in starts.rear_axle(host, vehicle, road))
     turn = min(demand.steering * vehicle.steering_rate_max_radps * step_s, _STEEPEST_RAD)
     return {
         "s0": s0,
@@ -186,7 +186,7 @@ def _now(situation: Situation, vehicle: Vehicle, step_s: float) -> dict[str, Any
         "bend0": bend0,
         "speed0": host.speed_mps,
         "acceleration0": host.acceleration_mps2,
-        "join": max(sidesteps.JOIN_S * host.speed_mps, sidesteps.JOIN_LEAST_M),
+        "join": max(lane_change_profiles.JOIN_S * host.speed_mps, lane_change_profiles.JOIN_LEAST_M),
         "centre": vehicle.centre_m,
         "wheelbase": vehicle.wheelbase_m,
         "length": vehicle.length_m,
@@ -212,9 +212,9 @@ def _library(row: int) -> ctypes.CDLL | None:
     numbers = {
         "ROW": row,
         "LANES": _LANES,
-        "PEAK": sidesteps.PEAK,
-        "LEAST_SHIFT_M": sidesteps.LEAST_SHIFT_M,
-        "SPEED_FLOOR_MPS": sidesteps.SPEED_FLOOR_MPS,
+        "PEAK": lane_change_profiles.PEAK,
+        "LEAST_SHIFT_M": lane_change_profiles.LEAST_SHIFT_M,
+        "SPEED_FLOOR_MPS": lane_change_profiles.SPEED_FLOOR_MPS,
         "NEAR_M": clearance.NEAR_M,
         "EDGE_M": family.EDGE_M,
         "TICK": family.TICK,

@@ -19,9 +19,9 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.manoeuvres.compiled_family import compiled_family
 from mcdas_opt.manoeuvres.family import Member, Scoring, best_of_each
+from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
 from mcdas_opt.manoeuvres.members import Members, members
 from mcdas_opt.manoeuvres.phases import Phases
-from mcdas_opt.manoeuvres.sidesteps import Sidesteps
 
 _STEP_S = 0.1
 _STEERABLE_MPS = 0.5
@@ -119,12 +119,12 @@ def best_of_kind(
     chosen = settings or FamilySettings()
     times = _times(grid or TimeGrid())
     usual, tight = (Scoring(margins=margins, clear_m=chosen.clear_m) for margins in (chosen.margins, chosen.tight))
-    found = _found(_steps(chosen, situation, _lane_changes(situation, vehicle)), times, situation, vehicle, prediction, chosen)
+    found = _found(_profiles(chosen, situation, _lane_changes(situation, vehicle)), times, situation, vehicle, prediction, chosen)
     best = found.members.best(usual, found.kinds) or found.members.best(tight, found.kinds)
     if not best:
         dodges = _dodges(situation, vehicle, prediction, chosen)
         if dodges:
-            other = _found(_steps(chosen, situation, dodges), times, situation, vehicle, prediction, chosen)
+            other = _found(_profiles(chosen, situation, dodges), times, situation, vehicle, prediction, chosen)
             best = other.members.best(tight, other.kinds)
             found = other if best else found
     best = best or _least_bad(found, usual)
@@ -136,38 +136,38 @@ def best_of_kind(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Found:
-    """Phases (P, 1), sidesteps and their sides (1, Q: 1 left, -1 right, 0 keep), the kinds (P, Q) of the members, and these."""
+    """Phases (P, 1), lane-change profiles and their sides (1, Q: 1 left, -1 right, 0 keep), the kinds (P, Q) of the members, and these."""
 
     phases: Phases
-    steps: Sidesteps
+    profiles: LaneChangeProfiles
     sides: NDArray[np.intp]
     kinds: NDArray[np.intp]
     members: Members
 
 
 def _found(
-    steps: tuple[Sidesteps, NDArray[np.intp]],
+    changes: tuple[LaneChangeProfiles, NDArray[np.intp]],
     times: Array,
     situation: Situation,
     vehicle: Vehicle,
     prediction: Prediction,
     chosen: FamilySettings,
 ) -> _Found:
-    speed, (step, sides) = situation.host.speed_mps, steps
+    speed, (profiles, sides) = situation.host.speed_mps, changes
     phases = _phases(chosen, vehicle, situation.road, speed, situation.wanted_speed_mps)
-    these = members(phases, step, times, situation, vehicle, prediction)
+    these = members(phases, profiles, times, situation, vehicle, prediction)
     end = these.end_speed_mps
     pace = np.where(end > speed + chosen.apart_mps, 2, np.where(end < speed - chosen.apart_mps, 0, 1))
-    early = (step.delay_s <= chosen.early_s) | (sides == 0)
-    return _Found(phases=phases, steps=step, sides=sides, kinds=pace + (3 * early + 6 * (sides + 1)), members=these)
+    early = (profiles.delay_s <= chosen.early_s) | (sides == 0)
+    return _Found(phases=phases, profiles=profiles, sides=sides, kinds=pace + (3 * early + 6 * (sides + 1)), members=these)
 
 
 def _least_bad(found: _Found, scoring: Scoring) -> list[Member]:
     """Where nothing is clear: of each kind what the car and the road allow, and is so for longest."""
     scored = found.members.scored(scoring)
     lost = 1e6 * ~scored.possible + 1e4 * ~scored.on_road
-    price = lost - 10.0 * np.minimum(scored.contact_s, 100.0) - scored.separation_m + 1e-3 * scored.cost
-    return best_of_each(price, scored, found.kinds)
+    cost = lost - 10.0 * np.minimum(scored.contact_s, 100.0) - scored.separation_m + 1e-3 * scored.cost
+    return best_of_each(cost, scored, found.kinds)
 
 
 def _lane_changes(situation: Situation, vehicle: Vehicle) -> list[tuple[float, float]]:
@@ -212,7 +212,7 @@ def _shares(chosen: FamilySettings) -> tuple[tuple[float, float, float], ...]:
     return (*((x, 0.0, x) for x in single), *chosen.two_phases)
 
 
-def _steps(chosen: FamilySettings, situation: Situation, ends: list[tuple[float, float]]) -> tuple[Sidesteps, NDArray[np.intp]]:
+def _profiles(chosen: FamilySettings, situation: Situation, ends: list[tuple[float, float]]) -> tuple[LaneChangeProfiles, NDArray[np.intp]]:
     """(1, Q): keep the lane, and to each of the ends (target d, side)."""
     host, road = situation.host, situation.road
     grip = road.friction * GRAVITY_MPS2
@@ -222,7 +222,7 @@ def _steps(chosen: FamilySettings, situation: Situation, ends: list[tuple[float,
         rows += [(target, share * grip, delay, sign) for target, sign in ends for share, delay in spread]
     target_d, push, delay, sides = np.array(rows).T[:, None, :]
     softness = np.full(target_d.shape, chosen.softness)
-    return Sidesteps(target_d_m=target_d, lateral_mps2=push, delay_s=delay, b=softness), sides.astype(np.intp)
+    return LaneChangeProfiles(target_d_m=target_d, lateral_mps2=push, delay_s=delay, b=softness), sides.astype(np.intp)
 
 
 def _choice(
@@ -234,22 +234,22 @@ def _choice(
     wanted: Array | None,
     situation: Situation,
 ) -> Choice:
-    phases, steps, p, q = found.phases, found.steps, member.phase, member.step
+    phases, profiles, p, q = found.phases, found.profiles, member.phase, member.profile
     states = found.members.states(p, q)
     states[0] = situation.host.to_vector()
     if wanted is not None:
         states = np.column_stack([np.interp(wanted, times, column) for column in states.T])
-    sign, delay = int(found.sides[0, q]), float(steps.delay_s[0, q])
+    sign, delay = int(found.sides[0, q]), float(profiles.delay_s[0, q])
     gained = float(states[-1, 3]) - situation.host.speed_mps
     pace = "faster" if gained > chosen.apart_mps else "slower" if gained < -chosen.apart_mps else "same"
     return Choice(
         side={1: Side.LEFT, -1: Side.RIGHT, 0: Side.NONE}[sign],
         early=sign == 0 or delay <= chosen.early_s,
         pace=pace,
-        target_d_m=float(steps.target_d_m[0, q]),
-        lateral_mps2=float(steps.lateral_mps2[0, q]),
+        target_d_m=float(profiles.target_d_m[0, q]),
+        lateral_mps2=float(profiles.lateral_mps2[0, q]),
         delay_s=delay,
-        softness=float(steps.b[0, q]),
+        softness=float(profiles.b[0, q]),
         first_mps2=float(phases.first_mps2[p, 0]),
         switch_s=float(phases.switch_s[p, 0]),
         then_mps2=float(phases.then_mps2[p, 0]),

@@ -22,7 +22,7 @@ from mcdas_opt.planning.ladder import Ladder
 from mcdas_opt.planning.method import Method, build_method
 from mcdas_opt.planning.pose_history import PoseHistory
 from mcdas_opt.situation.consistency import contradiction
-from mcdas_opt.time_to_react.assessment import watched
+from mcdas_opt.time_to_react.assessment import time_to_react
 from mcdas_opt.tracking.tracker import Tracker
 
 
@@ -92,7 +92,7 @@ class Planner:
             answer = self.ladder.answer(situation, self.previous, Refusal(reason=answer.verdict.reason))
         elif has_ladder and answer.safe_end is not None and not answer.safe_end.safe:
             answer = self._without_safe_end(situation, answer)
-        told = {} if wrong else watched(answer, situation, self.previous, self.vehicle, self.settings)
+        told = {} if wrong else time_to_react(answer, situation, self.previous, self.vehicle, self.settings)
         timing = replace(answer.timing_ms, total=1e3 * (time.perf_counter() - started))
         self.previous = replace(answer, planner=self.name, timing_ms=timing, **told)
         self.situation = situation

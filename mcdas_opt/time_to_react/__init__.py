@@ -1,1 +1,1 @@
-"""Until when each way out can still be started: the escape map, the alert that follows from it, and what a plan says of both."""
+"""Time to react: until when each candidate manoeuvre can still be started (the escape map), and the alert that follows from it."""

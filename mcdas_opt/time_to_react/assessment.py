@@ -1,4 +1,4 @@
-"""What every plan says besides: which ways out are open, until when, and whether that is worth an alert."""
+"""The time-to-react assessment of a plan: which candidates are open, until when, and whether that is worth an alert."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mcdas_opt.time_to_react.escapes import escapes
 from mcdas_opt.time_to_react.library import EscapeSettings
 
 
-def watched(plan: Plan, situation: Situation, previous: Plan | None, vehicle: Vehicle, settings: Settings) -> dict[str, Any]:
+def time_to_react(plan: Plan, situation: Situation, previous: Plan | None, vehicle: Vehicle, settings: Settings) -> dict[str, Any]:
     """The plan's escape map, alert and warning, by field; an alert is a warning. Nothing where the settings turn the map off."""
     wanted = settings.warning
     if not wanted.escapes:

@@ -1,4 +1,4 @@
-"""The escape map's questions in C: `escape_kernel.c`, which says what `swerves` and `parting` say, and `escape_questions.c`."""
+"""The escape map's questions in C: `escape_kernel.c`, which says what `evasive_profiles` and `separation` say, and `escape_questions.c`."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.native.addresses import address
 from mcdas_opt.native.kernels import c_text, defined, library, wanted
 from mcdas_opt.time_to_react import effort, evasive_profiles, separation
-from mcdas_opt.time_to_react.constant_input import PASSES
+from mcdas_opt.time_to_react.constant_input import EVERY, PASSES
 from mcdas_opt.time_to_react.library import SHORTEST_S, EscapeSettings
-from mcdas_opt.time_to_react.separation import Company, Rows
+from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, TURNED_STEPS, PredictedTraffic, Rows, lattice_s
 
 _TEXTS: tuple[str, ...] = ("escape_kernel.c", "escape_parting.c", "escape_company.c", "escape_questions.c", "escape_guess.c")
 _TEXTS += ("escape_search.c", "escape_answer.c")
@@ -95,10 +95,10 @@ class Nodes:
 
     def __init__(self, steps: Rows) -> None:
         self.steps = steps
-        self.times_s = np.asarray(separation.LATTICE_S * steps, dtype=np.float64)
+        self.times_s = np.asarray(LATTICE_S * steps, dtype=np.float64)
         missing = -steps.size % _LANES
         filled = np.concatenate([steps, np.repeat(steps[-1:], missing)]).astype(np.int64)
-        times_s = np.asarray(separation.LATTICE_S * filled, dtype=np.float64)
+        times_s = np.asarray(LATTICE_S * filled, dtype=np.float64)
         middle = min(int(np.searchsorted(self.times_s, 1.0)), steps.size - 1)
         step_s = np.diff(self.times_s)
         begins = np.flatnonzero(np.abs(np.diff(step_s, prepend=0.0)) > 1e-12)
@@ -108,11 +108,11 @@ class Nodes:
         self.at = ctypes.addressof(self._record)
 
 
-def company(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: float, margins: Margins) -> Company:
-    """`Company.of`, in C where everybody moves in the one closed form and nobody is grown by the prediction's own margins."""
+def predicted_traffic(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: float, margins: Margins) -> PredictedTraffic:
+    """`PredictedTraffic.of`, in C where everybody moves in the one closed form and nobody is grown by the prediction's own margins."""
     if not bodies or not all_cruise(bodies) or margins.share_of_prediction:
-        return Company.of(bodies, until_s, margins)
-    times = separation.lattice_s(round(until_s / separation.LATTICE_S) + 1)
+        return PredictedTraffic.of(bodies, until_s, margins)
+    times = lattice_s(round(until_s / LATTICE_S) + 1)
     begin = np.array(cruisers(bodies, margins))
     tables = np.empty((5, len(bodies), times.size))
     fade_s = bodies[0].lateral_fade_s
@@ -120,7 +120,7 @@ def company(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: floa
         len(bodies), times.size, address(begin), address(times), fade_s, address(faded(fade_s, times.size)), address(tables)
     )
     s, d, speed, half_length, half_width = tables
-    return Company(s_m=s, d_m=d, speed_mps=speed, half_length_m=half_length, half_width_m=half_width)
+    return PredictedTraffic(s_m=s, d_m=d, speed_mps=speed, half_length_m=half_length, half_width_m=half_width)
 
 
 def cruisers(bodies: Sequence[CruisingBody], margins: Margins) -> list[float]:
@@ -156,16 +156,17 @@ def _knots(curvature: tuple[tuple[float, float], ...]) -> tuple[Array, float]:
 @lru_cache(maxsize=8)
 def faded(fade_s: float, count: int) -> Array:
     """What is left of a speed across at the lattice's first times."""
-    return np.exp(-separation.lattice_s(count) / fade_s)
+    return np.exp(-lattice_s(count) / fade_s)
 
 
 class CompiledCase:
-    """One situation. `table` (6, H) is contiguous: `held` writes into it. `columns` (5, M): of the members; `curvature` (2, K): knots."""
+    """One situation. `table` (6, H) is contiguous: `constant_input` writes into it. `columns` (5, M): of the members; `curvature` (2, K):
+    knots."""
 
     def __init__(
         self,
         library: ctypes.CDLL,
-        company: Company,
+        traffic: PredictedTraffic,
         table: Array,
         columns: Array,
         curvature: Array,
@@ -175,14 +176,14 @@ class CompiledCase:
         half_steps: int,
     ) -> None:
         self._library = library
-        bodies, lattice = company.s_m.shape
+        bodies, lattice = traffic.s_m.shape
         blocks = (
-            company.s_m,
-            company.d_m,
-            company.speed_mps,
-            company.half_length_m,
-            company.half_width_m,
-            np.maximum.reduce(company.half_length_m, -1),
+            traffic.s_m,
+            traffic.d_m,
+            traffic.speed_mps,
+            traffic.half_length_m,
+            traffic.half_width_m,
+            np.maximum.reduce(traffic.half_length_m, -1),
         )
         self._kept = tuple(map(np.ascontiguousarray, (*blocks, table, columns, curvature)))
         *tables, of_members, of_road = (address(block) for block in self._kept)
@@ -196,8 +197,8 @@ class CompiledCase:
         )
         self._at = ctypes.addressof(self._case)
 
-    def held(self, begin: Array, times_s: Array) -> None:
-        """Fills the table with what a host does that keeps on from this state (6,), at times (H,)."""
+    def constant_input(self, begin: Array, times_s: Array) -> None:
+        """Fills the table with what a host does that keeps its inputs from this state (6,) on, at times (H,)."""
         path = np.empty((2, times_s.size))
         self._library.mcdas_escape_held(self._at, address(begin), address(times_s), self._case.table, address(path))
 
@@ -222,7 +223,7 @@ class CompiledCase:
         return last[0], last[1], now
 
     def sound(self, members: Rows, starts: Rows, nodes: Nodes) -> tuple[NDArray[np.bool_], Array]:
-        """Which members from these starts (R,) are ways out, and what they ask of the tyres [m/s^2]."""
+        """Which members from these starts (R,) are escapes, and what they ask of the tyres [m/s^2]."""
         good, demand = np.empty(members.size, dtype=np.bool_), np.empty(members.size)
         member, start = np.ascontiguousarray(members, dtype=np.int64), np.ascontiguousarray(starts, dtype=np.int64)
         given, results = (address(member), address(start)), (address(good), address(demand))
@@ -258,10 +259,10 @@ def _library() -> ctypes.CDLL | None:
         "STEP_REACH_M": separation.STEP_REACH_M,
         "BOW": separation.BOW,
         "ARRIVED_M": separation.ARRIVED_M,
-        "HELD_STEPS": separation.HELD_STEPS,
-        "TURNED_STEPS": separation.TURNED_STEPS,
+        "HELD_STEPS": EVERY,
+        "TURNED_STEPS": TURNED_STEPS,
         "ABILITY_M": separation.ABILITY_M,
-        "LATTICE_S": separation.LATTICE_S,
+        "LATTICE_S": LATTICE_S,
         **{name: getattr(effort, name) for name in _EFFORT},
         "SEARCH_ROUNDS": effort.ROUNDS,
     }

@@ -23,10 +23,10 @@ from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.native.addresses import address
 from mcdas_opt.time_to_react.compiled_case import NUMBERS, CaseRecord, at_hand, cruisers, faded
 from mcdas_opt.time_to_react.effort import CLOSERS
-from mcdas_opt.time_to_react.guess import EXACT_NODES, GUESS_NODES, held_times
+from mcdas_opt.time_to_react.guess import EXACT_NODES, GUESS_NODES, constant_input_times
 from mcdas_opt.time_to_react.library import KINDS, EscapeSettings, Spread, forces, spread_of
+from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, PredictedTraffic, lattice_s
 from mcdas_opt.time_to_react.search import Found
-from mcdas_opt.time_to_react.separation import LATTICE_S, Company, lattice_s
 
 _CLOSERS = (*CLOSERS, None)  # -1 is nobody
 _KEPT = 16  # grounds that are remembered
@@ -69,7 +69,7 @@ class _Ground:
         of_any = forces(road, HostState(), vehicle, chosen)
         self.forces = of_any if road.is_straight else None
         numbers, knots = at_hand(vehicle, road, chosen, of_any.gentle)
-        held_s, times_s = held_times(chosen.latest_s), lattice_s(self.steps)
+        held_s, times_s = constant_input_times(chosen.latest_s), lattice_s(self.steps)
         self._kept = knots, held_s, times_s
         bare = CaseRecord(lattice=self.steps, held=held_s.size, half_steps=round(0.5 * chosen.clear_s / LATTICE_S))
         bare.count_of_knots, bare.knots, bare.kappas = knots.shape[1], address(knots), address(knots) + knots.strides[0]
@@ -108,14 +108,14 @@ _GROUNDS: dict[tuple[int, Road, int], _Ground] = {}
 
 
 def answered(library: ctypes.CDLL, situation: Situation, vehicle: Vehicle, prediction: Prediction, chosen: EscapeSettings) -> Found:
-    """What `escape_search.found` says of the same case."""
+    """What `search.found` says of the same case."""
     ground, host, bodies = _ground(vehicle, situation.road, chosen), situation.host, prediction.bodies
     manoeuvres, left_m, right_m = ground.lanes(situation)
     there = ground.forces or forces(ground.road, host, vehicle, chosen)
     asked = [host.s_m, host.d_m, host.heading_rad, host.speed_mps, host.acceleration_mps2, host.steering_rad, left_m, right_m, *there]
     tables, fade, fade_s = None, None, math.nan
     if not all_cruise(bodies) or chosen.margins.share_of_prediction:
-        tables = _tables(Company.of(bodies, ground.until_s, chosen.margins))
+        tables = _tables(PredictedTraffic.of(bodies, ground.until_s, chosen.margins))
     elif bodies:
         fade_s = bodies[0].lateral_fade_s
         fade = _faded(fade_s, ground.steps)
@@ -147,8 +147,8 @@ class _Table:
         self.numbers, self.at = numbers, address(numbers)
 
 
-def _tables(company: Company) -> _Table:
-    return _Table(np.array((company.s_m, company.d_m, company.speed_mps, company.half_length_m, company.half_width_m)))
+def _tables(traffic: PredictedTraffic) -> _Table:
+    return _Table(np.array((traffic.s_m, traffic.d_m, traffic.speed_mps, traffic.half_length_m, traffic.half_width_m)))
 
 
 @lru_cache(maxsize=8)

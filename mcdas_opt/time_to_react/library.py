@@ -1,4 +1,4 @@
-"""The manoeuvres that escapes are sought among."""
+"""The library of candidate manoeuvres that escapes are sought among."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.manoeuvres.family import Demand
 from mcdas_opt.manoeuvres.kinds import next_lane_m
-from mcdas_opt.time_to_react.evasive_profiles import Swerves
-from mcdas_opt.time_to_react.separation import Company
+from mcdas_opt.time_to_react.evasive_profiles import EvasiveProfiles
+from mcdas_opt.time_to_react.predicted_traffic import PredictedTraffic
 
 KINDS = ("brake", "accelerate", "left", "right")
 SIDEWAYS = 2  # kinds from here on steer
@@ -32,8 +32,8 @@ _FASTER = 0.1  # of what a bend takes, more when it is driven faster
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EscapeSettings:
-    """`clear_s`: a way out counts when it stays clear for so long after its start, and ends with room for what still closes in.
-    `latest_s`: starts are not sought beyond it. A way out is comfortable that asks no more of the tyres than `comfort_mps2` and
+    """`clear_s`: a candidate is an escape when it stays clear for so long after its start, and ends with room for what still closes in.
+    `latest_s`: starts are not sought beyond it. An escape is comfortable that asks no more of the tyres than `comfort_mps2` and
     `comfort_share` of the grip. `clear_m` is kept from bodies; `margins` grow them.
 
     The manoeuvres were chosen, one by one, out of a library ten times as large for what they add to the last moments of 900 random
@@ -161,13 +161,13 @@ class Members:
             lateral_mps2=self.lateral_mps2[same] * push,
         )
 
-    def rows(self, member: Any, speed_mps: Array) -> tuple[Swerves, NDArray[np.bool_]]:
+    def rows(self, member: Any, speed_mps: Array) -> tuple[EvasiveProfiles, NDArray[np.bool_]]:
         """Members (R,) begun at these speeds (R,), and which of them do anything."""
         level, ends = self.level_mps2[member], self.until_mps[member]
         matching = ~np.isnan(ends)
         until = np.where(matching, (ends - speed_mps) / np.where(level == 0.0, 1.0, level), self.until_s[member])
         acts = ~matching | (until >= self.shortest_s)
-        rows = Swerves(
+        rows = EvasiveProfiles(
             level_mps2=np.where(acts, level, 0.0),
             until_s=np.where(acts, until, 0.0),
             target_d_m=self.target_d_m[member],
@@ -176,13 +176,13 @@ class Members:
         return rows, acts
 
 
-def members(situation: Situation, vehicle: Vehicle, company: Company, chosen: EscapeSettings) -> Members:
+def members(situation: Situation, vehicle: Vehicle, traffic: PredictedTraffic, chosen: EscapeSettings) -> Members:
     sides = next_lane_m(situation, vehicle, Side.LEFT), next_lane_m(situation, vehicle, Side.RIGHT)
     of = forces(situation.road, situation.host, vehicle, chosen)
     spread = spread_of(chosen, sides[0] is not None, sides[1] is not None)
     level, push = _taken(spread, of)
     targets = np.array([np.nan, np.nan, *(np.nan if side is None else side for side in sides)])
-    ends = np.array([*_speeds_of_nearest(situation, company), np.nan])
+    ends = np.array([*_speeds_of_nearest(situation, traffic), np.nan])
     return Members(
         kind=spread.kind,
         of_kind=spread.of_kind,
@@ -275,11 +275,11 @@ def _made(chosen: EscapeSettings, left: bool, right: bool) -> Spread:
 _MADE: dict[tuple[object, ...], tuple[object, Spread]] = {}
 
 
-def _speeds_of_nearest(situation: Situation, company: Company) -> tuple[float, float]:
+def _speeds_of_nearest(situation: Situation, traffic: PredictedTraffic) -> tuple[float, float]:
     """Speed of the nearest body ahead and behind in the host's way; -inf and inf where there is nobody."""
     host, width = situation.host, 0.5 * situation.road.lane_width_m + 0.5
     ahead, behind, front, rear = np.inf, np.inf, -np.inf, np.inf
-    for s, d, speed in zip(company.s_m[:, 0].tolist(), company.d_m[:, 0].tolist(), company.speed_mps[:, 0].tolist(), strict=True):
+    for s, d, speed in zip(traffic.s_m[:, 0].tolist(), traffic.d_m[:, 0].tolist(), traffic.speed_mps[:, 0].tolist(), strict=True):
         apart = s - host.s_m
         if abs(d - host.d_m) < width and 0.0 < apart < ahead:
             ahead, front = apart, speed

@@ -1,4 +1,4 @@
-"""The search for the last sound start of each kind of way out: in C where there is a compiler (`escape_answer`), else here."""
+"""The search for the last sound start of each kind of candidate: in C where there is a compiler (`compiled_map`), else here."""
 
 from __future__ import annotations
 
@@ -30,14 +30,15 @@ from mcdas_opt.time_to_react.effort import (
 )
 from mcdas_opt.time_to_react.guess import Case, Guess
 from mcdas_opt.time_to_react.library import KINDS, SIDEWAYS
-from mcdas_opt.time_to_react.separation import LATTICE_S, Rows
+from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, Rows
 
 _AT_ONCE = 24  # rows of a search that are driven together
 
 
 class Found(NamedTuple):
-    """When keeping on ends [s] and by what; for each kind the last sound step of the lattice, of any demand and of a comfortable one, -1
-    without; what it asks that begins now [m/s^2], None without; and what closes it after its last step, None where nothing does."""
+    """When the constant-input prediction ends [s] and by what; for each kind the last sound step of the lattice, of any demand and of a
+    comfortable one, -1 without; what it asks that begins now [m/s^2], None without; and what closes it after its last step, None where
+    nothing does."""
 
     end_s: float
     ender: Closer | None
@@ -48,7 +49,7 @@ class Found(NamedTuple):
 
 def found(case: Case) -> Found:
     """What the map says, kind by kind."""
-    end_s, ender = case.end_of_keeping_on()
+    end_s, ender = case.end_of_constant_input()
     guess = case.guess(end_s)
     kinds = case.members.of_kind
     latest = int(np.floor(end_s / LATTICE_S + 1e-9))
@@ -189,7 +190,7 @@ def _closer(case: Case, guess: Guess, mine: Rows, n: int) -> Closer:
     edge, ability, _ = guess.slack(n, mine)
     possible = ability >= 0.0
     allowed = possible & (edge >= 0.0)
-    if not allowed.any() or not case.company.s_m.shape[0]:
+    if not allowed.any() or not case.traffic.s_m.shape[0]:
         return Closer.EDGE if possible.any() or not mine.size else Closer.FRICTION
     misses = guess.misses(n, mine)
     best = int(np.where(allowed, misses.min(0), -np.inf).argmax())

@@ -1,4 +1,4 @@
-"""Which ways out are open over the paper's own two quantities: the gap to the car ahead and how fast the one behind closes in."""
+"""Which candidates are open over the paper's own two quantities: the gap to the car ahead and how fast the one behind closes in."""
 
 from __future__ import annotations
 
@@ -66,9 +66,9 @@ def swept(
         for g, gap in enumerate(gaps):
             leader = replace(front, s_m=host.s_m + float(gap) + 0.5 * (front.length_m + vehicle.length_m))
             one = replace(situation, tracks=(*others, leader, follower))
-            for k, way in enumerate(escapes(one, vehicle, prediction=prediction, settings=settings).ways):
-                if way.last_moment_s is not None:
-                    last[k, c, g] = way.last_moment_s
+            for k, candidate in enumerate(escapes(one, vehicle, prediction=prediction, settings=settings).candidates):
+                if candidate.last_moment_s is not None:
+                    last[k, c, g] = candidate.last_moment_s
     row = literal_rows(True, gaps, front.speed_s_mps, True, rear_gap, host.speed_mps + closings[:, None], host.speed_mps)
     return EscapeSweep(
         front_gap_m=gaps,

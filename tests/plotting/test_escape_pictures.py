@@ -25,7 +25,7 @@ def test_the_timeline_has_a_bar_for_every_way_that_is_open() -> None:
     found = escapes(situation)
     fig = escape_sheet(situation, Vehicle(), found)
     bars = [patch for patch in fig.axes[1].patches if patch.get_facecolor()[3] == 1.0]
-    expected = sum((way.last_moment_s is not None) + (way.last_comfortable_s is not None) for way in found.ways)
+    expected = sum((way.last_moment_s is not None) + (way.last_comfortable_s is not None) for way in found.candidates)
     assert len(bars) == expected
     assert {label.get_text() for label in fig.axes[1].get_yticklabels()} == set(KINDS)
 

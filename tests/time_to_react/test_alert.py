@@ -17,13 +17,13 @@ moments = st.one_of(st.none(), st.floats(0.0, 10.0))
 
 
 @st.composite
-def ways(draw: st.DrawFn) -> Escape:
+def candidates(draw: st.DrawFn) -> Escape:
     last = draw(moments)
     easy = None if last is None else draw(st.one_of(st.none(), st.floats(0.0, last)))
     return Escape(open=last is not None, last_moment_s=last, last_comfortable_s=easy)
 
 
-maps = st.builds(Escapes, brake=ways(), accelerate=ways(), left=ways(), right=ways(), keeping_on_s=moments)
+maps = st.builds(Escapes, brake=candidates(), accelerate=candidates(), left=candidates(), right=candidates(), keeping_on_s=moments)
 
 
 @given(found=maps, before=st.sampled_from(Alert), act=st.floats(0.0, 2.0), warn=st.floats(0.0, 2.0), more=st.floats(0.0, 2.0))

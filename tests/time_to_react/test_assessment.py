@@ -1,4 +1,4 @@
-"""What plans say of the ways out, and the alert over a scene."""
+"""The time-to-react assessment of plans, and the alert over a scene."""
 
 from __future__ import annotations
 
@@ -82,6 +82,6 @@ def test_the_sweep_is_the_map_at_each_of_its_points() -> None:
         for g, gap in enumerate(sweep.front_gap_m):
             moved = replace(front, s_m=float(gap) + 4.5), replace(rear, speed_s_mps=situation.host.speed_mps + float(closing))
             there = escapes(replace(situation, tracks=moved))
-            for k, way in enumerate(there.ways):
-                assert (way.last_moment_s is None) == bool(np.isnan(sweep.last_moment_s[k, c, g]))
-                assert way.last_moment_s is None or way.last_moment_s == sweep.last_moment_s[k, c, g]
+            for k, candidate in enumerate(there.candidates):
+                assert (candidate.last_moment_s is None) == bool(np.isnan(sweep.last_moment_s[k, c, g]))
+                assert candidate.last_moment_s is None or candidate.last_moment_s == sweep.last_moment_s[k, c, g]

@@ -1,4 +1,4 @@
-"""The paper's sigmoid over the way driven, for many members at once, joined to the car's own heading and steering."""
+"""The paper's sigmoid over the distance driven, for many members at once, joined to the car's own heading and steering."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.manoeuvres.phases import SpeedHistory
+from mcdas_opt.manoeuvres.starts import Starts, rear_axle
 
 PEAK = 6.0 * math.sqrt(3.0)  # max |S''| = a^2 / (6 sqrt 3)
 SPEED_FLOOR_MPS = 3.0
@@ -22,7 +23,7 @@ JOIN_LEAST_M = 1.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sidesteps:
+class LaneChangeProfiles:
     """Where to (d of the rear axle at the end [m]), at which peak of lateral acceleration [m/s^2], after which delay [s], and the
     sigmoid's b (eq 22: the larger, the softer the start); arrays of one shape (members)."""
 
@@ -31,32 +32,15 @@ class Sidesteps:
     delay_s: Array
     b: Array
 
-    def __getitem__(self, index: Any) -> Sidesteps:
+    def __getitem__(self, index: Any) -> LaneChangeProfiles:
         parts = (self.target_d_m, self.lateral_mps2, self.delay_s, self.b)
         target, lateral, delay, b = (q[index] for q in parts)
-        return Sidesteps(target_d_m=target, lateral_mps2=lateral, delay_s=delay, b=b)
+        return LaneChangeProfiles(target_d_m=target, lateral_mps2=lateral, delay_s=delay, b=b)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Starts:
-    """Where members begin, as a `HostState` each: arrays that broadcast with the members."""
-
-    s_m: Array
-    d_m: Array
-    heading_rad: Array
-    speed_mps: Array
-    acceleration_mps2: Array
-    steering_rad: Array
-
-    def __getitem__(self, index: Any) -> Starts:
-        parts = (self.s_m, self.d_m, self.heading_rad, self.speed_mps, self.acceleration_mps2, self.steering_rad)
-        s, d, heading, speed, acceleration, steering = (q[index] for q in parts)
-        return Starts(s_m=s, d_m=d, heading_rad=heading, speed_mps=speed, acceleration_mps2=acceleration, steering_rad=steering)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Ways:
-    """States of the members (..., T): body centre, heading relative to the road there, and the curvature [1/m] of the rear axle's way.
+class Paths:
+    """States of the members (..., T): body centre, heading relative to the road there, and the curvature [1/m] of the rear axle's path.
 
     `sine` and `cosine` are those of the heading.
     """
@@ -68,27 +52,29 @@ class Ways:
     cosine: Array
     curvature_1pm: Array
 
-    def only(self, members: Any) -> Ways:
+    def only(self, members: Any) -> Paths:
         """Some members, by an index of their axes."""
         parts = (self.s_m, self.d_m, self.heading_rad, self.sine, self.cosine, self.curvature_1pm)
         s, d, heading, sine, cosine, curvature = (q[members] for q in parts)
-        return Ways(s_m=s, d_m=d, heading_rad=heading, sine=sine, cosine=cosine, curvature_1pm=curvature)
+        return Paths(s_m=s, d_m=d, heading_rad=heading, sine=sine, cosine=cosine, curvature_1pm=curvature)
 
 
-def ways(steps: Sidesteps, speeds: SpeedHistory, times_s: Array, start: HostState | Starts, vehicle: Vehicle, road: Road) -> Ways:
-    """The rear axle's ways of sidesteps driven at these speeds; the shapes of both broadcast.
+def paths(
+    profiles: LaneChangeProfiles, speeds: SpeedHistory, times_s: Array, start: HostState | Starts, vehicle: Vehicle, road: Road
+) -> Paths:
+    """The paths of lane changes driven at these speeds; the shapes of both broadcast.
 
-    d is the sigmoid as a function of the way l, so that sin(psi) = d'(l), and kappa = d''(l) / cos(psi) + the road's part: the exact
-    kinematics of the bicycle's rear axle on the grid, no small angles. The sigmoid's steepness is the paper's, repaired by speed: a =
-    -sqrt(6 sqrt(3) a_lat / (Y v^2)) with v about where it is steepest. Of its start only d is kept; heading and curvature there are
-    the car's own, and go over into the sigmoid's by (m l + n l^2) exp(-l / l_join).
+    d is the sigmoid as a function of the distance l that the rear axle has driven, so that sin(psi) = d'(l), and kappa = d''(l) / cos(psi)
+    + the road's part: the exact kinematics of the bicycle's rear axle on the grid, no small angles. The sigmoid's steepness is the
+    paper's, repaired by speed: a = -sqrt(6 sqrt(3) a_lat / (Y v^2)) with v about where it is steepest. Of its
+    start only d is kept; heading and curvature there are the car's own, and go over into the sigmoid's by (m l + n l^2) exp(-l / l_join).
     """
     c, curved = vehicle.centre_m, not road.is_straight
     s0, d0, sine0, bend0 = rear_axle(start, vehicle, road)
 
-    shift = steps.target_d_m - d0
-    a, begin, height = _shape(steps, shift, speeds, times_s)
-    s_at_0 = 1.0 / (1.0 + steps.b * np.exp(-a * begin))
+    shift = profiles.target_d_m - d0
+    a, begin, height = _shape(profiles, shift, speeds, times_s)
+    s_at_0 = 1.0 / (1.0 + profiles.b * np.exp(-a * begin))
     gain = height * a
     slope0, curl0 = -gain * s_at_0 * (1.0 - s_at_0), gain * a * s_at_0 * (1.0 - s_at_0) * (1.0 - 2.0 * s_at_0)
     join = np.maximum(JOIN_S * np.asarray(start.speed_mps, dtype=np.float64), JOIN_LEAST_M)
@@ -96,10 +82,10 @@ def ways(steps: Sidesteps, speeds: SpeedHistory, times_s: Array, start: HostStat
     n = 0.5 * (bend0 - curl0) + m / join
 
     # from here on members by times, in the precision of the speeds, with as few arrays as will do
-    precision = speeds.way_m.dtype
-    small = (a, begin, steps.b, height, d0 - height * s_at_0, gain, m * join, n * join**2, join, s0)
+    precision = speeds.travelled_m.dtype
+    small = (a, begin, profiles.b, height, d0 - height * s_at_0, gain, m * join, n * join**2, join, s0)
     a, begin, b, height, base, gain, m, n, join, s0 = (np.asarray(q, dtype=precision)[..., None] for q in small)
-    e = speeds.way_m - begin
+    e = speeds.travelled_m - begin
     e *= a
     np.minimum(e, 80.0, out=e)  # far before the start; beyond it single precision overflows
     np.exp(e, out=e)
@@ -114,7 +100,7 @@ def ways(steps: Sidesteps, speeds: SpeedHistory, times_s: Array, start: HostStat
     s += 1.0
     curl = np.multiply(slope, s, out=s)
     curl *= -a
-    x = speeds.way_m / join
+    x = speeds.travelled_m / join
     fade = np.exp(-x)
     for total, of_m, of_n in (
         (d, x * fade, x * x * fade),
@@ -126,10 +112,10 @@ def ways(steps: Sidesteps, speeds: SpeedHistory, times_s: Array, start: HostStat
 
     sine = np.clip(slope, -0.9, 0.9)
     cosine = np.sqrt(1.0 - sine * sine)
-    moved = np.diff(speeds.way_m, axis=-1)
+    moved = np.diff(speeds.travelled_m, axis=-1)
     ratio = cosine
     if curved:
-        kappa = road.curvature_at(s0 + speeds.way_m)
+        kappa = road.curvature_at(s0 + speeds.travelled_m)
         ratio = cosine / (1.0 - kappa * d)
     sigma = np.empty_like(d)
     sigma[...] = s0
@@ -138,37 +124,24 @@ def ways(steps: Sidesteps, speeds: SpeedHistory, times_s: Array, start: HostStat
     if not curved:
         d += c * sine
         sigma += c * cosine
-        return Ways(s_m=sigma, d_m=d, heading_rad=np.arcsin(sine), sine=sine, cosine=cosine, curvature_1pm=curvature)
+        return Paths(s_m=sigma, d_m=d, heading_rad=np.arcsin(sine), sine=sine, cosine=cosine, curvature_1pm=curvature)
     kappa = road.curvature_at(sigma)
     curvature += kappa * cosine / (1.0 - kappa * d)
     psi = np.arcsin(sine) - kappa * c
     sigma += c * cosine / (1.0 - kappa * d)
     d += c * sine - 0.5 * kappa * (c * cosine) ** 2
-    return Ways(s_m=sigma, d_m=d, heading_rad=psi, sine=np.sin(psi), cosine=np.cos(psi), curvature_1pm=curvature)
+    return Paths(s_m=sigma, d_m=d, heading_rad=psi, sine=np.sin(psi), cosine=np.cos(psi), curvature_1pm=curvature)
 
 
-def rear_axle(start: HostState | Starts, vehicle: Vehicle, road: Road) -> tuple[Array, Array, Array, Array]:
-    """s and d [m] of the rear axle; d' and d'' [1/m] by the way that it drives."""
-    c = vehicle.centre_m
-    kappa0 = np.zeros(1) if road.is_straight else road.curvature_at(start.s_m)
-    psi0 = start.heading_rad + kappa0 * c
-    sine0, cosine0 = np.sin(psi0), np.cos(psi0)
-    d0 = np.asarray(start.d_m - c * sine0 + 0.5 * kappa0 * (c * cosine0) ** 2)
-    s0 = np.asarray(start.s_m - c * cosine0 / (1.0 - kappa0 * d0))
-    turn0 = np.tan(start.steering_rad) / vehicle.wheelbase_m
-    bend0 = np.asarray((turn0 - kappa0 * cosine0 / (1.0 - kappa0 * d0)) * cosine0)
-    return s0, d0, sine0, bend0
-
-
-def _shape(steps: Sidesteps, shift: Array, speeds: SpeedHistory, times_s: Array) -> tuple[Array, Array, Array]:
-    """a [1/m], the way at which the sigmoid begins, and its height, each of the members' broadcast shape."""
+def _shape(profiles: LaneChangeProfiles, shift: Array, speeds: SpeedHistory, times_s: Array) -> tuple[Array, Array, Array]:
+    """a [1/m], the distance driven at which the sigmoid begins, and its height, each of the members' broadcast shape."""
     size = np.maximum(np.abs(shift), LEAST_SHIFT_M)
     h = float(times_s[1] - times_s[0])
-    middle = steps.delay_s + 1.22 * np.sqrt(size / steps.lateral_mps2)
+    middle = profiles.delay_s + 1.22 * np.sqrt(size / profiles.lateral_mps2)
     v = np.maximum(_at(speeds.speed_mps, middle / h), SPEED_FLOOR_MPS)
-    a = -np.sqrt(PEAK * steps.lateral_mps2 / size) / v
-    start = _at(speeds.way_m, steps.delay_s / h)
-    rest = steps.b * np.exp(-a * start)  # 1 / S(0) - 1
+    a = -np.sqrt(PEAK * profiles.lateral_mps2 / size) / v
+    start = _at(speeds.travelled_m, profiles.delay_s / h)
+    rest = profiles.b * np.exp(-a * start)  # 1 / S(0) - 1
     return a, start, shift * (1.0 + rest) / rest
 
 
