@@ -52,7 +52,7 @@ from mcdas_opt.time_to_react.constant_input import constant_input
 from mcdas_opt.time_to_react.escapes import escapes_under
 from mcdas_opt.time_to_react.evasive_profiles import EDGE_M
 from mcdas_opt.time_to_react.guess import Case
-from mcdas_opt.time_to_react.library import KINDS, EscapeSettings, Members
+from mcdas_opt.time_to_react.library import CLEAR_S, KINDS, LATEST_S, EscapeSettings, Members
 from mcdas_opt.time_to_react.predicted_traffic import PredictedTraffic, Rows
 from mcdas_opt.time_to_react.separation import ARRIVED_M, doomed, touched
 from mcdas_opt.tracking.prediction import predict
@@ -105,10 +105,10 @@ class Truth:
         self.situation, self.vehicle, self.road = situation, vehicle, situation.road
         self.prediction = predict(situation.tracks)
         self.settings = EscapeSettings()
-        until = self.settings.latest_s
+        until = LATEST_S
         self.fine_s = np.round(np.arange(0.0, until + 1e-9, 0.005), 9)
         self.path = constant_input(situation.host, self.fine_s, vehicle, self.road)
-        self.traffic = PredictedTraffic.of(self.prediction.bodies, until + self.settings.clear_s + STEP_S, self.settings.margins)
+        self.traffic = PredictedTraffic.of(self.prediction.bodies, until + CLEAR_S + STEP_S, self.settings.margins)
         self.end = self._end()
         speeds = [body.at(np.zeros(1)).speed_s_mps[0] for body in self.prediction.bodies]
         self.reach_m = 0.05 * (max((abs(s - situation.host.speed_mps) for s in speeds), default=0.0) + 3.0) + 0.1
@@ -128,7 +128,7 @@ class Truth:
 
     def _end(self) -> int:
         """The last step at which the constant-input prediction has met nobody and is still on the road, by the judge's own eyes."""
-        count = round(self.settings.latest_s / STEP_S)
+        count = round(LATEST_S / STEP_S)
         pick = slice(0, None, round(STEP_S / 0.005))
         p = self.path
         states = np.column_stack([q[pick] for q in (p.s_m, p.d_m, p.heading_rad, p.speed_mps, p.acceleration_mps2, p.steering_rad)])

@@ -110,14 +110,14 @@ class CompiledMembers:
         self._sizes[:, 3] = self._bend * (self._sizes[:, 0] ** 2 + vehicle.length_m**2)
 
     def _set(self, scoring: Scoring) -> None:
-        margins, weights, f = scoring.margins, scoring.weights, self._family
+        margins, f = scoring.margins, self._family
         for k, fixed in enumerate((margins.along_m, margins.across_m)):
             half = 0.5 * self._sizes[:, k, None] + fixed
             self._bodies[:, 5 + k] = half + margins.share_of_prediction * self._margins[:, k]
         f.clear = scoring.clear_m
-        f.price_acceleration, f.price_speed, f.price_lateral = weights.acceleration, weights.speed, weights.lateral_acceleration
-        f.price_near, f.nearness, f.price_change = weights.nearness, weights.nearness_m, weights.lane_change
-        f.price_closing, f.end_room = weights.end_closing, weights.end_room_m
+        f.price_acceleration, f.price_speed, f.price_lateral = family.ACCELERATION_COST, family.SPEED_COST, family.LATERAL_COST
+        f.price_near, f.nearness, f.price_change = family.NEARNESS_COST, family.NEARNESS_M, family.LANE_CHANGE_COST
+        f.price_closing, f.end_room = family.END_CLOSING_COST, family.END_ROOM_M
 
     def scored(self, scoring: Scoring) -> Scored:
         """Every member against everybody."""

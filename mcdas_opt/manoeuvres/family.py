@@ -19,20 +19,15 @@ from mcdas_opt.manoeuvres.starts import Starts
 
 EDGE_M = 0.02  # bodies keep this far from the road's edges
 TICK = 1e-9  # costs closer than this are the same
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CostWeights:
-    """What a member costs, per second of it, except where noted: the same cost as that of plans."""
-
-    acceleration: float = 0.04  # per (m/s^2)^2
-    lateral_acceleration: float = 0.08  # per (m/s^2)^2
-    speed: float = 0.03  # per (m/s)^2 off the desired speed
-    nearness: float = 6.0  # per exp(-gap / 0.7 m)
-    nearness_m: float = 0.7
-    lane_change: float = 2.0  # once
-    end_closing: float = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
-    end_room_m: float = 0.5  # whoever ends less than this beside the host's flank counts as before or behind it
+# what a member costs, per second of it, except where noted: the same cost as that of plans
+ACCELERATION_COST = 0.04  # per (m/s^2)^2
+LATERAL_COST = 0.08  # per (m/s^2)^2 of lateral acceleration
+SPEED_COST = 0.03  # per (m/s)^2 off the desired speed
+NEARNESS_COST = 6.0  # per exp(-gap / NEARNESS_M)
+NEARNESS_M = 0.7
+LANE_CHANGE_COST = 2.0  # once
+END_CLOSING_COST = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
+END_ROOM_M = 0.5  # whoever ends less than this beside the host's flank counts as before or behind it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,11 +125,10 @@ def roll_out(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scoring:
-    """How members are scored: the margins that bodies get, the separation left that makes one feasible [m], and the cost weights."""
+    """How members are scored: the margins that bodies get, and the separation left that makes one feasible [m]."""
 
     margins: Margins = field(default_factory=Margins)
     clear_m: float = 0.0
-    weights: CostWeights = field(default_factory=CostWeights)
 
 
 def score(
@@ -146,19 +140,18 @@ def score(
     contact_s, contact_with = first_contact(near, times, scoring.clear_m)
     least = near.separation_m.min(-1)
     feasible = rolled.possible & rolled.on_road & (least > scoring.clear_m)
-    weights = scoring.weights
     v, a = rolled.speeds.speed_mps, rolled.speeds.acceleration_mps2
     h = float(times[1] - times[0])
-    along = h * (weights.acceleration * (a * a).sum(-1) + weights.speed * ((v - desired_speed_mps) ** 2).sum(-1))
+    along = h * (ACCELERATION_COST * (a * a).sum(-1) + SPEED_COST * ((v - desired_speed_mps) ** 2).sum(-1))
     lateral = rolled.lateral_mps2
-    across = h * weights.lateral_acceleration * np.einsum("...t,...t->...", lateral, lateral)
+    across = h * LATERAL_COST * np.einsum("...t,...t->...", lateral, lateral)
     cost = np.asarray(across + along)
     close = np.flatnonzero(near.nearest.max(-1) >= 0)
     rows = near.separation_m.reshape(-1, times.size)[close]
-    cost.reshape(-1)[close] += h * weights.nearness * np.exp(np.maximum(rows, 0.0) * (-1.0 / weights.nearness_m)).sum(-1)
+    cost.reshape(-1)[close] += h * NEARNESS_COST * np.exp(np.maximum(rows, 0.0) * (-1.0 / NEARNESS_M)).sum(-1)
     away = np.abs(members.d_m[..., -1] - host_lane_d_m) > 0.5 * road.lane_width_m
-    cost += weights.lane_change * away
-    cost += _end_closing(rolled, prediction, vehicle, weights)
+    cost += LANE_CHANGE_COST * away
+    cost += _end_closing(rolled, prediction, vehicle)
     return Scored(
         separation_m=least,
         contact_s=contact_s,
@@ -195,7 +188,7 @@ def first_contact(near: Clearance, times_s: Array, clear_m: float) -> tuple[Arra
     return np.where(touched, times_s[first], np.inf), np.where(touched, who, -1)
 
 
-def _end_closing(rolled: Rolled, prediction: Prediction, vehicle: Vehicle, weights: CostWeights) -> Array:
+def _end_closing(rolled: Rolled, prediction: Prediction, vehicle: Vehicle) -> Array:
     """The cost of ending in front of somebody faster, or behind somebody slower."""
     members, end = rolled.paths, rolled.times_s[-1:]
     s, d, v = members.s_m[..., -1], members.d_m[..., -1], rolled.speeds.speed_mps[..., -1]
@@ -204,7 +197,7 @@ def _end_closing(rolled: Rolled, prediction: Prediction, vehicle: Vehicle, weigh
         motion = body.at(end)
         ahead = float(motion.s_m[0]) - s
         gap = np.maximum(np.abs(ahead) - 0.5 * (vehicle.length_m + body.length_m), 1.0)
-        beside = np.abs(float(motion.d_m[0]) - d) - 0.5 * (body.width_m + vehicle.width_m) > weights.end_room_m
+        beside = np.abs(float(motion.d_m[0]) - d) - 0.5 * (body.width_m + vehicle.width_m) > END_ROOM_M
         closing = np.maximum(np.sign(ahead) * (v - float(motion.speed_s_mps[0])), 0.0)
-        total += np.where(beside, 0.0, weights.end_closing * closing * closing / gap)
+        total += np.where(beside, 0.0, END_CLOSING_COST * closing * closing / gap)
     return total

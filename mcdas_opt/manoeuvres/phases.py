@@ -24,11 +24,6 @@ class Phases:
     def __getitem__(self, index: Any) -> Phases:
         return Phases(first_mps2=self.first_mps2[index], switch_s=self.switch_s[index], then_mps2=self.then_mps2[index])
 
-    def expanded(self, axis: int) -> Phases:
-        """With a new axis of length 1, to be broadcast against lane-change profiles."""
-        first, switch, then = (np.expand_dims(q, axis) for q in (self.first_mps2, self.switch_s, self.then_mps2))
-        return Phases(first_mps2=first, switch_s=switch, then_mps2=then)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpeedHistory:

@@ -18,7 +18,7 @@ from mcdas_opt.native.addresses import address
 from mcdas_opt.native.kernels import c_text, defined, library, wanted
 from mcdas_opt.time_to_react import effort, evasive_profiles, separation
 from mcdas_opt.time_to_react.constant_input import EVERY, PASSES
-from mcdas_opt.time_to_react.library import SHORTEST_S, EscapeSettings
+from mcdas_opt.time_to_react.library import CLEAR_S, SHORTEST_S, EscapeSettings
 from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, TURNED_STEPS, PredictedTraffic, Rows, lattice_s
 
 _TEXTS: tuple[str, ...] = ("escape_kernel.c", "escape_parting.c", "escape_company.c", "escape_questions.c", "escape_guess.c")
@@ -142,7 +142,7 @@ def at_hand(vehicle: Vehicle, road: Road, chosen: EscapeSettings, straightening_
         *(vehicle.speed_max_mps, vehicle.steering_max_rad, vehicle.steering_rate_max_radps),
         *(chosen.demand.friction * grip, chosen.demand.steering, brake, accelerate),
         *(road.left_edge_m, road.right_edge_m, np.inf if road.road_end_s_m is None else road.road_end_s_m),
-        *(bend, chosen.clear_m, chosen.clear_s, chosen.comfort_on(road.friction), SHORTEST_S, straightening_mps2),
+        *(bend, chosen.clear_m, CLEAR_S, chosen.comfort_on(road.friction), SHORTEST_S, straightening_mps2),
     )
     return numbers, knots
 

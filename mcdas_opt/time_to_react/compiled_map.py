@@ -23,8 +23,8 @@ from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.native.addresses import address
 from mcdas_opt.time_to_react.compiled_case import NUMBERS, CaseRecord, at_hand, cruisers, faded
 from mcdas_opt.time_to_react.effort import CLOSERS
-from mcdas_opt.time_to_react.guess import EXACT_NODES, GUESS_NODES, constant_input_times
-from mcdas_opt.time_to_react.library import KINDS, EscapeSettings, Spread, forces, spread_of
+from mcdas_opt.time_to_react.guess import EXACT_NODES, GUESS_NODES, KEPT_TIMES_S
+from mcdas_opt.time_to_react.library import CLEAR_S, KINDS, LATEST_S, EscapeSettings, Spread, forces, spread_of
 from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, PredictedTraffic, lattice_s
 from mcdas_opt.time_to_react.search import Found
 
@@ -64,19 +64,19 @@ class _Ground:
 
     def __init__(self, vehicle: Vehicle, road: Road, chosen: EscapeSettings) -> None:
         self.vehicle, self.road, self.chosen = vehicle, road, chosen
-        self.until_s = chosen.latest_s + chosen.clear_s
+        self.until_s = LATEST_S + CLEAR_S
         self.steps = round(self.until_s / LATTICE_S) + 1
         of_any = forces(road, HostState(), vehicle, chosen)
         self.forces = of_any if road.is_straight else None
         numbers, knots = at_hand(vehicle, road, chosen, of_any.gentle)
-        held_s, times_s = constant_input_times(chosen.latest_s), lattice_s(self.steps)
-        self._kept = knots, held_s, times_s
-        bare = CaseRecord(lattice=self.steps, held=held_s.size, half_steps=round(0.5 * chosen.clear_s / LATTICE_S))
+        times_s = lattice_s(self.steps)
+        self._kept = knots, times_s
+        bare = CaseRecord(lattice=self.steps, held=KEPT_TIMES_S.size, half_steps=round(0.5 * CLEAR_S / LATTICE_S))
         bare.count_of_knots, bare.knots, bare.kappas = knots.shape[1], address(knots), address(knots) + knots.strides[0]
         for name, number in zip(NUMBERS, numbers, strict=True):
             setattr(bare, name, number)
         near_m = 0.5 * road.lane_width_m + 0.5
-        self._record = _GroundRecord(bare, address(held_s), address(times_s), GUESS_NODES.at, EXACT_NODES.at, near_m, chosen.latest_s)
+        self._record = _GroundRecord(bare, address(KEPT_TIMES_S), address(times_s), GUESS_NODES.at, EXACT_NODES.at, near_m, LATEST_S)
         self.at = ctypes.addressof(self._record)
         self._lanes: dict[int, tuple[_Manoeuvres, float, float]] = {}
 
@@ -86,7 +86,7 @@ class _Ground:
         known = self._lanes.get(lane)
         if known is None:
             left, right = (next_lane_m(situation, self.vehicle, side) for side in (Side.LEFT, Side.RIGHT))
-            manoeuvres = _Manoeuvres(spread_of(self.chosen, left is not None, right is not None))
+            manoeuvres = _Manoeuvres(spread_of(left is not None, right is not None))
             known = manoeuvres, math.nan if left is None else left, math.nan if right is None else right
             self._lanes[lane] = known
         return known

@@ -13,7 +13,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.time_to_react.compiled_case import compiled_escapes
 from mcdas_opt.time_to_react.compiled_map import answered
 from mcdas_opt.time_to_react.guess import Case
-from mcdas_opt.time_to_react.library import EscapeSettings
+from mcdas_opt.time_to_react.library import LATEST_S, EscapeSettings
 from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S
 from mcdas_opt.time_to_react.search import found
 from mcdas_opt.tracking.prediction import predict_for
@@ -49,7 +49,7 @@ def escapes_under(prediction: Prediction, situation: Situation, vehicle: Vehicle
         answer = answered(library, situation, vehicle, prediction, chosen)
     end_s, ender, (last, comfortable), now, closers = answer
     latest, coverage = math.floor(end_s / LATTICE_S + 1e-9), situation.coverage
-    ended = ender if latest * LATTICE_S < chosen.latest_s - 1e-9 else None
+    ended = ender if latest * LATTICE_S < LATEST_S - 1e-9 else None
     covered = True, coverage.front, coverage.left, coverage.right  # into a direction that no sensor covers everything is closed
     candidates: list[Escape] = []
     for kind, seen in enumerate(covered):

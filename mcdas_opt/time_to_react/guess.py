@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,8 +20,8 @@ from mcdas_opt.time_to_react.compiled_case import CompiledCase, Nodes, at_hand, 
 from mcdas_opt.time_to_react.constant_input import EVERY, constant_input
 from mcdas_opt.time_to_react.effort import ANCHORS, APART_S, LEAST_ANCHORS, STARTS
 from mcdas_opt.time_to_react.evasive_profiles import EDGE_M, Motions, evasive_motions
-from mcdas_opt.time_to_react.library import SIDEWAYS, EscapeSettings, Members, members
-from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, PredictedTraffic, Rows
+from mcdas_opt.time_to_react.library import CLEAR_S, LATEST_S, SIDEWAYS, EscapeSettings, Members, members
+from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, PredictedTraffic, Rows, lattice_s
 from mcdas_opt.time_to_react.separation import (
     ABILITY_M,
     ARRIVED_M,
@@ -34,6 +34,7 @@ from mcdas_opt.time_to_react.separation import (
 
 GUESS_NODES = Nodes(np.concatenate([np.arange(0, 75, 3), np.arange(75, 180, 20), [200]]))  # on the lattice: 0.06 s apart, later 0.3 s
 EXACT_NODES = Nodes(np.arange(0, 201, 2))  # 0.04 s apart: steering turns fast and briefly
+KEPT_TIMES_S = np.ascontiguousarray(lattice_s(round(LATEST_S / LATTICE_S) + 1)[::EVERY])  # when a host that keeps its inputs is looked at
 
 
 class _Needs(NamedTuple):
@@ -82,11 +83,11 @@ class Case:
         grip = situation.road.friction * GRAVITY_MPS2
         self.brake_mps2, self.accelerate_mps2 = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
         self.comfort_mps2 = chosen.comfort_on(situation.road.friction)
-        until_s, bodies, margins = chosen.latest_s + chosen.clear_s, prediction.bodies, chosen.margins
+        until_s, bodies, margins = LATEST_S + CLEAR_S, prediction.bodies, chosen.margins
         self.traffic = (
             PredictedTraffic.of(bodies, until_s, margins) if library is None else predicted_traffic(library, bodies, until_s, margins)
         )
-        self.times_s = constant_input_times(chosen.latest_s)
+        self.times_s = KEPT_TIMES_S
         self.members = members(situation, vehicle, self.traffic, chosen) if among is None else among
         self.table = np.empty((6, self.times_s.size))
         self.compiled = None if library is None else self._compiled(library)
@@ -114,7 +115,7 @@ class Case:
             knots,
             numbers,
             in_lane=int(all_of.kind.searchsorted(SIDEWAYS)),
-            half_steps=round(0.5 * self.chosen.clear_s / LATTICE_S),
+            half_steps=round(0.5 * CLEAR_S / LATTICE_S),
         )
 
     def at(self, starts: Rows) -> Starts:
@@ -142,8 +143,8 @@ class Case:
         if road.road_end_s_m is not None:
             off |= path.s_m + 0.5 * vehicle.length_m + EDGE_M > road.road_end_s_m
         leaves = float(self.times_s[max(int(off.argmax()) - 1, 0)]) if off.any() else np.inf
-        if min(moment, leaves) >= self.chosen.latest_s:
-            return self.chosen.latest_s, None
+        if min(moment, leaves) >= LATEST_S:
+            return LATEST_S, None
         if leaves < moment:
             return leaves, Closer.EDGE
         return float(moment), self.closer(who, float(moment))
@@ -219,14 +220,14 @@ class Case:
         starts = np.repeat(anchors, mine.size)
         begin = self.at(starts)
         rows, acts = self.members.rows(np.tile(mine, anchors.size), begin.speed_mps)
-        low, high = blocked_in_lane(rows, begin, starts, chosen.clear_s, self.traffic, self.vehicle, road)
+        low, high = blocked_in_lane(rows, begin, starts, CLEAR_S, self.traffic, self.vehicle, road)
         shape = anchors.size, mine.size
         level = rows.level_mps2.reshape(shape)
         sideways = np.abs(alone.speed_mps**2 * alone.curvature_1pm)[-anchors.size :]
         across, ability, edge = sideways.max(-1)[:, None], alone.ability[-anchors.size :, None], alone.edge_m[-anchors.size :, None]
         if not road.is_straight:  # faster, the same bend asks for more
             speed = begin.speed_mps.reshape(level.shape)
-            gained = level * np.minimum(rows.until_s, chosen.clear_s).reshape(level.shape)
+            gained = level * np.minimum(rows.until_s, CLEAR_S).reshape(level.shape)
             faster = np.maximum(1.0 + gained / np.maximum(speed, 1.0), 1.0)
             across = np.where(faster > 1.0, np.maximum(across, sideways[:, -1:] * faster**2), across)
         effort = np.hypot(level, across)
@@ -247,12 +248,6 @@ class Case:
         ends = doomed(motions, clock, self.traffic, self.vehicle, self.situation.road, self.chosen.clear_m)
         arrives = ~(np.abs(motions.d_m[:, -1] - among.target_d_m[member]) > ARRIVED_M)
         return acts & arrives & motions.possible & motions.on_road & (step < 0) & (ends < 0), motions.demand_mps2
-
-
-@lru_cache(maxsize=4)
-def constant_input_times(latest_s: float) -> Array:
-    """When a host that keeps its inputs is looked at."""
-    return _seconds(np.arange(0, round(latest_s / LATTICE_S) + 1, EVERY))
 
 
 def _last(open_m: Array, moments_s: Array) -> Array:

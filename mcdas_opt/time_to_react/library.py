@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,103 +27,102 @@ SIDEWAYS = 2  # kinds from here on steer
 SHORTEST_S = 0.5
 _JUST = 0.98  # of what is comfortable
 _BEND_SHARE = 0.9  # of the grip: no bend is counted to take more
-_MOST_MADE = 16
 _FASTER = 0.1  # of what a bend takes, more when it is driven faster
+
+
+CLEAR_S = 4.0  # a candidate is open when it stays clear for so long after its start, and ends with room for what still closes in
+LATEST_S = 10.0  # starts are not sought beyond it
+
+# The manoeuvres were chosen, one by one, out of a library ten times as large for what they add to the last moments of 900 random
+# situations. In the lane: (share of what the car can do, until [s]), 0 for until the front (rear) car's speed is reached; less than the
+# least share for the shortest while is no braking (accelerating). Steering: (share of braking (-) or accelerating (+), until [s], share of
+# the grip that this leaves).
+BRAKING: tuple[tuple[float, float], ...] = (
+    (0.99, 99.0),
+    *((0.97, until) for until in (0.0, 0.5, 1.9)),
+    *((0.96, until) for until in (0.6, 0.75, 0.9, 1.9)),
+    *((0.95, until) for until in (0.0, 0.7, 0.85, 1.2, 1.4, 1.8, 2.8)),
+    *((0.9, until) for until in (0.5, 0.85, 1.1, 1.6, 2.5, 3.6, 99.0)),
+    *((0.84, until) for until in (0.5, 0.6, 1.8, 3.2)),
+    *((0.78, until) for until in (0.5, 0.6, 0.75, 1.2, 1.35)),
+    *((0.72, until) for until in (0.6, 1.35, 1.9, 3.1)),
+    *((0.66, until) for until in (0.5, 1.0, 1.2, 2.2)),
+    *((0.6, until) for until in (0.5, 0.6)),
+    *((0.54, until) for until in (0.5, 0.6)),
+    *((0.48, until) for until in (0.6, 3.1)),
+    *((0.42, until) for until in (1.1, 1.35, 1.6, 1.9)),
+    (0.36, 1.6),
+    *((0.3, until) for until in (0.6, 0.7, 0.75, 0.85, 0.9, 1.4, 3.1, 99.0)),
+    *((0.24, until) for until in (0.5, 0.6, 0.7, 0.75, 2.8)),
+    *((0.18, until) for until in (0.5, 0.6, 0.9, 3.7)),
+    *((0.12, until) for until in (0.5, 0.6, 1.9)),
+)
+ACCELERATING: tuple[tuple[float, float], ...] = (
+    *((0.99, until) for until in (0.0, 0.7, 1.2, 1.4, 1.6, 2.2, 2.8, 3.2)),
+    *((0.97, until) for until in (1.1, 1.35, 1.9, 2.6, 3.7)),
+    *((0.96, until) for until in (0.9, 1.9, 2.2, 3.1)),
+    *((0.95, until) for until in (0.0, 1.6, 1.8, 2.2, 2.8)),
+    *((0.9, until) for until in (0.7, 0.85, 1.2, 2.0, 2.2, 99.0)),
+    *((0.84, until) for until in (0.5, 0.7, 0.85, 1.0, 1.35, 3.2)),
+    *((0.8, until) for until in (0.0, 3.5)),
+    *((0.78, until) for until in (1.2, 1.9, 2.2, 2.5, 99.0)),
+    *((0.72, until) for until in (0.0, 0.5, 0.85, 1.8, 2.2, 3.7)),
+    *((0.66, until) for until in (0.5, 0.75, 1.6, 1.9, 2.2)),
+    (0.54, 0.85),
+    *((0.48, until) for until in (0.9, 1.8)),
+    *((0.42, until) for until in (0.5, 2.6)),
+    (0.36, 3.6),
+    *((0.3, until) for until in (0.85, 1.35)),
+    *((0.18, until) for until in (0.6, 0.7, 2.2, 3.1, 99.0)),
+    *((0.12, until) for until in (0.5, 0.75, 1.6, 2.2, 3.1)),
+)
+STEERING: tuple[tuple[float, float, float], ...] = (
+    *((0.0, 0.0, share) for share in (1.0, 0.97, 0.9, 0.5, 0.25, 0.13)),
+    (0.97, 0.7, 1.08),
+    *((0.97, 1.2, share) for share in (1.08, 0.85, 0.35, 0.15)),
+    *((0.97, 2.0, share) for share in (1.08, 0.65)),
+    *((0.97, 9.0, share) for share in (1.04, 1.0, 0.3, 0.25, 0.15)),
+    *((0.95, 2.0, share) for share in (1.02, 0.5)),
+    (0.95, 9.0, 0.2),
+    (0.65, 0.7, 1.08),
+    *((0.65, 1.2, share) for share in (1.08, 0.97)),
+    (0.65, 2.0, 1.08),
+    *((0.65, 9.0, share) for share in (0.85, 0.35)),
+    (0.3, 0.7, 1.03),
+    (-0.2, 9.0, 1.0),
+    *((0.3, 1.2, share) for share in (1.08, 1.03, 1.02, 0.9)),
+    *((0.3, 2.0, share) for share in (1.08, 0.97)),
+    (-0.2, 0.45, 1.08),
+    (-0.2, 0.5, 1.02),
+    (-0.2, 0.8, 1.08),
+    (-0.2, 1.2, 1.0),
+    *((-0.4, 0.45, share) for share in (1.08, 1.03)),
+    *((-0.4, until, 0.5) for until in (0.5, 0.8)),
+    (-0.4, 0.9, 0.97),
+    (-0.4, 2.0, 1.02),
+    (-0.4, 9.0, 0.97),
+    (-0.6, 0.45, 0.75),
+    *((-0.6, 9.0, share) for share in (1.08, 0.97, 0.3)),
+    (-0.75, 0.45, 0.92),
+    (-0.75, 0.9, 1.02),
+    (-0.75, 1.2, 0.97),
+    (-0.8, 1.4, 0.65),
+    (-0.9, 0.45, 1.08),
+    (-0.9, 0.8, 1.08),
+    *((-0.9, 1.2, share) for share in (1.08, 0.85, 0.3, 0.25, 0.15)),
+    (-0.9, 1.8, 0.65),
+    (-0.9, 2.5, 1.0),
+    (-0.92, 2.0, 0.5),
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EscapeSettings:
-    """`clear_s`: a candidate is an escape when it stays clear for so long after its start, and ends with room for what still closes in.
-    `latest_s`: starts are not sought beyond it. An escape is comfortable that asks no more of the tyres than `comfort_mps2` and
-    `comfort_share` of the grip. `clear_m` is kept from bodies; `margins` grow them.
+    """A candidate is comfortable that asks no more of the tyres than `comfort_mps2` and `comfort_share` of the grip. `clear_m` is kept
+    from bodies (less than 0: they may overlap by so much); `margins` grow them. `demand` is what may be asked of car and road."""
 
-    The manoeuvres were chosen, one by one, out of a library ten times as large for what they add to the last moments of 900 random
-    situations. In the lane: (share of what the car can do, until [s]), 0 for until the front (rear) car's speed is reached; less than
-    the least share for the shortest while is no braking (accelerating). Sideways: (share of braking (-) or accelerating (+), until [s],
-    share of the grip that this leaves).
-    """
-
-    clear_s: float = 4.0
-    latest_s: float = 10.0
     comfort_mps2: float = 3.0
     comfort_share: float = 0.7
-    braking: tuple[tuple[float, float], ...] = (
-        (0.99, 99.0),
-        *((0.97, until) for until in (0.0, 0.5, 1.9)),
-        *((0.96, until) for until in (0.6, 0.75, 0.9, 1.9)),
-        *((0.95, until) for until in (0.0, 0.7, 0.85, 1.2, 1.4, 1.8, 2.8)),
-        *((0.9, until) for until in (0.5, 0.85, 1.1, 1.6, 2.5, 3.6, 99.0)),
-        *((0.84, until) for until in (0.5, 0.6, 1.8, 3.2)),
-        *((0.78, until) for until in (0.5, 0.6, 0.75, 1.2, 1.35)),
-        *((0.72, until) for until in (0.6, 1.35, 1.9, 3.1)),
-        *((0.66, until) for until in (0.5, 1.0, 1.2, 2.2)),
-        *((0.6, until) for until in (0.5, 0.6)),
-        *((0.54, until) for until in (0.5, 0.6)),
-        *((0.48, until) for until in (0.6, 3.1)),
-        *((0.42, until) for until in (1.1, 1.35, 1.6, 1.9)),
-        (0.36, 1.6),
-        *((0.3, until) for until in (0.6, 0.7, 0.75, 0.85, 0.9, 1.4, 3.1, 99.0)),
-        *((0.24, until) for until in (0.5, 0.6, 0.7, 0.75, 2.8)),
-        *((0.18, until) for until in (0.5, 0.6, 0.9, 3.7)),
-        *((0.12, until) for until in (0.5, 0.6, 1.9)),
-    )
-    accelerating: tuple[tuple[float, float], ...] = (
-        *((0.99, until) for until in (0.0, 0.7, 1.2, 1.4, 1.6, 2.2, 2.8, 3.2)),
-        *((0.97, until) for until in (1.1, 1.35, 1.9, 2.6, 3.7)),
-        *((0.96, until) for until in (0.9, 1.9, 2.2, 3.1)),
-        *((0.95, until) for until in (0.0, 1.6, 1.8, 2.2, 2.8)),
-        *((0.9, until) for until in (0.7, 0.85, 1.2, 2.0, 2.2, 99.0)),
-        *((0.84, until) for until in (0.5, 0.7, 0.85, 1.0, 1.35, 3.2)),
-        *((0.8, until) for until in (0.0, 3.5)),
-        *((0.78, until) for until in (1.2, 1.9, 2.2, 2.5, 99.0)),
-        *((0.72, until) for until in (0.0, 0.5, 0.85, 1.8, 2.2, 3.7)),
-        *((0.66, until) for until in (0.5, 0.75, 1.6, 1.9, 2.2)),
-        (0.54, 0.85),
-        *((0.48, until) for until in (0.9, 1.8)),
-        *((0.42, until) for until in (0.5, 2.6)),
-        (0.36, 3.6),
-        *((0.3, until) for until in (0.85, 1.35)),
-        *((0.18, until) for until in (0.6, 0.7, 2.2, 3.1, 99.0)),
-        *((0.12, until) for until in (0.5, 0.75, 1.6, 2.2, 3.1)),
-    )
-    sideways: tuple[tuple[float, float, float], ...] = (
-        *((0.0, 0.0, share) for share in (1.0, 0.97, 0.9, 0.5, 0.25, 0.13)),
-        (0.97, 0.7, 1.08),
-        *((0.97, 1.2, share) for share in (1.08, 0.85, 0.35, 0.15)),
-        *((0.97, 2.0, share) for share in (1.08, 0.65)),
-        *((0.97, 9.0, share) for share in (1.04, 1.0, 0.3, 0.25, 0.15)),
-        *((0.95, 2.0, share) for share in (1.02, 0.5)),
-        (0.95, 9.0, 0.2),
-        (0.65, 0.7, 1.08),
-        *((0.65, 1.2, share) for share in (1.08, 0.97)),
-        (0.65, 2.0, 1.08),
-        *((0.65, 9.0, share) for share in (0.85, 0.35)),
-        (0.3, 0.7, 1.03),
-        (-0.2, 9.0, 1.0),
-        *((0.3, 1.2, share) for share in (1.08, 1.03, 1.02, 0.9)),
-        *((0.3, 2.0, share) for share in (1.08, 0.97)),
-        (-0.2, 0.45, 1.08),
-        (-0.2, 0.5, 1.02),
-        (-0.2, 0.8, 1.08),
-        (-0.2, 1.2, 1.0),
-        *((-0.4, 0.45, share) for share in (1.08, 1.03)),
-        *((-0.4, until, 0.5) for until in (0.5, 0.8)),
-        (-0.4, 0.9, 0.97),
-        (-0.4, 2.0, 1.02),
-        (-0.4, 9.0, 0.97),
-        (-0.6, 0.45, 0.75),
-        *((-0.6, 9.0, share) for share in (1.08, 0.97, 0.3)),
-        (-0.75, 0.45, 0.92),
-        (-0.75, 0.9, 1.02),
-        (-0.75, 1.2, 0.97),
-        (-0.8, 1.4, 0.65),
-        (-0.9, 0.45, 1.08),
-        (-0.9, 0.8, 1.08),
-        *((-0.9, 1.2, share) for share in (1.08, 0.85, 0.3, 0.25, 0.15)),
-        (-0.9, 1.8, 0.65),
-        (-0.9, 2.5, 1.0),
-        (-0.92, 2.0, 0.5),
-    )
     clear_m: float = 0.01
     demand: Demand = field(default_factory=lambda: Demand(friction=1.0, steering=1.0))
     margins: Margins = field(default_factory=Margins)
@@ -179,7 +179,7 @@ class Members:
 def members(situation: Situation, vehicle: Vehicle, traffic: PredictedTraffic, chosen: EscapeSettings) -> Members:
     sides = next_lane_m(situation, vehicle, Side.LEFT), next_lane_m(situation, vehicle, Side.RIGHT)
     of = forces(situation.road, situation.host, vehicle, chosen)
-    spread = spread_of(chosen, sides[0] is not None, sides[1] is not None)
+    spread = spread_of(sides[0] is not None, sides[1] is not None)
     level, push = _taken(spread, of)
     targets = np.array([np.nan, np.nan, *(np.nan if side is None else side for side in sides)])
     ends = np.array([*_speeds_of_nearest(situation, traffic), np.nan])
@@ -233,16 +233,23 @@ def forces(road: Road, host: HostState, vehicle: Vehicle, chosen: EscapeSettings
     return Forces(grip, bend, brake, accelerate, _JUST * chosen.comfort_on(road.friction), min(1.0, 0.2 * grip))
 
 
-def spread_of(chosen: EscapeSettings, left: bool, right: bool) -> Spread:
-    """With lanes to these sides. As made before for the very same manoeuvres: to compare some hundred numbers takes too long."""
-    own = chosen.braking, chosen.accelerating, chosen.sideways
-    key = (*map(id, own), left, right)
-    known = _MADE.get(key)
-    if known is None:
-        if len(_MADE) >= _MOST_MADE:
-            _MADE.clear()
-        known = _MADE[key] = own, _made(chosen, left, right)  # they are kept, so that their names stay theirs
-    return known[1]
+@lru_cache(maxsize=4)
+def spread_of(left: bool, right: bool) -> Spread:
+    """With lanes to these sides: each kind's own, and behind them the comfortable ones."""
+    rows: list[tuple[int, float, float, float]] = []
+    comfortable: list[int] = []
+    for kind, sign, own in ((0, -1.0, BRAKING), (1, 1.0, ACCELERATING)):
+        rows += [(kind, sign * share, until, 1.0) for share, until in (*own, (1.0, 0.0), (1.0, 2.0))]
+        comfortable += [len(rows) - 2, len(rows) - 1]
+    in_lane = len(rows)
+    for kind, there in ((2, left), (3, right)):
+        if there:
+            rows += [(kind, *own) for own in (*STEERING, (0.0, 0.0, 0.0))]
+    kinds, pace, until, push = np.ascontiguousarray(np.array(rows).T)
+    kind = kinds.astype(np.intp)
+    matching = np.where((until > 0.0) | (kind >= SIDEWAYS), 2, kind)
+    of_kind = tuple(np.flatnonzero(kind == k) for k in range(len(KINDS)))
+    return Spread(kind, pace, (pace > 0.0).astype(np.intp), until, push, matching, np.array(comfortable), in_lane, of_kind)
 
 
 def _taken(spread: Spread, f: Forces) -> tuple[Array, Array]:
@@ -252,27 +259,6 @@ def _taken(spread: Spread, f: Forces) -> tuple[Array, Array]:
     push[spread.push == 0.0] = min(f.comfort, f.grip)
     push[: spread.in_lane] = f.gentle
     return level, push
-
-
-def _made(chosen: EscapeSettings, left: bool, right: bool) -> Spread:
-    """Each kind's own, and behind them the comfortable ones."""
-    rows: list[tuple[int, float, float, float]] = []
-    comfortable: list[int] = []
-    for kind, sign, own in ((0, -1.0, chosen.braking), (1, 1.0, chosen.accelerating)):
-        rows += [(kind, sign * share, until, 1.0) for share, until in (*own, (1.0, 0.0), (1.0, 2.0))]
-        comfortable += [len(rows) - 2, len(rows) - 1]
-    in_lane = len(rows)
-    for kind, there in ((2, left), (3, right)):
-        if there:
-            rows += [(kind, *own) for own in (*chosen.sideways, (0.0, 0.0, 0.0))]
-    kinds, pace, until, push = np.ascontiguousarray(np.array(rows).T)
-    kind = kinds.astype(np.intp)
-    matching = np.where((until > 0.0) | (kind >= SIDEWAYS), 2, kind)
-    of_kind = tuple(np.flatnonzero(kind == k) for k in range(len(KINDS)))
-    return Spread(kind, pace, (pace > 0.0).astype(np.intp), until, push, matching, np.array(comfortable), in_lane, of_kind)
-
-
-_MADE: dict[tuple[object, ...], tuple[object, Spread]] = {}
 
 
 def _speeds_of_nearest(situation: Situation, traffic: PredictedTraffic) -> tuple[float, float]:

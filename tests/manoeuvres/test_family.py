@@ -64,7 +64,7 @@ hosts = st.builds(
 def test_ways_are_what_the_bicycle_does_with_that_steering(road: Road, host: HostState) -> None:
     """Curvature and speed of the family, fed to the road's bicycle, lead to the family's own places."""
     times = even(0.02, 3.0)
-    rolled = roll_out(SPEEDS.expanded(1), SIDES, times, host, SEDAN, road)
+    rolled = roll_out(SPEEDS[:, None], SIDES, times, host, SEDAN, road)
     shape = rolled.paths.s_m.shape
     v, a = (np.broadcast_to(q, shape) for q in (rolled.speeds.speed_mps, rolled.speeds.acceleration_mps2))
     x = [np.full(shape[:-1], value) for value in host.to_vector()]
@@ -130,8 +130,8 @@ def test_mirrored_lane_changes_are_mirrored_paths() -> None:
     other = replace(host, d_m=-0.2, heading_rad=-0.02, steering_rad=-0.004)
     across = replace(SIDES, target_d_m=-SIDES.target_d_m)
     for road, mirror in ((BENDS[0], BENDS[0]), (BENDS[1], replace(BENDS[1], curvature=tuple((s, -k) for s, k in BENDS[1].curvature)))):
-        one = roll_out(SPEEDS.expanded(1), SIDES, even(0.1), host, SEDAN, road)
-        two = roll_out(SPEEDS.expanded(1), across, even(0.1), other, SEDAN, mirror)
+        one = roll_out(SPEEDS[:, None], SIDES, even(0.1), host, SEDAN, road)
+        two = roll_out(SPEEDS[:, None], across, even(0.1), other, SEDAN, mirror)
         assert np.allclose(one.paths.d_m, -two.paths.d_m, atol=1e-9)
         assert np.allclose(one.paths.s_m, two.paths.s_m, atol=1e-9)
         assert np.array_equal(one.possible, two.possible)
@@ -164,13 +164,12 @@ def random_body(rng: np.random.Generator) -> CruisingBody:
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("road", BENDS, ids=("straight", "bends"))
 def test_separation_is_a_lower_bound(road: Road, seed: int) -> None:
-    """At the samples never above the rectangles' own separation in the plane; with parts, not above it in between either."""
+    """At the samples it is never above the rectangles' own separation in the plane."""
     rng = np.random.default_rng(seed)
     times, body = even(0.1), random_body(rng)
     host = HostState(d_m=rng.uniform(-0.5, 0.5), heading_rad=rng.uniform(-0.05, 0.05), speed_mps=rng.uniform(6.0, 33.0))
-    rolled = roll_out(SPEEDS.expanded(1), SIDES, times, host, SEDAN, road)
+    rolled = roll_out(SPEEDS[:, None], SIDES, times, host, SEDAN, road)
     at_samples = clearance(rolled.paths, times, [body], SEDAN, road).separation_m
-    kept = clearance(rolled.paths, times, [body], SEDAN, road, parts=4).separation_m
     frame = FrenetFrame(road=road)
 
     def truth(s: np.ndarray, d: np.ndarray, psi: np.ndarray, t: np.ndarray) -> np.ndarray:
@@ -181,15 +180,10 @@ def test_separation_is_a_lower_bound(road: Road, seed: int) -> None:
 
     paths = rolled.paths
     assert np.all(at_samples <= np.minimum(truth(paths.s_m, paths.d_m, paths.heading_rad, times), NEAR_M) + 1e-9)
-    for share in (0.2, 0.5, 0.85):
-        s, d, psi = (q[..., :-1] + share * np.diff(q, axis=-1) for q in (paths.s_m, paths.d_m, paths.heading_rad))
-        exact = truth(s, d, psi, times[:-1] + share * 0.1)
-        # the body's own lateral speed fades within a step: what that bends is forgiven
-        assert (kept[..., :-1] - np.clip(exact, 0.0, NEAR_M)).max() <= 0.01
 
 
 @pytest.mark.parametrize("road", BENDS, ids=("straight", "bends"))
-def test_a_held_car_goes_as_the_bicycle(road: Road) -> None:
+def test_a_car_that_keeps_its_inputs_goes_as_the_bicycle(road: Road) -> None:
     host = HostState(d_m=0.3, heading_rad=0.01, speed_mps=14.0, acceleration_mps2=-1.0, steering_rad=0.003)
     times = even(0.05, 5.0)
     path = constant_input(host, times, SEDAN, road)
@@ -211,16 +205,16 @@ def test_members_may_begin_each_at_its_own_place() -> None:
     two = HostState(s_m=40.0, d_m=-0.4, heading_rad=0.02, speed_mps=11.0, acceleration_mps2=-3.0, steering_rad=0.004)
     names = Starts.__slots__
     both = Starts(**{name: np.array([[getattr(one, name)], [getattr(two, name)]]) for name in names})
-    together = roll_out(SPEEDS.expanded(1).expanded(1), SIDES[None, :], times, both, SEDAN, road)
+    together = roll_out(SPEEDS[:, None, None], SIDES[None, :], times, both, SEDAN, road)
     for k, host in enumerate((one, two)):
-        alone = roll_out(SPEEDS.expanded(1), SIDES, times, host, SEDAN, road)
+        alone = roll_out(SPEEDS[:, None], SIDES, times, host, SEDAN, road)
         assert np.allclose(together.paths.s_m[:, k], alone.paths.s_m, atol=1e-9)
         assert np.allclose(together.paths.d_m[:, k], alone.paths.d_m, atol=1e-9)
         assert np.array_equal(together.possible[:, k], alone.possible)
 
 
 def test_grip_bounds_what_is_possible() -> None:
-    rolled = roll_out(SPEEDS.expanded(1), SIDES, even(0.1), HostState(speed_mps=20.0), SEDAN, replace(BENDS[0], friction=0.3))
+    rolled = roll_out(SPEEDS[:, None], SIDES, even(0.1), HostState(speed_mps=20.0), SEDAN, replace(BENDS[0], friction=0.3))
     a = np.broadcast_to(rolled.speeds.acceleration_mps2, rolled.lateral_mps2.shape)
     asked = np.hypot(a, rolled.lateral_mps2).max(-1)
     assert rolled.possible.any()
