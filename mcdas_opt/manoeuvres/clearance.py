@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mcdas_opt.domain.prediction import BodyMotion, PredictedBody
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.rules import Array, non_negative
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.rectangle import separation_of_poses
 from mcdas_opt.manoeuvres.lane_change_profiles import Paths
@@ -26,6 +26,11 @@ class Margins:
     along_m: float = 0.0
     across_m: float = 0.0
     share_of_prediction: float = 0.0
+
+    def __post_init__(self) -> None:
+        non_negative("margins.along_m", self.along_m, "m")
+        non_negative("margins.across_m", self.across_m, "m")
+        non_negative("margins.share_of_prediction", self.share_of_prediction)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

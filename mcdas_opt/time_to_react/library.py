@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.rules import Array, finite, positive, within
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Side
@@ -126,6 +126,11 @@ class EscapeSettings:
     clear_m: float = 0.01
     demand: Demand = field(default_factory=lambda: Demand(friction=1.0, steering=1.0))
     margins: Margins = field(default_factory=Margins)
+
+    def __post_init__(self) -> None:
+        positive("escapes.comfort_mps2", self.comfort_mps2, "m/s^2")
+        within("escapes.comfort_share", self.comfort_share, 0.05, 1.0)
+        finite("escapes.clear_m", self.clear_m, "m")
 
     def comfort_on(self, friction: float) -> float:
         """What counts as comfortable there [m/s^2]."""

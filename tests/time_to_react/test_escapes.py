@@ -16,9 +16,11 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.errors import ParameterError
 from mcdas_opt.manoeuvres.clearance import Margins
+from mcdas_opt.manoeuvres.family import Demand
 from mcdas_opt.time_to_react.escapes import escapes_under
-from mcdas_opt.time_to_react.library import KINDS
+from mcdas_opt.time_to_react.library import KINDS, EscapeSettings
 from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, PredictedTraffic
 from mcdas_opt.tracking.prediction import predict
 from tests.planning.situations import mirrored, random_sandwich
@@ -182,3 +184,18 @@ def test_the_map_is_a_document() -> None:
     document = of(replace(chased(20.0, 20.0), time_s=3.0)).to_dict()
     assert set(document) == set(KINDS)
     assert set(document["left"]) == {"open", "last_moment_s", "closed_by", "demand_mps2", "last_comfortable_s"}
+
+
+@pytest.mark.parametrize(
+    ("record", "name", "value"),
+    [
+        *((EscapeSettings, "comfort_mps2", value) for value in (0.0, -1.0, float("nan"))),
+        *((EscapeSettings, "comfort_share", value) for value in (0.0, 1.5)),
+        (EscapeSettings, "clear_m", float("inf")),
+        *((Margins, name, -0.1) for name in ("along_m", "across_m", "share_of_prediction")),
+        *((Demand, name, value) for name in ("friction", "steering") for value in (0.0, float("nan"))),
+    ],
+)
+def test_settings_cannot_be_born_wrong(record: type, name: str, value: float) -> None:
+    with pytest.raises(ParameterError, match=name):
+        record(**{name: value})
