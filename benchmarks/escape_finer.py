@@ -16,7 +16,8 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.family import Rolled
 from mcdas_opt.manoeuvres.kinds import next_lane_m
-from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles, Paths
+from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
+from mcdas_opt.manoeuvres.paths import Paths
 from mcdas_opt.manoeuvres.phases import Phases, SpeedHistory
 from mcdas_opt.time_to_react.effort import LEAST
 from mcdas_opt.time_to_react.evasive_profiles import Motions
@@ -33,7 +34,7 @@ def finer(situation: Situation, vehicle: Vehicle, traffic: PredictedTraffic, pre
     """The map's own members, and a grid around them that is some ten times finer."""
     own = members(situation, vehicle, traffic, settings)
     grip = situation.road.friction * GRAVITY_MPS2
-    brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
+    brake, accelerate = vehicle.strongest_mps2(situation.road.friction)
     speeds = [float(body.at(np.zeros(1)).speed_s_mps[0]) for body in prediction.bodies]
     grid: list[tuple[float, ...]] = []
     for kind, most in enumerate((-brake, accelerate)):
@@ -90,7 +91,7 @@ def varied_around(known: Members, width: tuple[float, float, float], brake_mps2:
 def sigmoids(target_d_m: float, road: Road, vehicle: Vehicle) -> tuple[Phases, LaneChangeProfiles]:
     """Sigmoids to there, in rows (R,)."""
     grip = road.friction * GRAVITY_MPS2
-    brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
+    brake, accelerate = vehicle.strongest_mps2(road.friction)
     paces = [(0.0, 9.0), (0.4 * accelerate, 9.0), (0.9 * accelerate, 1.0), (0.9 * accelerate, 9.0)]
     paces += [(-x * brake, t) for x in (0.3, 0.6, 0.8) for t in (0.8, 1.5, 9.0)]
     pushes = [share * grip for share in (0.2, 0.35, 0.5, 0.6, 0.7, 0.8, 0.9)]

@@ -15,7 +15,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
-from mcdas_opt.manoeuvres.lane_change_profiles import Paths
+from mcdas_opt.manoeuvres.paths import Paths
 
 _BESIDE_M = (1.88, 2.2, 2.7)  # past a body in the middle of its lane: 1.8 m lets two cars of 1.8 m pass
 _GRIP = (0.75, 1.0)  # of mu g, for braking and turning together

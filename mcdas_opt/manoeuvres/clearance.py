@@ -13,7 +13,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array, non_negative
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.rectangle import separation_of_poses
-from mcdas_opt.manoeuvres.lane_change_profiles import Paths
+from mcdas_opt.manoeuvres.paths import Paths
 
 NEAR_M = 1.5  # bodies farther apart than this along the road are not looked at more closely
 BOW = 0.2  # times kappa and both lengths squared: how far a lane bows over the bodies (0.125), and that distances shrink with d

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mcdas_opt.domain.prediction import MOVING, CruisingBody, PredictedBody, Prediction
+from mcdas_opt.domain.prediction import Prediction, margins_together, together
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
@@ -30,7 +29,6 @@ _NUMBERS: tuple[str, ...] = ("s0", "d0", "sine0", "bend0", "speed0", "accelerati
 _NUMBERS += ("rise", "fall", "top", "grip_squared", "curvature_max", "turn_max", "left", "right", "end")
 _NUMBERS += ("wanted", "lane_d", "half_lane", "clear", "reach")
 _NUMBERS += ("price_acceleration", "price_speed", "price_lateral", "price_near", "nearness", "price_change", "price_closing", "end_room")
-_CRUISING = (*MOVING, "sigmas", "growth_s", "cap_along_m", "cap_across_m")
 _STEEPEST_RAD = 1.5  # so far a step of the steering angle is bounded by its tangent
 
 
@@ -88,23 +86,18 @@ class CompiledMembers:
         self._host, self._road = host, road
 
     def _sample(self, vehicle: Vehicle, situation: Situation) -> None:
-        """The bodies' places at the times, and their margins; cruising ones all at once."""
+        """The bodies' places at the times, and their margins."""
         bodies, road, times = self._prediction.bodies, situation.road, self._times_s
         self._bodies = np.empty((len(bodies), _OF_BODY, times.size))
         self._sizes = np.empty((len(bodies), 4))
         self._margins = np.empty((len(bodies), 2, times.size))
         if not bodies:
             return
-        cruising = [body for body in bodies if type(body) is CruisingBody]
-        groups: list[tuple[Any, PredictedBody, Array]] = [(k, body, times) for k, body in enumerate(bodies)]
-        if len(cruising) == len(bodies):
-            groups = [(slice(None), _together(cruising), np.broadcast_to(times, (len(bodies), times.size)))]
-        for which, body, t in groups:
-            motion = body.at(t)
-            self._bodies[which, 0], self._bodies[which, 1] = motion.s_m, motion.d_m
-            self._bodies[which, 2], self._bodies[which, 3] = np.sin(motion.heading_rad), np.cos(motion.heading_rad)
-            self._sizes[which, 2] = motion.speed_s_mps[..., -1]
-            self._margins[which, 0], self._margins[which, 1] = body.margin_along_m(t), body.margin_across_m(t)
+        motion = together(bodies, times)
+        self._bodies[:, 0], self._bodies[:, 1] = motion.s_m, motion.d_m
+        self._bodies[:, 2], self._bodies[:, 3] = np.sin(motion.heading_rad), np.cos(motion.heading_rad)
+        self._sizes[:, 2] = motion.speed_s_mps[:, -1]
+        self._margins[:, 0], self._margins[:, 1] = margins_together(bodies, times)
         self._bodies[:, 4] = road.curvature_at(self._bodies[:, 0]) if self._bend else 0.0
         self._sizes[:, :2] = [(body.length_m, body.width_m) for body in bodies]
         self._sizes[:, 3] = self._bend * (self._sizes[:, 0] ** 2 + vehicle.length_m**2)
@@ -164,14 +157,6 @@ class CompiledMembers:
         x = np.empty((self._samples, 6))
         self._library.mcdas_family_states(self._at, phase, profile, address(x))
         return x
-
-
-def _together(bodies: Sequence[CruisingBody]) -> CruisingBody:
-    """Columns (bodies, 1) in the place of numbers: at times (bodies, T) it moves as all of them."""
-    columns = np.array([[getattr(body, name) for name in _CRUISING] for body in bodies]).T[..., None]
-    covariance = np.array([body.covariance for body in bodies]).transpose(1, 2, 0)[..., None]
-    moving: dict[str, Any] = dict(zip(_CRUISING, columns, strict=True))
-    return CruisingBody(id="all", length_m=0.0, width_m=0.0, covariance=covariance, **moving)
 
 
 def _now(situation: Situation, vehicle: Vehicle, step_s: float) -> dict[str, Any]:

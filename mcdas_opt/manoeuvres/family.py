@@ -13,7 +13,8 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array, positive
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.manoeuvres.clearance import Clearance, Margins, clearance
-from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles, Paths, paths
+from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles, paths
+from mcdas_opt.manoeuvres.paths import Paths
 from mcdas_opt.manoeuvres.phases import Phases, SpeedHistory, speed_history
 from mcdas_opt.manoeuvres.starts import Starts
 

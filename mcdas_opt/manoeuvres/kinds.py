@@ -183,8 +183,7 @@ def _dodges(situation: Situation, vehicle: Vehicle, prediction: Prediction) -> l
 
 def _phases(vehicle: Vehicle, road: Road, speed_mps: float, wanted_mps: float) -> Phases:
     """(P, 1): hold, one phase, two phases; and towards the wanted speed, when that is another."""
-    grip = road.friction * GRAVITY_MPS2
-    brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
+    brake, accelerate = vehicle.strongest_mps2(road.friction)
     rows = list(SPEEDS)
     levels = [tuple(x * (accelerate if x > 0.0 else brake) for x in (first, then)) for first, _, then in rows]
     gap = wanted_mps - speed_mps

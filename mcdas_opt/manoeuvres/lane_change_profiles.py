@@ -12,6 +12,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.manoeuvres.paths import Paths, body_paths
 from mcdas_opt.manoeuvres.phases import SpeedHistory
 from mcdas_opt.manoeuvres.starts import Starts, rear_axle
 
@@ -38,27 +39,6 @@ class LaneChangeProfiles:
         return LaneChangeProfiles(target_d_m=target, lateral_mps2=lateral, delay_s=delay, b=b)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Paths:
-    """States of the members (..., T): body centre, heading relative to the road there, and the curvature [1/m] of the rear axle's path.
-
-    `sine` and `cosine` are those of the heading.
-    """
-
-    s_m: Array
-    d_m: Array
-    heading_rad: Array
-    sine: Array
-    cosine: Array
-    curvature_1pm: Array
-
-    def only(self, members: Any) -> Paths:
-        """Some members, by an index of their axes."""
-        parts = (self.s_m, self.d_m, self.heading_rad, self.sine, self.cosine, self.curvature_1pm)
-        s, d, heading, sine, cosine, curvature = (q[members] for q in parts)
-        return Paths(s_m=s, d_m=d, heading_rad=heading, sine=sine, cosine=cosine, curvature_1pm=curvature)
-
-
 def paths(
     profiles: LaneChangeProfiles, speeds: SpeedHistory, times_s: Array, start: HostState | Starts, vehicle: Vehicle, road: Road
 ) -> Paths:
@@ -69,7 +49,6 @@ def paths(
     paper's, repaired by speed: a = -sqrt(6 sqrt(3) a_lat / (Y v^2)) with v about where it is steepest. Of its
     start only d is kept; heading and curvature there are the car's own, and go over into the sigmoid's by (m l + n l^2) exp(-l / l_join).
     """
-    c, curved = vehicle.centre_m, not road.is_straight
     s0, d0, sine0, bend0 = rear_axle(start, vehicle, road)
 
     shift = profiles.target_d_m - d0
@@ -112,25 +91,7 @@ def paths(
 
     sine = np.clip(slope, -0.9, 0.9)
     cosine = np.sqrt(1.0 - sine * sine)
-    moved = np.diff(speeds.travelled_m, axis=-1)
-    ratio = cosine
-    if curved:
-        kappa = road.curvature_at(s0 + speeds.travelled_m)
-        ratio = cosine / (1.0 - kappa * d)
-    sigma = np.empty_like(d)
-    sigma[...] = s0
-    sigma[..., 1:] += np.cumsum(0.5 * moved * (ratio[..., 1:] + ratio[..., :-1]), axis=-1)
-    curvature = curl / cosine
-    if not curved:
-        d += c * sine
-        sigma += c * cosine
-        return Paths(s_m=sigma, d_m=d, heading_rad=np.arcsin(sine), sine=sine, cosine=cosine, curvature_1pm=curvature)
-    kappa = road.curvature_at(sigma)
-    curvature += kappa * cosine / (1.0 - kappa * d)
-    psi = np.arcsin(sine) - kappa * c
-    sigma += c * cosine / (1.0 - kappa * d)
-    d += c * sine - 0.5 * kappa * (c * cosine) ** 2
-    return Paths(s_m=sigma, d_m=d, heading_rad=psi, sine=np.sin(psi), cosine=np.cos(psi), curvature_1pm=curvature)
+    return body_paths(s0, speeds.travelled_m, d, sine, cosine, curl / cosine, vehicle, road)
 
 
 def _shape(profiles: LaneChangeProfiles, shift: Array, speeds: SpeedHistory, times_s: Array) -> tuple[Array, Array, Array]:

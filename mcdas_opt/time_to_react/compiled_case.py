@@ -13,7 +13,7 @@ from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, all_cruise
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.manoeuvres.clearance import Margins
+from mcdas_opt.manoeuvres.clearance import BOW, Margins
 from mcdas_opt.native.addresses import address
 from mcdas_opt.native.kernels import c_text, defined, library, wanted
 from mcdas_opt.time_to_react import effort, evasive_profiles, separation
@@ -136,11 +136,10 @@ def at_hand(vehicle: Vehicle, road: Road, chosen: EscapeSettings, straightening_
     """What neither the host nor the others change of a case: its numbers, and the road's knots as columns (2, K)."""
     knots, bend = _knots(road.curvature)
     grip = road.friction * GRAVITY_MPS2
-    brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
     numbers = (
         *(vehicle.wheelbase_m, vehicle.centre_m, vehicle.length_m, vehicle.width_m, vehicle.jerk_min_mps3, vehicle.jerk_max_mps3),
         *(vehicle.speed_max_mps, vehicle.steering_max_rad, vehicle.steering_rate_max_radps),
-        *(chosen.demand.friction * grip, chosen.demand.steering, brake, accelerate),
+        *(chosen.demand.friction * grip, chosen.demand.steering, *vehicle.strongest_mps2(road.friction)),
         *(road.left_edge_m, road.right_edge_m, np.inf if road.road_end_s_m is None else road.road_end_s_m),
         *(bend, chosen.clear_m, CLEAR_S, chosen.comfort_on(road.friction), SHORTEST_S, straightening_mps2),
     )
@@ -257,7 +256,7 @@ def _library() -> ctypes.CDLL | None:
         "ROOM_SHARE": separation.ROOM_SHARE,
         "NOWHERE_M": separation.NOWHERE_M,
         "STEP_REACH_M": separation.STEP_REACH_M,
-        "BOW": separation.BOW,
+        "BOW": BOW,
         "ARRIVED_M": separation.ARRIVED_M,
         "HELD_STEPS": EVERY,
         "TURNED_STEPS": TURNED_STEPS,

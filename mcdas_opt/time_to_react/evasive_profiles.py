@@ -12,6 +12,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.manoeuvres.family import Demand
+from mcdas_opt.manoeuvres.paths import body_paths
 from mcdas_opt.manoeuvres.starts import Starts, rear_axle
 
 EDGE_M = 0.01  # kept from the edges, for what a driver deviates
@@ -92,7 +93,6 @@ def evasive_motions(rows: EvasiveProfiles, times_s: Array, start: Starts, vehicl
     The rear axle's exact kinematics, no small angles: sin(psi) = d'/v.
     """
     v, a, travelled = pace(rows, times_s, start, vehicle)
-    c, curved = vehicle.centre_m, not road.is_straight
     s0, d0, sine0, bend0 = rear_axle(start, vehicle, road)
 
     timed = rows.timed[:, None]
@@ -103,22 +103,8 @@ def evasive_motions(rows: EvasiveProfiles, times_s: Array, start: Starts, vehicl
     np.clip(sine, -STEEPEST, STEEPEST, out=sine)
     cosine = np.sqrt(1.0 - sine * sine)
     curvature = (second - np.where(timed, a, 0.0) * sine) * per_way * per_way / cosine
-    ratio = cosine / (1.0 - road.curvature_at(s0[:, None] + travelled) * d) if curved else cosine
-    s = np.empty_like(d)
-    s[:, 0] = 0.0
-    np.cumsum(0.5 * np.diff(travelled, axis=-1) * (ratio[:, 1:] + ratio[:, :-1]), axis=-1, out=s[:, 1:])
-    s += s0[:, None]
-    if curved:
-        kappa = road.curvature_at(s)
-        curvature += kappa * cosine / (1.0 - kappa * d)
-        s += c * cosine / (1.0 - kappa * d)
-        d = d + c * sine - 0.5 * kappa * (c * cosine) ** 2
-        psi = np.arcsin(sine) - kappa * c
-        sine, cosine = np.sin(psi), np.cos(psi)
-    else:
-        s += c * cosine
-        d += c * sine
-
+    paths = body_paths(s0[:, None], travelled, d, sine, cosine, curvature, vehicle, road)
+    s, d, sine, cosine, curvature = paths.s_m, paths.d_m, paths.sine, paths.cosine, paths.curvature_1pm
     lateral = v * v * curvature
     effort = np.sqrt((a * a + lateral * lateral).max(-1))
     steering = np.arctan(vehicle.wheelbase_m * curvature)

@@ -80,8 +80,7 @@ class Case:
         among: Members | None = None,
     ) -> None:
         self.situation, self.vehicle, self.chosen = situation, vehicle, chosen
-        grip = situation.road.friction * GRAVITY_MPS2
-        self.brake_mps2, self.accelerate_mps2 = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
+        self.brake_mps2, self.accelerate_mps2 = vehicle.strongest_mps2(situation.road.friction)
         self.comfort_mps2 = chosen.comfort_on(situation.road.friction)
         until_s, bodies, margins = LATEST_S + CLEAR_S, prediction.bodies, chosen.margins
         self.traffic = (

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.manoeuvres.clearance import BOW
 from mcdas_opt.manoeuvres.starts import Starts
 from mcdas_opt.time_to_react.evasive_profiles import EvasiveProfiles, Motions, pace
 from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, PredictedTraffic, Rows
@@ -19,7 +20,6 @@ NOWHERE_M = 1e4
 ARRIVED_M = 1.0  # who changes lanes is so near to the middle of the next one at the end: no longer in the old one
 ABILITY_M = 10.0  # a share of the car's limits as a distance: only where it changes sign matters
 STEP_REACH_M = 3.0  # more than bodies move against each other in a step
-BOW = 0.2  # times kappa and both lengths squared: how far a lane bows over the bodies (0.125), and that distances shrink with d
 
 
 def touched(motions: Motions, clock: Rows, traffic: PredictedTraffic, vehicle: Vehicle, road: Road, clear_m: float) -> tuple[Rows, Rows]:
@@ -104,8 +104,7 @@ def doomed(motions: Motions, clock: Rows, traffic: PredictedTraffic, vehicle: Ve
 
 def room_needed(speed_mps: Array, others_mps: Array, half_length_m: Array, vehicle: Vehicle, road: Road) -> tuple[Array, Array]:
     """How far bodies (J, ...) must be ahead of a host at these speeds that then brakes, or else behind one that accelerates: of centres."""
-    grip = road.friction * GRAVITY_MPS2
-    brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
+    brake, accelerate = vehicle.strongest_mps2(road.friction)
     closing = speed_mps - others_mps
     bodies = half_length_m + 0.5 * vehicle.length_m
     ahead = bodies + np.maximum(closing, 0.0) ** 2 / (2.0 * ROOM_SHARE * brake)
