@@ -23,29 +23,6 @@ from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, TURNED_STEPS, P
 
 _TEXTS: tuple[str, ...] = ("escape_kernel.c", "escape_parting.c", "escape_company.c", "escape_questions.c", "escape_guess.c")
 _TEXTS += ("escape_search.c", "escape_answer.c")
-_EFFORT: tuple[str, ...] = (
-    "LEAST_ANCHORS",
-    "ANCHORS",
-    "APART_S",
-    "STARTS",
-    "BEST",
-    "WIDER",
-    "TRIED",
-    "BEST_EASY",
-    "TRIED_EASY",
-    "DOWN",
-    "UP",
-    "BETWEEN",
-    "CLOSE",
-    "GENTLEST",
-    "FARTHER",
-    "REFINED",
-    "IN_LANE",
-    "STEERED",
-    "STEADY",
-    "MOST",
-    "LEAST",
-)
 _LANES, _ROOM = 8, 104  # nodes come in whole lanes, and there are at most so many
 _PIECE = 16  # nodes are looked at so many at a time where a row may go wrong
 _PLAIN = "-fno-math-errno -fno-trapping-math -ffp-contract=off"  # nothing that changes a result; half the time
@@ -262,8 +239,7 @@ def _library() -> ctypes.CDLL | None:
         "TURNED_STEPS": TURNED_STEPS,
         "ABILITY_M": separation.ABILITY_M,
         "LATTICE_S": LATTICE_S,
-        **{name: getattr(effort, name) for name in _EFFORT},
-        "SEARCH_ROUNDS": effort.ROUNDS,
+        **{name: value for name, value in vars(effort).items() if name.isupper()},
     }
     found = library([defined(numbers), *(c_text("mcdas_opt.manoeuvres", name) for name in _TEXTS)], _BUILDS)
     if found is None:

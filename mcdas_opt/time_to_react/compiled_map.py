@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from mcdas_opt.domain.escapes import Closer
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction, all_cruise
 from mcdas_opt.domain.road import Road
@@ -22,13 +23,12 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.native.addresses import address
 from mcdas_opt.time_to_react.compiled_case import NUMBERS, CaseRecord, at_hand, cruisers, faded
-from mcdas_opt.time_to_react.effort import CLOSERS
 from mcdas_opt.time_to_react.guess import EXACT_NODES, GUESS_NODES, KEPT_TIMES_S
 from mcdas_opt.time_to_react.library import CLEAR_S, KINDS, LATEST_S, EscapeSettings, Spread, forces, spread_of
 from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, PredictedTraffic, lattice_s
 from mcdas_opt.time_to_react.search import Found
 
-_CLOSERS = (*CLOSERS, None)  # -1 is nobody
+_CLOSERS = (Closer.FRONT, Closer.REAR, Closer.SIDE, Closer.EDGE, Closer.FRICTION, None)  # as the C numbers them; -1 is nobody
 _KEPT = 16  # grounds that are remembered
 _ANSWER = struct.Struct(f"{1 + len(KINDS)}d{1 + 3 * len(KINDS)}q")
 

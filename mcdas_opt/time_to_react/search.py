@@ -20,7 +20,7 @@ from mcdas_opt.time_to_react.effort import (
     LEAST,
     MOST,
     REFINED,
-    ROUNDS,
+    SEARCH_ROUNDS,
     STEADY,
     STEERED,
     TRIED,
@@ -93,7 +93,7 @@ class _Search:
 
     def __init__(self, easy: int, kind: int, mine: Rows, guess_s: Array, latest: int) -> None:
         self.easy, self.kind, self.latest = easy, kind, latest
-        self.sound, self.who, self.limit, self.rounds = -1, -1, latest + 1, ROUNDS
+        self.sound, self.who, self.limit, self.rounds = -1, -1, latest + 1, SEARCH_ROUNDS
         likely = _latest(mine, guess_s, max(BEST, WIDER))
         best, tried = likely[: (BEST, BEST_EASY)[easy]], np.array((TRIED, TRIED_EASY)[easy])
         self.wider = likely[:WIDER]
