@@ -16,7 +16,6 @@ from mcdas_opt.manoeuvres.clearance import Clearance, Margins, clearance
 from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles, paths
 from mcdas_opt.manoeuvres.paths import Paths
 from mcdas_opt.manoeuvres.phases import Phases, SpeedHistory, speed_history
-from mcdas_opt.manoeuvres.starts import Starts
 
 EDGE_M = 0.02  # bodies keep this far from the road's edges
 TICK = 1e-9  # costs closer than this are the same
@@ -97,7 +96,7 @@ def roll_out(
     phases: Phases,
     profiles: LaneChangeProfiles,
     times_s: Array,
-    host: HostState | Starts,
+    host: HostState,
     vehicle: Vehicle,
     road: Road,
     demand: Demand | None = None,

@@ -14,7 +14,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.manoeuvres.paths import Paths, body_paths
 from mcdas_opt.manoeuvres.phases import SpeedHistory
-from mcdas_opt.manoeuvres.starts import Starts, rear_axle
+from mcdas_opt.manoeuvres.starts import rear_axle
 
 PEAK = 6.0 * math.sqrt(3.0)  # max |S''| = a^2 / (6 sqrt 3)
 SPEED_FLOOR_MPS = 3.0
@@ -39,9 +39,7 @@ class LaneChangeProfiles:
         return LaneChangeProfiles(target_d_m=target, lateral_mps2=lateral, delay_s=delay, b=b)
 
 
-def paths(
-    profiles: LaneChangeProfiles, speeds: SpeedHistory, times_s: Array, start: HostState | Starts, vehicle: Vehicle, road: Road
-) -> Paths:
+def paths(profiles: LaneChangeProfiles, speeds: SpeedHistory, times_s: Array, start: HostState, vehicle: Vehicle, road: Road) -> Paths:
     """The paths of lane changes driven at these speeds; the shapes of both broadcast.
 
     d is the sigmoid as a function of the distance l that the rear axle has driven, so that sin(psi) = d'(l), and kappa = d''(l) / cos(psi)

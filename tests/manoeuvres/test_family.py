@@ -24,8 +24,6 @@ from mcdas_opt.manoeuvres.driven import driven
 from mcdas_opt.manoeuvres.family import Demand, roll_out
 from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
 from mcdas_opt.manoeuvres.phases import Phases, speed_history
-from mcdas_opt.manoeuvres.starts import Starts
-from mcdas_opt.time_to_react.constant_input import constant_input
 from mcdas_opt.verification.judge import judge
 
 SEDAN = Vehicle()
@@ -180,37 +178,6 @@ def test_separation_is_a_lower_bound(road: Road, seed: int) -> None:
 
     paths = rolled.paths
     assert np.all(at_samples <= np.minimum(truth(paths.s_m, paths.d_m, paths.heading_rad, times), NEAR_M) + 1e-9)
-
-
-@pytest.mark.parametrize("road", BENDS, ids=("straight", "bends"))
-def test_a_car_that_keeps_its_inputs_goes_as_the_bicycle(road: Road) -> None:
-    host = HostState(d_m=0.3, heading_rad=0.01, speed_mps=14.0, acceleration_mps2=-1.0, steering_rad=0.003)
-    times = even(0.05, 5.0)
-    path = constant_input(host, times, SEDAN, road)
-    x: list[Any] = [float(q) for q in host.to_vector()]
-    for k in range(times.size - 1):
-        x = rk4(lambda s: road_bicycle(s, (0.0, 0.0), float(road.curvature_at(s[0])), SEDAN.wheelbase_m, SEDAN.centre_m, np), x, 0.05)
-        for value, ours, room in (
-            (x[0], path.s_m, 0.03),
-            (x[1], path.d_m, 0.03),
-            (x[2], path.heading_rad, 0.003),
-            (x[3], path.speed_mps, 1e-9),
-        ):
-            assert abs(value - ours[k + 1]) < room
-
-
-def test_members_may_begin_each_at_its_own_place() -> None:
-    times, road = even(0.1), BENDS[1]
-    one = HostState(s_m=3.0, d_m=0.1, speed_mps=20.0)
-    two = HostState(s_m=40.0, d_m=-0.4, heading_rad=0.02, speed_mps=11.0, acceleration_mps2=-3.0, steering_rad=0.004)
-    names = Starts.__slots__
-    both = Starts(**{name: np.array([[getattr(one, name)], [getattr(two, name)]]) for name in names})
-    together = roll_out(SPEEDS[:, None, None], SIDES[None, :], times, both, SEDAN, road)
-    for k, host in enumerate((one, two)):
-        alone = roll_out(SPEEDS[:, None], SIDES, times, host, SEDAN, road)
-        assert np.allclose(together.paths.s_m[:, k], alone.paths.s_m, atol=1e-9)
-        assert np.allclose(together.paths.d_m[:, k], alone.paths.d_m, atol=1e-9)
-        assert np.array_equal(together.possible[:, k], alone.possible)
 
 
 def test_grip_bounds_what_is_possible() -> None:
