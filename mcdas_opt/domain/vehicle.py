@@ -57,12 +57,12 @@ class Vehicle:
     def length_m(self) -> float:
         return self.front_overhang_m + self.wheelbase_m + self.rear_overhang_m
 
-    @property
-    def centre_m(self) -> float:
-        """Body centre ahead of the point that moves along the car's axis [m]: of the rear axle, for a car that rolls."""
-        return 0.5 * (self.wheelbase_m + self.front_overhang_m - self.rear_overhang_m) - self.rolling_point_m
-
     def strongest_mps2(self, friction: float) -> tuple[float, float]:
         """The most that it brakes, and that it accelerates, on such a road: both greater than 0."""
         grip = friction * GRAVITY_MPS2
         return min(-self.acceleration_min_mps2, grip), min(self.acceleration_max_mps2, grip)
+
+    @property
+    def centre_m(self) -> float:
+        """Body centre ahead of the point that moves along the car's axis [m]: of the rear axle, for a car that rolls."""
+        return 0.5 * (self.wheelbase_m + self.front_overhang_m - self.rear_overhang_m) - self.rolling_point_m
