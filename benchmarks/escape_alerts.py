@@ -22,8 +22,8 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.evaluation.families import load_family
-from mcdas_opt.planning.escape_map import escapes
-from mcdas_opt.situation.alert import alert
+from mcdas_opt.time_to_react.alert import alert
+from mcdas_opt.time_to_react.escapes import escapes
 
 _SMOOTH = 5  # samples over which the host's acceleration is taken
 

@@ -14,14 +14,15 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Side
-from mcdas_opt.manoeuvres.escape_effort import LEAST
-from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings, Members, members
 from mcdas_opt.manoeuvres.family import Rolled
 from mcdas_opt.manoeuvres.kinds import next_lane_m
-from mcdas_opt.manoeuvres.parting import Company, Rows
+from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
+from mcdas_opt.manoeuvres.paths import Paths
 from mcdas_opt.manoeuvres.phases import Phases, SpeedHistory
-from mcdas_opt.manoeuvres.sidesteps import Sidesteps, Ways
-from mcdas_opt.manoeuvres.swerves import Motions
+from mcdas_opt.time_to_react.effort import LEAST
+from mcdas_opt.time_to_react.evasive_profiles import Motions
+from mcdas_opt.time_to_react.library import KINDS, EscapeSettings, Members, members
+from mcdas_opt.time_to_react.predicted_traffic import PredictedTraffic, Rows
 
 STEP_S = 0.02
 DRIVE_NODES = np.arange(201)
@@ -29,11 +30,11 @@ _DRIVE_S = np.round(DRIVE_NODES * STEP_S, 9)
 _DRIVEN = 32
 
 
-def finer(situation: Situation, vehicle: Vehicle, company: Company, prediction: Prediction, settings: EscapeSettings) -> Members:
+def finer(situation: Situation, vehicle: Vehicle, traffic: PredictedTraffic, prediction: Prediction, settings: EscapeSettings) -> Members:
     """The map's own members, and a grid around them that is some ten times finer."""
-    own = members(situation, vehicle, company, settings)
+    own = members(situation, vehicle, traffic, settings)
     grip = situation.road.friction * GRAVITY_MPS2
-    brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
+    brake, accelerate = vehicle.strongest_mps2(situation.road.friction)
     speeds = [float(body.at(np.zeros(1)).speed_s_mps[0]) for body in prediction.bodies]
     grid: list[tuple[float, ...]] = []
     for kind, most in enumerate((-brake, accelerate)):
@@ -43,7 +44,7 @@ def finer(situation: Situation, vehicle: Vehicle, company: Company, prediction: 
     paces = [(0.0, 0.0)] + [(x * accelerate, t) for x in (0.3, 0.6, 0.97) for t in (0.7, 1.2, 2.0, 9.0)]
     paces += [(-x * brake, t) for x in (0.2, 0.4, 0.6, 0.75, 0.9) for t in (0.4, 0.8, 1.2, 1.8, 9.0)]
     shares = (0.12, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.88, 0.94, 0.98, 1.0)
-    shares += (1.03, 1.08)  # the sidestep leaves some of it for what braking does across
+    shares += (1.03, 1.08)  # the lane change leaves some of it for what braking does across
     for kind, side in ((2, Side.LEFT), (3, Side.RIGHT)):
         target = next_lane_m(situation, vehicle, side)
         if target is not None:
@@ -87,10 +88,10 @@ def varied_around(known: Members, width: tuple[float, float, float], brake_mps2:
     )
 
 
-def sigmoids(target_d_m: float, road: Road, vehicle: Vehicle) -> tuple[Phases, Sidesteps]:
+def sigmoids(target_d_m: float, road: Road, vehicle: Vehicle) -> tuple[Phases, LaneChangeProfiles]:
     """Sigmoids to there, in rows (R,)."""
     grip = road.friction * GRAVITY_MPS2
-    brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
+    brake, accelerate = vehicle.strongest_mps2(road.friction)
     paces = [(0.0, 9.0), (0.4 * accelerate, 9.0), (0.9 * accelerate, 1.0), (0.9 * accelerate, 9.0)]
     paces += [(-x * brake, t) for x in (0.3, 0.6, 0.8) for t in (0.8, 1.5, 9.0)]
     pushes = [share * grip for share in (0.2, 0.35, 0.5, 0.6, 0.7, 0.8, 0.9)]
@@ -98,7 +99,7 @@ def sigmoids(target_d_m: float, road: Road, vehicle: Vehicle) -> tuple[Phases, S
     first, until, push_mps2, b = np.array(rows).T
     nothing = np.zeros(len(rows))
     phases = Phases(first_mps2=first, switch_s=until, then_mps2=nothing)
-    return phases, Sidesteps(target_d_m=nothing + target_d_m, lateral_mps2=push_mps2, delay_s=nothing, b=b)
+    return phases, LaneChangeProfiles(target_d_m=nothing + target_d_m, lateral_mps2=push_mps2, delay_s=nothing, b=b)
 
 
 def spread(found: Rows) -> Rows:
@@ -116,8 +117,8 @@ def rolled_from(motions: Motions, vehicle: Vehicle) -> Rolled:
     heading = np.arcsin(motions.sine)
     return Rolled(
         times_s=_DRIVE_S,
-        speeds=SpeedHistory(acceleration_mps2=motions.acceleration_mps2, speed_mps=motions.speed_mps, way_m=motions.s_m),
-        ways=Ways(
+        speeds=SpeedHistory(acceleration_mps2=motions.acceleration_mps2, speed_mps=motions.speed_mps, travelled_m=motions.s_m),
+        paths=Paths(
             s_m=motions.s_m,
             d_m=motions.d_m,
             heading_rad=heading,
@@ -133,16 +134,16 @@ def rolled_from(motions: Motions, vehicle: Vehicle) -> Rolled:
 
 
 def motions_from(rolled: Rolled) -> Motions:
-    ways = rolled.ways
+    paths = rolled.paths
     return Motions(
-        s_m=ways.s_m,
-        d_m=ways.d_m,
-        sine=ways.sine,
-        cosine=ways.cosine,
-        speed_mps=np.broadcast_to(rolled.speeds.speed_mps, ways.s_m.shape),
-        acceleration_mps2=np.broadcast_to(rolled.speeds.acceleration_mps2, ways.s_m.shape),
-        curvature_1pm=ways.curvature_1pm,
-        demand_mps2=np.zeros(ways.s_m.shape[0]),
+        s_m=paths.s_m,
+        d_m=paths.d_m,
+        sine=paths.sine,
+        cosine=paths.cosine,
+        speed_mps=np.broadcast_to(rolled.speeds.speed_mps, paths.s_m.shape),
+        acceleration_mps2=np.broadcast_to(rolled.speeds.acceleration_mps2, paths.s_m.shape),
+        curvature_1pm=paths.curvature_1pm,
+        demand_mps2=np.zeros(paths.s_m.shape[0]),
         ability=np.where(rolled.possible, 0.0, -1.0),
         edge_m=np.where(rolled.on_road, 0.0, -1.0),
     )
@@ -169,9 +170,9 @@ def only(rolled: Rolled, chosen: NDArray[np.intp]) -> Rolled:
     return replace(
         rolled,
         speeds=SpeedHistory(
-            acceleration_mps2=speeds.acceleration_mps2[chosen], speed_mps=speeds.speed_mps[chosen], way_m=speeds.way_m[chosen]
+            acceleration_mps2=speeds.acceleration_mps2[chosen], speed_mps=speeds.speed_mps[chosen], travelled_m=speeds.travelled_m[chosen]
         ),
-        ways=rolled.ways.only(chosen),
+        paths=rolled.paths.only(chosen),
         steering_rad=rolled.steering_rad[chosen],
         lateral_mps2=rolled.lateral_mps2[chosen],
         possible=rolled.possible[chosen],

@@ -3,7 +3,7 @@
 Truth is the last start on a grid of 0.02 s from which a drive of that kind, followed by the bicycle, passes the judge and ends with
 room, under the same prediction: out of a library some ten times finer, and then out of variations of what was sound or almost
 sound, in level, time and push, for as long as they win a step. A start is passed over only when no member of the library would be
-clear from it even of bodies smaller by what everybody moves in 0.05 s, and by 0.1 m. A way that the map calls closed and that is not
+clear from it even of bodies smaller by what everybody moves in 0.05 s, and by 0.1 m. A candidate that the map calls closed and that is not
 counts as early by all of it.
 """
 
@@ -44,17 +44,18 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import ViolationKind
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.evaluation.statistics import Share
-from mcdas_opt.manoeuvres.compiled_escapes import Nodes, compiled_escapes
 from mcdas_opt.manoeuvres.driven import driven
-from mcdas_opt.manoeuvres.escape_guess import Case
-from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings, Members
-from mcdas_opt.manoeuvres.escapes import escapes
 from mcdas_opt.manoeuvres.family import Demand, Rolled, roll_out
-from mcdas_opt.manoeuvres.held import held
 from mcdas_opt.manoeuvres.kinds import next_lane_m
-from mcdas_opt.manoeuvres.parting import ARRIVED_M, Company, Rows, doomed, touched
-from mcdas_opt.manoeuvres.sidesteps import Sidesteps
-from mcdas_opt.manoeuvres.swerves import EDGE_M
+from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
+from mcdas_opt.time_to_react.compiled_case import Nodes, compiled_escapes
+from mcdas_opt.time_to_react.constant_input import constant_input
+from mcdas_opt.time_to_react.escapes import escapes_under
+from mcdas_opt.time_to_react.evasive_profiles import EDGE_M
+from mcdas_opt.time_to_react.guess import Case
+from mcdas_opt.time_to_react.library import CLEAR_S, KINDS, LATEST_S, EscapeSettings, Members
+from mcdas_opt.time_to_react.predicted_traffic import PredictedTraffic, Rows
+from mcdas_opt.time_to_react.separation import ARRIVED_M, doomed, touched
 from mcdas_opt.tracking.prediction import predict
 from mcdas_opt.verification.judge import judge, judge_all
 
@@ -105,14 +106,14 @@ class Truth:
         self.situation, self.vehicle, self.road = situation, vehicle, situation.road
         self.prediction = predict(situation.tracks)
         self.settings = EscapeSettings()
-        until = self.settings.latest_s
+        until = LATEST_S
         self.fine_s = np.round(np.arange(0.0, until + 1e-9, 0.005), 9)
-        self.path = held(situation.host, self.fine_s, vehicle, self.road)
-        self.company = Company.of(self.prediction.bodies, until + self.settings.clear_s + STEP_S, self.settings.margins)
+        self.path = constant_input(situation.host, self.fine_s, vehicle, self.road)
+        self.traffic = PredictedTraffic.of(self.prediction.bodies, until + CLEAR_S + STEP_S, self.settings.margins)
         self.end = self._end()
         speeds = [body.at(np.zeros(1)).speed_s_mps[0] for body in self.prediction.bodies]
         self.reach_m = 0.05 * (max((abs(s - situation.host.speed_mps) for s in speeds), default=0.0) + 3.0) + 0.1
-        self.fine = finer(situation, vehicle, self.company, self.prediction, self.settings)
+        self.fine = finer(situation, vehicle, self.traffic, self.prediction, self.settings)
         self.bare, self.smaller = self._case(0.0, 0.0), self._case(-0.06, 0.0)
         self.hopeful = self._case(-self.reach_m, 0.1)
 
@@ -127,8 +128,8 @@ class Truth:
         return Case(situation, self.vehicle, self.prediction, settings, compiled_escapes(), among or self.fine)
 
     def _end(self) -> int:
-        """The last step at which keeping on has met nobody and is still on the road, by the judge's own eyes."""
-        count = round(self.settings.latest_s / STEP_S)
+        """The last step at which the constant-input prediction has met nobody and is still on the road, by the judge's own eyes."""
+        count = round(LATEST_S / STEP_S)
         pick = slice(0, None, round(STEP_S / 0.005))
         p = self.path
         states = np.column_stack([q[pick] for q in (p.s_m, p.d_m, p.heading_rad, p.speed_mps, p.acceleration_mps2, p.steering_rad)])
@@ -138,7 +139,7 @@ class Truth:
         return min([count, *(int(t / STEP_S + 1e-6) for t in ends)])
 
     def _host(self, step: int) -> HostState:
-        """The host after keeping on until that step."""
+        """The host that has kept its inputs until that step."""
         p, at = self.path, step * round(STEP_S / 0.005)
         columns = (p.s_m, p.d_m, p.heading_rad, p.speed_mps, p.acceleration_mps2, p.steering_rad)
         return HostState.from_vector(np.array([float(q[at]) for q in columns]))
@@ -219,12 +220,12 @@ class Truth:
         prediction = Prediction(name="truth", bodies=tuple(_later(body, step * STEP_S) for body in self.prediction.bodies))
         drives = driven(rolled, begin, self.vehicle, self.road)
         for drive, verdict in zip(drives, judge_all(drives, begin, self.vehicle, self.road, prediction), strict=True):
-            if verdict.passed and doomed(motions_driven(drive), step + DRIVE_NODES[None], self.company, self.vehicle, self.road)[0] < 0:
+            if verdict.passed and doomed(motions_driven(drive), step + DRIVE_NODES[None], self.traffic, self.vehicle, self.road)[0] < 0:
                 return drive
         return None
 
-    def _sigmoids(self, kind: str, step: int, nodes: Rows) -> Iterator[tuple[Rolled, Sidesteps]]:
-        """The planner's own family from a step on, for the ways to the side."""
+    def _sigmoids(self, kind: str, step: int, nodes: Rows) -> Iterator[tuple[Rolled, LaneChangeProfiles]]:
+        """The planner's own family from a step on, for the candidates to the side."""
         if kind in ("brake", "accelerate"):
             return
         target = next_lane_m(self.situation, self.vehicle, Side.LEFT if kind == "left" else Side.RIGHT)
@@ -233,18 +234,18 @@ class Truth:
         phases, steps = sigmoids(target, self.road, self.vehicle)
         yield roll_out(phases, steps, STEP_S * nodes, self._host(step), self.vehicle, self.road, _LENIENT), steps
 
-    def _able(self, rolled: Rolled, steps: Sidesteps, step: int, nodes: Rows, clear_m: float) -> NDArray[np.bool_]:
+    def _able(self, rolled: Rolled, steps: LaneChangeProfiles, step: int, nodes: Rows, clear_m: float) -> NDArray[np.bool_]:
         """Which sigmoids arrive, stay clear of everybody and end with room."""
         motions = motions_from(rolled)
         clock = np.broadcast_to(step + nodes, motions.s_m.shape)
-        arrives = np.abs(rolled.ways.d_m[:, -1] - steps.target_d_m) <= ARRIVED_M
+        arrives = np.abs(rolled.paths.d_m[:, -1] - steps.target_d_m) <= ARRIVED_M
         slack = 0.1 if clear_m < -0.1 else 0.0
         able = arrives & (motions.ability >= -slack) & (motions.edge_m >= -slack - EDGE_M)
-        smaller = replace(self.company, half_length_m=self.company.half_length_m + clear_m)  # smaller bodies end with more room
+        smaller = replace(self.traffic, half_length_m=self.traffic.half_length_m + clear_m)  # smaller bodies end with more room
         able &= doomed(motions, clock, smaller, self.vehicle, self.road) < 0
         left = np.flatnonzero(able)
         if left.size:
-            met, _ = touched(rows_of(motions, left), clock[left], self.company, self.vehicle, self.road, clear_m)
+            met, _ = touched(rows_of(motions, left), clock[left], self.traffic, self.vehicle, self.road, clear_m)
             able[left[met >= 0]] = False
         return able
 
@@ -257,21 +258,21 @@ def compare(seed: int, index: int, vehicle: Vehicle) -> list[dict[str, object]]:
     """One row for each kind of one situation."""
     situation = situation_of(seed, index)
     begun = time.perf_counter()
-    answer: Escapes = escapes(situation, vehicle, predict(situation.tracks))
+    answer: Escapes = escapes_under(predict(situation.tracks), situation, vehicle)
     spent = 1e3 * (time.perf_counter() - begun)
     truth = Truth(situation, vehicle)
     rows: list[dict[str, object]] = []
     for kind in KINDS:
-        way, last_s = getattr(answer, kind), truth.last(kind)
-        if way.last_moment_s is not None and way.last_moment_s > (-1.0 if last_s is None else last_s) + 1e-6:
-            last_s = truth.asked_again(kind, last_s, way.last_moment_s)
+        candidate, last_s = getattr(answer, kind), truth.last(kind)
+        if candidate.last_moment_s is not None and candidate.last_moment_s > (-1.0 if last_s is None else last_s) + 1e-6:
+            last_s = truth.asked_again(kind, last_s, candidate.last_moment_s)
         rows.append(
             {
                 "scene": index,
                 "kind": kind,
-                "map_s": way.last_moment_s,
+                "map_s": candidate.last_moment_s,
                 "truth_s": last_s,
-                "closed_by": way.closed_by or "",
+                "closed_by": candidate.closed_by or "",
                 "ms": spent,
             }
         )
@@ -279,7 +280,7 @@ def compare(seed: int, index: int, vehicle: Vehicle) -> list[dict[str, object]]:
 
 
 def report(rows: list[dict[str, object]]) -> str:
-    lines = ["kind        ways  both closed  missed  early p50   p90   p95   max [s]  within 0.1 s           later"]
+    lines = ["kind       asked  both closed  missed  early p50   p90   p95   max [s]  within 0.1 s           later"]
     for kind in (*KINDS, "all"):
         mine = [(_last(r["map_s"]), _last(r["truth_s"])) for r in rows if kind in ("all", r["kind"])]
         opened = [(m, t) for m, t in mine if t >= 0.0]

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from mcdas_opt.domain.situation import Situation
     from mcdas_opt.parking.case_file import load_parking_case
     from mcdas_opt.parking.park import park
-    from mcdas_opt.planning.escape_map import escapes
     from mcdas_opt.planning.planner import Planner
     from mcdas_opt.simulation.judging import verify
     from mcdas_opt.simulation.loop import simulate
+    from mcdas_opt.time_to_react.escapes import escapes
     from mcdas_opt.tuning.tune import tune
 
 __version__ = "0.1.0"
@@ -30,7 +30,7 @@ _HOME = {
     "Scene": "mcdas_opt.catalogue.scenes",
     "Settings": "mcdas_opt.domain.settings",
     "Situation": "mcdas_opt.domain.situation",
-    "escapes": "mcdas_opt.planning.escape_map",
+    "escapes": "mcdas_opt.time_to_react.escapes",
     "load_parking_case": "mcdas_opt.parking.case_file",
     "load_scene": "mcdas_opt.catalogue.scenes",
     "park": "mcdas_opt.parking.park",

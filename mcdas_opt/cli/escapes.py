@@ -1,4 +1,4 @@
-"""`mcdas-opt escapes`: which ways out are open, until when, and what closes them."""
+"""`mcdas-opt escapes`: which candidates are open, until when, and what closes them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from mcdas_opt.cli.screen import JsonOption, console, emit, ways_table
+from mcdas_opt.cli.screen import JsonOption, console, emit, time_to_react_table
 
 
 def escapes(
@@ -16,15 +16,15 @@ def escapes(
     over: Annotated[bool, typer.Option("--map", help="Over front gaps and rear closing speeds instead, Table 1 drawn over it.")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """The ways out at t = 0: open or closed, the last moment, what closes them, what they ask.
+    """The time to react at t = 0: each candidate open or closed, its last moment, what closes it, what it asks.
 
     Example: mcdas-opt escapes sandwich-60-40 --out escapes.png
     """
     from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
     from mcdas_opt.domain.settings import WarningSettings
-    from mcdas_opt.planning.escape_map import escapes as escapes_of
     from mcdas_opt.simulation.first_situation import situation_of
-    from mcdas_opt.situation.alert import alert
+    from mcdas_opt.time_to_react.alert import alert
+    from mcdas_opt.time_to_react.escapes import escapes as escapes_of
 
     if out is not None:
         from mcdas_opt.plotting.export import check_picture
@@ -32,7 +32,7 @@ def escapes(
         check_picture(out, (".png",))
     situation, vehicle = situation_of(scene)
     if over:
-        from mcdas_opt.planning.escape_sweep import swept
+        from mcdas_opt.time_to_react.sweep import swept
 
         sweep = swept(situation, vehicle)
         document = {"schema_version": SCHEMA_VERSION, **to_document(sweep)}
@@ -57,9 +57,9 @@ def escapes(
         emit({"schema_version": SCHEMA_VERSION, "escapes": found.to_dict(), "keeping_on_s": found.keeping_on_s, "alert": told.value})
     else:
         screen = console()
-        screen.print(ways_table(f"ways out: {scene}", found))
-        on = found.keeping_on_s
-        screen.print(f"keeping on {'meets nobody within 10 s' if on is None else f'ends in {on:.2f} s'}; alert: {told}")
+        screen.print(time_to_react_table(f"time to react: {scene}", found))
+        ends = "meets nobody within 10 s" if found.keeping_on_s is None else f"ends in {found.keeping_on_s:.2f} s"
+        screen.print(f"keeping acceleration and steering {ends}; alert: {told}")
     if out is not None:
         from mcdas_opt.plotting.export import save_figure
         from mcdas_opt.plotting.time_to_react_timeline import time_to_react_sheet

@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mcdas_opt.cli.screen import JsonOption, PlannerOption, check_picture, console, emit, facts_table, headed_table, number, ways_table
+from mcdas_opt.cli.screen import (
+    JsonOption,
+    PlannerOption,
+    check_picture,
+    console,
+    emit,
+    facts_table,
+    headed_table,
+    number,
+    time_to_react_table,
+)
 from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.errors import InputError, writing
 
@@ -16,8 +26,8 @@ if TYPE_CHECKING:
 
 _ALERTS = {
     Alert.NONE: "none",
-    Alert.WARN: "warn: no comfortable way out is left",
-    Alert.ACT: "act: the last way out is about to close, or closed",
+    Alert.WARN: "warn: no comfortable candidate is left",
+    Alert.ACT: "act: the last candidate is about to close, or closed",
 }
 _NAMES = "slower, same, faster: its speed at the end; late: begins later; driven: the corrected closed form's own drive"
 
@@ -83,4 +93,4 @@ def _print(answer: Plan, title: str) -> None:
     if any("-" in candidate.name for candidate in answer.candidates):
         screen.print(_NAMES, style="dim")
     if answer.escapes is not None:
-        screen.print(ways_table("how long each way out stays open", answer.escapes))
+        screen.print(time_to_react_table("time to react: how long each candidate stays open", answer.escapes))

@@ -73,16 +73,16 @@ def number(value: float | None, unit: str = "", digits: int = 2) -> str:
     return "-" if value is None else f"{value:.{digits}f} {unit}".rstrip()
 
 
-def ways_table(title: str, escapes: Escapes) -> Table:
-    """The four ways out: open or closed, until when, what closes them, what they ask."""
+def time_to_react_table(title: str, escapes: Escapes) -> Table:
+    """The four candidates: open or closed, until when, what closes them, what they ask."""
     from rich.table import Table
 
     table = Table(title=title, title_justify="left")
-    for heading in ("way", "open", "last moment", "comfortable until", "closed by", "asks now"):
+    for heading in ("candidate", "open", "last moment", "comfortable until", "closed by", "asks now"):
         table.add_column(heading)
-    for name, way in zip(("brake", "accelerate", "left", "right"), escapes.ways, strict=True):
-        moments = (_moment(moment) for moment in (way.last_moment_s, way.last_comfortable_s))
-        table.add_row(name, "yes" if way.open else "no", *moments, way.closed_by or "-", number(way.demand_mps2, "m/s²"))
+    for name, candidate in zip(("brake", "accelerate", "left", "right"), escapes.candidates, strict=True):
+        moments = (_moment(moment) for moment in (candidate.last_moment_s, candidate.last_comfortable_s))
+        table.add_row(name, "yes" if candidate.open else "no", *moments, candidate.closed_by or "-", number(candidate.demand_mps2, "m/s²"))
     return table
 
 

@@ -1,4 +1,4 @@
-"""Which ways out are still open, and until when."""
+"""The escape map: which candidate manoeuvres are open, and until when (time to react)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mcdas_opt.domain.document import to_document
 
 
 class Closer(StrEnum):
-    """What closes a way out."""
+    """What closes a candidate."""
 
     FRONT = "front"
     REAR = "rear"
@@ -21,12 +21,12 @@ class Closer(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Escape:
-    """One way out.
+    """One candidate manoeuvre.
 
-    `last_moment_s` is the latest start, if the host keeps its acceleration and steering until then; None when there is none, at most
-    10. `closed_by` ends it (None where nothing does within 10 s). `demand_mps2` is what it asks of the tyres when it begins now
-    (the gentlest that was found); None when it cannot begin now. `last_comfortable_s` is the latest start of one that is comfortable;
-    None when there is none.
+    `last_moment_s` is its time to react: the latest start, if the host keeps its acceleration and steering until then; None when there
+    is none, at most 10. `closed_by` ends it (None where nothing does within 10 s). `demand_mps2` is what it asks of the tyres when it
+    begins now (the gentlest that was found); None when it cannot begin now. `last_comfortable_s` is the latest start of one that is
+    comfortable; None when there is none.
     """
 
     open: bool = False
@@ -38,9 +38,10 @@ class Escape:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Escapes:
-    """The four ways out of a situation: in the lane by braking or accelerating, into the next lane to the left or the right.
+    """The four candidates: in the lane by braking or accelerating, into the next lane to the left or the right. Their last moments are the
+    time to brake, the time to kickdown and the time to steer to either side; the greatest of them is the situation's time to react.
 
-    `keeping_on_s` is when keeping acceleration and steering ends in somebody or off the road; None where it does not within 10 s.
+    `keeping_on_s` is when the constant-input prediction ends in somebody or off the road; None where it does not within 10 s.
     """
 
     brake: Escape = field(default_factory=Escape)
@@ -50,18 +51,18 @@ class Escapes:
     keeping_on_s: float | None = field(default=None, repr=False)
 
     @property
-    def ways(self) -> tuple[Escape, Escape, Escape, Escape]:
+    def candidates(self) -> tuple[Escape, Escape, Escape, Escape]:
         return self.brake, self.accelerate, self.left, self.right
 
     @property
     def last_moment_s(self) -> float | None:
-        """Of all ways out; None when every one is closed."""
-        return max((way.last_moment_s for way in self.ways if way.last_moment_s is not None), default=None)
+        """Of all candidates; None when every one is closed."""
+        return max((one.last_moment_s for one in self.candidates if one.last_moment_s is not None), default=None)
 
     @property
     def last_comfortable_s(self) -> float | None:
-        """The last moment at which any way out can be started comfortably; None when it has passed."""
-        return max((way.last_comfortable_s for way in self.ways if way.last_comfortable_s is not None), default=None)
+        """The last moment at which any of them can be started comfortably; None when it has passed."""
+        return max((one.last_comfortable_s for one in self.candidates if one.last_comfortable_s is not None), default=None)
 
     def to_dict(self) -> dict[str, Any]:
         document: dict[str, Any] = to_document(self)

@@ -55,7 +55,7 @@ class Request(StrEnum):
 
 
 class Alert(StrEnum):
-    """`WARN`: the last comfortable moment of every way out has passed. `ACT`: the last possible one is near."""
+    """`WARN`: the last comfortable moment of every candidate has passed. `ACT`: the last possible one is near."""
 
     NONE = "none"
     WARN = "warn"

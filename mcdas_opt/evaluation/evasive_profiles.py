@@ -18,7 +18,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
-from mcdas_opt.manoeuvres.sidesteps import Ways
+from mcdas_opt.manoeuvres.paths import Paths
 
 _BESIDE_M = (1.88, 2.2, 2.7)  # past a body in the middle of its lane: 1.8 m lets two cars of 1.8 m pass
 _GRIP = (0.75, 1.0)  # of mu g, for braking and turning together
@@ -52,10 +52,10 @@ class DrivenProfiles:
     states: Array
     inputs: Array
 
-    def paths(self) -> Ways:
+    def paths(self) -> Paths:
         """For the test of clearance; the curvature is not needed there and left 0."""
         s, d, psi = (np.ascontiguousarray(self.states[..., k]) for k in (0, 1, 2))
-        return Ways(s_m=s, d_m=d, heading_rad=psi, sine=np.sin(psi), cosine=np.cos(psi), curvature_1pm=np.zeros(1))
+        return Paths(s_m=s, d_m=d, heading_rad=psi, sine=np.sin(psi), cosine=np.cos(psi), curvature_1pm=np.zeros(1))
 
     def on_road(self, vehicle: Vehicle, road: Road) -> Array:
         """Which members (n,) keep to the road, by the corners' shadows."""

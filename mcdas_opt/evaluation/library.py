@@ -9,8 +9,8 @@ import numpy as np
 
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
 from mcdas_opt.manoeuvres.phases import Phases
-from mcdas_opt.manoeuvres.sidesteps import Sidesteps
 
 _DODGES_M = (2.1, 2.7)  # past a body in the middle of its lane, without going all the way
 _LATERAL = (0.2, 0.35, 0.5, 0.65, 0.8, 0.92)  # of mu g
@@ -32,7 +32,7 @@ def targets_m(road: Road, vehicle: Vehicle, d_m: float) -> tuple[float, ...]:
     return tuple(d for d in wanted if road.right_edge_m + half < d < road.left_edge_m - half and abs(d - d_m) > 0.5)
 
 
-def library(road: Road, vehicle: Vehicle, d_m: float) -> Iterator[tuple[Phases, Sidesteps]]:
+def library(road: Road, vehicle: Vehicle, d_m: float) -> Iterator[tuple[Phases, LaneChangeProfiles]]:
     """Sets (P, 1) x (1, Q): one phase and every lane-change profile; two phases and every second one."""
     grip = road.friction * GRAVITY_MPS2
     brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
@@ -61,10 +61,10 @@ def _lane_changes(
     softness: tuple[float, ...],
     grip: float,
     keep_d_m: float,
-) -> Sidesteps:
+) -> LaneChangeProfiles:
     rows = [
         (keep_d_m, 1.0, 0.0, 50.0),
         *((d, share * grip, delay, b) for d, share, delay, b in itertools.product(ends, lateral, delays, softness)),
     ]
     target, push, delay, b = np.array(rows).T[:, None, :]
-    return Sidesteps(target_d_m=target, lateral_mps2=push, delay_s=delay, b=b)
+    return LaneChangeProfiles(target_d_m=target, lateral_mps2=push, delay_s=delay, b=b)

@@ -102,7 +102,7 @@ def witness_from(scene: Scene, start_s: float, bodies: tuple[PredictedBody, ...]
     for phases, steps in library(road, vehicle, begin.d_m):
         rolled = roll_out(phases, steps, coarse, begin, vehicle, road, demand)
         tried += rolled.possible.size
-        least = clearance(rolled.ways, coarse, later, vehicle, road).separation_m.min(-1)
+        least = clearance(rolled.paths, coarse, later, vehicle, road).separation_m.min(-1)
         least = np.where(rolled.possible & rolled.on_road, least, -np.inf)
         order = np.argsort(-least, axis=None, kind="stable")[:_DRIVEN_AT_MOST]
         order = order[least.reshape(-1)[order] > _HOPEFUL_M]

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mcdas_opt.domain.prediction import MOVING, CruisingBody, PredictedBody, Prediction
+from mcdas_opt.domain.prediction import Prediction, margins_together, together
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.manoeuvres import clearance, family, phases, sidesteps
+from mcdas_opt.manoeuvres import clearance, family, lane_change_profiles, phases, starts
 from mcdas_opt.manoeuvres.family import Demand, Member, Scored, Scoring
+from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
 from mcdas_opt.manoeuvres.phases import Phases
-from mcdas_opt.manoeuvres.sidesteps import Sidesteps
 from mcdas_opt.native.addresses import address
 from mcdas_opt.native.kernels import c_text, defined, library, wanted
 from mcdas_opt.solvers.vector_math import BUILDS, DECLARED
@@ -30,7 +29,6 @@ _NUMBERS: tuple[str, ...] = ("s0", "d0", "sine0", "bend0", "speed0", "accelerati
 _NUMBERS += ("rise", "fall", "top", "grip_squared", "curvature_max", "turn_max", "left", "right", "end")
 _NUMBERS += ("wanted", "lane_d", "half_lane", "clear", "reach")
 _NUMBERS += ("price_acceleration", "price_speed", "price_lateral", "price_near", "nearness", "price_change", "price_closing", "end_room")
-_CRUISING = (*MOVING, "sigmas", "growth_s", "cap_along_m", "cap_across_m")
 _STEEPEST_RAD = 1.5  # so far a step of the steering angle is bounded by its tangent
 
 
@@ -49,7 +47,7 @@ class CompiledMembers:
         self,
         library: ctypes.CDLL,
         phase: Phases,
-        step: Sidesteps,
+        profile: LaneChangeProfiles,
         times_s: Array,
         situation: Situation,
         vehicle: Vehicle,
@@ -57,7 +55,7 @@ class CompiledMembers:
     ) -> None:
         self._library, self._prediction, self._samples = library, prediction, times_s.size
         host, road = situation.host, situation.road
-        self._shape = phase.first_mps2.size, step.target_d_m.size
+        self._shape = phase.first_mps2.size, profile.target_d_m.size
         filled = row_length(times_s.size) - times_s.size
         self._times_s = np.concatenate([times_s, np.repeat(times_s[-1:], filled)])
         row = self._times_s.size
@@ -67,7 +65,7 @@ class CompiledMembers:
         self._sample(vehicle, situation)
         self._tables = {
             "phases": np.column_stack([np.ravel(q) for q in (phase.first_mps2, phase.switch_s, phase.then_mps2)]),
-            "steps": np.column_stack([np.ravel(q) for q in (step.target_d_m, step.lateral_mps2, step.delay_s, step.b)]),
+            "steps": np.column_stack([np.ravel(q) for q in (profile.target_d_m, profile.lateral_mps2, profile.delay_s, profile.b)]),
             "times": self._times_s,
             "weights": np.concatenate([np.ones(times_s.size), np.zeros(filled)]),
             "bodies": self._bodies,
@@ -88,36 +86,31 @@ class CompiledMembers:
         self._host, self._road = host, road
 
     def _sample(self, vehicle: Vehicle, situation: Situation) -> None:
-        """The bodies' places at the times, and their margins; cruising ones all at once."""
+        """The bodies' places at the times, and their margins."""
         bodies, road, times = self._prediction.bodies, situation.road, self._times_s
         self._bodies = np.empty((len(bodies), _OF_BODY, times.size))
         self._sizes = np.empty((len(bodies), 4))
         self._margins = np.empty((len(bodies), 2, times.size))
         if not bodies:
             return
-        cruising = [body for body in bodies if type(body) is CruisingBody]
-        groups: list[tuple[Any, PredictedBody, Array]] = [(k, body, times) for k, body in enumerate(bodies)]
-        if len(cruising) == len(bodies):
-            groups = [(slice(None), _together(cruising), np.broadcast_to(times, (len(bodies), times.size)))]
-        for which, body, t in groups:
-            motion = body.at(t)
-            self._bodies[which, 0], self._bodies[which, 1] = motion.s_m, motion.d_m
-            self._bodies[which, 2], self._bodies[which, 3] = np.sin(motion.heading_rad), np.cos(motion.heading_rad)
-            self._sizes[which, 2] = motion.speed_s_mps[..., -1]
-            self._margins[which, 0], self._margins[which, 1] = body.margin_along_m(t), body.margin_across_m(t)
+        motion = together(bodies, times)
+        self._bodies[:, 0], self._bodies[:, 1] = motion.s_m, motion.d_m
+        self._bodies[:, 2], self._bodies[:, 3] = np.sin(motion.heading_rad), np.cos(motion.heading_rad)
+        self._sizes[:, 2] = motion.speed_s_mps[:, -1]
+        self._margins[:, 0], self._margins[:, 1] = margins_together(bodies, times)
         self._bodies[:, 4] = road.curvature_at(self._bodies[:, 0]) if self._bend else 0.0
         self._sizes[:, :2] = [(body.length_m, body.width_m) for body in bodies]
         self._sizes[:, 3] = self._bend * (self._sizes[:, 0] ** 2 + vehicle.length_m**2)
 
     def _set(self, scoring: Scoring) -> None:
-        margins, prices, f = scoring.margins, scoring.prices, self._family
+        margins, f = scoring.margins, self._family
         for k, fixed in enumerate((margins.along_m, margins.across_m)):
             half = 0.5 * self._sizes[:, k, None] + fixed
             self._bodies[:, 5 + k] = half + margins.share_of_prediction * self._margins[:, k]
         f.clear = scoring.clear_m
-        f.price_acceleration, f.price_speed, f.price_lateral = prices.acceleration, prices.speed, prices.lateral_acceleration
-        f.price_near, f.nearness, f.price_change = prices.nearness, prices.nearness_m, prices.lane_change
-        f.price_closing, f.end_room = prices.end_closing, prices.end_room_m
+        f.price_acceleration, f.price_speed, f.price_lateral = family.ACCELERATION_COST, family.SPEED_COST, family.LATERAL_COST
+        f.price_near, f.nearness, f.price_change = family.NEARNESS_COST, family.NEARNESS_M, family.LANE_CHANGE_COST
+        f.price_closing, f.end_room = family.END_CLOSING_COST, family.END_ROOM_M
 
     def scored(self, scoring: Scoring) -> Scored:
         """Every member against everybody."""
@@ -149,35 +142,27 @@ class CompiledMembers:
         return [
             Member(
                 phase=i // self._shape[1],
-                step=i % self._shape[1],
-                cost=price,
+                profile=i % self._shape[1],
+                cost=cost,
                 separation_m=room,
                 contact_s=np.inf,
                 contact_with=-1,
                 feasible=True,
             )
-            for _, i, price, room in sorted(row for row in rows if row[1] >= 0)
+            for _, i, cost, room in sorted(row for row in rows if row[1] >= 0)
         ]
 
-    def states(self, phase: int, step: int) -> Array:
+    def states(self, phase: int, profile: int) -> Array:
         """(T, 6): s, d, psi, v, a, delta of one member."""
         x = np.empty((self._samples, 6))
-        self._library.mcdas_family_states(self._at, phase, step, address(x))
+        self._library.mcdas_family_states(self._at, phase, profile, address(x))
         return x
-
-
-def _together(bodies: Sequence[CruisingBody]) -> CruisingBody:
-    """Columns (bodies, 1) in the place of numbers: at times (bodies, T) it moves as all of them."""
-    columns = np.array([[getattr(body, name) for name in _CRUISING] for body in bodies]).T[..., None]
-    covariance = np.array([body.covariance for body in bodies]).transpose(1, 2, 0)[..., None]
-    moving: dict[str, Any] = dict(zip(_CRUISING, columns, strict=True))
-    return CruisingBody(id="all", length_m=0.0, width_m=0.0, covariance=covariance, **moving)
 
 
 def _now(situation: Situation, vehicle: Vehicle, step_s: float) -> dict[str, Any]:
     """Where the car is, what it can do, and the road: what no scoring changes."""
     host, road, demand = situation.host, situation.road, Demand()
-    s0, d0, sine0, bend0 = (np.asarray(q).item() for q in sidesteps.rear_axle(host, vehicle, road))
+    s0, d0, sine0, bend0 = (np.asarray(q).item() for q in starts.rear_axle(host, vehicle, road))
     turn = min(demand.steering * vehicle.steering_rate_max_radps * step_s, _STEEPEST_RAD)
     return {
         "s0": s0,
@@ -186,7 +171,7 @@ def _now(situation: Situation, vehicle: Vehicle, step_s: float) -> dict[str, Any
         "bend0": bend0,
         "speed0": host.speed_mps,
         "acceleration0": host.acceleration_mps2,
-        "join": max(sidesteps.JOIN_S * host.speed_mps, sidesteps.JOIN_LEAST_M),
+        "join": max(lane_change_profiles.JOIN_S * host.speed_mps, lane_change_profiles.JOIN_LEAST_M),
         "centre": vehicle.centre_m,
         "wheelbase": vehicle.wheelbase_m,
         "length": vehicle.length_m,
@@ -212,9 +197,9 @@ def _library(row: int) -> ctypes.CDLL | None:
     numbers = {
         "ROW": row,
         "LANES": _LANES,
-        "PEAK": sidesteps.PEAK,
-        "LEAST_SHIFT_M": sidesteps.LEAST_SHIFT_M,
-        "SPEED_FLOOR_MPS": sidesteps.SPEED_FLOOR_MPS,
+        "PEAK": lane_change_profiles.PEAK,
+        "LEAST_SHIFT_M": lane_change_profiles.LEAST_SHIFT_M,
+        "SPEED_FLOOR_MPS": lane_change_profiles.SPEED_FLOOR_MPS,
         "NEAR_M": clearance.NEAR_M,
         "EDGE_M": family.EDGE_M,
         "TICK": family.TICK,

@@ -27,7 +27,7 @@ def driven(rolled: Rolled, host: HostState, vehicle: Vehicle, road: Road) -> tup
     limits. Where the member comes to rest the car stands.
     """
     times = rolled.times_s
-    count, steps = rolled.ways.s_m.shape
+    count, steps = rolled.paths.s_m.shape
     speed, wanted_a = (np.broadcast_to(q, (count, steps)) for q in (rolled.speeds.speed_mps, rolled.speeds.acceleration_mps2))
     x = [np.full(count, value) for value in host.to_vector()]
     states, inputs = np.empty((count, steps, 6)), np.empty((count, steps - 1, 2))
@@ -42,7 +42,7 @@ def driven(rolled: Rolled, host: HostState, vehicle: Vehicle, road: Road) -> tup
         jerk = (wanted_a[:, k + 1] - a) / h
         jerk = np.where(stopping, np.where(v + a * h > 0.0, vehicle.jerk_min_mps3, 0.0), np.where(standing, 0.0, jerk))
         pace = np.maximum(v, _SPEED_FLOOR_MPS)
-        off, turned = x[1] - rolled.ways.d_m[:, k], x[2] - rolled.ways.heading_rad[:, k]
+        off, turned = x[1] - rolled.paths.d_m[:, k], x[2] - rolled.paths.heading_rad[:, k]
         back = (_BANDWIDTH_RADPS / pace) ** 2 * off + 2.0 * _BANDWIDTH_RADPS / pace * turned
         target = np.clip(rolled.steering_rad[:, k + 1] - np.arctan(vehicle.wheelbase_m * back), -most, most)
         rate = np.where(standing | stopping, 0.0, np.clip((target - x[5]) / h, -fastest, fastest))

@@ -1,4 +1,4 @@
-"""A family of manoeuvres: sidesteps x speed phases, rolled out and scored against predicted bodies in one vectorised pass."""
+"""A family of manoeuvres: lane-change profiles x speed phases, rolled out and scored against predicted bodies in one vectorised pass."""
 
 from __future__ import annotations
 
@@ -10,28 +10,24 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.rules import Array, positive
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.manoeuvres.clearance import Clearance, Margins, clearance
+from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles, paths
+from mcdas_opt.manoeuvres.paths import Paths
 from mcdas_opt.manoeuvres.phases import Phases, SpeedHistory, speed_history
-from mcdas_opt.manoeuvres.sidesteps import Sidesteps, Starts, Ways, ways
 
 EDGE_M = 0.02  # bodies keep this far from the road's edges
 TICK = 1e-9  # costs closer than this are the same
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Prices:
-    """What a member costs, per second of its way, except where noted: the same currency as the choice among plans."""
-
-    acceleration: float = 0.04  # per (m/s^2)^2
-    lateral_acceleration: float = 0.08  # per (m/s^2)^2
-    speed: float = 0.03  # per (m/s)^2 off the desired speed
-    nearness: float = 6.0  # per exp(-gap / 0.7 m)
-    nearness_m: float = 0.7
-    lane_change: float = 2.0  # once
-    end_closing: float = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
-    end_room_m: float = 0.5  # whoever ends less than this beside the host's flank counts as before or behind it
+# what a member costs, per second of it, except where noted: the same cost as that of plans
+ACCELERATION_COST = 0.04  # per (m/s^2)^2
+LATERAL_COST = 0.08  # per (m/s^2)^2 of lateral acceleration
+SPEED_COST = 0.03  # per (m/s)^2 off the desired speed
+NEARNESS_COST = 6.0  # per exp(-gap / NEARNESS_M)
+NEARNESS_M = 0.7
+LANE_CHANGE_COST = 2.0  # once
+END_CLOSING_COST = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
+END_ROOM_M = 0.5  # whoever ends less than this beside the host's flank counts as before or behind it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,6 +37,10 @@ class Demand:
     friction: float = 0.97
     steering: float = 0.98
 
+    def __post_init__(self) -> None:
+        positive("demand.friction", self.friction)
+        positive("demand.steering", self.steering)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rolled:
@@ -48,7 +48,7 @@ class Rolled:
 
     times_s: Array
     speeds: SpeedHistory
-    ways: Ways
+    paths: Paths
     steering_rad: Array
     lateral_mps2: Array
     possible: NDArray[np.bool_]
@@ -56,10 +56,10 @@ class Rolled:
 
     def states(self, member: tuple[int, ...]) -> Array:
         """(T, 6): s, d, psi, v, a, delta of one member, given by its index in the members' broadcast shape."""
-        shape = self.ways.s_m.shape
+        shape = self.paths.s_m.shape
         v, a = (np.broadcast_to(q, shape)[member] for q in (self.speeds.speed_mps, self.speeds.acceleration_mps2))
         return np.column_stack(
-            [self.ways.s_m[member], self.ways.d_m[member], self.ways.heading_rad[member], v, a, self.steering_rad[member]]
+            [self.paths.s_m[member], self.paths.d_m[member], self.paths.heading_rad[member], v, a, self.steering_rad[member]]
         )
 
 
@@ -81,10 +81,10 @@ class Scored:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Member:
-    """One member, by the indices of its phase and its sidestep, and what became of it."""
+    """One member, by the indices of its phase and its lane-change profile, and what became of it."""
 
     phase: int
-    step: int
+    profile: int
     cost: float
     separation_m: float
     contact_s: float
@@ -93,15 +93,21 @@ class Member:
 
 
 def roll_out(
-    phases: Phases, steps: Sidesteps, times_s: Array, host: HostState | Starts, vehicle: Vehicle, road: Road, demand: Demand | None = None
+    phases: Phases,
+    profiles: LaneChangeProfiles,
+    times_s: Array,
+    host: HostState,
+    vehicle: Vehicle,
+    road: Road,
+    demand: Demand | None = None,
 ) -> Rolled:
-    """Motions of the members, at the broadcast shape of `phases` and `steps`, on an even grid of times from 0.
+    """Motions of the members, at the broadcast shape of `phases` and `profiles`, on an even grid of times from 0.
 
     Possible means: the friction circle with the exact v^2 kappa, the steering angle, and the steering rate between samples.
     """
     share = demand or Demand()
     speeds = speed_history(phases, times_s, host.speed_mps, host.acceleration_mps2, vehicle)
-    members = ways(steps, speeds, times_s, host, vehicle, road)
+    members = paths(profiles, speeds, times_s, host, vehicle, road)
     v, a = speeds.speed_mps, speeds.acceleration_mps2
     lateral = v * v * members.curvature_1pm
     steering = np.arctan(vehicle.wheelbase_m * members.curvature_1pm)
@@ -117,41 +123,39 @@ def roll_out(
     if road.road_end_s_m is not None:
         on_road &= members.s_m.max(-1) + 0.5 * vehicle.length_m + EDGE_M <= road.road_end_s_m
     return Rolled(
-        times_s=times_s, speeds=speeds, ways=members, steering_rad=steering, lateral_mps2=lateral, possible=possible, on_road=on_road
+        times_s=times_s, speeds=speeds, paths=members, steering_rad=steering, lateral_mps2=lateral, possible=possible, on_road=on_road
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scoring:
-    """How members are scored: the margins that bodies get, the separation left that makes one feasible [m], and the prices."""
+    """How members are scored: the margins that bodies get, and the separation left that makes one feasible [m]."""
 
     margins: Margins = field(default_factory=Margins)
     clear_m: float = 0.0
-    prices: Prices = field(default_factory=Prices)
 
 
 def score(
     rolled: Rolled, prediction: Prediction, vehicle: Vehicle, road: Road, desired_speed_mps: float, host_lane_d_m: float, scoring: Scoring
 ) -> Scored:
     """Every member against everybody: separations, first contact, cost. `host_lane_d_m` is the middle of the lane it comes from."""
-    times, members = rolled.times_s, rolled.ways
+    times, members = rolled.times_s, rolled.paths
     near = clearance(members, times, prediction.bodies, vehicle, road, scoring.margins)
     contact_s, contact_with = first_contact(near, times, scoring.clear_m)
     least = near.separation_m.min(-1)
     feasible = rolled.possible & rolled.on_road & (least > scoring.clear_m)
-    prices = scoring.prices
     v, a = rolled.speeds.speed_mps, rolled.speeds.acceleration_mps2
     h = float(times[1] - times[0])
-    along = h * (prices.acceleration * (a * a).sum(-1) + prices.speed * ((v - desired_speed_mps) ** 2).sum(-1))
+    along = h * (ACCELERATION_COST * (a * a).sum(-1) + SPEED_COST * ((v - desired_speed_mps) ** 2).sum(-1))
     lateral = rolled.lateral_mps2
-    across = h * prices.lateral_acceleration * np.einsum("...t,...t->...", lateral, lateral)
+    across = h * LATERAL_COST * np.einsum("...t,...t->...", lateral, lateral)
     cost = np.asarray(across + along)
     close = np.flatnonzero(near.nearest.max(-1) >= 0)
     rows = near.separation_m.reshape(-1, times.size)[close]
-    cost.reshape(-1)[close] += h * prices.nearness * np.exp(np.maximum(rows, 0.0) * (-1.0 / prices.nearness_m)).sum(-1)
+    cost.reshape(-1)[close] += h * NEARNESS_COST * np.exp(np.maximum(rows, 0.0) * (-1.0 / NEARNESS_M)).sum(-1)
     away = np.abs(members.d_m[..., -1] - host_lane_d_m) > 0.5 * road.lane_width_m
-    cost += prices.lane_change * away
-    cost += _end_closing(rolled, prediction, vehicle, prices)
+    cost += LANE_CHANGE_COST * away
+    cost += _end_closing(rolled, prediction, vehicle)
     return Scored(
         separation_m=least,
         contact_s=contact_s,
@@ -163,17 +167,19 @@ def score(
     )
 
 
-def best_of_each(price: Array, scored: Scored, kinds: NDArray[np.intp]) -> list[Member]:
-    """The member of least price of each kind, the cheapest first; in whole TICKs, ties to the first, and who costs infinitely is none."""
-    order = np.argsort(np.rint(price / TICK), axis=None, kind="stable")
-    order = order[np.isfinite(price.ravel()[order])]
+def best_of_each(cost: Array, scored: Scored, kinds: NDArray[np.intp]) -> list[Member]:
+    """The member of least cost of each kind, the cheapest first; in whole TICKs, ties to the first, and who costs infinitely is none."""
+    order = np.argsort(np.rint(cost / TICK), axis=None, kind="stable")
+    order = order[np.isfinite(cost.ravel()[order])]
     _, first = np.unique(kinds.ravel()[order], return_index=True)
     found = []
     for index in order[np.sort(first)]:
-        p, q = (int(i) for i in np.unravel_index(index, price.shape))
-        cost, separation, contact = (float(of[p, q]) for of in (scored.cost, scored.separation_m, scored.contact_s))
+        p, q = (int(i) for i in np.unravel_index(index, cost.shape))
+        own_cost, separation, contact = (float(of[p, q]) for of in (scored.cost, scored.separation_m, scored.contact_s))
         who, feasible = int(scored.contact_with[p, q]), bool(scored.feasible[p, q])
-        found.append(Member(phase=p, step=q, cost=cost, separation_m=separation, contact_s=contact, contact_with=who, feasible=feasible))
+        found.append(
+            Member(phase=p, profile=q, cost=own_cost, separation_m=separation, contact_s=contact, contact_with=who, feasible=feasible)
+        )
     return found
 
 
@@ -186,16 +192,16 @@ def first_contact(near: Clearance, times_s: Array, clear_m: float) -> tuple[Arra
     return np.where(touched, times_s[first], np.inf), np.where(touched, who, -1)
 
 
-def _end_closing(rolled: Rolled, prediction: Prediction, vehicle: Vehicle, prices: Prices) -> Array:
-    """The price of ending in front of somebody faster, or behind somebody slower."""
-    members, end = rolled.ways, rolled.times_s[-1:]
+def _end_closing(rolled: Rolled, prediction: Prediction, vehicle: Vehicle) -> Array:
+    """The cost of ending in front of somebody faster, or behind somebody slower."""
+    members, end = rolled.paths, rolled.times_s[-1:]
     s, d, v = members.s_m[..., -1], members.d_m[..., -1], rolled.speeds.speed_mps[..., -1]
     total = np.zeros(s.shape)
     for body in prediction.bodies:
         motion = body.at(end)
         ahead = float(motion.s_m[0]) - s
         gap = np.maximum(np.abs(ahead) - 0.5 * (vehicle.length_m + body.length_m), 1.0)
-        beside = np.abs(float(motion.d_m[0]) - d) - 0.5 * (body.width_m + vehicle.width_m) > prices.end_room_m
+        beside = np.abs(float(motion.d_m[0]) - d) - 0.5 * (body.width_m + vehicle.width_m) > END_ROOM_M
         closing = np.maximum(np.sign(ahead) * (v - float(motion.speed_s_mps[0])), 0.0)
-        total += np.where(beside, 0.0, prices.end_closing * closing * closing / gap)
+        total += np.where(beside, 0.0, END_CLOSING_COST * closing * closing / gap)
     return total

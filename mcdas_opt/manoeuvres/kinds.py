@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import lru_cache
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -19,36 +18,31 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.manoeuvres.compiled_family import compiled_family
 from mcdas_opt.manoeuvres.family import Member, Scoring, best_of_each
+from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
 from mcdas_opt.manoeuvres.members import Members, members
 from mcdas_opt.manoeuvres.phases import Phases
-from mcdas_opt.manoeuvres.sidesteps import Sidesteps
+
+# what the family is spread over: shares of what car and road can do
+LATERAL_SHARES = (0.3, 0.5, 0.7, 0.88)  # of mu g
+DELAYS_S = (0.0, 0.3, 0.7, 1.2, 1.9)
+EARLY_S = 0.5  # a delay up to this is early
+SPEEDS: tuple[tuple[float, float, float], ...] = (  # share, until [s], share; negative shares brake
+    *((share, 0.0, share) for share in (0.0, -0.3, -0.6, -0.92, 0.45, 0.95)),
+    (-0.92, 0.8, 0.0),
+    (-0.5, 1.2, 0.0),
+    (0.95, 1.0, 0.0),
+    (0.95, 1.2, -0.6),
+)
+KEEPING_MPS2 = 1.0  # how hard the car is brought back to the middle of its lane
+DODGE_ROOM_M = 0.35  # from flank to flank, where no lane change is clear and the car only dodges the one ahead or behind
+SOFTNESS = 50.0  # b of the sigmoid
+APART_MPS = 1.5  # a member that is faster (slower) ends so by this much
+CLEAR_M = 0.05  # left to everybody
+USUAL = Scoring(margins=Margins(along_m=0.5, across_m=0.25, share_of_prediction=1.0), clear_m=CLEAR_M)
+TIGHT = Scoring(margins=Margins(along_m=0.1, across_m=0.1), clear_m=CLEAR_M)  # where nothing is clear with those
 
 _STEP_S = 0.1
 _STEERABLE_MPS = 0.5
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FamilySettings:
-    """What the family is spread over. Shares are of what car and road can do; a member "faster" or "slower" ends so by `apart_mps`."""
-
-    lateral_shares: tuple[float, ...] = (0.3, 0.5, 0.7, 0.88)  # of mu g
-    delays_s: tuple[float, ...] = (0.0, 0.3, 0.7, 1.2, 1.9)
-    early_s: float = 0.5  # a delay up to this is early
-    braking_shares: tuple[float, ...] = (0.3, 0.6, 0.92)
-    accelerating_shares: tuple[float, ...] = (0.45, 0.95)
-    two_phases: tuple[tuple[float, float, float], ...] = (  # share, until [s], share; negative shares brake
-        (-0.92, 0.8, 0.0),
-        (-0.5, 1.2, 0.0),
-        (0.95, 1.0, 0.0),
-        (0.95, 1.2, -0.6),
-    )
-    keeping_mps2: float = 1.0  # how hard the car is brought back to the middle of its lane
-    dodge_room_m: float = 0.35  # from flank to flank, where no lane change is clear and the car only dodges the one ahead or behind
-    softness: float = 50.0  # b of the sigmoid
-    apart_mps: float = 1.5
-    clear_m: float = 0.05
-    margins: Margins = field(default_factory=lambda: Margins(along_m=0.5, across_m=0.25, share_of_prediction=1.0))
-    tight: Margins = field(default_factory=lambda: Margins(along_m=0.1, across_m=0.1))  # where nothing is clear with those
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,66 +102,62 @@ def best_of_kind(
     *,
     most: int = 4,
     grid: TimeGrid | None = None,
-    settings: FamilySettings | None = None,
 ) -> tuple[Choice, ...]:
     """The cheapest member of each kind that keeps clear of everybody, at most `most` of them, cheapest first.
 
-    Keeping the lane is a kind for each pace, without early or late. Where no member at all is clear: the ones that are so
-    for longest. Where nothing is clear with the margins, `tight` ones do, and then members that only dodge those in the way (`target_d_m`).
+    Keeping the lane is a kind for each pace, without early or late. Where no member at all is clear: the ones that are so for longest.
+    Where nothing is clear with the usual margins, tight ones do, and then members that only dodge those in the way (`target_d_m`).
     `grid` is the one that `states` are sampled on (the family itself is looked at every 0.1 s).
     """
-    chosen = settings or FamilySettings()
     times = _times(grid or TimeGrid())
-    usual, tight = (Scoring(margins=margins, clear_m=chosen.clear_m) for margins in (chosen.margins, chosen.tight))
-    found = _found(_steps(chosen, situation, _lane_changes(situation, vehicle)), times, situation, vehicle, prediction, chosen)
-    best = found.members.best(usual, found.kinds) or found.members.best(tight, found.kinds)
+    found = _found(_profiles(situation, _lane_changes(situation, vehicle)), times, situation, vehicle, prediction)
+    best = found.members.best(USUAL, found.kinds) or found.members.best(TIGHT, found.kinds)
     if not best:
-        dodges = _dodges(situation, vehicle, prediction, chosen)
+        dodges = _dodges(situation, vehicle, prediction)
         if dodges:
-            other = _found(_steps(chosen, situation, dodges), times, situation, vehicle, prediction, chosen)
-            best = other.members.best(tight, other.kinds)
+            other = _found(_profiles(situation, dodges), times, situation, vehicle, prediction)
+            best = other.members.best(TIGHT, other.kinds)
             found = other if best else found
-    best = best or _least_bad(found, usual)
+    best = best or _least_bad(found)
     wanted = None if grid is None else grid.times_s
     if wanted is not None and wanted.shape == times.shape and np.abs(wanted - times).max() <= 1e-6:
         wanted = None
-    return tuple(_choice(member, found, chosen, prediction, times, wanted, situation) for member in best[:most])
+    return tuple(_choice(member, found, prediction, times, wanted, situation) for member in best[:most])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Found:
-    """Phases (P, 1), sidesteps and their sides (1, Q: 1 left, -1 right, 0 keep), the kinds (P, Q) of the members, and these."""
+    """Phases (P, 1), lane-change profiles and their sides (1, Q: 1 left, -1 right, 0 keep), the kinds (P, Q) of the members, and these."""
 
     phases: Phases
-    steps: Sidesteps
+    profiles: LaneChangeProfiles
     sides: NDArray[np.intp]
     kinds: NDArray[np.intp]
     members: Members
 
 
 def _found(
-    steps: tuple[Sidesteps, NDArray[np.intp]],
+    changes: tuple[LaneChangeProfiles, NDArray[np.intp]],
     times: Array,
     situation: Situation,
     vehicle: Vehicle,
     prediction: Prediction,
-    chosen: FamilySettings,
 ) -> _Found:
-    speed, (step, sides) = situation.host.speed_mps, steps
-    phases = _phases(chosen, vehicle, situation.road, speed, situation.wanted_speed_mps)
-    these = members(phases, step, times, situation, vehicle, prediction)
+    speed, (profiles, sides) = situation.host.speed_mps, changes
+    phases = _phases(vehicle, situation.road, speed, situation.wanted_speed_mps)
+    these = members(phases, profiles, times, situation, vehicle, prediction)
     end = these.end_speed_mps
-    pace = np.where(end > speed + chosen.apart_mps, 2, np.where(end < speed - chosen.apart_mps, 0, 1))
-    early = (step.delay_s <= chosen.early_s) | (sides == 0)
-    return _Found(phases=phases, steps=step, sides=sides, kinds=pace + (3 * early + 6 * (sides + 1)), members=these)
+    pace = np.where(end > speed + APART_MPS, 2, np.where(end < speed - APART_MPS, 0, 1))
+    early = (profiles.delay_s <= EARLY_S) | (sides == 0)
+    return _Found(phases=phases, profiles=profiles, sides=sides, kinds=pace + (3 * early + 6 * (sides + 1)), members=these)
 
 
-def _least_bad(found: _Found, scoring: Scoring) -> list[Member]:
+def _least_bad(found: _Found) -> list[Member]:
     """Where nothing is clear: of each kind what the car and the road allow, and is so for longest."""
-    scored = found.members.scored(scoring)
+    scored = found.members.scored(USUAL)
     lost = 1e6 * ~scored.possible + 1e4 * ~scored.on_road
-    price = lost - 10.0 * np.minimum(scored.contact_s, 100.0) - scored.separation_m + 1e-3 * scored.cost
-    return best_of_each(price, scored, found.kinds)
+    cost = lost - 10.0 * np.minimum(scored.contact_s, 100.0) - scored.separation_m + 1e-3 * scored.cost
+    return best_of_each(cost, scored, found.kinds)
 
 
 def _lane_changes(situation: Situation, vehicle: Vehicle) -> list[tuple[float, float]]:
@@ -176,7 +166,7 @@ def _lane_changes(situation: Situation, vehicle: Vehicle) -> list[tuple[float, f
     return [(target, sign) for target, sign in ends if target is not None]
 
 
-def _dodges(situation: Situation, vehicle: Vehicle, prediction: Prediction, chosen: FamilySettings) -> list[tuple[float, float]]:
+def _dodges(situation: Situation, vehicle: Vehicle, prediction: Prediction) -> list[tuple[float, float]]:
     """(target d, side) just past the flanks of those in the host's way, as far as the road goes."""
     host, road, now = situation.host, situation.road, np.zeros(1)
     half = 0.5 * vehicle.width_m
@@ -185,17 +175,16 @@ def _dodges(situation: Situation, vehicle: Vehicle, prediction: Prediction, chos
         d = float(body.at(now).d_m[0])
         if abs(d - host.d_m) < half + 0.5 * body.width_m:
             for sign in (1.0, -1.0):
-                target = d + sign * (half + 0.5 * body.width_m + chosen.dodge_room_m)
+                target = d + sign * (half + 0.5 * body.width_m + DODGE_ROOM_M)
                 if road.right_edge_m + half < target < road.left_edge_m - half:
                     ends.append((target, sign))
     return ends
 
 
-def _phases(chosen: FamilySettings, vehicle: Vehicle, road: Road, speed_mps: float, wanted_mps: float) -> Phases:
+def _phases(vehicle: Vehicle, road: Road, speed_mps: float, wanted_mps: float) -> Phases:
     """(P, 1): hold, one phase, two phases; and towards the wanted speed, when that is another."""
-    grip = road.friction * GRAVITY_MPS2
-    brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
-    rows = list(_shares(chosen))
+    brake, accelerate = vehicle.strongest_mps2(road.friction)
+    rows = list(SPEEDS)
     levels = [tuple(x * (accelerate if x > 0.0 else brake) for x in (first, then)) for first, _, then in rows]
     gap = wanted_mps - speed_mps
     if abs(gap) > 0.5:
@@ -206,50 +195,43 @@ def _phases(chosen: FamilySettings, vehicle: Vehicle, road: Road, speed_mps: flo
     return Phases(first_mps2=first, switch_s=np.array([[t] for _, t, _ in rows]), then_mps2=then)
 
 
-@lru_cache(maxsize=8)
-def _shares(chosen: FamilySettings) -> tuple[tuple[float, float, float], ...]:
-    single = (0.0, *(-x for x in chosen.braking_shares), *chosen.accelerating_shares)
-    return (*((x, 0.0, x) for x in single), *chosen.two_phases)
-
-
-def _steps(chosen: FamilySettings, situation: Situation, ends: list[tuple[float, float]]) -> tuple[Sidesteps, NDArray[np.intp]]:
+def _profiles(situation: Situation, ends: list[tuple[float, float]]) -> tuple[LaneChangeProfiles, NDArray[np.intp]]:
     """(1, Q): keep the lane, and to each of the ends (target d, side)."""
     host, road = situation.host, situation.road
     grip = road.friction * GRAVITY_MPS2
-    rows = [(road.lane_centre_m(road.lane_of(host.d_m)), min(chosen.keeping_mps2, 0.5 * grip), 0.0, 0.0)]
+    rows = [(road.lane_centre_m(road.lane_of(host.d_m)), min(KEEPING_MPS2, 0.5 * grip), 0.0, 0.0)]
     if host.speed_mps >= _STEERABLE_MPS:
-        spread = tuple(product(chosen.lateral_shares, chosen.delays_s))
+        spread = tuple(product(LATERAL_SHARES, DELAYS_S))
         rows += [(target, share * grip, delay, sign) for target, sign in ends for share, delay in spread]
     target_d, push, delay, sides = np.array(rows).T[:, None, :]
-    softness = np.full(target_d.shape, chosen.softness)
-    return Sidesteps(target_d_m=target_d, lateral_mps2=push, delay_s=delay, b=softness), sides.astype(np.intp)
+    softness = np.full(target_d.shape, SOFTNESS)
+    return LaneChangeProfiles(target_d_m=target_d, lateral_mps2=push, delay_s=delay, b=softness), sides.astype(np.intp)
 
 
 def _choice(
     member: Member,
     found: _Found,
-    chosen: FamilySettings,
     prediction: Prediction,
     times: Array,
     wanted: Array | None,
     situation: Situation,
 ) -> Choice:
-    phases, steps, p, q = found.phases, found.steps, member.phase, member.step
+    phases, profiles, p, q = found.phases, found.profiles, member.phase, member.profile
     states = found.members.states(p, q)
     states[0] = situation.host.to_vector()
     if wanted is not None:
         states = np.column_stack([np.interp(wanted, times, column) for column in states.T])
-    sign, delay = int(found.sides[0, q]), float(steps.delay_s[0, q])
+    sign, delay = int(found.sides[0, q]), float(profiles.delay_s[0, q])
     gained = float(states[-1, 3]) - situation.host.speed_mps
-    pace = "faster" if gained > chosen.apart_mps else "slower" if gained < -chosen.apart_mps else "same"
+    pace = "faster" if gained > APART_MPS else "slower" if gained < -APART_MPS else "same"
     return Choice(
         side={1: Side.LEFT, -1: Side.RIGHT, 0: Side.NONE}[sign],
-        early=sign == 0 or delay <= chosen.early_s,
+        early=sign == 0 or delay <= EARLY_S,
         pace=pace,
-        target_d_m=float(steps.target_d_m[0, q]),
-        lateral_mps2=float(steps.lateral_mps2[0, q]),
+        target_d_m=float(profiles.target_d_m[0, q]),
+        lateral_mps2=float(profiles.lateral_mps2[0, q]),
         delay_s=delay,
-        softness=float(steps.b[0, q]),
+        softness=float(profiles.b[0, q]),
         first_mps2=float(phases.first_mps2[p, 0]),
         switch_s=float(phases.switch_s[p, 0]),
         then_mps2=float(phases.then_mps2[p, 0]),

@@ -1,4 +1,4 @@
-"""A family's members: how each one moves, and what that is worth against predicted bodies; in C where there is a compiler."""
+"""A family's members: how each one moves, and what that costs against predicted bodies; in C where there is a compiler."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.manoeuvres.compiled_family import CompiledMembers, compiled_family
 from mcdas_opt.manoeuvres.family import Member, Scored, Scoring, best_of_each, roll_out, score
+from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
 from mcdas_opt.manoeuvres.phases import Phases
-from mcdas_opt.manoeuvres.sidesteps import Sidesteps
 
 
 class Members(Protocol):
-    """Phases (P, 1) by sidesteps (1, Q) at the times (T,) of an even grid."""
+    """Phases (P, 1) by lane-change profiles (1, Q) at the times (T,) of an even grid."""
 
     @property
     def end_speed_mps(self) -> Array: ...  # (P, 1)
     def scored(self, scoring: Scoring) -> Scored: ...  # arrays (P, Q)
     def best(self, scoring: Scoring, kinds: NDArray[np.intp]) -> list[Member]: ...  # the cheapest feasible of each kind (P, Q), in order
-    def states(self, phase: int, step: int) -> Array: ...  # (T, 6): s, d, psi, v, a, delta of one member
+    def states(self, phase: int, profile: int) -> Array: ...  # (T, 6): s, d, psi, v, a, delta of one member
 
 
 class InterpretedMembers:
     """The members as array operations: where there is no compiler, and the reference of the compiled ones."""
 
     def __init__(
-        self, phases: Phases, steps: Sidesteps, times_s: Array, situation: Situation, vehicle: Vehicle, prediction: Prediction
+        self, phases: Phases, profiles: LaneChangeProfiles, times_s: Array, situation: Situation, vehicle: Vehicle, prediction: Prediction
     ) -> None:
-        self._phases, self._steps, self._times_s = phases, steps, times_s
+        self._phases, self._profiles, self._times_s = phases, profiles, times_s
         self._situation, self._vehicle, self._prediction = situation, vehicle, prediction
-        self._rolled = roll_out(phases, steps, times_s, situation.host, vehicle, situation.road)
+        self._rolled = roll_out(phases, profiles, times_s, situation.host, vehicle, situation.road)
 
     @property
     def end_speed_mps(self) -> Array:
@@ -52,15 +52,17 @@ class InterpretedMembers:
         scored = self.scored(scoring)
         return best_of_each(np.where(scored.feasible, scored.cost, np.inf), scored, kinds)
 
-    def states(self, phase: int, step: int) -> Array:
+    def states(self, phase: int, profile: int) -> Array:
         """(T, 6) of one member, driven alone, so that it does not depend on its place among the others: it mirrors with its situation."""
-        one, other = self._phases[phase : phase + 1], self._steps[:, step : step + 1]
+        one, other = self._phases[phase : phase + 1], self._profiles[:, profile : profile + 1]
         return roll_out(one, other, self._times_s, self._situation.host, self._vehicle, self._situation.road).states((0, 0))
 
 
-def members(phases: Phases, steps: Sidesteps, times_s: Array, situation: Situation, vehicle: Vehicle, prediction: Prediction) -> Members:
-    """The members of phases (P, 1) and sidesteps (1, Q), compiled where that is possible."""
+def members(
+    phases: Phases, profiles: LaneChangeProfiles, times_s: Array, situation: Situation, vehicle: Vehicle, prediction: Prediction
+) -> Members:
+    """The members of phases (P, 1) and lane-change profiles (1, Q), compiled where that is possible."""
     library = compiled_family(times_s.size)
     if library is None:
-        return InterpretedMembers(phases, steps, times_s, situation, vehicle, prediction)
-    return CompiledMembers(library, phases, steps, times_s, situation, vehicle, prediction)
+        return InterpretedMembers(phases, profiles, times_s, situation, vehicle, prediction)
+    return CompiledMembers(library, phases, profiles, times_s, situation, vehicle, prediction)

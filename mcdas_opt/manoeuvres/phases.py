@@ -24,19 +24,14 @@ class Phases:
     def __getitem__(self, index: Any) -> Phases:
         return Phases(first_mps2=self.first_mps2[index], switch_s=self.switch_s[index], then_mps2=self.then_mps2[index])
 
-    def expanded(self, axis: int) -> Phases:
-        """With a new axis of length 1, to be broadcast against sidesteps."""
-        first, switch, then = (np.expand_dims(q, axis) for q in (self.first_mps2, self.switch_s, self.then_mps2))
-        return Phases(first_mps2=first, switch_s=switch, then_mps2=then)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpeedHistory:
-    """Acceleration [m/s^2], speed [m/s] and way [m] of the rear axle, (..., T): members by the times of an even grid."""
+    """Acceleration [m/s^2], speed [m/s] and distance travelled [m] of the rear axle, (..., T): members by the times of an even grid."""
 
     acceleration_mps2: Array
     speed_mps: Array
-    way_m: Array
+    travelled_m: Array
 
 
 def speed_history(phases: Phases, times_s: Array, speed_mps: Any, acceleration_mps2: Any, vehicle: Vehicle) -> SpeedHistory:
@@ -69,9 +64,9 @@ def speed_history(phases: Phases, times_s: Array, speed_mps: Any, acceleration_m
         last = np.minimum(0.5 * v[..., :-1] ** 2 / np.maximum(-a[..., :-1], 1e-3), h * np.maximum(v[..., :-1], 0.0))
         stepped = np.where(stopping, last, np.where(standing[..., 1:], 0.0, stepped))
         v, a = np.where(standing, 0.0, v), np.where(standing, 0.0, a)
-    way = np.zeros_like(v)
-    np.cumsum(stepped, axis=-1, out=way[..., 1:])
-    return SpeedHistory(acceleration_mps2=a, speed_mps=v, way_m=way)
+    travelled = np.zeros_like(v)
+    np.cumsum(stepped, axis=-1, out=travelled[..., 1:])
+    return SpeedHistory(acceleration_mps2=a, speed_mps=v, travelled_m=travelled)
 
 
 def _summed(a: Array, v0: Array, h: float) -> Array:

@@ -7,10 +7,10 @@ from functools import lru_cache
 
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.vocabulary import Alert
-from mcdas_opt.manoeuvres.escape_library import EscapeSettings
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.escape_map import escapes
-from mcdas_opt.situation.alert import alert
+from mcdas_opt.time_to_react.alert import alert
+from mcdas_opt.time_to_react.escapes import escapes
+from mcdas_opt.time_to_react.library import EscapeSettings
 
 
 def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mcdas_opt.planning.escape_sweep import EscapeSweep
 from mcdas_opt.plotting import style
 from mcdas_opt.situation.table1 import D_PR_M, MODES
+from mcdas_opt.time_to_react.sweep import EscapeSweep
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -35,7 +35,7 @@ class TimeToReactStrip:
             bars: dict[str, list[tuple[float, float]]] = {kind: [] for kind in COLOURS}
             for cycle, start, end in zip(cycles, starts, ends, strict=True):
                 if cycle.plan.escapes is not None and end > start:
-                    bars[_kind(cycle.plan.escapes.ways[row])].append((start, end - start))
+                    bars[_kind(cycle.plan.escapes.candidates[row])].append((start, end - start))
             for kind, spans in bars.items():
                 axes.broken_barh(spans, (len(NAMES) - 1 - row - 0.4, 0.8), facecolors=COLOURS[kind], lw=0)
         axes.set(xlim=(0.0, simulation.duration_s), ylim=(-0.5, len(NAMES) - 0.5), yticks=range(len(NAMES)))

@@ -13,11 +13,11 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Alert, Mode
-from mcdas_opt.manoeuvres.held import held
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.birdseye import BirdsEye
 from mcdas_opt.plotting.moments import View
 from mcdas_opt.plotting.outlook import Outlook
+from mcdas_opt.time_to_react.constant_input import constant_input
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,10 +58,10 @@ def draw_timeline(axes: Axes, escapes: Escapes, latest_s: float = _LATEST_S) -> 
     """
     from matplotlib.patches import Patch
 
-    moments = [one.last_moment_s for one in escapes.ways if one.last_moment_s is not None]
+    moments = [one.last_moment_s for one in escapes.candidates if one.last_moment_s is not None]
     ends = [*moments, escapes.keeping_on_s or 0.0]
     span = min(latest_s, max(2.0, 1.15 * max(ends)))
-    for row, one in enumerate(escapes.ways):
+    for row, one in enumerate(escapes.candidates):
         y = len(_NAMES) - 1 - row
         axes.barh(y, span, height=0.62, color=_CLOSED, alpha=0.45, zorder=1)
         if one.last_moment_s is not None:
@@ -103,7 +103,7 @@ def _heading(escapes: Escapes, alert: Alert) -> str:
 def _constant_inputs(situation: Situation, vehicle: Vehicle, escapes: Escapes) -> Plan:
     """What the car does if nobody does anything, as something to draw."""
     times = np.round(np.arange(0.0, min(escapes.keeping_on_s or 4.0, 4.0) + 0.2, 0.1), 9)
-    path = held(situation.host, times, vehicle, situation.road)
+    path = constant_input(situation.host, times, vehicle, situation.road)
     states = np.column_stack([path.s_m, path.d_m, path.heading_rad, path.speed_mps, path.acceleration_mps2, path.steering_rad])
     drive = Trajectory.from_states(times, states, np.zeros((times.size - 1, 2)))
     return Plan(planner="none", mode=Mode.HOLD, verdict=Verdict(), prediction="", trajectory=drive, time_s=situation.time_s)

@@ -12,13 +12,13 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
-from mcdas_opt.planning.escape_map import escapes
 from mcdas_opt.planning.method import known_methods
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.plotting.web import PLANNERS
 from mcdas_opt.simulation.judging import exact_tracks
+from mcdas_opt.time_to_react.escapes import escapes
 
 ORDER = tuple(PLANNERS)
 

@@ -22,9 +22,8 @@ from mcdas_opt.geometry.rectangle import corners, separation
 from mcdas_opt.manoeuvres.clearance import NEAR_M, clearance
 from mcdas_opt.manoeuvres.driven import driven
 from mcdas_opt.manoeuvres.family import Demand, roll_out
-from mcdas_opt.manoeuvres.held import held
+from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
 from mcdas_opt.manoeuvres.phases import Phases, speed_history
-from mcdas_opt.manoeuvres.sidesteps import Sidesteps, Starts
 from mcdas_opt.verification.judge import judge
 
 SEDAN = Vehicle()
@@ -40,13 +39,13 @@ def phases(*rows: tuple[float, float, float]) -> Phases:
     return Phases(first_mps2=first, switch_s=switch, then_mps2=then)
 
 
-def sidesteps(*rows: tuple[float, float, float, float]) -> Sidesteps:
+def lane_changes(*rows: tuple[float, float, float, float]) -> LaneChangeProfiles:
     target, lateral, delay, b = np.array(rows, dtype=np.float64).T
-    return Sidesteps(target_d_m=target, lateral_mps2=lateral, delay_s=delay, b=b)
+    return LaneChangeProfiles(target_d_m=target, lateral_mps2=lateral, delay_s=delay, b=b)
 
 
 SPEEDS = phases((0.0, 0.0, 0.0), (-3.0, 9.0, 0.0), (2.5, 1.0, 0.0), (-6.0, 0.8, 1.0), (2.0, 1.5, -4.0))
-SIDES = sidesteps(*product((3.7, -3.7, 0.0), (2.0, 5.0), (0.0, 0.6), (50.0, 12.0)))
+SIDES = lane_changes(*product((3.7, -3.7, 0.0), (2.0, 5.0), (0.0, 0.6), (50.0, 12.0)))
 hosts = st.builds(
     HostState,
     d_m=st.floats(-0.5, 0.5),
@@ -63,8 +62,8 @@ hosts = st.builds(
 def test_ways_are_what_the_bicycle_does_with_that_steering(road: Road, host: HostState) -> None:
     """Curvature and speed of the family, fed to the road's bicycle, lead to the family's own places."""
     times = even(0.02, 3.0)
-    rolled = roll_out(SPEEDS.expanded(1), SIDES, times, host, SEDAN, road)
-    shape = rolled.ways.s_m.shape
+    rolled = roll_out(SPEEDS[:, None], SIDES, times, host, SEDAN, road)
+    shape = rolled.paths.s_m.shape
     v, a = (np.broadcast_to(q, shape) for q in (rolled.speeds.speed_mps, rolled.speeds.acceleration_mps2))
     x = [np.full(shape[:-1], value) for value in host.to_vector()]
     worst = 0.0
@@ -78,9 +77,9 @@ def test_ways_are_what_the_bicycle_does_with_that_steering(road: Road, host: Hos
         x = rk4(right_side, x, h)
         x[3], x[4] = v[..., k + 1], a[..., k + 1]
         sound = rolled.possible
-        off = np.hypot(x[0] - rolled.ways.s_m[..., k + 1], x[1] - rolled.ways.d_m[..., k + 1])
+        off = np.hypot(x[0] - rolled.paths.s_m[..., k + 1], x[1] - rolled.paths.d_m[..., k + 1])
         worst = max(worst, float(off[sound].max(initial=0.0)))
-        assert np.abs(x[2] - rolled.ways.heading_rad[..., k + 1])[sound].max(initial=0.0) < 0.01
+        assert np.abs(x[2] - rolled.paths.heading_rad[..., k + 1])[sound].max(initial=0.0) < 0.01
     assert worst < (0.03 if road.is_straight else 0.08)
 
 
@@ -112,38 +111,38 @@ def test_possible_members_pass_the_judge(host: HostState, friction: float, bend:
 def test_speed_keeps_jerk_and_never_reverses(v: float, a: float, first: float, switch: float, then: float, h: float) -> None:
     times = even(h, 6.0)
     history = speed_history(phases((first, switch, then)), times, v, a, SEDAN)
-    speed, pull, way = history.speed_mps[0], history.acceleration_mps2[0], history.way_m[0]
+    speed, pull, travelled = history.speed_mps[0], history.acceleration_mps2[0], history.travelled_m[0]
     moving = speed[1:] > 0.0
     jerk = np.diff(pull)[moving] / h
     assert np.all(jerk <= SEDAN.jerk_max_mps3 + 1e-6)
     assert np.all(jerk >= SEDAN.jerk_min_mps3 - 1e-6)
     assert np.all(speed >= 0.0)
     assert speed.max() <= max(0.99 * SEDAN.speed_max_mps, v + max(a, 0.0) * 0.2)
-    assert np.all(np.diff(way) >= -1e-12)
-    assert np.all(np.abs(np.diff(way) - h * 0.5 * (speed[1:] + speed[:-1])) < 0.5 * h * max(8.0 * h, 1e-9) + 1e-9)
+    assert np.all(np.diff(travelled) >= -1e-12)
+    assert np.all(np.abs(np.diff(travelled) - h * 0.5 * (speed[1:] + speed[:-1])) < 0.5 * h * max(8.0 * h, 1e-9) + 1e-9)
     assert pull[0] == pytest.approx(a) or speed[0] == 0.0
 
 
-def test_mirrored_sidesteps_are_mirrored_ways() -> None:
+def test_mirrored_lane_changes_are_mirrored_paths() -> None:
     host = HostState(d_m=0.2, heading_rad=0.02, speed_mps=15.0, steering_rad=0.004)
     other = replace(host, d_m=-0.2, heading_rad=-0.02, steering_rad=-0.004)
     across = replace(SIDES, target_d_m=-SIDES.target_d_m)
     for road, mirror in ((BENDS[0], BENDS[0]), (BENDS[1], replace(BENDS[1], curvature=tuple((s, -k) for s, k in BENDS[1].curvature)))):
-        one = roll_out(SPEEDS.expanded(1), SIDES, even(0.1), host, SEDAN, road)
-        two = roll_out(SPEEDS.expanded(1), across, even(0.1), other, SEDAN, mirror)
-        assert np.allclose(one.ways.d_m, -two.ways.d_m, atol=1e-9)
-        assert np.allclose(one.ways.s_m, two.ways.s_m, atol=1e-9)
+        one = roll_out(SPEEDS[:, None], SIDES, even(0.1), host, SEDAN, road)
+        two = roll_out(SPEEDS[:, None], across, even(0.1), other, SEDAN, mirror)
+        assert np.allclose(one.paths.d_m, -two.paths.d_m, atol=1e-9)
+        assert np.allclose(one.paths.s_m, two.paths.s_m, atol=1e-9)
         assert np.array_equal(one.possible, two.possible)
 
 
 def test_peak_of_lateral_acceleration_is_the_one_asked_for() -> None:
     """At constant speed, the paper's sigmoid, repaired: v^2 kappa peaks at the bound at every speed."""
     for speed in (8.0, 15.0, 30.0):
-        steps = sidesteps((3.7, 3.0, 0.0, 50.0), (-3.7, 5.0, 0.5, 50.0), (3.7, 1.0, 0.0, 50.0))
-        rolled = roll_out(phases((0.0, 0.0, 0.0)), steps, even(0.02, 6.0), HostState(speed_mps=speed), SEDAN, BENDS[0])
+        profiles = lane_changes((3.7, 3.0, 0.0, 50.0), (-3.7, 5.0, 0.5, 50.0), (3.7, 1.0, 0.0, 50.0))
+        rolled = roll_out(phases((0.0, 0.0, 0.0)), profiles, even(0.02, 6.0), HostState(speed_mps=speed), SEDAN, BENDS[0])
         peak = np.abs(rolled.lateral_mps2).max(-1)
-        assert np.all(np.abs(peak / steps.lateral_mps2 - 1.0) < 0.12)
-        assert np.allclose(rolled.ways.d_m[:2, -1], steps.target_d_m[:2], atol=0.05)
+        assert np.all(np.abs(peak / profiles.lateral_mps2 - 1.0) < 0.12)
+        assert np.allclose(rolled.paths.d_m[:2, -1], profiles.target_d_m[:2], atol=0.05)
 
 
 def random_body(rng: np.random.Generator) -> CruisingBody:
@@ -163,13 +162,12 @@ def random_body(rng: np.random.Generator) -> CruisingBody:
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("road", BENDS, ids=("straight", "bends"))
 def test_separation_is_a_lower_bound(road: Road, seed: int) -> None:
-    """At the samples never above the rectangles' own separation in the plane; with parts, not above it in between either."""
+    """At the samples it is never above the rectangles' own separation in the plane."""
     rng = np.random.default_rng(seed)
     times, body = even(0.1), random_body(rng)
     host = HostState(d_m=rng.uniform(-0.5, 0.5), heading_rad=rng.uniform(-0.05, 0.05), speed_mps=rng.uniform(6.0, 33.0))
-    rolled = roll_out(SPEEDS.expanded(1), SIDES, times, host, SEDAN, road)
-    at_samples = clearance(rolled.ways, times, [body], SEDAN, road).separation_m
-    kept = clearance(rolled.ways, times, [body], SEDAN, road, parts=4).separation_m
+    rolled = roll_out(SPEEDS[:, None], SIDES, times, host, SEDAN, road)
+    at_samples = clearance(rolled.paths, times, [body], SEDAN, road).separation_m
     frame = FrenetFrame(road=road)
 
     def truth(s: np.ndarray, d: np.ndarray, psi: np.ndarray, t: np.ndarray) -> np.ndarray:
@@ -178,48 +176,12 @@ def test_separation_is_a_lower_bound(road: Road, seed: int) -> None:
         there = corners(*frame.to_plane(motion.s_m, motion.d_m, motion.heading_rad), body.length_m, body.width_m)
         return separation(here, there)
 
-    ways = rolled.ways
-    assert np.all(at_samples <= np.minimum(truth(ways.s_m, ways.d_m, ways.heading_rad, times), NEAR_M) + 1e-9)
-    for share in (0.2, 0.5, 0.85):
-        s, d, psi = (q[..., :-1] + share * np.diff(q, axis=-1) for q in (ways.s_m, ways.d_m, ways.heading_rad))
-        exact = truth(s, d, psi, times[:-1] + share * 0.1)
-        # the body's own lateral speed fades within a step: what that bends is forgiven
-        assert (kept[..., :-1] - np.clip(exact, 0.0, NEAR_M)).max() <= 0.01
-
-
-@pytest.mark.parametrize("road", BENDS, ids=("straight", "bends"))
-def test_a_held_car_goes_as_the_bicycle(road: Road) -> None:
-    host = HostState(d_m=0.3, heading_rad=0.01, speed_mps=14.0, acceleration_mps2=-1.0, steering_rad=0.003)
-    times = even(0.05, 5.0)
-    path = held(host, times, SEDAN, road)
-    x: list[Any] = [float(q) for q in host.to_vector()]
-    for k in range(times.size - 1):
-        x = rk4(lambda s: road_bicycle(s, (0.0, 0.0), float(road.curvature_at(s[0])), SEDAN.wheelbase_m, SEDAN.centre_m, np), x, 0.05)
-        for value, ours, room in (
-            (x[0], path.s_m, 0.03),
-            (x[1], path.d_m, 0.03),
-            (x[2], path.heading_rad, 0.003),
-            (x[3], path.speed_mps, 1e-9),
-        ):
-            assert abs(value - ours[k + 1]) < room
-
-
-def test_members_may_begin_each_at_its_own_place() -> None:
-    times, road = even(0.1), BENDS[1]
-    one = HostState(s_m=3.0, d_m=0.1, speed_mps=20.0)
-    two = HostState(s_m=40.0, d_m=-0.4, heading_rad=0.02, speed_mps=11.0, acceleration_mps2=-3.0, steering_rad=0.004)
-    names = Starts.__slots__
-    both = Starts(**{name: np.array([[getattr(one, name)], [getattr(two, name)]]) for name in names})
-    together = roll_out(SPEEDS.expanded(1).expanded(1), SIDES[None, :], times, both, SEDAN, road)
-    for k, host in enumerate((one, two)):
-        alone = roll_out(SPEEDS.expanded(1), SIDES, times, host, SEDAN, road)
-        assert np.allclose(together.ways.s_m[:, k], alone.ways.s_m, atol=1e-9)
-        assert np.allclose(together.ways.d_m[:, k], alone.ways.d_m, atol=1e-9)
-        assert np.array_equal(together.possible[:, k], alone.possible)
+    paths = rolled.paths
+    assert np.all(at_samples <= np.minimum(truth(paths.s_m, paths.d_m, paths.heading_rad, times), NEAR_M) + 1e-9)
 
 
 def test_grip_bounds_what_is_possible() -> None:
-    rolled = roll_out(SPEEDS.expanded(1), SIDES, even(0.1), HostState(speed_mps=20.0), SEDAN, replace(BENDS[0], friction=0.3))
+    rolled = roll_out(SPEEDS[:, None], SIDES, even(0.1), HostState(speed_mps=20.0), SEDAN, replace(BENDS[0], friction=0.3))
     a = np.broadcast_to(rolled.speeds.acceleration_mps2, rolled.lateral_mps2.shape)
     asked = np.hypot(a, rolled.lateral_mps2).max(-1)
     assert rolled.possible.any()

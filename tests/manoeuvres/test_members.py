@@ -20,9 +20,9 @@ from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.manoeuvres.compiled_family import CompiledMembers, compiled_family
 from mcdas_opt.manoeuvres.family import Scoring, best_of_each
 from mcdas_opt.manoeuvres.kinds import best_of_kind
+from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
 from mcdas_opt.manoeuvres.members import InterpretedMembers
 from mcdas_opt.manoeuvres.phases import Phases
-from mcdas_opt.manoeuvres.sidesteps import Sidesteps
 from mcdas_opt.native.compile_cache import SWITCH
 from mcdas_opt.tracking.prediction import predict, predict_for
 
@@ -72,20 +72,20 @@ def compiled(*given_to_both: Any) -> CompiledMembers:
     return CompiledMembers(library, *given_to_both)
 
 
-def members(rng: np.random.Generator) -> tuple[Phases, Sidesteps]:
+def members(rng: np.random.Generator) -> tuple[Phases, LaneChangeProfiles]:
     count, sides = 6, 12
     phases = Phases(
         first_mps2=rng.uniform(-8.0, 3.0, (count, 1)),
         switch_s=rng.uniform(0.0, 3.0, (count, 1)),
         then_mps2=rng.uniform(-8.0, 3.0, (count, 1)),
     )
-    steps = Sidesteps(
+    profiles = LaneChangeProfiles(
         target_d_m=rng.uniform(-4.5, 4.5, (1, sides)),
         lateral_mps2=rng.uniform(0.3, 8.0, (1, sides)),
         delay_s=rng.uniform(0.0, 2.0, (1, sides)),
         b=rng.uniform(8.0, 60.0, (1, sides)),
     )
-    return phases, steps
+    return phases, profiles
 
 
 def scoring(rng: np.random.Generator) -> Scoring:
@@ -99,9 +99,9 @@ def scoring(rng: np.random.Generator) -> Scoring:
 @given(seed=st.integers(0, 2**32 - 1), samples=st.sampled_from([41, 40, 8, 61]))
 def test_compiled_members_are_the_interpreted_ones(seed: int, samples: int) -> None:
     rng = np.random.default_rng(seed)
-    situation, (phases, steps), wanted = random_situation(rng), members(rng), scoring(rng)
+    situation, (phases, profiles), wanted = random_situation(rng), members(rng), scoring(rng)
     times, prediction = np.round(0.1 * np.arange(samples), 9), predict_for(situation, None)
-    given_to_both = (phases, steps, times, situation, SEDAN, prediction)
+    given_to_both = (phases, profiles, times, situation, SEDAN, prediction)
     reference, ours = InterpretedMembers(*given_to_both), compiled(*given_to_both)
     mine, theirs = ours.scored(wanted), reference.scored(wanted)
     for name in NAMES:
@@ -112,7 +112,7 @@ def test_compiled_members_are_the_interpreted_ones(seed: int, samples: int) -> N
     kinds = rng.integers(0, 9, mine.cost.shape)
     assert ours.best(wanted, kinds) == best_of_each(np.where(mine.feasible, mine.cost, np.inf), mine, kinds)
     for one, other in zip(ours.best(wanted, kinds), reference.best(wanted, kinds), strict=True):
-        assert (one.phase, one.step) == (other.phase, other.step)
+        assert (one.phase, one.profile) == (other.phase, other.profile)
         assert abs(one.cost - other.cost) < 1e-9 * max(1.0, other.cost)
         assert abs(one.separation_m - other.separation_m) < 1e-9
 
@@ -137,7 +137,7 @@ def test_without_a_compiler_the_choices_are_the_same(seed: int, monkeypatch: pyt
 @pytest.mark.parametrize("seed", range(20))
 def test_mirrored_members_are_the_same_to_the_bit(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    situation, (phases, steps), wanted = random_situation(rng), members(rng), scoring(rng)
+    situation, (phases, profiles), wanted = random_situation(rng), members(rng), scoring(rng)
     host, road = situation.host, situation.road
     other = replace(
         situation,
@@ -146,8 +146,8 @@ def test_mirrored_members_are_the_same_to_the_bit(seed: int) -> None:
         road=replace(road, curvature=tuple((s, -kappa) for s, kappa in road.curvature)),
     )
     times = np.round(0.1 * np.arange(41), 9)
-    one = compiled(phases, steps, times, situation, SEDAN, predict(situation.tracks))
-    across = replace(steps, target_d_m=-steps.target_d_m)
+    one = compiled(phases, profiles, times, situation, SEDAN, predict(situation.tracks))
+    across = replace(profiles, target_d_m=-profiles.target_d_m)
     two = compiled(phases, across, times, other, SEDAN, predict(other.tracks))
     mine, theirs = one.scored(wanted), two.scored(wanted)
     for name in NAMES:
@@ -160,7 +160,7 @@ def test_mirrored_members_are_the_same_to_the_bit(seed: int) -> None:
 def test_bodies_of_any_motion_are_met() -> None:
     """A script is sampled one by one, cruising bodies all at once: together they are who they are alone."""
     rng = np.random.default_rng(3)
-    situation, (phases, steps) = random_situation(rng), members(rng)
+    situation, (phases, profiles) = random_situation(rng), members(rng)
     track = Track(id="car", s_m=20.0, d_m=0.2, speed_s_mps=8.0, covariance=np.diag([0.2, 0.1, 0.05, 0.02]))
 
     def stands(t: np.ndarray) -> BodyMotion:
@@ -170,7 +170,7 @@ def test_bodies_of_any_motion_are_met() -> None:
     script = KnownBody(id="script", length_m=6.0, width_m=2.2, motion=stands)
     prediction = Prediction(name="both", bodies=(*predict((track,)).bodies, script))
     times = np.round(0.1 * np.arange(41), 9)
-    given_to_both = (phases, steps, times, situation, SEDAN, prediction)
+    given_to_both = (phases, profiles, times, situation, SEDAN, prediction)
     mine = compiled(*given_to_both).scored(Scoring())
     theirs = InterpretedMembers(*given_to_both).scored(Scoring())
     for name in NAMES:

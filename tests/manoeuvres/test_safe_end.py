@@ -1,4 +1,4 @@
-"""Safe ends against what they promise: two cars driven through, the front braking fully, the follower not at all."""
+"""Safe ends against what they say: two cars driven through, the front braking fully, the follower not at all."""
 
 from __future__ import annotations
 

@@ -12,11 +12,11 @@ from typer.testing import CliRunner
 from mcdas_opt.cli.app import app
 from mcdas_opt.domain.escapes import Closer, Escape, Escapes
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.manoeuvres.escape_library import KINDS
-from mcdas_opt.planning.escape_map import escapes
-from mcdas_opt.planning.escape_sweep import swept
 from mcdas_opt.plotting.time_to_react_map import time_to_react_map
 from mcdas_opt.plotting.time_to_react_timeline import time_to_react_sheet
+from mcdas_opt.time_to_react.escapes import escapes
+from mcdas_opt.time_to_react.library import KINDS
+from mcdas_opt.time_to_react.sweep import swept
 from tests.planning.situations import sandwich
 
 
@@ -25,7 +25,7 @@ def test_the_timeline_has_a_bar_for_every_manoeuvre_that_is_open() -> None:
     found = escapes(situation)
     fig = time_to_react_sheet(situation, Vehicle(), found)
     bars = [patch for patch in fig.axes[1].patches if patch.get_facecolor()[3] == 1.0]
-    expected = sum((one.last_moment_s is not None) + (one.last_comfortable_s is not None) for one in found.ways)
+    expected = sum((one.last_moment_s is not None) + (one.last_comfortable_s is not None) for one in found.candidates)
     assert len(bars) == expected
     assert {label.get_text() for label in fig.axes[1].get_yticklabels()} == set(KINDS)
 

@@ -1,4 +1,4 @@
-"""Manoeuvres in closed form: speed and sidestep are sums of ramps, so that thousands of states cost a few array operations."""
+"""Evasive profiles in closed form: speed and offset are sums of ramps, so that thousands of states cost a few array operations."""
 
 from __future__ import annotations
 
@@ -12,25 +12,26 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.manoeuvres.family import Demand
-from mcdas_opt.manoeuvres.sidesteps import Starts
+from mcdas_opt.manoeuvres.paths import body_paths
+from mcdas_opt.manoeuvres.starts import Starts, rear_axle
 
-EDGE_M = 0.01  # kept from the edges, for what a driver strays
+EDGE_M = 0.01  # kept from the edges, for what a driver deviates
 SHARE = 0.98  # of the vehicle's jerk, steering rate and top speed
 SLOWEST_MPS = 0.5  # steering is not followed below it
 STEEPEST = 0.9  # sine of the heading
 LEAST_M = 1e-4
 GENTLE_S = 0.6  # in so long a car that keeps its lane builds up its lateral acceleration
 CURVIEST_1PM = 0.08
-ROUNDS = 3  # of shrinking the peak of a sidestep that is too short for it
+ROUNDS = 3  # of shrinking the peak of a lane change that is too short for it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Swerves:
+class EvasiveProfiles:
     """Rows (R,): one manoeuvre each.
 
-    Along the lane: this acceleration until then, afterwards none. Across: by the clock to `target_d_m` (of the rear axle), at this peak of
-    lateral acceleration; where `target_d_m` is NaN the car straightens up along the road as it drives,
-    at this lateral acceleration, and stays where it then is.
+    Along the lane: this acceleration until then, afterwards none. Across: a lane change by the clock, to `target_d_m` (of the rear axle),
+    at this peak of lateral acceleration; where `target_d_m` is NaN the car straightens up along the road as it drives, at this lateral
+    acceleration, and stays where it then is.
     """
 
     level_mps2: Array
@@ -42,15 +43,15 @@ class Swerves:
     def timed(self) -> NDArray[np.bool_]:
         return ~np.isnan(self.target_d_m)
 
-    def __getitem__(self, index: Any) -> Swerves:
+    def __getitem__(self, index: Any) -> EvasiveProfiles:
         parts = (self.level_mps2, self.until_s, self.target_d_m, self.lateral_mps2)
         level, until, target, lateral = (q[index] for q in parts)
-        return Swerves(level_mps2=level, until_s=until, target_d_m=target, lateral_mps2=lateral)
+        return EvasiveProfiles(level_mps2=level, until_s=until, target_d_m=target, lateral_mps2=lateral)
 
-    def and_straight(self, count: int, lateral_mps2: float) -> Swerves:
+    def and_straight(self, count: int, lateral_mps2: float) -> EvasiveProfiles:
         """With so many rows behind them that keep their speed and straighten up."""
         none = np.zeros(count)
-        return Swerves(
+        return EvasiveProfiles(
             level_mps2=np.concatenate([self.level_mps2, none]),
             until_s=np.concatenate([self.until_s, none]),
             target_d_m=np.concatenate([self.target_d_m, none + np.nan]),
@@ -60,7 +61,7 @@ class Swerves:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motions:
-    """What rows of manoeuvres do (R, T): body centre, heading relative to the road by its sine and cosine; speed, acceleration and
+    """What rows of profiles do (R, T): body centre, heading relative to the road by its sine and cosine; speed, acceleration and
     curvature [1/m] of the rear axle. For each row (R,): what it asks of the tyres; the share of the car's limits that is left, and how far
     the body stays from the road's edges and end, both negative where that is too much."""
 
@@ -84,46 +85,26 @@ class Motions:
         return np.asarray(self.edge_m >= 0.0)
 
 
-def swerve(rows: Swerves, times_s: Array, start: Starts, vehicle: Vehicle, road: Road, demand: Demand) -> Motions:
+def evasive_motions(rows: EvasiveProfiles, times_s: Array, start: Starts, vehicle: Vehicle, road: Road, demand: Demand) -> Motions:
     """The rows from their starts (R,), at times (T,) that increase from 0.
 
     Both motions are chains of ramps, jerk by jerk. Across, they are the quickest there is for a bounded lateral acceleration, built up
     no faster than the steering turns: one pulse out, one back, which also takes up the heading and the curvature that the car has.
     The rear axle's exact kinematics, no small angles: sin(psi) = d'/v.
     """
-    v, a, way = pace(rows, times_s, start, vehicle)
-    c, curved = vehicle.centre_m, not road.is_straight
-    kappa0 = road.curvature_at(start.s_m) if curved else np.zeros_like(start.s_m)
-    psi0 = start.heading_rad + kappa0 * c
-    sine0, cosine0 = np.sin(psi0), np.cos(psi0)
-    d0 = start.d_m - c * sine0 + 0.5 * kappa0 * (c * cosine0) ** 2
-    s0 = start.s_m - c * cosine0 / (1.0 - kappa0 * d0)
-    bend0 = (np.tan(start.steering_rad) / vehicle.wheelbase_m - kappa0 * cosine0 / (1.0 - kappa0 * d0)) * cosine0
+    v, a, travelled = pace(rows, times_s, start, vehicle)
+    s0, d0, sine0, bend0 = rear_axle(start, vehicle, road)
 
     timed = rows.timed[:, None]
-    d, first, second, fits = _across(rows, v, times_s, way, start.speed_mps, a[:, 0], d0, sine0, bend0, vehicle)
+    d, first, second, fits = _across(rows, v, times_s, travelled, start.speed_mps, a[:, 0], d0, sine0, bend0, vehicle)
     per_way = np.where(timed, 1.0 / np.maximum(v, SLOWEST_MPS), 1.0)
     sine = first * per_way
     steep = np.abs(sine).max(-1)
     np.clip(sine, -STEEPEST, STEEPEST, out=sine)
     cosine = np.sqrt(1.0 - sine * sine)
     curvature = (second - np.where(timed, a, 0.0) * sine) * per_way * per_way / cosine
-    ratio = cosine / (1.0 - road.curvature_at(s0[:, None] + way) * d) if curved else cosine
-    s = np.empty_like(d)
-    s[:, 0] = 0.0
-    np.cumsum(0.5 * np.diff(way, axis=-1) * (ratio[:, 1:] + ratio[:, :-1]), axis=-1, out=s[:, 1:])
-    s += s0[:, None]
-    if curved:
-        kappa = road.curvature_at(s)
-        curvature += kappa * cosine / (1.0 - kappa * d)
-        s += c * cosine / (1.0 - kappa * d)
-        d = d + c * sine - 0.5 * kappa * (c * cosine) ** 2
-        psi = np.arcsin(sine) - kappa * c
-        sine, cosine = np.sin(psi), np.cos(psi)
-    else:
-        s += c * cosine
-        d += c * sine
-
+    paths = body_paths(s0[:, None], travelled, d, sine, cosine, curvature, vehicle, road)
+    s, d, sine, cosine, curvature = paths.s_m, paths.d_m, paths.sine, paths.cosine, paths.curvature_1pm
     lateral = v * v * curvature
     effort = np.sqrt((a * a + lateral * lateral).max(-1))
     steering = np.arctan(vehicle.wheelbase_m * curvature)
@@ -149,9 +130,11 @@ def swerve(rows: Swerves, times_s: Array, start: Starts, vehicle: Vehicle, road:
     )
 
 
-def pace(rows: Swerves, times_s: Array, start: Starts, vehicle: Vehicle) -> tuple[Array, Array, Array]:
-    """Speed, acceleration and way (R, T) at times (T,), or (R, T), in order. A car that has come to rest stands; one at top speed keeps
-    it. The way to rest is as long as that to the last time before it."""
+def pace(rows: EvasiveProfiles, times_s: Array, start: Starts, vehicle: Vehicle) -> tuple[Array, Array, Array]:
+    """Speed, acceleration and distance travelled (R, T) at times (T,), or (R, T), in order.
+
+    A car that has come to rest stands; one at top speed keeps it. The distance to rest is that to the last time before it.
+    """
     rise, fall = SHARE * vehicle.jerk_max_mps3, SHARE * vehicle.jerk_min_mps3
     level, a0 = rows.level_mps2, start.acceleration_mps2
     rates = np.array([np.where(level >= a0, rise, fall), np.where(level > 0.0, fall, rise)])
@@ -162,26 +145,26 @@ def pace(rows: Swerves, times_s: Array, start: Starts, vehicle: Vehicle) -> tupl
     added += a0[:, None]
     summed += start.speed_mps[:, None] + a0[:, None] * times_s
     twice += (start.speed_mps[:, None] + 0.5 * a0[:, None] * times_s) * times_s
-    a, v, way = added, summed, twice
+    a, v, travelled = added, summed, twice
     if v.min(initial=1.0) <= 0.0:
         standing = np.logical_or.accumulate(v <= 0.0, axis=-1)
         v, a = np.where(standing, 0.0, v), np.where(standing, 0.0, a)
-        way = np.maximum.accumulate(way, axis=-1)
+        travelled = np.maximum.accumulate(travelled, axis=-1)
     top = np.maximum(SHARE * vehicle.speed_max_mps, start.speed_mps)[:, None]
     fast = np.asarray((v > top).any(-1))
     if fast.any():
         a = np.where(v > top, 0.0, a)
         v = np.minimum(v, top)
-        driven = way[:, :1] + np.cumsum(0.5 * (v[:, 1:] + v[:, :-1]) * np.diff(times_s), axis=-1)
-        way = np.where(fast[:, None], np.concatenate([way[:, :1], driven], axis=-1), way)
-    return v, a, way
+        driven = travelled[:, :1] + np.cumsum(0.5 * (v[:, 1:] + v[:, :-1]) * np.diff(times_s), axis=-1)
+        travelled = np.where(fast[:, None], np.concatenate([travelled[:, :1], driven], axis=-1), travelled)
+    return v, a, travelled
 
 
 def _across(
-    rows: Swerves,
+    rows: EvasiveProfiles,
     v: Array,
     times_s: Array,
-    way: Array,
+    travelled: Array,
     v0: Array,
     a0: Array,
     d0: Array,
@@ -189,7 +172,7 @@ def _across(
     bend0: Array,
     vehicle: Vehicle,
 ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """d and its first two derivatives (R, T), by the clock or by the way; and (R,) whether there is such a sidestep."""
+    """d and its first two derivatives (R, T), by the clock or by the distance; and (R,) whether there is such a profile."""
     timed = rows.timed
     floor = np.maximum(v0, 1.0)
     rate0 = np.where(timed, v0 * sine0, sine0)
@@ -230,7 +213,7 @@ def _across(
     lasting = np.array([ends, rising, np.where(timed, 2.0 * rising, rising), rising])
     up = np.where(timed, up, np.sign(u) * up)
     rates = np.array([-np.sign(curl0) * undoing, np.where(timed, up, 0.0), -up, up])
-    z = np.where(timed[:, None], times_s, way)
+    z = np.where(timed[:, None], times_s, travelled)
     second, first, d = _ramps(z, begins[..., None], lasting[..., None], rates[..., None])
     first += rate0[:, None] + curl0[:, None] * z
     d += d0[:, None] + (rate0[:, None] + 0.5 * curl0[:, None] * z) * z

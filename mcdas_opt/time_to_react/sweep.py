@@ -1,4 +1,4 @@
-"""Which ways out are open over the paper's own two quantities: the gap to the car ahead and how fast the one behind closes in."""
+"""Which candidates are open over the paper's own two quantities: the gap to the car ahead and how fast the one behind closes in."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
-from mcdas_opt.planning.escape_map import escapes
 from mcdas_opt.situation.table1 import literal_rows
+from mcdas_opt.time_to_react.escapes import escapes
+from mcdas_opt.time_to_react.library import KINDS, EscapeSettings
 
 REAR_GAP_M = 20.0  # where nobody follows
 SAME_MPS = 0.3  # a measured front car within this of the host's speed counts as one of the same speed: Table 1 asks for equalities
@@ -66,9 +66,9 @@ def swept(
         for g, gap in enumerate(gaps):
             leader = replace(front, s_m=host.s_m + float(gap) + 0.5 * (front.length_m + vehicle.length_m))
             one = replace(situation, tracks=(*others, leader, follower))
-            for k, way in enumerate(escapes(one, vehicle, prediction=prediction, settings=settings).ways):
-                if way.last_moment_s is not None:
-                    last[k, c, g] = way.last_moment_s
+            for k, candidate in enumerate(escapes(one, vehicle, prediction=prediction, settings=settings).candidates):
+                if candidate.last_moment_s is not None:
+                    last[k, c, g] = candidate.last_moment_s
     row = literal_rows(True, gaps, front.speed_s_mps, True, rear_gap, host.speed_mps + closings[:, None], host.speed_mps)
     return EscapeSweep(
         front_gap_m=gaps,

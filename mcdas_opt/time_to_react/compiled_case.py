@@ -1,4 +1,4 @@
-"""The escape map's questions in C: `escape_kernel.c`, which says what `swerves` and `parting` say, and `escape_questions.c`."""
+"""The escape map's questions in C: `escape_kernel.c`, which says what `evasive_profiles` and `separation` say, and `escape_questions.c`."""
 
 from __future__ import annotations
 
@@ -13,39 +13,16 @@ from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, all_cruise
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.manoeuvres import escape_effort, parting, swerves
-from mcdas_opt.manoeuvres.clearance import Margins
-from mcdas_opt.manoeuvres.escape_library import SHORTEST_S, EscapeSettings
-from mcdas_opt.manoeuvres.held import PASSES
-from mcdas_opt.manoeuvres.parting import Company, Rows
+from mcdas_opt.manoeuvres.clearance import BOW, Margins
 from mcdas_opt.native.addresses import address
 from mcdas_opt.native.kernels import c_text, defined, library, wanted
+from mcdas_opt.time_to_react import effort, evasive_profiles, separation
+from mcdas_opt.time_to_react.constant_input import EVERY, PASSES
+from mcdas_opt.time_to_react.library import CLEAR_S, SHORTEST_S, EscapeSettings
+from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, TURNED_STEPS, PredictedTraffic, Rows, lattice_s
 
 _TEXTS: tuple[str, ...] = ("escape_kernel.c", "escape_parting.c", "escape_company.c", "escape_questions.c", "escape_guess.c")
 _TEXTS += ("escape_search.c", "escape_answer.c")
-_EFFORT: tuple[str, ...] = (
-    "LEAST_ANCHORS",
-    "ANCHORS",
-    "APART_S",
-    "STARTS",
-    "BEST",
-    "WIDER",
-    "TRIED",
-    "BEST_EASY",
-    "TRIED_EASY",
-    "DOWN",
-    "UP",
-    "BETWEEN",
-    "CLOSE",
-    "GENTLEST",
-    "FARTHER",
-    "REFINED",
-    "IN_LANE",
-    "STEERED",
-    "STEADY",
-    "MOST",
-    "LEAST",
-)
 _LANES, _ROOM = 8, 104  # nodes come in whole lanes, and there are at most so many
 _PIECE = 16  # nodes are looked at so many at a time where a row may go wrong
 _PLAIN = "-fno-math-errno -fno-trapping-math -ffp-contract=off"  # nothing that changes a result; half the time
@@ -95,10 +72,10 @@ class Nodes:
 
     def __init__(self, steps: Rows) -> None:
         self.steps = steps
-        self.times_s = np.asarray(parting.LATTICE_S * steps, dtype=np.float64)
+        self.times_s = np.asarray(LATTICE_S * steps, dtype=np.float64)
         missing = -steps.size % _LANES
         filled = np.concatenate([steps, np.repeat(steps[-1:], missing)]).astype(np.int64)
-        times_s = np.asarray(parting.LATTICE_S * filled, dtype=np.float64)
+        times_s = np.asarray(LATTICE_S * filled, dtype=np.float64)
         middle = min(int(np.searchsorted(self.times_s, 1.0)), steps.size - 1)
         step_s = np.diff(self.times_s)
         begins = np.flatnonzero(np.abs(np.diff(step_s, prepend=0.0)) > 1e-12)
@@ -108,11 +85,11 @@ class Nodes:
         self.at = ctypes.addressof(self._record)
 
 
-def company(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: float, margins: Margins) -> Company:
-    """`Company.of`, in C where everybody moves in the one closed form and nobody is grown by the prediction's own margins."""
+def predicted_traffic(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: float, margins: Margins) -> PredictedTraffic:
+    """`PredictedTraffic.of`, in C where everybody moves in the one closed form and nobody is grown by the prediction's own margins."""
     if not bodies or not all_cruise(bodies) or margins.share_of_prediction:
-        return Company.of(bodies, until_s, margins)
-    times = parting.lattice_s(round(until_s / parting.LATTICE_S) + 1)
+        return PredictedTraffic.of(bodies, until_s, margins)
+    times = lattice_s(round(until_s / LATTICE_S) + 1)
     begin = np.array(cruisers(bodies, margins))
     tables = np.empty((5, len(bodies), times.size))
     fade_s = bodies[0].lateral_fade_s
@@ -120,7 +97,7 @@ def company(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: floa
         len(bodies), times.size, address(begin), address(times), fade_s, address(faded(fade_s, times.size)), address(tables)
     )
     s, d, speed, half_length, half_width = tables
-    return Company(s_m=s, d_m=d, speed_mps=speed, half_length_m=half_length, half_width_m=half_width)
+    return PredictedTraffic(s_m=s, d_m=d, speed_mps=speed, half_length_m=half_length, half_width_m=half_width)
 
 
 def cruisers(bodies: Sequence[CruisingBody], margins: Margins) -> list[float]:
@@ -136,13 +113,12 @@ def at_hand(vehicle: Vehicle, road: Road, chosen: EscapeSettings, straightening_
     """What neither the host nor the others change of a case: its numbers, and the road's knots as columns (2, K)."""
     knots, bend = _knots(road.curvature)
     grip = road.friction * GRAVITY_MPS2
-    brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
     numbers = (
         *(vehicle.wheelbase_m, vehicle.centre_m, vehicle.length_m, vehicle.width_m, vehicle.jerk_min_mps3, vehicle.jerk_max_mps3),
         *(vehicle.speed_max_mps, vehicle.steering_max_rad, vehicle.steering_rate_max_radps),
-        *(chosen.demand.friction * grip, chosen.demand.steering, brake, accelerate),
+        *(chosen.demand.friction * grip, chosen.demand.steering, *vehicle.strongest_mps2(road.friction)),
         *(road.left_edge_m, road.right_edge_m, np.inf if road.road_end_s_m is None else road.road_end_s_m),
-        *(bend, chosen.clear_m, chosen.clear_s, chosen.comfort_on(road.friction), SHORTEST_S, straightening_mps2),
+        *(bend, chosen.clear_m, CLEAR_S, chosen.comfort_on(road.friction), SHORTEST_S, straightening_mps2),
     )
     return numbers, knots
 
@@ -156,16 +132,17 @@ def _knots(curvature: tuple[tuple[float, float], ...]) -> tuple[Array, float]:
 @lru_cache(maxsize=8)
 def faded(fade_s: float, count: int) -> Array:
     """What is left of a speed across at the lattice's first times."""
-    return np.exp(-parting.lattice_s(count) / fade_s)
+    return np.exp(-lattice_s(count) / fade_s)
 
 
 class CompiledCase:
-    """One situation. `table` (6, H) is contiguous: `held` writes into it. `columns` (5, M): of the members; `curvature` (2, K): knots."""
+    """One situation. `table` (6, H) is contiguous: `constant_input` writes into it. `columns` (5, M): of the members; `curvature` (2, K):
+    knots."""
 
     def __init__(
         self,
         library: ctypes.CDLL,
-        company: Company,
+        traffic: PredictedTraffic,
         table: Array,
         columns: Array,
         curvature: Array,
@@ -175,14 +152,14 @@ class CompiledCase:
         half_steps: int,
     ) -> None:
         self._library = library
-        bodies, lattice = company.s_m.shape
+        bodies, lattice = traffic.s_m.shape
         blocks = (
-            company.s_m,
-            company.d_m,
-            company.speed_mps,
-            company.half_length_m,
-            company.half_width_m,
-            np.maximum.reduce(company.half_length_m, -1),
+            traffic.s_m,
+            traffic.d_m,
+            traffic.speed_mps,
+            traffic.half_length_m,
+            traffic.half_width_m,
+            np.maximum.reduce(traffic.half_length_m, -1),
         )
         self._kept = tuple(map(np.ascontiguousarray, (*blocks, table, columns, curvature)))
         *tables, of_members, of_road = (address(block) for block in self._kept)
@@ -196,8 +173,8 @@ class CompiledCase:
         )
         self._at = ctypes.addressof(self._case)
 
-    def held(self, begin: Array, times_s: Array) -> None:
-        """Fills the table with what a host does that keeps on from this state (6,), at times (H,)."""
+    def constant_input(self, begin: Array, times_s: Array) -> None:
+        """Fills the table with what a host does that keeps its inputs from this state (6,) on, at times (H,)."""
         path = np.empty((2, times_s.size))
         self._library.mcdas_escape_held(self._at, address(begin), address(times_s), self._case.table, address(path))
 
@@ -222,7 +199,7 @@ class CompiledCase:
         return last[0], last[1], now
 
     def sound(self, members: Rows, starts: Rows, nodes: Nodes) -> tuple[NDArray[np.bool_], Array]:
-        """Which members from these starts (R,) are ways out, and what they ask of the tyres [m/s^2]."""
+        """Which members from these starts (R,) are escapes, and what they ask of the tyres [m/s^2]."""
         good, demand = np.empty(members.size, dtype=np.bool_), np.empty(members.size)
         member, start = np.ascontiguousarray(members, dtype=np.int64), np.ascontiguousarray(starts, dtype=np.int64)
         given, results = (address(member), address(start)), (address(good), address(demand))
@@ -244,26 +221,25 @@ def _library() -> ctypes.CDLL | None:
         "LANES": _LANES,
         "ROOM": _ROOM,
         "PIECE": _PIECE,
-        "SHARE": swerves.SHARE,
-        "SLOWEST_MPS": swerves.SLOWEST_MPS,
-        "STEEPEST": swerves.STEEPEST,
-        "LEAST_M": swerves.LEAST_M,
-        "GENTLE_S": swerves.GENTLE_S,
-        "CURVIEST_1PM": swerves.CURVIEST_1PM,
-        "ROUNDS": swerves.ROUNDS,
+        "SHARE": evasive_profiles.SHARE,
+        "SLOWEST_MPS": evasive_profiles.SLOWEST_MPS,
+        "STEEPEST": evasive_profiles.STEEPEST,
+        "LEAST_M": evasive_profiles.LEAST_M,
+        "GENTLE_S": evasive_profiles.GENTLE_S,
+        "CURVIEST_1PM": evasive_profiles.CURVIEST_1PM,
+        "ROUNDS": evasive_profiles.ROUNDS,
         "PASSES": PASSES,
-        "EDGE_M": swerves.EDGE_M,
-        "ROOM_SHARE": parting.ROOM_SHARE,
-        "NOWHERE_M": parting.NOWHERE_M,
-        "STEP_REACH_M": parting.STEP_REACH_M,
-        "BOW": parting.BOW,
-        "ARRIVED_M": parting.ARRIVED_M,
-        "HELD_STEPS": parting.HELD_STEPS,
-        "TURNED_STEPS": parting.TURNED_STEPS,
-        "ABILITY_M": parting.ABILITY_M,
-        "LATTICE_S": parting.LATTICE_S,
-        **{name: getattr(escape_effort, name) for name in _EFFORT},
-        "SEARCH_ROUNDS": escape_effort.ROUNDS,
+        "EDGE_M": evasive_profiles.EDGE_M,
+        "ROOM_SHARE": separation.ROOM_SHARE,
+        "NOWHERE_M": separation.NOWHERE_M,
+        "STEP_REACH_M": separation.STEP_REACH_M,
+        "BOW": BOW,
+        "ARRIVED_M": separation.ARRIVED_M,
+        "HELD_STEPS": EVERY,
+        "TURNED_STEPS": TURNED_STEPS,
+        "ABILITY_M": separation.ABILITY_M,
+        "LATTICE_S": LATTICE_S,
+        **{name: value for name, value in vars(effort).items() if name.isupper()},
     }
     found = library([defined(numbers), *(c_text("mcdas_opt.manoeuvres", name) for name in _TEXTS)], _BUILDS)
     if found is None:

@@ -1,4 +1,4 @@
-"""The search for the last sound start of each kind of way out: in C where there is a compiler (`escape_answer`), else here."""
+"""The search for the last sound start of each kind of candidate: in C where there is a compiler (`compiled_map`), else here."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from mcdas_opt.domain.escapes import Closer
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.manoeuvres.escape_effort import (
+from mcdas_opt.time_to_react.effort import (
     BEST,
     BEST_EASY,
     BETWEEN,
@@ -20,7 +20,7 @@ from mcdas_opt.manoeuvres.escape_effort import (
     LEAST,
     MOST,
     REFINED,
-    ROUNDS,
+    SEARCH_ROUNDS,
     STEADY,
     STEERED,
     TRIED,
@@ -28,16 +28,17 @@ from mcdas_opt.manoeuvres.escape_effort import (
     UP,
     WIDER,
 )
-from mcdas_opt.manoeuvres.escape_guess import Case, Guess
-from mcdas_opt.manoeuvres.escape_library import KINDS, SIDEWAYS
-from mcdas_opt.manoeuvres.parting import LATTICE_S, Rows
+from mcdas_opt.time_to_react.guess import Case, Guess
+from mcdas_opt.time_to_react.library import KINDS, SIDEWAYS
+from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, Rows
 
 _AT_ONCE = 24  # rows of a search that are driven together
 
 
 class Found(NamedTuple):
-    """When keeping on ends [s] and by what; for each kind the last sound step of the lattice, of any demand and of a comfortable one, -1
-    without; what it asks that begins now [m/s^2], None without; and what closes it after its last step, None where nothing does."""
+    """When the constant-input prediction ends [s] and by what; for each kind the last sound step of the lattice, of any demand and of a
+    comfortable one, -1 without; what it asks that begins now [m/s^2], None without; and what closes it after its last step, None where
+    nothing does."""
 
     end_s: float
     ender: Closer | None
@@ -48,7 +49,7 @@ class Found(NamedTuple):
 
 def found(case: Case) -> Found:
     """What the map says, kind by kind."""
-    end_s, ender = case.end_of_keeping_on()
+    end_s, ender = case.end_of_constant_input()
     guess = case.guess(end_s)
     kinds = case.members.of_kind
     latest = int(np.floor(end_s / LATTICE_S + 1e-9))
@@ -92,7 +93,7 @@ class _Search:
 
     def __init__(self, easy: int, kind: int, mine: Rows, guess_s: Array, latest: int) -> None:
         self.easy, self.kind, self.latest = easy, kind, latest
-        self.sound, self.who, self.limit, self.rounds = -1, -1, latest + 1, ROUNDS
+        self.sound, self.who, self.limit, self.rounds = -1, -1, latest + 1, SEARCH_ROUNDS
         likely = _latest(mine, guess_s, max(BEST, WIDER))
         best, tried = likely[: (BEST, BEST_EASY)[easy]], np.array((TRIED, TRIED_EASY)[easy])
         self.wider = likely[:WIDER]
@@ -189,7 +190,7 @@ def _closer(case: Case, guess: Guess, mine: Rows, n: int) -> Closer:
     edge, ability, _ = guess.slack(n, mine)
     possible = ability >= 0.0
     allowed = possible & (edge >= 0.0)
-    if not allowed.any() or not case.company.s_m.shape[0]:
+    if not allowed.any() or not case.traffic.s_m.shape[0]:
         return Closer.EDGE if possible.any() or not mine.size else Closer.FRICTION
     misses = guess.misses(n, mine)
     best = int(np.where(allowed, misses.min(0), -np.inf).argmax())

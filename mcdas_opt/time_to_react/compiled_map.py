@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from mcdas_opt.domain.escapes import Closer
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction, all_cruise
 from mcdas_opt.domain.road import Road
@@ -19,16 +20,15 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
-from mcdas_opt.manoeuvres.compiled_escapes import NUMBERS, CaseRecord, at_hand, cruisers, faded
-from mcdas_opt.manoeuvres.escape_effort import CLOSERS
-from mcdas_opt.manoeuvres.escape_guess import EXACT_NODES, GUESS_NODES, held_times
-from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings, Spread, forces, spread_of
-from mcdas_opt.manoeuvres.escape_search import Found
 from mcdas_opt.manoeuvres.kinds import next_lane_m
-from mcdas_opt.manoeuvres.parting import LATTICE_S, Company, lattice_s
 from mcdas_opt.native.addresses import address
+from mcdas_opt.time_to_react.compiled_case import NUMBERS, CaseRecord, at_hand, cruisers, faded
+from mcdas_opt.time_to_react.guess import EXACT_NODES, GUESS_NODES, KEPT_TIMES_S
+from mcdas_opt.time_to_react.library import CLEAR_S, KINDS, LATEST_S, EscapeSettings, Spread, forces, spread_of
+from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, PredictedTraffic, lattice_s
+from mcdas_opt.time_to_react.search import Found
 
-_CLOSERS = (*CLOSERS, None)  # -1 is nobody
+_CLOSERS = (Closer.FRONT, Closer.REAR, Closer.SIDE, Closer.EDGE, Closer.FRICTION, None)  # as the C numbers them; -1 is nobody
 _KEPT = 16  # grounds that are remembered
 _ANSWER = struct.Struct(f"{1 + len(KINDS)}d{1 + 3 * len(KINDS)}q")
 
@@ -64,19 +64,19 @@ class _Ground:
 
     def __init__(self, vehicle: Vehicle, road: Road, chosen: EscapeSettings) -> None:
         self.vehicle, self.road, self.chosen = vehicle, road, chosen
-        self.until_s = chosen.latest_s + chosen.clear_s
+        self.until_s = LATEST_S + CLEAR_S
         self.steps = round(self.until_s / LATTICE_S) + 1
         of_any = forces(road, HostState(), vehicle, chosen)
         self.forces = of_any if road.is_straight else None
         numbers, knots = at_hand(vehicle, road, chosen, of_any.gentle)
-        held_s, times_s = held_times(chosen.latest_s), lattice_s(self.steps)
-        self._kept = knots, held_s, times_s
-        bare = CaseRecord(lattice=self.steps, held=held_s.size, half_steps=round(0.5 * chosen.clear_s / LATTICE_S))
+        times_s = lattice_s(self.steps)
+        self._kept = knots, times_s
+        bare = CaseRecord(lattice=self.steps, held=KEPT_TIMES_S.size, half_steps=round(0.5 * CLEAR_S / LATTICE_S))
         bare.count_of_knots, bare.knots, bare.kappas = knots.shape[1], address(knots), address(knots) + knots.strides[0]
         for name, number in zip(NUMBERS, numbers, strict=True):
             setattr(bare, name, number)
         near_m = 0.5 * road.lane_width_m + 0.5
-        self._record = _GroundRecord(bare, address(held_s), address(times_s), GUESS_NODES.at, EXACT_NODES.at, near_m, chosen.latest_s)
+        self._record = _GroundRecord(bare, address(KEPT_TIMES_S), address(times_s), GUESS_NODES.at, EXACT_NODES.at, near_m, LATEST_S)
         self.at = ctypes.addressof(self._record)
         self._lanes: dict[int, tuple[_Manoeuvres, float, float]] = {}
 
@@ -86,7 +86,7 @@ class _Ground:
         known = self._lanes.get(lane)
         if known is None:
             left, right = (next_lane_m(situation, self.vehicle, side) for side in (Side.LEFT, Side.RIGHT))
-            manoeuvres = _Manoeuvres(spread_of(self.chosen, left is not None, right is not None))
+            manoeuvres = _Manoeuvres(spread_of(left is not None, right is not None))
             known = manoeuvres, math.nan if left is None else left, math.nan if right is None else right
             self._lanes[lane] = known
         return known
@@ -108,14 +108,14 @@ _GROUNDS: dict[tuple[int, Road, int], _Ground] = {}
 
 
 def answered(library: ctypes.CDLL, situation: Situation, vehicle: Vehicle, prediction: Prediction, chosen: EscapeSettings) -> Found:
-    """What `escape_search.found` says of the same case."""
+    """What `search.found` says of the same case."""
     ground, host, bodies = _ground(vehicle, situation.road, chosen), situation.host, prediction.bodies
     manoeuvres, left_m, right_m = ground.lanes(situation)
     there = ground.forces or forces(ground.road, host, vehicle, chosen)
     asked = [host.s_m, host.d_m, host.heading_rad, host.speed_mps, host.acceleration_mps2, host.steering_rad, left_m, right_m, *there]
     tables, fade, fade_s = None, None, math.nan
     if not all_cruise(bodies) or chosen.margins.share_of_prediction:
-        tables = _tables(Company.of(bodies, ground.until_s, chosen.margins))
+        tables = _tables(PredictedTraffic.of(bodies, ground.until_s, chosen.margins))
     elif bodies:
         fade_s = bodies[0].lateral_fade_s
         fade = _faded(fade_s, ground.steps)
@@ -147,8 +147,8 @@ class _Table:
         self.numbers, self.at = numbers, address(numbers)
 
 
-def _tables(company: Company) -> _Table:
-    return _Table(np.array((company.s_m, company.d_m, company.speed_mps, company.half_length_m, company.half_width_m)))
+def _tables(traffic: PredictedTraffic) -> _Table:
+    return _Table(np.array((traffic.s_m, traffic.d_m, traffic.speed_mps, traffic.half_length_m, traffic.half_width_m)))
 
 
 @lru_cache(maxsize=8)

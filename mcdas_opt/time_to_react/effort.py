@@ -1,8 +1,6 @@
-"""How hard the escape map looks for last moments, in numpy as in C."""
+"""How hard the escape map looks for last moments, in numpy as in C, which gets every number of this file by its name."""
 
 from __future__ import annotations
-
-from mcdas_opt.domain.escapes import Closer
 
 LEAST_ANCHORS, ANCHORS, APART_S = 3, 6, 2.0  # starts from which every member is driven: so many, more where they are farther apart
 STARTS = 41  # starts in between for which its last moment is guessed
@@ -11,9 +9,8 @@ TRIED = (5, 3, 2, 1, 0, -1, -3, -6, -10, -16, -25, -40)  # at which steps of the
 BEST_EASY, TRIED_EASY = 2, (2, -1, -5)  # the same for comfortable ones
 DOWN, UP, BETWEEN = (7, 14, 35, 90, 220), (4, 10), (0.25, 0.5, 0.75)  # steps down where none is sound, up where all are, shares of a gap
 CLOSE = 2  # steps: a gap that is left
-ROUNDS = 6
+SEARCH_ROUNDS = 6
 GENTLEST = 3  # members of each kind that may begin now
-CLOSERS = (Closer.FRONT, Closer.REAR, Closer.SIDE, Closer.EDGE, Closer.FRICTION)  # as the C numbers them
 FARTHER, REFINED = (3, 1), 8  # steps later that the best one is tried from when it is varied a little, and how often
 IN_LANE = (  # times level, until, push
     *((0.93, 1.0, 1.0), (1.07, 1.0, 1.0), (1.0, 0.8, 1.0), (1.0, 1.25, 1.0), (0.93, 1.25, 1.0), (1.07, 0.8, 1.0)),

@@ -12,8 +12,8 @@ _NEXT = {Alert.NONE: Alert.WARN, Alert.WARN: Alert.ACT, Alert.ACT: Alert.ACT}
 def alert(escapes: Escapes, settings: WarningSettings, before: Alert = Alert.NONE) -> Alert:
     """Warn when the last comfortable moment passes, act when the last possible one nears; `before` is the alert of the cycle before.
 
-    Nothing where keeping on meets nobody within `within_s`, or never leaves the road in that time. What the map asks for is given
-    step by step: somebody who has not been warned yet is warned first.
+    Nothing where the constant-input prediction meets nobody and leaves no road within `within_s`. What the map asks for is given step by
+    step: who has not been warned yet is warned first.
     """
     if escapes.keeping_on_s is None or escapes.keeping_on_s > settings.within_s:
         return Alert.NONE

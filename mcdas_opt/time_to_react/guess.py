@@ -1,10 +1,10 @@
-"""What every manoeuvre of the library needs from a few starts, and so, roughly, until when it can still be started."""
+"""What every candidate of the library needs from a few starts, and so, roughly, until when it can still be started."""
 
 from __future__ import annotations
 
 import ctypes
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,28 +15,26 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.manoeuvres.compiled_escapes import CompiledCase, Nodes, at_hand, company
-from mcdas_opt.manoeuvres.escape_effort import ANCHORS, APART_S, LEAST_ANCHORS, STARTS
-from mcdas_opt.manoeuvres.escape_library import SIDEWAYS, EscapeSettings, Members, members
-from mcdas_opt.manoeuvres.held import held
-from mcdas_opt.manoeuvres.parting import (
+from mcdas_opt.manoeuvres.starts import Starts
+from mcdas_opt.time_to_react.compiled_case import CompiledCase, Nodes, at_hand, predicted_traffic
+from mcdas_opt.time_to_react.constant_input import EVERY, constant_input
+from mcdas_opt.time_to_react.effort import ANCHORS, APART_S, LEAST_ANCHORS, STARTS
+from mcdas_opt.time_to_react.evasive_profiles import EDGE_M, Motions, evasive_motions
+from mcdas_opt.time_to_react.library import CLEAR_S, LATEST_S, SIDEWAYS, EscapeSettings, Members, members
+from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, PredictedTraffic, Rows, lattice_s
+from mcdas_opt.time_to_react.separation import (
     ABILITY_M,
     ARRIVED_M,
-    HELD_STEPS,
-    LATTICE_S,
     NOWHERE_M,
-    Company,
-    Rows,
     blocked,
     blocked_in_lane,
     doomed,
     touched,
 )
-from mcdas_opt.manoeuvres.sidesteps import Starts
-from mcdas_opt.manoeuvres.swerves import EDGE_M, Motions, swerve
 
 GUESS_NODES = Nodes(np.concatenate([np.arange(0, 75, 3), np.arange(75, 180, 20), [200]]))  # on the lattice: 0.06 s apart, later 0.3 s
 EXACT_NODES = Nodes(np.arange(0, 201, 2))  # 0.04 s apart: steering turns fast and briefly
+KEPT_TIMES_S = np.ascontiguousarray(lattice_s(round(LATEST_S / LATTICE_S) + 1)[::EVERY])  # when a host that keeps its inputs is looked at
 
 
 class _Needs(NamedTuple):
@@ -82,24 +80,25 @@ class Case:
         among: Members | None = None,
     ) -> None:
         self.situation, self.vehicle, self.chosen = situation, vehicle, chosen
-        grip = situation.road.friction * GRAVITY_MPS2
-        self.brake_mps2, self.accelerate_mps2 = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
+        self.brake_mps2, self.accelerate_mps2 = vehicle.strongest_mps2(situation.road.friction)
         self.comfort_mps2 = chosen.comfort_on(situation.road.friction)
-        until_s, bodies, margins = chosen.latest_s + chosen.clear_s, prediction.bodies, chosen.margins
-        self.company = Company.of(bodies, until_s, margins) if library is None else company(library, bodies, until_s, margins)
-        self.times_s = held_times(chosen.latest_s)
-        self.members = members(situation, vehicle, self.company, chosen) if among is None else among
+        until_s, bodies, margins = LATEST_S + CLEAR_S, prediction.bodies, chosen.margins
+        self.traffic = (
+            PredictedTraffic.of(bodies, until_s, margins) if library is None else predicted_traffic(library, bodies, until_s, margins)
+        )
+        self.times_s = KEPT_TIMES_S
+        self.members = members(situation, vehicle, self.traffic, chosen) if among is None else among
         self.table = np.empty((6, self.times_s.size))
         self.compiled = None if library is None else self._compiled(library)
         if self.compiled is None:
-            path = held(situation.host, self.times_s, vehicle, situation.road)
+            path = constant_input(situation.host, self.times_s, vehicle, situation.road)
             self.table[:] = path.s_m, path.d_m, path.heading_rad, path.speed_mps, path.acceleration_mps2, path.steering_rad
         else:
-            self.compiled.held(situation.host.to_vector(), self.times_s)
+            self.compiled.constant_input(situation.host.to_vector(), self.times_s)
 
     @cached_property
     def path(self) -> Starts:
-        """The host that keeps on, at its times (H,)."""
+        """The constant-input prediction of the host, at its times (H,)."""
         s, d, heading, speed, acceleration, steering = self.table
         return Starts(s_m=s, d_m=d, heading_rad=heading, speed_mps=speed, acceleration_mps2=acceleration, steering_rad=steering)
 
@@ -109,31 +108,31 @@ class Case:
         numbers, knots = at_hand(self.vehicle, self.situation.road, self.chosen, all_of.straightening_mps2)
         return CompiledCase(
             library,
-            self.company,
+            self.traffic,
             self.table,
             columns,
             knots,
             numbers,
             in_lane=int(all_of.kind.searchsorted(SIDEWAYS)),
-            half_steps=round(0.5 * self.chosen.clear_s / LATTICE_S),
+            half_steps=round(0.5 * CLEAR_S / LATTICE_S),
         )
 
     def at(self, starts: Rows) -> Starts:
-        """The host after keeping on until these steps (R,) of the lattice."""
-        before = np.minimum(starts // HELD_STEPS, self.table.shape[1] - 2)
+        """The host that has kept its inputs until these steps (R,) of the lattice."""
+        before = np.minimum(starts // EVERY, self.table.shape[1] - 2)
         begin = self.table[:, before]
-        s, d, heading, speed, acceleration, steering = begin + (starts / HELD_STEPS - before) * (self.table[:, before + 1] - begin)
+        s, d, heading, speed, acceleration, steering = begin + (starts / EVERY - before) * (self.table[:, before + 1] - begin)
         return Starts(s_m=s, d_m=d, heading_rad=heading, speed_mps=speed, acceleration_mps2=acceleration, steering_rad=steering)
 
     def driven(self, member: Any, starts: Rows, nodes: Rows, among: Members | None = None) -> tuple[Motions, Rows, NDArray[np.bool_]]:
         """Members from starts (R,), on the nodes (T,) of the lattice; their clocks (R, T); which of them do anything."""
         begin = self.at(starts)
         rows, acts = (among or self.members).rows(member, begin.speed_mps)
-        motions = swerve(rows, _seconds(nodes), begin, self.vehicle, self.situation.road, self.chosen.demand)
+        motions = evasive_motions(rows, _seconds(nodes), begin, self.vehicle, self.situation.road, self.chosen.demand)
         return motions, starts[:, None] + nodes, acts
 
-    def end_of_keeping_on(self) -> tuple[float, Closer | None]:
-        """When keeping on ends, and by what; the latest start that is sought when it does not."""
+    def end_of_constant_input(self) -> tuple[float, Closer | None]:
+        """When the constant-input prediction ends, and by what; the latest start that is sought when it does not."""
         path, road, vehicle = self.path, self.situation.road, self.vehicle
         sine, cosine = np.sin(path.heading_rad), np.cos(path.heading_rad)
         step, who = self._met(sine, cosine)
@@ -143,19 +142,19 @@ class Case:
         if road.road_end_s_m is not None:
             off |= path.s_m + 0.5 * vehicle.length_m + EDGE_M > road.road_end_s_m
         leaves = float(self.times_s[max(int(off.argmax()) - 1, 0)]) if off.any() else np.inf
-        if min(moment, leaves) >= self.chosen.latest_s:
-            return self.chosen.latest_s, None
+        if min(moment, leaves) >= LATEST_S:
+            return LATEST_S, None
         if leaves < moment:
             return leaves, Closer.EDGE
         return float(moment), self.closer(who, float(moment))
 
     def _met(self, sine: Array, cosine: Array) -> tuple[int, int]:
-        """At which of its times a host that keeps on first meets somebody, and whom; -1 without."""
+        """At which of its times a host that keeps its inputs first meets somebody, and whom; -1 without."""
         path, nothing = self.path, np.zeros(1)
-        clock = HELD_STEPS * np.arange(self.times_s.size)
+        clock = EVERY * np.arange(self.times_s.size)
         if self.compiled is not None:
             return self.compiled.met(clock, np.array((path.s_m, path.d_m, sine, cosine)))
-        way = Motions(
+        keeping = Motions(
             s_m=path.s_m[None],
             d_m=path.d_m[None],
             sine=sine[None],
@@ -167,15 +166,15 @@ class Case:
             ability=nothing,
             edge_m=nothing,
         )
-        step, who = touched(way, clock[None], self.company, self.vehicle, self.situation.road, 0.0)
+        step, who = touched(keeping, clock[None], self.traffic, self.vehicle, self.situation.road, 0.0)
         return int(step[0]), int(who[0])
 
     def closer(self, who: int, moment_s: float) -> Closer:
         """Front or rear for bodies in the host's way then, else a side car."""
-        k = min(round(moment_s / LATTICE_S), self.company.s_m.shape[1] - 1)
-        if abs(self.company.d_m[who, k] - self.situation.host.d_m) > 0.5 * self.situation.road.lane_width_m + 0.5:
+        k = min(round(moment_s / LATTICE_S), self.traffic.s_m.shape[1] - 1)
+        if abs(self.traffic.d_m[who, k] - self.situation.host.d_m) > 0.5 * self.situation.road.lane_width_m + 0.5:
             return Closer.SIDE
-        return Closer.FRONT if self.company.s_m[who, k] > np.interp(moment_s, self.times_s, self.path.s_m) else Closer.REAR
+        return Closer.FRONT if self.traffic.s_m[who, k] > np.interp(moment_s, self.times_s, self.path.s_m) else Closer.REAR
 
     def guess(self, end_s: float) -> Guess:
         """Every member from a few starts, all other starts in between by the gaps that it needs."""
@@ -184,7 +183,7 @@ class Case:
         moments = np.linspace(0.0, end_s, STARTS)
         weights = _hats(moments, _seconds(anchors))
         k = np.rint(moments / LATTICE_S).astype(np.intp)
-        apart = self.company.s_m[:, k] - np.interp(_seconds(k), self.times_s, self.path.s_m)
+        apart = self.traffic.s_m[:, k] - np.interp(_seconds(k), self.times_s, self.path.s_m)
         if self.compiled is not None:
             needs = _Needs(*self.compiled.needs(anchors, GUESS_NODES))
             lasts, easy, now = self.compiled.guess(moments, weights, apart, needs)
@@ -204,8 +203,8 @@ class Case:
         begin = self.at(starts)
         steered, acts = self.members.rows(np.tile(mine, anchors.size), begin.speed_mps[: mine.size * anchors.size])
         rows = steered.and_straight(anchors.size, self.members.straightening_mps2)
-        motions = swerve(rows, GUESS_NODES.times_s, begin, self.vehicle, self.situation.road, self.chosen.demand)
-        low, high = blocked(motions, starts[:, None] + GUESS_NODES.steps, self.company, self.vehicle, self.situation.road)
+        motions = evasive_motions(rows, GUESS_NODES.times_s, begin, self.vehicle, self.situation.road, self.chosen.demand)
+        low, high = blocked(motions, starts[:, None] + GUESS_NODES.steps, self.traffic, self.vehicle, self.situation.road)
         steers = slice(acts.size)
         arrives = (ARRIVED_M - np.abs(motions.d_m[steers, -1] - steered.target_d_m)) / ABILITY_M
         ability = np.minimum(motions.ability[steers], arrives)
@@ -220,14 +219,14 @@ class Case:
         starts = np.repeat(anchors, mine.size)
         begin = self.at(starts)
         rows, acts = self.members.rows(np.tile(mine, anchors.size), begin.speed_mps)
-        low, high = blocked_in_lane(rows, begin, starts, chosen.clear_s, self.company, self.vehicle, road)
+        low, high = blocked_in_lane(rows, begin, starts, CLEAR_S, self.traffic, self.vehicle, road)
         shape = anchors.size, mine.size
         level = rows.level_mps2.reshape(shape)
         sideways = np.abs(alone.speed_mps**2 * alone.curvature_1pm)[-anchors.size :]
         across, ability, edge = sideways.max(-1)[:, None], alone.ability[-anchors.size :, None], alone.edge_m[-anchors.size :, None]
         if not road.is_straight:  # faster, the same bend asks for more
             speed = begin.speed_mps.reshape(level.shape)
-            gained = level * np.minimum(rows.until_s, chosen.clear_s).reshape(level.shape)
+            gained = level * np.minimum(rows.until_s, CLEAR_S).reshape(level.shape)
             faster = np.maximum(1.0 + gained / np.maximum(speed, 1.0), 1.0)
             across = np.where(faster > 1.0, np.maximum(across, sideways[:, -1:] * faster**2), across)
         effort = np.hypot(level, across)
@@ -236,7 +235,7 @@ class Case:
         return _Needs(low.reshape(len(low), *shape), high.reshape(len(high), *shape), slack)
 
     def sound(self, member: Rows, starts: Rows, nodes: Nodes = EXACT_NODES) -> tuple[NDArray[np.bool_], Array]:
-        """Exactly: which members from these starts are ways out, and what they ask of the tyres [m/s^2]."""
+        """Exactly: which members from these starts are escapes, and what they ask of the tyres [m/s^2]."""
         if self.compiled is not None:
             return self.compiled.sound(member, starts, nodes)
         return self.sound_among(self.members, member, starts, nodes)
@@ -244,16 +243,10 @@ class Case:
     def sound_among(self, among: Members, member: Rows, starts: Rows, nodes: Nodes = EXACT_NODES) -> tuple[NDArray[np.bool_], Array]:
         """The same of other members, in numpy."""
         motions, clock, acts = self.driven(member, starts, nodes.steps, among)
-        step, _ = touched(motions, clock, self.company, self.vehicle, self.situation.road, self.chosen.clear_m)
-        ends = doomed(motions, clock, self.company, self.vehicle, self.situation.road, self.chosen.clear_m)
+        step, _ = touched(motions, clock, self.traffic, self.vehicle, self.situation.road, self.chosen.clear_m)
+        ends = doomed(motions, clock, self.traffic, self.vehicle, self.situation.road, self.chosen.clear_m)
         arrives = ~(np.abs(motions.d_m[:, -1] - among.target_d_m[member]) > ARRIVED_M)
         return acts & arrives & motions.possible & motions.on_road & (step < 0) & (ends < 0), motions.demand_mps2
-
-
-@lru_cache(maxsize=4)
-def held_times(latest_s: float) -> Array:
-    """When a host that keeps on is looked at."""
-    return _seconds(np.arange(0, round(latest_s / LATTICE_S) + 1, HELD_STEPS))
 
 
 def _last(open_m: Array, moments_s: Array) -> Array:

@@ -10,20 +10,20 @@ from mcdas_opt.domain.escapes import Escape, Escapes
 from mcdas_opt.domain.settings import WarningSettings
 from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.situation.alert import alert
+from mcdas_opt.time_to_react.alert import alert
 
 RANK = {Alert.NONE: 0, Alert.WARN: 1, Alert.ACT: 2}
 moments = st.one_of(st.none(), st.floats(0.0, 10.0))
 
 
 @st.composite
-def ways(draw: st.DrawFn) -> Escape:
+def candidates(draw: st.DrawFn) -> Escape:
     last = draw(moments)
     easy = None if last is None else draw(st.one_of(st.none(), st.floats(0.0, last)))
     return Escape(open=last is not None, last_moment_s=last, last_comfortable_s=easy)
 
 
-maps = st.builds(Escapes, brake=ways(), accelerate=ways(), left=ways(), right=ways(), keeping_on_s=moments)
+maps = st.builds(Escapes, brake=candidates(), accelerate=candidates(), left=candidates(), right=candidates(), keeping_on_s=moments)
 
 
 @given(found=maps, before=st.sampled_from(Alert), act=st.floats(0.0, 2.0), warn=st.floats(0.0, 2.0), more=st.floats(0.0, 2.0))

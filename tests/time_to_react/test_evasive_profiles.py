@@ -1,4 +1,4 @@
-"""Manoeuvres in closed form: what a bicycle that is given their inputs does, and what they promise."""
+"""Evasive profiles: a bicycle that is given their inputs drives as they say, and asks what they say."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.manoeuvres.family import Demand
-from mcdas_opt.manoeuvres.sidesteps import Starts
-from mcdas_opt.manoeuvres.swerves import Motions, Swerves, swerve
+from mcdas_opt.manoeuvres.starts import Starts
+from mcdas_opt.time_to_react.evasive_profiles import EvasiveProfiles, Motions, evasive_motions
 
 CAR = Vehicle()
 WIDE = Road(lanes_left=3, lanes_right=3, shoulder_left_m=20.0, shoulder_right_m=20.0)
@@ -26,8 +26,8 @@ def one(
     row = [np.array([x]) for x in (level, until, target, push)]
     begin = [np.array([x]) for x in (0.0, 0.2, heading, speed, 0.0, steering)]
     start = Starts(**dict(zip(Starts.__dataclass_fields__, begin, strict=True)))
-    swerves = Swerves(level_mps2=row[0], until_s=row[1], target_d_m=row[2], lateral_mps2=row[3])
-    return swerve(swerves, TIMES, start, CAR, road, FREE), start
+    profiles = EvasiveProfiles(level_mps2=row[0], until_s=row[1], target_d_m=row[2], lateral_mps2=row[3])
+    return evasive_motions(profiles, TIMES, start, CAR, road, FREE), start
 
 
 @settings(max_examples=60, deadline=None)
@@ -60,7 +60,7 @@ def test_a_bicycle_that_steers_so_drives_so(
 
 @settings(max_examples=80, deadline=None)
 @given(speed=st.floats(6.0, 35.0), push=st.floats(0.5, 8.0), heading=st.floats(-0.02, 0.02), target=st.sampled_from([3.7, -3.7, 1.5]))
-def test_a_sidestep_arrives_and_asks_no_more_than_it_says(speed: float, push: float, heading: float, target: float) -> None:
+def test_a_lane_change_arrives_and_asks_no_more_than_it_says(speed: float, push: float, heading: float, target: float) -> None:
     motions, _ = one(speed, 0.0, 0.0, target, push, heading, 0.0)
     if not motions.possible[0]:
         return
@@ -92,8 +92,8 @@ def test_the_mirrored_row_has_the_mirrored_motion(speed: float, level: float, un
     row = [np.array([x]) for x in (level, until, -3.9, push)]
     begin = [np.array([x]) for x in (0.0, -0.2, -heading, speed, 0.0, -0.003)]
     start = Starts(**dict(zip(Starts.__dataclass_fields__, begin, strict=True)))
-    swerves = Swerves(level_mps2=row[0], until_s=row[1], target_d_m=row[2], lateral_mps2=row[3])
-    there = swerve(swerves, TIMES, start, CAR, WIDE, FREE)
+    profiles = EvasiveProfiles(level_mps2=row[0], until_s=row[1], target_d_m=row[2], lateral_mps2=row[3])
+    there = evasive_motions(profiles, TIMES, start, CAR, WIDE, FREE)
     assert np.array_equal(here.d_m, -there.d_m)
     assert np.array_equal(here.s_m, there.s_m)
     assert np.array_equal(here.possible, there.possible)

@@ -16,10 +16,12 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.errors import ParameterError
 from mcdas_opt.manoeuvres.clearance import Margins
-from mcdas_opt.manoeuvres.escape_library import KINDS
-from mcdas_opt.manoeuvres.escapes import escapes
-from mcdas_opt.manoeuvres.parting import LATTICE_S, Company
+from mcdas_opt.manoeuvres.family import Demand
+from mcdas_opt.time_to_react.escapes import escapes_under
+from mcdas_opt.time_to_react.library import KINDS, EscapeSettings
+from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, PredictedTraffic
 from mcdas_opt.tracking.prediction import predict
 from tests.planning.situations import mirrored, random_sandwich
 
@@ -28,7 +30,7 @@ LENGTH = SEDAN.length_m
 
 
 def of(situation: Situation) -> Escapes:
-    return escapes(situation, SEDAN, predict(situation.tracks))
+    return escapes_under(predict(situation.tracks), situation, SEDAN)
 
 
 def chased(closing_kmh: float, gap_m: float, speed: float = 20.0, **road: float) -> Situation:
@@ -76,10 +78,10 @@ def test_braking_for_a_wall_needs_the_stopping_distance(speed: float, friction: 
 def test_nobody_around_closes_nothing_but_where_there_is_no_road() -> None:
     answer = of(Situation(host=HostState(speed_mps=20.0), road=Road(lanes_left=1)))
     for kind in ("brake", "accelerate", "left"):
-        way = getattr(answer, kind)
-        assert (way.open, way.last_moment_s, way.closed_by) == (True, 10.0, None)
-        assert way.demand_mps2 is not None
-        assert 0.0 < way.demand_mps2 < 3.0
+        candidate = getattr(answer, kind)
+        assert (candidate.open, candidate.last_moment_s, candidate.closed_by) == (True, 10.0, None)
+        assert candidate.demand_mps2 is not None
+        assert 0.0 < candidate.demand_mps2 < 3.0
     assert (answer.right.open, answer.right.last_moment_s, answer.right.closed_by) == (False, None, Closer.EDGE)
 
 
@@ -95,7 +97,7 @@ def test_a_row_of_cars_beside_closes_its_side() -> None:
     assert answer.right.open
 
 
-def test_past_a_single_car_beside_there_is_a_way_for_who_changes_speed() -> None:
+def test_past_a_single_car_beside_a_lane_change_with_another_speed_is_open() -> None:
     answer = of(Situation(host=HostState(speed_mps=20.0), tracks=beside(0, 0, 20.0), road=Road(lanes_left=1))).left
     assert answer.open
     assert answer.demand_mps2 is not None
@@ -131,36 +133,37 @@ def test_a_last_moment_is_never_late_and_hardly_early(index: int) -> None:
     situation = situation_of(11, index)
     answer, truth = of(situation), Truth(situation, SEDAN)
     for kind in KINDS:
-        way = getattr(answer, kind)
-        assert way.open == (way.last_moment_s is not None)
+        candidate = getattr(answer, kind)
+        assert candidate.open == (candidate.last_moment_s is not None)
         last = truth.last(kind)
         if last is None:
-            assert not way.open
+            assert not candidate.open
         else:
-            assert (way.last_moment_s or 0.0) <= last + 1e-9
-            assert last - (way.last_moment_s or 0.0) <= 0.2
+            assert (candidate.last_moment_s or 0.0) <= last + 1e-9
+            assert last - (candidate.last_moment_s or 0.0) <= 0.2
 
 
 @pytest.mark.parametrize(
     ("seed", "indices"), [(2077, (279, 567, 738)), (7601, (261, 1182, 1547, 1568, 1712, 2260, 2585, 2629)), (7603, range(200))]
 )
-def test_whatever_is_comfortable_is_a_way_out(seed: int, indices: Iterable[int]) -> None:
+def test_whatever_is_comfortable_is_an_escape(seed: int, indices: Iterable[int]) -> None:
     """No last comfortable moment is later than the last of any demand: of the first eleven, gentle starts were once the only late ones."""
     for index in indices:
-        for way in of(situation_of(seed, index)).ways:
-            assert way.last_comfortable_s is None or (way.open and way.last_comfortable_s <= (way.last_moment_s or 0.0))
+        for candidate in of(situation_of(seed, index)).candidates:
+            easy, last = candidate.last_comfortable_s, candidate.last_moment_s or 0.0
+            assert easy is None or (candidate.open and easy <= last)
 
 
 @pytest.mark.parametrize("sideways", [0.0, 0.4, -1.5])
 def test_a_body_at_an_angle_counts_as_a_box_that_holds_it_and_straightens_up_with_it(sideways: float) -> None:
     body = predict((Track(id="a", s_m=20.0, d_m=0.0, speed_s_mps=10.0, speed_d_mps=sideways),)).bodies[0]
-    company = Company.of([body], 4.0, Margins())
-    turned = np.abs(body.at(LATTICE_S * np.arange(company.s_m.shape[1])).heading_rad)
+    traffic = PredictedTraffic.of([body], 4.0, Margins())
+    turned = np.abs(body.at(LATTICE_S * np.arange(traffic.s_m.shape[1])).heading_rad)
     holds_long = 0.5 * (body.length_m * np.cos(turned) + body.width_m * np.sin(turned))
     holds_wide = 0.5 * (body.width_m * np.cos(turned) + body.length_m * np.sin(turned))
-    assert np.all(company.half_length_m[0] >= holds_long - 1e-12)
-    assert np.all(company.half_width_m[0] >= holds_wide - 1e-12)
-    assert company.half_width_m[0, -1] <= 0.5 * body.width_m + 0.025 * abs(sideways)
+    assert np.all(traffic.half_length_m[0] >= holds_long - 1e-12)
+    assert np.all(traffic.half_width_m[0] >= holds_wide - 1e-12)
+    assert traffic.half_width_m[0, -1] <= 0.5 * body.width_m + 0.025 * abs(sideways)
 
 
 def test_less_grip_closes_sooner() -> None:
@@ -181,3 +184,18 @@ def test_the_map_is_a_document() -> None:
     document = of(replace(chased(20.0, 20.0), time_s=3.0)).to_dict()
     assert set(document) == set(KINDS)
     assert set(document["left"]) == {"open", "last_moment_s", "closed_by", "demand_mps2", "last_comfortable_s"}
+
+
+@pytest.mark.parametrize(
+    ("record", "name", "value"),
+    [
+        *((EscapeSettings, "comfort_mps2", value) for value in (0.0, -1.0, float("nan"))),
+        *((EscapeSettings, "comfort_share", value) for value in (0.0, 1.5)),
+        (EscapeSettings, "clear_m", float("inf")),
+        *((Margins, name, -0.1) for name in ("along_m", "across_m", "share_of_prediction")),
+        *((Demand, name, value) for name in ("friction", "steering") for value in (0.0, float("nan"))),
+    ],
+)
+def test_settings_cannot_be_born_wrong(record: type, name: str, value: float) -> None:
+    with pytest.raises(ParameterError, match=name):
+        record(**{name: value})

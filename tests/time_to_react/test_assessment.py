@@ -1,4 +1,4 @@
-"""What plans say of the ways out, and the alert over a scene."""
+"""The time-to-react assessment of plans, and the alert over a scene."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from mcdas_opt.domain.settings import Settings, WarningSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Alert
-from mcdas_opt.manoeuvres.escape_library import KINDS
-from mcdas_opt.planning.escape_map import escapes
-from mcdas_opt.planning.escape_sweep import swept
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.situation.alert import alert
+from mcdas_opt.time_to_react.alert import alert
+from mcdas_opt.time_to_react.escapes import escapes
+from mcdas_opt.time_to_react.library import KINDS
+from mcdas_opt.time_to_react.sweep import swept
 from tests.planning.situations import car, sandwich
 
 OFF = Settings(warning=WarningSettings(escapes=False))
@@ -60,7 +60,7 @@ def test_a_wall_is_warned_of_first_and_acted_on_before_it_is_too_late() -> None:
 
 def test_a_gentler_idea_of_comfort_warns_earlier() -> None:
     def warned_at(comfort: float) -> float:
-        from mcdas_opt.manoeuvres.escape_library import EscapeSettings
+        from mcdas_opt.time_to_react.library import EscapeSettings
 
         chosen = EscapeSettings(comfort_mps2=comfort)
         for step in range(40):
@@ -82,6 +82,6 @@ def test_the_sweep_is_the_map_at_each_of_its_points() -> None:
         for g, gap in enumerate(sweep.front_gap_m):
             moved = replace(front, s_m=float(gap) + 4.5), replace(rear, speed_s_mps=situation.host.speed_mps + float(closing))
             there = escapes(replace(situation, tracks=moved))
-            for k, way in enumerate(there.ways):
-                assert (way.last_moment_s is None) == bool(np.isnan(sweep.last_moment_s[k, c, g]))
-                assert way.last_moment_s is None or way.last_moment_s == sweep.last_moment_s[k, c, g]
+            for k, candidate in enumerate(there.candidates):
+                assert (candidate.last_moment_s is None) == bool(np.isnan(sweep.last_moment_s[k, c, g]))
+                assert candidate.last_moment_s is None or candidate.last_moment_s == sweep.last_moment_s[k, c, g]

@@ -17,15 +17,15 @@ from mcdas_opt.domain.prediction import CruisingBody, KnownBody, PredictedBody, 
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.manoeuvres import compiled_escapes as seat
 from mcdas_opt.manoeuvres.clearance import Margins
-from mcdas_opt.manoeuvres.escape_answer import answered
-from mcdas_opt.manoeuvres.escape_guess import Case
-from mcdas_opt.manoeuvres.escape_library import KINDS, EscapeSettings
-from mcdas_opt.manoeuvres.escape_search import Found, found
-from mcdas_opt.manoeuvres.escapes import escapes
-from mcdas_opt.manoeuvres.parting import LATTICE_S, Company
 from mcdas_opt.native.compile_cache import SWITCH
+from mcdas_opt.time_to_react import compiled_case as seat
+from mcdas_opt.time_to_react.compiled_map import answered
+from mcdas_opt.time_to_react.escapes import escapes_under
+from mcdas_opt.time_to_react.guess import Case
+from mcdas_opt.time_to_react.library import KINDS, EscapeSettings
+from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, PredictedTraffic
+from mcdas_opt.time_to_react.search import Found, found
 from mcdas_opt.tracking.prediction import predict
 
 CAR = Vehicle()
@@ -84,8 +84,8 @@ def both(index: int, library: ctypes.CDLL) -> tuple[Case, Case]:
 def test_everything_it_answers_is_what_numpy_answers(index: int, library: ctypes.CDLL) -> None:
     plain, fast = both(index, library)
     assert np.abs(plain.table - fast.table).max() <= CLOSE
-    end_s, ender = plain.end_of_keeping_on()
-    assert fast.end_of_keeping_on() == (end_s, ender)
+    end_s, ender = plain.end_of_constant_input()
+    assert fast.end_of_constant_input() == (end_s, ender)
     one, other = plain.guess(end_s), fast.guess(end_s)
     for a, b in ((one.open_now_m, other.open_now_m), *zip(one.needs, other.needs, strict=True)):
         assert np.all(np.abs(a - b) <= CLOSE * (1.0 + np.abs(a)))
@@ -101,14 +101,14 @@ def test_everything_it_answers_is_what_numpy_answers(index: int, library: ctypes
 
 @settings(max_examples=25, deadline=None)
 @given(index=st.integers(0, 10_000))
-def test_the_company_is_what_numpy_makes_of_it_and_of_each_body_alone(index: int, library: ctypes.CDLL) -> None:
+def test_the_predicted_traffic_is_what_numpy_makes_of_it_and_of_each_body_alone(index: int, library: ctypes.CDLL) -> None:
     situation = varied(index)
     bodies = predict(situation.tracks).bodies
     bodies = with_changing(bodies, index)
     grown = Margins(along_m=0.3, across_m=0.1)
-    plain, fast = Company.of(bodies, 14.0, grown), seat.company(library, bodies, 14.0, grown)
-    alone = [Company.of([KnownBody(id=b.id, length_m=b.length_m, width_m=b.width_m, motion=b.at)], 14.0, grown) for b in bodies]
-    for field in fields(Company):
+    plain, fast = PredictedTraffic.of(bodies, 14.0, grown), seat.predicted_traffic(library, bodies, 14.0, grown)
+    alone = [PredictedTraffic.of([KnownBody(id=b.id, length_m=b.length_m, width_m=b.width_m, motion=b.at)], 14.0, grown) for b in bodies]
+    for field in fields(PredictedTraffic):
         one, other = getattr(plain, field.name), getattr(fast, field.name)
         assert one.shape == other.shape
         assert np.abs(one - other).max(initial=0.0) <= CLOSE
@@ -135,10 +135,10 @@ def test_the_map_is_the_same_without_a_compiler(
 ) -> None:
     """Also of a dynamic vehicle whose zero-sideslip point lies ahead of its middle."""
     situation, car = situation_of(seed, index), replace(CAR, zero_sideslip_point_m=point_m)
-    fast = escapes(situation, car, predict(situation.tracks))
+    fast = escapes_under(predict(situation.tracks), situation, car)
     monkeypatch.setenv(SWITCH, "0")
     assert seat.compiled_escapes() is None
-    plain = escapes(situation, car, predict(situation.tracks))
+    plain = escapes_under(predict(situation.tracks), situation, car)
     for kind in KINDS:
         one, other = getattr(plain, kind), getattr(fast, kind)
         assert replace(one, demand_mps2=None) == replace(other, demand_mps2=None)
@@ -183,6 +183,6 @@ def test_a_machine_that_cannot_build_it_answers_in_numpy(monkeypatch: pytest.Mon
     try:
         assert seat.compiled_escapes() is None
         situation = situation_of(33, 1)
-        assert escapes(situation, CAR, predict(situation.tracks)).to_dict()
+        assert escapes_under(predict(situation.tracks), situation, CAR).to_dict()
     finally:
         seat._library.cache_clear()

@@ -1,0 +1,74 @@
+"""The escape map: for each candidate, the last moment at which it still can be started (its time to react), and what ends it."""
+
+from __future__ import annotations
+
+import math
+
+from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.domain.escapes import Closer, Escape, Escapes
+from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.settings import PredictionSettings
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.time_to_react.compiled_case import compiled_escapes
+from mcdas_opt.time_to_react.compiled_map import answered
+from mcdas_opt.time_to_react.guess import Case
+from mcdas_opt.time_to_react.library import LATEST_S, EscapeSettings
+from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S
+from mcdas_opt.time_to_react.search import found
+from mcdas_opt.tracking.prediction import predict_for
+
+
+def escapes(
+    situation: Situation,
+    vehicle: Vehicle | None = None,
+    *,
+    prediction: PredictionSettings | None = None,
+    settings: EscapeSettings | None = None,
+) -> Escapes:
+    """For braking, accelerating, steering left and right: open or closed, the last moment to start, what closes it, what it asks now.
+
+    Neighbours move as the planner predicts them; their bare bodies count, unless `settings.margins` grows them. `vehicle` is the
+    situation's own unless given. Raises `InputError` for a vehicle that is not known.
+    """
+    car = load_vehicle(situation.vehicle) if vehicle is None else vehicle
+    return escapes_under(predict_for(situation, prediction), situation, car, settings)
+
+
+def escapes_under(prediction: Prediction, situation: Situation, vehicle: Vehicle, settings: EscapeSettings | None = None) -> Escapes:
+    """The same under any prediction: four candidates, each the best of some dozens of manoeuvres of its kind, for all starts at once.
+
+    Each manoeuvre from a few starts says which gaps it needs, and so until when each gap lasts; the best few are then driven from
+    about that moment and separated from everybody exactly, so that a candidate called open is open.
+    """
+    chosen = settings or _DEFAULT
+    library = compiled_escapes()
+    if library is None:
+        answer = found(Case(situation, vehicle, prediction, chosen))
+    else:
+        answer = answered(library, situation, vehicle, prediction, chosen)
+    end_s, ender, (last, comfortable), now, closers = answer
+    latest, coverage = math.floor(end_s / LATTICE_S + 1e-9), situation.coverage
+    ended = ender if latest * LATTICE_S < LATEST_S - 1e-9 else None
+    covered = True, coverage.front, coverage.left, coverage.right  # into a direction that no sensor covers everything is closed
+    candidates: list[Escape] = []
+    for kind, seen in enumerate(covered):
+        start, easy = last[kind], comfortable[kind]
+        if start < 0 or not seen:
+            candidates.append(Escape(closed_by=closers[kind] if seen else _UNSEEN[kind]))
+            continue
+        candidate = Escape(
+            open=True,
+            last_moment_s=round(LATTICE_S * start, 4),
+            closed_by=closers[kind] if start < latest else ended,
+            demand_mps2=now[kind],
+            last_comfortable_s=round(LATTICE_S * easy, 4) if easy >= 0 else None,
+        )
+        candidates.append(candidate)
+    brake, accelerate, left, right = candidates
+    keeping_on_s = round(end_s, 4) if ender is not None else None
+    return Escapes(brake=brake, accelerate=accelerate, left=left, right=right, keeping_on_s=keeping_on_s)
+
+
+_DEFAULT = EscapeSettings()
+_UNSEEN = (None, Closer.FRONT, Closer.SIDE, Closer.SIDE)  # what then closes it, by kind
