@@ -1,4 +1,4 @@
-"""The escape map's questions in C: `escape_kernel.c`, which says what `swerves` and `parting` say, and `escape_questions.c`."""
+"""The escape map's questions in C (`time_to_react.c`), which says what `swerves` and `parting` say."""
 
 from __future__ import annotations
 
@@ -19,10 +19,9 @@ from mcdas_opt.manoeuvres.escape_library import SHORTEST_S, EscapeSettings
 from mcdas_opt.manoeuvres.held import PASSES
 from mcdas_opt.manoeuvres.parting import Company, Rows
 from mcdas_opt.native.addresses import address
-from mcdas_opt.native.kernels import c_text, defined, library, wanted
+from mcdas_opt.native.binding import defined
+from mcdas_opt.native.kernels import TIME_TO_REACT
 
-_TEXTS: tuple[str, ...] = ("escape_kernel.c", "escape_parting.c", "escape_company.c", "escape_questions.c", "escape_guess.c")
-_TEXTS += ("escape_search.c", "escape_answer.c")
 _EFFORT: tuple[str, ...] = (
     "LEAST_ANCHORS",
     "ANCHORS",
@@ -48,12 +47,6 @@ _EFFORT: tuple[str, ...] = (
 )
 _LANES, _ROOM = 8, 104  # nodes come in whole lanes, and there are at most so many
 _PIECE = 16  # nodes are looked at so many at a time where a row may go wrong
-_PLAIN = "-fno-math-errno -fno-trapping-math -ffp-contract=off"  # nothing that changes a result; half the time
-_ROLLED = "--param max-completely-peeled-insns=60"  # gcc else unrolls loops over lanes before it sees that they are vectors: a seventh more
-_BUILDS = (
-    *(f"-O3 -march=native -mno-avx512f {_PLAIN} {rolled}-lm" for rolled in (f"{_ROLLED} ", "")),
-    *(f"-O3 -march=native {_PLAIN} -lm", f"-O2 {_PLAIN} -lm", "-O2 -lm"),
-)
 _TABLES: tuple[str, ...] = (
     "others_s",
     "others_d",
@@ -69,7 +62,7 @@ _TABLES: tuple[str, ...] = (
     "lateral",
 )
 _TABLES += ("knots", "kappas")
-_SIZES = ("bodies", "lattice", "held", "members", "in_lane", "half_steps", "count_of_knots")
+_SIZES = ("bodies", "lattice", "moments", "members", "in_lane", "half_steps", "count_of_knots")
 NUMBERS: tuple[str, ...] = ("wheelbase", "centre", "length", "width", "jerk_min", "jerk_max", "speed_max", "steering_max", "steering_rate")
 NUMBERS += ("limit", "steering_share", "brake", "accelerate", "left", "right", "end", "bend", "clear_m", "clear_s", "comfort", "shortest")
 NUMBERS += ("straightening",)
@@ -116,9 +109,7 @@ def company(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: floa
     begin = np.array(cruisers(bodies, margins))
     tables = np.empty((5, len(bodies), times.size))
     fade_s = bodies[0].lateral_fade_s
-    library.mcdas_escape_company(
-        len(bodies), times.size, address(begin), address(times), fade_s, address(faded(fade_s, times.size)), address(tables)
-    )
+    library.mcdas_escape_traffic(len(bodies), times.size, begin, times, fade_s, faded(fade_s, times.size), tables)
     s, d, speed, half_length, half_width = tables
     return Company(s_m=s, d_m=d, speed_mps=speed, half_length_m=half_length, half_width_m=half_width)
 
@@ -199,7 +190,7 @@ class CompiledCase:
     def held(self, begin: Array, times_s: Array) -> None:
         """Fills the table with what a host does that keeps on from this state (6,), at times (H,)."""
         path = np.empty((2, times_s.size))
-        self._library.mcdas_escape_held(self._at, address(begin), address(times_s), self._case.table, address(path))
+        self._library.mcdas_escape_constant_input(self._at, begin, times_s, self._case.table, path)
 
     def needs(self, anchors: Rows, nodes: Nodes) -> tuple[Array, Array, Array]:
         """Below and above which distances (J, K, M) everybody is met by members begun at the anchors (K,); their slack (3, K, M)."""
@@ -207,8 +198,7 @@ class CompiledCase:
         low, high = np.empty((self.bodies, *shape)), np.empty((self.bodies, *shape))
         slack = np.empty((3, *shape))
         begin = np.ascontiguousarray(anchors, dtype=np.int64)
-        results = (address(low), address(high), address(slack))
-        self._library.mcdas_escape_needs(self._at, anchors.size, address(begin), nodes.at, *results)
+        self._library.mcdas_escape_needs(self._at, anchors.size, begin, nodes.at, low, high, slack)
         return low, high, slack
 
     def guess(self, starts_s: Array, weights: Array, apart_m: Array, needs: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
@@ -216,31 +206,27 @@ class CompiledCase:
         And by how many metres they are open at the first of them."""
         size = self.members
         now, last, known = np.empty(size), np.empty((2, size)), np.empty((weights.shape[1], size), dtype=np.uint8)
-        apart = np.ascontiguousarray(apart_m)
-        given = (address(q) for q in (starts_s, weights, apart, *needs, known))
-        self._library.mcdas_escape_guess(self._at, weights.shape[1], starts_s.size, *given, address(now), address(last))
+        given = starts_s, weights, np.ascontiguousarray(apart_m), *needs
+        self._library.mcdas_escape_guess(self._at, weights.shape[1], starts_s.size, *given, known, now, last)
         return last[0], last[1], now
 
     def sound(self, members: Rows, starts: Rows, nodes: Nodes) -> tuple[NDArray[np.bool_], Array]:
         """Which members from these starts (R,) are ways out, and what they ask of the tyres [m/s^2]."""
         good, demand = np.empty(members.size, dtype=np.bool_), np.empty(members.size)
         member, start = np.ascontiguousarray(members, dtype=np.int64), np.ascontiguousarray(starts, dtype=np.int64)
-        given, results = (address(member), address(start)), (address(good), address(demand))
-        self._library.mcdas_escape_sound(self._at, members.size, *given, nodes.at, *results)
+        self._library.mcdas_escape_sound(self._at, members.size, member, start, nodes.at, good, demand)
         return good, demand
 
     def met(self, clock: Rows, places: Array) -> tuple[int, int]:
         """When (as an index) a host that goes through these places (4, T): s, d, sine, cosine: first meets somebody, and whom; or -1."""
         moments, where = np.ascontiguousarray(clock, dtype=np.int64), np.ascontiguousarray(places)
         whom = ctypes.c_longlong(-1)
-        rows = [address(where) + 8 * i * clock.size for i in range(4)]
-        step = self._library.mcdas_escape_met(self._at, clock.size, address(moments), *rows, ctypes.byref(whom))
+        step = self._library.mcdas_escape_met(self._at, clock.size, moments, where, ctypes.byref(whom))
         return int(step), whom.value
 
 
-@lru_cache(maxsize=1)
-def _library() -> ctypes.CDLL | None:
-    numbers = {
+_NUMBERS = defined(
+    {
         "LANES": _LANES,
         "ROOM": _ROOM,
         "PIECE": _PIECE,
@@ -258,30 +244,16 @@ def _library() -> ctypes.CDLL | None:
         "STEP_REACH_M": parting.STEP_REACH_M,
         "BOW": parting.BOW,
         "ARRIVED_M": parting.ARRIVED_M,
-        "HELD_STEPS": parting.HELD_STEPS,
+        "CONSTANT_STEPS": parting.HELD_STEPS,
         "TURNED_STEPS": parting.TURNED_STEPS,
         "ABILITY_M": parting.ABILITY_M,
         "LATTICE_S": parting.LATTICE_S,
         **{name: getattr(escape_effort, name) for name in _EFFORT},
         "SEARCH_ROUNDS": escape_effort.ROUNDS,
     }
-    found = library([defined(numbers), *(c_text("mcdas_opt.manoeuvres", name) for name in _TEXTS)], _BUILDS)
-    if found is None:
-        return None
-    pointer, whole = ctypes.c_void_p, ctypes.c_int
-    found.mcdas_escape_company.argtypes = [ctypes.c_longlong, ctypes.c_longlong, pointer, pointer, ctypes.c_double, pointer, pointer]
-    found.mcdas_escape_held.argtypes = [pointer] * 5
-    found.mcdas_escape_needs.argtypes = [pointer, whole, pointer, *[pointer] * 4]
-    found.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 9]
-    found.mcdas_escape_sound.argtypes = [pointer, whole, *[pointer] * 5]
-    found.mcdas_escape_met.argtypes = [pointer, whole, *[pointer] * 6]
-    found.mcdas_escape_answer.argtypes = [*[pointer] * 3, ctypes.c_longlong, ctypes.c_double, pointer, pointer, ctypes.c_longlong, pointer]
-    found.mcdas_escape_answer.restype = ctypes.c_longlong
-    for name in ("company", "held", "needs", "guess", "sound"):
-        getattr(found, f"mcdas_escape_{name}").restype = None
-    return found
+)
 
 
 def compiled_escapes() -> ctypes.CDLL | None:
     """The library, built on first use; None where there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
-    return _library() if wanted() else None
+    return TIME_TO_REACT.loaded(_NUMBERS)

@@ -1,4 +1,4 @@
-"""The members of a family in C (`family_kernel.c`): some ten times as fast as the array operations, which say what it does."""
+"""The members of a family in C (`family.c`): some ten times as fast as the array operations, which say what it does."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from mcdas_opt.manoeuvres.family import Demand, Member, Scored, Scoring
 from mcdas_opt.manoeuvres.phases import Phases
 from mcdas_opt.manoeuvres.sidesteps import Sidesteps
 from mcdas_opt.native.addresses import address
-from mcdas_opt.native.kernels import c_text, defined, library, wanted
-from mcdas_opt.solvers.vector_math import BUILDS, DECLARED
+from mcdas_opt.native.binding import defined
+from mcdas_opt.native.kernels import FAMILY
 
 _LANES = 8  # samples come in whole lanes
 _OF_PHASE, _OF_BODY, _OF_MEMBER, _OF_RESULT = 10, 7, 8, 6  # rows, as the C text numbers them
@@ -123,7 +123,7 @@ class CompiledMembers:
         """Every member against everybody."""
         self._set(scoring)
         result = np.empty((_OF_RESULT, *self._shape))
-        self._library.mcdas_family_score(self._at, address(result))
+        self._library.mcdas_family_score(self._at, result)
         possible, on_road = result[3] > 0.0, result[4] > 0.0
         return Scored(
             separation_m=result[0],
@@ -141,10 +141,7 @@ class CompiledMembers:
         of = np.ascontiguousarray(kinds, dtype=np.int64)
         count = int(of.max()) + 1
         index, values, order = np.empty(count, dtype=np.int64), np.empty((3, count)), np.empty(self._shape[0])
-        values_at = address(values)
-        ticks, cost, separation = (values_at + 8 * count * k for k in range(3))
-        given, results = (address(of), count, address(order), ticks), (address(index), cost, separation)
-        self._library.mcdas_family_best(self._at, *given, *results)
+        self._library.mcdas_family_best(self._at, of, count, order, index, values)
         rows = zip(values[0].tolist(), index.tolist(), values[1].tolist(), values[2].tolist(), strict=True)
         return [
             Member(
@@ -162,7 +159,7 @@ class CompiledMembers:
     def states(self, phase: int, step: int) -> Array:
         """(T, 6): s, d, psi, v, a, delta of one member."""
         x = np.empty((self._samples, 6))
-        self._library.mcdas_family_states(self._at, phase, step, address(x))
+        self._library.mcdas_family_states(self._at, phase, step, x)
         return x
 
 
@@ -207,31 +204,6 @@ def _now(situation: Situation, vehicle: Vehicle, step_s: float) -> dict[str, Any
     }
 
 
-@lru_cache(maxsize=8)
-def _library(row: int) -> ctypes.CDLL | None:
-    numbers = {
-        "ROW": row,
-        "LANES": _LANES,
-        "PEAK": sidesteps.PEAK,
-        "LEAST_SHIFT_M": sidesteps.LEAST_SHIFT_M,
-        "SPEED_FLOOR_MPS": sidesteps.SPEED_FLOOR_MPS,
-        "NEAR_M": clearance.NEAR_M,
-        "EDGE_M": family.EDGE_M,
-        "TICK": family.TICK,
-    }
-    found = library([DECLARED, defined(numbers), c_text("mcdas_opt.manoeuvres", "family_kernel.c")], BUILDS)
-    if found is None:
-        return None
-    pointer, whole = ctypes.c_void_p, ctypes.c_longlong
-    found.mcdas_family_speeds.argtypes = [pointer]
-    found.mcdas_family_score.argtypes = [pointer, pointer]
-    found.mcdas_family_best.argtypes = [pointer, pointer, whole, *[pointer] * 5]
-    found.mcdas_family_states.argtypes = [pointer, whole, whole, pointer]
-    for name in ("speeds", "score", "best", "states"):
-        getattr(found, f"mcdas_family_{name}").restype = None
-    return found
-
-
 def row_length(samples: int) -> int:
     """So many samples filled up to whole lanes."""
     return samples + -samples % _LANES
@@ -240,4 +212,20 @@ def row_length(samples: int) -> int:
 def compiled_family(samples: int) -> ctypes.CDLL | None:
     """The library for so many times, built on first use (loops of a known length take two thirds of the time of others); None where
     there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
-    return _library(row_length(samples)) if wanted() else None
+    return FAMILY.loaded(_numbers(row_length(samples)))
+
+
+@lru_cache(maxsize=8)
+def _numbers(row: int) -> str:
+    return defined(
+        {
+            "ROW": row,
+            "LANES": _LANES,
+            "PEAK": sidesteps.PEAK,
+            "LEAST_SHIFT_M": sidesteps.LEAST_SHIFT_M,
+            "SPEED_FLOOR_MPS": sidesteps.SPEED_FLOOR_MPS,
+            "NEAR_M": clearance.NEAR_M,
+            "EDGE_M": family.EDGE_M,
+            "TICK": family.TICK,
+        }
+    )

@@ -1,4 +1,4 @@
-"""The whole map in one call of C, from plain numbers: `escape_answer.c`."""
+"""The whole map in one call of C, from plain numbers: `time_to_react/answer.h`."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _ANSWER = struct.Struct(f"{1 + len(KINDS)}d{1 + 3 * len(KINDS)}q")
 class _GroundRecord(ctypes.Structure):
     _fields_ = [
         ("bare", CaseRecord),
-        *((name, ctypes.c_void_p) for name in ("held_s", "lattice_s", "coarse", "exact")),
+        *((name, ctypes.c_void_p) for name in ("moments_s", "lattice_s", "coarse", "exact")),
         *((name, ctypes.c_double) for name in ("near_d", "latest_s")),
     ]
 
@@ -71,7 +71,7 @@ class _Ground:
         numbers, knots = at_hand(vehicle, road, chosen, of_any.gentle)
         held_s, times_s = held_times(chosen.latest_s), lattice_s(self.steps)
         self._kept = knots, held_s, times_s
-        bare = CaseRecord(lattice=self.steps, held=held_s.size, half_steps=round(0.5 * chosen.clear_s / LATTICE_S))
+        bare = CaseRecord(lattice=self.steps, moments=held_s.size, half_steps=round(0.5 * chosen.clear_s / LATTICE_S))
         bare.count_of_knots, bare.knots, bare.kappas = knots.shape[1], address(knots), address(knots) + knots.strides[0]
         for name, number in zip(NUMBERS, numbers, strict=True):
             setattr(bare, name, number)

@@ -17,9 +17,8 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.ocp.compiled_drive import compiled_drive
+from mcdas_opt.native.kernels import PLAIN
 from mcdas_opt.ocp.lane_mpc import CENTRE, LaneParameters, LaneProblem
-from mcdas_opt.planning.grown_bodies import build_grown_bodies
 from mcdas_opt.planning.lane_parameters import Seated, guessed_states, seated, shared_values, vacant_values, way_values
 from mcdas_opt.planning.mirror import TurnedParameters, is_turned, turned_guess, turned_inputs, turned_states
 from mcdas_opt.planning.roll_out import roll_out, within_reach
@@ -152,8 +151,7 @@ class LaneStage:
         """Builds everything now that a drive may ask for but the second opinion: some tenths of a second once a process, else nothing."""
         for seats in self.stage.seats:
             self.posed(seats)
-        compiled_drive()
-        build_grown_bodies()
+        PLAIN.loaded()
 
     def closer(self) -> LaneStage:
         """The same, with less clearance asked for."""

@@ -16,6 +16,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.manoeuvres.kinds import build_family
+from mcdas_opt.native.kernels import CONSERVATIVE_ACCEPT
 from mcdas_opt.planning.answer import Answer
 from mcdas_opt.planning.closed_form import drive
 from mcdas_opt.planning.continuation import Ended, to_safe_end
@@ -23,13 +24,11 @@ from mcdas_opt.planning.glance import verdicts
 from mcdas_opt.planning.lane_stage import LaneStage, Solved
 from mcdas_opt.planning.promise import by_promise
 from mcdas_opt.planning.selection import WorthSettings, nearness, steering_price, worths
-from mcdas_opt.planning.separations import build_separations
 from mcdas_opt.planning.stage_settings import StageSettings
 from mcdas_opt.planning.ways import Manoeuvre, Way, continued, keeping_way, shorter_side, spread_ways, strays, ways_out
 from mcdas_opt.reference.offset_path import build_search
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.prediction import predict_for
-from mcdas_opt.verification.plainly_sound import plainly_sound
 
 Solving = Callable[[Situation, Prediction, Way], Solved]
 _UNPROMISING = "not solved: others promise more, and pass"
@@ -48,8 +47,7 @@ class MpcMethod:
             each.warm_up()
         build_search()
         build_family(self.settings.grid)
-        plainly_sound()  # and the judge's library, before the first cycle
-        build_separations()
+        CONSERVATIVE_ACCEPT.loaded()  # the judge's library too, before the first cycle
         self.worth = WorthSettings()
         self._assessment: Assessment | None = None
         self._solve_s = self._verify_s = 0.0

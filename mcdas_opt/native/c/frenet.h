@@ -1,23 +1,26 @@
-/* `FrenetFrame.to_plane` of one place; portable C99, for the texts that it is put before. Nothing global is written. */
+/* The road's Frenet frame, as `geometry.frenet`, of one place at a time. */
+#ifndef FRENET_H
+#define FRENET_H
+#include "curvature.h"
 
 typedef struct {
-    long samples, knots;          /* no samples: a straight road */
+    whole samples, knots;         /* no samples: a straight road */
     const double *s, *x, *y;      /* the tabulated reference line */
     const double *at, *kappa, *heading; /* of the knots */
 } Frame;
 
-static double road_curvature(const Frame *f, double s)
+/* from what `FrenetFrame.addresses` says: (3, samples) and (3, knots) */
+static Frame frame_of(whole samples, const double *line, whole knots, const double *bends)
 {
-    long i = 0;
-    if (s <= f->at[0]) return f->kappa[0];
-    if (s >= f->at[f->knots - 1]) return f->kappa[f->knots - 1];
-    while (s >= f->at[i + 1]) i++;
-    return (f->kappa[i + 1] - f->kappa[i]) / (f->at[i + 1] - f->at[i]) * (s - f->at[i]) + f->kappa[i];
+    const Frame frame = {samples, knots, line, line + samples, line + 2 * samples, bends, bends + knots, bends + 2 * knots};
+    return frame;
 }
+
+static double road_curvature(const Frame *f, double s) { return curvature_at(s, f->knots, f->at, f->kappa); }
 
 static double road_heading(const Frame *f, double s)
 {
-    long i = 0;
+    whole i = 0;
     if (s < f->at[0]) return f->heading[0] + (s - f->at[0]) * f->kappa[0];
     while (i + 1 < f->knots && s >= f->at[i + 1]) i++;
     return f->heading[i] + 0.5 * (f->kappa[i] + road_curvature(f, s)) * (s - f->at[i]);
@@ -28,7 +31,7 @@ static int to_plane(const Frame *f, double s, double d, double psi, double *x, d
 {
     static const double node[4] = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526};
     static const double weight[4] = {0.34785484513745385, 0.6521451548625461, 0.6521451548625461, 0.34785484513745385};
-    long low = 0, high = f->samples - 1;
+    whole low = 0, high = f->samples - 1;
     double half, theta, along = 0.0, across = 0.0;
     if (f->samples == 0) {
         *x = s;
@@ -38,7 +41,7 @@ static int to_plane(const Frame *f, double s, double d, double psi, double *x, d
     }
     if (!(s >= f->s[0] && s <= f->s[high])) return 0;
     while (high - low > 1) {
-        const long middle = (low + high) / 2;
+        const whole middle = (low + high) / 2;
         if (s >= f->s[middle]) low = middle; else high = middle;
     }
     half = 0.5 * (s - f->s[low]);
@@ -59,14 +62,14 @@ static void to_road(const Frame *f, double x, double y, double near, double *s_o
 {
     const double low = f->samples ? f->s[0] : 0.0, high = f->samples ? f->s[f->samples - 1] : 0.0;
     double s = near, best = HUGE_VAL, px, py, theta, along, across;
-    long first = 0;
+    whole first = 0;
     if (f->samples == 0) {
         *s_out = x;
         *d_out = y;
         return;
     }
     while (first < f->samples && f->s[first] < near - 300.0) first++;
-    for (long i = first; i < f->samples && f->s[i] < near + 300.0; i += 8) {
+    for (whole i = first; i < f->samples && f->s[i] < near + 300.0; i += 8) {
         const double apart = (x - f->x[i]) * (x - f->x[i]) + (y - f->y[i]) * (y - f->y[i]);
         if (apart < best) best = apart, s = f->s[i];
     }
@@ -83,3 +86,5 @@ static void to_road(const Frame *f, double x, double y, double near, double *s_o
     *s_out = s;
     *d_out = -(x - px) * sin(theta) + (y - py) * cos(theta);
 }
+
+#endif
