@@ -8,10 +8,10 @@ keeps (`address`); what it returns stands behind `>`. Arrays must be contiguous.
 from __future__ import annotations
 
 import ctypes
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import resources
+from os import environ
 from typing import Any
 
 from mcdas_opt.native.compile_cache import SWITCH, NoLibraryError, cache_folder, load, to_stderr
@@ -59,14 +59,20 @@ class Library:
 
     def loaded(self, before: str = "") -> ctypes.CDLL | None:
         """The library, with `before` in front of its texts, built on first use; None where it cannot be had, or must not be used."""
-        if not wanted():
+        if environ.get(SWITCH) == "0":
             return None
-        if before not in self._loaded:
-            try:
-                self._loaded[before] = self.load(before)
-            except NoLibraryError:
-                self._loaded[before] = None
-        return self._loaded[before]
+        try:
+            return self._loaded[before]
+        except KeyError:
+            return self._first(before)
+
+    def _first(self, before: str) -> ctypes.CDLL | None:
+        try:
+            found: ctypes.CDLL | None = self.load(before)
+        except NoLibraryError:
+            found = None
+        self._loaded[before] = found
+        return found
 
     def load(self, before: str = "", builds: Sequence[str] = (), announce: Callable[[str], None] = to_stderr) -> ctypes.CDLL:
         """The same, asked for anew, with other `builds`; raises `NoLibraryError`, which says why there is none."""
@@ -84,7 +90,7 @@ class Library:
 
 def wanted() -> bool:
     """Whether compiled forms may be used: MCDAS_OPT_COMPILE=0 forbids them."""
-    return os.environ.get(SWITCH, "1") != "0"
+    return environ.get(SWITCH) != "0"
 
 
 def text_of(name: str) -> str:

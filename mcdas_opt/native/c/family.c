@@ -2,6 +2,7 @@
  * Operation by operation as there; the numbers in capitals stand before this text. Rows of samples are ROW long, a whole number of
  * LANES, filled up with the last sample. Loops over them are written so that a compiler can vectorise them. */
 #include "curvature.h"
+#include "rectangles.h"
 
 #ifdef VECTOR_MATH
 double exp(double) OF_VECTORS;
@@ -245,13 +246,9 @@ static int separations(const Family *f, double *restrict w)
         for (whole t = 0; t < n; t++) {
             const double y = o[BODY_D * n + t] - d[t], other_long = o[BODY_LONG * n + t], other_wide = o[BODY_WIDE * n + t];
             const double x = (o[BODY_S * n + t] - s[t]) * (1.0 - o[BODY_KAPPA * n + t] * 0.5 * (o[BODY_D * n + t] + d[t]));
-            const double si = sine[t], co = cosine[t], osi = o[BODY_SINE * n + t], oco = o[BODY_COSINE * n + t];
-            const double cc = fabs(co * oco + si * osi), ss = fabs(si * oco - co * osi);
-            const double g1 = fabs(x * co + y * si) - (long_half + other_long * cc + other_wide * ss);
-            const double g2 = fabs(y * co - x * si) - (wide_half + other_long * ss + other_wide * cc);
-            const double g3 = fabs(x * oco + y * osi) - (other_long + long_half * cc + wide_half * ss);
-            const double g4 = fabs(y * oco - x * osi) - (other_wide + long_half * ss + wide_half * cc);
-            const double g12 = GREATER(g1, g2), g34 = GREATER(g3, g4), gap = GREATER(g12, g34) - bow;
+            const double its_sine = o[BODY_SINE * n + t], its_cosine = o[BODY_COSINE * n + t];
+            const Gaps g = gaps_between(x, y, sine[t], cosine[t], its_sine, its_cosine, long_half, wide_half, other_long, other_wide);
+            const double own = GREATER(g.ahead, g.aside), its = GREATER(g.its_ahead, g.its_aside), gap = GREATER(own, its) - bow;
             const double near = room[t] < 0.0 ? gap : NEAR_M;
             who[t] = near < best[t] ? (double)i : who[t];
             best[t] = LESSER(near, best[t]);

@@ -9,6 +9,11 @@
 #else
 #define PUBLIC __attribute__((visibility("default")))
 #endif
+#if defined(__GNUC__)
+#define OUT_OF_LINE __attribute__((noinline)) /* seldom called from where the time is spent */
+#else
+#define OUT_OF_LINE
+#endif
 #ifdef VECTOR_MATH /* of a function declared so, glibc's libmvec has versions for whole vectors: loops call those */
 #define OF_VECTORS __attribute__((simd("notinbranch"), const))
 #endif

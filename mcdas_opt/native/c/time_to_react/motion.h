@@ -42,7 +42,7 @@ typedef struct {
     double demand, ability, edge;
 } Motion;
 
-static double curvature(const Case *q, double s) { return curvature_at(s, q->count_of_knots, q->knots, q->kappas); }
+OUT_OF_LINE static double curvature(const Case *q, double s) { return curvature_at(s, q->count_of_knots, q->knots, q->kappas); }
 
 static double sign(double x) { return (double)((x > 0.0) - (x < 0.0)); }
 
