@@ -19,7 +19,7 @@ from mcdas_opt.manoeuvres.escape_library import SHORTEST_S, EscapeSettings
 from mcdas_opt.manoeuvres.held import PASSES
 from mcdas_opt.manoeuvres.parting import Company, Rows
 from mcdas_opt.native.addresses import address
-from mcdas_opt.native.binding import defined
+from mcdas_opt.native.binding import defined, record
 from mcdas_opt.native.kernels import TIME_TO_REACT
 
 _EFFORT: tuple[str, ...] = (
@@ -47,40 +47,8 @@ _EFFORT: tuple[str, ...] = (
 )
 _LANES, _ROOM = 8, 104  # nodes come in whole lanes, and there are at most so many
 _PIECE = 16  # nodes are looked at so many at a time where a row may go wrong
-_TABLES: tuple[str, ...] = (
-    "others_s",
-    "others_d",
-    "others_mps",
-    "half_length",
-    "half_width",
-    "longest",
-    "table",
-    "level",
-    "until",
-    "until_mps",
-    "target",
-    "lateral",
-)
-_TABLES += ("knots", "kappas")
-_SIZES = ("bodies", "lattice", "moments", "members", "in_lane", "half_steps", "count_of_knots")
-NUMBERS: tuple[str, ...] = ("wheelbase", "centre", "length", "width", "jerk_min", "jerk_max", "speed_max", "steering_max", "steering_rate")
-NUMBERS += ("limit", "steering_share", "brake", "accelerate", "left", "right", "end", "bend", "clear_m", "clear_s", "comfort", "shortest")
-NUMBERS += ("straightening",)
-
-
-class CaseRecord(ctypes.Structure):
-    _fields_ = [
-        *((name, ctypes.c_void_p) for name in _TABLES),
-        *((name, ctypes.c_longlong) for name in _SIZES),
-        *((name, ctypes.c_double) for name in NUMBERS),
-    ]
-
-
-class _Nodes(ctypes.Structure):
-    _fields_ = [
-        *((name, ctypes.c_void_p) for name in ("steps", "until", "times", "step")),
-        *((name, ctypes.c_longlong) for name in ("n", "last", "middle", "runs")),
-    ]
+CaseRecord, _Nodes = (record("time_to_react.c", name) for name in ("Case", "Nodes"))
+NUMBERS = tuple(name for name, kind, *_ in CaseRecord._fields_ if kind is ctypes.c_double)
 
 
 class Nodes:

@@ -19,27 +19,14 @@ from mcdas_opt.manoeuvres.family import Demand, Member, Scored, Scoring
 from mcdas_opt.manoeuvres.phases import Phases
 from mcdas_opt.manoeuvres.sidesteps import Sidesteps
 from mcdas_opt.native.addresses import address
-from mcdas_opt.native.binding import defined
+from mcdas_opt.native.binding import defined, record
 from mcdas_opt.native.kernels import FAMILY
 
 _LANES = 8  # samples come in whole lanes
 _OF_PHASE, _OF_BODY, _OF_MEMBER, _OF_RESULT = 10, 7, 8, 6  # rows, as the C text numbers them
-_TABLES = ("phases", "steps", "times", "weights", "bodies", "sizes", "knots", "kappas", "by_phase", "work")
-_SIZES = ("count_of_phases", "count_of_steps", "samples", "count_of_bodies", "count_of_knots")
-_NUMBERS: tuple[str, ...] = ("s0", "d0", "sine0", "bend0", "speed0", "acceleration0", "join", "centre", "wheelbase", "length", "width")
-_NUMBERS += ("rise", "fall", "top", "grip_squared", "curvature_max", "turn_max", "left", "right", "end")
-_NUMBERS += ("wanted", "lane_d", "half_lane", "clear", "reach")
-_NUMBERS += ("price_acceleration", "price_speed", "price_lateral", "price_near", "nearness", "price_change", "price_closing", "end_room")
 _CRUISING = (*MOVING, "sigmas", "growth_s", "cap_along_m", "cap_across_m")
 _STEEPEST_RAD = 1.5  # so far a step of the steering angle is bounded by its tangent
-
-
-class _Family(ctypes.Structure):
-    _fields_ = [
-        *((name, ctypes.c_void_p) for name in _TABLES),
-        *((name, ctypes.c_longlong) for name in _SIZES),
-        *((name, ctypes.c_double) for name in _NUMBERS),
-    ]
+_Family = record("family.c", "Family")
 
 
 class CompiledMembers:
@@ -79,7 +66,11 @@ class CompiledMembers:
         }
         self._family = _Family(
             **{name: address(table) for name, table in self._tables.items()},
-            **dict(zip(_SIZES, (*self._shape, times_s.size, len(prediction.bodies), knots.shape[1]), strict=True)),
+            count_of_phases=self._shape[0],
+            count_of_steps=self._shape[1],
+            samples=times_s.size,
+            count_of_bodies=len(prediction.bodies),
+            count_of_knots=knots.shape[1],
             **_now(situation, vehicle, float(times_s[1] - times_s[0])),
         )
         self._at = ctypes.addressof(self._family)

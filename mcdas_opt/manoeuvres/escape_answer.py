@@ -27,25 +27,12 @@ from mcdas_opt.manoeuvres.escape_search import Found
 from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.manoeuvres.parting import LATTICE_S, Company, lattice_s
 from mcdas_opt.native.addresses import address
+from mcdas_opt.native.binding import record
 
 _CLOSERS = (*CLOSERS, None)  # -1 is nobody
 _KEPT = 16  # grounds that are remembered
 _ANSWER = struct.Struct(f"{1 + len(KINDS)}d{1 + 3 * len(KINDS)}q")
-
-
-class _GroundRecord(ctypes.Structure):
-    _fields_ = [
-        ("bare", CaseRecord),
-        *((name, ctypes.c_void_p) for name in ("moments_s", "lattice_s", "coarse", "exact")),
-        *((name, ctypes.c_double) for name in ("near_d", "latest_s")),
-    ]
-
-
-class _SpreadRecord(ctypes.Structure):
-    _fields_ = [
-        *((name, ctypes.c_void_p) for name in ("kind", "matching", "comfortable", "pace", "until", "push")),
-        *((name, ctypes.c_longlong) for name in ("members", "in_lane", "comforts")),
-    ]
+_GroundRecord, _SpreadRecord = (record("time_to_react.c", name) for name in ("Ground", "Spread"))
 
 
 class _Manoeuvres:

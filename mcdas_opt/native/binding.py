@@ -8,8 +8,10 @@ keeps (`address`); what it returns stands behind `>`. Arrays must be contiguous.
 from __future__ import annotations
 
 import ctypes
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from importlib import resources
 from os import environ
 from typing import Any
@@ -46,6 +48,7 @@ _ARGUMENTS: dict[str, Any] = {
     "a": _Read,
     "w": _Written,
 }
+_FIELDS: dict[str, Any] = {"whole": ctypes.c_longlong, "double": ctypes.c_double}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -105,6 +108,19 @@ def _included(name: str, known: set[str]) -> Iterator[str]:
             yield line
         elif (header := line.split('"')[1]) not in known:
             yield from _included(header, known)
+
+
+@cache
+def record(text: str, name: str) -> type[ctypes.Structure]:
+    """The struct of that name in a C text: its fields are declared there alone. Pointers are addresses (`address`)."""
+    found = re.search(rf"typedef struct {{([^{{}}]*)}} {name};", text_of(text))
+    if found is None:
+        raise LookupError(f"{text} has no struct {name}")
+    fields: list[tuple[str, Any]] = []
+    for kind, names in re.findall(r"(?:const )?(\w+) ([^;]+);", re.sub(r"/\*.*?\*/", "", found[1], flags=re.DOTALL)):
+        for one in map(str.strip, names.split(",")):
+            fields.append((one.lstrip("*"), ctypes.c_void_p if one.startswith("*") else _FIELDS.get(kind) or record(text, kind)))
+    return type(name, (ctypes.Structure,), {"_fields_": fields})
 
 
 def defined(numbers: Mapping[str, Any]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from ctypes import ArgumentError
+from ctypes import ArgumentError, c_double, c_longlong, c_void_p
 from importlib import resources
 from pathlib import Path
 
@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from mcdas_opt.native import kernels
-from mcdas_opt.native.binding import Library, defined, text_of
+from mcdas_opt.native.binding import Library, defined, record, text_of
 from mcdas_opt.native.compile_cache import SWITCH
 from mcdas_opt.native.kernels import PLAIN
 
@@ -108,3 +108,12 @@ def test_without_a_compiler_there_is_none_until_it_is_asked_for_anew(monkeypatch
 
 def test_numbers_become_macros() -> None:
     assert defined({"A": 2, "B": 0.5, "C": (1, (2.0, 3))}) == "#define A 2\n#define B 0.5\n#define C {1, {2.0, 3}}\n"
+
+
+def test_a_record_is_the_struct_of_the_text() -> None:
+    ground, case = record("time_to_react.c", "Ground"), record("time_to_react.c", "Case")
+    assert ground._fields_[0] == ("bare", case)
+    assert [name for name, *_ in ground._fields_[1:]] == ["moments_s", "lattice_s", "coarse", "exact", "near_d", "latest_s"]
+    assert {c_void_p, c_longlong, c_double} == {kind for _, kind in case._fields_}
+    with pytest.raises(LookupError, match="no struct Nothing"):
+        record("time_to_react.c", "Nothing")
