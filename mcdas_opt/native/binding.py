@@ -96,6 +96,7 @@ def wanted() -> bool:
     return environ.get(SWITCH) != "0"
 
 
+@cache
 def text_of(name: str) -> str:
     """A C text of the package, what it includes of the package's own in its place."""
     return "\n".join(_included(name, set())) + "\n"
