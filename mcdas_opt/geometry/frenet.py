@@ -74,7 +74,7 @@ class FrenetFrame:
         return np.asarray(np.where(s < ks[0], headings[0] + (s - ks[0]) * kk[0], inside))
 
     def addresses(self) -> tuple[int, int, int, int]:
-        """What `frenet.c` reads, as arguments of a call: how many samples of the line and where their table lies (3, n: s, x, y), how many
+        """What `frenet.h` reads, as arguments of a call: how many samples of the line and where their table lies (3, n: s, x, y), how many
         knots and where theirs lies (3, n: s, curvature, heading); nothing on a straight road. Valid as long as the frame lives.
         """
         return self._addresses

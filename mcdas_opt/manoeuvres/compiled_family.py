@@ -1,4 +1,4 @@
-"""The members of a family in C (`family_kernel.c`): some ten times as fast as the array operations, which say what it does."""
+"""The members of a family in C (`family.c`): some ten times as fast as the array operations, which say what it does."""
 
 from __future__ import annotations
 
@@ -18,26 +18,13 @@ from mcdas_opt.manoeuvres.family import Demand, Member, Scored, Scoring
 from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
 from mcdas_opt.manoeuvres.phases import Phases
 from mcdas_opt.native.addresses import address
-from mcdas_opt.native.kernels import c_text, defined, library, wanted
-from mcdas_opt.solvers.vector_math import BUILDS, DECLARED
+from mcdas_opt.native.binding import defined, record
+from mcdas_opt.native.kernels import FAMILY
 
 _LANES = 8  # samples come in whole lanes
 _OF_PHASE, _OF_BODY, _OF_MEMBER, _OF_RESULT = 10, 7, 8, 6  # rows, as the C text numbers them
-_TABLES = ("phases", "steps", "times", "weights", "bodies", "sizes", "knots", "kappas", "by_phase", "work")
-_SIZES = ("count_of_phases", "count_of_steps", "samples", "count_of_bodies", "count_of_knots")
-_NUMBERS: tuple[str, ...] = ("s0", "d0", "sine0", "bend0", "speed0", "acceleration0", "join", "centre", "wheelbase", "length", "width")
-_NUMBERS += ("rise", "fall", "top", "grip_squared", "curvature_max", "turn_max", "left", "right", "end")
-_NUMBERS += ("wanted", "lane_d", "half_lane", "clear", "reach")
-_NUMBERS += ("price_acceleration", "price_speed", "price_lateral", "price_near", "nearness", "price_change", "price_closing", "end_room")
 _STEEPEST_RAD = 1.5  # so far a step of the steering angle is bounded by its tangent
-
-
-class _Family(ctypes.Structure):
-    _fields_ = [
-        *((name, ctypes.c_void_p) for name in _TABLES),
-        *((name, ctypes.c_longlong) for name in _SIZES),
-        *((name, ctypes.c_double) for name in _NUMBERS),
-    ]
+_Family = record("family.c", "Family")
 
 
 class CompiledMembers:
@@ -77,7 +64,11 @@ class CompiledMembers:
         }
         self._family = _Family(
             **{name: address(table) for name, table in self._tables.items()},
-            **dict(zip(_SIZES, (*self._shape, times_s.size, len(prediction.bodies), knots.shape[1]), strict=True)),
+            count_of_phases=self._shape[0],
+            count_of_steps=self._shape[1],
+            samples=times_s.size,
+            count_of_bodies=len(prediction.bodies),
+            count_of_knots=knots.shape[1],
             **_now(situation, vehicle, float(times_s[1] - times_s[0])),
         )
         self._at = ctypes.addressof(self._family)
@@ -116,7 +107,7 @@ class CompiledMembers:
         """Every member against everybody."""
         self._set(scoring)
         result = np.empty((_OF_RESULT, *self._shape))
-        self._library.mcdas_family_score(self._at, address(result))
+        self._library.mcdas_family_score(self._at, result)
         possible, on_road = result[3] > 0.0, result[4] > 0.0
         return Scored(
             separation_m=result[0],
@@ -134,10 +125,7 @@ class CompiledMembers:
         of = np.ascontiguousarray(kinds, dtype=np.int64)
         count = int(of.max()) + 1
         index, values, order = np.empty(count, dtype=np.int64), np.empty((3, count)), np.empty(self._shape[0])
-        values_at = address(values)
-        ticks, cost, separation = (values_at + 8 * count * k for k in range(3))
-        given, results = (address(of), count, address(order), ticks), (address(index), cost, separation)
-        self._library.mcdas_family_best(self._at, *given, *results)
+        self._library.mcdas_family_best(self._at, of, count, order, index, values)
         rows = zip(values[0].tolist(), index.tolist(), values[1].tolist(), values[2].tolist(), strict=True)
         return [
             Member(
@@ -155,7 +143,7 @@ class CompiledMembers:
     def states(self, phase: int, profile: int) -> Array:
         """(T, 6): s, d, psi, v, a, delta of one member."""
         x = np.empty((self._samples, 6))
-        self._library.mcdas_family_states(self._at, phase, profile, address(x))
+        self._library.mcdas_family_states(self._at, phase, profile, x)
         return x
 
 
@@ -192,31 +180,6 @@ def _now(situation: Situation, vehicle: Vehicle, step_s: float) -> dict[str, Any
     }
 
 
-@lru_cache(maxsize=8)
-def _library(row: int) -> ctypes.CDLL | None:
-    numbers = {
-        "ROW": row,
-        "LANES": _LANES,
-        "PEAK": lane_change_profiles.PEAK,
-        "LEAST_SHIFT_M": lane_change_profiles.LEAST_SHIFT_M,
-        "SPEED_FLOOR_MPS": lane_change_profiles.SPEED_FLOOR_MPS,
-        "NEAR_M": clearance.NEAR_M,
-        "EDGE_M": family.EDGE_M,
-        "TICK": family.TICK,
-    }
-    found = library([DECLARED, defined(numbers), c_text("mcdas_opt.manoeuvres", "family_kernel.c")], BUILDS)
-    if found is None:
-        return None
-    pointer, whole = ctypes.c_void_p, ctypes.c_longlong
-    found.mcdas_family_speeds.argtypes = [pointer]
-    found.mcdas_family_score.argtypes = [pointer, pointer]
-    found.mcdas_family_best.argtypes = [pointer, pointer, whole, *[pointer] * 5]
-    found.mcdas_family_states.argtypes = [pointer, whole, whole, pointer]
-    for name in ("speeds", "score", "best", "states"):
-        getattr(found, f"mcdas_family_{name}").restype = None
-    return found
-
-
 def row_length(samples: int) -> int:
     """So many samples filled up to whole lanes."""
     return samples + -samples % _LANES
@@ -225,4 +188,20 @@ def row_length(samples: int) -> int:
 def compiled_family(samples: int) -> ctypes.CDLL | None:
     """The library for so many times, built on first use (loops of a known length take two thirds of the time of others); None where
     there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
-    return _library(row_length(samples)) if wanted() else None
+    return FAMILY.loaded(_numbers(row_length(samples)))
+
+
+@lru_cache(maxsize=8)
+def _numbers(row: int) -> str:
+    return defined(
+        {
+            "ROW": row,
+            "LANES": _LANES,
+            "PEAK": lane_change_profiles.PEAK,
+            "LEAST_SHIFT_M": lane_change_profiles.LEAST_SHIFT_M,
+            "SPEED_FLOOR_MPS": lane_change_profiles.SPEED_FLOOR_MPS,
+            "NEAR_M": clearance.NEAR_M,
+            "EDGE_M": family.EDGE_M,
+            "TICK": family.TICK,
+        }
+    )

@@ -1,1 +1,1 @@
-"""C texts to shared libraries, compiled once and kept: the room below every room that has a compiled form of something. Knows no cars."""
+"""All C of the package (`c`), the libraries that are made of it (`kernels`), and the one way to call them (`binding`). Knows no cars."""

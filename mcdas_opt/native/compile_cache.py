@@ -1,6 +1,6 @@
-"""C text to a shared library, compiled once with the machine's compiler and kept in the user's cache folder.
+"""C texts to a shared library, compiled once with the machine's compiler and kept in the user's cache folder.
 
-A library is found by a hash of its text, flags and processor, and its file name carries a digest of its content: a file that was
+A library is found by a hash of its texts, flags and processor, and its file name carries a digest of its content: a file that was
 cut off or changed is thrown away and built again. It appears under its name whole or not at all, so processes may build at once.
 """
 
@@ -21,17 +21,6 @@ from pathlib import Path
 
 SWITCH = "MCDAS_OPT_COMPILE"  # environment variable: 0 forbids the compiler, "portable" all but the last of the builds
 PORTABLE = "portable"
-HEAD = """\
-#include <math.h>
-#include <string.h>
-#if defined(_WIN32)
-#define PUBLIC __declspec(dllexport)
-#else
-#define PUBLIC __attribute__((visibility("default")))
-#endif
-#define LESSER(a, b) ((a) < (b) ? (a) : (b))
-#define GREATER(a, b) ((a) > (b) ? (a) : (b))
-"""  # what every text here begins with
 _SUFFIX = ".dll" if sys.platform == "win32" else ".so"
 _TIMEOUT_S = 300.0
 
@@ -54,8 +43,9 @@ def cache_folder() -> Path:
     return (Path(home) if os.path.isabs(home) else Path.home() / ".cache") / "mcdas-opt"
 
 
-def load(text: str, builds: Sequence[str], *, folder: Path, announce: Callable[[str], None]) -> ctypes.CDLL:
-    """The library of `text`, from `folder` or built into it with the first of `builds` (compiler flags, best first) that works.
+def load(texts: Sequence[str], builds: Sequence[str], *, folder: Path, announce: Callable[[str], None]) -> ctypes.CDLL:
+    """The library of C `texts`, each a unit of its own, from `folder`; or built into it, with the first of `builds` that works (compiler
+    flags, best first).
 
     The last of the builds is the portable one: no instruction of this machine's, no fused operation, the C library's scalar mathematics,
     so that two machines with the same C library get the same bits. MCDAS_OPT_COMPILE=portable allows no other.
@@ -64,7 +54,7 @@ def load(text: str, builds: Sequence[str], *, folder: Path, announce: Callable[[
     """
     if os.environ.get(SWITCH) == PORTABLE:
         builds = builds[-1:]
-    key = hashlib.sha256("\0".join([text, *builds, _processor()]).encode()).hexdigest()[:24]
+    key = hashlib.sha256("\0".join([*texts, *builds, _processor()]).encode()).hexdigest()[:24]
     try:
         for path in sorted(folder.glob(f"{key}-*{_SUFFIX}")):
             library = _kept(path)
@@ -74,7 +64,7 @@ def load(text: str, builds: Sequence[str], *, folder: Path, announce: Callable[[
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         announce("compiling the planner's kernels once (some seconds) ...")
         with tempfile.TemporaryDirectory(dir=folder, prefix="build-") as name:
-            built = _built(text, builds, found, Path(name))
+            built = _built(texts, builds, found, Path(name))
             path = folder / f"{key}-{_digest(built)}{_SUFFIX}"
             os.replace(built, path)
         library = _kept(path)
@@ -109,16 +99,18 @@ def compiler() -> str:
     raise NoLibraryError("there is no C compiler")
 
 
-def _built(text: str, builds: Sequence[str], compiler: str, folder: Path) -> Path:
-    source, target = folder / "solver.c", folder / f"solver{_SUFFIX}"
-    source.write_text(text, "utf-8")
+def _built(texts: Sequence[str], builds: Sequence[str], compiler: str, folder: Path) -> Path:
+    target, sources = folder / f"kernels{_SUFFIX}", [folder / f"{k}.c" for k in range(len(texts))]
+    for source, text in zip(sources, texts, strict=True):
+        source.write_text(text, "utf-8")
     said = ""
     for flags in builds:
         options = flags.split()
         libraries = [o for o in options if o.startswith("-l")]
-        command = [compiler, "-std=c99", *(o for o in options if o not in libraries), "-fPIC", "-shared", "-o", str(target), str(source)]
+        command = [compiler, "-std=c99", *(o for o in options if o not in libraries), "-fPIC", "-shared", "-o", str(target)]
+        command += [*map(str, sources), *libraries]
         try:
-            done = subprocess.run([*command, *libraries], capture_output=True, text=True, timeout=_TIMEOUT_S, check=False)
+            done = subprocess.run(command, capture_output=True, text=True, timeout=_TIMEOUT_S, check=False)
         except (OSError, subprocess.SubprocessError) as error:
             said = str(error)
             continue

@@ -12,11 +12,10 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.ocp.compiled_drive import compiled_drive
+from mcdas_opt.native.kernels import PLAIN
 from mcdas_opt.ocp.lane_mpc import CENTRE
 from mcdas_opt.planning.candidate import Driven, Proposed, Refused
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.grown_bodies import build_grown_bodies
 from mcdas_opt.planning.lane_parameters import ObstacleSlots, guessed_states, obstacle_slots, proposal_values, shared_values
 from mcdas_opt.planning.mirror import is_turned, turned_guess, turned_inputs, turned_states
 from mcdas_opt.planning.roll_out import roll_out, within_reach
@@ -72,8 +71,7 @@ class LaneMpcSolver:
         """Builds everything now that a drive may ask for but the backup: some tenths of a second once a process, else nothing."""
         for slots in self.own.slots:
             self.problems.holding(slots, vehicle)
-        compiled_drive()
-        build_grown_bodies()
+        PLAIN.loaded()
 
     def with_less_clearance(self, vehicle: Vehicle) -> LaneMpcSolver:
         """The same, with less clearance asked for."""

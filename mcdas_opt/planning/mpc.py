@@ -9,6 +9,7 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.manoeuvres.kinds import build_family
+from mcdas_opt.native.kernels import CONSERVATIVE_ACCEPT
 from mcdas_opt.planning.candidate import Ended
 from mcdas_opt.planning.cost import CostWeights
 from mcdas_opt.planning.cycle import Cycle
@@ -18,10 +19,8 @@ from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
 from mcdas_opt.planning.memory import Memory, carried
 from mcdas_opt.planning.order import SEARCH
 from mcdas_opt.planning.search import Found, Search, Solvers, run
-from mcdas_opt.planning.separations import build_separations
 from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.reference.offset_path import build_search
-from mcdas_opt.verification.plainly_sound import plainly_sound
 
 
 class MpcMethod:
@@ -44,8 +43,7 @@ class MpcMethod:
             each.warm_up(vehicle)
         build_search()
         build_family(self.settings.grid)
-        plainly_sound()  # and the judge's library, before the first cycle
-        build_separations()
+        CONSERVATIVE_ACCEPT.loaded()  # the judge's library too, before the first cycle
 
     @property
     def solver(self) -> str:

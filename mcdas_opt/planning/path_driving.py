@@ -15,7 +15,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.ocp.compiled_drive import compiled_drive
+from mcdas_opt.native.kernels import PLAIN
 from mcdas_opt.planning.roll_out import knots
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.reference.offset_path import OffsetPath
@@ -56,7 +56,7 @@ def follow(
 
     A driver of somebody's own, who is no `CountedLaw`, is asked step by step.
     """
-    compiled, driver = compiled_drive(), _driver(law)
+    compiled, driver = PLAIN.loaded(), _driver(law)
     if compiled is None or driver is None:
         return path_following.follow(
             start,
@@ -74,7 +74,8 @@ def follow(
     states[0] = start.to_vector()
     car = np.array([vehicle.wheelbase_m, vehicle.centre_m])
     rule = _law(vehicle, road, lateral_acceleration_mps2, cfg)
-    compiled.follow(states, inputs, cfg.step_s, car, knots(road), _path(path), rule, driver)
+    bends = knots(road)
+    compiled.mcdas_follow(steps, cfg.step_s, car, bends.shape[1], bends, _path(path), rule, driver, inputs, states)
     return Trajectory.from_states(_times(steps, cfg.step_s), states, inputs)
 
 

@@ -17,11 +17,13 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.dynamics.stopping import time_to_stop
-from mcdas_opt.ocp.compiled_drive import compiled_drive
+from mcdas_opt.native.addresses import LastAddress
+from mcdas_opt.native.kernels import PLAIN
 
 _STARTS_MPS = 0.2  # a standing car drives off when the optimiser means it to go at least so fast
 _STARTS_WITHIN_S = 0.5  # ... so soon: the first step of driving off is slower than that
 _EASING = 0.95  # share of the jerk with which a stop, or the approach to top speed, can be eased
+_steps = LastAddress()  # a grid's stay the same
 
 
 def roll_out(host: HostState, planned_speed_mps: Array, inputs: Array, grid: TimeGrid, vehicle: Vehicle, road: Road) -> Trajectory:
@@ -32,12 +34,13 @@ def roll_out(host: HostState, planned_speed_mps: Array, inputs: Array, grid: Tim
     """
     u = np.array(inputs, dtype=np.float64)
     planned = soon(np.asarray(planned_speed_mps, dtype=np.float64), grid)
-    compiled = compiled_drive()
+    compiled = PLAIN.loaded()
     if compiled is None:
         return Trajectory.from_states(grid.times_s, interpreted(host, planned, u, grid, vehicle, road), u)
     states = np.empty((grid.nodes + 1, 6))
     states[0] = host.to_vector()
-    compiled(states, planned, u, grid.steps_s, _car(vehicle), knots(road), _STARTS_MPS)
+    bends = knots(road)
+    compiled.mcdas_drive(len(u), _steps.of(grid.steps_s), planned, _STARTS_MPS, _car(vehicle), bends.shape[1], bends, u, states)
     return Trajectory.from_states(grid.times_s, states, u)
 
 

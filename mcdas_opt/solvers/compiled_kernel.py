@@ -21,7 +21,6 @@ class CompiledKernel:
 
     def __init__(self, library: ctypes.CDLL, stage: BarrierStage, nodes: int) -> None:
         self.iterate = it = Iterate(stage, nodes)
-        library.mcdas_size.restype = ctypes.c_long
         self._memory = np.zeros(library.mcdas_size() + _ALIGNMENT, dtype=np.uint8)
         self._work = ctypes.c_void_p(-(-self._memory.ctypes.data // _ALIGNMENT) * _ALIGNMENT)
         self._numbers = np.zeros(len(Progress._fields) + 3)  # and objective, gap, steps done
@@ -31,40 +30,31 @@ class CompiledKernel:
         self._rule_at = _pointer(self._rule)
         z, p, steps, s, t, multiplier, least = map(_pointer, (it.z, it.p, it.steps, it.s, it.t, it.multiplier, it.least))
         self._problem, self._start, self._all = (z, p, steps), (s, t, multiplier), (z, s, t, multiplier, least)
-        self._cold, self._warm, self._newton, self._measure = (
-            getattr(library, f"mcdas_{name}") for name in ("cold", "warm", "newton", "measure")
-        )
-        self._newton.restype = self._measure.restype = library.mcdas_prepare.restype = None
-        number, pointer = ctypes.c_double, ctypes.c_void_p
-        self._cold.argtypes, self._warm.argtypes = [*[pointer] * 4, number, number], [*[pointer] * 7, number, number]
-        self._newton.argtypes = [pointer, ctypes.c_int, number, number, number, pointer]
-        self._loop = library.mcdas_loop
-        self._loop.restype = ctypes.c_int
-        self._loop.argtypes = [pointer, ctypes.c_int, ctypes.c_int, *[pointer] * 7]
+        self._library = library
         library.mcdas_prepare(self._work)
 
     def cold(self, mu: float, least: float) -> bool:
-        finite: int = self._cold(self._work, *self._problem, mu, least)
+        finite: int = self._library.mcdas_cold(self._work, *self._problem, mu, least)
         return finite == 1
 
     def warm(self, mu: float, least: float) -> bool:
-        finite: int = self._warm(self._work, *self._problem, *self._start, mu, least)
+        finite: int = self._library.mcdas_warm(self._work, *self._problem, *self._start, mu, least)
         return finite == 1
 
     def loop(self, *, warm: bool, iterations: int, rule: LoopRule) -> LoopEnd:
         """`newton_loop.looped`."""
         if rule is not self._ruled:
             self._ruled, self._rule[:] = rule, rule
-        ending = LoopEnding(self._loop(self._work, warm, iterations, self._rule_at, self._to, *self._all))
+        ending = LoopEnding(self._library.mcdas_loop(self._work, warm, iterations, self._rule_at, self._to, *self._all))
         *progress, objective, gap, done = self._numbers.tolist()
         return LoopEnd(ending, int(done), Progress(*progress), objective, gap)
 
     def newton(self, *, corrected: bool, mu: float, boundary: float, longest: float) -> Progress:
-        self._newton(self._work, corrected, mu, boundary, longest, self._to)
+        self._library.mcdas_newton(self._work, corrected, mu, boundary, longest, self._to)
         return Progress(*self._numbers[: len(Progress._fields)].tolist())
 
     def measure(self) -> tuple[float, float]:
-        self._measure(self._work, self._to, *self._all)
+        self._library.mcdas_measure(self._work, self._to, *self._all)
         return float(self._numbers[0]), float(self._numbers[1])
 
 

@@ -8,21 +8,22 @@ a warm start keeps a small, fixed one. Sources: Rao, Wright, Rawlings, JOTA 99 (
 from __future__ import annotations
 
 import copy
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.native.binding import wanted
 from mcdas_opt.native.compile_cache import SWITCH as SWITCH
-from mcdas_opt.native.compile_cache import NoLibraryError, cache_folder, load, to_stderr
+from mcdas_opt.native.compile_cache import NoLibraryError, to_stderr
+from mcdas_opt.native.kernels import INTERIOR_POINT
 from mcdas_opt.solvers.barrier_stage import BarrierStage
 from mcdas_opt.solvers.c_text import UnsupportedOperationError
 from mcdas_opt.solvers.compiled_kernel import CompiledKernel
 from mcdas_opt.solvers.interpreted_kernel import CORRECTION, InterpretedKernel, over_horizon
 from mcdas_opt.solvers.iterate import Kernel
-from mcdas_opt.solvers.kernel_source import BUILDS, kernel_source
+from mcdas_opt.solvers.kernel_source import BUILDS, stage_text
 from mcdas_opt.solvers.newton_loop import LoopEnding, LoopRule
 from mcdas_opt.solvers.outcome import Ending, Outcome
 from mcdas_opt.solvers.stage_functions import StageFunctions, stage_functions
@@ -84,8 +85,8 @@ class InteriorPointEngine:
         self._rule = self.settings.rule
         stage, functions = stage_functions(problem)
         self._moves, self._unbound = _shift(stage, nodes)
-        wanted = os.environ.get(SWITCH, "1") != "0" if compiled is None else compiled
-        self._make, self.reason = _maker(stage, functions, nodes, builds if wanted else (), announce)
+        allowed = wanted() if compiled is None else compiled
+        self._make, self.reason = _maker(stage, functions, nodes, builds if allowed else (), announce)
         self._kernel = self._make()
 
     def twin(self) -> InteriorPointEngine:
@@ -188,7 +189,7 @@ def _maker(
     reason = "compiling is switched off"
     if builds:
         try:
-            library = load(kernel_source(stage, functions, nodes, CORRECTION), builds, folder=cache_folder(), announce=announce)
+            library = INTERIOR_POINT.load(stage_text(stage, functions, nodes, CORRECTION), builds, announce)
             return lambda: CompiledKernel(library, stage, nodes), ""
         except (NoLibraryError, UnsupportedOperationError) as error:
             reason = str(error)

@@ -1,4 +1,4 @@
-"""The escape map's questions in C: `escape_kernel.c`, which says what `evasive_profiles` and `separation` say, and `escape_questions.c`."""
+"""The escape map's questions in C (`time_to_react.c`), which says what `evasive_profiles` and `separation` say."""
 
 from __future__ import annotations
 
@@ -15,56 +15,17 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.manoeuvres.clearance import BOW, Margins
 from mcdas_opt.native.addresses import address
-from mcdas_opt.native.kernels import c_text, defined, library, wanted
+from mcdas_opt.native.binding import defined, record
+from mcdas_opt.native.kernels import TIME_TO_REACT
 from mcdas_opt.time_to_react import effort, evasive_profiles, separation
 from mcdas_opt.time_to_react.constant_input import EVERY, PASSES
 from mcdas_opt.time_to_react.library import CLEAR_S, SHORTEST_S, EscapeSettings
 from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, TURNED_STEPS, PredictedTraffic, Rows, lattice_s
 
-_TEXTS: tuple[str, ...] = ("escape_kernel.c", "escape_parting.c", "escape_company.c", "escape_questions.c", "escape_guess.c")
-_TEXTS += ("escape_search.c", "escape_answer.c")
 _LANES, _ROOM = 8, 104  # nodes come in whole lanes, and there are at most so many
 _PIECE = 16  # nodes are looked at so many at a time where a row may go wrong
-_PLAIN = "-fno-math-errno -fno-trapping-math -ffp-contract=off"  # nothing that changes a result; half the time
-_ROLLED = "--param max-completely-peeled-insns=60"  # gcc else unrolls loops over lanes before it sees that they are vectors: a seventh more
-_BUILDS = (
-    *(f"-O3 -march=native -mno-avx512f {_PLAIN} {rolled}-lm" for rolled in (f"{_ROLLED} ", "")),
-    *(f"-O3 -march=native {_PLAIN} -lm", f"-O2 {_PLAIN} -lm", "-O2 -lm"),
-)
-_TABLES: tuple[str, ...] = (
-    "others_s",
-    "others_d",
-    "others_mps",
-    "half_length",
-    "half_width",
-    "longest",
-    "table",
-    "level",
-    "until",
-    "until_mps",
-    "target",
-    "lateral",
-)
-_TABLES += ("knots", "kappas")
-_SIZES = ("bodies", "lattice", "held", "members", "in_lane", "half_steps", "count_of_knots")
-NUMBERS: tuple[str, ...] = ("wheelbase", "centre", "length", "width", "jerk_min", "jerk_max", "speed_max", "steering_max", "steering_rate")
-NUMBERS += ("limit", "steering_share", "brake", "accelerate", "left", "right", "end", "bend", "clear_m", "clear_s", "comfort", "shortest")
-NUMBERS += ("straightening",)
-
-
-class CaseRecord(ctypes.Structure):
-    _fields_ = [
-        *((name, ctypes.c_void_p) for name in _TABLES),
-        *((name, ctypes.c_longlong) for name in _SIZES),
-        *((name, ctypes.c_double) for name in NUMBERS),
-    ]
-
-
-class _Nodes(ctypes.Structure):
-    _fields_ = [
-        *((name, ctypes.c_void_p) for name in ("steps", "until", "times", "step")),
-        *((name, ctypes.c_longlong) for name in ("n", "last", "middle", "runs")),
-    ]
+CaseRecord, _Nodes = (record("time_to_react.c", name) for name in ("Case", "Nodes"))
+NUMBERS = tuple(name for name, kind, *_ in CaseRecord._fields_ if kind is ctypes.c_double)
 
 
 class Nodes:
@@ -93,9 +54,7 @@ def predicted_traffic(library: ctypes.CDLL, bodies: Sequence[PredictedBody], unt
     begin = np.array(cruisers(bodies, margins))
     tables = np.empty((5, len(bodies), times.size))
     fade_s = bodies[0].lateral_fade_s
-    library.mcdas_escape_company(
-        len(bodies), times.size, address(begin), address(times), fade_s, address(faded(fade_s, times.size)), address(tables)
-    )
+    library.mcdas_escape_traffic(len(bodies), times.size, begin, times, fade_s, faded(fade_s, times.size), tables)
     s, d, speed, half_length, half_width = tables
     return PredictedTraffic(s_m=s, d_m=d, speed_mps=speed, half_length_m=half_length, half_width_m=half_width)
 
@@ -176,7 +135,7 @@ class CompiledCase:
     def constant_input(self, begin: Array, times_s: Array) -> None:
         """Fills the table with what a host does that keeps its inputs from this state (6,) on, at times (H,)."""
         path = np.empty((2, times_s.size))
-        self._library.mcdas_escape_held(self._at, address(begin), address(times_s), self._case.table, address(path))
+        self._library.mcdas_escape_constant_input(self._at, begin, times_s, self._case.table, path)
 
     def needs(self, anchors: Rows, nodes: Nodes) -> tuple[Array, Array, Array]:
         """Below and above which distances (J, K, M) everybody is met by members begun at the anchors (K,); their slack (3, K, M)."""
@@ -184,8 +143,7 @@ class CompiledCase:
         low, high = np.empty((self.bodies, *shape)), np.empty((self.bodies, *shape))
         slack = np.empty((3, *shape))
         begin = np.ascontiguousarray(anchors, dtype=np.int64)
-        results = (address(low), address(high), address(slack))
-        self._library.mcdas_escape_needs(self._at, anchors.size, address(begin), nodes.at, *results)
+        self._library.mcdas_escape_needs(self._at, anchors.size, begin, nodes.at, low, high, slack)
         return low, high, slack
 
     def guess(self, starts_s: Array, weights: Array, apart_m: Array, needs: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
@@ -193,31 +151,27 @@ class CompiledCase:
         And by how many metres they are open at the first of them."""
         size = self.members
         now, last, known = np.empty(size), np.empty((2, size)), np.empty((weights.shape[1], size), dtype=np.uint8)
-        apart = np.ascontiguousarray(apart_m)
-        given = (address(q) for q in (starts_s, weights, apart, *needs, known))
-        self._library.mcdas_escape_guess(self._at, weights.shape[1], starts_s.size, *given, address(now), address(last))
+        given = starts_s, weights, np.ascontiguousarray(apart_m), *needs
+        self._library.mcdas_escape_guess(self._at, weights.shape[1], starts_s.size, *given, known, now, last)
         return last[0], last[1], now
 
     def sound(self, members: Rows, starts: Rows, nodes: Nodes) -> tuple[NDArray[np.bool_], Array]:
         """Which members from these starts (R,) are escapes, and what they ask of the tyres [m/s^2]."""
         good, demand = np.empty(members.size, dtype=np.bool_), np.empty(members.size)
         member, start = np.ascontiguousarray(members, dtype=np.int64), np.ascontiguousarray(starts, dtype=np.int64)
-        given, results = (address(member), address(start)), (address(good), address(demand))
-        self._library.mcdas_escape_sound(self._at, members.size, *given, nodes.at, *results)
+        self._library.mcdas_escape_sound(self._at, members.size, member, start, nodes.at, good, demand)
         return good, demand
 
     def met(self, clock: Rows, places: Array) -> tuple[int, int]:
         """When (as an index) a host that goes through these places (4, T): s, d, sine, cosine: first meets somebody, and whom; or -1."""
         moments, where = np.ascontiguousarray(clock, dtype=np.int64), np.ascontiguousarray(places)
         whom = ctypes.c_longlong(-1)
-        rows = [address(where) + 8 * i * clock.size for i in range(4)]
-        step = self._library.mcdas_escape_met(self._at, clock.size, address(moments), *rows, ctypes.byref(whom))
+        step = self._library.mcdas_escape_met(self._at, clock.size, moments, where, ctypes.byref(whom))
         return int(step), whom.value
 
 
-@lru_cache(maxsize=1)
-def _library() -> ctypes.CDLL | None:
-    numbers = {
+_NUMBERS = defined(
+    {
         "LANES": _LANES,
         "ROOM": _ROOM,
         "PIECE": _PIECE,
@@ -235,29 +189,15 @@ def _library() -> ctypes.CDLL | None:
         "STEP_REACH_M": separation.STEP_REACH_M,
         "BOW": BOW,
         "ARRIVED_M": separation.ARRIVED_M,
-        "HELD_STEPS": EVERY,
+        "CONSTANT_STEPS": EVERY,
         "TURNED_STEPS": TURNED_STEPS,
         "ABILITY_M": separation.ABILITY_M,
         "LATTICE_S": LATTICE_S,
         **{name: value for name, value in vars(effort).items() if name.isupper()},
     }
-    found = library([defined(numbers), *(c_text("mcdas_opt.manoeuvres", name) for name in _TEXTS)], _BUILDS)
-    if found is None:
-        return None
-    pointer, whole = ctypes.c_void_p, ctypes.c_int
-    found.mcdas_escape_company.argtypes = [ctypes.c_longlong, ctypes.c_longlong, pointer, pointer, ctypes.c_double, pointer, pointer]
-    found.mcdas_escape_held.argtypes = [pointer] * 5
-    found.mcdas_escape_needs.argtypes = [pointer, whole, pointer, *[pointer] * 4]
-    found.mcdas_escape_guess.argtypes = [pointer, whole, whole, *[pointer] * 9]
-    found.mcdas_escape_sound.argtypes = [pointer, whole, *[pointer] * 5]
-    found.mcdas_escape_met.argtypes = [pointer, whole, *[pointer] * 6]
-    found.mcdas_escape_answer.argtypes = [*[pointer] * 3, ctypes.c_longlong, ctypes.c_double, pointer, pointer, ctypes.c_longlong, pointer]
-    found.mcdas_escape_answer.restype = ctypes.c_longlong
-    for name in ("company", "held", "needs", "guess", "sound"):
-        getattr(found, f"mcdas_escape_{name}").restype = None
-    return found
+)
 
 
 def compiled_escapes() -> ctypes.CDLL | None:
     """The library, built on first use; None where there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
-    return _library() if wanted() else None
+    return TIME_TO_REACT.loaded(_NUMBERS)

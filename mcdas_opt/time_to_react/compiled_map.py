@@ -1,4 +1,4 @@
-"""The whole map in one call of C, from plain numbers: `escape_answer.c`."""
+"""The whole map in one call of C, from plain numbers: `time_to_react/answer.h`."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.native.addresses import address
+from mcdas_opt.native.binding import record
 from mcdas_opt.time_to_react.compiled_case import NUMBERS, CaseRecord, at_hand, cruisers, faded
 from mcdas_opt.time_to_react.guess import EXACT_NODES, GUESS_NODES, KEPT_TIMES_S
 from mcdas_opt.time_to_react.library import CLEAR_S, KINDS, LATEST_S, EscapeSettings, Spread, forces, spread_of
@@ -31,21 +32,7 @@ from mcdas_opt.time_to_react.search import Found
 _CLOSERS = (Closer.FRONT, Closer.REAR, Closer.SIDE, Closer.EDGE, Closer.FRICTION, None)  # as the C numbers them; -1 is nobody
 _KEPT = 16  # grounds that are remembered
 _ANSWER = struct.Struct(f"{1 + len(KINDS)}d{1 + 3 * len(KINDS)}q")
-
-
-class _GroundRecord(ctypes.Structure):
-    _fields_ = [
-        ("bare", CaseRecord),
-        *((name, ctypes.c_void_p) for name in ("held_s", "lattice_s", "coarse", "exact")),
-        *((name, ctypes.c_double) for name in ("near_d", "latest_s")),
-    ]
-
-
-class _SpreadRecord(ctypes.Structure):
-    _fields_ = [
-        *((name, ctypes.c_void_p) for name in ("kind", "matching", "comfortable", "pace", "until", "push")),
-        *((name, ctypes.c_longlong) for name in ("members", "in_lane", "comforts")),
-    ]
+_GroundRecord, _SpreadRecord = (record("time_to_react.c", name) for name in ("Ground", "Spread"))
 
 
 class _Manoeuvres:
@@ -71,7 +58,7 @@ class _Ground:
         numbers, knots = at_hand(vehicle, road, chosen, of_any.gentle)
         times_s = lattice_s(self.steps)
         self._kept = knots, times_s
-        bare = CaseRecord(lattice=self.steps, held=KEPT_TIMES_S.size, half_steps=round(0.5 * CLEAR_S / LATTICE_S))
+        bare = CaseRecord(lattice=self.steps, moments=KEPT_TIMES_S.size, half_steps=round(0.5 * CLEAR_S / LATTICE_S))
         bare.count_of_knots, bare.knots, bare.kappas = knots.shape[1], address(knots), address(knots) + knots.strides[0]
         for name, number in zip(NUMBERS, numbers, strict=True):
             setattr(bare, name, number)

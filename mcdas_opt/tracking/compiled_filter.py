@@ -1,11 +1,9 @@
-"""The target filter and its fixes in C (`filter_kernel.c`): what `cv_filter` and `fix` do, to 1e-9, at a tenth of the time."""
+"""The target filter and its fixes in C (`target_filter.c`): what `cv_filter` and `fix` do, to 1e-9, at a tenth of the time."""
 
 from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -14,11 +12,10 @@ from mcdas_opt.domain.motion import TargetMotion
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.native.addresses import address
-from mcdas_opt.native.kernels import c_text, library, wanted
+from mcdas_opt.native.kernels import PLAIN
 from mcdas_opt.tracking.association import FAR_M, FAR_SD
 from mcdas_opt.tracking.fix import LEAST_STRETCH, Viewpoint
 
-_BUILDS = ("-O2 -lm",)
 _FIX = 16  # numbers of a fix, as the C text orders them
 _PLACE_S, _PLACE_D, _STRETCH = 1, 2, 7
 _BODY = 1.0
@@ -37,7 +34,7 @@ class CompiledFix:
 class CompiledFilter:
     """What `ConstantVelocityFilter` is; it takes in fixes of its own form."""
 
-    def __init__(self, library: Any, state: Array, covariance: Array, time_s: float, motion: TargetMotion) -> None:
+    def __init__(self, library: ctypes.CDLL, state: Array, covariance: Array, time_s: float, motion: TargetMotion) -> None:
         self._library, self.time_s = library, time_s
         self._noise = motion.acceleration_along_mps2, motion.acceleration_across_mps2
         self._belief = np.concatenate([np.ravel(state), np.ravel(covariance)]).astype(np.float64)
@@ -92,14 +89,7 @@ class CompiledFiltering:
     """Makes fixes and filters."""
 
     def __init__(self, library: ctypes.CDLL) -> None:
-        pointer, number, whole = ctypes.c_void_p, ctypes.c_double, ctypes.c_long
         self._library = library
-        library.mcdas_cost.restype = number
-        library.mcdas_at.restype = library.mcdas_correct.restype = library.mcdas_fixes.restype = None
-        library.mcdas_at.argtypes = [pointer, number, number, number, pointer]
-        library.mcdas_correct.argtypes = [pointer, number, number, number, pointer]
-        library.mcdas_cost.argtypes = [pointer, number, number, number, pointer, number, number, number]
-        library.mcdas_fixes.argtypes = [whole, pointer, pointer, number, number, whole, pointer, whole, pointer, pointer]
 
     def radar_fixes(
         self, detections: Sequence[RadarDetection], view: Viewpoint, frame: FrenetFrame, size: tuple[float, float] | None
@@ -111,7 +101,7 @@ class CompiledFiltering:
         seen = np.array([view.x, view.y, view.yaw, view.vx, view.vy, view.host_s_m])
         rows = np.empty((len(detections), _FIX))
         first = address(rows)
-        self._library.mcdas_fixes(len(detections), address(points), address(seen), *(size or (0.0, 0.0)), *frame.addresses(), first)
+        self._library.mcdas_fixes(len(detections), points, seen, *(size or (0.0, 0.0)), *frame.addresses(), first)
         return [
             CompiledFix(rows, first + i * rows.strides[0], (row[_PLACE_S], row[_PLACE_D])) if row[_STRETCH] >= LEAST_STRETCH else None
             for i, row in enumerate(rows.tolist())
@@ -131,10 +121,5 @@ class CompiledFiltering:
 
 def compiled_filtering() -> CompiledFiltering | None:
     """Built on first use; None where there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
-    return _built() if wanted() else None
-
-
-@lru_cache(maxsize=1)
-def _built() -> CompiledFiltering | None:
-    found = library([c_text("mcdas_opt.geometry", "frenet.c"), c_text("mcdas_opt.tracking", "filter_kernel.c")], _BUILDS)
-    return None if found is None else CompiledFiltering(found)
+    compiled = PLAIN.loaded()
+    return None if compiled is None else CompiledFiltering(compiled)

@@ -16,11 +16,12 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.native.kernels import CONSERVATIVE_ACCEPT
 from mcdas_opt.verification.bodies import ALONG_REACHES, collisions
+from mcdas_opt.verification.conservative_accept import accepts, rows_of, rules_of
 from mcdas_opt.verification.finding import Findings
 from mcdas_opt.verification.limits import actuators, friction
 from mcdas_opt.verification.motion import drive
-from mcdas_opt.verification.plainly_sound import plainly_sound, rows_of, rules_of
 from mcdas_opt.verification.record import Samples, sampling, started_elsewhere, unreadable
 from mcdas_opt.verification.surface import on_road
 from mcdas_opt.verification.tolerances import CONTRACT, Tolerances
@@ -51,18 +52,18 @@ def judge_all(
     prediction: Prediction,
     tolerances: Tolerances = CONTRACT,
 ) -> tuple[Verdict, ...]:
-    """`judge` of each; what is plainly sound passes at once, of the rest those that are sampled at the same times in one go."""
+    """`judge` of each; what is accepted at once passes, of the rest those that are sampled at the same times in one go."""
     verdicts: dict[int, Verdict] = {}
     groups: list[list[int]] = []
     tables = [trajectory.table for trajectory in trajectories]
-    plainly, bodies = plainly_sound(), rows_of(prediction.bodies)
+    compiled, bodies = CONSERVATIVE_ACCEPT.loaded(), rows_of(prediction.bodies)
     rules = rules_of(vehicle, road, tolerances, ALONG_REACHES)
     for i, one in enumerate(tables):
         found = unreadable(one, tolerances)
         if found:
             verdicts[i] = Verdict(violations=tuple(found))
             continue
-        if plainly is not None and bodies is not None and plainly(one, start, rules, bodies, _frame(one[1], vehicle, road, prediction)):
+        if compiled is not None and accepts(compiled, one, start, rules, bodies, _frame(one[1], vehicle, road, prediction)):
             verdicts[i] = Verdict()
             continue
         group = next((g for g in groups if np.array_equal(tables[g[0]][0], one[0])), None)

@@ -270,7 +270,7 @@ def test_every_operation_means_the_same_in_c(cache, loop):
     head += "#define LESSER(a, b) ((a) < (b) ? (a) : (b))\n#define GREATER(a, b) ((a) > (b) ? (a) : (b))\n"
     call = "every(a, r);" if loop else "for (int k = 0; k < LD; k++) every(k, a, r);"
     text = f"{head}{c_text.c_function(function, loop=loop)}\nvoid run(const double *a, double *r) {{ {call} }}\n"
-    library = compile_cache.load(text, ["-O1 -lm"], folder=cache, announce=lambda line: None)
+    library = compile_cache.load([text], ["-O1 -lm"], folder=cache, announce=lambda line: None)
     places = np.random.default_rng(3).uniform(-2.0, 2.0, (2, stages))
     places[:, -1] = [1.0, 1.0]
     results = np.zeros((function.size1_out(0), stages))

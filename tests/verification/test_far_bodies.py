@@ -1,4 +1,4 @@
-"""Bodies that the quick yes looks at no closer, being far before or behind: it says of them what the array operations say."""
+"""Bodies that the fast accept looks at no closer, being far before or behind: it says of them what the array operations say."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from mcdas_opt.domain.prediction import CruisingBody, Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.native.kernels import CONSERVATIVE_ACCEPT
 from mcdas_opt.verification.bodies import ALONG_REACHES
+from mcdas_opt.verification.conservative_accept import accepts, rows_of, rules_of
 from mcdas_opt.verification.judge import judge
-from mcdas_opt.verification.plainly_sound import plainly_sound, rows_of, rules_of
 from mcdas_opt.verification.tolerances import CONTRACT
 
 SEDAN = load_vehicle("sedan")
-needs_compiler = pytest.mark.skipif(plainly_sound() is None, reason="there is no C compiler")
+needs_compiler = pytest.mark.skipif(CONSERVATIVE_ACCEPT.loaded() is None, reason="there is no C compiler")
 
 
 def steady(v: float) -> Trajectory:
@@ -57,10 +58,10 @@ def test_who_drives_through_the_host_is_never_far(
     )
     road, drive = Road(lanes_left=2, lanes_right=2), steady(host)
     start, prediction = HostState(speed_mps=host), Prediction(name="test", bodies=(body,))
-    quick, rows = plainly_sound(), rows_of((body,))
-    assert quick is not None
+    compiled, rows = CONSERVATIVE_ACCEPT.loaded(), rows_of((body,))
+    assert compiled is not None
     assert rows is not None
-    said = quick(drive.table, start, rules_of(SEDAN, road, CONTRACT, ALONG_REACHES), rows, FrenetFrame(road=road))
+    said = accepts(compiled, drive.table, start, rules_of(SEDAN, road, CONTRACT, ALONG_REACHES), rows, FrenetFrame(road=road))
     fine = np.linspace(0.0, 4.0, 801)
     motion = body.at(fine)
     touching = (np.abs(motion.s_m - host * fine) < 3.0) & (np.abs(motion.d_m) < 1.0)

@@ -1,4 +1,4 @@
-/* The questions of `manoeuvres.escape_guess` about one situation; `escape_company.c` stands before this text. */
+/* Questions about one situation: what members need from a few starts, and whether a member is open from a start. */
 
 static const double AS_IT_IS[3] = {1.0, 1.0, 1.0}; /* factors of level, until and push */
 
@@ -15,14 +15,14 @@ static int begun(const Case *q, whole member, const double *factor, double speed
     return 0;
 }
 
-/* a row that sets out: its speeds and ways at all the nodes, and its sidestep */
-static Sidestep set_out(const Case *q, const Begin *b, double level, double until, double target, double lateral, const Nodes *e, Motion *m)
+/* a row that sets out: its speeds and ways at all the nodes, and its profile */
+static Profile set_out(const Case *q, const Begin *b, double level, double until, double target, double lateral, const Nodes *e, Motion *m)
 {
     const double v0 = b->x[SPEED];
     pace(q, level, until, (int)e->n, e->times, v0, b->x[ACCELERATION], m->v, m->a, m->way);
     const double least_of = LESSER(v0, m->v[e->middle]), slow = GREATER(least_of, SLOWEST_MPS);
     start_out(b->s0, m);
-    return sidestep(q, level, target, lateral, slow, v0, m->a[0], b);
+    return profile(q, level, target, lateral, slow, v0, m->a[0], b);
 }
 
 /* a start from which members are driven, and of a car that keeps its lane and its speed from there: the share of its limits that is left, the
@@ -38,8 +38,8 @@ static void anchor_at(const Case *q, whole start, const Nodes *c, Anchor *a)
     Motion m;
     a->start = start;
     begin_at(q, start, &a->begin);
-    const Sidestep p = set_out(q, &a->begin, 0.0, 0.0, NAN, q->straightening, c, &m);
-    swerve(q, &p, c, 0, (int)c->n, 0, 0.0, &m);
+    const Profile p = set_out(q, &a->begin, 0.0, 0.0, NAN, q->straightening, c, &m);
+    driven(q, &p, c, 0, (int)c->n, 0, 0.0, &m);
     a->alone = 0.0;
     for (int t = 0; t < c->n; t++) a->alone = GREATER(a->alone, fabs(m.v[t] * m.v[t] * m.curvature[t]));
     a->steady = fabs(m.v[c->last] * m.v[c->last] * m.curvature[c->last]);
@@ -80,11 +80,11 @@ static int steered(const Case *q, const Anchor *a, whole i, const Nodes *c, int 
     Motion m;
     double level, until;
     begun(q, i, AS_IT_IS, a->begin.x[SPEED], &level, &until);
-    const Sidestep p = set_out(q, &a->begin, level, until, q->target[i], q->lateral[i], c, &m);
+    const Profile p = set_out(q, &a->begin, level, until, q->target[i], q->lateral[i], c, &m);
     if (brief && !p.fits) return UNABLE;
     for (int from = 0, to, n = (int)c->n; from < n; from = to) {
         to = brief && from + PIECE < n ? from + PIECE : n;
-        if (!swerve(q, &p, c, from, to, brief, most, &m)) return m.demand > most ? COSTLY : UNABLE;
+        if (!driven(q, &p, c, from, to, brief, most, &m)) return m.demand > most ? COSTLY : UNABLE;
         if (brief && !(m.edge >= 0.0)) return OFF_ROAD;
     }
     blocked(q, &m, c, a->start, all, low, high);
@@ -118,7 +118,7 @@ typedef struct {
     Motion motion;
 } Drive;
 
-/* whether a member, times these factors, is a way out from this start that asks no more than `most` of the tyres, and what it asks, which
+/* whether a member, times these factors, is open from this start and asks no more than `most` of the tyres, and what it asks, which
  * with `brief` is left open where it is none */
 static int sound_one(const Case *q, Drive *w, whole i, const double *factor, whole start, const Nodes *e, int brief, double most, double *demand)
 {
@@ -130,12 +130,12 @@ static int sound_one(const Case *q, Drive *w, whole i, const double *factor, who
     if (w->start != start) begin_at(q, w->start = start, &w->begin);
     const int acts = begun(q, i, factor, w->begin.x[SPEED], &level, &until);
     if (brief && !acts) return 0;
-    const Sidestep p = set_out(q, &w->begin, level, until, target, q->lateral[i] * factor[2], e, m);
+    const Profile p = set_out(q, &w->begin, level, until, target, q->lateral[i] * factor[2], e, m);
     if (brief && !p.fits) return 0;
     int met = -1;
     for (int from = 0, to; from < n && met < 0; from = to) {
         to = brief && from + PIECE < n ? from + PIECE : n;
-        if (!swerve(q, &p, e, from, to, brief, most, m)) return 0;
+        if (!driven(q, &p, e, from, to, brief, most, m)) return 0;
         if (brief && !(m->edge >= 0.0)) return 0;
         met = touched(q, from, LESSER(to, last + 1), start, e->steps, m->s, m->d, m->sine, m->cosine, q->clear_m, 1, &whom);
     }
@@ -144,7 +144,7 @@ static int sound_one(const Case *q, Drive *w, whole i, const double *factor, who
     return met < 0 && acts && arrives && m->demand <= most && m->ability >= 0.0 && m->edge >= 0.0 && !doomed(q, m, last, start + e->steps[last]);
 }
 
-/* Exactly: which members from these starts are ways out, and what they ask of the tyres */
+/* Exactly: which members are open from these starts, and what they ask of the tyres */
 PUBLIC void mcdas_escape_sound(const Case *q, int rows, const whole *member, const whole *start, const Nodes *e, unsigned char *good,
                                double *demand)
 {
@@ -153,9 +153,10 @@ PUBLIC void mcdas_escape_sound(const Case *q, int rows, const whole *member, con
     for (int r = 0; r < rows; r++) good[r] = (unsigned char)sound_one(q, &w, member[r], AS_IT_IS, start[r], e, 0, INFINITY, demand + r);
 }
 
-/* The step in which a host that goes through these places (nodes) first has nothing left to somebody, and to whom; -1 without */
-PUBLIC int mcdas_escape_met(const Case *q, int nodes, const whole *clock, const double *s, const double *d, const double *sine,
-                            const double *cosine, whole *whom)
+/* The step in which a host that goes through these places (4, nodes: s, d, sine, cosine) first has nothing left to somebody, and to whom;
+ * -1 without */
+PUBLIC int mcdas_escape_met(const Case *q, int nodes, const whole *clock, const double *places, whole *whom)
 {
-    return touched(q, 0, nodes, 0, clock, s, d, sine, cosine, 0.0, 0, whom);
+    const double *d = places + nodes, *sine = d + nodes, *cosine = sine + nodes;
+    return touched(q, 0, nodes, 0, clock, places, d, sine, cosine, 0.0, 0, whom);
 }

@@ -1,4 +1,5 @@
-/* Half of neighbours' bodies, grown by a clearance and by what is not known of them: `grown_bodies.py`, in its order of sums. */
+/* Half of neighbours' bodies, grown by a clearance and by what is not known of them: `planning.grown_bodies`, in its order of sums. */
+#include "mcdas.h"
 
 typedef struct {
     double half[2];                         /* of the body and its clearance, along and across [m] */
@@ -7,11 +8,11 @@ typedef struct {
 } Grown;
 
 /* grown (bodies, 2, n): along and across, at n times */
-PUBLIC void mcdas_grown(long bodies, long n, const double *t, const Grown *of, double *grown)
+PUBLIC void mcdas_grown(whole bodies, whole n, const double *t, const Grown *of, double *grown)
 {
-    for (long j = 0; j < bodies; j++, of++)
+    for (whole j = 0; j < bodies; j++, of++)
         for (int axis = 0; axis < 2; axis++)
-            for (long k = 0; k < n; k++) {
+            for (whole k = 0; k < n; k++) {
                 const double grows = LESSER(t[k], of->growth);
                 const double variance = of->place[axis] + 2.0 * grows * of->both[axis] + grows * grows * of->speed[axis];
                 *grown++ = of->half[axis] + LESSER(of->sigmas * sqrt(GREATER(variance, 0.0)), of->cap[axis]);

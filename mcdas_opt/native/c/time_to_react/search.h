@@ -1,4 +1,4 @@
-/* The search of `manoeuvres.escape_search` and what it begins with, for one situation in one call; `escape_questions.c` stands before this. */
+/* The search for the last start of each kind, and what it begins with, for one situation in one call. */
 
 enum { KINDS = 4, SIDEWAYS = 2 };
 enum { NOBODY = -1, FRONT, REAR, BESIDE, EDGE, FRICTION };
@@ -6,11 +6,11 @@ enum { NOBODY = -1, FRONT, REAR, BESIDE, EDGE, FRICTION };
 typedef struct {
     const Case *q;
     const whole *kind;   /* (members) */
-    const double *times; /* (held) */
+    const double *times; /* (moments) */
     const Nodes *coarse, *exact;
     Drive *drive;
     double host_d, near_d, latest_s;
-    double *sine, *cosine; /* (held): of the headings of the host that keeps on */
+    double *sine, *cosine; /* (moments): of the headings of the host under constant inputs */
 } Search;
 
 static whole closer_of(const Search *o, whole who, double moment, double own_s)
@@ -22,15 +22,15 @@ static whole closer_of(const Search *o, whole who, double moment, double own_s)
     return q->others_s[who * q->lattice + k] > own_s ? FRONT : REAR;
 }
 
-/* when keeping on ends, and by what */
-static double end_of_keeping_on(const Search *o, whole *clock, whole *ender)
+/* when constant input ends, and by what */
+static double end_of_constant_input(const Search *o, whole *clock, whole *ender)
 {
     const Case *q = o->q;
-    const whole n = q->held;
+    const whole n = q->moments;
     const double *s = q->table, *d = q->table + n, *sine = o->sine, *cosine = o->cosine;
     double leaves = INFINITY, moment = INFINITY;
     whole who;
-    for (whole t = 0; t < n; t++) clock[t] = HELD_STEPS * t;
+    for (whole t = 0; t < n; t++) clock[t] = CONSTANT_STEPS * t;
     const int step = touched(q, 0, (int)n, 0, clock, s, d, sine, cosine, 0.0, 0, &who);
     if (step >= 0) moment = o->times[step];
     for (whole t = 0; t < n; t++) {
@@ -250,13 +250,13 @@ static whole in_the_way(const Search *o, Guesses *g, const Depth *d, int n)
 enum { ANSWERS = 2 + 4 * KINDS };
 
 /* how many numbers the map works with */
-static whole room_of_map(whole held, whole bodies, whole members)
+static whole room_of_map(whole moments, whole bodies, whole members)
 {
-    return ANSWERS + held + STARTS * (1 + bodies) + members * (2 * bodies * ANCHORS + 3 * ANCHORS + 4);
+    return ANSWERS + moments + STARTS * (1 + bodies) + members * (2 * bodies * ANCHORS + 3 * ANCHORS + 4);
 }
 
-/* The whole map, into `work`: when keeping on ends, what each kind asks that begins now (INFINITY without); whole numbers: what ends it, the
- * last steps of each kind (of any demand, of a comfortable one; -1 without), what closes each (NOBODY where it lasts until keeping on ends). */
+/* The whole map, into `work`: when constant input ends, what each kind asks that begins now (INFINITY without); whole numbers: what ends it, the
+ * last steps of each kind (of any demand, of a comfortable one; -1 without), what closes each (NOBODY where it lasts until constant input ends). */
 static void map(Search *o, double *work)
 {
     const Case *q = o->q;
@@ -267,11 +267,11 @@ static void map(Search *o, double *work)
     double *low = apart + STARTS * q->bodies, *high = low + q->bodies * all, *slack = high + q->bodies * all;
     double *last = slack + 3 * all, *ease = last + 2 * size;
     whole *clock = (whole *)(ease + size);
-    unsigned char *known = (unsigned char *)(clock + q->held);
+    unsigned char *known = (unsigned char *)(clock + q->moments);
     whole anchor[ANCHORS];
     Between between[STARTS];
     int anchors = 0;
-    const double end = work[0] = end_of_keeping_on(o, clock, ender), step = end / (STARTS - 1);
+    const double end = work[0] = end_of_constant_input(o, clock, ender), step = end / (STARTS - 1);
     const int wanted = 1 + (int)ceil(end / APART_S), least_of = GREATER(wanted, LEAST_ANCHORS), count_of = LESSER(least_of, ANCHORS);
     for (int k = 0; k < count_of; k++) {
         const whole at = (whole)rint((k < count_of - 1 ? k * (end / (count_of - 1)) : end) / LATTICE_S);
@@ -288,7 +288,7 @@ static void map(Search *o, double *work)
             w[k + 1] = per * (seconds[n] - from);
         }
         between[n] = between_of(w, anchors);
-        const whole at = (whole)rint(seconds[n] / LATTICE_S), before = at / HELD_STEPS < q->held - 1 ? at / HELD_STEPS : q->held - 2;
+        const whole at = (whole)rint(seconds[n] / LATTICE_S), before = at / CONSTANT_STEPS < q->moments - 1 ? at / CONSTANT_STEPS : q->moments - 2;
         const double *s = q->table + before, *t = o->times + before;
         const double own = (s[1] - s[0]) / (t[1] - t[0]) * (LATTICE_S * (double)at - t[0]) + s[0];
         for (whole j = 0; j < q->bodies; j++) apart[j * STARTS + n] = q->others_s[j * q->lattice + at] - own;

@@ -1,8 +1,15 @@
-/* The judge's examination of one trajectory, as `judge._examined` makes it, with one answer: plainly sound, or not plainly.
+/* The judge's examination of one trajectory, as `judge._examined` makes it, with one answer: accepted, or not for sure.
  *
  * Every limit is kept with CERTAINLY to spare, which is more than rounding, and bodies must be apart by CLEAR on an axis that stands
- * still for the step: what is called sound here, the array operations find nothing against. All the rest is theirs to examine.
- * The equations of motion are written out again, as in `dynamics.bicycle`. Portable C99; the frame of the road stands before it. */
+ * still for the step: what is accepted here, the array operations find nothing against. All the rest is theirs to examine.
+ * The equations of motion are written out again, as in `dynamics.bicycle`. */
+#include "frenet.h"
+
+#ifdef VECTOR_MATH
+double sin(double) OF_VECTORS;
+double cos(double) OF_VECTORS;
+double tan(double) OF_VECTORS;
+#endif
 
 #define CERTAINLY 1e-9
 #define CLEAR 0.05
@@ -30,18 +37,18 @@ static double length_of(double x, double y) { return sqrt(x * x + y * y); }
 
 static double wrapped(double angle) { return angle - 2.0 * PI * floor((angle + PI) / (2.0 * PI)); }
 
-static int readable(const double *table, long n, const Rules *rule)
+static int readable(const double *table, whole n, const Rules *rule)
 {
     if (n < 2) return 0;
-    for (long i = 0; i < 9 * n; i++)
+    for (whole i = 0; i < 9 * n; i++)
         if (!between(table[i], -rule->largest, rule->largest)) return 0;
     if (!within(fabs(table[0]), rule->start_time)) return 0;
-    for (long k = 1; k < n; k++)
+    for (whole k = 1; k < n; k++)
         if (!(table[k] > table[k - 1]) || !within(table[k] - table[k - 1], rule->longest_step)) return 0;
     return 1;
 }
 
-static int starts_there(const double *table, long n, const double *start, const Rules *rule)
+static int starts_there(const double *table, whole n, const double *start, const Rules *rule)
 {
     const double *first = table;
     return within(length_of(first[S * n] - start[0], first[D * n] - start[1]), rule->start_position)
@@ -69,8 +76,8 @@ typedef struct {
     double turn[MOST_FINE], cosine[MOST_FINE], sine[MOST_FINE];  /* yaw rate, and of the yaw */
 } Piece;
 
-/* one interval under held inputs from `from`, at its 2 steps + 1 fine times tau; the speed that begins under `rest` stands, if held */
-static void driven(const State *from, double jerk, double rate, const double *tau, int steps, int held, const Rules *rule, Piece *out)
+/* one interval under constant inputs from `from`, at its 2 steps + 1 fine times tau; a car that stops stays at rest */
+static void driven(const State *from, double jerk, double rate, const double *tau, int steps, int stops, const Rules *rule, Piece *out)
 {
     const int count = 2 * steps + 1;
     double along[MOST_FINE], across[MOST_FINE], h = 2.0 * tau[1];
@@ -80,7 +87,7 @@ static void driven(const State *from, double jerk, double rate, const double *ta
         out->v[i] = from->v + tau[i] * (from->a + 0.5 * gained);
         out->delta[i] = from->delta + rate * tau[i];
     }
-    if (held)
+    if (stops)
         for (int i = 0, rests = 0; i < MOST_FINE; i++) {
             rests |= out->v[i] <= rule->reverse;
             if (rests) out->a[i] = out->v[i] = 0.0;
@@ -129,33 +136,33 @@ static int kept_limits(const Piece *one, int steps, const Rules *rule)
 }
 
 /* the body centre's poses at every fine time and between (`node`: 2 per fine step, and the last); 0 where the drive is not sound */
-static int followed(const double *table, long n, const Frame *frame, const Rules *rule, int steps, double *node, double *time, long stride)
+static int followed(const double *table, whole n, const Frame *frame, const Rules *rule, int steps, double *node, double *time, whole stride)
 {
     double tau[MOST_FINE], *node_x = node, *node_y = node + stride, *node_yaw = node + 2 * stride;
     double here[3], next[3], begun[3];
     State run;
-    Piece piece, whole;
-    long out = 0;
+    Piece piece, all;
+    whole out = 0;
     if (!to_plane(frame, table[S * n], table[D * n], table[PSI * n], here, here + 1, here + 2)) return 0;
     memcpy(begun, here, sizeof begun);
     run.v = table[V * n], run.a = table[A * n], run.delta = table[DELTA * n], run.yaw = here[2];
     run.x = here[0] - rule->centre * cos(here[2]), run.y = here[1] - rule->centre * sin(here[2]);
-    for (long k = 0; k + 1 < n; k++) {
+    for (whole k = 0; k + 1 < n; k++) {
         const double jerk = table[JERK * n + k], rate = table[RATE * n + k], dt = table[k + 1] - table[k];
         const int last = 2 * steps;
         State from = {table[V * n + k], table[A * n + k], table[DELTA * n + k], here[2], 0.0, 0.0};
         double miss_x, miss_y, miss_yaw;
-        int held;
+        int stops;
         from.x = here[0] - rule->centre * cos(here[2]);
         from.y = here[1] - rule->centre * sin(here[2]);
         for (int i = 0; i < MOST_FINE; i++) tau[i] = i < last ? dt * i / last : dt;
-        held = brought_to_rest(from.v, from.a, jerk, tau, steps, table[A * n + k + 1], rule->reverse);
-        driven(&from, jerk, rate, tau, steps, held, rule, &piece);
-        driven(&run, jerk, rate, tau, steps, held, rule, &whole);
-        run.v = held ? 0.0 : run.v + (run.a + 0.5 * jerk * dt) * dt;
-        run.a = held ? 0.0 : run.a + jerk * dt;
+        stops = brought_to_rest(from.v, from.a, jerk, tau, steps, table[A * n + k + 1], rule->reverse);
+        driven(&from, jerk, rate, tau, steps, stops, rule, &piece);
+        driven(&run, jerk, rate, tau, steps, stops, rule, &all);
+        run.v = stops ? 0.0 : run.v + (run.a + 0.5 * jerk * dt) * dt;
+        run.a = stops ? 0.0 : run.a + jerk * dt;
         run.delta += rate * dt;
-        run.yaw = whole.yaw[last], run.x = whole.x[last], run.y = whole.y[last];
+        run.yaw = all.yaw[last], run.x = all.x[last], run.y = all.y[last];
         if (!to_plane(frame, table[S * n + k + 1], table[D * n + k + 1], table[PSI * n + k + 1], next, next + 1, next + 2)) return 0;
         miss_x = next[0] - piece.x[last] - rule->centre * piece.cosine[last];
         miss_y = next[1] - piece.y[last] - rule->centre * piece.sine[last];
@@ -179,11 +186,11 @@ static int followed(const double *table, long n, const Frame *frame, const Rules
     return within(length_of(run.x, run.y), rule->end_position) && within(fabs(wrapped(here[2] - run.yaw)), rule->end_heading);
 }
 
-static int last_sample_and_inputs(const double *table, long n, const Rules *rule)
+static int last_sample_and_inputs(const double *table, whole n, const Rules *rule)
 {
     const double more = 1.0 + rule->limit;
     const double across = table[V * n + n - 1] * table[V * n + n - 1] * tan(table[DELTA * n + n - 1]) / rule->wheelbase;
-    for (long k = 0; k < n; k++) {
+    for (whole k = 0; k < n; k++) {
         if (!between(table[JERK * n + k], rule->jerk_min * more, rule->jerk_max * more)) return 0;
         if (!within(fabs(table[RATE * n + k]), rule->rate_max * more)) return 0;
         if (!between(table[D * n + k], rule->right - rule->edge, rule->left + rule->edge)) return 0;
@@ -193,11 +200,11 @@ static int last_sample_and_inputs(const double *table, long n, const Rules *rule
         && within(fabs(table[DELTA * n + n - 1]), rule->steering_max * more) && within(length_of(table[A * n + n - 1], across), rule->grip);
 }
 
-/* every corner inside the edges and before the end; on a curved road by an estimate that errs to the safe side, or not plainly */
-static int on_road(const double *table, long n, const Frame *frame, const Rules *rule, int steps, const double *node, long stride)
+/* every corner inside the edges and before the end; on a curved road by an estimate that errs to the safe side */
+static int on_road(const double *table, whole n, const Frame *frame, const Rules *rule, int steps, const double *node, whole stride)
 {
     const double radius = 0.5 * length_of(rule->length, rule->width);
-    for (long k = 0, i = 0; k < n; k++) {
+    for (whole k = 0, i = 0; k < n; k++) {
         for (int j = 0; j < steps && i < stride; j++, i += 2) {
             const double share = (double)j / steps;
             double s = node[i], d = node[stride + i], psi = node[2 * stride + i], c, q, ahead, aside;
@@ -206,7 +213,7 @@ static int on_road(const double *table, long n, const Frame *frame, const Rules 
                 d = k + 1 < n ? table[D * n + k] + (table[D * n + k + 1] - table[D * n + k]) * share : table[D * n + k];
                 psi -= road_heading(frame, s);
             }
-            c = 1.0, q = fabs(psi);  /* not less than of the angle's: what is plainly on the road by these is so */
+            c = 1.0, q = fabs(psi);  /* not less than of the angle's: what is on the road by these is so */
             if (!frame->samples && q < 0.5 && within(fabs(d) + 0.5 * (rule->length * q + rule->width), LESSER(rule->left, -rule->right))
                 && within(s + 0.5 * (rule->length + rule->width * q), rule->end)) continue;
             c = fabs(cos(psi)), q = fabs(sin(psi));
@@ -251,12 +258,12 @@ static double place_along(const double *body, double time)
 }
 
 /* on a straight road: so far before or behind all the time, however it swings to the side, that the rest need not be looked at */
-static int far_along(const double *body, double reach, const Rules *rule, const double *node, const double *time, long stride)
+static int far_along(const double *body, double reach, const Rules *rule, const double *node, const double *time, whole stride)
 {
     const double swing = fabs(body[BODY_VD]) * body[BODY_FADE] * (1.0 + body[BODY_SWELL]);
     double was = 0.0;
     if (!(body[BODY_FADE] > 0.0 && body[BODY_SWELL] >= 0.0 && fabs(body[BODY_D]) + swing < rule->largest)) return 0;
-    for (long i = 0; i < stride; i += 2) {
+    for (whole i = 0; i < stride; i += 2) {
         const double s = place_along(body, time[i]), along = s - node[i];
         const double moved = i > 0 ? fabs(along - was) + fabs(node[stride + i] - node[stride + i - 2]) + swing : 0.0;
         const double nearest = i > 0 ? LESSER(fabs(along), fabs(was)) : fabs(along);
@@ -266,9 +273,9 @@ static int far_along(const double *body, double reach, const Rules *rule, const 
     return 1;
 }
 
-/* a body that cruises or changes its speed until then, its lateral speed swelling and fading, plainly apart from the host in every fine step */
-static int apart(const double *body, const double *table, long n, const Frame *frame, const Rules *rule, int steps, const double *node,
-                 const double *time, long stride)
+/* a body that cruises or changes its speed until then, its lateral speed swelling and fading, for sure apart from the host in every fine step */
+static int apart(const double *body, const double *table, whole n, const Frame *frame, const Rules *rule, int steps, const double *node,
+                 const double *time, whole stride)
 {
     const double size[2] = {rule->length, rule->width}, other[2] = {body[BODY_LENGTH], body[BODY_WIDTH]};
     const double reach = 0.5 * (length_of(size[0], size[1]) + length_of(other[0], other[1])), vs = body[BODY_VS];
@@ -276,7 +283,7 @@ static int apart(const double *body, const double *table, long n, const Frame *f
     double x[2], y[2], yaw[2], its[2], was = 0.0;
     if (!(reach < rule->largest)) return 0;
     if (!frame->samples && far_along(body, reach, rule, node, time, stride)) return 1;
-    for (long i = 0, k = 0; i < stride; i += 2) {
+    for (whole i = 0, k = 0; i < stride; i += 2) {
         const double fade = exp(-time[i] / body[BODY_FADE]);
         const double risen = (1.0 + body[BODY_SWELL]) / (1.0 + body[BODY_SWELL] * fade);
         const double s = place_along(body, time[i]), d = body[BODY_D] + body[BODY_VD] * body[BODY_FADE] * risen * (1.0 - fade);
@@ -305,23 +312,23 @@ static int apart(const double *body, const double *table, long n, const Frame *f
 }
 
 /* table (9, n) of a trajectory; start (6) or none; bodies (count, OF_BODY); work (4, 2 MOST_STEPS (n - 1) + 1) */
-PUBLIC int mcdas_plainly_sound(const double *table, long n, const double *start, const double *rules, const double *bodies, long count,
-                               long samples, const double *line, long knots, const double *bends, double *work)
+PUBLIC int mcdas_conservative_accept(const double *table, whole n, const double *start, const double *rules, const double *bodies,
+                                     whole count, whole samples, const double *line, whole knots, const double *bends, double *work)
 {
     Rules rule;
-    const Frame frame = {samples, knots, line, line + samples, line + 2 * samples, bends, bends + knots, bends + 2 * knots};
+    const Frame frame = frame_of(samples, line, knots, bends);
     double longest = 0.0;
-    long stride;
+    whole stride;
     int steps;
     memcpy(&rule, rules, sizeof rule);
     if (!readable(table, n, &rule) || (start && !starts_there(table, n, start, &rule))) return 0;
-    for (long k = 1; k < n; k++) longest = GREATER(longest, table[k] - table[k - 1]);
+    for (whole k = 1; k < n; k++) longest = GREATER(longest, table[k] - table[k - 1]);
     steps = (int)ceil(longest / rule.fine_step - 1e-6);
     steps = steps < 1 ? 1 : steps > MOST_STEPS ? MOST_STEPS : steps;
     stride = 2 * steps * (n - 1) + 1;
     if (!last_sample_and_inputs(table, n, &rule) || !followed(table, n, &frame, &rule, steps, work, work + 3 * stride, stride)) return 0;
     if (!on_road(table, n, &frame, &rule, steps, work, stride)) return 0;
-    for (long i = 0; i < count; i++)
+    for (whole i = 0; i < count; i++)
         if (!apart(bodies + OF_BODY * i, table, n, &frame, &rule, steps, work, work + 3 * stride, stride)) return 0;
     return 1;
 }

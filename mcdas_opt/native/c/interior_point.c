@@ -1,5 +1,5 @@
 /* The interior point's iteration over a horizon. The stage functions, their sizes (NX ... NFEEDBACK) and the slack prices are generated
- * and stand before this text. Portable C99; no memory is taken, nothing global is written, so instances may run in threads.
+ * and stand before this text. No memory is taken, so instances may run in threads.
  *
  * Arrays hold entry j of node k at [j * LD + k]. Nodes beyond N pad the vectors: no inequality is active there and nothing moves. */
 
@@ -78,7 +78,7 @@ static void newton_step(Work *w, int factorise, double *primal, double *dual)
     *dual = 1.0 / GREATER(largest(w->ratios + LD), 1e-9);
 }
 
-PUBLIC long mcdas_size(void) { return (long)sizeof(Work); }
+PUBLIC whole mcdas_size(void) { return (whole)sizeof(Work); }
 
 /* `work` must be zeroed; arrays from outside hold the entries of a node side by side */
 PUBLIC void mcdas_prepare(Work *w)

@@ -1,5 +1,11 @@
 /* The search of `reference.offset_path` for the steepest path that keeps a bound on curvature; the numbers in capitals stand before this
- * text. Portable C99; nothing global. */
+ * text. */
+#include "mcdas.h"
+
+#ifdef VECTOR_MATH
+double exp(double) OF_VECTORS;
+double sin(double) OF_VECTORS;
+#endif
 
 typedef struct {
     const double *along, *rising;    /* (ALONG): shares of the path's length, the sigmoid there */

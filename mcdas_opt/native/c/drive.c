@@ -1,26 +1,26 @@
-/* Inputs driven over a horizon (`mcdas_opt.planning.roll_out`) and a path followed (`mcdas_opt.actuation.path_following`), operation by operation. The equations of motion, motion(), are generated
- * and stand before this text, which knows only their order: s d psi v a delta. Portable C99; nothing global is written. */
+/* Inputs driven over a horizon (`mcdas_opt.planning.roll_out`) and a path followed (`mcdas_opt.actuation.path_following`),
+ * operation by operation. */
+#include "curvature.h"
 
 enum { S, D, PSI, V, A, DELTA, NX };
-
-static double curvature(double s, int knots, const double *at, const double *kappa)
-{
-    int i = 0;
-    if (s <= at[0]) return kappa[0];
-    if (s >= at[knots - 1]) return kappa[knots - 1];
-    while (s >= at[i + 1]) i++;
-    return (kappa[i + 1] - kappa[i]) / (at[i + 1] - at[i]) * (s - at[i]) + kappa[i];
-}
+enum { WHEELBASE, CENTRE }; /* of a car */
 
 typedef struct {
     const double *u, *car, *at, *kappa;
-    int knots;
+    whole knots;
 } Road;
 
+/* `dynamics.bicycle.road_bicycle` */
 static void slope(const Road *on, const double *x, double *dx)
 {
-    const double kappa = curvature(x[S], on->knots, on->at, on->kappa);
-    motion(0, x, on->u, &kappa, on->car, dx);
+    const double kappa = curvature_at(x[S], on->knots, on->at, on->kappa), cosine = cos(x[PSI]), sine = sin(x[PSI]);
+    const double turn = tan(x[DELTA]) / on->car[WHEELBASE], aside = on->car[CENTRE] * turn;
+    dx[S] = x[V] * (cosine - aside * sine) / (1.0 - x[D] * kappa);
+    dx[D] = x[V] * (sine + aside * cosine);
+    dx[PSI] = x[V] * turn - kappa * dx[S];
+    dx[V] = x[A];
+    dx[A] = on->u[0];
+    dx[DELTA] = on->u[1];
 }
 
 static void rk4(const Road *on, const double *x, double h, double *next)
@@ -62,11 +62,11 @@ static void step(const Road *on, const double *x, double h, double *next)
     }
 }
 
-/* x (nodes + 1, NX) with the start in its first row; u (nodes, 2) is zeroed where the car stands; planned speeds (nodes + 1) */
-PUBLIC void mcdas_drive(int nodes, const double *h, const double *planned, double starts, const double *car, int knots, const double *at,
-                        const double *kappa, double *u, double *x)
+/* x (nodes + 1, NX) with the start in its first row; u (nodes, 2) is zeroed where the car stands; planned speeds (nodes + 1); road (2, knots) */
+PUBLIC void mcdas_drive(whole nodes, const double *h, const double *planned, double starts, const double *car, whole knots,
+                        const double *road, double *u, double *x)
 {
-    for (int k = 0; k < nodes; k++, x += NX, u += 2) {
+    for (whole k = 0; k < nodes; k++, x += NX, u += 2) {
         double *next = x + NX;
         if (x[V] <= 1e-9 && x[A] <= 0.0 && (planned[k + 1] < starts || u[0] <= 0.0)) {
             u[0] = u[1] = 0.0;
@@ -74,7 +74,7 @@ PUBLIC void mcdas_drive(int nodes, const double *h, const double *planned, doubl
             next[A] = 0.0;
             continue;
         }
-        const Road on = {u, car, at, kappa, knots};
+        const Road on = {u, car, road, road + knots, knots};
         step(&on, x, h[k], next);
     }
 }
@@ -185,17 +185,17 @@ static double jerk(const double *x, double wanted, double wheelbase, const Law *
 }
 
 /* x (steps + 1, NX) with the start in its first row, u (steps, 2): what the following law makes of a path and a driver */
-PUBLIC void mcdas_follow(int steps, double h, const double *car, int knots, const double *at, const double *kappa, const double *path,
-                         const double *law, const double *driver, double *u, double *x)
+PUBLIC void mcdas_follow(whole steps, double h, const double *car, whole knots, const double *road, const double *path, const double *law,
+                         const double *driver, double *u, double *x)
 {
     Path way;
     Law rule;
     memcpy(&way, path, sizeof way);
     memcpy(&rule, law, sizeof rule);
-    for (int k = 0; k < steps; k++, x += NX, u += 2) {
-        const Road on = {u, car, at, kappa, knots};
-        u[1] = steering_rate(x, &way, curvature(x[S], knots, at, kappa), car[0], &rule, h);
-        u[0] = jerk(x, asked(driver, x, k * h, &rule, h), car[0], &rule, h);
+    for (whole k = 0; k < steps; k++, x += NX, u += 2) {
+        const Road on = {u, car, road, road + knots, knots};
+        u[1] = steering_rate(x, &way, curvature_at(x[S], knots, road, road + knots), car[WHEELBASE], &rule, h);
+        u[0] = jerk(x, asked(driver, x, k * h, &rule, h), car[WHEELBASE], &rule, h);
         step(&on, x, h, x + NX);
     }
 }

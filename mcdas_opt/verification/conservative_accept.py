@@ -1,7 +1,7 @@
-"""A quick yes: what the judge's C text (`plainly_sound.c`) finds plainly sound, the array operations find nothing against.
+"""The conservative fast accept: what the judge's C text accepts, the array operations find nothing against.
 
 The C text keeps every limit with more than rounding to spare and has one answer, so that a verdict never depends on which of the two
-forms ran: what is not plainly sound is examined, and its violations measured, by the array operations alone.
+forms ran: what is not accepted is examined, and its violations measured, by the array operations alone.
 """
 
 from __future__ import annotations
@@ -20,36 +20,24 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.geometry.frenet import FrenetFrame
-from mcdas_opt.native.addresses import address
-from mcdas_opt.native.kernels import c_text, library, wanted
 from mcdas_opt.verification.motion import FINE_STEP_S
 from mcdas_opt.verification.tolerances import Tolerances
 
-_ANGLES = ("sin", "cos", "tan")  # of whole vectors, where there are such: far nearer than what is kept to spare
-_NATIVE = "-O3 -march=native -fno-math-errno -fno-trapping-math"
-_VECTORS = " ".join([*(f"-fno-builtin-{name}" for name in _ANGLES), "-DVECTOR_MATH -lmvec -lm"])  # libmvec is glibc's
-_BUILDS = (f"{_NATIVE} {_VECTORS}", "-O2 -fno-math-errno -lm")
 _as_a_row = attrgetter(*MOVING, "length_m", "width_m")
 _HALF_STEPS = 10  # in a sample interval, at most
 
 
-class PlainlySound:
-    """Asked with a trajectory's table (9, n), contiguous: true where nothing can be found against it."""
+def accepts(compiled: ctypes.CDLL, table: Array, start: HostState | None, rules: Array, bodies: Array | None, frame: FrenetFrame) -> bool:
+    """Whether a trajectory's table (9, n), contiguous, is accepted: then nothing can be found against it.
 
-    def __init__(self, library: ctypes.CDLL) -> None:
-        pointer, whole = ctypes.c_void_p, ctypes.c_long
-        self._sound = library.mcdas_plainly_sound
-        self._sound.restype = ctypes.c_int
-        self._sound.argtypes = [pointer, whole, pointer, pointer, pointer, whole, whole, pointer, whole, pointer, pointer]
-
-    def __call__(self, table: Array, start: HostState | None, rules: Array, bodies: Array, frame: FrenetFrame) -> bool:
-        """`rules` from `rules_of`, `bodies` from `rows_of`."""
-        n = table.shape[1]
-        work = np.empty((4, _HALF_STEPS * max(n - 1, 0) + 1))  # of each call: threads may judge at once
-        begun = None if start is None else start.to_vector().copy()
-        at = None if begun is None else address(begun)
-        what = address(rules), address(bodies), len(bodies)
-        return bool(self._sound(address(table), n, at, *what, *frame.addresses(), address(work)))
+    `compiled` is the library `CONSERVATIVE_ACCEPT`; `rules` from `rules_of`, `bodies` from `rows_of`.
+    """
+    if bodies is None:
+        return False
+    n = table.shape[1]
+    work = np.empty((4, _HALF_STEPS * max(n - 1, 0) + 1))  # of each call: threads may judge at once
+    begun = None if start is None else start.to_vector().copy()
+    return bool(compiled.mcdas_conservative_accept(table, n, begun, rules, bodies, len(bodies), *frame.addresses(), work))
 
 
 def rows_of(bodies: Sequence[PredictedBody]) -> Array | None:
@@ -74,16 +62,3 @@ def rules_of(vehicle: Vehicle, road: Road, tolerances: Tolerances, along_reaches
     last = (of.residual_steering_rad, of.longest_step_s + of.step_rounding_s, of.largest_number, FINE_STEP_S, along_reaches)
     ends = (of.end_position_m, of.end_heading_rad)
     return np.array([*car, *ground, of.limit, of.reverse_mps, of.edge_m, *start, of.start_time_s, *ends, *residual, *last])
-
-
-def plainly_sound() -> PlainlySound | None:
-    """Built on first use; None where there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
-    return _built() if wanted() else None
-
-
-@lru_cache(maxsize=1)
-def _built() -> PlainlySound | None:
-    simd = [f'double {name}(double) __attribute__((simd("notinbranch"), const));' for name in _ANGLES]
-    texts = [c_text("mcdas_opt.geometry", "frenet.c"), c_text("mcdas_opt.verification", "plainly_sound.c")]
-    found = library(["\n".join(["#ifdef VECTOR_MATH", *simd, "#endif"]), *texts], _BUILDS)
-    return None if found is None else PlainlySound(found)

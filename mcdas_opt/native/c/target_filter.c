@@ -1,5 +1,5 @@
-/* One target's constant-velocity filter and the fixes that it takes in: `cv_filter`, `fix` and `association` operation by operation.
- * The frame of the road stands before this text. Portable C99; nothing global is written. */
+/* One target's constant-velocity filter and the fixes that it takes in: `cv_filter`, `fix` and `association` operation by operation. */
+#include "frenet.h"
 
 enum { N = 4, BELIEF = N + N * N };  /* x = (s, vs, d, vd), then its covariance row by row */
 enum { KIND, PLACE_S, PLACE_D, RANGE, EXTENT, BEARING, KAPPA, STRETCH, RELATIVE, SIDEWAYS, VARIANCE, LENGTH = VARIANCE + 4, WIDTH, OF_FIX };
@@ -228,13 +228,43 @@ PUBLIC void mcdas_correct(double *belief, double dt, double along, double across
     evened(P);
 }
 
-/* points (count, 6): range, azimuth, range rate and their variances; view: x, y, yaw, vx, vy, host's s; fixes (count, OF_FIX) */
-PUBLIC void mcdas_fixes(long count, const double *points, const double *view, double length, double width, long samples,
-                        const double *line, long knots, const double *bends, double *fixes)
+/* s, d of (x, y), sought within 300 m of `near`: `FrenetFrame.to_road` of one place */
+static void to_road(const Frame *f, double x, double y, double near, double *s_out, double *d_out)
 {
-    const Frame frame = {samples, knots, line, line + samples, line + 2 * samples, bends, bends + knots, bends + 2 * knots};
+    const double low = f->samples ? f->s[0] : 0.0, high = f->samples ? f->s[f->samples - 1] : 0.0;
+    double s = near, best = HUGE_VAL, px, py, theta, along, across;
+    whole first = 0;
+    if (f->samples == 0) {
+        *s_out = x;
+        *d_out = y;
+        return;
+    }
+    while (first < f->samples && f->s[first] < near - 300.0) first++;
+    for (whole i = first; i < f->samples && f->s[i] < near + 300.0; i += 8) {
+        const double apart = (x - f->x[i]) * (x - f->x[i]) + (y - f->y[i]) * (y - f->y[i]);
+        if (apart < best) best = apart, s = f->s[i];
+    }
+    for (int round = 0; round < 12; round++) {
+        double step;
+        to_plane(f, s, 0.0, 0.0, &px, &py, &theta);
+        along = (x - px) * cos(theta) + (y - py) * sin(theta);
+        across = -(x - px) * sin(theta) + (y - py) * cos(theta);
+        step = along / GREATER(1.0 - across * road_curvature(f, s), 0.1);
+        s = LESSER(GREATER(s + step, low), high);
+        if (fabs(step) < 1e-12) break;
+    }
+    to_plane(f, s, 0.0, 0.0, &px, &py, &theta);
+    *s_out = s;
+    *d_out = -(x - px) * sin(theta) + (y - py) * cos(theta);
+}
+
+/* points (count, 6): range, azimuth, range rate and their variances; view: x, y, yaw, vx, vy, host's s; fixes (count, OF_FIX) */
+PUBLIC void mcdas_fixes(whole count, const double *points, const double *view, double length, double width, whole samples,
+                        const double *line, whole knots, const double *bends, double *fixes)
+{
+    const Frame frame = frame_of(samples, line, knots, bends);
     const double here = samples ? road_heading(&frame, view[5]) : 0.0;
-    for (long i = 0; i < count; i++, points += 6, fixes += OF_FIX) {
+    for (whole i = 0; i < count; i++, points += 6, fixes += OF_FIX) {
         const double theta = view[2] + points[1], ux = cos(theta), uy = sin(theta);
         double r = points[0], extent = 0.0, s, d, bearing, kappa, near = 0.0;
         if (length > 0.0) {  /* the road's heading near the point is good enough for a first half extent */

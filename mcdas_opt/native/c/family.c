@@ -1,6 +1,13 @@
 /* The family of `manoeuvres.family`, member by member: speeds of `phases`, ways of `sidesteps`, separations of `clearance`, costs.
  * Operation by operation as there; the numbers in capitals stand before this text. Rows of samples are ROW long, a whole number of
- * LANES, filled up with the last sample. Loops over them are written so that a compiler can vectorise them; nothing global is written. */
+ * LANES, filled up with the last sample. Loops over them are written so that a compiler can vectorise them. */
+#include "curvature.h"
+#include "rectangles.h"
+
+#ifdef VECTOR_MATH
+double exp(double) OF_VECTORS;
+double sin(double) OF_VECTORS;
+#endif
 
 enum { ACCELERATION, SPEED, WAY, FADE, FADE_N, SLOPE, SLOPE_N, CURL, CURL_N, ROAD, OF_PHASE };
 enum { BODY_S, BODY_D, BODY_SINE, BODY_COSINE, BODY_KAPPA, BODY_LONG, BODY_WIDE, OF_BODY };
@@ -16,7 +23,7 @@ typedef struct {
     const double *knots, *kappas;
     double *by_phase;                           /* (phases, OF_PHASE, ROW), filled by mcdas_family_speeds */
     double *work;                               /* (OF_MEMBER, ROW) */
-    long long count_of_phases, count_of_steps, samples, count_of_bodies, count_of_knots;
+    whole count_of_phases, count_of_steps, samples, count_of_bodies, count_of_knots;
     double s0, d0, sine0, bend0, speed0, acceleration0, join;          /* the rear axle now */
     double centre, wheelbase, length, width, rise, fall, top;          /* the car, and its limits as far as they are used */
     double grip_squared, curvature_max, turn_max;                      /* tangents of steering angle and of its step, over the wheelbase */
@@ -25,42 +32,32 @@ typedef struct {
     double price_acceleration, price_speed, price_lateral, price_near, nearness, price_change, price_closing, end_room;
 } Family;
 
-static double curvature_at(const Family *f, double s)
-{
-    const double *at = f->knots, *kappa = f->kappas;
-    long long i = 0;
-    if (s <= at[0]) return kappa[0];
-    if (s >= at[f->count_of_knots - 1]) return kappa[f->count_of_knots - 1];
-    while (s >= at[i + 1]) i++;
-    return (kappa[i + 1] - kappa[i]) / (at[i + 1] - at[i]) * (s - at[i]) + kappa[i];
-}
-
-static double greatest(long long n, const double *x)
+static double greatest(whole n, const double *x)
 {
     double most[LANES], m;
     memcpy(most, x, sizeof most);
-    for (long long t = LANES; t < n; t += LANES)
+    for (whole t = LANES; t < n; t += LANES)
         for (int j = 0; j < LANES; j++) most[j] = GREATER(most[j], x[t + j]);
     m = most[0];
     for (int j = 1; j < LANES; j++) m = GREATER(m, most[j]);
     return m;
 }
 
-static double least(long long n, const double *x)
+static double least(whole n, const double *x)
 {
     double low[LANES], m;
     memcpy(low, x, sizeof low);
-    for (long long t = LANES; t < n; t += LANES)
+    for (whole t = LANES; t < n; t += LANES)
         for (int j = 0; j < LANES; j++) low[j] = LESSER(low[j], x[t + j]);
     m = low[0];
     for (int j = 1; j < LANES; j++) m = LESSER(m, low[j]);
     return m;
 }
 
-static double total(long long n, const double *restrict x, const double *restrict weights)
+static double total(whole n, const double *restrict x, const double *restrict weights)
 {
     double part[LANES] = {0.0}, sum = 0.0;
-    for (long long t = 0; t < n; t += LANES)
+    for (whole t = 0; t < n; t += LANES)
         for (int j = 0; j < LANES; j++) part[j] += x[t + j] * weights[t + j];
     for (int j = 0; j < LANES; j++) sum += part[j];
     return sum;
@@ -71,11 +68,11 @@ static double ramp(double t, double change, double rise, double fall)
     return change >= 0.0 ? LESSER(rise * t, change) : GREATER(fall * t, change);
 }
 
-static void summed(long long n, const double *a, double v0, double h, double *v)
+static void summed(whole n, const double *a, double v0, double h, double *v)
 {
     double sum = 0.0;
     v[0] = v0;
-    for (long long t = 1; t < n; t++) {
+    for (whole t = 1; t < n; t++) {
         sum += 0.5 * h * (a[t] + a[t - 1]);
         v[t] = v0 + sum;
     }
@@ -83,31 +80,31 @@ static void summed(long long n, const double *a, double v0, double h, double *v)
 
 static void speed_history(const Family *f, const double *phase, double *a, double *v, double *way)
 {
-    const long long n = f->samples;
+    const whole n = f->samples;
     const double first = phase[0], then = phase[2], change = first - f->acceleration0, h = f->times[1] - f->times[0];
     const double reached = change / (change >= 0.0 ? f->rise : f->fall), begins = GREATER(phase[1], reached);
     double last = 0.0, passed = 0.0;
-    long long since = -1;
-    for (long long t = 0; t < n; t++) {
+    whole since = -1;
+    for (whole t = 0; t < n; t++) {
         const double after = GREATER(f->times[t] - begins, 0.0);
         a[t] = f->acceleration0 + ramp(f->times[t], change, f->rise, f->fall) + ramp(after, then - first, f->rise, f->fall);
     }
     summed(n, a, f->speed0, h, v);
-    for (long long t = 0; t < n && since < 0; t++)
+    for (whole t = 0; t < n && since < 0; t++)
         if (v[t] > f->top) since = t;
     if (since >= 0) {
         last = a[since > 0 ? since - 1 : 0];
-        for (long long t = since; t < n; t++) {
+        for (whole t = since; t < n; t++) {
             const double eased = last + f->fall * h * (double)(t - since + 1);
             a[t] = GREATER(eased, 0.0);
         }
         summed(n, a, f->speed0, h, v);
     }
     since = n;
-    for (long long t = n - 1; t >= 0; t--)
+    for (whole t = n - 1; t >= 0; t--)
         if (v[t] <= 1e-6) since = t;
     way[0] = 0.0;
-    for (long long t = 1; t < n; t++) {
+    for (whole t = 1; t < n; t++) {
         double step = h * (v[t - 1] + h * (2.0 * a[t - 1] + a[t]) / 6.0);
         if (t > since) step = 0.0;
         if (t == since) {
@@ -117,19 +114,19 @@ static void speed_history(const Family *f, const double *phase, double *a, doubl
         passed += step;
         way[t] = passed;
     }
-    for (long long t = since; t < n; t++) a[t] = v[t] = 0.0;
-    for (long long t = n; t < ROW; t++) a[t] = a[n - 1], v[t] = v[n - 1], way[t] = way[n - 1];
+    for (whole t = since; t < n; t++) a[t] = v[t] = 0.0;
+    for (whole t = n; t < ROW; t++) a[t] = a[n - 1], v[t] = v[n - 1], way[t] = way[n - 1];
 }
 
 /* what all members of a phase share: its speeds, and how the car's own heading and curvature fade over its way */
 PUBLIC void mcdas_family_speeds(const Family *f)
 {
-    const long long n = ROW;
+    const whole n = ROW;
     const double join = f->join;
-    for (long long p = 0; p < f->count_of_phases; p++) {
+    for (whole p = 0; p < f->count_of_phases; p++) {
         double *restrict q = f->by_phase + p * OF_PHASE * n;
         speed_history(f, f->phases + 3 * p, q + ACCELERATION * n, q + SPEED * n, q + WAY * n);
-        for (long long t = 0; t < n; t++) {
+        for (whole t = 0; t < n; t++) {
             const double x = q[WAY * n + t] / join, fade = exp(-x);
             q[FADE * n + t] = x * fade;
             q[FADE_N * n + t] = x * x * fade;
@@ -137,7 +134,7 @@ PUBLIC void mcdas_family_speeds(const Family *f)
             q[SLOPE_N * n + t] = (2.0 - x) * x * fade / join;
             q[CURL * n + t] = (x - 2.0) * fade / (join * join);
             q[CURL_N * n + t] = (2.0 - 4.0 * x + x * x) * fade / (join * join);
-            q[ROAD * n + t] = f->count_of_knots ? curvature_at(f, f->s0 + q[WAY * n + t]) : 0.0;
+            q[ROAD * n + t] = f->count_of_knots ? curvature_at(f->s0 + q[WAY * n + t], f->count_of_knots, f->knots, f->kappas) : 0.0;
         }
     }
 }
@@ -145,13 +142,13 @@ PUBLIC void mcdas_family_speeds(const Family *f)
 static double nearest(const Family *f, const double *history, double index)
 {
     const double last = (double)(f->samples - 1), at = rint(index);
-    return history[(long long)(at < 0.0 ? 0.0 : LESSER(at, last))];
+    return history[(whole)(at < 0.0 ? 0.0 : LESSER(at, last))];
 }
 
 /* the body's way (OF_MEMBER, ROW) of a sidestep at the speeds of a phase */
 static void roll_out(const Family *f, const double *q, const double *step, double *restrict w)
 {
-    const long long n = ROW;
+    const whole n = ROW;
     const double h = f->times[1] - f->times[0], target = step[0], lateral = step[1], delay = step[2], b = step[3], join = f->join, c = f->centre;
     const double shift = target - f->d0, size = GREATER(fabs(shift), LEAST_SHIFT_M);
     const double v = nearest(f, q + SPEED * n, (delay + 1.22 * sqrt(size / lateral)) / h);
@@ -164,11 +161,11 @@ static void roll_out(const Family *f, const double *q, const double *step, doubl
     double *restrict d = w + WAY_D * n, *restrict s = w + WAY_S * n, *restrict sine = w + SINE * n, *restrict cosine = w + COSINE * n;
     double *restrict curvature = w + CURVATURE * n, *restrict ratio = w + SCRATCH * n, passed = 0.0;
     const double *way = q + WAY * n, *kappa = q + ROAD * n;
-    for (long long t = 0; t < n; t++) {
+    for (whole t = 0; t < n; t++) {
         const double x = (way[t] - begin) * a;
         ratio[t] = exp(LESSER(x, 80.0));
     }
-    for (long long t = 0; t < n; t++) {
+    for (whole t = 0; t < n; t++) {
         const double e = ratio[t] * b, shape = 1.0 / (1.0 + e), bell = e * shape * shape, slope = -gain * bell;
         const double tilt = slope + of_m * q[SLOPE * n + t] + of_n * q[SLOPE_N * n + t];
         const double curl = slope * (shape * -2.0 + 1.0) * -a + of_m * q[CURL * n + t] + of_n * q[CURL_N * n + t];
@@ -179,19 +176,19 @@ static void roll_out(const Family *f, const double *q, const double *step, doubl
         curvature[t] = curl / cosine[t];
     }
     s[0] = f->s0;
-    for (long long t = 1; t < n; t++) {
+    for (whole t = 1; t < n; t++) {
         passed += 0.5 * (way[t] - way[t - 1]) * (ratio[t] + ratio[t - 1]);
         s[t] = f->s0 + passed;
     }
     if (!f->count_of_knots) {
-        for (long long t = 0; t < n; t++) {
+        for (whole t = 0; t < n; t++) {
             d[t] += c * sine[t];
             s[t] += c * cosine[t];
         }
         return;
     }
-    for (long long t = 0; t < n; t++) ratio[t] = curvature_at(f, s[t]);
-    for (long long t = 0; t < n; t++) {
+    for (whole t = 0; t < n; t++) ratio[t] = curvature_at(s[t], f->count_of_knots, f->knots, f->kappas);
+    for (whole t = 0; t < n; t++) {
         const double k = ratio[t], along = cosine[t], across = sine[t], turned = sin(k * c), straight = sqrt(1.0 - turned * turned);
         curvature[t] += k * along / (1.0 - k * d[t]);
         s[t] += c * along / (1.0 - k * d[t]);
@@ -203,27 +200,27 @@ static void roll_out(const Family *f, const double *q, const double *step, doubl
 
 static int possible(const Family *f, const double *restrict q, double *restrict w)
 {
-    const long long n = ROW;
+    const whole n = ROW;
     const double *restrict curvature = w + CURVATURE * n;
     double *restrict used = w + SCRATCH * n;
-    for (long long t = 0; t < n; t++) {
+    for (whole t = 0; t < n; t++) {
         const double v = q[SPEED * n + t], a = q[ACCELERATION * n + t], lateral = v * v * curvature[t];
         used[t] = a * a + lateral * lateral;
     }
     if (greatest(n, used) > f->grip_squared) return 0;
-    for (long long t = 0; t < n; t++) used[t] = fabs(curvature[t]);
+    for (whole t = 0; t < n; t++) used[t] = fabs(curvature[t]);
     if (greatest(n, used) > f->curvature_max) return 0;
     used[n - 1] = -1.0;
-    for (long long t = 0; t < n - 1; t++) /* the tangent of a difference of steering angles, brought to one side */
+    for (whole t = 0; t < n - 1; t++) /* the tangent of a difference of steering angles, brought to one side */
         used[t] = fabs(curvature[t + 1] - curvature[t]) - f->turn_max * (1.0 + f->wheelbase * f->wheelbase * curvature[t + 1] * curvature[t]);
     return greatest(n, used) <= 0.0;
 }
 
 static int on_road(const Family *f, double *restrict w)
 {
-    const long long n = ROW;
+    const whole n = ROW;
     double *restrict out = w + SCRATCH * n;
-    for (long long t = 0; t < n; t++) {
+    for (whole t = 0; t < n; t++) {
         const double room = 0.5 * (f->width * w[COSINE * n + t] + f->length * fabs(w[SINE * n + t])) + EDGE_M, d = w[WAY_D * n + t];
         out[t] = GREATER(d + room - f->left, f->right - (d - room));
     }
@@ -234,28 +231,24 @@ static int on_road(const Family *f, double *restrict w)
 /* the separation from the nearest body at each sample; whether any is near */
 static int separations(const Family *f, double *restrict w)
 {
-    const long long n = ROW;
+    const whole n = ROW;
     const double *restrict s = w + WAY_S * n, *restrict d = w + WAY_D * n, *restrict sine = w + SINE * n, *restrict cosine = w + COSINE * n;
     double *restrict best = w + NEAREST * n, *restrict who = w + WHO * n, *restrict room = w + SCRATCH * n;
     const double long_half = 0.5 * f->length, wide_half = 0.5 * f->width;
-    for (long long t = 0; t < n; t++) best[t] = NEAR_M, who[t] = -1.0;
-    for (long long i = 0; i < f->count_of_bodies; i++) {
+    for (whole t = 0; t < n; t++) best[t] = NEAR_M, who[t] = -1.0;
+    for (whole i = 0; i < f->count_of_bodies; i++) {
         const double *restrict o = f->bodies + i * OF_BODY * n, bow = f->sizes[4 * i + 3], wider = bow != 0.0 ? 2.0 : 1.0;
-        for (long long t = 0; t < n; t++) {
+        for (whole t = 0; t < n; t++) {
             const double a = o[BODY_LONG * n + t], b = o[BODY_WIDE * n + t];
             room[t] = fabs(s[t] - o[BODY_S * n + t]) - (f->reach + sqrt(a * a + b * b) + NEAR_M) * wider;
         }
         if (least(n, room) >= 0.0) continue;
-        for (long long t = 0; t < n; t++) {
+        for (whole t = 0; t < n; t++) {
             const double y = o[BODY_D * n + t] - d[t], other_long = o[BODY_LONG * n + t], other_wide = o[BODY_WIDE * n + t];
             const double x = (o[BODY_S * n + t] - s[t]) * (1.0 - o[BODY_KAPPA * n + t] * 0.5 * (o[BODY_D * n + t] + d[t]));
-            const double si = sine[t], co = cosine[t], osi = o[BODY_SINE * n + t], oco = o[BODY_COSINE * n + t];
-            const double cc = fabs(co * oco + si * osi), ss = fabs(si * oco - co * osi);
-            const double g1 = fabs(x * co + y * si) - (long_half + other_long * cc + other_wide * ss);
-            const double g2 = fabs(y * co - x * si) - (wide_half + other_long * ss + other_wide * cc);
-            const double g3 = fabs(x * oco + y * osi) - (other_long + long_half * cc + wide_half * ss);
-            const double g4 = fabs(y * oco - x * osi) - (other_wide + long_half * ss + wide_half * cc);
-            const double g12 = GREATER(g1, g2), g34 = GREATER(g3, g4), gap = GREATER(g12, g34) - bow;
+            const double its_sine = o[BODY_SINE * n + t], its_cosine = o[BODY_COSINE * n + t];
+            const Gaps g = gaps_between(x, y, sine[t], cosine[t], its_sine, its_cosine, long_half, wide_half, other_long, other_wide);
+            const double own = GREATER(g.ahead, g.aside), its = GREATER(g.its_ahead, g.its_aside), gap = GREATER(own, its) - bow;
             const double near = room[t] < 0.0 ? gap : NEAR_M;
             who[t] = near < best[t] ? (double)i : who[t];
             best[t] = LESSER(near, best[t]);
@@ -266,10 +259,10 @@ static int separations(const Family *f, double *restrict w)
 
 static double end_closing(const Family *f, const double *q, const double *w)
 {
-    const long long n = ROW, t = n - 1;
+    const whole n = ROW, t = n - 1;
     const double s = w[WAY_S * n + t], d = w[WAY_D * n + t], v = q[SPEED * n + t];
     double price = 0.0;
-    for (long long i = 0; i < f->count_of_bodies; i++) {
+    for (whole i = 0; i < f->count_of_bodies; i++) {
         const double *o = f->bodies + i * OF_BODY * n, *size = f->sizes + 4 * i;
         const double ahead = o[BODY_S * n + t] - s, apart = fabs(ahead) - 0.5 * (f->length + size[0]), gap = GREATER(apart, 1.0);
         const double sign = (double)((ahead > 0.0) - (ahead < 0.0)), faster = sign * (v - size[2]), closing = GREATER(faster, 0.0);
@@ -281,21 +274,21 @@ static double end_closing(const Family *f, const double *q, const double *w)
 /* what a phase costs, whatever its sidestep */
 static double cost_along(const Family *f, const double *restrict q)
 {
-    const long long n = ROW;
+    const whole n = ROW;
     const double *restrict v = q + SPEED * n, *restrict a = q + ACCELERATION * n, h = f->times[1] - f->times[0];
     double *restrict scratch = f->work + SCRATCH * n, push;
-    for (long long t = 0; t < n; t++) scratch[t] = a[t] * a[t];
+    for (whole t = 0; t < n; t++) scratch[t] = a[t] * a[t];
     push = f->price_acceleration * total(n, scratch, f->weights);
-    for (long long t = 0; t < n; t++) scratch[t] = (v[t] - f->wanted) * (v[t] - f->wanted);
+    for (whole t = 0; t < n; t++) scratch[t] = (v[t] - f->wanted) * (v[t] - f->wanted);
     return h * (push + f->price_speed * total(n, scratch, f->weights));
 }
 
 static double cost_across(const Family *f, const double *restrict q, const double *restrict w)
 {
-    const long long n = ROW;
+    const whole n = ROW;
     const double *restrict v = q + SPEED * n, *restrict curvature = w + CURVATURE * n, h = f->times[1] - f->times[0];
     double *restrict scratch = f->work + SCRATCH * n;
-    for (long long t = 0; t < n; t++) {
+    for (whole t = 0; t < n; t++) {
         const double lateral = v[t] * v[t] * curvature[t];
         scratch[t] = lateral * lateral;
     }
@@ -304,9 +297,9 @@ static double cost_across(const Family *f, const double *restrict q, const doubl
 
 static double cost_near(const Family *f, const double *restrict gap)
 {
-    const long long n = ROW;
+    const whole n = ROW;
     double *restrict scratch = f->work + SCRATCH * n;
-    for (long long t = 0; t < n; t++) scratch[t] = exp(GREATER(gap[t], 0.0) * (-1.0 / f->nearness));
+    for (whole t = 0; t < n; t++) scratch[t] = exp(GREATER(gap[t], 0.0) * (-1.0 / f->nearness));
     return (f->times[1] - f->times[0]) * f->price_near * total(n, scratch, f->weights);
 }
 
@@ -318,11 +311,11 @@ static double cost_change(const Family *f, const double *w)
 /* results (OF_RESULT, phases, steps) of every member */
 PUBLIC void mcdas_family_score(const Family *f, double *result)
 {
-    const long long n = ROW, size = f->count_of_phases * f->count_of_steps;
+    const whole n = ROW, size = f->count_of_phases * f->count_of_steps;
     double *w = f->work;
-    for (long long p = 0; p < f->count_of_phases; p++) {
+    for (whole p = 0; p < f->count_of_phases; p++) {
         const double *q = f->by_phase + p * OF_PHASE * n, along = cost_along(f, q);
-        for (long long k = 0; k < f->count_of_steps; k++) {
+        for (whole k = 0; k < f->count_of_steps; k++) {
             double *to = result + p * f->count_of_steps + k, cost;
             roll_out(f, q, f->steps + 4 * k, w);
             cost = cost_across(f, q, w) + along;
@@ -334,7 +327,7 @@ PUBLIC void mcdas_family_score(const Family *f, double *result)
             if (separations(f, w)) {
                 const double *gap = w + NEAREST * n, lowest = least(n, gap);
                 to[SEPARATION * size] = lowest;
-                for (long long t = 0; t < n && lowest <= f->clear; t++)
+                for (whole t = 0; t < n && lowest <= f->clear; t++)
                     if (gap[t] <= f->clear) {
                         to[CONTACT * size] = f->times[t];
                         to[WITH * size] = w[WHO * n + t];
@@ -350,22 +343,22 @@ PUBLIC void mcdas_family_score(const Family *f, double *result)
 
 /* The cheapest feasible member of each kind, costs in whole TICKs, ties to the first: its index, or -1, its cost and its separation. What
  * is already dearer without nearness than the best of its kind is looked at no further: sums of what is not negative, rounded, never
- * shrink. `order` (phases) and `ticks` (kinds) are room to work in. */
-PUBLIC void mcdas_family_best(const Family *f, const long long *kinds, long long count_of_kinds, double *order, double *ticks, long long *best,
-                              double *cost, double *separation)
+ * shrink. `order` (phases) is room to work in; `values` (3, kinds): ticks,
+ * costs, separations. */
+PUBLIC void mcdas_family_best(const Family *f, const whole *kinds, whole count_of_kinds, double *order, whole *best, double *values)
 {
-    const long long n = ROW;
-    double *w = f->work;
-    for (long long i = 0; i < count_of_kinds; i++) best[i] = -1, ticks[i] = cost[i] = HUGE_VAL, separation[i] = NEAR_M;
-    for (long long p = 0; p < f->count_of_phases; p++) order[p] = cost_along(f, f->by_phase + p * OF_PHASE * n);
-    for (long long done = 0; done < f->count_of_phases; done++) {
-        long long p = 0;
-        for (long long i = 1; i < f->count_of_phases; i++)
+    const whole n = ROW;
+    double *w = f->work, *ticks = values, *cost = ticks + count_of_kinds, *separation = cost + count_of_kinds;
+    for (whole i = 0; i < count_of_kinds; i++) best[i] = -1, ticks[i] = cost[i] = HUGE_VAL, separation[i] = NEAR_M;
+    for (whole p = 0; p < f->count_of_phases; p++) order[p] = cost_along(f, f->by_phase + p * OF_PHASE * n);
+    for (whole done = 0; done < f->count_of_phases; done++) {
+        whole p = 0;
+        for (whole i = 1; i < f->count_of_phases; i++)
             if (order[i] < order[p]) p = i;
         const double *q = f->by_phase + p * OF_PHASE * n, along = order[p];
         order[p] = HUGE_VAL;
-        for (long long k = 0; k < f->count_of_steps; k++) {
-            const long long index = p * f->count_of_steps + k, kind = kinds[index];
+        for (whole k = 0; k < f->count_of_steps; k++) {
+            const whole index = p * f->count_of_steps + k, kind = kinds[index];
             double sum, change, closing, tick, lowest = NEAR_M;
             if (rint(along / TICK) > ticks[kind]) continue;
             roll_out(f, q, f->steps + 4 * k, w);
@@ -387,13 +380,13 @@ PUBLIC void mcdas_family_best(const Family *f, const long long *kinds, long long
 }
 
 /* (samples, 6): s, d, psi, v, a, delta of one member */
-PUBLIC void mcdas_family_states(const Family *f, long long phase, long long step, double *x)
+PUBLIC void mcdas_family_states(const Family *f, whole phase, whole step, double *x)
 {
-    const long long n = ROW;
+    const whole n = ROW;
     const double *q = f->by_phase + phase * OF_PHASE * n;
     double *w = f->work;
     roll_out(f, q, f->steps + 4 * step, w);
-    for (long long t = 0; t < f->samples; t++, x += 6) {
+    for (whole t = 0; t < f->samples; t++, x += 6) {
         x[0] = w[WAY_S * n + t];
         x[1] = w[WAY_D * n + t];
         x[2] = asin(w[SINE * n + t]);

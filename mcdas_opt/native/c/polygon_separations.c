@@ -1,5 +1,5 @@
 /* Signed separation of one rectangle's poses from convex polygons: `PolygonField.separation`, with its order of sums. */
-#include <stdint.h>
+#include "mcdas.h"
 
 typedef struct {
     double c, s, x[4], y[4], ahead, left; /* cosine and sine of the heading, corners, and the origin in the body's axes */
@@ -18,14 +18,14 @@ static Placed placed(const double *pose, double c, double s, const double *corne
 
 /* From one polygon, edges `from` to before `until`; `body` is (rear, front, half width). Rows of `edges` (9, total): vertex, normal, its
  * offset, tangent, its start, length. */
-static double apart_from(const Placed *at, const double *body, const double *edges, intptr_t total, intptr_t from, intptr_t until)
+static double apart_from(const Placed *at, const double *body, const double *edges, whole total, whole from, whole until)
 {
     const double rear = body[0], front = body[1], half = body[2];
     const double *px = edges, *py = px + total, *nx = py + total, *ny = nx + total, *offset = ny + total;
     const double *tx = offset + total, *ty = tx + total, *start = ty + total, *length = start + total;
     double nearest = INFINITY, gap = -INFINITY;
     double ahead_least = INFINITY, ahead_most = -INFINITY, left_least = INFINITY, left_most = -INFINITY;
-    for (intptr_t e = from; e < until; e++) {
+    for (whole e = from; e < until; e++) {
         double out = INFINITY;
         for (int q = 0; q < 4; q++) {
             const double outward = at->x[q] * nx[e] + at->y[q] * ny[e] - offset[e];
@@ -53,14 +53,14 @@ static double apart_from(const Placed *at, const double *body, const double *edg
 
 /* Of n poses, with cosine and sine of their headings: `apart` (n, polygons), or the least of each pose (n,) where that is asked for.
  * `first` says where each polygon's edges begin and, last, how many there are. */
-PUBLIC void mcdas_parking_separation(intptr_t n, intptr_t polygons, intptr_t least, const intptr_t *first, const double *poses,
+PUBLIC void mcdas_polygon_separations(whole n, whole polygons, whole least, const whole *first, const double *poses,
                                      const double *cosine, const double *sine, const double *body, const double *corners,
                                      const double *edges, double *apart)
 {
-    for (intptr_t i = 0; i < n; i++) {
+    for (whole i = 0; i < n; i++) {
         const Placed at = placed(poses + 3 * i, cosine[i], sine[i], corners);
         double smallest = INFINITY;
-        for (intptr_t k = 0; k < polygons; k++) {
+        for (whole k = 0; k < polygons; k++) {
             const double found = apart_from(&at, body, edges, first[polygons], first[k], first[k + 1]);
             smallest = LESSER(found, smallest);
             if (!least)

@@ -1,19 +1,16 @@
-/* What the escape map spends its time on, for one row (one manoeuvre from one start) after the other: the motion of
- * `manoeuvres.swerves`. Operation by operation as there; the numbers in capitals stand before this text. Rows are worked out from node to
- * node, whole LANES at a time (they are padded with the last node), so that one that goes wrong early needs no more. Portable C99; nothing
- * global. */
-
-typedef long long whole;
+/* What takes most of the time, for one row (one manoeuvre from one start) after the other: the motion of an evasive profile, operation by
+ * operation as the array operations have it. Rows are worked out from node to node, whole LANES at a time (they are padded with the last
+ * node), so that one that goes wrong early needs no more. */
 
 enum { S, D, HEADING, SPEED, ACCELERATION, STEERING, STATES };
 
 typedef struct {
     const double *others_s, *others_d, *others_mps, *half_length, *half_width; /* (bodies, lattice) */
     const double *longest;                           /* (bodies): the greatest half length */
-    const double *table;                            /* (STATES, held): the host that keeps on */
+    const double *table;                            /* (STATES, moments): the host under constant inputs */
     const double *level, *until, *until_mps, *target, *lateral;
     const double *knots, *kappas;
-    whole bodies, lattice, held, members, in_lane, half_steps, count_of_knots;
+    whole bodies, lattice, moments, members, in_lane, half_steps, count_of_knots;
     double wheelbase, centre, length, width, jerk_min, jerk_max, speed_max, steering_max, steering_rate;
     double limit, steering_share, brake, accelerate, left, right, end, bend, clear_m, clear_s, comfort, shortest, straightening;
 } Case;
@@ -30,12 +27,12 @@ typedef struct {
     double begin[4], lasting[4], rate[4];
 } Ramps;
 
-/* Of a sidestep, by the clock or by the way: where it begins, its first two derivatives there, what is added; whether there is such a one */
+/* A lane-change profile, by the clock or by the way: where it begins, its first two derivatives there, what is added; whether there is one */
 typedef struct {
     int timed, fits;
     double d, rate, curl;
     Ramps ramps;
-} Sidestep;
+} Profile;
 
 typedef struct {
     double v[ROOM], a[ROOM], way[ROOM], d[ROOM], sine[ROOM], cosine[ROOM], curvature[ROOM], ratio[ROOM], s[ROOM], tangent[ROOM], kappa[ROOM];
@@ -45,15 +42,7 @@ typedef struct {
     double demand, ability, edge;
 } Motion;
 
-static double curvature_at(const Case *q, double s)
-{
-    const double *at = q->knots, *kappa = q->kappas;
-    whole i = 0;
-    if (s <= at[0]) return kappa[0];
-    if (s >= at[q->count_of_knots - 1]) return kappa[q->count_of_knots - 1];
-    while (s >= at[i + 1]) i++;
-    return (kappa[i + 1] - kappa[i]) / (at[i + 1] - at[i]) * (s - at[i]) + kappa[i];
-}
+OUT_OF_LINE static double curvature(const Case *q, double s) { return curvature_at(s, q->count_of_knots, q->knots, q->kappas); }
 
 static double sign(double x) { return (double)((x > 0.0) - (x < 0.0)); }
 
@@ -126,23 +115,23 @@ typedef struct {
 
 static void begin_at(const Case *q, whole start, Begin *b)
 {
-    whole before = start / HELD_STEPS;
-    if (before > q->held - 2) before = q->held - 2;
-    const double share = (double)start / HELD_STEPS - (double)before, c = q->centre;
+    whole before = start / CONSTANT_STEPS;
+    if (before > q->moments - 2) before = q->moments - 2;
+    const double share = (double)start / CONSTANT_STEPS - (double)before, c = q->centre;
     double *x = b->x;
     for (int i = 0; i < STATES; i++) {
-        const double *row = q->table + i * q->held + before;
+        const double *row = q->table + i * q->moments + before;
         x[i] = row[0] + share * (row[1] - row[0]);
     }
-    const double kappa = q->bend > 0.0 ? curvature_at(q, x[S]) : 0.0, psi = x[HEADING] + kappa * c, cosine = cos(psi);
+    const double kappa = q->bend > 0.0 ? curvature(q, x[S]) : 0.0, psi = x[HEADING] + kappa * c, cosine = cos(psi);
     b->sine0 = sin(psi);
     b->d0 = x[D] - c * b->sine0 + 0.5 * kappa * (c * cosine) * (c * cosine);
     b->s0 = x[S] - c * cosine / (1.0 - kappa * b->d0);
     b->bend0 = (tan(x[STEERING]) / q->wheelbase - kappa * cosine / (1.0 - kappa * b->d0)) * cosine;
 }
 
-/* the sidestep to `target` (NAN: to straighten up) of a row that begins with v0 and a0 and is as slow as `slow` in its first second */
-static Sidestep sidestep(const Case *q, double level, double target, double lateral, double slow, double v0, double a0, const Begin *b)
+/* the profile to `target` (NAN: to straighten up) of a row that begins with v0 and a0 and is as slow as `slow` in its first second */
+static Profile profile(const Case *q, double level, double target, double lateral, double slow, double v0, double a0, const Begin *b)
 {
     const int timed = target == target;
     const double d0 = b->d0, sine0 = b->sine0, bend0 = b->bend0;
@@ -176,13 +165,13 @@ static Sidestep sidestep(const Case *q, double level, double target, double late
     }
     const double up = timed ? way * jerk : sign(u) * way * jerk, turn = timed ? ends + out - rising : ends;
     const double done = timed ? ends + out + back - rising : ends + fabs(u) / peak;
-    const Sidestep p = {timed, fits, d0, rate0, curl0, {{0.0, ends, turn, done}, {ends, rising, timed ? 2.0 * rising : rising, rising},
+    const Profile p = {timed, fits, d0, rate0, curl0, {{0.0, ends, turn, done}, {ends, rising, timed ? 2.0 * rising : rising, rising},
                         {-sign(curl0) * undoing, timed ? up : 0.0, -up, up}}};
     return p;
 }
 
 /* across the road, from one node on until another: place, sine and cosine of the heading, curvature */
-static inline void across(const Sidestep *p, const int timed, int from, int to, const double *restrict z, Motion *restrict m)
+static inline void across(const Profile *p, const int timed, int from, int to, const double *restrict z, Motion *restrict m)
 {
     const double *begin = p->ramps.begin, *lasting = p->ramps.lasting, *rate = p->ramps.rate;
     for (int t = from; t < to; t += LANES)
@@ -266,7 +255,7 @@ static void start_out(double s0, Motion *m)
 
 /* The motion on from one node until another, whose speed and way stand there already: places and headings of the body, and what they ask of
  * the car. With `brief` it returns 0 as soon as that is beyond the car, or asks the tyres for more than `most`: where the body is comes last. */
-static int swerve(const Case *q, const Sidestep *p, const Nodes *e, int from, int to, int brief, double most, Motion *restrict m)
+static int driven(const Case *q, const Profile *p, const Nodes *e, int from, int to, int brief, double most, Motion *restrict m)
 {
     const double c = q->centre;
     if (p->timed)
@@ -274,10 +263,10 @@ static int swerve(const Case *q, const Sidestep *p, const Nodes *e, int from, in
     else
         across(p, 0, from, to, m->way, m);
     if (q->bend > 0.0) {
-        for (int t = from; t < to; t++) m->kappa[t] = curvature_at(q, m->s0 + m->way[t]);
+        for (int t = from; t < to; t++) m->kappa[t] = curvature(q, m->s0 + m->way[t]);
         for (int t = from; t < to; t++) m->ratio[t] /= 1.0 - m->kappa[t] * m->d[t];
         along(from, to, m);
-        for (int t = from; t < to; t++) m->kappa[t] = curvature_at(q, m->s[t]);
+        for (int t = from; t < to; t++) m->kappa[t] = curvature(q, m->s[t]);
         for (int t = from; t < to; t++) m->curvature[t] += m->kappa[t] * m->cosine[t] / (1.0 - m->kappa[t] * m->d[t]);
     }
     for (int t = from; t < to; t += LANES)

@@ -1,22 +1,22 @@
-/* The whole map from plain numbers: everybody on the lattice, the host that keeps on, the manoeuvres with the forces that there are, and then
- * `escape_search.c`, which stands before this text. */
+/* The whole map from plain numbers: the predicted traffic on the lattice, the host under constant inputs, the manoeuvres with the forces that there
+ * are, and then the search. */
 
 /* what neither the host nor the others change: a case without bodies and members, times, and what the search takes besides */
 typedef struct {
     Case bare;
-    const double *held_s, *lattice_s;
+    const double *moments_s, *lattice_s;
     const Nodes *coarse, *exact;
     double near_d, latest_s;
 } Ground;
 
-/* the manoeuvres as shares of what there is: `escape_library._Spread`, a lane on neither side, on one or on both */
+/* the manoeuvres as shares of what there is: a lane on neither side, on one or on both */
 typedef struct {
     const whole *kind, *matching, *comfortable;
     const double *pace, *until, *push;
     whole members, in_lane, comforts;
 } Spread;
 
-/* what a map is asked for: the host's state, where the lanes beside are, and `escape_library._Forces`; bodies (CRUISER) follow */
+/* what a map is asked for: the host's state, where the lanes beside are, and the forces that there are; bodies (CRUISER) follow */
 enum { LEFT = STATES, RIGHT, GRIP, BEND, BRAKING, ACCELERATING, COMFORT, GENTLE, ASKED };
 
 /* what the members take of these forces: levels and pushes (members) */
@@ -52,20 +52,20 @@ static void speeds_of_nearest(const Case *q, const double *x, double near_d, dou
     }
 }
 
-/* The map, into `work`, of so many bodies, whose motions follow what is asked (`fade` as for the company), or are in `tables` (5, bodies,
+/* The map, into `work`, of so many bodies, whose motions follow what is asked (`fade` as for the predicted traffic), or are in `tables` (5, bodies,
  * lattice) already. Returns how many numbers it works with, and does nothing where there is room for less. */
 PUBLIC whole mcdas_escape_answer(const Ground *ground, const Spread *p, const double *x, whole bodies, double fade_s, const double *fade,
                                  double *tables, whole room, double *work)
 {
     Case q = ground->bare;
     const whole size = p->members, all = bodies * q.lattice;
-    const whole own = room_of_map(q.held, bodies, size), wanted = own + (STATES + 2) * q.held + 4 * size + bodies * (5 * q.lattice + 1);
+    const whole own = room_of_map(q.moments, bodies, size), wanted = own + (STATES + 2) * q.moments + 4 * size + bodies * (5 * q.lattice + 1);
     if (wanted > room) return wanted;
-    double *table = work + own, *path = table + STATES * q.held, *level = path + 2 * q.held, *push = level + size;
+    double *table = work + own, *path = table + STATES * q.moments, *level = path + 2 * q.moments, *push = level + size;
     double *target = push + size, *until_mps = target + size, *longest = until_mps + size, *places = tables ? tables : longest + bodies;
     double ends[3] = {0.0, 0.0, NAN}, sides[4] = {NAN, NAN, x[LEFT], x[RIGHT]};
     if (!tables)
-        mcdas_escape_company(bodies, q.lattice, x + ASKED, ground->lattice_s, fade_s, fade, places);
+        mcdas_escape_traffic(bodies, q.lattice, x + ASKED, ground->lattice_s, fade_s, fade, places);
     q.bodies = bodies;
     q.others_s = places, q.others_d = places + all, q.others_mps = places + 2 * all;
     q.half_length = places + 3 * all, q.half_width = places + 4 * all;
@@ -82,8 +82,8 @@ PUBLIC whole mcdas_escape_answer(const Ground *ground, const Spread *p, const do
     }
     q.longest = longest, q.table = table, q.level = level, q.until = p->until, q.until_mps = until_mps, q.target = target, q.lateral = push;
     q.members = size, q.in_lane = p->in_lane;
-    mcdas_escape_held(&q, x, ground->held_s, table, path);
-    Search o = {&q, p->kind, ground->held_s, ground->coarse, ground->exact, NULL, x[D], ground->near_d, ground->latest_s, path, path + q.held};
+    mcdas_escape_constant_input(&q, x, ground->moments_s, table, path);
+    Search o = {&q, p->kind, ground->moments_s, ground->coarse, ground->exact, NULL, x[D], ground->near_d, ground->latest_s, path, path + q.moments};
     map(&o, work);
     return wanted;
 }

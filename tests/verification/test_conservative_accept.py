@@ -1,4 +1,4 @@
-"""The judge's quick yes: never of what the array operations find fault with, and nearly always of what a car can drive."""
+"""The judge's conservative fast accept: never of what the array operations find fault with, and nearly always of what a car can drive."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from mcdas_opt.domain.prediction import CruisingBody, Prediction
 from mcdas_opt.native.compile_cache import SWITCH
+from mcdas_opt.native.kernels import CONSERVATIVE_ACCEPT
 from mcdas_opt.verification import judge as judging
-from mcdas_opt.verification.plainly_sound import plainly_sound, rows_of, rules_of
+from mcdas_opt.verification.conservative_accept import accepts, rows_of, rules_of
 from tests.verification.rollouts import WIDE, WIDE_CURVED, Drive, legal
 
 seeds = st.integers(0, 10**9)
@@ -20,17 +21,17 @@ both_roads = pytest.mark.parametrize("road", [WIDE, WIDE_CURVED], ids=["straight
 COLUMNS = ("s_m", "d_m", "heading_rad", "speed_mps", "acceleration_mps2", "steering_rad", "steering_rate_radps", "jerk_mps3")
 
 
-def said_sound(drive: Drive) -> bool:
-    """Where there is no compiler the quick yes is the array operations' own."""
-    quick = plainly_sound()
-    if quick is None:
+def accepted(drive: Drive) -> bool:
+    """Where there is no compiler the fast accept is the array operations' own."""
+    compiled = CONSERVATIVE_ACCEPT.loaded()
+    if compiled is None:
         return examined(drive)
     table = drive.trajectory.table
     rules = rules_of(drive.vehicle, drive.road, judging.CONTRACT, judging.ALONG_REACHES)
     bodies = rows_of(drive.prediction.bodies)
     frame = judging._frame(table[1], drive.vehicle, drive.road, drive.prediction)
     assert bodies is not None
-    return quick(table, drive.start, rules, bodies, frame)
+    return accepts(compiled, table, drive.start, rules, bodies, frame)
 
 
 def examined(drive: Drive) -> bool:
@@ -42,27 +43,27 @@ def examined(drive: Drive) -> bool:
 @settings(max_examples=60, deadline=None)
 @given(seed=seeds)
 @both_roads
-def test_what_a_car_can_drive_is_plainly_sound(road, seed):
-    assert said_sound(legal(seed, road))
+def test_what_a_car_can_drive_is_accepted(road, seed):
+    assert accepted(legal(seed, road))
 
 
 @settings(max_examples=150, deadline=None)
 @given(seed=seeds, column=st.sampled_from(COLUMNS), size=st.floats(-4.0, 0.5))
 @both_roads
-def test_a_fault_of_any_size_is_never_called_sound(road, seed, column, size):
-    """One sample is pushed by 10^size tolerances or so: where the array operations object, the quick yes is not given."""
+def test_a_fault_of_any_size_is_never_accepted(road, seed, column, size):
+    """One sample is pushed by 10^size tolerances or so: where the array operations object, it is not accepted."""
     drive, rng = legal(seed, road), np.random.default_rng(seed)
     values = np.array(getattr(drive.trajectory, column))
     values[rng.integers(values.size)] += rng.choice([-1.0, 1.0]) * 10.0**size
     drive = drive.with_columns(**{column: values})
-    assert examined(drive) or not said_sound(drive)
+    assert examined(drive) or not accepted(drive)
 
 
 @settings(max_examples=150, deadline=None)
 @given(seed=seeds)
 @both_roads
-def test_nobody_is_touched_by_what_is_called_sound(road, seed):
-    """A body that crosses the drive's own way somewhere, or just misses it: the quick yes is given only where nobody is touched."""
+def test_nobody_is_touched_by_what_is_accepted(road, seed):
+    """A body that crosses the drive's own way somewhere, or just misses it: it is accepted only where nobody is touched."""
     drive, rng = legal(seed, road), np.random.default_rng(seed)
     t = drive.trajectory
     k = int(rng.integers(len(t)))
@@ -85,7 +86,7 @@ def test_nobody_is_touched_by_what_is_called_sound(road, seed):
         covariance=np.zeros((4, 4)),
     )
     drive = replace(drive, prediction=Prediction(name="one", bodies=(body,)))
-    assert examined(drive) or not said_sound(drive)
+    assert examined(drive) or not accepted(drive)
 
 
 @settings(max_examples=40, deadline=None)
@@ -97,12 +98,12 @@ def test_nor_is_the_road_left(road, seed, share):
     reach = float(np.abs(drive.trajectory.d_m).max()) * share
     narrow = replace(road, shoulder_left_m=reach, shoulder_right_m=reach, road_end_s_m=float(drive.trajectory.s_m[-1]) + 4.0 * share)
     drive = replace(drive, road=narrow)
-    assert examined(drive) or not said_sound(drive)
+    assert examined(drive) or not accepted(drive)
 
 
 @both_roads
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e9])
-def test_no_number_is_never_sound(road, value):
+def test_no_number_is_never_accepted(road, value):
     drive = legal(7, road)
     for column in COLUMNS:
         values = np.array(getattr(drive.trajectory, column))
@@ -112,7 +113,7 @@ def test_no_number_is_never_sound(road, value):
         id="1", length_m=4.5, width_m=1.8, s_m=value, d_m=0.0, speed_s_mps=0.0, speed_d_mps=0.0, covariance=np.zeros((4, 4))
     )
     if not np.isfinite(value):
-        assert not said_sound(replace(drive, prediction=Prediction(name="lost", bodies=(lost,))))
+        assert not accepted(replace(drive, prediction=Prediction(name="lost", bodies=(lost,))))
 
 
 @settings(max_examples=40, deadline=None)

@@ -1,4 +1,4 @@
-/* Everybody on the lattice, and the host that keeps on; `escape_parting.c` stands before this text. */
+/* The predicted traffic on the lattice, and the host under constant inputs. */
 
 enum { AT, ASIDE, ALONG, ACROSS, FADE_S, SWELL, RATE, CHANGING_S, LENGTH, WIDTH, MORE_LENGTH, MORE_WIDTH, CRUISER };
 
@@ -64,10 +64,10 @@ static void boxed(whole lattice, const double *restrict x, double *restrict fast
     }
 }
 
-/* Bodies that cruise (bodies, CRUISER) on the lattice, as `domain.prediction` and `parting.Company` have them, into tables (5, bodies, lattice):
+/* Bodies that cruise (bodies, CRUISER) on the lattice, as `domain.prediction` has them, into tables (5, bodies, lattice):
  * places along and across, speeds, half lengths and half widths of the boxes around them. `fade` (lattice): what is left of speeds across
  * that fade in `fade_s` */
-PUBLIC void mcdas_escape_company(whole bodies, whole lattice, const double *begin, const double *times, double fade_s, const double *fade,
+PUBLIC void mcdas_escape_traffic(whole bodies, whole lattice, const double *begin, const double *times, double fade_s, const double *fade,
                                  double *tables)
 {
     const whole all = bodies * lattice;
@@ -81,13 +81,13 @@ PUBLIC void mcdas_escape_company(whole bodies, whole lattice, const double *begi
     }
 }
 
-/* The host that keeps its acceleration and its steering from x on, at times (q->held): `manoeuvres.held`, into the table (STATES, held), with
- * the sines and the cosines of its headings in `path` (2, held) */
-PUBLIC void mcdas_escape_held(const Case *q, const double *x, const double *times, double *table, double *path)
+/* The host that keeps its acceleration and its steering from x on, at times (q->moments), into the table (STATES, moments), with the sines and
+ * the cosines of its headings in `path` (2, moments) */
+PUBLIC void mcdas_escape_constant_input(const Case *q, const double *x, const double *times, double *table, double *path)
 {
-    const whole n = q->held;
+    const whole n = q->moments;
     const double c = q->centre, turn = tan(x[STEERING]) / q->wheelbase, top = GREATER(q->speed_max, x[SPEED]);
-    const double kappa0 = curvature_at(q, x[S]), psi0 = x[HEADING] + kappa0 * c, cosine0 = cos(psi0);
+    const double kappa0 = curvature(q, x[S]), psi0 = x[HEADING] + kappa0 * c, cosine0 = cos(psi0);
     const double d0 = x[D] - c * sin(psi0) + 0.5 * kappa0 * (c * cosine0) * (c * cosine0), s0 = x[S] - c * cosine0 / (1.0 - kappa0 * d0);
     double *s = table, *d = table + n, *psi = table + 2 * n, *v = table + 3 * n, *a = table + 4 * n, *way = table + 5 * n;
     double *sines = path, *cosines = path + n;
@@ -102,7 +102,7 @@ PUBLIC void mcdas_escape_held(const Case *q, const double *x, const double *time
     for (int pass = 0; pass < (q->bend > 0.0 ? PASSES : 1); pass++) {
         double turned = 0.0, along = 0.0, across = 0.0, kappa_before = 0.0, s_before = 0.0, ratio_before = 0.0, sine_before = 0.0;
         for (whole t = 0; t < n; t++) {
-            const double kappa = curvature_at(q, s[t]), step = t ? way[t] - way[t - 1] : 0.0;
+            const double kappa = curvature(q, s[t]), step = t ? way[t] - way[t - 1] : 0.0;
             if (t) turned += 0.5 * (kappa + kappa_before) * (s[t] - s_before);
             s_before = s[t];
             kappa_before = kappa;
@@ -117,7 +117,7 @@ PUBLIC void mcdas_escape_held(const Case *q, const double *x, const double *time
         }
     }
     for (whole t = 0; t < n; t++) {
-        const double kappa = curvature_at(q, s[t]), cosine = cosines[t], stretch = 1.0 - kappa * d[t];
+        const double kappa = curvature(q, s[t]), cosine = cosines[t], stretch = 1.0 - kappa * d[t];
         s[t] += c * cosine / stretch;
         d[t] += c * sines[t] - 0.5 * kappa * (c * cosine) * (c * cosine);
         psi[t] -= kappa * c;

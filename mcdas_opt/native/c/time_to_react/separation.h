@@ -1,4 +1,4 @@
-/* The questions of `manoeuvres.parting` about one row against everybody; `escape_kernel.c` stands before this text. */
+/* One row against the predicted traffic: signed separations and gaps. */
 
 static void room_needed(const Case *q, double v, double other, double half_length, double *ahead, double *behind)
 {
@@ -8,7 +8,7 @@ static void room_needed(const Case *q, double v, double other, double half_lengt
     *behind = bodies + off * off / (2.0 * ROOM_SHARE * q->accelerate);
 }
 
-/* whether two rectangles that move for a step from x, y (two values each) leave a moment without an axis that parts them */
+/* whether two rectangles that move for a step from x, y (two values each) leave a moment without an axis that separates them */
 static int meet(const double *x, const double *y, const double *sine, const double *cosine, double length, double width, double kept,
                 double host_long, double host_wide)
 {
@@ -18,7 +18,7 @@ static int meet(const double *x, const double *y, const double *sine, const doub
         const double own = host_long * c + host_wide * tilt + length + kept, side = host_long * tilt + host_wide * c + width + kept;
         gap[0][e] = x[e] - own, gap[1][e] = -x[e] - own, gap[2][e] = y[e] - side, gap[3][e] = -y[e] - side;
     }
-    for (int i = 0; i < 4; i++) /* mostly one of these parts them all the time */
+    for (int i = 0; i < 4; i++) /* mostly one of these separates them all the time */
         if (gap[i][0] > 0.0 && gap[i][1] > 0.0) return 0;
     for (int e = 0; e < 2; e++) {
         const double c = cosine[e], s = sine[e], tilt = fabs(s), along = x[e] * c + y[e] * s, aside = y[e] * c - x[e] * s;
@@ -60,7 +60,7 @@ static int touched(const Case *q, int from, int to, whole start, const whole *st
                 const int i = k - 1 + e;
                 x[e] = there[steps[i]] - s[i];
                 y[e] = aside[steps[i]] - d[i];
-                if (!straight) x[e] *= 1.0 - curvature_at(q, s[i] + x[e]) * 0.5 * (aside[steps[i]] + d[i]);
+                if (!straight) x[e] *= 1.0 - curvature(q, s[i] + x[e]) * 0.5 * (aside[steps[i]] + d[i]);
             }
             if ((first < 0 || k - 1 < first) && meet(x, y, sine + k - 1, cosine + k - 1, length, width, kept + bow, host_long, host_wide)) {
                 first = k - 1;
@@ -142,7 +142,7 @@ static void sorted(int n, double *x)
     }
 }
 
-/* the same of a row that keeps its lane, of bodies that keep their speed: only the moments at which gaps can be least or greatest */
+/* the same of a row that keeps its lane, of bodies that keep their speed: only the instants at which gaps can be least or greatest */
 static void blocked_in_lane(const Case *q, double level, double until, const double *begin, whole clock, whole stride, double *low,
                             double *high)
 {
@@ -159,13 +159,13 @@ static void blocked_in_lane(const Case *q, double level, double until, const dou
         high[j * stride] = -NOWHERE_M;
         if (LESSER(now, then) >= q->half_width[j * q->lattice + clock] + 0.5 * q->width) continue;
         double z[LANES], v[LANES], a[LANES], way[LANES], ahead, behind;
-        double moments[6] = {0.0, built + (other - reached) / steady, rests, ended, over, q->clear_s};
+        double instants[6] = {0.0, built + (other - reached) / steady, rests, ended, over, q->clear_s};
         for (int i = 0; i < 6; i++) {
-            const double late = GREATER(moments[i], 0.0);
-            moments[i] = LESSER(late, q->clear_s);
+            const double late = GREATER(instants[i], 0.0);
+            instants[i] = LESSER(late, q->clear_s);
         }
-        sorted(6, moments);
-        for (int i = 0; i < LANES; i++) z[i] = moments[i < 5 ? i : 5];
+        sorted(6, instants);
+        for (int i = 0; i < LANES; i++) z[i] = instants[i < 5 ? i : 5];
         pace(q, level, until, LANES, z, begin[SPEED], begin[ACCELERATION], v, a, way);
         for (int i = 0; i < LANES; i++) way[i] -= other * z[i];
         room_needed(q, v[5], other, length, &ahead, &behind);

@@ -1,5 +1,5 @@
-/* `manoeuvres.escape_guess`, asked for no more than the search needs: which members can be started last, one by one. A member is driven from an
- * anchor when somebody asks what it needs there; the answer is kept for the rest of the call. `escape_questions.c` stands before this. */
+/* Which members can be started last, one by one, and no more of them than the search needs. A member is driven from an anchor when somebody
+ * asks what it needs there; the answer is kept for the rest of the call. */
 
 /* a start lies between two anchors, or (rest 0) on the first of them */
 typedef struct {
