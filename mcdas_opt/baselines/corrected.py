@@ -40,7 +40,7 @@ class CorrectedMethod:
         if not checked.verdict.passed:
             checked = self._exact(checked, cycle)
         proposed, assessment = checked.proposed, cycle.assessment
-        return Plan(
+        plan = Plan(
             planner=self.name,
             mode=proposed.mode,
             side=proposed.side,
@@ -52,9 +52,9 @@ class CorrectedMethod:
             candidates=tuple(one.row() for one in found.tried),
             timing_ms=Timing(solve=1e3 * (time.perf_counter() - started)),
             literal_mode=assessment.literal_mode,
-            time_s=situation.time_s,
-            memory=Memory(situation=situation, assessment=assessment, active=proposed.manoeuvre),
+            memory=Memory(situation=situation, origin_m=cycle.origin_m, assessment=assessment, active=proposed.manoeuvre),
         )
+        return cycle.given_from(plan)
 
     def groups(self, cycle: Cycle) -> Groups:
         """What is tried, in order."""

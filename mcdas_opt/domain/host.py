@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -29,6 +30,10 @@ class HostState:
         x = np.array((self.s_m, self.d_m, self.heading_rad, self.speed_mps, self.acceleration_mps2, self.steering_rad))
         x.setflags(write=False)
         return x
+
+    def seen_from(self, s_m: float) -> Self:
+        """The same with its s counted from `s_m`."""
+        return self if s_m == 0.0 else replace(self, s_m=self.s_m - s_m)
 
     def turning(self, wheelbase_m: float) -> tuple[float, float]:
         """(speed of the rear axle to the left of the body [m/s], yaw rate [rad/s]): 0 and v tan(delta) / L without slip."""

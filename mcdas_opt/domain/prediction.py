@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from operator import attrgetter
 from typing import Any, Protocol, TypeGuard
 
@@ -107,6 +107,36 @@ class KnownBody:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class _MovedBody:
+    """Another body with its s counted from `origin_s_m`."""
+
+    body: PredictedBody
+    origin_s_m: float
+
+    @property
+    def id(self) -> str:
+        return self.body.id
+
+    @property
+    def length_m(self) -> float:
+        return self.body.length_m
+
+    @property
+    def width_m(self) -> float:
+        return self.body.width_m
+
+    def at(self, t_s: Any) -> BodyMotion:
+        motion = self.body.at(t_s)
+        return replace(motion, s_m=motion.s_m - self.origin_s_m)
+
+    def margin_along_m(self, t_s: Any) -> Array:
+        return self.body.margin_along_m(t_s)
+
+    def margin_across_m(self, t_s: Any) -> Array:
+        return self.body.margin_across_m(t_s)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class AnsweringBody:
     """A body that goes on as it does until `response_s`, then brakes with `braking_mps2` to a standstill: a driver who looks ahead."""
 
@@ -155,6 +185,12 @@ class Prediction:
     bodies: tuple[PredictedBody, ...] = ()
     _on: dict[int, _Moving] = field(default_factory=dict, init=False, repr=False, compare=False)
 
+    def seen_from(self, s_m: float) -> Prediction:
+        """The same with every s counted from `s_m`."""
+        if s_m == 0.0:
+            return self
+        return Prediction(name=self.name, bodies=tuple(_moved(body, s_m) for body in self.bodies))
+
     def on(self, t_s: Array) -> tuple[BodyMotion, ...]:
         """Every body's motion at these times (n,). Of times that nobody can write into, as a grid's, it is worked out once."""
         return self._moving(t_s).each
@@ -173,6 +209,10 @@ class Prediction:
                 self._on.clear()
             self._on[id(t_s)] = moving
         return moving
+
+
+def _moved(body: PredictedBody, s_m: float) -> PredictedBody:
+    return replace(body, s_m=body.s_m - s_m) if isinstance(body, CruisingBody) else _MovedBody(body=body, origin_s_m=s_m)
 
 
 class _Moving:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -79,8 +80,30 @@ class Road:
         lane = math.floor(d_m / self.lane_width_m + 0.5)
         return min(max(lane, -self.lanes_right), self.lanes_left)
 
+    def seen_from(self, s_m: float) -> Road:
+        """The same road with its s counted from `s_m`: the same record where that is 0."""
+        return self if s_m == 0.0 else _seen_from(self, s_m)
+
     def lane_centre_m(self, lane: int) -> float:
         return lane * self.lane_width_m
 
     def has_lane(self, lane: int) -> bool:
         return -self.lanes_right <= lane <= self.lanes_left
+
+
+_STRETCH_M = 1000.0
+
+
+def local_origin_m(s_m: float) -> float:
+    """Where s = 0 lies for whoever works near `s_m`: the nearest whole kilometre. So numbers stay small wherever the car drives, what is
+    remembered of a road serves for a kilometre, and a drive that begins at 0 is not moved at all before it has gone half of one."""
+    return _STRETCH_M * round(s_m / _STRETCH_M) if math.isfinite(s_m) else 0.0
+
+
+@lru_cache(maxsize=64)
+def _seen_from(road: Road, s_m: float) -> Road:
+    end = road.road_end_s_m
+    knots = road.curvature
+    if len(knots) > 1:  # one knot is the same curvature everywhere
+        knots = tuple((s - s_m, kappa) for s, kappa in knots)
+    return replace(road, curvature=knots, road_end_s_m=None if end is None else end - s_m)

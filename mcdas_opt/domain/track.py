@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -48,6 +48,10 @@ class Track:
         positive("length_m", self.length_m, "m")
         positive("width_m", self.width_m, "m")
         object.__setattr__(self, "covariance", covariance("covariance", self.covariance, 4))
+
+    def seen_from(self, s_m: float) -> Track:
+        """The same with its s counted from `s_m`."""
+        return self if s_m == 0.0 else replace(self, s_m=self.s_m - s_m)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from operator import attrgetter
 from typing import Any
 
@@ -91,6 +91,10 @@ class Trajectory(_Tabled):
         for name, row in zip(_NAMES[1:], rows[1:], strict=True):
             _keep(made, name, row)
         return made
+
+    def seen_from(self, s_m: float) -> Trajectory:
+        """The same with its s counted from `s_m`."""
+        return self if s_m == 0.0 else replace(self, s_m=self.s_m - s_m)
 
     def to_dict(self) -> dict[str, list[float]]:
         document: dict[str, list[float]] = to_document(self)

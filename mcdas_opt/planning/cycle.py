@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mcdas_opt.domain.assessment import Assessment
+from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.road import local_origin_m
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
@@ -21,9 +23,16 @@ _STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cycle:
-    """The situation with what follows from it. `stop_at_s` (of `time.perf_counter`) is when no further candidate is begun; None: never."""
+    """A situation with what follows from it.
 
+    `given` is the situation as it was asked; `situation` is the same with its time counted from now and its s from near the host, so that
+    neither a clock's origin nor a place along the road makes a difference. What is planned in it is brought back by `given_from`.
+    `stop_at_s` (of `time.perf_counter`) is when no further candidate is begun; None: never.
+    """
+
+    given: Situation
     situation: Situation
+    origin_m: float
     vehicle: Vehicle
     settings: Settings
     assessment: Assessment
@@ -41,19 +50,28 @@ class Cycle:
         memory: Memory | None = None,
         stop_at_s: float | None = None,
     ) -> Cycle:
-        """Assesses and predicts. A manoeuvre that the memory holds is active until it is finished."""
-        settings, memory = settings or Settings(), memory or Memory()
+        """Assesses and predicts. A memory that is not older than the situation is none; a manoeuvre that it holds is active until it is
+        finished."""
+        settings, origin_m = settings or Settings(), local_origin_m(situation.host.s_m)
+        memory = Memory() if memory is None else memory.seen_from(origin_m, situation.time_s)
+        local = _local(situation, origin_m)
         active = memory.active
         return cls(
-            situation=situation,
+            given=situation,
+            situation=local,
+            origin_m=origin_m,
             vehicle=vehicle,
             settings=settings,
-            assessment=assess(situation, vehicle, settings.selector, memory.assessment),
-            prediction=predict_for(situation, settings.prediction),
+            assessment=assess(local, vehicle, settings.selector, memory.assessment),
+            prediction=predict_for(local, settings.prediction),
             memory=memory,
-            active=None if active is None or active.finished(situation) else active,
+            active=None if active is None or active.finished(local) else active,
             stop_at_s=stop_at_s,
         )
+
+    def given_from(self, plan: Plan) -> Plan:
+        """A plan of this cycle in the place and time of the situation as it was given."""
+        return replace(plan, trajectory=plan.trajectory.seen_from(-self.origin_m), time_s=self.given.time_s)
 
     @property
     def is_late(self) -> bool:
@@ -70,3 +88,10 @@ class Cycle:
     def needs_no_steering(self) -> bool:
         """The selector finds braking or accelerating enough."""
         return self.assessment.mode in (Mode.BRAKE, Mode.ACCELERATE)
+
+
+def _local(given: Situation, origin_m: float) -> Situation:
+    if origin_m == 0.0:
+        return given if given.time_s == 0.0 else replace(given, time_s=0.0)
+    tracks = tuple(track.seen_from(origin_m) for track in given.tracks)
+    return replace(given, time_s=0.0, host=given.host.seen_from(origin_m), tracks=tracks, road=given.road.seen_from(origin_m))

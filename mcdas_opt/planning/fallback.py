@@ -94,6 +94,5 @@ def _plan(
         safe_end=continued.end,
         candidates=refused.candidates + tuple(rows),
         iterations=refused.iterations,
-        time_s=cycle.situation.time_s,
         memory=replace(refused.memory, active=proposed.manoeuvre, reaction=None if proposed.manoeuvre is not None else reaction),
     )

@@ -19,17 +19,17 @@ def relying(options: Sequence[Checked], cycle: Cycle) -> tuple[Checked, Follower
     """Of the drives that hit nobody but a follower in a queue, and not even that one should it brake as an attentive driver does, the one
     that then keeps most room to everybody; with whom it relies on. None where there is no such drive.
     """
-    situation, settings = cycle.situation, cycle.settings.safe_end
+    settings = cycle.settings.safe_end
     behind = _queued(cycle)
     theirs = {name for one in behind for name in (one, f"{one} {ACCELERATING}")}
     options = [one for one in options if one.verdict.only_collides and {violation.body for violation in one.verdict.violations} <= theirs]
     if not behind or not options:
         return None
     before = cycle.memory.reaction
-    reaction = before if before is not None and before.names == behind else FollowerReaction(names=behind, since_s=situation.time_s)
+    reaction = before if before is not None and before.names == behind else FollowerReaction(names=behind)
     answers = partial(
         AnsweringBody,
-        response_s=max(settings.attentive_response_s - (situation.time_s - reaction.since_s), 0.0),
+        response_s=max(settings.attentive_response_s - reaction.age_s, 0.0),
         braking_mps2=settings.attentive_braking_mps2,
     )
     bodies = tuple(answers(body=body) if body.id in theirs else body for body in cycle.prediction.bodies)

@@ -29,15 +29,15 @@ from mcdas_opt.solvers.outcome import Ending, Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess
 
 _IPOPT_ITERATIONS = 200
+_ON_TIME_S = 1e-6
 Engine = InteriorPointEngine | OsqpEngine | IpoptEngine
 Asked = tuple[Engine, Callable[[], StageGuess], int]  # who, from which guess, with which cap on iterations
 
 
 @dataclass(frozen=True, slots=True)
 class _WarmStart:
-    """What a candidate's last solve leaves for the next: thrown away at an event."""
+    """What a candidate's solve leaves for the next cycle: thrown away at an event."""
 
-    time_s: float
     proposed: Proposed
     outcome: Outcome
     engine: Engine
@@ -64,7 +64,8 @@ class LaneMpcSolver:
     def __init__(self, vehicle: Vehicle, settings: Settings, own: SolverSettings | None = None) -> None:
         self.settings, self.own = settings, own or SolverSettings()
         self.problems = TranscribedProblems(vehicle, settings, self.own)
-        self._warm_starts: dict[str, _WarmStart] = {}
+        self._warm_starts: dict[str, _WarmStart] = {}  # that the cycle before left
+        self._left: dict[str, _WarmStart] = {}  # for the cycle after
         self._scene: _Scene | None = None
 
     def warm_up(self, vehicle: Vehicle) -> None:
@@ -86,9 +87,13 @@ class LaneMpcSolver:
         kinds = {transcribed.interior_point.kind for transcribed in self.problems}
         return f"interior-point ({', '.join(sorted(kinds))})"
 
+    def begin(self) -> None:
+        """A new cycle: what the last one left is there to begin from."""
+        self._warm_starts, self._left = self._left, {}
+
     def forget(self) -> None:
         """Throws every warm start away."""
-        self._warm_starts.clear()
+        self._warm_starts, self._left = {}, {}
         if self.own.solver == "osqp":
             for transcribed in self.problems:
                 transcribed.osqp.reset()
@@ -129,7 +134,7 @@ class LaneMpcSolver:
             reason = outcome.message or outcome.ending.value
         if best is None:
             return Refused(proposed=proposed, reason=f"not solved: {reason}", iterations=iterations)
-        self._warm_starts[proposed.name] = _WarmStart(cycle.situation.time_s, proposed, best, by, turned, others)
+        self._left[proposed.name] = _WarmStart(proposed, best, by, turned, others)
         u = turned_inputs(best.u) if turned else best.u
         trajectory = self._rolled_out(cycle, transcribed, best.x[:, 3], u)
         return Driven(proposed=proposed, trajectory=trajectory, iterations=iterations, converged=best.ending is Ending.CONVERGED)
@@ -211,8 +216,7 @@ class LaneMpcSolver:
 
     def _event(self, warm: _WarmStart, cycle: Cycle, proposed: Proposed, others: ObstacleSlots) -> bool:
         """Whether the last solve says little of this one: time jumped, another path or goal, somebody new or not where predicted."""
-        elapsed = cycle.situation.time_s - warm.time_s
-        if abs(elapsed - float(self.settings.grid.steps_s[0])) > 1e-6 or warm.outcome.ending is not Ending.CONVERGED:
+        if abs(cycle.memory.elapsed_s - float(self.settings.grid.steps_s[0])) > _ON_TIME_S or warm.outcome.ending is not Ending.CONVERGED:
             return True
         if proposed.manoeuvre != warm.proposed.manoeuvre or abs(proposed.speed_mps - warm.proposed.speed_mps) > 1.0:
             return True

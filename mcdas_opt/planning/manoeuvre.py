@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vocabulary import Side
@@ -20,6 +20,13 @@ class Manoeuvre:
     path: OffsetPath
     target_d_m: float
     speed_mps: float
+
+    def seen_from(self, s_m: float) -> Manoeuvre:
+        """The same with its s counted from `s_m`."""
+        if s_m == 0.0:
+            return self
+        path = replace(self.path, start_s_m=self.path.start_s_m - s_m, bend_s_m=self.path.bend_s_m - s_m)
+        return replace(self, path=path)
 
     def finished(self, situation: Situation) -> bool:
         """Past the path's end, or settled on its target."""

@@ -15,29 +15,32 @@ from mcdas_opt.planning.manoeuvre import Manoeuvre
 M = TypeVar("M")
 
 
+_CLOCK_DIGITS = 4  # of a second: what is finer is a clock's jitter, or the resolution of seconds since 1970
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PreviousPlan:
-    """A judged trajectory that may be driven on, since when it is driven [s], and what it does."""
+    """A judged trajectory that may be driven on, for how long it has been driven [s], and what it does."""
 
     trajectory: Trajectory
-    time_s: float
     mode: Mode
     side: Side
+    age_s: float = 0.0
 
     @classmethod
     def of(cls, plan: Plan) -> PreviousPlan | None:
         """None of a plan that no judge passed."""
         if plan.status is Status.UNAVOIDABLE or not plan.verdict.passed:
             return None
-        return cls(trajectory=plan.trajectory, time_s=plan.time_s, mode=plan.mode, side=plan.side)
+        return cls(trajectory=plan.trajectory, mode=plan.mode, side=plan.side)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FollowerReaction:
-    """The follower-reaction assumption: who is relied on to brake, and since when [s]. Who has had the time to respond has responded."""
+    """The follower-reaction assumption: who is relied on to brake, and for how long [s]. Who has had the time to respond has responded."""
 
     names: tuple[str, ...]
-    since_s: float
+    age_s: float = 0.0
 
     def __str__(self) -> str:
         return " and ".join(self.names)
@@ -45,13 +48,16 @@ class FollowerReaction:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Memory:
-    """`Memory()` is that of a planner which begins.
+    """What one cycle leaves: places along the road are counted from `origin_m`, times from when `situation` was given. `Memory()` is that
+    of a planner which begins.
 
     `chosen` names the candidate that was chosen last; `least_cost` is the least that one was chosen for since the candidates were last
     compared. `warm_starts` is the mark of the solver's workspace that this memory goes with: one with another mark begins cold.
     """
 
     situation: Situation | None = None
+    origin_m: float = 0.0
+    elapsed_s: float = 0.0  # since then, once it is seen from a later cycle
     previous: PreviousPlan | None = None
     side: Side = Side.NONE
     alert: Alert = Alert.NONE
@@ -66,11 +72,31 @@ class Memory:
     def is_empty(self) -> bool:
         return self.situation is None
 
+    def seen_from(self, origin_m: float, time_s: float) -> Memory:
+        """The same for a cycle at that place and time; an empty one where that is not later."""
+        if self.situation is None:
+            return self
+        elapsed_s = round(time_s - self.situation.time_s, _CLOCK_DIGITS)
+        if elapsed_s <= 0.0:
+            return Memory()
+        by_m, was, previous, reaction = origin_m - self.origin_m, self.assessment, self.previous, self.reaction
+        if previous is not None:
+            previous = replace(previous, trajectory=previous.trajectory.seen_from(by_m), age_s=previous.age_s + elapsed_s)
+        return replace(
+            self,
+            origin_m=origin_m,
+            elapsed_s=elapsed_s,
+            previous=previous,
+            assessment=None if was is None else replace(was, since_s=round(was.since_s - elapsed_s, _CLOCK_DIGITS)),
+            active=None if self.active is None else self.active.seen_from(by_m),
+            reaction=None if reaction is None else replace(reaction, age_s=reaction.age_s + elapsed_s),
+        )
 
-def remembered(plan: Plan, situation: Situation) -> Memory:
-    """What a plan that leaves means for the next cycle: the method's own part, and what holds for all of them."""
+
+def remembered(plan: Plan, given: Situation, origin_m: float) -> Memory:
+    """What a plan of a cycle there means for the next one: the method's own part, and what holds for all of them."""
     own = plan.memory if isinstance(plan.memory, Memory) else Memory()
-    return replace(own, situation=situation, previous=PreviousPlan.of(plan), side=plan.side, alert=plan.alert)
+    return replace(own, situation=given, origin_m=origin_m, elapsed_s=0.0, previous=PreviousPlan.of(plan), side=plan.side, alert=plan.alert)
 
 
 def carried(previous: Plan | None, kind: type[M]) -> M | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any, Protocol, runtime_checkable
@@ -62,12 +63,12 @@ class AskedMethod:
         return getattr(self.method, "has_ladder", True)
 
     def answer(self, cycle: Cycle) -> Plan | NothingPasses:
-        """What it answers to this cycle."""
+        """What it answers to this cycle. One that does not know cycles plans in the place and time that were given."""
         if isinstance(self.method, CycleMethod):
             return self.method.answer(cycle)
-        answer = self.method.plan(cycle.situation, self.previous)
+        answer = self.method.plan(cycle.given, None if cycle.memory.is_empty else self.previous)
         if isinstance(answer, Plan):
-            return answer
+            return replace(answer, trajectory=answer.trajectory.seen_from(cycle.origin_m))
         return NothingPasses(reason=answer.reason, candidates=answer.candidates, iterations=answer.iterations, memory=cycle.memory)
 
 

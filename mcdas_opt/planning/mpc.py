@@ -16,7 +16,7 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.evaluator import Evaluator
 from mcdas_opt.planning.fallback import NothingPasses
 from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
-from mcdas_opt.planning.memory import Memory, carried
+from mcdas_opt.planning.memory import Memory, carried, remembered
 from mcdas_opt.planning.order import SEARCH
 from mcdas_opt.planning.search import Found, Search, Solvers, run
 from mcdas_opt.planning.solver_settings import SolverSettings
@@ -52,16 +52,17 @@ class MpcMethod:
 
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
         """One plan, or why there is none. `previous` is the plan of the cycle before, with its memory; None begins without."""
-        answer = self.answer(Cycle.of(situation, self.vehicle, self.settings, carried(previous, Memory)))
+        cycle = Cycle.of(situation, self.vehicle, self.settings, carried(previous, Memory))
+        answer = self.answer(cycle)
         if isinstance(answer, Plan):
-            return answer
+            return cycle.given_from(replace(answer, memory=remembered(answer, situation, cycle.origin_m)))
         return Refusal(reason=answer.reason, candidates=answer.candidates, iterations=answer.iterations)
 
     def answer(self, cycle: Cycle) -> Plan | NothingPasses:
         """One cycle: a plan that passes, not always to a safe end, or what did not."""
-        if cycle.memory.warm_starts is None or cycle.memory.warm_starts is not self._warm_starts:
-            for solver in self.solvers:
-                solver.forget()
+        fits = cycle.memory.warm_starts is not None and cycle.memory.warm_starts is self._warm_starts
+        for solver in self.solvers:
+            solver.begin() if fits else solver.forget()
         self._warm_starts = object()
         search = Search(Evaluator(cycle, self.weights), self.solvers)
         found = run(search, SEARCH)
@@ -99,13 +100,13 @@ class MpcMethod:
             solver=self.solver,
             literal_mode=cycle.assessment.literal_mode,
             safe_end=best.continuation.end,
-            time_s=cycle.situation.time_s,
             memory=replace(self._memory(cycle, chosen=proposed.name, least_cost=least_cost), active=proposed.manoeuvre),
         )
 
     def _memory(self, cycle: Cycle, *, chosen: str, least_cost: float | None) -> Memory:
         return Memory(
-            situation=cycle.situation,
+            situation=cycle.given,
+            origin_m=cycle.origin_m,
             assessment=cycle.assessment,
             chosen=chosen,
             least_cost=least_cost,

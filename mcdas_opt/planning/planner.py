@@ -99,19 +99,27 @@ class Planner:
         self.memory, self._asked.previous = Memory(), None
 
     def plan(self, situation: Situation) -> Plan:
-        """One plan for a situation, judged. Never raises in traffic: a refusal is answered by the ladder."""
+        """One plan for a situation, judged. Never raises in traffic: a refusal is answered by the fallback.
+
+        A situation that is not later than the last one begins without memory.
+        """
         started = time.perf_counter()
         stop_at_s = None if self.deadline_s is None else started + self.deadline_s
         cycle = Cycle.of(situation, self.vehicle, self.settings, self.memory, stop_at_s)
-        wrong = contradiction(situation, self.memory.situation, self.vehicle) if self._asked.has_ladder else ""
+        wrong = contradiction(situation, cycle.memory.situation, self.vehicle) if self._asked.has_ladder else ""
         if wrong:
-            plan = fall_back(cycle, NothingPasses(reason=f"the situation contradicts itself: {wrong}", memory=cycle.memory))
+            memory = replace(cycle.memory, warm_starts=None)  # the solver was not asked
+            plan = fall_back(cycle, NothingPasses(reason=f"the situation contradicts itself: {wrong}", memory=memory))
         else:
             plan = with_time_to_react(self._answered(cycle), cycle)
+        self.memory = remembered(plan, situation, cycle.origin_m)
         timing = replace(plan.timing_ms, total=1e3 * (time.perf_counter() - started))
-        plan = replace(plan, planner=self.name, timing_ms=timing)
-        self.memory, self._asked.previous = remembered(plan, situation), plan
-        return plan
+        self._asked.previous = cycle.given_from(replace(plan, planner=self.name, timing_ms=timing, memory=self._carried(plan)))
+        return self._asked.previous
+
+    def _carried(self, plan: Plan) -> object:
+        """What the plan takes along: the planner's memory, or what a method of another kind left for itself."""
+        return plan.memory if plan.memory is not None and not isinstance(plan.memory, Memory) else self.memory
 
     def _answered(self, cycle: Cycle) -> Plan:
         """The method's answer, or the fallback's where that does not pass, or to no safe end."""

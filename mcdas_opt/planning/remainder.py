@@ -21,9 +21,7 @@ def remainder(previous: PreviousPlan | None, situation: Situation, vehicle: Vehi
     """
     if previous is None:
         return None
-    drive, now = previous.trajectory, situation.time_s - previous.time_s
-    if now < -_INSTANT_S:
-        return None
+    drive, now = previous.trajectory, previous.age_s
     first = int(np.searchsorted(drive.t_s, now + _INSTANT_S, side="right"))  # the first sample that is still to come
     left = len(drive) - first
     if left < 2:

@@ -33,7 +33,7 @@ def on_road(samples: Samples, motion: Motion, vehicle: Vehicle, frame: FrenetFra
     found.above(ViolationKind.LEFT_EDGE, samples.t_s, inside, left_edge, left_edge + slack, "m")
     found.below(ViolationKind.RIGHT_EDGE, samples.t_s, inside, right_edge, right_edge - slack, "m")
     if road.road_end_s_m is not None:
-        found.above(ViolationKind.ROAD_END, times, front, road.road_end_s_m, road.road_end_s_m + slack, "m")
+        found.above(ViolationKind.ROAD_END, times, front - road.road_end_s_m, 0.0, slack, "m")  # how far beyond it
 
 
 def _on_straight(motion: Motion, vehicle: Vehicle) -> tuple[Array, Array, Array]:
