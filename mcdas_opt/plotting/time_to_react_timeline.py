@@ -79,7 +79,7 @@ def draw_timeline(axes: Axes, escapes: Escapes, latest_s: float = _LATEST_S) -> 
     axes.grid(False, axis="y")
     handles = [Patch(color=_COMFORTABLE, label="comfortable"), Patch(color=_HARD, label="open"), Patch(color=_CLOSED, label="closed")]
     if escapes.keeping_on_s is not None:
-        handles.append(Patch(color=style.VERMILION, label="constant inputs end"))
+        handles.append(Patch(color=style.VERMILION, label="constant inputs: safe until here"))
     axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False, borderaxespad=0.1)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import signal
 import subprocess
@@ -75,6 +76,26 @@ def test_a_pool_that_is_left_early_stops_its_children() -> None:
     answers.close()  # type: ignore[attr-defined]
     pool.close()
     assert not any(alive(pid) for pid in pids)
+
+
+def test_a_pool_that_was_left_early_works_again_and_a_closed_one_says_so() -> None:
+    pool = ProcessPool(1)
+    answers = pool.run([Task(os.getpid, ()), *[Task(time.sleep, (1000.0,))] * 3])
+    next(answers)
+    answers.close()  # type: ignore[attr-defined]
+    assert [answer.value for _, answer in pool.run([Task(divmod, (7, 2))])] == [(3, 1)]
+    pool.close()
+    assert [answer.ended for _, answer in pool.run([Task(divmod, (7, 2))])] == [Ended.DIED]
+
+
+def test_children_import_from_where_their_parent_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "somewhere_else.py").write_text("def answer():\n    return 42\n", encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    worker = Worker()
+    try:
+        assert worker.do(Task(importlib.import_module("somewhere_else").answer, ())).value == 42
+    finally:
+        worker.close()
 
 
 def test_children_do_not_outlive_a_killed_parent() -> None:
