@@ -43,34 +43,13 @@ class SelectorSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PredictionSettings:
-    """How far a track's uncertainty is planned with (not the tracker's process noise: it would close every gap there is).
-
-    Who moves sideways by `change_mps` and by `change_sigmas` standard deviations, `change_from_m` from the middle of his lane, may be
-    changing lanes; no lane change fades faster than `change_fastest_s` (0.4: one lane in about 3 s), unless it shows that it does: it is
-    believed to be `sigmas` standard deviations faster than it seems and to become `change_growth` times as fast, up to `change_peak_mps`.
-
-    Who brakes by `braking_mps2`, or on a slippery road by `braking_share` of what it gives, and by `rate_sigmas` standard deviations may
-    go on braking until it stands; who accelerates by `accelerating_mps2` and as many may go on so for `accelerating_s`. Before somebody
-    who follows at no more than `queue_mps` nobody is foretold to brake.
-    """
+    """How far a track's uncertainty is planned with (not the tracker's process noise: it would close every gap there is)."""
 
     sigmas: float = 2.5
     growth_s: float = 1.0
     cap_along_m: float = 3.0
     cap_across_m: float = 0.5
     lateral_fade_s: float = 1.0
-    change_mps: float = 0.5
-    change_sigmas: float = 2.5
-    change_from_m: float = 0.2
-    change_fastest_s: float = 0.4
-    change_growth: float = 2.0
-    change_peak_mps: float = 3.0
-    braking_mps2: float = 3.0
-    braking_share: float = 0.8
-    accelerating_mps2: float = 2.0
-    accelerating_s: float = 1.0
-    rate_sigmas: float = 2.5
-    queue_mps: float = 10.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
