@@ -27,7 +27,7 @@ _SEAT: dict[str, Any] = {}
 def _drive(job: tuple[int, str, EpisodeSettings]) -> dict[str, Any]:
     seed, agent, settings = job
     if not _SEAT:
-        _SEAT.update(env=make_highway(settings), driver=HighwayDriver(settings.wanted_mps))
+        _SEAT.update(env=make_highway(settings), driver=HighwayDriver())
     done = episode(_SEAT["env"], seed, _SEAT["driver"] if agent == "mpc" else None, settings)
     return asdict(done)
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from mcdas_opt.parking.case_file import load_parking_case
     from mcdas_opt.parking.park import park
     from mcdas_opt.planning.planner import Planner
+    from mcdas_opt.planning.stateless import plan
     from mcdas_opt.simulation.judging import verify
     from mcdas_opt.simulation.loop import simulate
     from mcdas_opt.time_to_react.escapes import escapes
@@ -34,6 +35,7 @@ _HOME = {
     "load_parking_case": "mcdas_opt.parking.case_file",
     "load_scene": "mcdas_opt.catalogue.scenes",
     "park": "mcdas_opt.parking.park",
+    "plan": "mcdas_opt.planning.stateless",
     "simulate": "mcdas_opt.simulation.loop",
     "tune": "mcdas_opt.tuning.tune",
     "verify": "mcdas_opt.simulation.judging",
@@ -51,6 +53,7 @@ __all__ = [
     "load_parking_case",
     "load_scene",
     "park",
+    "plan",
     "simulate",
     "tune",
     "verify",

@@ -14,30 +14,17 @@ from dataclasses import dataclass, field, replace
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import positive, require, within
+from mcdas_opt.domain.rules import positive
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.single_track import axle_loads, fiala_limit
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GripSettings:
-    """`sliding_share`: how much of an axle's contact must slide before it is believed (0.5: it gives 87 % of what it can). `significant`:
-    the belief stands while the estimate is at least this share of it. `lag_s`: of the estimate behind a single sample. The road bounds the
-    braking where more than `missing_mps2` of what is asked is missing and the rest is constant over the span.
-    """
-
-    sliding_share: float = 0.5
-    significant: float = 0.95
-    lag_s: float = 0.05
-    missing_mps2: float = 0.3
-    least_demand: float = 0.15  # friction that the slip would ask of tyres that do not slide; less of it is too small to be measured by
-    span_s: float = 0.02  # over which accelerations are taken
-    slowest_mps: float = 5.0
-
-    def __post_init__(self) -> None:
-        within("sliding_share", self.sliding_share, 0.1, 1.0)
-        within("significant", self.significant, 0.1, 1.0)
-        require(self, positive, "least_demand", "lag_s", "missing_mps2", "span_s", "slowest_mps")
+SLIDING_SHARE = 0.5  # of an axle's contact must slide before it is believed: it then gives 87 % of what it can
+SIGNIFICANT = 0.95  # the belief stands while the estimate is at least this share of it
+LAG_S = 0.05  # of the estimate behind a single sample
+MISSING_MPS2 = 0.3  # of the braking asked for, and the rest constant over the span: then the road bounds it
+LEAST_DEMAND = 0.15  # friction that the slip would ask of tyres that do not slide; less is too small to measure by
+SPAN_S = 0.02  # over which accelerations are taken
+SLOWEST_MPS = 5.0
 
 
 @dataclass(slots=True, kw_only=True)
@@ -51,7 +38,6 @@ class GripMonitor:
     vehicle: Vehicle
     believed: float
     step_s: float = 0.01
-    settings: GripSettings = field(default_factory=GripSettings)
     estimate: float | None = None  # friction, once tyres or brakes have worked hard
     _chassis: Chassis = field(init=False)
     _past: deque[HostState] = field(init=False)
@@ -59,15 +45,15 @@ class GripMonitor:
     def __post_init__(self) -> None:
         positive("believed", self.believed)
         self._chassis = Chassis.of(self.vehicle)
-        self._past = deque(maxlen=2 * max(round(0.5 * self.settings.span_s / positive("step_s", self.step_s, "s")), 1) + 1)
+        self._past = deque(maxlen=2 * max(round(0.5 * SPAN_S / positive("step_s", self.step_s, "s")), 1) + 1)
 
     @property
     def friction(self) -> float:
-        return self.believed if self.estimate is None or self.estimate >= self.settings.significant * self.believed else self.estimate
+        return self.believed if self.estimate is None or self.estimate >= SIGNIFICANT * self.believed else self.estimate
 
     def note(self, state: HostState, asked_mps2: float = 0.0) -> None:
         """The state of now, a step after the one before, and the acceleration that the plan asks for."""
-        if state.speed_mps < self.settings.slowest_mps:
+        if state.speed_mps < SLOWEST_MPS:
             self._past.clear()
             return
         self._past.append(state)
@@ -79,20 +65,20 @@ class GripMonitor:
         first, now, last = self._past[0], self._past[len(self._past) // 2], self._past[-1]
         if isinstance(first, SlidingState) and isinstance(now, SlidingState) and isinstance(last, SlidingState):
             sliding, friction = max(self._axles(first, now, last))
-            if sliding >= self.settings.sliding_share:
+            if sliding >= SLIDING_SHARE:
                 self._take(friction)
 
     def _take(self, friction: float) -> None:
         if self.estimate is None:
             self.estimate = friction
-        self.estimate += (friction - self.estimate) * min(self.step_s / self.settings.lag_s, 1.0)
+        self.estimate += (friction - self.estimate) * min(self.step_s / LAG_S, 1.0)
 
     def _braked(self, asked_mps2: float) -> float | None:
         """Friction by braking that is asked for and does not come; None where it comes, or where it is the brakes that end."""
-        cfg, end = self.settings, self.vehicle.acceleration_min_mps2
+        end = self.vehicle.acceleration_min_mps2
         has = [state.acceleration_mps2 for state in self._past]
-        held = max(has) - min(has) < 0.1 * cfg.missing_mps2 and max(has) < -cfg.missing_mps2
-        if held and asked_mps2 < has[-1] - cfg.missing_mps2 and has[-1] > end + cfg.missing_mps2:
+        held = max(has) - min(has) < 0.1 * MISSING_MPS2 and max(has) < -MISSING_MPS2
+        if held and asked_mps2 < has[-1] - MISSING_MPS2 and has[-1] > end + MISSING_MPS2:
             return -has[-1] / GRAVITY_MPS2
         return None
 
@@ -114,7 +100,7 @@ class GripMonitor:
         stiffness = (c.cornering_stiffness_front_nprad, c.cornering_stiffness_rear_nprad)
         found = []
         for force, pull, load, slip, stiff in zip(across, along, loads, slips, stiffness, strict=True):
-            sliding, limit = fiala_limit(slip, stiff, force) if stiff * abs(slip) > self.settings.least_demand * load else (0.0, 0.0)
+            sliding, limit = fiala_limit(slip, stiff, force) if stiff * abs(slip) > LEAST_DEMAND * load else (0.0, 0.0)
             found.append((sliding, math.hypot(limit, pull) / max(load, 1.0)))
         return found
 

@@ -19,7 +19,7 @@ import numpy as np
 from mcdas_opt.actuation.grip_monitor import GripMonitor
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState, SlidingState
-from mcdas_opt.domain.rules import Array, positive, require
+from mcdas_opt.domain.rules import Array, positive
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.single_track import SLIPS_ABOVE_MPS, axle_loads, fiala, fiala_slip, slip_share
@@ -30,24 +30,10 @@ _STEERING_LAG_S = 0.02
 _PLENTY = 10.0  # friction, where nobody says how much there is: tyres in proportion to their slip
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TrackingWeights:
-    """The error of each that costs as much as its regulator's input does [Bryson's rule]: of the path, `lateral_acceleration_mps2`; of slip
-    and yaw rate, `yaw_acceleration_radps2`; along the road, `jerk_mps3`."""
-
-    lateral_m: float = 0.15
-    lateral_speed_mps: float = 0.32
-    course_rad: float = 0.06
-    lateral_acceleration_mps2: float = 1.35
-    slip_rad: float = 0.05
-    yaw_rate_radps: float = 0.7
-    yaw_acceleration_radps2: float = 4.5
-    speed_mps: float = 0.3
-    acceleration_mps2: float = 1.5
-    jerk_mps3: float = 10.0
-
-    def __post_init__(self) -> None:
-        require(self, positive, *self.__dataclass_fields__)
+# the errors that cost as much as their regulator's input does [Bryson's rule]
+_LATERAL_M, _LATERAL_SPEED_MPS, _COURSE_RAD, _LATERAL_ACCELERATION_MPS2 = 0.15, 0.32, 0.06, 1.35  # of the path; its input comes last
+_SLIP_RAD, _YAW_RATE_RADPS, _YAW_ACCELERATION_RADPS2 = 0.05, 0.7, 4.5  # of slip and yaw rate
+_SPEED_MPS, _ACCELERATION_MPS2, _JERK_MPS3 = 0.3, 1.5, 10.0  # along the road
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,13 +61,12 @@ class LqrTracking:
     def design(
         cls,
         vehicle: Vehicle,
-        weights: TrackingWeights | None = None,
         step_s: float = 0.01,
         turned: bool = False,
         grip: GripMonitor | None = None,
     ) -> LqrTracking:
         """The regulators for a vehicle, that of the path with gains at each of SPEEDS_MPS."""
-        return replace(_designed(vehicle, weights or TrackingWeights(), positive("step_s", step_s, "s")), turned=turned, grip=grip)
+        return replace(_designed(vehicle, positive("step_s", step_s, "s")), turned=turned, grip=grip)
 
     def command(self, trajectory: Trajectory, since_s: float, state: HostState) -> tuple[float, float]:
         if since_s >= trajectory.t_s[-1] - 1e-9:
@@ -157,14 +142,13 @@ class LqrTracking:
 
 
 @cache
-def _designed(vehicle: Vehicle, weights: TrackingWeights, step_s: float) -> LqrTracking:
-    w = weights
+def _designed(vehicle: Vehicle, step_s: float) -> LqrTracking:
     path = [
-        _regulator(step_s, (w.lateral_m**-2, w.lateral_speed_mps**-2 + (w.course_rad * speed) ** -2), w.lateral_acceleration_mps2)
+        _regulator(step_s, (_LATERAL_M**-2, _LATERAL_SPEED_MPS**-2 + (_COURSE_RAD * speed) ** -2), _LATERAL_ACCELERATION_MPS2)
         for speed in SPEEDS_MPS
     ]
-    slip = _regulator(step_s, (w.slip_rad**-2, w.yaw_rate_radps**-2), w.yaw_acceleration_radps2)
-    along = _regulator(step_s, (w.speed_mps**-2, w.acceleration_mps2**-2), w.jerk_mps3)
+    slip = _regulator(step_s, (_SLIP_RAD**-2, _YAW_RATE_RADPS**-2), _YAW_ACCELERATION_RADPS2)
+    along = _regulator(step_s, (_SPEED_MPS**-2, _ACCELERATION_MPS2**-2), _JERK_MPS3)
     path_gains = np.array(path)
     path_gains.setflags(write=False)
     return LqrTracking(

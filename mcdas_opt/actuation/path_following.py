@@ -15,6 +15,7 @@ import numpy as np
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import non_negative, positive, require, within
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.bicycle import road_bicycle
@@ -54,6 +55,12 @@ class FollowingSettings:
     limit_share: float = 0.98
     friction_share: float = 0.96
     step_s: float = 0.05
+
+    def __post_init__(self) -> None:
+        require(self, positive, "bandwidth_radps", "step_s")
+        non_negative("preview_s", self.preview_s, "s")
+        within("limit_share", self.limit_share, 0.1, 1.0)
+        within("friction_share", self.friction_share, 0.1, 1.0)
 
 
 def follow(

@@ -22,8 +22,8 @@ class BodyMotion:
     speed_s_mps: Array
     speed_d_mps: Array
 
-    def rows(self, which: Sequence[int]) -> BodyMotion:
-        """Of a motion of several bodies, as rows, these."""
+    def part(self, which: int | slice | Sequence[int]) -> BodyMotion:
+        """The motion at one of its times or over some of them; of a motion of several bodies, as rows, these bodies."""
         return BodyMotion(**{name: column[which] for name, column in zip(_MOTION, _columns(self), strict=True)})
 
 

@@ -95,6 +95,12 @@ def within(name: str, value: float, low: float, high: float, unit: str = "") -> 
     return float(value)
 
 
+def at_most(name: str, value: float, other: str, bound: float) -> None:
+    """Two fields of a record that are a pair: the one must not exceed the other."""
+    if value > bound:
+        raise ParameterError(name, value, f"must be at most {other} = {bound:g}", unit_of(name))
+
+
 def vector(name: str, value: Any, unit: str = "", length: int | None = None) -> Array:
     """`value` as a read-only float vector; every entry finite."""
     try:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from mcdas_opt.domain.grid import TimeGrid
-from mcdas_opt.domain.rules import non_negative, positive, within
+from mcdas_opt.domain.rules import at_most, finite, negative, non_negative, positive, require, within
 from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.errors import ParameterError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,37 +41,29 @@ class SelectorSettings:
     occupancy_s: float = 1.0  # a car in the target lane that gets within occupancy_gap_m in this time blocks the side
     occupancy_gap_m: float = 1.0
 
+    def __post_init__(self) -> None:
+        require(self, positive, "ttc_threat_s", "ttc_clear_s", "ttc_warning_s")
+        require(self, positive, "demand_threat_mps2", "braking_enough_mps2", "braking_followed_mps2")
+        require(self, non_negative, "distance_rear_m", "distance_front_short_m", "distance_front_long_m", "closing_mps", "hold_s")
+        require(self, non_negative, "accelerating_room_m", "speed_band_mps", "evading_speed_mps", "standstill_mps", "lane_intrusion_m")
+        require(self, non_negative, "swept_margin_m", "beside_m", "occupancy_s", "occupancy_gap_m")
+        at_most("ttc_threat_s", self.ttc_threat_s, "ttc_clear_s", self.ttc_clear_s)
+        at_most("distance_front_short_m", self.distance_front_short_m, "distance_front_long_m", self.distance_front_long_m)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PredictionSettings:
-    """How far a track's uncertainty is planned with (not the tracker's process noise: it would close every gap there is).
-
-    Who moves sideways by `change_mps` and by `change_sigmas` standard deviations, `change_from_m` from the middle of his lane, may be
-    changing lanes; no lane change fades faster than `change_fastest_s` (0.4: one lane in about 3 s), unless it shows that it does: it is
-    believed to be `sigmas` standard deviations faster than it seems and to become `change_growth` times as fast, up to `change_peak_mps`.
-
-    Who brakes by `braking_mps2`, or on a slippery road by `braking_share` of what it gives, and by `rate_sigmas` standard deviations may
-    go on braking until it stands; who accelerates by `accelerating_mps2` and as many may go on so for `accelerating_s`. Before somebody
-    who follows at no more than `queue_mps` nobody is foretold to brake.
-    """
+    """How far a track's uncertainty is planned with (not the tracker's process noise: it would close every gap there is)."""
 
     sigmas: float = 2.5
     growth_s: float = 1.0
     cap_along_m: float = 3.0
     cap_across_m: float = 0.5
     lateral_fade_s: float = 1.0
-    change_mps: float = 0.5
-    change_sigmas: float = 2.5
-    change_from_m: float = 0.2
-    change_fastest_s: float = 0.4
-    change_growth: float = 2.0
-    change_peak_mps: float = 3.0
-    braking_mps2: float = 3.0
-    braking_share: float = 0.8
-    accelerating_mps2: float = 2.0
-    accelerating_s: float = 1.0
-    rate_sigmas: float = 2.5
-    queue_mps: float = 10.0
+
+    def __post_init__(self) -> None:
+        require(self, non_negative, "sigmas", "growth_s", "cap_along_m", "cap_across_m")
+        positive("lateral_fade_s", self.lateral_fade_s, "s")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,6 +80,13 @@ class SigmoidSettings:
     lateral_friction_share: float = 0.6  # of mu g, where that is less
     speed_floor_mps: float = 3.0  # a*(v) below this speed is that of this speed
     given: SigmoidDesign | None = None
+
+    def __post_init__(self) -> None:
+        negative("a_per_m", self.a_per_m, "1/m")
+        if not finite("b", self.b) > 1.0:
+            raise ParameterError("b", self.b, "must be greater than 1")
+        require(self, positive, "y_max_m", "lateral_acceleration_mps2", "speed_floor_mps")
+        within("lateral_friction_share", self.lateral_friction_share, 0.05, 1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,6 +128,7 @@ class Settings:
     warning: WarningSettings = field(default_factory=WarningSettings)
 
     def __post_init__(self) -> None:
+        positive("cycle_s", self.cycle_s, "s")
         within("steering_rate_share", self.steering_rate_share, 0.05, 1.0)
         within("friction_share", self.friction_share, 0.1, 1.0)
         non_negative("edge_reserve_m", self.edge_reserve_m, "m")

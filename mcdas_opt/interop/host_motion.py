@@ -10,9 +10,9 @@ import numpy as np
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.rules import Array, vector
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.csv_table import CsvTable
 from mcdas_opt.interop.tally import Tally
 
@@ -31,6 +31,12 @@ class HostMotion:
     t_s: Array
     speed_mps: Array
     source: str = "host speed"
+
+    def __post_init__(self) -> None:
+        t_s = vector("t_s", self.t_s, "s")
+        vector("speed_mps", self.speed_mps, "m/s", length=t_s.size)
+        if t_s.size < 2 or np.any(np.diff(t_s) <= 0.0):
+            raise ParameterError("t_s", t_s.tolist(), "must be at least two times that increase", "s")
 
     @classmethod
     def read(cls, path: str | Path) -> HostMotion:

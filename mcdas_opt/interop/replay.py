@@ -8,8 +8,6 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-import numpy as np
-
 from mcdas_opt.catalogue.data_files import find
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.assessment import Assessment
@@ -22,9 +20,10 @@ from mcdas_opt.domain.vocabulary import Role, Sector, Status
 from mcdas_opt.errors import InputError, nearest
 from mcdas_opt.interop import esr_can, radar_csv
 from mcdas_opt.interop.host_motion import HostMotion
-from mcdas_opt.interop.replay_record import Cycle, Percentiles, Replay, SeenTrack, Summary
+from mcdas_opt.interop.replay_record import Cycle, Replay, SeenTrack, Summary
 from mcdas_opt.interop.sensor_log import SensorLog
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.simulation.record import CycleTimes
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.tracker import Tracker
 
@@ -164,7 +163,6 @@ def _summary(
     statuses = Counter(cycle.status.value for cycle in cycles if cycle.status is not None)
     modes = Counter(cycle.mode.value for cycle in cycles)
     sights = {sector.value: sum(sector in cycle.covered for cycle in cycles) / len(cycles) for sector in Sector}
-    p50, p99 = (float(q) for q in np.percentile(taken, [50, 99]))
     return Summary(
         cycles=len(cycles),
         start_s=cycles[0].t_s,
@@ -186,5 +184,5 @@ def _summary(
         unverified_plans=unverified,
         statuses=dict(sorted(statuses.items())),
         modes=dict(sorted(modes.items())),
-        cycle_ms=Percentiles(p50=p50, p99=p99, max=max(taken)),
+        cycle_ms=CycleTimes.of(taken),
     )

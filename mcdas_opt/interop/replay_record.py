@@ -13,6 +13,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vocabulary import Mode, Role, Sector, Side, Status
 from mcdas_opt.interop.sensor_log import SensorLog
+from mcdas_opt.simulation.record import CycleTimes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,15 +67,6 @@ class Cycle:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Percentiles:
-    """Wall-clock milliseconds; the only part of a replay that does not repeat."""
-
-    p50: float = 0.0
-    p99: float = 0.0
-    max: float = 0.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Summary:
     """Counts over the whole replay.
 
@@ -105,7 +97,7 @@ class Summary:
     unverified_plans: int = 0
     statuses: dict[str, int] = field(default_factory=dict)
     modes: dict[str, int] = field(default_factory=dict)
-    cycle_ms: Percentiles = field(default_factory=Percentiles)
+    cycle_ms: CycleTimes = field(default_factory=CycleTimes)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

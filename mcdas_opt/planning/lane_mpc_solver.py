@@ -160,7 +160,7 @@ class LaneMpcSolver:
             reach = np.abs(motion.s_m[:, ::5] - (host.s_m + host.speed_mps * times[::5])).min(axis=-1)
             order = sorted(sorted(order, key=lambda i: (reach[i], bodies[i].id))[:most], key=lambda i: bodies[i].id)
         if order != list(range(len(bodies))):
-            bodies, motion = tuple(bodies[i] for i in order), motion.rows(order)
+            bodies, motion = tuple(bodies[i] for i in order), motion.part(order)
         return obstacle_slots(bodies, times, motion=motion, along_m=self.own.clearance_along_m, across_m=self.own.clearance_across_m)
 
     def _attempts(self, scene: _Scene, cold: Callable[[], StageGuess], answered: Callable[[], bool]) -> Iterator[Asked]:

@@ -17,7 +17,7 @@ from mcdas_opt.simulation.contact import EDGE_SLACK_M, clearances, is_free, rela
 from mcdas_opt.simulation.controller import Controller
 from mcdas_opt.simulation.idm import STEP_S, step_times
 from mcdas_opt.simulation.metrics import History, driven, lane_changed, times_to_collision
-from mcdas_opt.simulation.neighbours import Traffic, body_at
+from mcdas_opt.simulation.neighbours import Traffic, body_at, host_motion
 from mcdas_opt.simulation.perception import Perception
 from mcdas_opt.simulation.plant import Plant
 from mcdas_opt.simulation.record import Cycle, CycleTimes, NeighbourHistory, Outcome, Simulation
@@ -62,16 +62,15 @@ class Drive:
             self.states.append(_numbers(state))
             been.append(state)
         host = np.array(self.states[first:])
-        self.traffic.advance(self._as_motion(host[:-1]))
+        self.traffic.advance(host_motion(host[:-1], self.traffic.road))
         others = self.traffic.motions_of_steps(first, steps + 1)
         end = self._check(host, others)
         for k, time_s in enumerate(step_times(first, end + 1).tolist()):
             if k == 0 or not perception.is_due(time_s):
                 continue
-            moments = [_moment(motion, k) for motion in others]
             bodies = [
-                body_at(name, moment, *size, self.traffic.road)
-                for name, moment, size in zip(self.traffic.names, moments, self.traffic.sizes, strict=True)
+                body_at(name, motion.part(k), *size, self.traffic.road)
+                for name, motion, size in zip(self.traffic.names, others, self.traffic.sizes, strict=True)
             ]
             perception.look(time_s, been[k], bodies)
 
@@ -88,18 +87,13 @@ class Drive:
         if ends.size and touched[end]:
             struck = int(np.flatnonzero(around.touching[:, end])[0])
             self.outcome, self.collided_with = Outcome.COLLISION, self.traffic.names[struck]
-            self.impact_speed_mps = relative_speed(host[end], _moment(others[struck], end), scene.vehicle, scene.true_road)
+            self.impact_speed_mps = relative_speed(host[end], others[struck].part(end), scene.vehicle, scene.true_road)
         elif ends.size:
             self.outcome = Outcome.LEFT_ROAD
         cut = len(host) - 1 - end
         if cut:
             del self.states[-cut:], self.inputs[-cut:], self.lateral[-cut:]
         return end
-
-    def _as_motion(self, host: Array) -> BodyMotion:
-        s, d, psi, v = host[:, 0], host[:, 1], host[:, 2], host[:, 3]
-        along = v * np.cos(psi) / (1.0 - d * self.traffic.road.curvature_at(s))
-        return BodyMotion(s_m=s, d_m=d, heading_rad=psi, speed_s_mps=along, speed_d_mps=v * np.sin(psi))
 
     def summary(self, *, planner: str, plant: str, seed: int) -> Simulation:
         scene, sizes = self.scene, self.traffic.sizes
@@ -115,7 +109,6 @@ class Drive:
         trajectory = driven(history)
         front, rear = times_to_collision(states, others, sizes, scene.vehicle, scene.true_road)
         plans = [cycle.plan for cycle in self.cycles]
-        took = np.array(self.took_ms)
         return Simulation(
             name=scene.name,
             planner=planner,
@@ -138,7 +131,7 @@ class Drive:
             fallbacks=sum(plan.status is Status.FALLBACK for plan in plans),
             unavoidable=sum(plan.status is Status.UNAVOIDABLE for plan in plans),
             unverified_plans=sum(plan.status is not Status.UNAVOIDABLE and not plan.verdict.passed for plan in plans),
-            cycle_ms=CycleTimes(p50=float(np.percentile(took, 50)), p99=float(np.percentile(took, 99)), max=float(took.max())),
+            cycle_ms=CycleTimes.of(self.took_ms),
             trajectory=trajectory,
             neighbours=self._neighbours(trajectory.t_s),
             scene=scene,
@@ -172,13 +165,3 @@ class Drive:
 
 def _numbers(state: HostState) -> tuple[float, ...]:
     return (state.s_m, state.d_m, state.heading_rad, state.speed_mps, state.acceleration_mps2, state.steering_rad)
-
-
-def _moment(motion: BodyMotion, k: int) -> BodyMotion:
-    return BodyMotion(
-        s_m=motion.s_m[k],
-        d_m=motion.d_m[k],
-        heading_rad=motion.heading_rad[k],
-        speed_s_mps=motion.speed_s_mps[k],
-        speed_d_mps=motion.speed_d_mps[k],
-    )

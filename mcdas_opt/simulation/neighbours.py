@@ -81,8 +81,9 @@ class Traffic:
 
     def motions_of_steps(self, first: int, count: int) -> tuple[BodyMotion, ...]:
         """As `motions`, at `count` steps of STEP_S from step `first` on."""
+        part = slice(first, first + count)
         return tuple(
-            motion(step_times(first, count)) if isinstance(motion, Follower) else _cut(self._table(i, first + count), first, count)
+            motion(step_times(first, count)) if isinstance(motion, Follower) else self._table(i, first + count).part(part)
             for i, motion in enumerate(self._motions)
         )
 
@@ -140,23 +141,19 @@ class Traffic:
         return [[Presence(s[k], d[k], v[k], *size) for s, d, v, size in columns] for k in range(len(times_s))]
 
 
-def _cut(motion: BodyMotion, first: int, count: int) -> BodyMotion:
-    part = slice(first, first + count)
-    return BodyMotion(
-        s_m=motion.s_m[part],
-        d_m=motion.d_m[part],
-        heading_rad=motion.heading_rad[part],
-        speed_s_mps=motion.speed_s_mps[part],
-        speed_d_mps=motion.speed_d_mps[part],
-    )
-
-
 def body_at(name: str, moment: BodyMotion, length_m: float, width_m: float, road: Road) -> Body:
     """The body at a single instant of its motion."""
     s, d = float(moment.s_m), float(moment.d_m)
     along = float(moment.speed_s_mps) * (1.0 - d * (0.0 if road.is_straight else float(road.curvature_at(s))))
     speed = math.copysign(math.hypot(along, float(moment.speed_d_mps)), along)
     return Body(name=name, s_m=s, d_m=d, heading_rad=float(moment.heading_rad), speed_mps=speed, length_m=length_m, width_m=width_m)
+
+
+def host_motion(states: Array, road: Road) -> BodyMotion:
+    """The motion of a host with these states (n, 6)."""
+    s, d, psi, v = states[:, 0], states[:, 1], states[:, 2], states[:, 3]
+    along = v * np.cos(psi) / (1.0 - d * road.curvature_at(s))
+    return BodyMotion(s_m=s, d_m=d, heading_rad=psi, speed_s_mps=along, speed_d_mps=v * np.sin(psi))
 
 
 def host_before(scene: Scene, t_s: Array) -> BodyMotion:

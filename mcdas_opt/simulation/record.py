@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
+
+import numpy as np
 
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
@@ -24,11 +27,16 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CycleTimes:
-    """Wall-clock milliseconds of the planner's step; the only part of a simulation that does not repeat."""
+    """Wall-clock milliseconds of the cycles; the only part of a simulation or a replay that does not repeat."""
 
     p50: float = 0.0
     p99: float = 0.0
     max: float = 0.0
+
+    @classmethod
+    def of(cls, took_ms: Sequence[float]) -> CycleTimes:
+        p50, p99, most = (float(q) for q in np.percentile(took_ms, [50, 99, 100]))
+        return cls(p50=p50, p99=p99, max=most)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

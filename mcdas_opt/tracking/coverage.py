@@ -9,6 +9,8 @@ from mcdas_opt.domain.track import Coverage
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.tracking.screening import Source, source_of
 
+COVERAGE_PERIODS = 3.0  # without a scan for so many periods a sector counts as blind
+
 
 @dataclass(slots=True)
 class _Watch:
@@ -21,7 +23,6 @@ class _Watch:
 class SectorWatch:
     """Remembers when each working sensor was last heard of. Several sensors may cover one sector; one is enough."""
 
-    periods: float
     _heard: dict[Source, _Watch] = field(default_factory=dict)
 
     def heard(self, scan: Scan, now: float) -> None:
@@ -34,5 +35,5 @@ class SectorWatch:
 
     def coverage(self, now: float) -> Coverage:
         """A sector is covered when one of its sensors was heard of within so many of its periods."""
-        seen = {w.sector for w in self._heard.values() if now - w.arrival_s <= self.periods * w.period_s + 1e-9}
+        seen = {w.sector for w in self._heard.values() if now - w.arrival_s <= COVERAGE_PERIODS * w.period_s + 1e-9}
         return Coverage(**{sector.value: sector in seen for sector in Sector})

@@ -18,6 +18,16 @@ CHANGING = "changing lanes"
 BRAKING = "braking"
 ACCELERATING = "accelerating"
 
+# a track may be changing lanes that moves sideways so fast, by so many standard deviations, so far from the middle of its lane
+CHANGE_MPS, CHANGE_SIGMAS, CHANGE_FROM_M = 0.5, 2.5, 0.2
+CHANGE_FASTEST_S = 0.4  # no lane change fades faster (0.4: one lane in about 3 s), unless the track shows that it does
+CHANGE_GROWTH, CHANGE_PEAK_MPS = 2.0, 3.0  # it may become so many times as fast, up to this speed
+# a track may go on braking, until it stands, that brakes so hard (on a slippery road: by this share of what it gives); or accelerating
+BRAKING_MPS2, BRAKING_SHARE = 3.0, 0.8
+ACCELERATING_MPS2, ACCELERATING_S = 2.0, 1.0  # it goes on for so long
+RATE_SIGMAS = 2.5  # standard deviations that the change of speed has to show
+QUEUE_MPS = 10.0  # nobody is predicted to brake before a follower no faster than this
+
 
 def predict(
     tracks: Sequence[Track], settings: PredictionSettings | None = None, road: Road | None = None, host_s_m: float | None = None
@@ -53,9 +63,9 @@ def predict(
             speed_d, fade_s, swell = change
             name = f"{track.id} {CHANGING}"
             bodies.append(replace(drifting, id=name, speed_d_mps=speed_d, lateral_fade_s=fade_s, lateral_swell=swell))
-        rate = None if road is None else speed_change(track, settings, road)
+        rate = None if road is None else speed_change(track, road)
         if rate is not None and rate[0] < 0.0 and host_s_m is not None and road is not None:
-            rate = None if _is_behind(track, host_s_m) or _queues(track, tracks, host_s_m, road, settings) else rate
+            rate = None if _is_behind(track, host_s_m) or _queues(track, tracks, host_s_m, road) else rate
         if rate is not None:
             acceleration, lasting_s = rate
             word = BRAKING if acceleration < 0.0 else ACCELERATING
@@ -75,55 +85,54 @@ def lane_change(track: Track, settings: PredictionSettings, road: Road) -> tuple
     lane anyway.
 
     The lane change begins `sigmas` standard deviations faster than the track (a filter lags behind a growing speed: by 0.6 m/s where a
-    lane takes 2.3 s), or as fast as the track where that could not end in that lane. Its fade is at least `change_fastest_s`, and such that
-    its speed grows at most `change_growth` times, up to `change_peak_mps`: a faster track counts as further on than it is.
+    lane takes 2.3 s), or as fast as the track where that could not end in that lane. Its fade is at least `CHANGE_FASTEST_S`, and such that
+    its speed grows at most `CHANGE_GROWTH` times, up to `CHANGE_PEAK_MPS`: a faster track counts as further on than it is.
 
     The distance left, r, shrinks as r' = -r (w - r) / (w fade), w the lane's width (Verhulst's equation), at most by w / (4 fade).
     """
     seen, sd = abs(track.speed_d_mps), math.sqrt(max(float(track.covariance[3, 3]), 0.0))
-    if seen < max(settings.change_mps, settings.change_sigmas * sd) or seen > abs(track.speed_s_mps):
+    if seen < max(CHANGE_MPS, CHANGE_SIGMAS * sd) or seen > abs(track.speed_s_mps):
         return None
     left, width = track.speed_d_mps > 0.0, road.lane_width_m
     across = track.d_m if left else -track.d_m  # towards where it goes
     lane = math.ceil((across + seen * settings.lateral_fade_s) / width)
     to_go = lane * width - across
     gone = width - to_go
-    if gone < settings.change_from_m or not road.has_lane(lane if left else -lane):
+    if gone < CHANGE_FROM_M or not road.has_lane(lane if left else -lane):
         return None
     for sideways in (seen + settings.sigmas * sd, seen):
-        peak = min(settings.change_growth * sideways, settings.change_peak_mps)
-        fastest = to_go / min(settings.change_fastest_s, 0.25 * width / peak) - sideways
+        peak = min(CHANGE_GROWTH * sideways, CHANGE_PEAK_MPS)
+        fastest = to_go / min(CHANGE_FASTEST_S, 0.25 * width / peak) - sideways
         if fastest > 0.0:
             gone = max(gone, sideways * to_go / fastest)
             return sideways if left else -sideways, to_go * gone / (sideways * (to_go + gone)), to_go / gone
     return None
 
 
-def speed_change(track: Track, settings: PredictionSettings, road: Road) -> tuple[float, float] | None:
+def speed_change(track: Track, road: Road) -> tuple[float, float] | None:
     """(acceleration [m/s^2], constant until [s]) of a track that clearly brakes, until it stands, or clearly accelerates, for a while.
 
     Neither is harder than the road allows. None for any other track, and for one that does not drive forwards.
     """
     rate, sd, speed = track.acceleration_s_mps2, track.acceleration_s_sd_mps2, track.speed_s_mps
     grip = road.friction * GRAVITY_MPS2
-    least = min(settings.braking_mps2, settings.braking_share * grip) if rate < 0.0 else settings.accelerating_mps2
-    if sd is None or speed <= 0.0 or abs(rate) < max(least, settings.rate_sigmas * sd):
+    least = min(BRAKING_MPS2, BRAKING_SHARE * grip) if rate < 0.0 else ACCELERATING_MPS2
+    if sd is None or speed <= 0.0 or abs(rate) < max(least, RATE_SIGMAS * sd):
         return None
     rate = min(max(rate, -grip), grip)
-    return rate, -speed / rate if rate < 0.0 else settings.accelerating_s
+    return rate, -speed / rate if rate < 0.0 else ACCELERATING_S
 
 
 def _is_behind(track: Track, host_s_m: float) -> bool:
     return track.s_m <= host_s_m - track.length_m
 
 
-def _queues(ahead: Track, tracks: Sequence[Track], host_s_m: float, road: Road, settings: PredictionSettings) -> bool:
+def _queues(ahead: Track, tracks: Sequence[Track], host_s_m: float, road: Road) -> bool:
     """Whether somebody slow follows the host in the lane of that track.
 
     In a queue everybody brakes with the car ahead. To predict this of the front car and not of the follower would leave no candidate; the
     safe end has the front car brake fully in any case.
     """
     return any(
-        _is_behind(one, host_s_m) and one.speed_s_mps <= settings.queue_mps and abs(one.d_m - ahead.d_m) < 0.5 * road.lane_width_m
-        for one in tracks
+        _is_behind(one, host_s_m) and one.speed_s_mps <= QUEUE_MPS and abs(one.d_m - ahead.d_m) < 0.5 * road.lane_width_m for one in tracks
     )

@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 
 from mcdas_opt.domain.measurement import BodyDetection, RadarDetection, Scan
-from mcdas_opt.domain.tracker_settings import TrackerSettings
 
+FUTURE_TOLERANCE_S = 0.05  # scans further ahead of the clock are refused
+LAG_MAX_S = 0.2  # one sensor may report this much later than another
+RANGE_MAX_M = 300.0  # beyond is no car
+SPEED_MAX_MPS = 100.0  # no range rate, no speed exceeds this
 SAME_TIME_S = 1e-6  # scans of one sensor closer than this are the same scan
 Source = tuple[str, str]  # sensor and sector: one product may sit at the front and at the rear
 
@@ -29,37 +32,37 @@ def source_of(scan: Scan) -> Source:
     return scan.sensor, scan.sector
 
 
-def scan_fault(scan: Scan, now: float, last_s: float | None, clock_s: float | None, settings: TrackerSettings) -> str | None:
+def scan_fault(scan: Scan, now: float, last_s: float | None, clock_s: float | None) -> str | None:
     """Why a scan is refused, or None. `last_s` is the time of this sensor's last scan, `clock_s` the newest of all sensors'."""
     mounting = scan.mounting
     if not all(map(math.isfinite, (scan.t_s, mounting.x_m, mounting.y_m, mounting.yaw_rad))):
         return "not_finite"
-    if scan.t_s > now + settings.future_tolerance_s:
+    if scan.t_s > now + FUTURE_TOLERANCE_S:
         return "future"
     if last_s is not None and abs(scan.t_s - last_s) <= SAME_TIME_S:
         return "duplicate"
-    if (last_s is not None and scan.t_s < last_s) or (clock_s is not None and scan.t_s < clock_s - settings.lag_max_s):
+    if (last_s is not None and scan.t_s < last_s) or (clock_s is not None and scan.t_s < clock_s - LAG_MAX_S):
         return "out_of_order"
     return None if scan.working else "dead"
 
 
-def radar_fault(point: RadarDetection, settings: TrackerSettings) -> str | None:
+def radar_fault(point: RadarDetection) -> str | None:
     """Why a radar point is refused, or None."""
     sds = (point.range_sd_m, point.azimuth_sd_rad, point.range_rate_sd_mps)
     if not all(map(math.isfinite, (point.range_m, point.azimuth_rad, point.range_rate_mps, *sds))):
         return "not_finite"
     if point.range_m < 0.0:
         return "negative_range"
-    fast = abs(point.range_rate_mps) > settings.speed_max_mps
-    if point.range_m > settings.range_max_m or fast or abs(point.azimuth_rad) > math.pi or min(sds) <= 0.0:
+    fast = abs(point.range_rate_mps) > SPEED_MAX_MPS
+    if point.range_m > RANGE_MAX_M or fast or abs(point.azimuth_rad) > math.pi or min(sds) <= 0.0:
         return "implausible"
     return None
 
 
-def body_fault(body: BodyDetection, settings: TrackerSettings) -> str | None:
+def body_fault(body: BodyDetection) -> str | None:
     """Why an ideal detection is refused, or None."""
     values = (body.s_m, body.d_m, body.speed_s_mps, body.speed_d_mps, body.length_m, body.width_m)
     if not all(map(math.isfinite, values)):
         return "not_finite"
-    fast = math.hypot(body.speed_s_mps, body.speed_d_mps) > settings.speed_max_mps
+    fast = math.hypot(body.speed_s_mps, body.speed_d_mps) > SPEED_MAX_MPS
     return "implausible" if fast or min(body.length_m, body.width_m) <= 0.0 else None

@@ -14,11 +14,18 @@ from mcdas_opt.domain.measurement import BodyDetection, Scan
 from mcdas_opt.domain.motion import TargetMotion
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
-from mcdas_opt.domain.tracker_settings import TrackerSettings
 from mcdas_opt.tracking.acceleration import AccelerationFilter
 from mcdas_opt.tracking.filtering import Filtering, TargetFilter, TargetFix
 from mcdas_opt.tracking.screening import Source, source_of
 
+GATE = 16.27  # of the squared Mahalanobis distance of (s, d, range rate): lets 99.9 % of true detections in (chi-square, 3)
+INITIAL_SPEED_SD_MPS = 15.0  # of a new radar track along the road, around the host's speed
+INITIAL_LATERAL_SPEED_SD_MPS = 3.0  # and across it, around 0
+CONFIRM_HITS, CONFIRM_WINDOW = 3, 4  # a track is confirmed by so many hits in so many scans of the sensors that have seen it
+TENTATIVE_S = 0.35  # a tentative track dies without a hit for this long
+COAST_S = 1.0  # and a confirmed one for this long
+BLIND_S = 5.0  # or this long, while it is too near to its sensor to be seen and does not stand
+COASTING_PERIODS = 1.5  # without a hit for so many scan periods a track counts as coasting
 _STANDING_MPS = 0.5
 _ANYWHERE_M = 100.0  # sd of the position before the first detection: as good as unknown
 
@@ -26,11 +33,10 @@ _ANYWHERE_M = 100.0  # sd of the position before the first detection: as good as
 class TrackLife:
     """A filter with its history. Built by `begin`; mutated by `hit`, `hide` and `miss` only."""
 
-    def __init__(self, filter_: TargetFilter, size: tuple[float, float], settings: TrackerSettings) -> None:
+    def __init__(self, filter_: TargetFilter, size: tuple[float, float]) -> None:
         self._filter = filter_
         self._acceleration = AccelerationFilter()
-        self._settings = settings
-        self._hits: deque[bool] = deque(maxlen=settings.confirm_window)
+        self._hits: deque[bool] = deque(maxlen=CONFIRM_WINDOW)
         self._sources: set[Source] = set()
         self._born_s = filter_.time_s
         self._arrival_s = -np.inf
@@ -51,14 +57,13 @@ class TrackLife:
         now: float,
         size: tuple[float, float],
         motion: TargetMotion,
-        settings: TrackerSettings,
         filtering: Filtering,
     ) -> TrackLife:
         """A new track: an ordinary update of a belief that knows no place and expects about the host's speed along the road."""
         s, d = fix.place
         state = np.array([s, host.speed_mps * np.cos(host.heading_rad), d, 0.0])
-        sds = [_ANYWHERE_M, settings.initial_speed_sd_mps, _ANYWHERE_M, settings.initial_lateral_speed_sd_mps]
-        life = cls(filtering.begin(state, np.diag(np.square(sds)), scan.t_s, motion), size, settings)
+        sds = [_ANYWHERE_M, INITIAL_SPEED_SD_MPS, _ANYWHERE_M, INITIAL_LATERAL_SPEED_SD_MPS]
+        life = cls(filtering.begin(state, np.diag(np.square(sds)), scan.t_s, motion), size)
         life.hit(fix, scan, now)
         return life
 
@@ -69,7 +74,7 @@ class TrackLife:
 
     def costs(self, time_s: float, fixes: Sequence[TargetFix | None]) -> list[float]:
         """The cost of each fix of that time; infinite where it does not fit, or there is none."""
-        return self._filter.costs(time_s, fixes, self._settings.gate)
+        return self._filter.costs(time_s, fixes, GATE)
 
     def hit(self, fix: TargetFix, scan: Scan, now: float) -> None:
         self._filter.take(scan.t_s, fix)
@@ -77,7 +82,7 @@ class TrackLife:
         self._sources.add(source_of(scan))
         self._arrival_s, self._period_s = now, scan.period_s
         self._hits.append(True)
-        self.confirmed = self.confirmed or sum(self._hits) >= self._settings.confirm_hits
+        self.confirmed = self.confirmed or sum(self._hits) >= CONFIRM_HITS
 
     def may_hide_from(self, scan: Scan, now: float) -> bool:
         """Whether that sensor has seen it before, and no sensor sees it now."""
@@ -91,7 +96,7 @@ class TrackLife:
             self._stood_s = now
 
     def _is_quiet(self, now: float) -> bool:
-        return bool(now - self._arrival_s > self._settings.coasting_periods * self._period_s + 1e-9)
+        return bool(now - self._arrival_s > COASTING_PERIODS * self._period_s + 1e-9)
 
     def know(self, body: BodyDetection) -> None:
         """An ideal sensor has told name and size: the track is confirmed."""
@@ -104,15 +109,14 @@ class TrackLife:
 
     def is_over(self, now: float) -> bool:
         """Whether the track ends: no detection for too long, or tentative and too many misses to be confirmed."""
-        settings = self._settings
-        hidden = now - self._hidden_s <= settings.coast_s + 1e-9
-        longest = settings.blind_s if hidden else settings.coast_s if self.confirmed else settings.tentative_s
+        hidden = now - self._hidden_s <= COAST_S + 1e-9
+        longest = BLIND_S if hidden else COAST_S if self.confirmed else TENTATIVE_S
         if now - max(self._arrival_s, self._stood_s if hidden else -math.inf) > longest + 1e-9:
             return True
         if self.confirmed:
             return False
         misses = len(self._hits) - sum(self._hits)
-        return misses > settings.confirm_window - settings.confirm_hits
+        return misses > CONFIRM_WINDOW - CONFIRM_HITS
 
     def place(self, time_s: float) -> tuple[float, float]:
         """(s, d) at `time_s`."""

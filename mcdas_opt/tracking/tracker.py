@@ -14,8 +14,8 @@ from mcdas_opt.domain.measurement import BodyDetection, RadarDetection, Scan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import finite, positive
 from mcdas_opt.domain.track import Coverage, Track
-from mcdas_opt.domain.tracker_settings import TrackerSettings
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.window import frame_near
 from mcdas_opt.tracking.association import assign
@@ -27,6 +27,9 @@ from mcdas_opt.tracking.screening import COUNTERS, Source, body_fault, radar_fau
 from mcdas_opt.tracking.track_life import TrackLife
 
 Size = tuple[float, float]
+REFLECTIONS = ("face", "centre")
+BODY_GATE_M = 5.0  # a body of known name may be off its track by this much
+BODY_POSITION_SD_M = BODY_SPEED_SD_MPS = 1e-3  # of an ideal sensor
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,15 +46,19 @@ class _Look:
 class Tracker:
     """Any number of neighbours, from any number of radars and ideal sensors.
 
-    `body` is the (length, width) assumed of a car that only a radar has seen; `vehicle` is the host (its sensors turn with it).
+    `body` is the (length, width) assumed of a car that only a radar has seen; `vehicle` is the host (its sensors turn with it). `motion` is
+    a file in models/motion, or a path. `reflection` is where on a body radar points lie: on the near "face", or at its "centre" (point
+    targets, antenna to antenna).
     `counters` counts what became of scans and detections (`screening.COUNTERS`).
     """
 
-    def __init__(self, settings: TrackerSettings | None = None, body: Size = (4.5, 1.8), vehicle: Vehicle | None = None) -> None:
-        self.settings = TrackerSettings() if settings is None else settings
+    def __init__(self, body: Size = (4.5, 1.8), vehicle: Vehicle | None = None, *, motion: str = "car", reflection: str = "face") -> None:
+        if reflection not in REFLECTIONS:
+            raise ParameterError("reflection", reflection, "must be one of " + ", ".join(REFLECTIONS))
+        self._at_face = reflection == "face"
         self._body = (positive("body length", body[0], "m"), positive("body width", body[1], "m"))
         self.vehicle = Vehicle() if vehicle is None else vehicle
-        self._motion = load_motion(self.settings.motion)
+        self._motion = load_motion(motion)
         self._filtering = build_filtering()
         self.reset()
 
@@ -62,14 +69,14 @@ class Tracker:
         self._last: dict[Source, float] = {}
         self._clock_s: float | None = None
         self._numbered = 0
-        self._watch = SectorWatch(self.settings.coverage_periods)
+        self._watch = SectorWatch()
 
     def update(self, scans: Sequence[Scan], host: HostState, road: Road, now: float) -> None:
         """Take in what has arrived at `now`; `host` is its pose at the scans' time. Scans are handled in the order of their times."""
         now = finite("now", now, "s")
         frame = frame_near(road, host.s_m)
         for scan in sorted(scans, key=lambda scan: scan.t_s if math.isfinite(scan.t_s) else math.inf):
-            fault = scan_fault(scan, now, self._last.get(source_of(scan)), self._clock_s, self.settings)
+            fault = scan_fault(scan, now, self._last.get(source_of(scan)), self._clock_s)
             if fault is not None:
                 self.counters[fault] += 1
                 if fault == "dead":
@@ -108,17 +115,17 @@ class Tracker:
 
     def _take_bodies(self, bodies: list[BodyDetection], look: _Look) -> None:
         """Ideal detections: by name, else by overlap with a track that no name is known of, else a new track."""
-        settings, time_s = self.settings, look.scan.t_s
+        time_s = look.scan.t_s
         named = {life.name: life for life in self._lives if life.name is not None}
         strangers: list[tuple[BodyDetection, TargetFix]] = []
         for body in bodies:
-            fix: TargetFix = self._filtering.body_fix(body, look.frame, settings.body_position_sd_m, settings.body_speed_sd_mps)
+            fix: TargetFix = self._filtering.body_fix(body, look.frame, BODY_POSITION_SD_M, BODY_SPEED_SD_MPS)
             if body.name not in named:
                 strangers.append((body, fix))
                 continue
             life = named[body.name]
             s, d = life.place(time_s)
-            if math.hypot(body.s_m - s, body.d_m - d) > settings.body_gate_m:
+            if math.hypot(body.s_m - s, body.d_m - d) > BODY_GATE_M:
                 self.counters["gated"] += 1
                 continue
             self._hit(life, fix, look)
@@ -150,7 +157,7 @@ class Tracker:
         reads: dict[Size | None, Sequence[TargetFix | None]] = {}
 
         def read(size: Size) -> Sequence[TargetFix | None]:
-            key = size if self.settings.reflection == "face" else None
+            key = size if self._at_face else None
             if key not in reads:
                 reads[key] = self._filtering.radar_fixes(points, view, look.frame, key)
             return reads[key]
@@ -184,7 +191,7 @@ class Tracker:
         if not life.may_hide_from(scan, look.now):
             return False
         view = Viewpoint.of(scan.mounting, look.host, self.vehicle, look.frame)
-        size = life.size if self.settings.reflection == "face" else None
+        size = life.size if self._at_face else None
         unseen = unseen_near(life.place(scan.t_s), life.spread(scan.t_s), size, scan, view, look.frame)
         (fix,) = self._filtering.radar_fixes([unseen], view, look.frame, size) if unseen is not None else (None,)
         if fix is None:
@@ -198,7 +205,7 @@ class Tracker:
         self.counters["associated"] += 1
 
     def _begin(self, fix: TargetFix, look: _Look) -> TrackLife:
-        life = TrackLife.begin(fix, look.scan, look.host, look.now, self._body, self._motion, self.settings, self._filtering)
+        life = TrackLife.begin(fix, look.scan, look.host, look.now, self._body, self._motion, self._filtering)
         self._lives.append(life)
         look.hit.add(life)
         self.counters["initiated"] += 1
@@ -254,7 +261,7 @@ class Tracker:
     def _sound_points(self, points: Sequence[RadarDetection]) -> list[RadarDetection]:
         sound: list[RadarDetection] = []
         for point in points:
-            fault = radar_fault(point, self.settings) or ("duplicate" if point in sound else None)
+            fault = radar_fault(point) or ("duplicate" if point in sound else None)
             if fault is None:
                 sound.append(point)
             else:
@@ -264,7 +271,7 @@ class Tracker:
     def _sound_bodies(self, bodies: Sequence[BodyDetection]) -> list[BodyDetection]:
         sound: list[BodyDetection] = []
         for body in bodies:
-            fault = body_fault(body, self.settings) or ("duplicate" if any(body.name == b.name for b in sound) else None)
+            fault = body_fault(body) or ("duplicate" if any(body.name == b.name for b in sound) else None)
             if fault is None:
                 sound.append(body)
             else:

@@ -9,13 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mcdas_opt.actuation.grip_monitor import GripMonitor, GripSettings, within_grip
+from mcdas_opt.actuation.grip_monitor import GripMonitor, within_grip
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.errors import ParameterError
 from mcdas_opt.simulation.plant import make_plant
 
 CARS = [load_vehicle(name) for name in ("sedan", "bmw_320i", "lincoln_mkz")]
@@ -133,9 +132,3 @@ def test_within_grip_bends_no_more_than_there_is(speed: float, steering: float, 
     assert replace(held, steering_rad=steering) == host
     if speed**2 * abs(math.tan(steering)) / 2.7 < 0.96 * math.sqrt(max((0.97 * friction * GRAVITY_MPS2) ** 2 - braking**2, 0.0)):
         assert held is host
-
-
-@pytest.mark.parametrize("field", ["sliding_share", "significant", "lag_s", "span_s", "missing_mps2", "slowest_mps"])
-def test_settings_are_checked(field: str) -> None:
-    with pytest.raises(ParameterError, match=field):
-        GripSettings(**{field: -1.0})

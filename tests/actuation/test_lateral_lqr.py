@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 
 from mcdas_opt.actuation.grip_monitor import GripMonitor
-from mcdas_opt.actuation.lateral_lqr import LqrTracking, TrackingWeights
+from mcdas_opt.actuation.lateral_lqr import LqrTracking
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.errors import ParameterError
 from mcdas_opt.simulation.controller import STEERING_RATE_SHARE, Controller, FeedForward, default_controller
 from mcdas_opt.simulation.dynamic_plant import DynamicPlant
 from mcdas_opt.simulation.idm import STEP_S
@@ -196,11 +195,6 @@ def test_beyond_the_plans_end_nothing_is_asked() -> None:
 def test_each_plant_has_its_controller() -> None:
     assert isinstance(default_controller("kinematic", CARS[0]), FeedForward)
     assert isinstance(default_controller("dynamic", CARS[0]), LqrTracking)
-
-
-def test_a_weight_must_be_positive() -> None:
-    with pytest.raises(ParameterError, match="course_rad"):
-        TrackingWeights(course_rad=0.0)
 
 
 @pytest.mark.parametrize("car", CARS, ids=lambda car: car.name)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from mcdas_opt.domain.grid import TimeGrid
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import covariance, vector, within
+from mcdas_opt.domain.settings import PredictionSettings, SelectorSettings, Settings, SigmoidSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.trajectory import Trajectory
@@ -168,3 +170,23 @@ def test_a_bodys_speed_has_its_components(speed, heading):
 def test_an_unknown_name_is_answered_with_the_nearest_or_with_all():
     assert nearest("sped", ["speed", "width"]) == "did you mean 'speed'?"
     assert nearest("zzz", ["b", "a"]) == "known: a, b"
+
+
+@pytest.mark.parametrize(
+    ("record", "wrong", "named"),
+    [
+        (SelectorSettings, {"ttc_threat_s": -1.0}, "ttc_threat_s"),
+        (SelectorSettings, {"ttc_clear_s": math.nan}, "ttc_clear_s"),
+        (SelectorSettings, {"ttc_clear_s": 4.0}, "ttc_clear_s = 4"),
+        (SelectorSettings, {"distance_front_short_m": 40.0}, "distance_front_long_m"),
+        (PredictionSettings, {"sigmas": math.inf}, "sigmas"),
+        (PredictionSettings, {"lateral_fade_s": 0.0}, "lateral_fade_s"),
+        (SigmoidSettings, {"a_per_m": 0.4}, "a_per_m"),
+        (SigmoidSettings, {"b": 1.0}, "greater than 1"),
+        (SigmoidSettings, {"lateral_friction_share": 1.2}, "lateral_friction_share"),
+        (Settings, {"cycle_s": 0.0}, "cycle_s"),
+    ],
+)
+def test_settings_refuse_what_makes_no_sense(record: Any, wrong: dict[str, float], named: str) -> None:
+    with pytest.raises(ParameterError, match=named):
+        record(**wrong)

@@ -198,7 +198,7 @@ def test_the_planner_drives_an_episode_and_so_does_idm() -> None:
     wanted = EpisodeSettings(duration_s=3.0, vehicles=8, frequency_hz=10)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of its own making
-        env, driver = make_highway(wanted), HighwayDriver(wanted.wanted_mps)
+        env, driver = make_highway(wanted), HighwayDriver()
         ours, again, theirs = (episode(env, 3, who, wanted) for who in (driver, driver, None))
         env.reset(seed=3)
         driver.reset()

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.host_motion import HostMotion
 
 speeds = st.lists(st.floats(0.0, 40.0), min_size=2, max_size=12)
@@ -78,3 +78,11 @@ def test_a_log_outside_the_speeds_is_refused() -> None:
     for span in ((-1.1, 5.0), (5.0, 11.1)):
         with pytest.raises(InputError, match=r"host\.csv: t_s: covers 0 s to 10 s, the log needs"):
             motion.require(*span)
+
+
+@pytest.mark.parametrize(
+    ("t_s", "speed_mps"), [([0.0, 0.0], [1.0, 1.0]), ([0.0], [1.0]), ([0.0, 1.0], [1.0]), ([0.0, 1.0], [1.0, math.nan])]
+)
+def test_times_increase_and_every_time_has_a_speed(t_s: list[float], speed_mps: list[float]) -> None:
+    with pytest.raises(ParameterError):
+        HostMotion(t_s=np.array(t_s), speed_mps=np.array(speed_mps))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 import threading
 import time
@@ -306,6 +307,8 @@ def test_bad_input_is_named() -> None:
         live(lambda _: None, bus="can0", rear="can0")
     with pytest.raises(ParameterError, match="cycle_s"):
         LiveSettings(cycle_s=0.0)
+    with pytest.raises(ParameterError, match="speed_mps"):
+        LiveSettings(speed_mps=math.nan)
 
 
 def test_the_command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

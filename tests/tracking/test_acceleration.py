@@ -23,7 +23,17 @@ from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.manoeuvres.safe_end import ends
 from mcdas_opt.tracking.acceleration import AccelerationFilter
-from mcdas_opt.tracking.prediction import ACCELERATING, BRAKING, predict, speed_change
+from mcdas_opt.tracking.prediction import (
+    ACCELERATING,
+    ACCELERATING_MPS2,
+    ACCELERATING_S,
+    BRAKING,
+    BRAKING_MPS2,
+    BRAKING_SHARE,
+    RATE_SIGMAS,
+    predict,
+    speed_change,
+)
 from mcdas_opt.tracking.tracker import Tracker
 from tests.tracking.worlds import ESR, host_at, radar_scan
 
@@ -52,7 +62,7 @@ def test_noise_alone_brakes_nobody(sector: Sector) -> None:
     tracks = [track for seed in range(12) for track in followed(lambda t: 12.0, 12.0 + 8.0 * seed, seed, 16.0, sector)]
     assert len(tracks) > 3000
     for road in (ROAD, SLIPPERY):
-        told = sum(speed_change(track, SETTINGS, road) is not None for track in tracks)
+        told = sum(speed_change(track, road) is not None for track in tracks)
         assert told <= 0.001 * len(tracks)
     rates = np.array([track.acceleration_s_mps2 for track in tracks])
     sds = np.array([track.acceleration_s_sd_mps2 for track in tracks])
@@ -75,7 +85,7 @@ def test_nor_does_the_noise_of_a_car_that_is_passed(sensor: object) -> None:
             tracker.update(scans, host_at(t), ROAD, t)
             tracks = tracker.tracks(t) if t > BEGAN_S else ()
             cycles += len(tracks)
-            told += sum(speed_change(track, SETTINGS, ROAD) is not None for track in tracks)
+            told += sum(speed_change(track, ROAD) is not None for track in tracks)
     assert cycles > 700
     assert told <= 0.01 * cycles
 
@@ -94,7 +104,7 @@ def test_a_constant_change_of_speed_is_followed(rate: float) -> None:
         assert last.acceleration_s_mps2 == pytest.approx(rate, abs=1.5)
         steady, changing = predict([last], SETTINGS, ROAD).bodies
         assert changing.id == f"{last.id} {BRAKING if rate < 0.0 else ACCELERATING}"
-        lasting = lead_s if rate < 0.0 else SETTINGS.accelerating_s
+        lasting = lead_s if rate < 0.0 else ACCELERATING_S
         moved = min(lasting, last.speed_s_mps / -rate) if rate < 0.0 else lasting
         true = last.s_m + last.speed_s_mps * lead_s + rate * moved * (lead_s - 0.5 * moved)
         errors.append([abs(float(body.at(lead_s).s_m) - true) for body in (steady, changing)])
@@ -104,7 +114,7 @@ def test_a_constant_change_of_speed_is_followed(rate: float) -> None:
 
 
 def _told(track: Track, rate: float) -> bool:
-    change = speed_change(track, SETTINGS, ROAD)
+    change = speed_change(track, ROAD)
     return change is not None and change[0] * rate > 0.0
 
 
@@ -113,7 +123,7 @@ def test_full_braking_on_ice_is_told() -> None:
     drives = [followed(lambda t: 20.0 - 2.4 * max(t - BEGAN_S, 0.0), 30.0, seed, BEGAN_S + 1.5) for seed in range(8)]
 
     def told(road: Road) -> list[int]:
-        return [sum(speed_change(track, SETTINGS, road) is not None for track in tracks) for tracks in drives]
+        return [sum(speed_change(track, road) is not None for track in tracks) for tracks in drives]
 
     on_ice, dry = told(replace(ROAD, friction=0.25)), told(ROAD)
     assert sum(count > 0 for count in on_ice) >= 7
@@ -139,7 +149,7 @@ def test_who_is_not_seen_is_soon_not_known_to_brake() -> None:
     assert later == rate
     assert doubt is not None
     assert doubt > 2.0 * sd
-    assert abs(later) < SETTINGS.rate_sigmas * doubt
+    assert abs(later) < RATE_SIGMAS * doubt
 
 
 rates, deviations = st.floats(-12.0, 12.0), st.floats(0.0, 6.0)
@@ -154,8 +164,8 @@ def test_only_who_plainly_changes_speed_is_there_twice(rate: float, sd: float, s
     road = Road(lanes_left=1, lanes_right=1, friction=friction)
     track = track_of(rate, sd, speed=speed, d=d)
     steady, *besides = predict([track], SETTINGS, road).bodies
-    hard = min(SETTINGS.braking_mps2, SETTINGS.braking_share * friction * GRAVITY_MPS2) if rate < 0.0 else SETTINGS.accelerating_mps2
-    plain = abs(rate) >= max(hard, SETTINGS.rate_sigmas * sd)
+    hard = min(BRAKING_MPS2, BRAKING_SHARE * friction * GRAVITY_MPS2) if rate < 0.0 else ACCELERATING_MPS2
+    plain = abs(rate) >= max(hard, RATE_SIGMAS * sd)
     assert bool(besides) is (plain and speed > 0.0)
     t = np.linspace(0.0, 12.0, 601)
     np.testing.assert_array_equal(steady.at(t).s_m, 20.0 + speed * t)

@@ -11,7 +11,7 @@ from mcdas_opt.domain.prediction import CruisingBody
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.track import Track
-from mcdas_opt.tracking.prediction import CHANGING, lane_change, predict
+from mcdas_opt.tracking.prediction import CHANGE_FASTEST_S, CHANGE_GROWTH, CHANGE_PEAK_MPS, CHANGING, lane_change, predict
 
 ROAD = Road(lanes_left=2, lanes_right=1)
 SETTINGS = PredictionSettings()
@@ -90,8 +90,8 @@ def test_a_lane_change_begins_as_the_track_is_and_ends_in_the_middle_of_a_lane_a
 def test_what_is_left_shrinks_as_a_logistic_curve_and_never_faster_than_the_fastest(state: tuple[float, float]) -> None:
     d, vd = state
     body = changing(sideways(d, vd))
-    peak = min(SETTINGS.change_growth * abs(body.speed_d_mps), SETTINGS.change_peak_mps)
-    assert body.lateral_fade_s >= min(SETTINGS.change_fastest_s, 0.25 * ROAD.lane_width_m / peak) - 1e-9
+    peak = min(CHANGE_GROWTH * abs(body.speed_d_mps), CHANGE_PEAK_MPS)
+    assert body.lateral_fade_s >= min(CHANGE_FASTEST_S, 0.25 * ROAD.lane_width_m / peak) - 1e-9
     assert body.lateral_swell >= 0.0
     motion = body.at(np.linspace(0.0, 5.0, 51))
     end = float(body.at(1e3).d_m)

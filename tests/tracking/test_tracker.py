@@ -16,10 +16,10 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import RadarDetection, Scan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.track import Track
-from mcdas_opt.domain.tracker_settings import TrackerSettings
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.simulation.sensors import mounting
+from mcdas_opt.tracking.track_life import COAST_S
 from mcdas_opt.tracking.tracker import Tracker
 from tests.tracking.worlds import BEND, CAR, STRAIGHT, body_of, host_at, ideal_scan, radar_scan
 
@@ -101,8 +101,8 @@ def test_coasting_then_gone() -> None:
     assert later.speed_s_mps == pytest.approx(seen.speed_s_mps)
     assert later.s_m == pytest.approx(seen.s_m + 0.7 * seen.speed_s_mps)
     assert later.covariance[0, 0] > 10.0 * seen.covariance[0, 0]
-    assert len(tracker.tracks(1.0 + tracker.settings.coast_s)) == 1
-    assert tracker.tracks(1.0 + tracker.settings.coast_s + 0.01) == ()
+    assert len(tracker.tracks(1.0 + COAST_S)) == 1
+    assert tracker.tracks(1.0 + COAST_S + 0.01) == ()
     feed(tracker, beats(42, 43), lambda t: [])
     assert tracker.tracks(2.1) == ()
     feed(tracker, beats(43, 46), lead)
@@ -307,13 +307,13 @@ def test_sensors_of_different_latency() -> None:
 
 
 def test_point_targets_are_their_own_centres() -> None:
-    tracker = Tracker(TrackerSettings(reflection="centre"))
+    tracker = Tracker(reflection="centre")
     feed(tracker, beats(0, 20), lead)
     assert only(tracker, 0.95).s_m == pytest.approx(40.0 + 13.0 * 0.95 - 2.25, abs=1e-3)
 
 
 def test_the_assumed_body_and_the_motion_are_the_caller_s() -> None:
-    tracker = Tracker(TrackerSettings(motion="truck"), body=(8.0, 2.5))
+    tracker = Tracker(motion="truck", body=(8.0, 2.5))
     feed(tracker, beats(0, 20), lambda t: [moving("truck", 40.0, 0.0, 13.0, t, length=8.0)])
     track = only(tracker, 0.95)
     assert (track.length_m, track.width_m) == (8.0, 2.5)
@@ -321,13 +321,9 @@ def test_the_assumed_body_and_the_motion_are_the_caller_s() -> None:
     with pytest.raises(ParameterError, match="body length"):
         Tracker(body=(-1.0, 2.0))
     with pytest.raises(InputError, match="car, truck"):
-        Tracker(TrackerSettings(motion="bicycle"))
+        Tracker(motion="bicycle")
     with pytest.raises(ParameterError, match="reflection"):
-        TrackerSettings(reflection="bumper")
-    with pytest.raises(ParameterError, match="confirm_hits"):
-        TrackerSettings(confirm_hits=5)
-    with pytest.raises(ParameterError, match="gate"):
-        TrackerSettings(gate=-1.0)
+        Tracker(reflection="bumper")
 
 
 def test_reset_forgets_everything() -> None:

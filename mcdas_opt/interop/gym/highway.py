@@ -17,23 +17,21 @@ from mcdas_opt.interop.gym.road_side import RoadSide, highway_vehicle, road_of
 from mcdas_opt.planning.planner import Planner
 
 CYCLE_S = 0.1
+LANES, WANTED_MPS = 4, 30.0  # the speed is the ego's; the others want 21 to 24
 AHEAD_M, BEHIND_M = 150.0, 100.0  # how far the planner looks: highway-env tells everything
 _RANGE_MPS2, _RANGE_RAD = 5.0, math.pi / 4  # of its continuous action
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EpisodeSettings:
-    """`highway-v0` as it is shipped, but for what stands here. The ego starts behind everybody: of 50 cars it never meets the last."""
+    """`highway-v0` as it is shipped, but for these. The ego starts behind everybody: of 50 cars it never meets the last."""
 
     duration_s: float = 40.0
     vehicles: int = 50
-    lanes: int = 4
-    density: float = 1.0
-    wanted_mps: float = 30.0  # of the ego; the others want 21 to 24
     frequency_hz: int = 20  # of its simulation; a whole number of frames in a cycle
 
     def __post_init__(self) -> None:
-        require(self, positive, "duration_s", "vehicles", "lanes", "density", "wanted_mps")
+        require(self, positive, "duration_s", "vehicles")
         if self.frequency_hz % round(1.0 / CYCLE_S):
             raise ParameterError("frequency_hz", self.frequency_hz, f"must be a multiple of {1.0 / CYCLE_S:g}", "Hz")
 
@@ -72,8 +70,7 @@ def make_highway(settings: EpisodeSettings) -> Any:
         "policy_frequency": round(1.0 / CYCLE_S),
         "duration": settings.duration_s,
         "vehicles_count": settings.vehicles,
-        "lanes_count": settings.lanes,
-        "vehicles_density": settings.density,
+        "lanes_count": LANES,
     }
     return gymnasium.make("highway-v0", config=config)
 
@@ -81,7 +78,7 @@ def make_highway(settings: EpisodeSettings) -> Any:
 class HighwayDriver:
     """The planner as an agent: true states of the cars around in, (acceleration, steering) out, as shares of the action's ranges."""
 
-    def __init__(self, wanted_mps: float = 30.0, method: str = "mpc", settings: Settings | None = None) -> None:
+    def __init__(self, wanted_mps: float = WANTED_MPS, method: str = "mpc", settings: Settings | None = None) -> None:
         self.planner = Planner(highway_vehicle(acceleration_mps2=_RANGE_MPS2, steering_rad=_RANGE_RAD), method, settings=settings)
         self._wanted_mps = wanted_mps
         self._side: RoadSide | None = None
@@ -155,7 +152,7 @@ def episode(env: Any, seed: int, driver: HighwayDriver | None, settings: Episode
     env.reset(seed=seed)
     world, plans = env.unwrapped, []
     if driver is None:
-        idm_mobil(env, settings.wanted_mps)
+        idm_mobil(env, WANTED_MPS)
     else:
         driver.reset()
     speeds, lanes, ended = [], [int(world.vehicle.lane_index[2])], False

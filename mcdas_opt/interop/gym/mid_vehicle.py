@@ -26,13 +26,12 @@ from pydantic import ValidationError
 
 from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.domain.host import HostState
-from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.rules import Array, non_negative
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.simulation.contact import EDGE_SLACK_M, surroundings
 from mcdas_opt.simulation.idm import STEP_S, step_times
-from mcdas_opt.simulation.neighbours import Traffic
+from mcdas_opt.simulation.neighbours import Traffic, host_motion
 from mcdas_opt.simulation.plant import Plant, make_plant
 from mcdas_opt.simulation.record import Outcome
 
@@ -146,13 +145,8 @@ class MidVehicle(gymnasium.Env[Observation, NDArray[np.float32]]):
             states.append(self._car.state.to_vector())
             lateral = max(lateral, abs(applied.lateral_acceleration_mps2))
         host = np.array(states)
-        self._traffic.advance(self._motion(host[:-1]))
+        self._traffic.advance(host_motion(host[:-1], self._traffic.road))
         return host, lateral
-
-    def _motion(self, host: Array) -> BodyMotion:
-        s, d, psi, v = host[:, 0], host[:, 1], host[:, 2], host[:, 3]
-        along = v * np.cos(psi) / (1.0 - d * self._traffic.road.curvature_at(s))
-        return BodyMotion(s_m=s, d_m=d, heading_rad=psi, speed_s_mps=along, speed_d_mps=v * np.sin(psi))
 
     def _check(self, host: Array) -> None:
         times = step_times(self._steps * (len(host) - 1), len(host))

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mcdas_opt.domain.plan import Plan
-from mcdas_opt.domain.rules import positive
+from mcdas_opt.domain.rules import non_negative, positive
 from mcdas_opt.domain.sensor import Sensor
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vocabulary import Role, Sector, Status
@@ -21,8 +21,9 @@ from mcdas_opt.interop.live.host import LiveHost
 from mcdas_opt.interop.live.inbox import Inbox
 from mcdas_opt.interop.live.record import LATE, WAITING, Line, LiveSummary
 from mcdas_opt.interop.live.watchdog import Watchdog
-from mcdas_opt.interop.replay_record import Percentiles, SeenTrack
+from mcdas_opt.interop.replay_record import SeenTrack
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.simulation.record import CycleTimes
 from mcdas_opt.situation.roles import assign_roles
 
 Publish = Callable[[Line], None]
@@ -44,6 +45,8 @@ class LiveSettings:
     def __post_init__(self) -> None:
         positive("cycle_s", self.cycle_s, "s")
         positive("silence_s", self.silence_s, "s")
+        if self.speed_mps is not None:
+            non_negative("speed_mps", self.speed_mps, "m/s")
 
 
 @dataclass(slots=True)
@@ -112,8 +115,6 @@ class LiveLoop:
     def summary(self) -> LiveSummary:
         """Of what has been run so far."""
         run = self._run
-        took = run.took_ms or [0.0]
-        p50, p99 = (float(q) for q in np.percentile(took, [50, 99]))
         return LiveSummary(
             cycles=run.cycles,
             duration_s=max(run.now_s - run.began_s, 0.0),
@@ -122,7 +123,7 @@ class LiveLoop:
             missed_cycles=run.missed,
             unverified_plans=run.unverified,
             drops={name: radar.drops for name, radar in self._radars.items()},
-            cycle_ms=Percentiles(p50=p50, p99=p99, max=max(took)),
+            cycle_ms=CycleTimes.of(run.took_ms or [0.0]),
         )
 
     def _cycle(self, now: float, due: float, silent: tuple[str, ...]) -> Line:

@@ -9,7 +9,8 @@ from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.interop.live.assembler import Drops
-from mcdas_opt.interop.replay_record import Percentiles, SeenTrack
+from mcdas_opt.interop.replay_record import SeenTrack
+from mcdas_opt.simulation.record import CycleTimes
 
 WAITING, LATE = "waiting", "late"  # statuses beside those of a plan
 
@@ -61,7 +62,7 @@ class LiveSummary:
     missed_cycles: int
     unverified_plans: int
     drops: dict[str, Drops]
-    cycle_ms: Percentiles
+    cycle_ms: CycleTimes
 
     def to_dict(self) -> dict[str, Any]:
         return {"schema_version": SCHEMA_VERSION, **to_document(self)}
