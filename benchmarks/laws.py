@@ -10,7 +10,7 @@ Every law asks a planner twice: as it is, and with something changed that must n
 | renamed | the tracks' ids, by any bijection, cycle for cycle the same | the same document, to the bit, once the names are put back |
 | clock | the origin of time: 1,000 s to Unix time (1.7e9 s) | the same decision, states to 1e-6 m and the clock's resolution |
 | moved | the place of s = 0: by 1 m to 1,000 km, without rounding | the same decision, states to 1e-6 m |
-| cold | warm starts thrown away before every cycle but the first; memory of decisions kept | the same decision, states to 1 cm |
+| cold | warm starts thrown away before every cycle; memory of decisions kept | the same decision, states of planned answers to 2 cm |
 | jitter | each cycle's time, by up to 1 us | the same decision |
 | again | the planner: one that has planned something else and was reset, instead of a new one | the same document, to the bit |
 | forms | compiled or interpreted (`--laws forms`: tenths of a second a plan) | the same decision, states to 1e-6 m |
@@ -28,6 +28,7 @@ import math
 import multiprocessing
 import os
 import re
+import subprocess
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -38,12 +39,14 @@ from typing import Any
 
 import numpy as np
 
+import mcdas_opt
 from benchmarks.random_traffic import KINDS, Episode, ask, episode, episodes
 from mcdas_opt import Planner
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.situation import Situation
 
-STATES_M, COLD_M = 1e-6, 1e-2
+STATES_M = 1e-6
+COLD_M = 2e-2  # two solves, each settled to within a last step of 1 cm along the road
 CLOCKS_S = (1e3, 1.7e9, 1e6)
 SHIFTS_M = (1.0, 100.0, 9_900.0, 12_000.0, 1e5, 1e6)
 JITTER_S = 1e-6
@@ -293,6 +296,8 @@ def kept(law: Law, one: Episode, before: Answer, after: Answer, names: dict[str,
     slack = law.states_m
     if law.name == "clock":  # what a fast car drives while that clock stands still
         slack += _FAST_MPS * math.ulp(_clock_s(one))
+    if law.name == "cold" and before["status"] != "planned":
+        slack = math.inf  # where nothing passes, several drives may be as bad as each other
     if apart > slack:
         return Kept.DECISION, f"states {apart:.2g} m apart"
     if before != after:
@@ -349,24 +354,29 @@ def examine(one: Episode, law: Law, moments: Sequence[Moment]) -> tuple[Kept, st
 
 def interpreted(asked: list[tuple[str, str, list[str]]]) -> list[list[Answer]]:
     """What the interpreted form answers to sequences (vehicle, method, situations as JSON): in a process of its own."""
-    before = os.environ.get("MCDAS_OPT_COMPILE")
-    os.environ["MCDAS_OPT_COMPILE"] = "0"
-    try:
-        with multiprocessing.get_context("spawn").Pool(1) as pool:
-            return pool.map(_replayed, asked)
-    finally:
-        if before is None:
-            del os.environ["MCDAS_OPT_COMPILE"]
-        else:
-            os.environ["MCDAS_OPT_COMPILE"] = before
+    path = os.pathsep.join(str(Path(file).resolve().parent.parent) for file in (mcdas_opt.__file__, __file__))
+    done = subprocess.run(
+        [sys.executable, "-c", "from benchmarks.laws import replay; replay()"],
+        input=json.dumps(asked),
+        env=os.environ | {"MCDAS_OPT_COMPILE": "0", "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    answers: list[list[Answer]] = json.loads(done.stdout)
+    return answers
 
 
-def _replayed(asked: tuple[str, str, list[str]]) -> list[Answer]:
-    vehicle, method, situations = asked
+def replay() -> None:
+    """From sequences on stdin to answers on stdout, as `interpreted` says."""
+    json.dump([_replayed(*one) for one in json.load(sys.stdin)], sys.stdout)
+
+
+def _replayed(vehicle: str, method: str, situations: list[str]) -> list[Answer]:
     planner, answers = Planner(vehicle=vehicle, method=method), []
     for text in situations:
         try:
-            answers.append(json.loads(json.dumps(told(planner.plan(Situation.from_json(text))))))
+            answers.append(told(planner.plan(Situation.from_json(text))))
         except Exception as error:
             answers.append(_raised(error))
             break
