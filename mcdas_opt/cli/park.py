@@ -35,10 +35,10 @@ def park(
     Example: mcdas-opt park parallel --out park.gif
     """
     from mcdas_opt.parking.case_file import load_parking_case
-    from mcdas_opt.parking.park import ParkSettings
+    from mcdas_opt.parking.cost import costs_named
     from mcdas_opt.parking.park import park as run
     from mcdas_opt.parking.program.exchange import ExchangeSettings
-    from mcdas_opt.parking.program.records import costs_named
+    from mcdas_opt.parking.settings import ParkSettings
 
     if out is not None:
         from mcdas_opt.plotting.export import check_picture
@@ -81,7 +81,7 @@ def _print(answer: Parking, title: str) -> None:
     from rich.table import Table
 
     table = Table(title="attempts", title_justify="left")
-    for heading in ("way", "duration", "gear changes", "sound", "note"):
+    for heading in ("attempt", "duration", "gear changes", "sound", "note"):
         table.add_column(heading)
     for attempt in answer.attempts:
         table.add_row(
