@@ -21,7 +21,7 @@ from mcdas_opt.parking.world import World
 from mcdas_opt.verification.parking_judge import judge_parking
 
 PLANNERS = ("nlp", "search", *CLOSED_FORMS)
-_FREE_POSES = 10_000  # of the searches; every pose beyond counts as one of the program's work, which takes as long
+_FREE_POSES = 10_000  # of the searches; every pose beyond counts as one unit of the program's work, which takes as long
 
 
 def park(case: ParkingCase, planner: str = "nlp", *, settings: ParkSettings | None = None) -> Parking:

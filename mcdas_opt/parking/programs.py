@@ -21,16 +21,17 @@ from mcdas_opt.parking.search.resolution_refinement import MANY
 from mcdas_opt.parking.settings import ParkSettings
 from mcdas_opt.parking.world import World
 
-_TIGHT_FROM = (3, 5)  # from so many gear changes on, one answer has to do, and one gear more is tried first, ...
-_TIGHT_LENGTH_M = 2.5  # ... from the first of them where a gear is driven for less than this
-_FINE_FOR = (7, 10)  # gear changes for which the grid is fine from the beginning, which costs less ...
-_FINE_S = 0.2  # ... than a second solution: its interval
-_LOOSE = (1e-5, 1e-4)  # the solver's tolerance in the first and in later rounds ...
-_LOOSE_FOR = (7, 12)  # ... for so many gear changes
-_WORK = 36_000  # iterations times intervals: once there is an answer, no other start that is expected to end beyond, ...
-_WORK_UNANSWERED = 80_000  # the same of one start that has no answer yet
-_WORK_POLISHING = 46_000  # ... and no finer grid and nothing left out either, ...
-_LONG_FROM = 17  # ... below so many gear changes
+_TIGHT_FROM = (3, 5)  # gear changes from which one answer has to do, and one gear more comes first: the first number ...
+_TIGHT_LENGTH_M = 2.5  # ... where a gear is driven for less than this
+_FINE_FOR = (7, 10)  # gear changes for which the grid is fine from the beginning: that costs less than a second solution
+_FINE_S = 0.2  # its interval
+_LOOSE_FOR = (7, 12)  # gear changes for which the solver's tolerance is loose ...
+_LOOSE = (1e-5, 1e-4)  # ... in the first and in later rounds
+# Work is iterations times intervals.
+_WORK = 36_000  # once there is an answer, no other start begins that is expected to end beyond this
+_WORK_UNANSWERED = 80_000  # a start without an answer ends here
+_WORK_POLISHING = 46_000  # beyond this there is no finer grid, and nothing is left out
+_LONG_FROM = 17  # gear changes from which these caps do not hold
 _LEFT_OUT_M = 0.06  # phases shorter than this are tried without
 _POLISH_M = 0.2  # trust region on the finer grid
 _POLISH_ITERATIONS = 160  # expected of it

@@ -16,7 +16,7 @@ from mcdas_opt.parking.soundness import is_sound
 from mcdas_opt.parking.world import World
 from mcdas_opt.verification.parking_judge import judge_parking
 
-WHOLE_UP_TO = 24
+WHOLE_UP_TO = 24  # gear changes that are still solved in one piece
 _ROUNDS_UNSOUND = 6
 _DRIFT_M = 1e-3  # of a window's roll-out from its fixed end: made up for
 _CLOSING_M = 0.1  # trust region of the whole at the end, where the windows do not fit together
@@ -29,7 +29,7 @@ class WindowSettings:
     `fine_up_to` gear changes, beyond that only where a window had no answer.
     """
 
-    whole_up_to: int = WHOLE_UP_TO  # gear changes that are still solved in one piece
+    whole_up_to: int = WHOLE_UP_TO
     phases: int = 14
     stride: int = 8
     rounds: int = 4
