@@ -106,8 +106,10 @@ def exchange(
     loop = _Loop(case, world.only(near), first, costs, settings, end_steering_rad)
     loop.dips |= {(k, rank[polygon], point) for k, polygon, point in checked if polygon in rank}
     for number in range(1, settings.rounds_unsound + 1):
+        if loop.out_of_work(number):
+            break
         loop.rounds = number
-        if loop.out_of_work(number) or not loop.round(number):
+        if not loop.round(number):
             break
     where = frozenset((k, int(near[polygon]), point) for k, polygon, point in loop.dips)
     return Exchanged(loop.best, loop.current, loop.lacking_m, loop.rounds, loop.iterations, where)
