@@ -28,9 +28,11 @@ from mcdas_opt.domain.parking import Parking, ParkingCase
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.statistics import Share
 from mcdas_opt.parking.case_file import load_parking_case, parking_case_from_document, slot_case
-from mcdas_opt.parking.closed_form import CLOSED_FORMS, shortest_slot
-from mcdas_opt.parking.park import ParkSettings, park
+from mcdas_opt.parking.closed_form import CLOSED_FORMS
+from mcdas_opt.parking.park import park
 from mcdas_opt.parking.program.exchange import ExchangeSettings
+from mcdas_opt.parking.settings import ParkSettings
+from mcdas_opt.parking.shortest_slot import shortest_slot
 
 CAR_M = 4.5
 WALL_M = float(np.hypot(4.5, 1.8)) + 0.1  # the sedan's diagonal and two clearances

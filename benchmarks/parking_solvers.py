@@ -11,13 +11,15 @@ import argparse
 import time
 from typing import Any
 
-from mcdas_opt.ocp import parking as program_module
 from mcdas_opt.parking.case_file import slot_case
-from mcdas_opt.parking.park import ParkSettings, park
+from mcdas_opt.parking.cost import ParkingCosts
+from mcdas_opt.parking.park import park
 from mcdas_opt.parking.program import exchange as loop
+from mcdas_opt.parking.program import nlp as program_module
 from mcdas_opt.parking.program.exchange import ExchangeSettings
-from mcdas_opt.parking.program.records import SOLVERS, ParkingCosts, ParkingPhysics, ParkingProgram, ParkingSolution
+from mcdas_opt.parking.program.records import SOLVERS, ParkingPhysics, ParkingProgram, ParkingSolution
 from mcdas_opt.parking.program.stages import Stages
+from mcdas_opt.parking.settings import ParkSettings
 
 
 def by_fatrop(

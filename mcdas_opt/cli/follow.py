@@ -34,8 +34,8 @@ def follow(
     Example: mcdas-opt follow parallel --shorter 0.3 --seed 3 --out follow.gif
     """
     from mcdas_opt.parking.case_file import load_parking_case
+    from mcdas_opt.parking.case_variants import shorter_slot
     from mcdas_opt.parking.closed_loop.follow import follow_parking
-    from mcdas_opt.parking.closed_loop.sight import shorter_slot
 
     if planner not in ("nlp", "search"):
         raise ParameterError("planner", planner, "must be nlp or search")

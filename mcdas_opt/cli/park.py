@@ -35,10 +35,10 @@ def park(
     Example: mcdas-opt park parallel --out park.gif
     """
     from mcdas_opt.parking.case_file import load_parking_case
-    from mcdas_opt.parking.park import ParkSettings
+    from mcdas_opt.parking.cost import costs_named
     from mcdas_opt.parking.park import park as run
     from mcdas_opt.parking.program.exchange import ExchangeSettings
-    from mcdas_opt.parking.program.records import costs_named
+    from mcdas_opt.parking.settings import ParkSettings
 
     check_picture(out)
     problem = load_parking_case(case, vehicle=vehicle, clearance_m=clearance)
@@ -75,7 +75,7 @@ def _print(answer: Parking, title: str) -> None:
         *(("note", note) for note in answer.notes),
     ]
     screen.print(facts_table(title, rows))
-    table = headed_table("attempts", "start", "duration", "gear changes", "sound", "note")
+    table = headed_table("attempts", "attempt", "duration", "gear changes", "sound", "note")
     for attempt in answer.attempts:
         table.add_row(
             attempt.name, number(attempt.duration_s, "s"), str(attempt.gear_changes), "yes" if attempt.passed else "no", attempt.note

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -109,9 +109,10 @@ class ParkingCase:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParkingTrajectory:
-    """Equal-length vectors: poses of the rear axle's midpoint; speed negative in reverse. Speed and steering are linear in between,
+    """Equal-length vectors: poses of the rear axle's midpoint; speed negative in reverse.
 
-    poses are their integral; `acceleration_mps2` and `steering_rate_radps` at k hold over [t_k, t_k+1). Soundness is the judge's.
+    Speed and steering are linear in between, and poses are their integral. `acceleration_mps2` and `steering_rate_radps` at k hold over
+    [t_k, t_k+1). The judge says whether it is sound.
     """
 
     t_s: Array
@@ -146,7 +147,7 @@ class ParkingTrajectory:
 
     @property
     def path_m(self) -> float:
-        """Distance driven, both ways added: the integral of |speed|, exact for speed linear in between."""
+        """Distance driven, forward and in reverse added: the integral of |speed|, exact for speed linear in between."""
         v, dt = self.speed_mps, np.diff(self.t_s)
         a, b = v[:-1], v[1:]
         crossing = a * b < 0.0
@@ -165,7 +166,7 @@ class ParkingTrajectory:
         """From times, poses (n, 3), speeds and steering angles; acceleration and steering rate are their slopes."""
         dt = np.diff(t_s)
         slopes = [np.diff(q) / np.maximum(dt, 1e-12) for q in (speed_mps, steering_rad)]
-        held = [np.append(s, s[-1:] if s.size else [0.0]) for s in slopes]
+        slopes = [np.append(s, s[-1:] if s.size else [0.0]) for s in slopes]
         x, y, psi = np.asarray(poses).T
         return cls(
             t_s=t_s,
@@ -173,15 +174,14 @@ class ParkingTrajectory:
             y_m=y,
             heading_rad=psi,
             speed_mps=speed_mps,
-            acceleration_mps2=held[0],
+            acceleration_mps2=slopes[0],
             steering_rad=steering_rad,
-            steering_rate_radps=held[1],
+            steering_rate_radps=slopes[1],
         )
 
     def moved(self, dx: float, dy: float) -> ParkingTrajectory:
         """The same trajectory in coordinates shifted by (dx, dy) [m]."""
-        columns = {item.name: getattr(self, item.name) for item in fields(self)}
-        return ParkingTrajectory(**{**columns, "x_m": self.x_m + dx, "y_m": self.y_m + dy})
+        return replace(self, x_m=self.x_m + dx, y_m=self.y_m + dy)
 
     def to_dict(self) -> dict[str, list[float]]:
         document: dict[str, list[float]] = to_document(self)
@@ -193,12 +193,12 @@ class ParkingTrajectory:
         t, v, delta = (np.asarray(columns[k], dtype=np.float64) for k in ("t_s", "speed_mps", "steering_rad"))
         made = cls.from_controls(t, np.column_stack([columns[k] for k in ("x_m", "y_m", "heading_rad")]), v, delta)
         given: dict[str, Any] = {k: columns[k] for k in ("acceleration_mps2", "steering_rate_radps") if k in columns}
-        return cls(**{item.name: given.get(item.name, getattr(made, item.name)) for item in fields(cls)})
+        return replace(made, **given)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParkingAttempt:
-    """One way that was tried: how long it drives (None when it has no path) and what the judge or the solver said."""
+    """One attempt: how long it drives (None when it has no path) and what the judge or the solver said."""
 
     name: str
     duration_s: float | None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -47,17 +46,14 @@ class VehiclePart(_Part):
     speed_max_mps: Positive | None = None
 
 
-class StartPart(_Part):
-    x_m: float | None = None
-    y_m: float | None = None
-    heading_rad: float | None = None
-    steering_rad: float = 0.0
-
-
 class GoalPart(_Part):
     x_m: float | None = None
     y_m: float | None = None
     heading_rad: float | None = None
+
+
+class StartPart(GoalPart):
+    steering_rad: float = 0.0
 
 
 class SlotPart(_Part):
@@ -131,10 +127,11 @@ def parking_case_from_document(
         label = part.name or f"obstacle[{k}]"
         obstacles.append(_outline(np.array(part.vertices_m), label, f"obstacle[{k}].vertices_m", path, notes))
         names.append(label)
-    default_start = default_goal = (None, None, None)
+    default_start: tuple[float | None, ...] = (None, None, None)
+    default_goal = default_start
     if slot is not None:
-        default_start = (slot.length_m + _START_AHEAD_M, _START_LEFT_M, 0.0)  # type: ignore[assignment]
-        default_goal = (0.5 * slot.length_m - car.centre_m, -0.5 * slot.depth_m, 0.0)  # type: ignore[assignment]
+        default_start = (slot.length_m + _START_AHEAD_M, _START_LEFT_M, 0.0)
+        default_goal = (0.5 * slot.length_m - car.centre_m, -0.5 * slot.depth_m, 0.0)
     try:
         case = ParkingCase(
             name=entry.name or path.stem,
@@ -169,10 +166,10 @@ def _vehicle(part: VehiclePart, path: Path) -> Vehicle:
         raise InputError(path, f"vehicle.{error.name}", error.value, error.rule) from None
 
 
-def _pose(key: str, part: StartPart | GoalPart, default: Sequence[float | None], path: Path) -> Array:
+def _pose(key: str, part: GoalPart, default: tuple[float | None, ...], path: Path) -> Array:
     values = []
-    for name, fallback in zip(("x_m", "y_m", "heading_rad"), default, strict=True):
-        given = getattr(part, name)
+    given_values = (part.x_m, part.y_m, part.heading_rad)
+    for name, given, fallback in zip(("x_m", "y_m", "heading_rad"), given_values, default, strict=True):
         value = fallback if given is None else given
         if value is None:
             raise InputError(path, f"{key}.{name}", None, "missing key (only a [slot] has defaults)")

@@ -6,7 +6,6 @@ All three drive straight until the goal is behind, then reverse sideways into it
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -14,12 +13,9 @@ from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.dynamics.rollout import roll_out
 from mcdas_opt.dynamics.sigmoid import renormalised, sigmoid
-from mcdas_opt.parking.case_file import slot_case
-from mcdas_opt.parking.path import Arc, ArcPath, knots_of, sampled
-from mcdas_opt.verification.parking_judge import judge_parking
+from mcdas_opt.parking.path import Arc, ArcPath, knots_of, sampled, top_curvature
 
-TABLE_5 = {"a": 0.4, "b": (45.0, 60.0), "y_max_m": 3.7, "error_m": (0.06, 0.08)}
-_LITERAL_B, _LITERAL_MPS = 50.0, 1.0
+_LITERAL_A, _LITERAL_B, _LITERAL_MPS = 0.4, 50.0, 1.0  # Table 5, whose b goes from 45 to 60
 _POINTS = 401
 
 
@@ -37,7 +33,7 @@ def two_arc(case: ParkingCase) -> ParkingTrajectory:
 def corrected(case: ParkingCase) -> ParkingTrajectory:
     """The sigmoid's curvature, its steepness set by the steering limit, integrated from the start's heading: both headings are met.
 
-    Speed is held under what the steering rate allows.
+    Speed stays under what the steering rate allows.
     """
     ahead, offset, top = _offset(case)
     limits, car = case.limits, case.vehicle
@@ -62,7 +58,7 @@ def literal(case: ParkingCase) -> ParkingTrajectory:
     Heading and steering are the tangent's and the curvature's. Speed jumps to K at once, as there.
     """
     ahead, offset, _ = _offset(case)
-    a, b = float(str(TABLE_5["a"])), _LITERAL_B
+    a, b = _LITERAL_A, _LITERAL_B
     length = 2.0 * float(np.log(b)) / a
     x = np.linspace(0.0, length, 1 + int(np.ceil(length / (0.04 * _LITERAL_MPS))))
     y = offset - offset * sigmoid(x, -a, b, np)
@@ -93,52 +89,11 @@ CLOSED_FORMS: dict[str, Callable[[ParkingCase], ParkingTrajectory]] = {
 }
 
 
-def table_5(b: float, y_max_m: float = 3.7) -> float:
-    """How far eq 28 is from y(0) when the manoeuvre begins, and from its end when it is over [m]: y_max / (1 + b)."""
-    return y_max_m * float(sigmoid(0.0, -1.0, b, np))
-
-
-def shortest_slot(name: str, longest_m: float = 20.0) -> float | None:
-    """The shortest slot [m] of the contract's form, to 1 cm, that a closed form's path fits into; None when not even `longest_m` does.
-
-    Only the swept body counts here, integrated where the form can be driven, as published for the literal one. The street is left wide
-    open, the start is free and the goal is as far back as the clearance lets it, so that nothing but the slot decides.
-    """
-
-    def fits(length: float) -> bool:
-        case = slot_case(length)
-        back = case.vehicle.rear_overhang_m + case.limits.clearance_m + (0.03 if name == "closed-form" else 0.002)  # it ends askew
-        goal = np.array([back, case.goal[1], 0.0])
-        case = replace(case, obstacles=case.obstacles[:3], names=case.names[:3], goal=goal)
-        if name == "closed-form":
-            case = replace(case, start=np.array([case.start[0], goal[1] + float(str(TABLE_5["y_max_m"])), 0.0]))
-        trajectory = CLOSED_FORMS[name](case)
-        if name == "closed-form":
-            reversing = trajectory.speed_mps < 0.0
-            return _swept_clearance(case, trajectory.poses[reversing]) >= case.limits.clearance_m
-        return judge_parking(case, trajectory).verdict.passed
-
-    low, high = 4.6, longest_m
-    if not fits(high):
-        return None
-    while high - low > 0.01:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if fits(middle) else (middle, high)
-    return high
-
-
-def _swept_clearance(case: ParkingCase, poses: Array) -> float:
-    from mcdas_opt.parking.world import World
-
-    return float(World.of(case).clearance(poses).min())
-
-
 def _offset(case: ParkingCase) -> tuple[float, float, float]:
     """(how far ahead of the goal the start stands, how far to its left, the largest curvature), along the goal's heading."""
     dx, dy = case.start[0] - case.goal[0], case.start[1] - case.goal[1]
     c, s = np.cos(case.goal[2]), np.sin(case.goal[2])
-    top = float(np.tan(case.vehicle.steering_max_rad)) / case.vehicle.wheelbase_m
-    return float(c * dx + s * dy), float(c * dy - s * dx), top
+    return float(c * dx + s * dy), float(c * dy - s * dx), top_curvature(case.vehicle)
 
 
 def _profile(offset: float, top: float) -> tuple[Array, Array]:

@@ -10,8 +10,8 @@ import numpy as np
 
 from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.rollout import roll_out
-from mcdas_opt.parking.search.reeds_shepp import along_arc
 
 SAMPLE_S = 0.05
 
@@ -22,6 +22,20 @@ class Arc(NamedTuple):
     curvature: float
     length: float
 
+    @property
+    def gear(self) -> float:
+        """+1 forward, -1 in reverse."""
+        return 1.0 if self.length > 0.0 else -1.0
+
+
+def along_arc(pose: Array, curvature: Array, distance: Array) -> Array:
+    """(..., 3): poses after signed `distance` [m] along arcs of `curvature` [1/m] from poses (..., 3); exact also for straight lines."""
+    turn = curvature * distance
+    half = 0.5 * turn
+    chord = distance * np.sinc(half / np.pi)
+    heading = pose[..., 2] + half
+    return np.stack([pose[..., 0] + chord * np.cos(heading), pose[..., 1] + chord * np.sin(heading), pose[..., 2] + turn], axis=-1)
+
 
 @dataclass(frozen=True, slots=True)
 class ArcPath:
@@ -29,12 +43,15 @@ class ArcPath:
 
     start: Array
     arcs: tuple[Arc, ...]
-    name: str = "search"
 
     @property
     def gear_changes(self) -> int:
-        signs = [arc.length > 0.0 for arc in self.arcs]
-        return sum(a != b for a, b in pairwise(signs))
+        return sum(a.gear != b.gear for a, b in pairwise(self.arcs))
+
+    @property
+    def gear_length_m(self) -> float:
+        """Metres driven in a gear, on average."""
+        return sum(abs(arc.length) for arc in self.arcs) / (self.gear_changes + 1)
 
     @property
     def poses(self) -> Array:
@@ -58,14 +75,36 @@ def merged(arcs: list[Arc]) -> tuple[Arc, ...]:
     return tuple(kept)
 
 
+def backwards(arcs: tuple[Arc, ...]) -> tuple[Arc, ...]:
+    """The arcs driven from the last one's end to the first one's start."""
+    return tuple(Arc(arc.curvature, -arc.length) for arc in reversed(arcs))
+
+
 def reversed_path(path: ArcPath) -> ArcPath:
     """The same path driven from its end to its start."""
-    return ArcPath(path.poses[-1], tuple(Arc(arc.curvature, -arc.length) for arc in reversed(path.arcs)), path.name)
+    return ArcPath(path.poses[-1], backwards(path.arcs))
+
+
+def top_curvature(vehicle: Vehicle) -> float:
+    """The largest curvature [1/m] that the steering angle allows."""
+    return float(np.tan(vehicle.steering_max_rad)) / vehicle.wheelbase_m
+
+
+def steering_on(case: ParkingCase, arc: Arc) -> float:
+    """The steering angle [rad] of an arc, within the vehicle's limit."""
+    car = case.vehicle
+    return float(np.clip(np.arctan(arc.curvature * car.wheelbase_m), -car.steering_max_rad, car.steering_max_rad))
+
+
+def reached_mps(case: ParkingCase, arc: Arc) -> float:
+    """The highest speed on an arc that is driven from rest to rest."""
+    limit = case.limits.forward_mps if arc.gear > 0.0 else case.limits.reverse_mps
+    return min(limit, float(np.sqrt(case.limits.acceleration_mps2 * abs(arc.length))))
 
 
 def knots_of(case: ParkingCase, path: ArcPath) -> tuple[Array, Array, Array]:
     """(t, speed, steering) at the corners of the profiles: every arc from rest to rest at the acceleration limit, steering between."""
-    limits, car = case.limits, case.vehicle
+    a, rate = case.limits.acceleration_mps2, case.vehicle.steering_rate_max_radps
     t, v, delta = [0.0], [0.0], [case.start_steering_rad]
 
     def add(dt: float, speed: float, steering: float) -> None:
@@ -73,17 +112,14 @@ def knots_of(case: ParkingCase, path: ArcPath) -> tuple[Array, Array, Array]:
         v.append(speed)
         delta.append(steering)
 
-    a = limits.acceleration_mps2
     for arc in path.arcs:
-        wanted = float(np.clip(np.arctan(arc.curvature * car.wheelbase_m), -car.steering_max_rad, car.steering_max_rad))
+        wanted = steering_on(case, arc)
         if abs(wanted - delta[-1]) > 1e-12:
-            add(abs(wanted - delta[-1]) / car.steering_rate_max_radps, 0.0, wanted)
-        sign = 1.0 if arc.length > 0.0 else -1.0
-        length = abs(arc.length)
-        top = min(limits.forward_mps if sign > 0.0 else limits.reverse_mps, float(np.sqrt(a * length)))
-        add(top / a, sign * top, wanted)
+            add(abs(wanted - delta[-1]) / rate, 0.0, wanted)
+        length, top = abs(arc.length), reached_mps(case, arc)
+        add(top / a, arc.gear * top, wanted)
         if length - top * top / a > 1e-9:
-            add((length - top * top / a) / top, sign * top, wanted)
+            add((length - top * top / a) / top, arc.gear * top, wanted)
         add(top / a, 0.0, wanted)
     if len(t) == 1:
         add(SAMPLE_S, 0.0, delta[-1])
@@ -107,11 +143,6 @@ def sampled(case: ParkingCase, t: Array, v: Array, delta: Array) -> ParkingTraje
 def drive(case: ParkingCase, path: ArcPath) -> ParkingTrajectory:
     """The path driven with a stop for every change of steering: complete, and judged like any other answer."""
     return sampled(case, *knots_of(case, path))
-
-
-def way_per_gear(path: ArcPath) -> float:
-    """Metres driven in a gear, on average."""
-    return sum(abs(arc.length) for arc in path.arcs) / (path.gear_changes + 1)
 
 
 def counted(gear_changes: int) -> str:

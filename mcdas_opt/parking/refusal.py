@@ -9,14 +9,15 @@ import numpy as np
 
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.verdict import Violation, ViolationKind
+from mcdas_opt.parking.case_variants import lengthened
 from mcdas_opt.parking.path import ArcPath
-from mcdas_opt.parking.search.arc_search import SearchSettings, search
+from mcdas_opt.parking.search.arc_search import Resolution, search
 from mcdas_opt.parking.search.path_cost import PathCost
 from mcdas_opt.parking.world import World
 
 _LENGTHS_M = (0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 0.8)
 _SHARES = (0.5, 0.2, 0.0)
-_QUICK_CELL_M, _QUICK_NODES = 0.03, 12_000
+_QUICK = Resolution(cell_m=0.03, max_nodes=12_000, contacts_only=True)
 
 
 def too_tight(case: ParkingCase, world: World) -> tuple[str, Violation] | None:
@@ -37,20 +38,8 @@ def too_tight(case: ParkingCase, world: World) -> tuple[str, Violation] | None:
     return None
 
 
-def lengthened(case: ParkingCase, more_m: float) -> ParkingCase:
-    """The case with its slot longer; the start keeps its place beside the front car, the goal its middle."""
-    assert case.slot is not None
-    slot = replace(case.slot, length_m=case.slot.length_m + more_m)
-    shift = np.array([0.5 * more_m, 0.0, 0.0])
-    return replace(
-        case, slot=slot, obstacles=(*slot.obstacles, *case.obstacles[4:]), goal=case.goal + shift, start=case.start + 2.0 * shift
-    )
-
-
-def relief(case: ParkingCase, settings: SearchSettings, late: Callable[[], bool]) -> tuple[str, ParkingCase, ArcPath] | None:
+def relief(case: ParkingCase, late: Callable[[], bool]) -> tuple[str, ParkingCase, ArcPath] | None:
     """The least of a few reliefs that lets a quick search through: a longer slot, else less clearance. (words, case, path)"""
-    quick = replace(settings, cell_m=_QUICK_CELL_M, cell_rad=0.5 * _QUICK_CELL_M, max_nodes=_QUICK_NODES)
-    quick = replace(quick, steers=(1.0, 0.0, -1.0), half_way=False)
     reliefs: list[tuple[str, ParkingCase]] = []
     if case.slot is not None:
         reliefs += [(f"{100 * more:.0f} cm more length would do", lengthened(case, more)) for more in _LENGTHS_M]
@@ -60,7 +49,7 @@ def relief(case: ParkingCase, settings: SearchSettings, late: Callable[[], bool]
     for text, relieved in reliefs:
         if late():
             return None
-        found = search(relieved, World.of(relieved), quick, PathCost.of(relieved)).paths
+        found = search(relieved, World.of(relieved), _QUICK, PathCost.of(relieved)).paths
         if found:
             return text, relieved, found[0]
     return None

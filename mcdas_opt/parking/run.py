@@ -1,4 +1,4 @@
-"""What one call of `park` gathers on its way: attempts, the best answer so far, and what it took."""
+"""What one call of `park` gathers: attempts, the best answer so far, and what it took."""
 
 from __future__ import annotations
 
@@ -9,12 +9,10 @@ import numpy as np
 
 from mcdas_opt.domain.parking import Parking, ParkingAttempt, ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
-from mcdas_opt.parking.cost import worth
-from mcdas_opt.parking.program.records import ParkingCosts
+from mcdas_opt.parking.cost import ParkingCosts, trajectory_cost
+from mcdas_opt.parking.soundness import is_sound
 from mcdas_opt.parking.world import World
 from mcdas_opt.verification.parking_judge import Judgement, judge_parking
-
-SHORT_M = 5e-5  # less clearance than asked by more than this is refused: the judge's tolerance is not ours to use
 
 
 @dataclass(slots=True)
@@ -43,8 +41,7 @@ class Run:
         judgement = judge_parking(self.case, trajectory)
         self.timing["verify"] += 1e3 * (time.perf_counter() - begin)
         least, asked = judgement.min_clearance_m, self.case.limits.clearance_m
-        short = least is not None and least < asked - SHORT_M
-        passed = judgement.verdict.passed and not short
+        passed = is_sound(judgement, asked)
         said = note if passed else f"clearance {least:.4f} m, {asked:g} m asked" if judgement.verdict.passed else judgement.verdict.reason
         self.attempts.append(
             ParkingAttempt(
@@ -57,7 +54,7 @@ class Run:
             )
         )
         if passed:
-            value = worth(trajectory, self.costs, self.world, asked)
+            value = trajectory_cost(trajectory, self.costs, self.world, asked)
             if self.best is None:
                 self.timing["first"] = 1e3 * (time.perf_counter() - self.began)
             if value < self.value:
@@ -79,6 +76,14 @@ class Run:
             self.out_of_time = True
         return self.out_of_time
 
+    def planned(self, planner: str) -> Parking:
+        """The best answer so far, which there must be."""
+        assert self.best is not None
+        trajectory, judgement = self.best
+        return self.answer(
+            planner, trajectory, judgement.verdict, judgement.min_clearance_m, status="planned", reason=_story(self.attempts)
+        )
+
     def answer(
         self, planner: str, trajectory: ParkingTrajectory | None, verdict: Verdict, least_m: float | None, *, status: str, reason: str
     ) -> Parking:
@@ -88,7 +93,7 @@ class Run:
         return Parking(
             planner=planner,
             status=status,
-            reason=reason + ("; the time budget bit" if self.out_of_time else ""),
+            reason=reason + ("; the time budget was reached" if self.out_of_time else ""),
             verdict=verdict,
             duration_s=None if trajectory is None else trajectory.duration_s,
             path_m=None if trajectory is None else trajectory.path_m,
@@ -102,3 +107,15 @@ class Run:
             nodes=self.nodes,
             iterations=self.iterations,
         )
+
+
+def _story(attempts: list[ParkingAttempt]) -> str:
+    """How many attempts are sound, what the programs came to, and which is the quickest."""
+    sound = [a for a in attempts if a.passed]
+    programs = [a for a in attempts if a.name.startswith("nlp")]
+    text = f"{len(sound)} of {len(attempts)} attempts are sound"
+    if programs:
+        converged = sorted(a.duration_s or 0.0 for a in programs if a.passed)
+        text += f"; {len(converged)} of {len(programs)} programs converged"
+        text += f", to {', '.join(f'{d:.2f}' for d in converged)} s" if converged else ""
+    return text + f"; {min(a.duration_s or 0.0 for a in sound):.2f} s is the quickest"

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.rules import Array
@@ -13,6 +14,7 @@ from mcdas_opt.parking.obstacle_separations import clearance
 
 _FEW = 6  # polygons: below this, tiles do not pay
 _TILE_M = 2.0
+_AROUND_M = 2.0  # of a path: polygons farther away do not matter to it
 HORIZON_M = 1.2  # clearances beyond this are reported as this
 
 
@@ -47,6 +49,18 @@ class World:
                 found[group] = np.minimum(clearance(local, poses[group], self.body), HORIZON_M)
         return found
 
+    def near(self, nodes: Array) -> NDArray[np.intp]:
+        """Indices of the polygons around a path (n, >= 2): those that the body can come near to."""
+        centre = 0.5 * (nodes[:, :2].max(0) + nodes[:, :2].min(0))
+        spread = float(np.hypot(*(nodes[:, :2] - centre).T).max())
+        return self.whole.near(float(centre[0]), float(centre[1]), spread + self.body.reach + _AROUND_M)
+
+    def only(self, indices: NDArray[np.intp]) -> World:
+        """The world of some of the polygons."""
+        if indices.size == len(self.whole.polygons):
+            return self
+        return World(self.body, self.whole.only(indices), [self.owner[int(k)] for k in indices])
+
     def _tile(self, key: tuple[int, int]) -> PolygonField:
         local = self._tiles.get(key)
         if local is None:
@@ -54,9 +68,3 @@ class World:
             local = self.whole.only(self.whole.near(x, y, self.body.reach + HORIZON_M + 0.7072 * _TILE_M))
             self._tiles[key] = local
         return local
-
-
-def turned_round(case: ParkingCase) -> ParkingCase:
-    """The case driven backwards in time: start and goal change places, and so do the speed limits of the two gears."""
-    limits = replace(case.limits, forward_mps=case.limits.reverse_mps, reverse_mps=case.limits.forward_mps)
-    return replace(case, start=case.goal, goal=case.start, limits=limits, start_steering_rad=0.0)

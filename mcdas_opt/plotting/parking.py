@@ -179,13 +179,13 @@ def _path(axes: Axes, trajectory: ParkingTrajectory, gears: Array, until: int | 
 
 def _profiles(curvature: Axes, speed: Axes, case: ParkingCase, trajectory: ParkingTrajectory) -> None:
     v = trajectory.speed_mps
-    way = np.concatenate([[0.0], np.cumsum(0.5 * np.abs(v[1:] + v[:-1]) * np.diff(trajectory.t_s))])
+    distance = np.concatenate([[0.0], np.cumsum(0.5 * np.abs(v[1:] + v[:-1]) * np.diff(trajectory.t_s))])
     top = np.tan(case.vehicle.steering_max_rad) / case.vehicle.wheelbase_m
-    curvature.plot(way, np.tan(trajectory.steering_rad) / case.vehicle.wheelbase_m, color=style.PURPLE)
+    curvature.plot(distance, np.tan(trajectory.steering_rad) / case.vehicle.wheelbase_m, color=style.PURPLE)
     for limit in (top, -top):
         curvature.axhline(limit, color=style.GREY, ls="--", lw=1.0)
     curvature.set_ylabel("curvature [1/m]")
-    speed.plot(way, v, color=style.BLUE)
+    speed.plot(distance, v, color=style.BLUE)
     for limit in (case.limits.forward_mps, -case.limits.reverse_mps):
         speed.axhline(limit, color=style.GREY, ls="--", lw=1.0)
     speed.axhline(0.0, color=style.BLACK, lw=0.8)

@@ -14,7 +14,8 @@ from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.geometry.clearance import Body, body_corners
 from mcdas_opt.parking.case_file import parking_case_from_document
-from mcdas_opt.parking.park import PLANNERS, ParkSettings, park
+from mcdas_opt.parking.park import PLANNERS, park
+from mcdas_opt.parking.settings import ParkSettings
 from mcdas_opt.plotting.plane import rounded
 from mcdas_opt.plotting.player import parking_document
 from mcdas_opt.studio.folder import Folder, download_name, shipped_file

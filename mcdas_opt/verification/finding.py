@@ -32,8 +32,3 @@ class Findings:
         for which in np.flatnonzero(~(value.min(axis=-1) >= allowed)).tolist():
             worst = int(value[which].argmin())
             self.add(which, kind, t_s[worst], value[which, worst], limit, unit)
-
-
-def wrapped(angle: Array) -> Array:
-    """An angle [rad] brought into [-pi, pi)."""
-    return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi)

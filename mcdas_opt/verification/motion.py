@@ -21,8 +21,9 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import ViolationKind
 from mcdas_opt.dynamics.bicycle import bicycle
+from mcdas_opt.geometry.angles import wrapped
 from mcdas_opt.geometry.frenet import FrenetFrame
-from mcdas_opt.verification.finding import Findings, wrapped
+from mcdas_opt.verification.finding import Findings
 from mcdas_opt.verification.record import Samples
 from mcdas_opt.verification.tolerances import Tolerances
 

@@ -1,4 +1,4 @@
-"""The judge of parking: integrates speed and steering anew, and measures the body against every obstacle all the way.
+"""The judge of parking: integrates speed and steering anew, and measures the body against every obstacle throughout.
 
 Shares no solver and no search with the planners. Anybody's trajectory may be handed in.
 """
@@ -13,6 +13,7 @@ from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.dynamics.rollout import roll_out
+from mcdas_opt.geometry.angles import wrapped
 from mcdas_opt.geometry.clearance import Body, obstacle_field
 
 STEP_S = 0.005
@@ -24,7 +25,7 @@ _REST_MPS = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """The verdict, and what was measured on the way."""
+    """The verdict, and what was measured for it."""
 
     verdict: Verdict
     min_clearance_m: float | None
@@ -126,8 +127,3 @@ def _end(case: ParkingCase, trajectory: ParkingTrajectory, pose: Array, found: l
     _exceeds(found, ViolationKind.END_POSITION, at, np.array([np.hypot(off[0], off[1])]), 0.0, "m", case.tolerance.position_m)
     _exceeds(found, ViolationKind.END_HEADING, at, np.array([wrapped(off[2])]), 0.0, "rad", case.tolerance.heading_rad)
     _exceeds(found, ViolationKind.END_SPEED, at, trajectory.speed_mps[-1:], 0.0, "m/s", _REST_MPS)
-
-
-def wrapped(angle: Array | float) -> Array:
-    """The angle [rad] in [-pi, pi)."""
-    return np.asarray((np.asarray(angle) + np.pi) % (2.0 * np.pi) - np.pi)

@@ -12,7 +12,7 @@ _IN_MOTION = ViolationKind.START_SPEED  # the one rule that a stop need not keep
 
 
 def judge_stop(case: ParkingCase, stop: ParkingTrajectory, clearance_m: float) -> Judgement:
-    """All rules of parking but the start at rest: integral, limits, rest at the end, and `clearance_m` to every obstacle all the way."""
+    """All rules of parking but the start at rest: integral, limits, rest at the end, and `clearance_m` to every obstacle throughout."""
     if not len(stop):
         return judge_parking(case, stop)
     here = replace(

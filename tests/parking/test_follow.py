@@ -11,11 +11,12 @@ from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.clearance import Body, PolygonField
 from mcdas_opt.parking.case_file import slot_case
-from mcdas_opt.parking.closed_loop.follow import follow_parking
+from mcdas_opt.parking.case_variants import shorter_slot
+from mcdas_opt.parking.closed_loop.follow import CYCLE_S, follow_parking
 from mcdas_opt.parking.closed_loop.record import ParkingDrive, ParkingOutcome
-from mcdas_opt.parking.closed_loop.replanning import Reserve, plan_from
+from mcdas_opt.parking.closed_loop.replanning import MARGINS_M, STEERING_RATE_SHARE, STEERING_SHARE, plan_from
 from mcdas_opt.parking.closed_loop.settings import SILENCE, FollowSettings
-from mcdas_opt.parking.closed_loop.sight import Visitor, shorter_slot
+from mcdas_opt.parking.closed_loop.sight import Visitor
 from mcdas_opt.verification.parking_judge import judge_parking
 
 CASE = slot_case(7.6)
@@ -60,13 +61,13 @@ def apart_at(visitor: Visitor) -> float:
 
 
 def test_plans_keep_a_reserve_and_pass_the_judge():
-    plan, reserve = the_plan(), Reserve()
+    plan = the_plan()
     found = judge_parking(CASE, plan)
     assert found.verdict.passed
     assert found.min_clearance_m is not None
-    assert found.min_clearance_m >= CASE.limits.clearance_m + reserve.margins_m[0] - 1e-3
-    assert np.abs(plan.steering_rad).max() <= reserve.steering * CASE.vehicle.steering_max_rad * 1.001
-    assert np.abs(plan.steering_rate_radps).max() <= reserve.steering_rate * CASE.vehicle.steering_rate_max_radps * 1.001
+    assert found.min_clearance_m >= CASE.limits.clearance_m + MARGINS_M[0] - 1e-3
+    assert np.abs(plan.steering_rad).max() <= STEERING_SHARE * CASE.vehicle.steering_max_rad * 1.001
+    assert np.abs(plan.steering_rate_radps).max() <= STEERING_RATE_SHARE * CASE.vehicle.steering_rate_max_radps * 1.001
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -79,7 +80,7 @@ def test_parked_for_every_noise_with_a_sound_stop_in_every_cycle(seed):
     assert drive.min_clearance_m >= CASE.limits.clearance_m
     assert drive.max_across_m < 0.02
     assert drive.stops_unsound == drive.stops_driven == 0
-    assert drive.stops_judged >= int(the_plan().duration_s / ONCE.cycle_s)
+    assert drive.stops_judged >= int(the_plan().duration_s / CYCLE_S)
     assert drive.trajectory.speed_mps[-1] == 0.0
 
 
@@ -161,13 +162,9 @@ def test_who_walks_away_is_waited_for():
     assert drive.duration_s > 9.0
 
 
-def test_records_and_settings_refuse_what_makes_no_sense():
+def test_records_refuse_what_makes_no_sense():
     with pytest.raises(ParameterError, match="until_s"):
         Visitor(x_m=0.0, y_m=0.0, from_s=3.0, until_s=2.0)
-    with pytest.raises(ParameterError, match="pose_gain"):
-        FollowSettings(pose_gain=1.5)
-    with pytest.raises(ParameterError, match="steering"):
-        Reserve(steering=1.2)
     with pytest.raises(ParameterError, match="truth"):
         follow_parking(CASE, plan=the_plan(), truth=replace(CASE, obstacles=CASE.obstacles[:2], names=CASE.names[:2], slot=None))
     with pytest.raises(ParameterError, match="slot"):

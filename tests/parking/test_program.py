@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.parking.cost import COSTS, costs_named
 from mcdas_opt.parking.program.block_derivatives import Copies, nlp_of
 from mcdas_opt.parking.program.equations import COMMON, EXTRA, STATE, check, check_rows, check_unknowns, interval
 from mcdas_opt.parking.program.nlp import solve_parking
-from mcdas_opt.parking.program.records import COSTS, FORMS, Checks, ParkingPhysics, ParkingProgram, costs_named
+from mcdas_opt.parking.program.records import FORMS, Checks, ParkingPhysics, ParkingProgram
 from mcdas_opt.parking.program.stages import Stages
 from mcdas_opt.solvers.held_interrupts import held_interrupts
 
@@ -111,7 +112,6 @@ def test_both_forms_give_the_shortest_time_there_is():
 def test_stage_by_stage_is_the_same_program():
     by_stages = Stages(straight(), PHYSICS, COSTS["time"], 100).solve()
     whole = solve_parking(straight(), PHYSICS, COSTS["time"])
-    assert by_stages.solver == "fatrop"
     assert by_stages.violation < 1e-6
     assert by_stages.duration_s == pytest.approx(whole.duration_s, rel=1e-4)
     assert by_stages.nodes[0] == pytest.approx(whole.nodes[0], abs=1e-6)

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mcdas_opt.parking.search.reeds_shepp import WORD_TURNS, along_arc, reeds_shepp
+from mcdas_opt.parking.path import along_arc
+from mcdas_opt.parking.search.reeds_shepp import WORD_TURNS, reeds_shepp
 
 pose = st.tuples(st.floats(-6, 6), st.floats(-6, 6), st.floats(-4, 4))
 

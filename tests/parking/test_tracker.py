@@ -14,7 +14,7 @@ from mcdas_opt.parking.closed_loop.pose_filter import PoseFilter
 from mcdas_opt.parking.closed_loop.tracker import ParkingActuators, ParkingTracker, design_parking_tracker
 
 CAR, LIMITS = Vehicle(), ParkingLimits()
-USUAL = design_parking_tracker()
+USUAL = design_parking_tracker(ParkingActuators())
 
 
 def cruise(speed: float, steering: float, seconds: float = 8.0) -> ParkingTrajectory:
@@ -61,7 +61,7 @@ def test_reverse_is_forward_with_the_heading_turned():
 
 
 def test_a_dead_time_between_samples_is_refused():
-    with pytest.raises(ParameterError, match="whole number of samples"):
+    with pytest.raises(ParameterError, match="whole number of steps"):
         design_parking_tracker(ParkingActuators(delay_s=0.03))
 
 
@@ -117,7 +117,7 @@ def test_the_plant_moves_late_and_within_its_limits():
 
 def test_the_pose_filter_averages_noise_and_forgets_a_wrong_start():
     rng = np.random.default_rng(1)
-    tracked = PoseFilter(np.array([0.3, -0.2, 0.1]), CAR.wheelbase_m, gain=0.06)
+    tracked = PoseFilter(np.array([0.3, -0.2, 0.1]), CAR.wheelbase_m)
     path = cruise(1.5, 0.3, 12.0)
     off = []
     for k in range(1, len(path)):

@@ -14,7 +14,7 @@ from mcdas_opt.verification.parking_judge import judge_parking
 from mcdas_opt.verification.parking_stop import judge_stop
 
 CASE = replace(slot_case(9.0), start=np.array([9.0, 1.4, 0.0]))
-PATH = drive(CASE, ArcPath(CASE.start, (Arc(0.0, -6.0), Arc(-0.1, 2.0), Arc(0.15, -3.0)), "three arcs"))
+PATH = drive(CASE, ArcPath(CASE.start, (Arc(0.0, -6.0), Arc(-0.1, 2.0), Arc(0.15, -3.0))))
 
 
 def stop_at(since: float, reaction: float, beside: float = 0.0, faster: float = 0.0):

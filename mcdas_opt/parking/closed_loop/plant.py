@@ -20,10 +20,9 @@ HOLD_BELOW_MPS = 0.05
 
 
 class ParkingPlant:
-    """Steps of STEP_S. Commands take effect after the dead time; then steering angle and acceleration follow them by first-order lags,
+    """Steps of STEP_S. Commands take effect after the dead time; then steering angle and acceleration follow them by first-order lags.
 
-    the steering at most at the vehicle's rate and within its angle, the acceleration and both speeds within the case's limits, braking
-    within the vehicle's.
+    The steering keeps the vehicle's rate and angle, acceleration and both speeds the case's limits, braking the vehicle's.
     """
 
     def __init__(self, vehicle: Vehicle, limits: ParkingLimits, actuators: ParkingActuators, pose: Array, steering_rad: float) -> None:

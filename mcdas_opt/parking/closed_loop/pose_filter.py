@@ -6,18 +6,21 @@ import math
 
 import numpy as np
 
-from mcdas_opt.domain.rules import Array, within
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.geometry.angles import wrapped
+
+_GAIN = 0.06
 
 
 class PoseFilter:
-    """`pose` is (x, y, heading) of the rear axle's midpoint. The gain is the share of a measured deviation that is believed at once.
+    """`pose` is (x, y, heading) of the rear axle's midpoint. A fixed share of a measured deviation is believed at once: the gain.
 
     White noise of a pose comes through by sqrt(gain / (2 - gain)); an error of the dead reckoning dies out by 1 - gain a sample.
     """
 
-    def __init__(self, pose: Array, wheelbase_m: float, gain: float = 0.06) -> None:
+    def __init__(self, pose: Array, wheelbase_m: float) -> None:
         self.pose = np.array(pose, dtype=np.float64)
-        self._wheelbase, self._gain = wheelbase_m, within("gain", gain, 0.0, 1.0)
+        self._wheelbase = wheelbase_m
 
     def update(self, speed_mps: float, steering_rad: float, dt_s: float, measured: Array) -> Array:
         """Move on by `dt_s` on the arc of speed and steering, then correct by the pose measured there."""
@@ -27,6 +30,6 @@ class PoseFilter:
         middle, chord = psi + 0.5 * turn, distance * float(np.sinc(0.5 * turn / math.pi))
         reckoned = np.array([x + chord * math.cos(middle), y + chord * math.sin(middle), psi + turn])
         off = np.asarray(measured) - reckoned
-        off[2] = (off[2] + math.pi) % (2.0 * math.pi) - math.pi
-        self.pose = reckoned + self._gain * off
+        off[2] = wrapped(off[2])
+        self.pose = reckoned + _GAIN * off
         return self.pose

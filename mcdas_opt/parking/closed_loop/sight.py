@@ -1,4 +1,4 @@
-"""What the car believes of its surroundings: the case as it was told, put right by what comes into sight."""
+"""What the car believes of its surroundings: the case as it was given, corrected by what comes into sight."""
 
 from __future__ import annotations
 
@@ -31,28 +31,17 @@ class Visitor:
         if not self.until_s > self.from_s:
             raise ParameterError("until_s", self.until_s, "must be later than from_s", "s")
 
-    def outline(self, berth_m: float = 0.0) -> Array:
-        """(4, 2), counter-clockwise, `berth_m` wider on every side."""
-        half = 0.5 * self.width_m + berth_m
+    def outline(self, clearance_m: float = 0.0) -> Array:
+        """(4, 2), counter-clockwise, `clearance_m` wider on every side."""
+        half = 0.5 * self.width_m + clearance_m
         return np.array([self.x_m, self.y_m]) + half * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
     def there(self, now_s: float) -> bool:
         return self.from_s <= now_s < self.until_s
 
 
-def shorter_slot(case: ParkingCase, by_m: float) -> ParkingCase:
-    """The case with the rear car of its slot `by_m` further forward, and the goal in the middle of what is left."""
-    if case.slot is None:
-        raise ParameterError("case", case.name, "must have a slot to be made shorter")
-    positive("by_m", by_m, "m")
-    moved = np.array(case.obstacles[0])
-    moved[np.isclose(moved[:, 0], moved[:, 0].max()), 0] += by_m
-    goal = case.goal + np.array([0.5 * by_m, 0.0, 0.0])
-    return replace(case, obstacles=(moved, *case.obstacles[1:]), goal=goal, slot=None)
-
-
 class Sight:
-    """Obstacles come into sight within `range_m` of the body; with the first that is not as believed, the goal is put right as well."""
+    """Obstacles come into sight within `range_m` of the body; with the first that is not as believed, the goal is corrected as well."""
 
     def __init__(self, case: ParkingCase, truth: ParkingCase, visitors: tuple[Visitor, ...], range_m: float) -> None:
         if len(case.obstacles) != len(truth.obstacles):
@@ -80,14 +69,14 @@ class Sight:
         self._seen = seen
         return tuple(news)
 
-    def with_visitors(self, berth_m: float) -> ParkingCase:
-        """The belief and, each with a berth, everybody who is seen."""
-        return standing_by(self.belief, [v for v, seen in zip(self._visitors, self._seen, strict=True) if seen], berth_m)
+    def with_visitors(self, clearance_m: float) -> ParkingCase:
+        """The belief and everybody who is seen, each with a clearance."""
+        return standing_by(self.belief, [v for v, seen in zip(self._visitors, self._seen, strict=True) if seen], clearance_m)
 
 
-def standing_by(case: ParkingCase, visitors: list[Visitor], berth_m: float = 0.0) -> ParkingCase:
+def standing_by(case: ParkingCase, visitors: list[Visitor], clearance_m: float = 0.0) -> ParkingCase:
     """The case with the visitors among its obstacles."""
     if not visitors:
         return case
-    outlines = tuple(v.outline(berth_m) for v in visitors)
+    outlines = tuple(v.outline(clearance_m) for v in visitors)
     return replace(case, obstacles=(*case.obstacles, *outlines), names=(*case.names, *(v.name for v in visitors)))

@@ -1,4 +1,4 @@
-"""The stop that is always at hand: on along the present path until the brake bites, then to rest on the same path."""
+"""The stop that is always at hand: on along the present path until the brake takes effect, then to rest on the same path."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ _REST_MPS = 1e-9
 def braking(
     case: ParkingCase, path: ParkingTrajectory, since_s: float, reaction_s: float, pose: Array, speed_mps: float, steering_rad: float
 ) -> ParkingTrajectory:
-    """From the car's own state, `since_s` after the path's first sample: the path's speed and steering for `reaction_s`, then the
+    """To rest from the car's own state, `since_s` after the path's first sample.
 
-    case's full braking with the steering that the path has at each place, to rest. Steering starts at the car's own angle and goes
-    to the path's at the vehicle's rate. Times start at 0. A reversal ahead ends the braking: behind it the path is another.
+    The path's speed and steering are kept for `reaction_s`. Then the car brakes as hard as the case allows, with the steering that the path
+    has at each place. Steering starts at the car's own angle and goes to the path's at the vehicle's rate. Times start at 0. A reversal
+    ahead ends the braking: behind it the path is another.
     """
     car, limits = case.vehicle, case.limits
     zero = float(path.t_s[0]) + since_s
@@ -34,8 +35,8 @@ def braking(
     steps = int(np.ceil(left / drop - 1e-9))
     if steps:
         slower = np.maximum(left - drop * np.arange(1, steps + 1), 0.0)
-        way = np.cumsum(0.5 * STEP_S * (slower + np.concatenate([[left], slower[:-1]])))
-        wanted = np.concatenate([wanted, _steering_ahead(path, float(times[-1]), way)])
+        distance = np.cumsum(0.5 * STEP_S * (slower + np.concatenate([[left], slower[:-1]])))
+        wanted = np.concatenate([wanted, _steering_ahead(path, float(times[-1]), distance)])
         speed = np.concatenate([speed, np.sign(speed[-1]) * slower])
     speed[np.abs(speed) < _REST_MPS] = 0.0
     if len(speed) == 1:
@@ -55,14 +56,14 @@ def _speed_at(path: ParkingTrajectory, times: Array) -> Array:
 
 def _within_rate(values: Array, most: float) -> Array:
     """The values, followed from the first one by at most `most` a sample."""
-    kept = np.array(values)
-    for k in range(1, len(kept)):
-        kept[k] = kept[k - 1] + min(max(float(values[k]) - kept[k - 1], -most), most)
-    return kept
+    followed = np.array(values)
+    for k in range(1, len(followed)):
+        followed[k] = followed[k - 1] + min(max(float(values[k]) - followed[k - 1], -most), most)
+    return followed
 
 
-def _steering_ahead(path: ParkingTrajectory, at_s: float, way: Array) -> Array:
-    """The path's steering at distances `way` beyond the place where it is at time `at_s`, within the present gear."""
+def _steering_ahead(path: ParkingTrajectory, at_s: float, distance: Array) -> Array:
+    """The path's steering at these distances beyond the place where it is at time `at_s`, within the present gear."""
     k = int(np.searchsorted(path.t_s, at_s, side="right"))
     t = np.concatenate([[at_s], path.t_s[k:]])
     v, delta = _speed_at(path, t), np.interp(t, path.t_s, path.steering_rad)
@@ -70,4 +71,4 @@ def _steering_ahead(path: ParkingTrajectory, at_s: float, way: Array) -> Array:
     end = int(ends[0]) + 1 if ends.size else len(t)
     end = max(end, 1)
     driven = np.concatenate([[0.0], np.cumsum(0.5 * np.abs(v[1:end] + v[: end - 1]) * np.diff(t[:end]))])
-    return np.asarray(np.interp(way, driven, delta[:end]))
+    return np.asarray(np.interp(distance, driven, delta[:end]))

@@ -1,7 +1,7 @@
 """Following a parking trajectory forward and in reverse: feedforward ahead of lag and dead time, linear-quadratic feedback.
 
-Across: offset, heading and curvature errors relative to the path, with the corrections under way in the dead time as states; the gain
-is scheduled on the signed speed. Along: way and speed. Linearised in curvature, so that one design holds at every steering angle (de
+Across: offset, heading and curvature errors relative to the path; the corrections that wait in the dead time are states as well. The gain
+is scheduled on the signed speed. Along: distance and speed. Linearised in curvature, so that one design holds at every steering angle (de
 Luca, Oriolo and Samson, Feedback control of a nonholonomic car-like robot, 1998, section 3; the regulator as in Franklin, Powell and
 Workman, Digital Control of Dynamic Systems, 3rd ed. 1998, ch. 9).
 """
@@ -20,9 +20,14 @@ from mcdas_opt.domain.parking import ParkingTrajectory
 from mcdas_opt.domain.rules import Array, non_negative, positive
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.geometry.angles import wrapped
 
 _GRID_MPS = (0.2, 0.4, 0.7, 1.0, 1.5, 2.0, 2.5)
 _MOVING_MPS = 1e-3
+STEP_S = 0.02  # between commands
+# Deviations that weigh the same: errors on one side, corrections on the other.
+_ACROSS_M, _HEADING_RAD, _CURVATURE_PER_M = 0.03, 0.01, 0.06
+_ALONG_M, _SPEED_MPS, _ACCELERATION_MPS2 = 0.03, 0.1, 0.4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,29 +45,13 @@ class ParkingActuators:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TrackingWeights:
-    """Deviations that weigh the same: errors on one side, corrections on the other."""
-
-    across_m: float = 0.03
-    heading_rad: float = 0.01
-    curvature_per_m: float = 0.06  # correction
-    along_m: float = 0.03
-    speed_mps: float = 0.1
-    acceleration_mps2: float = 0.4  # correction
-
-    def __post_init__(self) -> None:
-        for name in self.__slots__:
-            positive(name, getattr(self, name))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class TrackingGains:
-    """`across` (m, 3 + waiting) at the signed `speed_mps` (m,): on offset, heading, curvature and corrections under way, oldest first;
+    """Of the corrections that wait in the dead time there are `waiting`, oldest first.
 
-    `along` (3 + waiting) on way, speed, acceleration and the same. `slowest_pole` is the largest modulus of all designs.
+    `across` (m, 3 + waiting), at the signed `speed_mps` (m,), is on offset, heading, curvature and those. `along` (3 + waiting) is on
+    distance, speed, acceleration and those. `slowest_pole` is the largest modulus of all designs.
     """
 
-    step_s: float
     waiting: int
     speed_mps: Array
     across: Array
@@ -91,43 +80,31 @@ class TrackingError(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def design_parking_tracker(
-    actuators: ParkingActuators | None = None, weights: TrackingWeights | None = None, step_s: float = 0.02
-) -> TrackingGains:
-    """The regulators for both ways of driving, designed once for the same arguments.
+def design_parking_tracker(actuators: ParkingActuators) -> TrackingGains:
+    """The regulators for both ways of driving, designed once for the same actuators.
 
-    Raises `ParameterError` when the dead time is no whole number of samples.
+    Raises `ParameterError` when the dead time is no whole number of steps.
     """
-    actuators, weights = actuators or ParkingActuators(), weights or TrackingWeights()
-    waiting = round(actuators.delay_s / positive("step_s", step_s, "s"))
-    if abs(waiting * step_s - actuators.delay_s) > 1e-9:
-        raise ParameterError("delay_s", actuators.delay_s, f"must be a whole number of samples of {step_s:g} s", "s")
+    waiting = round(actuators.delay_s / STEP_S)
+    if abs(waiting * STEP_S - actuators.delay_s) > 1e-9:
+        raise ParameterError("delay_s", actuators.delay_s, f"must be a whole number of steps of {STEP_S:g} s", "s")
     speeds = np.array([*(-v for v in reversed(_GRID_MPS)), *_GRID_MPS])
-    cost = (weights.across_m**-2, weights.heading_rad**-2)
-    designs = [_regulator(v, v, actuators.steering_lag_s, waiting, step_s, cost, weights.curvature_per_m**-2) for v in speeds]
-    cost = (weights.along_m**-2, weights.speed_mps**-2)
-    along, pole = _regulator(1.0, 1.0, actuators.drive_lag_s, waiting, step_s, cost, weights.acceleration_mps2**-2)
+    errors = (_ACROSS_M**-2, _HEADING_RAD**-2)
+    designs = [_regulator(v, v, actuators.steering_lag_s, waiting, errors, _CURVATURE_PER_M**-2) for v in speeds]
+    errors = (_ALONG_M**-2, _SPEED_MPS**-2)
+    along, pole = _regulator(1.0, 1.0, actuators.drive_lag_s, waiting, errors, _ACCELERATION_MPS2**-2)
     across = np.array([gain for gain, _ in designs])
     for table in (speeds, across, along):
         table.setflags(write=False)
-    return TrackingGains(
-        step_s=step_s,
-        waiting=waiting,
-        speed_mps=speeds,
-        across=across,
-        along=along,
-        slowest_pole=max(pole, *(p for _, p in designs)),
-    )
+    return TrackingGains(waiting=waiting, speed_mps=speeds, across=across, along=along, slowest_pole=max(pole, *(p for _, p in designs)))
 
 
-def _regulator(
-    first: float, second: float, lag_s: float, waiting: int, step_s: float, cost: tuple[float, float], effort: float
-) -> tuple[Array, float]:
+def _regulator(first: float, second: float, lag_s: float, waiting: int, errors: tuple[float, float], effort: float) -> tuple[Array, float]:
     """Gain and slowest pole for x1' = first x2, x2' = second x3, x3' = (u - x3) / lag, u delayed by `waiting` samples."""
     import control
 
     chain = control.ss([[0.0, first, 0.0], [0.0, 0.0, second], [0.0, 0.0, -1.0 / lag_s]], [[0.0], [0.0], [1.0 / lag_s]], np.eye(3), 0)
-    sampled = control.sample_system(chain, step_s, method="zoh")
+    sampled = control.sample_system(chain, STEP_S, method="zoh")
     n = 3 + waiting
     a, b = np.zeros((n, n)), np.zeros((n, 1))
     a[:3, :3] = sampled.A
@@ -137,15 +114,15 @@ def _regulator(
         b[-1, 0] = 1.0
     else:
         b[:3] = sampled.B
-    weights = np.diag([*cost, *[1e-6 * effort] * (n - 2)])
+    weights = np.diag([*errors, *[1e-6 * effort] * (n - 2)])
     gain, _, poles = control.dlqr(a, b, weights, np.array([[effort]]))
     return np.asarray(gain, dtype=np.float64)[0], float(np.abs(poles).max())
 
 
 class ParkingTracker:
-    """Commands (acceleration, steering angle) once every `gains.step_s`; remembers what is under way in the dead time.
+    """Commands (acceleration, steering angle) once every `STEP_S`; remembers the corrections that wait in the dead time.
 
-    `acceleration_mps2` bounds what is commanded either way and may be changed between commands.
+    `acceleration_mps2` bounds what is commanded in both directions and may be changed between commands.
     """
 
     def __init__(self, gains: TrackingGains, actuators: ParkingActuators, vehicle: Vehicle, acceleration_mps2: float) -> None:
@@ -154,10 +131,10 @@ class ParkingTracker:
         self._bends = deque([0.0] * gains.waiting)
         self._pushes = deque([0.0] * gains.waiting)
         self._pushed = 0.0  # acceleration by corrections, from the model
-        self._decay = math.exp(-gains.step_s / actuators.drive_lag_s)
+        self._decay = math.exp(-STEP_S / actuators.drive_lag_s)
 
     def aim_at(self, trajectory: ParkingTrajectory) -> None:
-        """Follow this one from now on; corrections under way stay under way."""
+        """Follow this one from now on; corrections that wait in the dead time stay."""
         self._path = trajectory
         moving = np.where(np.abs(trajectory.speed_mps) > _MOVING_MPS, np.sign(trajectory.speed_mps), 0.0)
         gear = 1.0
@@ -193,21 +170,20 @@ class ParkingTracker:
         c, s = math.cos(aim.pose[2]), math.sin(aim.pose[2])
         along, across = c * dx + s * dy, c * dy - s * dx
         bend = math.tan(aim.steering) / self._vehicle.wheelbase_m
-        turn = float(pose[2] - aim.pose[2]) - bend * along
-        turn = (turn + math.pi) % (2.0 * math.pi) - math.pi
+        turn = float(wrapped(float(pose[2] - aim.pose[2]) - bend * along))
         return TrackingError(across - 0.5 * bend * along**2, turn, along, speed_mps - aim.speed)
 
     def command(self, since_s: float, pose: Array, speed_mps: float, steering_rad: float) -> tuple[float, float]:
         """(acceleration, steering angle) for a car that is measured at `pose`, `speed_mps` and `steering_rad`."""
-        gains, lags, car = self._gains, self._actuators, self._vehicle
+        lags, car = self._actuators, self._vehicle
         now = self.aim(since_s)
         off = self.error(now, pose, speed_mps)
-        ahead = self.aim(since_s + lags.delay_s + 0.5 * gains.step_s)
-        lead = self.aim(since_s + lags.delay_s + 0.5 * gains.step_s + lags.drive_lag_s)
+        ahead = self.aim(since_s + lags.delay_s + 0.5 * STEP_S)
+        lead = self.aim(since_s + lags.delay_s + 0.5 * STEP_S + lags.drive_lag_s)
         bent = (math.tan(steering_rad) - math.tan(now.steering)) / car.wheelbase_m
         across = self._across(now.gear * max(abs(now.speed), _GRID_MPS[0]))
         bend = -float(across @ np.array([off.across_m, off.heading_rad, bent, *self._bends]))
-        push = -float(gains.along @ np.array([off.along_m, off.speed_mps, self._pushed, *self._pushes]))
+        push = -float(self._gains.along @ np.array([off.along_m, off.speed_mps, self._pushed, *self._pushes]))
         plain = ahead.steering + lags.steering_lag_s * ahead.steering_rate
         plain = min(max(plain, -car.steering_max_rad), car.steering_max_rad)
         steering = math.atan(math.tan(plain) + car.wheelbase_m * bend)
@@ -216,8 +192,8 @@ class ParkingTracker:
         self._bends.append((math.tan(steering) - math.tan(plain)) / car.wheelbase_m)
         self._pushes.append(acceleration - lead.acceleration)
         self._bends.popleft()
-        felt = self._pushes.popleft()
-        self._pushed = felt + (self._pushed - felt) * self._decay
+        arriving = self._pushes.popleft()
+        self._pushed = arriving + (self._pushed - arriving) * self._decay
         return acceleration, steering
 
     def _across(self, speed: float) -> Array:

@@ -17,9 +17,10 @@ Rows = NDArray[np.int64]
 
 
 class Block(NamedTuple):
-    """A function of few variables: `value` (w, q, common) -> (rows, cost), `slope` -> nonzeros of the rows' Jacobian, `tilt` -> (cost, its
+    """A function of few variables. `value` is (w, q, common) -> (rows, cost).
 
-    gradient), `bend` (w, q, common, row multipliers, cost multiplier) -> nonzeros of the Hessian's upper triangle.
+    `slope` gives the nonzeros of the rows' Jacobian, `tilt` the cost and its gradient, and `bend` (w, q, common, row multipliers, cost
+    multiplier) the nonzeros of the Hessian's upper triangle.
     """
 
     name: str

@@ -2,7 +2,7 @@
 
 Half-planes (Boyd and Vandenberghe 2004, section 8.2): a line with the car on one side and the obstacle on the other; its angle and offset
 are unknown. Duals (Zhang, Liniger and Borrelli, IEEE TCST 2021, eq 11): multipliers of the obstacle's and the body's faces whose
-certificate is the distance. Either way one more unknown holds clearance beyond the asked one, which the clearance cost pays for.
+certificate is the distance. In both forms one more unknown is the clearance beyond the asked one, which the clearance cost pays for.
 """
 
 from __future__ import annotations
@@ -14,15 +14,14 @@ import casadi as ca
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.parking.cost import WANTED_M
 from mcdas_opt.parking.program.block_derivatives import Block, block
-from mcdas_opt.parking.program.records import CORNERS, WANTED_M, Checks
+from mcdas_opt.parking.program.records import CORNERS, Checks
 from mcdas_opt.solvers.held_interrupts import held_interrupts
 
 STATE = 5
-WEIGHTS = ("time", "path", "steering", "smooth", "clearance")
-COMMON = 7 + len(WEIGHTS)  # wheelbase, body, acceleration, steering rate, clearance, weights
+COMMON = 7 + 5  # wheelbase, body, acceleration, steering rate, clearance, weights
 EXTRA = {"half-planes": 3, "duals": 2 * CORNERS + 1}  # unknowns of a check
-INTERVAL_ROWS = 7
 INTERVAL_LOW = np.array([0.0] * 3 + [-np.inf] * 4)
 _LINE_TURN_RAD = 1.2  # how far a separating line may turn in one solution
 _CHECK_S = 0.1  # of driving that a check stands for in the clearance cost
@@ -59,7 +58,7 @@ def interval() -> Block:
     return block("interval", w, ca.SX.sym("q", 0), common, ca.vertcat(*rows), cost)
 
 
-def _half_planes(pose: list[Any], own: Any, data: Any, common: Any) -> tuple[list[Any], int]:
+def _half_planes(pose: list[Any], own: Any, data: Any, common: Any) -> list[Any]:
     """Body corners beyond the line by the clearance, obstacle vertices on its other side: all at least 0."""
     _, rear, front, half, _, _, clearance = (common[i] for i in range(7))
     angle, offset, extra = own[0], own[1], own[2]
@@ -68,10 +67,10 @@ def _half_planes(pose: list[Any], own: Any, data: Any, common: Any) -> tuple[lis
     centre = nx * pose[0] + ny * pose[1] - offset - clearance - extra
     rows = [centre + ahead * px + left * py for px in (front, rear) for py in (half, -half)]
     rows += [offset - nx * data[2 * j] - ny * data[2 * j + 1] for j in range(CORNERS)]
-    return rows, 0
+    return rows
 
 
-def _duals(pose: list[Any], own: Any, data: Any, common: Any) -> tuple[list[Any], int]:
+def _duals(pose: list[Any], own: Any, data: Any, common: Any) -> list[Any]:
     """Distance certified, the certificate's length at most 1, and (two equations) both bodies' multipliers in balance."""
     _, rear, front, half, _, _, clearance = (common[i] for i in range(7))
     lam, mu, extra = own[:CORNERS], own[CORNERS : 2 * CORNERS], own[2 * CORNERS]
@@ -81,7 +80,7 @@ def _duals(pose: list[Any], own: Any, data: Any, common: Any) -> tuple[list[Any]
     ahead, left = c * nx + s * ny, c * ny - s * nx
     reach = front * mu[0] - rear * mu[1] + half * mu[2] + half * mu[3]
     gap = nx * pose[0] + ny * pose[1] - ca.dot(faces[2, :].T, lam) - reach
-    return [gap - clearance - extra, 1.0 - nx**2 - ny**2, mu[0] - mu[1] + ahead, mu[2] - mu[3] + left], 2
+    return [gap - clearance - extra, 1.0 - nx**2 - ny**2, mu[0] - mu[1] + ahead, mu[2] - mu[3] + left]
 
 
 @lru_cache(maxsize=4)
@@ -95,7 +94,7 @@ def check(form: str, inside: bool) -> Block:
     pose = [w[0], w[1], w[2]]
     if inside:
         pose = _advance(w[:STATE], w[STATE : 2 * STATE], w[2 * STATE], q[numbers], common[0])
-    rows, _ = (_half_planes if form == "half-planes" else _duals)(pose, w[driven:], q[:numbers], common)
+    rows = (_half_planes if form == "half-planes" else _duals)(pose, w[driven:], q[:numbers], common)
     short = 1.0 - w[driven + extra - 1] / WANTED_M
     return block(f"{'inner' if inside else 'node'}_check", w, q, common, ca.vertcat(*rows), common[11] * _CHECK_S * short**2)
 

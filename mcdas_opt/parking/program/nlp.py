@@ -14,9 +14,10 @@ import casadi as ca
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.parking.cost import ParkingCosts
 from mcdas_opt.parking.program.block_derivatives import Copies, nlp_of
-from mcdas_opt.parking.program.equations import COMMON, EXTRA, INTERVAL_LOW, STATE, WEIGHTS, check, check_rows, check_unknowns, interval
-from mcdas_opt.parking.program.records import ParkingCosts, ParkingPhysics, ParkingProgram, ParkingSolution
+from mcdas_opt.parking.program.equations import COMMON, EXTRA, INTERVAL_LOW, STATE, check, check_rows, check_unknowns, interval
+from mcdas_opt.parking.program.records import ParkingPhysics, ParkingProgram, ParkingSolution
 from mcdas_opt.solvers.held_interrupts import held_interrupts
 
 
@@ -89,13 +90,12 @@ def solve_parking(
     low = np.concatenate([np.tile(INTERVAL_LOW, n), np.tile(least, m)])
     high = np.concatenate([np.zeros(INTERVAL_LOW.size * n), np.tile(most, m)])
     inner = np.column_stack([numbers[count:], checks.fractions[count:]])
-    weights = [getattr(costs, name) for name in WEIGHTS]
     with held_interrupts():
         answer = solver(
             x0=_stacked(program.nodes, program.steps, own),
             lbx=_stacked(program.nodes_low, program.steps_low, own_low),
             ubx=_stacked(program.nodes_high, program.steps_high, own_high),
-            p=np.concatenate([numbers[:count].ravel(), inner.ravel(), [*physics, *weights]]),
+            p=np.concatenate([numbers[:count].ravel(), inner.ravel(), [*physics, *costs.of_the_program]]),
             lbg=low,
             ubg=high,
         )
@@ -106,7 +106,7 @@ def solve_parking(
     nodes = x[: STATE * (n + 1)].reshape(n + 1, STATE)
     steps = x[STATE * (n + 1) : STATE * (n + 1) + segments][program.segments]
     iterations, status = int(stats.get("iter_count", 0)), str(stats.get("return_status", ""))
-    return ParkingSolution(nodes, steps, float(steps.sum()), violation, iterations, status)
+    return ParkingSolution(nodes, steps, violation, iterations, status)
 
 
 def _stacked(nodes: Array, steps: Array, certificates: Array) -> Array:

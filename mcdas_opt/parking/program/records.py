@@ -1,56 +1,19 @@
-"""What goes into a parking program and what comes out: costs by name, physics, collision checks, guess and bounds, solution."""
+"""What goes into a parking program and what comes out: physics, collision checks, guess and bounds, solution."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mcdas_opt.domain.rules import Array, non_negative
-from mcdas_opt.errors import ParameterError, nearest
+from mcdas_opt.domain.rules import Array
 
 Rows = NDArray[np.int64]
 CORNERS = 4  # of the body, and of an obstacle as far as a check sees it
-WANTED_M = 0.25  # clearance beyond the asked one that the clearance cost still pays for
 FORMS = ("half-planes", "duals")
 SOLVERS = ("ipopt", "fatrop")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ParkingCosts:
-    """Weights of the costs: seconds per second, per metre, per rad^2 s of steering, per rad^2 of its changes, per gear change, and per
-
-    second spent at the asked clearance (falling with the square to nothing at `WANTED_M` beyond it).
-    """
-
-    time: float = 1.0
-    path: float = 0.02
-    steering: float = 0.01
-    smooth: float = 0.02
-    gear_changes: float = 0.0
-    clearance: float = 0.0
-
-    def __post_init__(self) -> None:
-        for item in fields(self):
-            non_negative(item.name, getattr(self, item.name))
-
-
-COSTS = {
-    "time": ParkingCosts(),
-    "path": ParkingCosts(time=0.2, path=2.0),
-    "gear-changes": ParkingCosts(gear_changes=8.0),
-    "steering": ParkingCosts(time=0.5, steering=2.0, smooth=3.0),
-    "clearance": ParkingCosts(clearance=2.0),
-}
-
-
-def costs_named(name: str) -> ParkingCosts:
-    """The weights called `time`, `path`, `gear-changes`, `steering` or `clearance`; raises `ParameterError` for another name."""
-    if name not in COSTS:
-        raise ParameterError("cost", name, f"is unknown; {nearest(name, COSTS)}")
-    return COSTS[name]
 
 
 class ParkingPhysics(NamedTuple):
@@ -75,8 +38,15 @@ class Checks:
     angles: Array  # (m,) of the normal from obstacle to car
     offsets: Array  # (m,)
 
-    def only(self, rows: NDArray[np.bool_] | Rows) -> Checks:
-        return Checks(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
+    def only(self, rows: Rows) -> Checks:
+        """Some of the checks, in this order."""
+        return Checks(
+            intervals=self.intervals[rows],
+            fractions=self.fractions[rows],
+            vertices=self.vertices[rows],
+            angles=self.angles[rows],
+            offsets=self.offsets[rows],
+        )
 
 
 @dataclass(slots=True, kw_only=True)
@@ -99,8 +69,10 @@ class ParkingSolution:
 
     nodes: Array
     steps: Array  # (n,)
-    duration_s: float
     violation: float
     iterations: int
     status: str
-    solver: str = "ipopt"
+
+    @property
+    def duration_s(self) -> float:
+        return float(self.steps.sum())

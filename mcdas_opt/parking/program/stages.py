@@ -12,15 +12,16 @@ import casadi as ca
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.parking.program.equations import EXTRA, INTERVAL_LOW, STATE, WEIGHTS, check, check_rows, check_unknowns, interval
-from mcdas_opt.parking.program.records import ParkingCosts, ParkingPhysics, ParkingProgram, ParkingSolution
+from mcdas_opt.parking.cost import ParkingCosts
+from mcdas_opt.parking.program.equations import EXTRA, INTERVAL_LOW, STATE, check, check_rows, check_unknowns, interval
+from mcdas_opt.parking.program.records import ParkingPhysics, ParkingProgram, ParkingSolution
 from mcdas_opt.solvers.held_interrupts import held_interrupts
 
 _FORM = "half-planes"
 
 
 class Stages:
-    """One program as fatrop reads it. Only half-planes, and no clearance cost: what that holds back would be one unknown a check more."""
+    """One program as fatrop reads it. Only half-planes, and no clearance cost, which would take one unknown a check more."""
 
     def __init__(self, program: ParkingProgram, physics: ParkingPhysics, costs: ParkingCosts, iterations: int, warm: bool = False) -> None:
         self.unknowns: list[Any] = []
@@ -30,7 +31,7 @@ class Stages:
         self.limits: tuple[list[Array], list[Array]] = ([], [])
         self.states: list[Any] = []
         self.cost: Any = 0.0
-        self.common = ca.DM([*physics, *(getattr(costs, name) for name in WEIGHTS)])
+        self.common = ca.DM([*physics, *costs.of_the_program])
         self._pose(program)
         problem = {"x": ca.vertcat(*self.unknowns), "f": self.cost, "g": ca.vertcat(*self.rows)}
         low, high = (np.concatenate(side) for side in self.limits)
@@ -56,7 +57,7 @@ class Stages:
         nodes = np.asarray(self.found(answer["x"])).T
         steps, stats = nodes[:-1, STATE], self.solver.stats()
         iterations, status = int(stats.get("iter_count", 0)), str(stats.get("return_status", ""))
-        return ParkingSolution(nodes[:, :STATE], steps, float(steps.sum()), violation, iterations, status, "fatrop")
+        return ParkingSolution(nodes[:, :STATE], steps, violation, iterations, status)
 
     def _unknown(self, name: str, guess: Array, low: Array, high: Array) -> Any:
         symbol = ca.SX.sym(name, len(guess))
@@ -105,7 +106,7 @@ class Stages:
                 for place, c in enumerate(mine):
                     line = u[2 + int(jump) + each * place :][:each]
                     inside = bool(checks.fractions[c] != 0.0)
-                    after = ca.vertcat(x[:3], x[3:STATE] + u[:2])  # the pose there plays no part in the way to a place inside
+                    after = ca.vertcat(x[:3], x[3:STATE] + u[:2])  # the pose there plays no part on the path to a place inside
                     moved = ca.vertcat(x[:STATE], after, x[STATE]) if inside else x[:3]
                     data = np.append(numbers[c], checks.fractions[c]) if inside else numbers[c]
                     value, _ = check(_FORM, inside).value(ca.vertcat(moved, line, 0.0), data, self.common)

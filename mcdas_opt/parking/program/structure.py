@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
-from mcdas_opt.parking.program.exchange import Place
+from mcdas_opt.parking.program.collision_checks import PER_INTERVAL, Place
 from mcdas_opt.parking.program.manoeuvre import INTERVAL_S, Manoeuvre, node_poses
 
 _LEAST = 8  # intervals of a run
@@ -27,11 +27,10 @@ def phases(manoeuvre: Manoeuvre) -> list[tuple[int, int]]:
     return list(pairwise([*starts, len(manoeuvre.steps)]))
 
 
-def ways(manoeuvre: Manoeuvre) -> list[float]:
+def phase_lengths(manoeuvre: Manoeuvre) -> list[float]:
     """Metres driven in every phase."""
-    speed = np.abs(manoeuvre.nodes[:, 3])
-    way = 0.5 * (speed[1:] + speed[:-1]) * manoeuvre.steps
-    return [float(way[a:b].sum()) for a, b in phases(manoeuvre)]
+    driven = manoeuvre.distances
+    return [float(driven[a:b].sum()) for a, b in phases(manoeuvre)]
 
 
 def without(manoeuvre: Manoeuvre, phase: int) -> Manoeuvre:
@@ -46,7 +45,7 @@ def without(manoeuvre: Manoeuvre, phase: int) -> Manoeuvre:
         nodes[0] = manoeuvre.nodes[0]
     if last:
         nodes[-1] = manoeuvre.nodes[-1]
-    return Manoeuvre(nodes, manoeuvre.steps[keep], manoeuvre.gears[keep], manoeuvre.segments[keep], manoeuvre.name)
+    return Manoeuvre(nodes, manoeuvre.steps[keep], manoeuvre.gears[keep], manoeuvre.segments[keep])
 
 
 def in_pieces(manoeuvre: Manoeuvre, intervals: int) -> Manoeuvre:
@@ -69,16 +68,16 @@ def finer(case: ParkingCase, manoeuvre: Manoeuvre) -> Manoeuvre:
     nodes[1::2, :3] = poses[:, 1]
     nodes[1::2, 3:] = 0.5 * (manoeuvre.nodes[:-1, 3:] + manoeuvre.nodes[1:, 3:])
     steps, gears, segments = (np.repeat(column, 2) for column in (0.5 * manoeuvre.steps, manoeuvre.gears, manoeuvre.segments))
-    return Manoeuvre(nodes, steps, gears, segments, manoeuvre.name)
+    return Manoeuvre(nodes, steps, gears, segments)
 
 
-def finer_places(checked: frozenset[Place], per_interval: int) -> frozenset[Place]:
+def finer_places(checked: frozenset[Place]) -> frozenset[Place]:
     """Where the checks of a manoeuvre lie once its intervals are halved."""
-    half = per_interval // 2
+    half = PER_INTERVAL // 2
     return frozenset((2 * k + point // half, polygon, 2 * (point % half)) for k, polygon, point in checked)
 
 
-def from_trajectory(case: ParkingCase, trajectory: ParkingTrajectory, name: str) -> Manoeuvre:
+def from_trajectory(case: ParkingCase, trajectory: ParkingTrajectory) -> Manoeuvre:
     """A driven trajectory as a guess: each run of one gear evenly cut, each rest one interval."""
     t, v = trajectory.t_s, trajectory.speed_mps
     rate = case.vehicle.steering_rate_max_radps
@@ -96,7 +95,7 @@ def from_trajectory(case: ParkingCase, trajectory: ParkingTrajectory, name: str)
     columns = (trajectory.x_m, trajectory.y_m, np.unwrap(trajectory.heading_rad), v, trajectory.steering_rad)
     nodes = np.column_stack([np.interp(at, t, column) for column in columns])
     nodes[0, 4] = case.start_steering_rad
-    stands = Manoeuvre(nodes, np.concatenate(steps), np.concatenate(gears), np.concatenate(segments), name)
+    stands = Manoeuvre(nodes, np.concatenate(steps), np.concatenate(gears), np.concatenate(segments))
     if stands.gears[0] == 0.0:
         return stands
     turn_s = max(abs(float(trajectory.steering_rad[0]) - case.start_steering_rad) / rate, 1e-3)
@@ -105,5 +104,4 @@ def from_trajectory(case: ParkingCase, trajectory: ParkingTrajectory, name: str)
         np.append(turn_s, stands.steps),
         np.append(0.0, stands.gears),
         np.append(0, stands.segments + 1),
-        name,
     )

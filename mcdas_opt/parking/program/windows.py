@@ -1,4 +1,4 @@
-"""Long zigzags, a window of phases at a time with its ends held; windows overlap, so that what one holds the next one frees."""
+"""Long zigzags, a window of phases at a time with its ends fixed; windows overlap, so that what one fixes the next one frees."""
 
 from __future__ import annotations
 
@@ -7,13 +7,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mcdas_opt.domain.parking import ParkingCase
+from mcdas_opt.domain.rules import non_negative, positive
+from mcdas_opt.parking.cost import ParkingCosts
 from mcdas_opt.parking.program.exchange import Exchanged, ExchangeSettings, exchange
 from mcdas_opt.parking.program.manoeuvre import PIECE, Manoeuvre
-from mcdas_opt.parking.program.records import ParkingCosts
 from mcdas_opt.parking.program.structure import finer, in_pieces
-from mcdas_opt.parking.run import SHORT_M
+from mcdas_opt.parking.soundness import is_sound
 from mcdas_opt.parking.world import World
 from mcdas_opt.verification.parking_judge import judge_parking
+
+WHOLE_UP_TO = 24  # gear changes that are still solved in one piece
+_ROUNDS_UNSOUND = 6
+_DRIFT_M = 1e-3  # of a window's roll-out from its fixed end: made up for
+_CLOSING_M = 0.1  # trust region of the whole at the end, where the windows do not fit together
+_FINE_M = 0.2  # trust region on the finer grid
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,48 +29,56 @@ class WindowSettings:
     `fine_up_to` gear changes, beyond that only where a window had no answer.
     """
 
-    whole_up_to: int = 24  # gear changes that are still solved in one piece
+    whole_up_to: int = WHOLE_UP_TO
     phases: int = 14
     stride: int = 8
     rounds: int = 4
-    rounds_unsound: int = 6
-    drift_m: float = 1e-3  # of a window's roll-out from its held end: made up for
-    closing_m: float = 0.1  # trust of the whole at the end, where the windows do not fit together
     fine_up_to: int = 60  # gear changes that are gone through once more on a grid of half the spacing, ...
-    fine_stride: int = 12  # ... in windows that begin so many gears apart, ...
-    fine_m: float = 0.2  # ... with this trust
+    fine_stride: int = 12  # ... in windows that begin so many gears apart
+
+    def __post_init__(self) -> None:
+        for name, count in (("phases", self.phases), ("stride", self.stride), ("rounds", self.rounds), ("fine_stride", self.fine_stride)):
+            positive(name, count)
+        non_negative("whole_up_to", self.whole_up_to)
+        non_negative("fine_up_to", self.fine_up_to)
 
 
 def improve(
-    case: ParkingCase, world: World, first: Manoeuvre, costs: ParkingCosts, settings: ExchangeSettings, windows: WindowSettings
+    case: ParkingCase,
+    world: World,
+    first: Manoeuvre,
+    costs: ParkingCosts,
+    settings: ExchangeSettings,
+    windows: WindowSettings | None = None,
 ) -> Exchanged:
     """The exchange loop over the whole manoeuvre, or over windows of it when it has many gears."""
+    windows = windows or WindowSettings()
     if first.gear_changes <= windows.whole_up_to:
         return exchange(case, world, first, costs, settings)
     settings = replace(settings, restarts=0, nearly_later_m=settings.nearly_m)  # in slots that leave millimetres, neither helps
-    inner = replace(settings, rounds=windows.rounds, rounds_unsound=windows.rounds_unsound)
+    inner = replace(settings, rounds=windows.rounds, rounds_unsound=_ROUNDS_UNSOUND)
     again = first.gear_changes <= windows.fine_up_to
-    if again:  # ends held in contact leave no more clearance to ask for, and what a window leaves undone the next pass does
-        inner = replace(inner, nearly_m=0.0, nearly_later_m=0.0, patience=0, drift_m=windows.drift_m)
-    going = _Pass(case, world, costs, inner, first)
-    unanswered = going.through(0, windows.phases, windows.stride)
+    if again:  # ends fixed in contact leave no more clearance to ask for, and what a window leaves undone the next pass does
+        inner = replace(inner, nearly_m=0.0, nearly_later_m=0.0, patience=0, drift_m=_DRIFT_M)
+    passes = _Pass(case, world, costs, inner, first)
+    unanswered = passes.through(0, windows.phases, windows.stride)
     if again or unanswered:
-        going.through(-(windows.stride // 2), windows.phases, windows.stride, None if again else unanswered)
-    if not _sound(case, going.current):
-        closed = replace(settings, rounds=2, rounds_unsound=5, trust_m=windows.closing_m, trust_rad=0.5 * windows.closing_m)
-        done = exchange(case, world, going.current, costs, closed)  # windows without an answer leave gaps of millimetres that add up
-        going.rounds, going.iterations = going.rounds + done.rounds, going.iterations + done.iterations
+        passes.through(-(windows.stride // 2), windows.phases, windows.stride, None if again else unanswered)
+    if not _sound(case, passes.current):
+        closed = replace(settings, rounds=2, rounds_unsound=5, trust_m=_CLOSING_M, trust_rad=0.5 * _CLOSING_M)
+        done = exchange(case, world, passes.current, costs, closed)  # windows without an answer leave gaps of millimetres that add up
+        passes.rounds, passes.iterations = passes.rounds + done.rounds, passes.iterations + done.iterations
         if done.best is None:
-            return replace(done, rounds=going.rounds, iterations=going.iterations)
-        going.current = done.best
-    coarse = going.current
+            return replace(done, rounds=passes.rounds, iterations=passes.iterations)
+        passes.current = done.best
+    coarse = passes.current
     if coarse.gear_changes <= windows.fine_up_to:
-        going.current = in_pieces(finer(case, coarse), PIECE)
-        going.settings = replace(inner, trust_m=windows.fine_m, trust_rad=0.5 * windows.fine_m)
-        going.through(0, windows.phases, windows.fine_stride)
-        if not _sound(case, going.current):
-            going.current = coarse
-    return Exchanged(going.current, going.current, 0.0, going.rounds, going.iterations)
+        passes.current = in_pieces(finer(case, coarse), PIECE)
+        passes.settings = replace(inner, trust_m=_FINE_M, trust_rad=0.5 * _FINE_M)
+        passes.through(0, windows.phases, windows.fine_stride)
+        if not _sound(case, passes.current):
+            passes.current = coarse
+    return Exchanged(passes.current, passes.current, 0.0, passes.rounds, passes.iterations)
 
 
 @dataclass(slots=True)
@@ -96,11 +111,9 @@ class _Pass:
         return unanswered
 
     def _window(self, low: int, high: int) -> bool:
-        """Whether the intervals from `low` to `high` have an answer, their ends held; the answer is put in where it is quicker."""
+        """Whether the intervals from `low` to `high` have an answer, their ends fixed; the answer is put in where it is quicker."""
         current, case = self.current, self.case
-        part = Manoeuvre(
-            current.nodes[low : high + 1], current.steps[low:high], current.gears[low:high], current.segments[low:high], current.name
-        )
+        part = Manoeuvre(current.nodes[low : high + 1], current.steps[low:high], current.gears[low:high], current.segments[low:high])
         last = high == len(current.steps)
         piece = replace(
             case,
@@ -117,9 +130,7 @@ class _Pass:
 
 
 def _sound(case: ParkingCase, manoeuvre: Manoeuvre) -> bool:
-    judged = judge_parking(case, manoeuvre.trajectory(case))
-    least = judged.min_clearance_m
-    return judged.verdict.passed and (least is None or least >= case.limits.clearance_m - SHORT_M)
+    return is_sound(judge_parking(case, manoeuvre.trajectory(case)), case.limits.clearance_m)
 
 
 def _cusps(manoeuvre: Manoeuvre) -> list[int]:

@@ -3,34 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.parking.path import Arc
 
-_Rows = np.ndarray[tuple[int], np.dtype[np.int64]]
+Rows = np.ndarray[tuple[int], np.dtype[np.int64]]
+_Value = TypeVar("_Value", bound=np.generic)
 
 
 class Nodes:
-    """Pose, parent, and the arc that led here from it. Row 0 is the root, which came from nowhere (way 0)."""
+    """Pose, parent, and the arc that led here from it: curvature, direction (+1 forward, -1 in reverse) and length. Row 0 is the root.
+
+    The root has the direction 0. `g` is the cost from the root, `room` the clearance, `contact` whether the arc ended in contact.
+    """
 
     def __init__(self, root: Array, capacity: int = 4096) -> None:
         self.count = 1
         self.pose = np.zeros((capacity, 3))
         self.pose[0] = root
         self.parent = np.full(capacity, -1, dtype=np.int64)
-        self.kappa, self.way, self.length, self.g, self.room = (np.zeros(capacity) for _ in range(5))
+        self.kappa, self.direction, self.length, self.g, self.room = (np.zeros(capacity) for _ in range(5))
         self.contact, self.closed = (np.zeros(capacity, dtype=np.bool_) for _ in range(2))
 
-    def add(self, pose: Array, parent: _Rows, kappa: Array, way: Array, length: Array, g: Array, room: Array, contact: Array) -> None:
+    def add(self, pose: Array, parent: Rows, kappa: Array, direction: Array, length: Array, g: Array, room: Array, contact: Array) -> None:
         n = len(pose)
         while self.count + n > len(self.g):
-            for name in ("pose", "parent", "kappa", "way", "length", "g", "room", "contact", "closed"):
-                column = getattr(self, name)
-                setattr(self, name, np.concatenate([column, np.zeros_like(column)]))
+            self._double()
         rows = slice(self.count, self.count + n)
-        self.pose[rows], self.parent[rows], self.kappa[rows], self.way[rows] = pose, parent, kappa, way
+        self.pose[rows], self.parent[rows], self.kappa[rows], self.direction[rows] = pose, parent, kappa, direction
         self.length[rows], self.g[rows], self.room[rows], self.contact[rows] = length, g, room, contact
         self.count += n
 
@@ -38,9 +42,18 @@ class Nodes:
         """The arcs from the root to a node."""
         arcs: list[Arc] = []
         while node > 0:
-            arcs.append(Arc(float(self.kappa[node]), float(self.way[node] * self.length[node])))
+            arcs.append(Arc(float(self.kappa[node]), float(self.direction[node] * self.length[node])))
             node = int(self.parent[node])
         return arcs[::-1]
+
+    def _double(self) -> None:
+        self.pose, self.parent, self.kappa = _doubled(self.pose), _doubled(self.parent), _doubled(self.kappa)
+        self.direction, self.length, self.g = _doubled(self.direction), _doubled(self.length), _doubled(self.g)
+        self.room, self.contact, self.closed = _doubled(self.room), _doubled(self.contact), _doubled(self.closed)
+
+
+def _doubled(column: NDArray[_Value]) -> NDArray[_Value]:
+    return np.concatenate([column, np.zeros_like(column)])
 
 
 def cheapest_of_each_cell(keys: Sequence[int], costs: Sequence[float], seen: dict[int, float]) -> dict[int, int]:

@@ -11,13 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.geometry.angles import wrapped
 
 _HALF = 0.5 * np.pi
 _Solved = tuple[Array, Array, Array]  # t, u, v; nan where the word does not exist
-
-
-def _mod(angle: Array) -> Array:
-    return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi)
 
 
 def _where(valid: NDArray[np.bool_], *parts: Array) -> _Solved:
@@ -28,7 +25,7 @@ def _where(valid: NDArray[np.bool_], *parts: Array) -> _Solved:
 def _lsl(x: Array, y: Array, phi: Array) -> _Solved:
     a, b = x - np.sin(phi), y - 1.0 + np.cos(phi)
     t = np.arctan2(b, a)
-    v = _mod(phi - t)
+    v = wrapped(phi - t)
     return _where((t >= 0.0) & (v >= 0.0), t, np.hypot(a, b), v)
 
 
@@ -36,8 +33,8 @@ def _lsr(x: Array, y: Array, phi: Array) -> _Solved:
     a, b = x + np.sin(phi), y - 1.0 - np.cos(phi)
     squared = a * a + b * b
     u = np.sqrt(np.maximum(squared - 4.0, 0.0))
-    t = _mod(np.arctan2(b, a) + np.arctan2(2.0, u))
-    v = _mod(t - phi)
+    t = wrapped(np.arctan2(b, a) + np.arctan2(2.0, u))
+    v = wrapped(t - phi)
     return _where((squared >= 4.0) & (t >= 0.0) & (v >= 0.0), t, u, v)
 
 
@@ -45,19 +42,19 @@ def _lrl(x: Array, y: Array, phi: Array) -> _Solved:
     a, b = x - np.sin(phi), y - 1.0 + np.cos(phi)
     rho = np.hypot(a, b)
     u = -2.0 * np.arcsin(np.minimum(0.25 * rho, 1.0))
-    t = _mod(np.arctan2(b, a) + 0.5 * u + np.pi)
-    v = _mod(phi - t + u)
+    t = wrapped(np.arctan2(b, a) + 0.5 * u + np.pi)
+    v = wrapped(phi - t + u)
     return _where((rho <= 4.0) & (t >= 0.0) & (u <= 0.0), t, u, v)
 
 
 def _tau_omega(u: Array, v: Array, xi: Array, eta: Array, phi: Array) -> tuple[Array, Array]:
-    delta = _mod(u - v)
+    delta = wrapped(u - v)
     a = np.sin(u) - np.sin(delta)
     b = np.cos(u) - np.cos(delta) - 1.0
     first = np.arctan2(eta * a - xi * b, xi * a + eta * b)
     flipped = 2.0 * (np.cos(delta) - np.cos(v) - np.cos(u)) + 3.0 < 0.0
-    tau = _mod(np.where(flipped, first + np.pi, first))
-    return tau, _mod(tau - u + v - phi)
+    tau = wrapped(np.where(flipped, first + np.pi, first))
+    return tau, wrapped(tau - u + v - phi)
 
 
 def _lrlr_inner(x: Array, y: Array, phi: Array) -> _Solved:
@@ -81,8 +78,8 @@ def _lrsl(x: Array, y: Array, phi: Array) -> _Solved:
     rho = np.hypot(xi, eta)
     r = np.sqrt(np.maximum(rho * rho - 4.0, 0.0))
     u = 2.0 - r
-    t = _mod(np.arctan2(eta, xi) + np.arctan2(r, -2.0))
-    v = _mod(phi - _HALF - t)
+    t = wrapped(np.arctan2(eta, xi) + np.arctan2(r, -2.0))
+    v = wrapped(phi - _HALF - t)
     return _where((rho >= 2.0) & (t >= 0.0) & (u <= 0.0) & (v <= 0.0), t, u, v)
 
 
@@ -90,7 +87,7 @@ def _lrsr(x: Array, y: Array, phi: Array) -> _Solved:
     xi, eta = x + np.sin(phi), y - 1.0 - np.cos(phi)
     rho, t = np.hypot(xi, eta), np.arctan2(xi, -eta)
     u = 2.0 - rho
-    v = _mod(t + _HALF - phi)
+    v = wrapped(t + _HALF - phi)
     return _where((rho >= 2.0) & (t >= 0.0) & (u <= 0.0) & (v <= 0.0), t, u, v)
 
 
@@ -98,8 +95,8 @@ def _lrslr(x: Array, y: Array, phi: Array) -> _Solved:
     xi, eta = x + np.sin(phi), y - 1.0 - np.cos(phi)
     rho = np.hypot(xi, eta)
     u = 4.0 - np.sqrt(np.maximum(rho * rho - 4.0, 0.0))
-    t = _mod(np.arctan2((4.0 - u) * xi - 2.0 * eta, -2.0 * xi + (u - 4.0) * eta))
-    v = _mod(t - phi)
+    t = wrapped(np.arctan2((4.0 - u) * xi - 2.0 * eta, -2.0 * xi + (u - 4.0) * eta))
+    v = wrapped(t - phi)
     return _where((rho >= 2.0) & (u <= 0.0) & (t >= 0.0) & (v >= 0.0), t, u, v)
 
 
@@ -145,7 +142,7 @@ def reeds_shepp(start: Array, goal: Array, radius: float) -> Array:
     c, s = np.cos(start[:, 2]), np.sin(start[:, 2])
     gx, gy = (goal[:, 0] - start[:, 0]) / radius, (goal[:, 1] - start[:, 1]) / radius
     x, y = c * gx + s * gy, -s * gx + c * gy
-    phi = _mod(goal[:, 2] - start[:, 2])
+    phi = wrapped(goal[:, 2] - start[:, 2])
     flips, mirrors = np.array([1.0, -1.0, 1.0, -1.0])[:, None], np.array([1.0, 1.0, -1.0, -1.0])[:, None]
     xs, ys, phis = flips * x, mirrors * y, flips * mirrors * phi
     far_x = xs * np.cos(phis) + ys * np.sin(phis)
@@ -157,12 +154,3 @@ def reeds_shepp(start: Array, goal: Array, radius: float) -> Array:
             for piece, length in enumerate(arrange(*solved)):
                 lengths[:, 4 * k : 4 * k + 4, piece] = np.where(np.isnan(solved[0]), np.nan, flips * length * radius).T
     return lengths
-
-
-def along_arc(pose: Array, curvature: Array, distance: Array) -> Array:
-    """(..., 3): poses after signed `distance` [m] along arcs of `curvature` [1/m] from poses (..., 3); exact also for straight lines."""
-    turn = curvature * distance
-    half = 0.5 * turn
-    chord = distance * np.sinc(half / np.pi)
-    heading = pose[..., 2] + half
-    return np.stack([pose[..., 0] + chord * np.cos(heading), pose[..., 1] + chord * np.sin(heading), pose[..., 2] + turn], axis=-1)

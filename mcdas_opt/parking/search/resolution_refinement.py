@@ -3,49 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.parking.case_variants import turned_round
 from mcdas_opt.parking.path import ArcPath, reversed_path
-from mcdas_opt.parking.search.arc_search import SearchSettings, free_lengths, search
-from mcdas_opt.parking.search.contact_search import CrawlSettings
+from mcdas_opt.parking.search.arc_search import Resolution, search
+from mcdas_opt.parking.search.detours import Detours
+from mcdas_opt.parking.search.free_arcs import total_free_length
 from mcdas_opt.parking.search.path_cost import PathCost
-from mcdas_opt.parking.world import World, turned_round
+from mcdas_opt.parking.world import World
 
-
-class Level(NamedTuple):
-    """One search: its cells [m] (half as many radians), its cap on nodes, and whether it goes from contact to contact at full lock
-
-    only, which needs a tenth of the nodes and is what zigzags in tight slots look like anyway. `wide` ones see a whole alley or yard
-    before their cap bites, where finer cells fill the place that they began in; out of a slot they lead nowhere.
-    """
-
-    cell_m: float
-    nodes: int
-    contacts_only: bool
-    crawls: bool = False  # out of the tight end first, in cells as fine as the car is free
-    wide: bool = False  # for cases that are no slot
-
-
-LEVELS = (
-    Level(0.03, 15_000, True),
-    Level(0.04, 30_000, False),
-    Level(0.2, 15_000, True, wide=True),
-    Level(0.15, 30_000, False, wide=True),
-    Level(0.03, 30_000, True, crawls=True),
-    Level(0.02, 60_000, True),
-    Level(0.01, 150_000, True),
-    Level(0.01, 220_000, False),
+MANY = 14  # a path with more gear changes asks for one finer search more
+RESOLUTIONS = (
+    Resolution(cell_m=0.03, max_nodes=15_000, contacts_only=True),
+    Resolution(cell_m=0.04, max_nodes=30_000),
+    Resolution(cell_m=0.2, max_nodes=15_000, contacts_only=True, wide=True),
+    Resolution(cell_m=0.15, max_nodes=30_000, wide=True),
+    Resolution(cell_m=0.03, max_nodes=30_000, contacts_only=True, contact_search=True),
+    Resolution(cell_m=0.02, max_nodes=60_000, contacts_only=True),
+    Resolution(cell_m=0.01, max_nodes=150_000, contacts_only=True),
+    Resolution(cell_m=0.01, max_nodes=220_000),
 )
 
 
 @dataclass(slots=True)
-class Climb:
-    """What the ladder cost: poses, searches, whether the last one saw every cell that it could reach, how near one came, from which end."""
+class Searched:
+    """What the searches took and saw.
+
+    `exhausted`: the last one saw every cell that it could reach. `left_m` is how near one came, `ends` from which end to which.
+    """
 
     nodes: int = 0
     searches: int = 0
@@ -55,47 +45,36 @@ class Climb:
     ends: tuple[str, str] = ("goal", "start")
 
 
-def climb(
-    case: ParkingCase,
-    world: World,
-    levels: tuple[Level, ...],
-    settings: SearchSettings,
-    many: int,
-    offer: Callable[[ArcPath], bool],
-    late: Callable[[], bool],
-) -> Climb:
-    """Offer paths as they are found; `offer` says whether a path is sound.
+def refine(
+    case: ParkingCase, world: World, resolutions: tuple[Resolution, ...], offer: Callable[[ArcPath], bool], late: Callable[[], bool]
+) -> Searched:
+    """Offer paths as they are found; `offer` says whether a path is sound, `late` whether time is up.
 
-    Every level searches from the tighter end, and from the other one when that finds nothing. A path with more than `many` gear changes
-    asks for one finer level more.
+    Every resolution is searched from the tighter end, and from the other one when that finds nothing. A path with more than `MANY` gear
+    changes asks for one finer resolution more.
     """
-    done = Climb()
+    done = Searched()
     sound: list[int] = []
-    sides = [_Side(case, world, backwards) for backwards in _order(case, world)]
+    sides = [_Side(case, world, backwards) for backwards in _tighter_end_first(case, world)]
     asked_again = False
-    for number, level in enumerate(levels):
-        if beyond_the_wall(case) and (level.crawls or number == len(levels) - 1):
+    for number, resolution in enumerate(resolutions):
+        if shorter_than_diagonal(case) and (resolution.contact_search or number == len(resolutions) - 1):
             continue
-        if level.wide and (asked_again or case.slot is not None):
+        if resolution.wide and (asked_again or case.slot is not None):
             continue
-        if asked_again and (level.crawls or not level.contacts_only):
+        if asked_again and (resolution.contact_search or not resolution.contacts_only):
             continue
-        steps = replace(settings, cell_m=level.cell_m, cell_rad=0.5 * level.cell_m, max_nodes=level.nodes)
-        if level.contacts_only:
-            steps = replace(steps, steers=(1.0, 0.0, -1.0), half_way=False)
-        if level.crawls:
-            steps = replace(steps, crawl=CrawlSettings(), margin_m=CrawlSettings().margin_m)
         for side in sides:
-            done.exhausted = side.search(steps, offer, sound, done)
+            done.exhausted = side.search(resolution, offer, sound, done)
             if sound or late():
                 break
-        if late() or (sound and (min(sound) <= many or asked_again or level.crawls)):
+        if late() or (sound and (min(sound) <= MANY or asked_again or resolution.contact_search)):
             break
         asked_again = bool(sound)
     return done
 
 
-def beyond_the_wall(case: ParkingCase) -> bool:
+def shorter_than_diagonal(case: ParkingCase) -> bool:
     """A slot in which not even a car that turns on the spot would find room: only vanishing zigzags are left there."""
     car = case.vehicle
     return case.slot is not None and case.slot.length_m < float(np.hypot(car.length_m, car.width_m)) + 2.0 * case.limits.clearance_m - 1e-3
@@ -109,30 +88,29 @@ class _Side:
         self.case = turned_round(case) if backwards else case
         self.cost: PathCost | None = None
 
-    def search(self, steps: SearchSettings, offer: Callable[[ArcPath], bool], sound: list[int], done: Climb) -> bool:
+    def search(self, resolution: Resolution, offer: Callable[[ArcPath], bool], sound: list[int], done: Searched) -> bool:
+        """Whether every cell was seen; the gear changes of sound paths go into `sound`, what was seen into `done`."""
         if self.cost is None:
-            self.cost = PathCost.of(self.case)
-            if self.world.whole.polygons:
-                self.cost.learn_detours(self.case, self.world.whole, self.world.body)
+            self.cost = PathCost.of(self.case, Detours.of(self.case, self.world) if self.world.whole.polygons else None)
 
         def report(path: ArcPath) -> None:
             if offer(reversed_path(path) if self.backwards else path):
                 sound.append(path.gear_changes)
 
-        outcome = search(self.case, self.world, steps, self.cost, report)
+        outcome = search(self.case, self.world, resolution, self.cost, report)
         done.nodes += outcome.nodes
         done.searches += 1
-        done.finest_m = min(done.finest_m, steps.cell_m)
+        done.finest_m = min(done.finest_m, resolution.cell_m)
         if outcome.left_m < done.left_m:
             done.left_m, done.ends = outcome.left_m, ("start", "goal") if self.backwards else ("goal", "start")
         return outcome.exhausted
 
 
-def _order(case: ParkingCase, world: World) -> tuple[bool, bool]:
-    """Backwards or not, the tighter end first: the one from which less way is free."""
+def _tighter_end_first(case: ParkingCase, world: World) -> tuple[bool, bool]:
+    """Backwards or not, the tighter end first: the one from which arcs are less free."""
 
     def room(pose: Array) -> float:
-        return float(free_lengths(case, world, pose).sum())
+        return total_free_length(case, world, pose)
 
     tight_start = room(case.start) < 0.7 * room(case.goal)
     return tight_start, not tight_start
