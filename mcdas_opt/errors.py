@@ -6,6 +6,8 @@ import difflib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
+_LONGEST_SHOWN = 200  # characters of a value in a message
+
 
 class McdasError(Exception):
     """Root of everything this package raises on purpose."""
@@ -16,7 +18,7 @@ class ParameterError(McdasError, ValueError):
 
     def __init__(self, name: str, value: object, rule: str, unit: str = "") -> None:
         self.name, self.value, self.rule, self.unit = name, value, rule, unit
-        shown = f"{value!r} {unit}".rstrip()
+        shown = f"{_shown(value)} {unit}".rstrip()
         super().__init__(f"{name} = {shown}: {rule}")
 
 
@@ -26,7 +28,7 @@ class InputError(McdasError, ValueError):
     def __init__(self, file: object, key: str, value: object, rule: str) -> None:
         self.file, self.key, self.value, self.rule = str(file), key, value, rule
         where = f"{self.file}: {key}" if key else self.file
-        shown = "" if value is None else f" = {value!r}"
+        shown = "" if value is None else f" = {_shown(value)}"
         super().__init__(f"{where}{shown}: {rule}")
 
 
@@ -55,6 +57,15 @@ class MissingExtraError(McdasError, ImportError):
         self.package, self.extra, self.then = package, extra, then
         also = f", then {then}" if then else ""
         super().__init__(f"this needs the package {package!r}: pip install mcdas-opt[{extra}]{also}")
+
+
+def _shown(value: object) -> str:
+    """The value as Python writes it, cut off where it is long; Python refuses to write an integer of thousands of digits."""
+    try:
+        text = repr(value)
+    except ValueError:
+        return f"{type(value).__name__} too large to be written"
+    return text if len(text) <= _LONGEST_SHOWN else f"{text[: _LONGEST_SHOWN - 3]}..."
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

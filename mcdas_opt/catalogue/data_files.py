@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import tomllib
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -11,7 +9,10 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 
+from mcdas_opt.domain.parsing import LARGEST_JSON, LARGEST_TOML, parsed_json, parsed_toml
 from mcdas_opt.errors import InputError, nearest
+
+LARGEST_TEXT = 200_000_000  # characters of a recording
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -57,25 +58,24 @@ def not_shipped(name: str, what: str, known: Sequence[str]) -> InputError:
     return InputError(name, "", None, f"no such file, and no shipped {what} of that name; {listed}")
 
 
-def read_text(path: Path) -> str:
+def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
+    """A file of at most `largest` characters; of a larger one no more than that is read. Raises `InputError` that names it."""
     try:
-        return path.read_text(encoding="utf-8-sig")  # spreadsheets write a byte order mark
-    except (OSError, UnicodeDecodeError) as error:
+        with path.open(encoding="utf-8-sig") as file:  # spreadsheets write a byte order mark
+            text = file.read(largest + 1)
+    except (OSError, ValueError) as error:
         raise InputError(path, "", None, f"cannot be read: {error}") from None
+    if len(text) > largest:
+        raise InputError(path, "", None, f"must be at most {largest} characters long")
+    return text
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(read_text(path))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(path, "", None, f"is not TOML: {error}") from None
+    return parsed_toml(read_text(path, LARGEST_TOML), path)
 
 
 def read_json(path: Path) -> Any:
-    try:
-        return json.loads(read_text(path))
-    except json.JSONDecodeError as error:
-        raise InputError(path, f"line {error.lineno}", None, f"is not JSON: {error.msg}") from None
+    return parsed_json(read_text(path, LARGEST_JSON), path)
 
 
 def checked(model: type[Model], document: Any, file: object, context: Any = None) -> Model:

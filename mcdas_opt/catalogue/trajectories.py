@@ -39,14 +39,18 @@ def load_trajectory(path: str | Path) -> TrajectoryFile:
 
 
 def _table(path: Path) -> dict[str, list[float]]:
-    rows = csv.reader(read_text(path).removeprefix("\ufeff").splitlines())
-    header = [cell.strip() for cell in next(rows, [])]
+    reader = csv.reader(read_text(path).removeprefix("\ufeff").splitlines())
+    try:
+        lines = [(reader.line_num, row) for row in reader]
+    except csv.Error as error:
+        raise InputError(path, f"line {reader.line_num}", None, f"is no CSV: {error}") from None
+    header = [cell.strip() for cell in lines[0][1]] if lines else []
     _check_names(header, path, "line 1")
     columns: dict[str, list[float]] = {name: [] for name in header}
-    for row in rows:
+    for number, row in lines[1:]:
         if not any(cell.strip() for cell in row):
             continue
-        line = f"line {rows.line_num}"
+        line = f"line {number}"
         if len(row) != len(header):
             raise InputError(path, line, len(row), f"must have {len(header)} cells, as the header")
         for name, cell in zip(header, row, strict=True):

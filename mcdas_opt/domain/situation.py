@@ -8,11 +8,12 @@ from typing import Any
 
 from mcdas_opt.domain.document import SCHEMA_VERSION, from_document, to_document
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.parsing import parsed_json
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import finite, non_negative
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vocabulary import Request
-from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.errors import ParameterError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,8 +56,4 @@ class Situation:
     @classmethod
     def from_json(cls, text: str, file: object = "situation") -> Situation:
         """From a JSON document; raises `InputError` that names `file`, key, value and rule."""
-        try:
-            document = json.loads(text)
-        except json.JSONDecodeError as error:
-            raise InputError(file, f"line {error.lineno}", None, f"is not JSON: {error.msg}") from None
-        return from_document(cls, document, file)
+        return from_document(cls, parsed_json(text, file), file)

@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
+from mcdas_opt.catalogue.shelf import read_text
+from mcdas_opt.domain.parsing import parsed_json
 from mcdas_opt.evaluation.running.journal import write_whole
 
 CSV, PARQUET, TIMINGS = "rows.csv", "rows.parquet", "timings.csv"
@@ -49,8 +51,8 @@ def write_table(folder: Path, rows: Sequence[dict[str, Any]], timings: Timings, 
 
 def read_table(path: Path) -> tuple[dict[str, Any], list[dict[str, str]]]:
     """(origin, rows as text) of a `rows.csv`."""
-    first, _, rest = path.read_text(encoding="utf-8").partition("\n")
-    origin: dict[str, Any] = json.loads(first.removeprefix("# "))
+    first, _, rest = read_text(path).partition("\n")
+    origin: dict[str, Any] = parsed_json(first.removeprefix("# "), path)
     return origin, list(csv.DictReader(io.StringIO(rest)))
 
 
