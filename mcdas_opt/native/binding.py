@@ -56,7 +56,7 @@ class Library:
     """C texts that are compiled with the same flags into one library, and what may be called of them."""
 
     texts: tuple[str, ...]
-    builds: tuple[str, ...]  # compiler flags, best first; the last of them are the portable ones
+    builds: tuple[str, ...]  # compiler flags, best first; the last are portable
     functions: Mapping[str, str]  # signatures
     _loaded: dict[str, ctypes.CDLL | None] = field(default_factory=dict, init=False, repr=False)
 

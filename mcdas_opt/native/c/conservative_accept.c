@@ -273,7 +273,8 @@ static int far_along(const double *body, double reach, const Rules *rule, const 
     return 1;
 }
 
-/* a body that cruises or changes its speed until then, its lateral speed swelling and fading, for sure apart from the host in every fine step */
+/* a body that cruises or changes its speed until then, its lateral speed swelling and fading, apart from the host for sure in every
+ * fine step */
 static int apart(const double *body, const double *table, whole n, const Frame *frame, const Rules *rule, int steps, const double *node,
                  const double *time, whole stride)
 {

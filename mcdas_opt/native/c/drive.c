@@ -62,7 +62,8 @@ static void step(const Road *on, const double *x, double h, double *next)
     }
 }
 
-/* x (nodes + 1, NX) with the start in its first row; u (nodes, 2) is zeroed where the car stands; planned speeds (nodes + 1); road (2, knots) */
+/* x (nodes + 1, NX) with the start in its first row; u (nodes, 2) is zeroed where the car stands; planned speeds (nodes + 1);
+ * road (2, knots) */
 PUBLIC void mcdas_drive(whole nodes, const double *h, const double *planned, double starts, const double *car, whole knots,
                         const double *road, double *u, double *x)
 {
