@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import time
 from dataclasses import dataclass, replace
 
@@ -11,6 +12,7 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import local_origin_m
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.planning.manoeuvre import Manoeuvre
@@ -52,7 +54,7 @@ class Cycle:
     ) -> Cycle:
         """Assesses and predicts. A memory that is not older than the situation is none; a manoeuvre that it holds is active until it is
         finished."""
-        settings, origin_m = settings or Settings(), local_origin_m(situation.host.s_m)
+        settings, situation, origin_m = settings or Settings(), _in_order(situation), local_origin_m(situation.host.s_m)
         memory = Memory() if memory is None else memory.seen_from(origin_m, situation.time_s)
         local = _local(situation, origin_m)
         active = memory.active
@@ -88,6 +90,19 @@ class Cycle:
     def needs_no_steering(self) -> bool:
         """The selector finds braking or accelerating enough."""
         return self.assessment.mode in (Mode.BRAKE, Mode.ACCELERATE)
+
+
+def _in_order(given: Situation) -> Situation:
+    """The tracks from behind to ahead, whatever the order and the names that they were given: sums over them have the same last bits."""
+    tracks = given.tracks
+    ordered = sorted(tracks, key=_place)
+    return given if all(map(operator.is_, ordered, tracks)) else replace(given, tracks=tuple(ordered))
+
+
+def _place(track: Track) -> tuple[float | str, ...]:
+    """Of two in mirrored places the one that is named first: a mirrored scene has the mirrored order."""
+    moving = track.speed_s_mps, abs(track.speed_d_mps), track.acceleration_s_mps2
+    return (track.s_m, abs(track.d_m), *moving, track.length_m, track.width_m, track.id)
 
 
 def _local(given: Situation, origin_m: float) -> Situation:

@@ -94,9 +94,8 @@ class LaneMpcSolver:
     def forget(self) -> None:
         """Throws every warm start away."""
         self._warm_starts, self._left = {}, {}
-        if self.own.solver == "osqp":
-            for transcribed in self.problems:
-                transcribed.osqp.reset()
+        for transcribed in self.problems:
+            transcribed.forget()
 
     def solve(self, cycle: Cycle, proposed: Proposed) -> Driven | Refused:
         """From the candidate's last solve when that says something of this one, else from its own path."""
@@ -152,15 +151,13 @@ class LaneMpcSolver:
         return self._filled(self._shared(cycle), proposed, guess_s)
 
     def nearest(self, cycle: Cycle) -> ObstacleSlots:
-        """The bodies that come nearest over the horizon, at most as many as there are slots; in order of their ids, to keep slots."""
+        """The bodies that come nearest over the horizon, at most as many as there are slots; in the cycle's order."""
         times, most, host = self.settings.grid.times_s, self.own.slots[-1], cycle.situation.host
         bodies, motion = cycle.prediction.bodies, cycle.prediction.rows_on(times)
-        order = sorted(range(len(bodies)), key=lambda i: bodies[i].id)
-        if len(order) > most:
+        if len(bodies) > most:
             reach = np.abs(motion.s_m[:, ::5] - (host.s_m + host.speed_mps * times[::5])).min(axis=-1)
-            order = sorted(sorted(order, key=lambda i: (reach[i], bodies[i].id))[:most], key=lambda i: bodies[i].id)
-        if order != list(range(len(bodies))):
-            bodies, motion = tuple(bodies[i] for i in order), motion.part(order)
+            near = sorted(sorted(range(len(bodies)), key=lambda i: (reach[i], i))[:most])
+            bodies, motion = tuple(bodies[i] for i in near), motion.part(near)
         return obstacle_slots(bodies, times, motion=motion, along_m=self.own.clearance_along_m, across_m=self.own.clearance_across_m)
 
     def _attempts(self, scene: _Scene, cold: Callable[[], StageGuess], answered: Callable[[], bool]) -> Iterator[Asked]:
@@ -220,7 +217,7 @@ class LaneMpcSolver:
             return True
         if proposed.manoeuvre != warm.proposed.manoeuvre or abs(proposed.speed_mps - warm.proposed.speed_mps) > 1.0:
             return True
-        if [body.id for body in others.bodies] != [body.id for body in warm.others.bodies]:  # they are in the order of their ids
+        if [body.id for body in others.bodies] != [body.id for body in warm.others.bodies]:
             return True
         most_m, most_mps = self.own.event_position_m, self.own.event_speed_mps
         for then, now in zip(warm.others.second, others.first, strict=True):  # one step later: node 1 of the last is node 0 of this one

@@ -106,13 +106,13 @@ class Planner:
         started = time.perf_counter()
         stop_at_s = None if self.deadline_s is None else started + self.deadline_s
         cycle = Cycle.of(situation, self.vehicle, self.settings, self.memory, stop_at_s)
-        wrong = contradiction(situation, cycle.memory.situation, self.vehicle) if self._asked.has_ladder else ""
+        wrong = contradiction(cycle.given, cycle.memory.situation, self.vehicle) if self._asked.has_ladder else ""
         if wrong:
             memory = replace(cycle.memory, warm_starts=None)  # the solver was not asked
             plan = fall_back(cycle, NothingPasses(reason=f"the situation contradicts itself: {wrong}", memory=memory))
         else:
             plan = with_time_to_react(self._answered(cycle), cycle)
-        self.memory = remembered(plan, situation, cycle.origin_m)
+        self.memory = remembered(plan, cycle.given, cycle.origin_m)
         timing = replace(plan.timing_ms, total=1e3 * (time.perf_counter() - started))
         self._asked.previous = cycle.given_from(replace(plan, planner=self.name, timing_ms=timing, memory=self._carried(plan)))
         return self._asked.previous

@@ -42,6 +42,11 @@ class TranscribedProblem:
         twin.__dict__["interior_point"] = self.interior_point.twin()
         return twin
 
+    def forget(self) -> None:
+        """What the engines learnt: of these, OSQP its step size."""
+        if "osqp" in self.__dict__:
+            self.osqp.reset()
+
     @cached_property
     @held_interrupts()
     def interior_point(self) -> InteriorPointEngine:
