@@ -12,6 +12,8 @@ import numpy as np
 from mcdas_opt.domain.rules import Array, non_negative, positive, require
 from mcdas_opt.errors import ParameterError
 
+_STRETCH_M = 1000.0
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Road:
@@ -80,6 +82,13 @@ class Road:
         lane = math.floor(d_m / self.lane_width_m + 0.5)
         return min(max(lane, -self.lanes_right), self.lanes_left)
 
+    def local_origin_m(self, s_m: float) -> float:
+        """Where s = 0 lies for whoever works near `s_m`, so that numbers stay small wherever the car drives: there. On a road with bends
+        the nearest whole kilometre: what is remembered of them serves for that long."""
+        if not math.isfinite(s_m):
+            return 0.0
+        return s_m if self.is_straight else _STRETCH_M * round(s_m / _STRETCH_M)
+
     def seen_from(self, s_m: float) -> Road:
         """The same road with its s counted from `s_m`: the same record where that is 0."""
         return self if s_m == 0.0 else _seen_from(self, s_m)
@@ -89,15 +98,6 @@ class Road:
 
     def has_lane(self, lane: int) -> bool:
         return -self.lanes_right <= lane <= self.lanes_left
-
-
-_STRETCH_M = 1000.0
-
-
-def local_origin_m(s_m: float) -> float:
-    """Where s = 0 lies for whoever works near `s_m`: the nearest whole kilometre. So numbers stay small wherever the car drives, what is
-    remembered of a road serves for a kilometre, and a drive that begins at 0 is not moved at all before it has gone half of one."""
-    return _STRETCH_M * round(s_m / _STRETCH_M) if math.isfinite(s_m) else 0.0
 
 
 @lru_cache(maxsize=64)
