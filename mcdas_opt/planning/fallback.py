@@ -94,5 +94,5 @@ def _plan(
         safe_end=continued.end,
         candidates=refused.candidates + tuple(rows),
         iterations=refused.iterations,
-        memory=replace(refused.memory, active=proposed.manoeuvre, reaction=None if proposed.manoeuvre is not None else reaction),
+        memory=replace(refused.memory, active=proposed.manoeuvre, reaction=reaction),
     )

@@ -10,7 +10,6 @@ from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.planning.candidate import Checked
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.driven_closed_form import closed_form, groups
-from mcdas_opt.situation.assess import assess
 
 NAME = "corrected sigmoid, driven,"
 
@@ -19,8 +18,7 @@ def corrected_sigmoid(cycle: Cycle, rows: list[Candidate]) -> Iterator[Checked]:
     """What the closed form chooses; nothing where the driver asks to park."""
     if cycle.situation.request is Request.PARK:
         return
-    fresh = replace(cycle, assessment=assess(cycle.situation, cycle.vehicle, cycle.settings.selector, None))
-    found = closed_form(fresh, groups(fresh))
+    found = closed_form(cycle, groups(cycle))
     rows += [one.row() for one in found.tried]
     checked = found.chosen.checked
     yield checked.proposed_as(replace(checked.proposed, name=NAME))
