@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
-from mcdas_opt.catalogue.shelf import read_text
+from mcdas_opt.catalogue.data_files import read_text
 from mcdas_opt.domain.parsing import parsed_json
 from mcdas_opt.evaluation.running.journal import write_whole
 
