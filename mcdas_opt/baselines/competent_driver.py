@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from mcdas_opt.baselines.lane import judged, leader_of, neighbours_in, strongest_braking_mps2
 from mcdas_opt.baselines.steady import SteadyLaw
 from mcdas_opt.domain.plan import Plan, Refusal
-from mcdas_opt.domain.rules import positive
+from mcdas_opt.domain.rules import positive, require
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
@@ -30,8 +30,7 @@ class CompetentDriverSettings:
     wandering_m: float = 0.375
 
     def __post_init__(self) -> None:
-        for name in self.__slots__:
-            positive(name, getattr(self, name))
+        require(self, positive, *self.__slots__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from mcdas_opt.baselines.lane import judged, leader_of, neighbours_in, strongest_braking_mps2
 from mcdas_opt.domain.plan import Plan, Refusal
-from mcdas_opt.domain.rules import non_negative, positive
+from mcdas_opt.domain.rules import non_negative, positive, require
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
@@ -42,8 +42,7 @@ class MobilSettings:
     def __post_init__(self) -> None:
         non_negative("politeness", self.politeness)
         non_negative("threshold_mps2", self.threshold_mps2, "m/s^2")
-        for name in ("safe_braking_mps2", "lateral_mps2"):
-            positive(name, getattr(self, name), "m/s^2")
+        require(self, positive, "safe_braking_mps2", "lateral_mps2")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

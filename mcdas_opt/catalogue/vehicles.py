@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
@@ -63,4 +64,4 @@ def vehicle_text(vehicle: Vehicle) -> str:
         raise ParameterError(
             "zero_sideslip_point_m", vehicle.zero_sideslip_point_m, "must be 0 in a vehicle file: it goes with the speed", "m"
         )
-    return toml_text({key: getattr(vehicle, key) for key in VehicleFile.model_fields if key not in _WHERE_FROM})
+    return toml_text({key: value for key, value in asdict(vehicle).items() if key in VehicleFile.model_fields})

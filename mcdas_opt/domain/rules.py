@@ -28,6 +28,7 @@ _UNITS = {
     "kgm2": "kg m^2",
     "nprad": "N/rad",
     "hz": "1/s",
+    "1pm": "1/m",
 }
 
 

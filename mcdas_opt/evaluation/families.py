@@ -74,8 +74,7 @@ def _combinations(text: str) -> tuple[Family, ...]:
 
 
 def _lists(part: BaseModel, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], tuple[float, ...]]]:
-    for name in type(part).model_fields:
-        value = getattr(part, name)
+    for name, value in part:
         if isinstance(value, Spread):
             if value.values is not None:
                 yield (*path, name), value.values
@@ -89,7 +88,7 @@ def _with(family: Family, values: dict[tuple[str, ...], float]) -> Family:
         if len(path) == 1:
             changed = changed.model_copy(update={path[0]: value})
         else:
-            changed = changed.model_copy(update={path[0]: getattr(changed, path[0]).model_copy(update={path[1]: value})})
+            changed = changed.model_copy(update={path[0]: dict(changed)[path[0]].model_copy(update={path[1]: value})})
     return changed
 
 

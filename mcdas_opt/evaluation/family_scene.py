@@ -43,6 +43,7 @@ class _Draw:
     def __init__(self, ranges: Ranges, rng: np.random.Generator) -> None:
         self._ranges, self._rng = ranges, rng
         self._vehicle: Vehicle = load_vehicle(ranges.host.vehicle)
+        self._speed = 0.0
         road = ranges.road
         self._road: Document = {
             "lane_width_m": self._of(road.lane_width_m),
@@ -81,7 +82,7 @@ class _Draw:
         }
 
     def _of(self, number: Number) -> float:
-        return draw(number, self._rng, getattr(self, "_speed", 0.0))
+        return draw(number, self._rng, self._speed)
 
     def _ahead(self, front: FrontSpread) -> list[Document]:
         """The front car, with whoever stands in its way or beside it."""

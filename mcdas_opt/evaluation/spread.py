@@ -32,12 +32,12 @@ class Spread(Part):
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
         kinds = (("low", "high"), ("one_of",), ("first", "last", "step"), ("by_speed",))
-        begun = [kind for kind in kinds if any(getattr(self, name) is not None for name in kind)]
-        if len(begun) != 1 or any(getattr(self, name) is None for name in begun[0]):
+        given = dict(self)
+        begun = [kind for kind in kinds if any(given[name] is not None for name in kind)]
+        if len(begun) != 1 or any(given[name] is None for name in begun[0]):
             raise ValueError("needs low and high, or one_of, or first, last and step, or by_speed")
         for low, high in (("low", "high"), ("first", "last")):
-            least, most = getattr(self, low), getattr(self, high)
-            if least is not None and most < least:
+            if given[low] is not None and given[high] < given[low]:
                 raise ValueError(f"{high} must be at least {low}")
         if self.by_speed is not None and any(b[0] <= a[0] for a, b in zip(self.by_speed, self.by_speed[1:], strict=False)):
             raise ValueError("the speeds of by_speed must increase")

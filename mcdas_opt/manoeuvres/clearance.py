@@ -82,8 +82,9 @@ def clearance(
 
 
 def _in_precision_of(like: Array, motion: BodyMotion) -> BodyMotion:
-    names = ("s_m", "d_m", "heading_rad", "speed_s_mps", "speed_d_mps")
-    return BodyMotion(**{name: getattr(motion, name).astype(like.dtype, copy=False) for name in names})
+    columns = (motion.s_m, motion.d_m, motion.heading_rad, motion.speed_s_mps, motion.speed_d_mps)
+    s, d, heading, speed_s, speed_d = (column.astype(like.dtype, copy=False) for column in columns)
+    return BodyMotion(s_m=s, d_m=d, heading_rad=heading, speed_s_mps=speed_s, speed_d_mps=speed_d)
 
 
 def _half(size_m: float, margin_m: float, share: float, predicted: Callable[[Array], Array], times_s: Array) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction
@@ -69,10 +70,10 @@ class Ends:
 
     front_margin_m: Array
     follower_demand_mps2: Array
-    standing: Array
-    safe: Array
-    front_fails: Array
-    follower_fails: Array
+    standing: NDArray[np.bool_]
+    safe: NDArray[np.bool_]
+    front_fails: NDArray[np.bool_]
+    follower_fails: NDArray[np.bool_]
 
     def at(self, k: int, t_s: float) -> SafeEnd:
         """The record of sample k."""
@@ -116,7 +117,7 @@ def ends(
     road is a car that stands.
     """
     cfg = settings or SafeEndSettings()
-    s, d, psi, v = (getattr(drive, name)[samples] for name in ("s_m", "d_m", "heading_rad", "speed_mps"))
+    s, d, psi, v = (column[samples] for column in (drive.s_m, drive.d_m, drive.heading_rad, drive.speed_mps))
     standing = v <= _STANDING_MPS
     margin, demand = np.full(s.shape, math.inf), np.full(s.shape, -math.inf)
     front_fails = ~standing & (np.abs(psi) > cfg.settled_rad)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 from mcdas_opt.domain.rules import finite
@@ -25,7 +25,7 @@ HYSTERESIS = "selector.hysteresis"  # ttc_clear over ttc_threat: one number, so 
 
 
 def _numbers(group: Any) -> dict[str, float]:
-    return {f.name: getattr(group, f.name) for f in fields(group) if type(getattr(group, f.name)) is float}
+    return {name: value for name, value in asdict(group).items() if type(value) is float}
 
 
 def defaults() -> dict[str, float]:

@@ -37,6 +37,9 @@ class SolverSettings:
     event_speed_mps: float = 0.5
 
     def __post_init__(self) -> None:
-        for name, known in (("solver", ("interior-point", "osqp")), ("cold_start", ("same", "ipopt"))):
-            if getattr(self, name) not in known:
-                raise ParameterError(name, getattr(self, name), f"must be {' or '.join(known)}")
+        for name, given, known in (
+            ("solver", self.solver, ("interior-point", "osqp")),
+            ("cold_start", self.cold_start, ("same", "ipopt")),
+        ):
+            if given not in known:
+                raise ParameterError(name, given, f"must be {' or '.join(known)}")

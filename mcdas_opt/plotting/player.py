@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -126,7 +126,7 @@ def follow_document(truth: ParkingCase, drive: ParkingDrive) -> dict[str, Any]:
 def _thinned(driven: ParkingTrajectory) -> ParkingTrajectory:
     """Samples some `_POSE_EVERY_S` apart, the last one included."""
     shown = np.unique(np.searchsorted(driven.t_s, np.append(np.arange(driven.t_s[0], driven.t_s[-1], _POSE_EVERY_S), driven.t_s[-1])))
-    return ParkingTrajectory(**{item.name: getattr(driven, item.name)[shown] for item in fields(driven)})
+    return ParkingTrajectory(**{name: column[shown] for name, column in asdict(driven).items()})
 
 
 def _yard(case: ParkingCase, driven: ParkingTrajectory | None) -> dict[str, Any]:

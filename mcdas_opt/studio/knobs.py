@@ -66,7 +66,7 @@ def front_and_rear(scene: Scene) -> tuple[int | None, int | None]:
 def positions(scene: Scene, sigmoid: SigmoidSettings) -> dict[str, float | None]:
     """Where every knob stands; None for one that this scene has not: no such car, or one whose motion is recorded."""
     found: dict[str, float | None] = {"friction": scene.road.friction, "host_speed_mps": scene.host.speed_mps}
-    found |= {key: getattr(sigmoid, key) for key in SIGMOID}
+    found |= {"a_per_m": sigmoid.a_per_m, "b": sigmoid.b, "y_max_m": sigmoid.y_max_m}
     for name, index in zip(("front", "rear"), front_and_rear(scene), strict=True):
         car = None if index is None else scene.neighbour[index]
         if car is None or car.trajectory is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import types
 import uuid
 from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -124,7 +125,7 @@ def register(studio: Studio) -> None:
 
 
 def _knobs(knobs: tuple[Knob, ...]) -> list[dict[str, Any]]:
-    return [{name: getattr(knob, name) for name in knob.__slots__} for knob in knobs]
+    return [asdict(knob) for knob in knobs]
 
 
 def _planners(names: tuple[str, ...]) -> list[dict[str, Any]]:

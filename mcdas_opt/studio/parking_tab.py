@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -76,7 +77,7 @@ class ParkingTab:
     def place(self, case: ParkingCase) -> dict[str, Any]:
         """Where the sliders stand (None: this case has no such thing), and the handles that can be dragged."""
         slot = case.slot
-        stand: dict[str, float | None] = {key: None if slot is None else getattr(slot, key) for key in _SLOT}
+        stand: dict[str, float | None] = dict.fromkeys(_SLOT) if slot is None else asdict(slot)
         stand["clearance_m"] = case.limits.clearance_m
         stand |= dict(zip(("start_x_m", "start_y_m", "start_heading_rad"), (float(q) for q in case.start), strict=True))
         handles: list[dict[str, Any]] = [{"key": "start", "at": rounded(case.start, 3), "moves": ["start_x_m", "start_y_m"]}]

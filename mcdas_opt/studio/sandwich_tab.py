@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -92,7 +92,8 @@ class SandwichTab:
             rows = None if at.table is None else at.table.offered()
             stand = positions(at.scene, at.sigmoid)
             return {"part": "opened", "name": at.scene.name, "positions": stand, "rows": rows, "row": str(at.row), "planner": at.planner}
-        stand = {knob.key: getattr(at.sigmoid, knob.key, None) for knob in KNOBS}
+        sigmoid = asdict(at.sigmoid)
+        stand = {knob.key: sigmoid.get(knob.key) for knob in KNOBS}
         return {
             "part": "opened",
             "name": at.log.name,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 
@@ -55,9 +56,10 @@ def choose(trials: Sequence[Trial]) -> Choice:
         f"of these the least {cost.peak_lateral_mps2:.2f}/4 + {cost.peak_jerk_mps3:.1f}/20 + {cost.manoeuvre_m:.1f}/50",
     ]
     for name in OBJECTIVES[1:]:
-        best = min(front, key=lambda trial: getattr(trial.cost, name))
+        figure = attrgetter(name)
+        best = min(front, key=lambda trial: figure(trial.cost))
         if best is not taken:
-            gap = getattr(cost, name) - getattr(best.cost, name)
+            gap = figure(cost) - figure(best.cost)
             reasons.append(f"gives up {gap:.3g} {_WORDS[name]} against trial {best.number}")
     return Choice(trial=taken, front=front, reasons=tuple(reasons))
 

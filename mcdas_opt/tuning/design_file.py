@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +51,7 @@ def design_text(design: Design) -> str:
             "side": design.side.value,
             "lateral_acceleration_mps2": next(c.limit for c in design.constraints if c.name == "lateral acceleration"),
         },
-        "design": {key: to_document(getattr(design, key)) for key in facts},
+        "design": {key: to_document(attrgetter(key)(design)) for key in facts},
         "provenance": {
             "made_by": f"mcdas-opt {version('mcdas-opt')} tune",
             "method": design.method,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from mcdas_opt.domain.rules import finite, non_negative, positive, within
+from mcdas_opt.domain.rules import finite, non_negative, positive, require, within
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import ParameterError, nearest
@@ -67,17 +67,8 @@ class DesignRequest:
     vehicle: Vehicle = field(default_factory=Vehicle)
 
     def __post_init__(self) -> None:
-        for name, unit in (
-            ("speed_mps", "m/s"),
-            ("lateral_acceleration_mps2", "m/s^2"),
-            ("lateral_jerk_mps3", "m/s^3"),
-            ("friction", ""),
-            ("lane_width_m", "m"),
-            ("heading_jump_rad", "rad"),
-            ("curvature_1pm", "1/m"),
-            ("other_width_m", "m"),
-        ):
-            positive(name, getattr(self, name), unit)
+        require(self, positive, "speed_mps", "lateral_acceleration_mps2", "lateral_jerk_mps3", "friction")
+        require(self, positive, "lane_width_m", "heading_jump_rad", "curvature_1pm", "other_width_m")
         if self.lane_width_m <= self.vehicle.width_m:
             raise ParameterError("lane_width_m", self.lane_width_m, f"must be greater than the vehicle's {self.vehicle.width_m:g} m", "m")
         within("offset_m", self.offset_m, -self.lane_width_m, self.lane_width_m, "m")
@@ -87,9 +78,9 @@ class DesignRequest:
             raise ParameterError("objective", self.objective, f"is not a known objective; {nearest(self.objective, OBJECTIVES)}")
         if self.side is Side.NONE:
             raise ParameterError("side", self.side.value, "must be left or right")
-        for name in ("length_max_m", "front_gap_m", "rear_gap_m"):
-            if getattr(self, name) is not None:
-                positive(name, getattr(self, name), "m")
+        for name, given in (("length_max_m", self.length_max_m), ("front_gap_m", self.front_gap_m), ("rear_gap_m", self.rear_gap_m)):
+            if given is not None:
+                positive(name, given, "m")
         low, high = self._ordered("a_bounds_per_m", self.a_bounds_per_m, "1/m")
         if high >= 0.0:
             raise ParameterError("a_bounds_per_m", self.a_bounds_per_m, "a is less than 0", "1/m")

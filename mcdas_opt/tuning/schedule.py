@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -45,7 +46,7 @@ def build_schedule(
             progress(done, int(np.prod(shape)))
 
     def table(key: str) -> Any:
-        return np.array([round(getattr(found[at], key), 9) for at in np.ndindex(shape)]).reshape(shape)
+        return np.array([round(attrgetter(key)(found[at]), 9) for at in np.ndindex(shape)]).reshape(shape)
 
     return GainSchedule(
         name=name,
@@ -69,14 +70,17 @@ def schedule_text(schedule: GainSchedule, base: DesignRequest | None = None) -> 
         "speed_mps": list(schedule.speed_mps),
         "offset_m": list(schedule.offset_m),
         "friction": list(schedule.friction),
-        **{key: getattr(schedule, key).tolist() for key in ("a_per_m", "b", "y_max_m", "length_m")},
+        "a_per_m": schedule.a_per_m.tolist(),
+        "b": schedule.b.tolist(),
+        "y_max_m": schedule.y_max_m.tolist(),
+        "length_m": schedule.length_m.tolist(),
         "provenance": {
             "made_by": f"mcdas-opt {version('mcdas-opt')}, tuning.schedule.build_schedule; python benchmarks/tuning.py schedule",
             "method": f"nlp (IPOPT of casadi {version('casadi')}, exact derivatives), every crossing its own optimum",
             "objective": request.objective,
             "vehicle": request.vehicle.name,
             "lateral_friction_share": SigmoidSettings().lateral_friction_share,
-            **{key: getattr(request, key) for key in limits},
+            **dict(zip(limits, attrgetter(*limits)(request), strict=True)),
         },
     }
     head = "# Sigmoid parameters by [friction][offset][speed]; the offset is the front vehicle's, towards the side that is steered to.\n"

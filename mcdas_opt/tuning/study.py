@@ -8,7 +8,7 @@ import json
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -197,7 +197,7 @@ class _Worker:
             part = scenes[at : at + step]
             for figures in self.drives(part, dict(trial.params)):
                 rows.append(figures)
-                documents.append({name: getattr(figures, name) for name in DriveFigures.__dataclass_fields__})
+                documents.append(asdict(figures))
             at, step = at + len(part), 2 * step
             if at < len(scenes) and sum(row.collided for row in rows) > self._least_collisions(len(rows)):
                 trial.set_user_attr(_DRIVES, documents)

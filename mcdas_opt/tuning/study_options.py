@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from mcdas_opt.domain.rules import positive
+from mcdas_opt.domain.rules import positive, require
 from mcdas_opt.tuning.search_space import SPACE, Range
 
 
@@ -26,5 +26,4 @@ class StudyOptions:
     space: tuple[Range, ...] = field(default=SPACE)
 
     def __post_init__(self) -> None:
-        for name in ("scenes", "held_out", "workers", "speed_mps"):
-            positive(name, getattr(self, name))
+        require(self, positive, "scenes", "held_out", "workers", "speed_mps")

@@ -204,4 +204,4 @@ def values_text(report: StudyReport) -> str:
 
 
 def _figures(one: Any) -> list[tuple[str, str, Any]]:
-    return [(who, key, value) for who in ("default", "tuned") for key, value in to_document(getattr(one, who)).items()]
+    return [(who, key, value) for who, cost in (("default", one.default), ("tuned", one.tuned)) for key, value in to_document(cost).items()]

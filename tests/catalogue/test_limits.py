@@ -13,16 +13,14 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from mcdas_opt.catalogue.parking_cases import load_parking_case
-from mcdas_opt.catalogue.parking_trajectories import load_parking_trajectory
-from mcdas_opt.catalogue.scene_text import to_toml
-from mcdas_opt.catalogue.shelf import models_folder
 
+from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.catalogue.designs import load_parameters
 from mcdas_opt.catalogue.motion import load_motion
 from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.catalogue.schedules import load_schedule
 from mcdas_opt.catalogue.sensors import load_sensor
+from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.catalogue.trajectories import COLUMNS, load_trajectory
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.parsing import DEEPEST, DIGITS, KEY_PARTS, LARGEST_JSON, LARGEST_TOML, parsed_json, parsed_toml
@@ -30,6 +28,8 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.evaluation.families import load_family
 from mcdas_opt.evaluation.suites import expand
+from mcdas_opt.parking.case_file import load_parking_case
+from mcdas_opt.parking.trajectory_file import load_parking_trajectory
 from mcdas_opt.simulation.first_situation import situation_of
 
 DOTS = "a." * 50_000 + "b = 1\n"  # 100 kB that cost `tomllib` gigabytes
@@ -122,7 +122,7 @@ values = st.recursive(
 
 @given(st.dictionaries(st.sampled_from(["a", "b-c", "d_1"]), st.floats(allow_nan=False) | st.integers(-5, 5) | st.text(), max_size=3))
 def test_toml_within_the_limits_reads_as_it_did(document: dict[str, Any]) -> None:
-    text = to_toml({"table": document, "rows": [document, document]})
+    text = toml_text({"table": document, "rows": [document, document]})
     assert parsed_toml(text, "x") == tomllib.loads(text)
 
 

@@ -11,14 +11,18 @@ from mcdas_opt.evaluation.running.worker import Worker
 
 _CONNECT_S = 30.0
 _AT_ONCE = 4  # tasks in one message to a worker
-_held = threading.local()
+
+
+class _Held(threading.local):
+    worker: Worker | None = None
+
+
+_held = _Held()
 
 
 def do_chunk(tasks: Sequence[Task]) -> list[Answer]:
     """On a Dask worker: the tasks one after another, in a child process that the worker's thread keeps."""
-    worker: Worker | None = getattr(_held, "worker", None)
-    if worker is None:
-        worker = _held.worker = Worker()
+    worker = _held.worker = _held.worker or Worker()
     return [worker.do(task) for task in tasks]
 
 
