@@ -74,9 +74,9 @@ class Evaluator:
         """One candidate, unless there is a reason not even to try."""
         if proposed.refusal:
             return Refused(proposed=proposed, reason=proposed.refusal)
-        started = time.perf_counter()
-        if self.cycle.stop_at_s is not None and started > self.cycle.stop_at_s:
+        if self.cycle.is_late:
             return Refused(proposed=proposed, reason="the deadline passed before it was tried")
+        started = time.perf_counter()
         solved = by(self.cycle, proposed)
         self.account.solve_s += time.perf_counter() - started
         self.account.iterations += solved.iterations

@@ -129,7 +129,7 @@ def test_stopping_behind_a_standing_car_stays_converged(engine):
         car = replace(loop.situation.tracks[0], s_m=45.0, d_m=0.0, speed_s_mps=0.0)
         road = replace(loop.situation.road, friction=0.9, curvature=((0.0, 0.0),))
         loop.situation = replace(loop.situation, host=HostState(speed_mps=13.0), tracks=(car,), road=road)
-        keep = replace(loop.way, path=replace(loop.way.path, amplitude_m=0.0, start_d_m=0.0), speed_mps=0.0, manoeuvre=None)
+        keep = replace(loop.proposed, path=replace(loop.proposed.path, amplitude_m=0.0, start_d_m=0.0), speed_mps=0.0, manoeuvre=None)
         for _ in range(80):
             q = posed(loop.situation, keep, PROBLEM, guess=None if last is None else engine.shifted(last))
             last = engine.solve(q.x0, q.p, q.steps, q.guess)
