@@ -15,6 +15,12 @@ from mcdas_opt.errors import ParameterError
 _STRETCH_M = 1000.0
 
 
+def local_origin_m(s_m: float) -> float:
+    """Where s = 0 lies for whoever works near `s_m`: the nearest whole kilometre. So numbers stay small wherever the car drives, and what
+    is remembered of a road, or of the last solve, serves for that long."""
+    return _STRETCH_M * round(s_m / _STRETCH_M) if math.isfinite(s_m) else 0.0
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Road:
     """Lanes of one direction along a reference line of piecewise linear curvature.
@@ -81,13 +87,6 @@ class Road:
         """Index of the lane that holds d: 0 the host's first lane, positive to the left; clipped to the lanes there are."""
         lane = math.floor(d_m / self.lane_width_m + 0.5)
         return min(max(lane, -self.lanes_right), self.lanes_left)
-
-    def local_origin_m(self, s_m: float) -> float:
-        """Where s = 0 lies for whoever works near `s_m`, so that numbers stay small wherever the car drives: there. On a road with bends
-        the nearest whole kilometre: what is remembered of them serves for that long."""
-        if not math.isfinite(s_m):
-            return 0.0
-        return s_m if self.is_straight else _STRETCH_M * round(s_m / _STRETCH_M)
 
     def seen_from(self, s_m: float) -> Road:
         """The same road with its s counted from `s_m`: the same record where that is 0."""

@@ -35,16 +35,15 @@ def verdicts(drives: Sequence[Trajectory], cycle: Cycle, near: Nearness | None =
 def _collisions(drive: Trajectory, which: int, near: Nearness, prediction: Prediction) -> Verdict:
     """Whom it plainly hits, since when, and how deep."""
     separation, deepest = near.separation_m[which], near.deepest_m[which]
-    return Verdict(
-        violations=tuple(
-            Violation(
-                kind=ViolationKind.COLLISION,
-                body=prediction.bodies[i].id,
-                t_s=float(drive.t_s[int(np.argmax(separation[i] < 0.0))]),
-                value=float(deepest[i]),
-                limit=0.0,
-                unit="m",
-            )
-            for i in np.flatnonzero(deepest < -CERTAIN_M).tolist()
+    found = [
+        Violation(
+            kind=ViolationKind.COLLISION,
+            body=prediction.bodies[i].id,
+            t_s=float(drive.t_s[int(np.argmax(separation[i] < 0.0))]),
+            value=float(deepest[i]),
+            limit=0.0,
+            unit="m",
         )
-    )
+        for i in np.flatnonzero(deepest < -CERTAIN_M).tolist()
+    ]
+    return Verdict(violations=tuple(sorted(found, key=lambda one: (one.t_s, one.value))))

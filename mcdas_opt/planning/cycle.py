@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.road import local_origin_m
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
@@ -54,7 +55,7 @@ class Cycle:
         """Assesses and predicts. A memory that is not older than the situation is none; a manoeuvre that it holds is active until it is
         finished."""
         settings, situation = settings or Settings(), _in_order(situation)
-        origin_m = situation.road.local_origin_m(situation.host.s_m)
+        origin_m = local_origin_m(situation.host.s_m)
         memory = Memory() if memory is None else memory.seen_from(origin_m, situation.time_s)
         local = _local(situation, origin_m)
         active = memory.active

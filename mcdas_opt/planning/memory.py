@@ -90,6 +90,7 @@ class Memory:
             assessment=None if was is None else replace(was, since_s=round(was.since_s - elapsed_s, _CLOCK_DIGITS)),
             active=None if self.active is None else self.active.seen_from(by_m),
             reaction=None if reaction is None else replace(reaction, age_s=reaction.age_s + elapsed_s),
+            warm_starts=None if by_m else self.warm_starts,  # places in the solver's workspace are not moved
         )
 
 

@@ -27,9 +27,13 @@ _PLAINLY_M = 0.05  # more than any corner's way bows out of its chord in 0.02 s 
 
 
 def collisions(motion: Motion, vehicle: Vehicle, frame: FrenetFrame, prediction: Prediction, found: Findings) -> None:
-    """One violation for each neighbour that a host's body overlaps: `t_s` is the first contact, `value` the deepest separation [m]."""
+    """One violation for each neighbour that a host's body overlaps, in the order of contact: `t_s` is the first one, `value` the deepest
+    separation [m]."""
+    hit = Findings(len(found.of))
     for body in prediction.bodies:
-        _collision(motion, vehicle, frame, body, found)
+        _collision(motion, vehicle, frame, body, hit)
+    for violations, its in zip(found.of, hit.of, strict=True):
+        violations += sorted(its, key=lambda one: (one.t_s, one.value))
 
 
 def _collision(motion: Motion, vehicle: Vehicle, frame: FrenetFrame, body: PredictedBody, found: Findings) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction
-from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.road import Road, local_origin_m
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
@@ -53,7 +53,7 @@ def judge_all(
     tolerances: Tolerances = CONTRACT,
 ) -> tuple[Verdict, ...]:
     """`judge` of each; what is accepted at once passes, of the rest those that are sampled at the same times in one go."""
-    origin_m = _origin_m(trajectories, start, road)
+    origin_m = _origin_m(trajectories, start)
     if origin_m:  # s is counted from near the start
         drives = [trajectory.seen_from(origin_m) for trajectory in trajectories]
         begun = None if start is None else start.seen_from(origin_m)
@@ -83,10 +83,10 @@ def judge_all(
     return tuple(verdicts[i] for i in range(len(trajectories)))
 
 
-def _origin_m(trajectories: Sequence[Trajectory], start: HostState | None, road: Road) -> float:
+def _origin_m(trajectories: Sequence[Trajectory], start: HostState | None) -> float:
     if start is not None:
-        return road.local_origin_m(start.s_m)
-    return road.local_origin_m(float(trajectories[0].s_m[0])) if trajectories and len(trajectories[0]) else 0.0
+        return local_origin_m(start.s_m)
+    return local_origin_m(float(trajectories[0].s_m[0])) if trajectories and len(trajectories[0]) else 0.0
 
 
 def _examined(

@@ -80,12 +80,13 @@ def test_rest_of_a_plan_is_the_plan_where_everybody_does_as_foreseen(planner: Pl
     situation = sandwich()
     plan = planner.plan(situation)
     previous = PreviousPlan.of(plan)
+    assert previous is not None
     for seconds in (0.1, 0.5, 1.0):
-        rest = remainder(previous, later(situation, plan, seconds), planner.vehicle)
+        rest = remainder(replace(previous, age_s=seconds), later(situation, plan, seconds), planner.vehicle)
         assert rest is not None
         n = min(len(rest), len(plan.trajectory) - round(seconds / 0.1))
         assert np.abs(rest.states[1:n] - plan.trajectory.states[round(seconds / 0.1) + 1 :][: n - 1]).max() < 1e-9
-    assert remainder(previous, replace(situation, time_s=situation.time_s + 60.0), planner.vehicle) is None
+    assert remainder(replace(previous, age_s=60.0), situation, planner.vehicle) is None
     assert remainder(None, situation, planner.vehicle) is None
     assert PreviousPlan.of(replace(plan, status=Status.UNAVOIDABLE)) is None
 

@@ -55,7 +55,7 @@ def test_the_front_bumper_over_the_end(road, seed, margin):
     _, _, end = reach(drive)
     found = drive.verdict(road=replace(road, road_end_s_m=float(end - margin))).violations
     assert [v.name for v in found] == ["road end"]
-    assert found[0].value == pytest.approx(end, abs=0.05)
+    assert found[0].value == pytest.approx(margin, abs=0.05)
     assert drive.verdict(road=replace(road, road_end_s_m=float(end + 0.05))).passed
 
 
