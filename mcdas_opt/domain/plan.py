@@ -36,9 +36,10 @@ class Timing:
 class Plan:
     """A trajectory with its verdict. Time 0 of the trajectory is the situation's time.
 
-    `chosen` is the name of the candidate that it is. `solver` says which engine the method runs and in which form (compiled and
+    `chosen` is the name of the candidate that it is. `converged` false: its solve was cut short at its cap on iterations; it is judged as
+    any other, but its last digits say nothing. `solver` says which engine the method runs and in which form (compiled and
     interpreted agree to 1e-6, not to the byte). `safe_end` says how it ends (None: nobody looked, as with the bare closed forms).
-    `escapes` is the map of the ways out that were open then, `alert` what follows from it; None and absent where it is turned off.
+    `escapes` is the map of the candidates that were open then, `alert` what follows from it; None and absent where it is turned off.
     `memory` is what the method leaves for its next cycle, a frozen record of its own type: it comes back with the plan as `previous`, so
     that a manoeuvre once begun goes on instead of beginning anew.
     """
@@ -55,6 +56,7 @@ class Plan:
     candidates: tuple[Candidate, ...] = ()
     timing_ms: Timing = field(default_factory=Timing)
     iterations: int = 0
+    converged: bool = True
     chosen: str = ""
     solver: str = ""
     literal_mode: str | None = None

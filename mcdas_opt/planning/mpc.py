@@ -97,6 +97,7 @@ class MpcMethod:
             candidates=tuple(account.rows),
             timing_ms=Timing(solve=1e3 * account.solve_s, verify=1e3 * account.verify_s),
             iterations=account.iterations,
+            converged=best.candidate.checked.driven.converged,
             solver=self.solver,
             literal_mode=cycle.assessment.literal_mode,
             safe_end=best.continuation.end,
