@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, Prediction
+from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.nearness import nearness
 
@@ -25,7 +28,8 @@ def severity(trajectory: Trajectory, cycle: Cycle) -> tuple[float, float]:
 
     The equivalent speed is the relative speed times the square root of the share of the narrower body's width that overlaps: the energy is
     taken as absorbed over that share. At least a half counts: a graze is not to be bought with braking that a moment later is missed.
-    Whoever was not in the host's lane is a third vehicle, not to be hit to spare oneself; the road's end is a wall.
+    Of two that are met at once the worse counts. Whoever was not in the host's lane is a third vehicle, not to be hit to spare
+    oneself; the road's end is a wall.
 
     Who may be changing lanes is foretold to come as fast as is believed of anybody, while who brakes or accelerates is foretold to do what
     he shows. So the speed is the mean over lane changes of all shares of that one: what fails only if he comes that fast is less severe
@@ -84,8 +88,13 @@ def _severity(trajectory: Trajectory, cycle: Cycle, separations: Array) -> tuple
             return (float(trajectory.speed_mps[k]), -float(trajectory.t_s[k]))
     if not hits:
         return (0.0, float("-inf"))
-    k, index = min(hits)
-    body = prediction.bodies[index]
+    first = min(k for k, _ in hits)
+    worst = max(_impact_mps(trajectory, first, prediction.bodies[i], vehicle, road) for k, i in hits if k == first)
+    return (worst, -float(trajectory.t_s[first]))
+
+
+def _impact_mps(trajectory: Trajectory, k: int, body: PredictedBody, vehicle: Vehicle, road: Road) -> float:
+    """The equivalent speed of meeting this body at sample k."""
     motion = body.at(trajectory.t_s[k : k + 1])
     psi, v = float(trajectory.heading_rad[k]), float(trajectory.speed_mps[k])
     ds = v * np.cos(psi) - float(motion.speed_s_mps[0])
@@ -94,4 +103,4 @@ def _severity(trajectory: Trajectory, cycle: Cycle, separations: Array) -> tuple
     share = min(max(overlap / min(vehicle.width_m, body.width_m), _LEAST_SHARE), 1.0)
     beside = abs(float(body.at(np.zeros(1)).d_m[0]) - float(trajectory.d_m[0])) - 0.5 * body.width_m
     third = _THIRD_VEHICLE if beside > 0.5 * road.lane_width_m - 0.2 else 0.0
-    return (third + float(np.hypot(ds, dd)) * share**0.5, -float(trajectory.t_s[k]))
+    return third + math.hypot(ds, dd) * share**0.5
