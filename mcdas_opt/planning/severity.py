@@ -103,4 +103,4 @@ def _impact_mps(trajectory: Trajectory, k: int, body: PredictedBody, vehicle: Ve
     share = min(max(overlap / min(vehicle.width_m, body.width_m), _LEAST_SHARE), 1.0)
     beside = abs(float(body.at(np.zeros(1)).d_m[0]) - float(trajectory.d_m[0])) - 0.5 * body.width_m
     third = _THIRD_VEHICLE if beside > 0.5 * road.lane_width_m - 0.2 else 0.0
-    return third + math.hypot(ds, dd) * share**0.5
+    return third + math.hypot(ds, dd) * math.sqrt(share)
