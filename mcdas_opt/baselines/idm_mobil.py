@@ -83,7 +83,7 @@ class Exchange:
         return self.new_after >= -settings.safe_braking_mps2
 
     def gain_mps2(self, settings: MobilSettings) -> float:
-        """Eq 4, left side less the right one: worth it when positive."""
+        """Eq 4, left side less the right one: the change pays when positive."""
         others = self.new_after - self.new_before + self.old_after - self.old_before
         return self.own_after - self.own_before + settings.politeness * others - settings.threshold_mps2
 
@@ -150,7 +150,7 @@ class IdmMobilMethod:
         )
 
     def _change(self, situation: Situation) -> Manoeuvre | None:
-        """The better of the sides that are safe and worth it; the same on both goes to the tie-break side."""
+        """The better of the sides that are safe and pay; the same on both goes to the tie-break side."""
         best: tuple[float, bool, Side] | None = None
         for side in (Side.LEFT, Side.RIGHT):
             trade = self.exchange(situation, side)
