@@ -100,13 +100,13 @@ class IdmMobilMethod:
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
         if situation.request is Request.PARK:
             return Refusal(reason="parking is planned by park, not by the lane planner")
-        going = carried(previous, Manoeuvre)
-        if going is not None and going.finished(situation):
-            going = None
-        going = going or self._change(situation)
+        active = carried(previous, Manoeuvre)
+        if active is not None and active.finished(situation):
+            active = None
+        active = active or self._change(situation)
         lanes = {situation.road.lane_of(situation.host.d_m)}
-        if going is not None:
-            lanes.add(situation.road.lane_of(going.target_d_m))
+        if active is not None:
+            lanes.add(situation.road.lane_of(active.target_d_m))
         ahead = [neighbours_in(lane, situation, self.vehicle).ahead for lane in sorted(lanes)]
         law = Following(
             situation=situation,
@@ -121,11 +121,11 @@ class IdmMobilMethod:
             self.vehicle,
             self.settings,
             law=law,
-            path=None if going is None else going.path,
-            side=Side.NONE if going is None else going.side,
-            lateral_mps2=None if going is None else self._lateral_mps2(situation),
-            reason="follows" if going is None else f"changes lanes to the {going.side.value}",
-            memory=going,
+            path=None if active is None else active.path,
+            side=Side.NONE if active is None else active.side,
+            lateral_mps2=None if active is None else self._lateral_mps2(situation),
+            reason="follows" if active is None else f"changes lanes to the {active.side.value}",
+            memory=active,
         )
 
     def exchange(self, situation: Situation, side: Side) -> Exchange | None:
