@@ -38,7 +38,7 @@ class Plan:
 
     `chosen` is the name of the candidate that it is. `solver` says which engine the method runs and in which form (compiled and
     interpreted agree to 1e-6, not to the byte). `safe_end` says how it ends (None: nobody looked, as with the bare closed forms).
-    `escapes` is the time-to-react assessment of that moment, `alert` what follows from it; None and absent where it is turned off.
+    `escapes` is the map of the ways out that were open then, `alert` what follows from it; None and absent where it is turned off.
     `memory` is what the method leaves for its next cycle, a frozen record of its own type: it comes back with the plan as `previous`, so
     that a manoeuvre once begun goes on instead of beginning anew.
     """

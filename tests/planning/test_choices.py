@@ -359,7 +359,7 @@ def test_after_the_deadline_a_comparison_continues_only_the_cheapest(monkeypatch
 
 
 def test_the_most_promising_ways_will_do_wherever_all_of_them_do(planner: Planner) -> None:
-    """At a threat few are solved first: as many situations pass, mostly by the same candidate, for fewer Newton steps; the others are named."""
+    """At a threat few are solved first: as many situations pass, mostly by the same candidate, in fewer Newton steps; others are named."""
     method = MpcMethod(planner.vehicle, solver=SolverSettings(first_candidates=99))
     every, same, spared, few, most = Planner(method=method), 0, 0, 0, 0
     for seed in FAMILY:
