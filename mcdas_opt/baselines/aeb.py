@@ -51,17 +51,17 @@ def needed_gap_m(
     (by `braking_mps2`, 0 for one that does not).
 
     That is a brake threat number of 1 (the required deceleration over the possible one: Brannstrom, Sjoberg, Coelingh, IV 2008), with
-    the distance lost while the brakes build up: about closing x strength / (2 jerk).
+    the way lost while the brakes build up: about closing x strength / (2 jerk).
     """
     closing, late_s = speed_mps - leader.speed_mps, settings.early_s + 0.5 * strength_mps2 / jerk_mps3
     closing = max(closing + braking_mps2 * late_s, 0.0)
     theirs = max(leader.speed_mps - braking_mps2 * late_s, 0.0)
     relative = strength_mps2 - braking_mps2
     if relative > 0.0 and closing / relative * braking_mps2 <= theirs:  # nobody stands yet when they are as fast as each other
-        distance = closing**2 / (2.0 * relative)
+        way = closing**2 / (2.0 * relative)
     else:
-        distance = speed_mps**2 / (2.0 * strength_mps2) - (theirs**2 / (2.0 * braking_mps2) if braking_mps2 > 0.0 else 0.0)
-    return settings.margin_m + (speed_mps - leader.speed_mps) * late_s + max(distance, 0.0)
+        way = speed_mps**2 / (2.0 * strength_mps2) - (theirs**2 / (2.0 * braking_mps2) if braking_mps2 > 0.0 else 0.0)
+    return settings.margin_m + (speed_mps - leader.speed_mps) * late_s + max(way, 0.0)
 
 
 class AebMethod:
@@ -85,16 +85,16 @@ class AebMethod:
         if not self._must_brake(situation, leader, seen):
             calm = replace(seen, braking_since_s=None)
             return judged(self.name, situation, self.vehicle, self.settings, law=SteadyLaw(), reason="braking can wait", memory=calm)
-        braking = replace(seen, braking_since_s=situation.time_s if seen.braking_since_s is None else seen.braking_since_s)
+        going = replace(seen, braking_since_s=situation.time_s if seen.braking_since_s is None else seen.braking_since_s)
         return judged(
             self.name,
             situation,
             self.vehicle,
             self.settings,
             law=SteadyLaw(strength_mps2=strongest_braking_mps2(situation, self.vehicle), until_mps=max(leader.speed_mps, 0.0)),
-            reason=f"braking since {braking.braking_since_s:.1f} s: {leader.gap_m:.1f} m left",
+            reason=f"braking since {going.braking_since_s:.1f} s: {leader.gap_m:.1f} m left",
             warning=True,
-            memory=braking,
+            memory=going,
         )
 
     def _watched(self, situation: Situation, ahead: Track, before: Watched | None) -> Watched:

@@ -114,7 +114,7 @@ class CompetentDriverMethod:
         coming = []
         for track in situation.tracks:
             beside = road.lane_of(track.d_m) - lane
-            out_of_lane_m = (road.lane_centre_m(lane + beside) - track.d_m) * beside
-            if abs(beside) == 1 and track.s_m > host.s_m and out_of_lane_m > self.driver.wandering_m:
+            strayed = (road.lane_centre_m(lane + beside) - track.d_m) * beside
+            if abs(beside) == 1 and track.s_m > host.s_m and strayed > self.driver.wandering_m:
                 coming.append(track)
         return coming if own is None else [own, *coming]

@@ -83,7 +83,7 @@ class Exchange:
         return self.new_after >= -settings.safe_braking_mps2
 
     def gain_mps2(self, settings: MobilSettings) -> float:
-        """Eq 4, left side less the right one: the change pays when positive."""
+        """Eq 4, left side less the right one: worth it when positive."""
         others = self.new_after - self.new_before + self.old_after - self.old_before
         return self.own_after - self.own_before + settings.politeness * others - settings.threshold_mps2
 
@@ -100,13 +100,13 @@ class IdmMobilMethod:
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
         if situation.request is Request.PARK:
             return Refusal(reason="parking is planned by park, not by the lane planner")
-        active = carried(previous, Manoeuvre)
-        if active is not None and active.finished(situation):
-            active = None
-        active = active or self._change(situation)
+        going = carried(previous, Manoeuvre)
+        if going is not None and going.finished(situation):
+            going = None
+        going = going or self._change(situation)
         lanes = {situation.road.lane_of(situation.host.d_m)}
-        if active is not None:
-            lanes.add(situation.road.lane_of(active.target_d_m))
+        if going is not None:
+            lanes.add(situation.road.lane_of(going.target_d_m))
         ahead = [neighbours_in(lane, situation, self.vehicle).ahead for lane in sorted(lanes)]
         law = Following(
             situation=situation,
@@ -121,11 +121,11 @@ class IdmMobilMethod:
             self.vehicle,
             self.settings,
             law=law,
-            path=None if active is None else active.path,
-            side=Side.NONE if active is None else active.side,
-            lateral_mps2=None if active is None else self._lateral_mps2(situation),
-            reason="follows" if active is None else f"changes lanes to the {active.side.value}",
-            memory=active,
+            path=None if going is None else going.path,
+            side=Side.NONE if going is None else going.side,
+            lateral_mps2=None if going is None else self._lateral_mps2(situation),
+            reason="follows" if going is None else f"changes lanes to the {going.side.value}",
+            memory=going,
         )
 
     def exchange(self, situation: Situation, side: Side) -> Exchange | None:
@@ -150,7 +150,7 @@ class IdmMobilMethod:
         )
 
     def _change(self, situation: Situation) -> Manoeuvre | None:
-        """The better of the sides that are safe and pay; the same on both goes to the tie-break side."""
+        """The better of the sides that are safe and worth it; the same on both goes to the tie-break side."""
         best: tuple[float, bool, Side] | None = None
         for side in (Side.LEFT, Side.RIGHT):
             trade = self.exchange(situation, side)
