@@ -121,14 +121,14 @@ class Truth:
         """The finer library against bodies grown by `clear_m`; with so much slack of the edges' metres and of the car's limits."""
         share = _LENIENT.friction * (1.0 + slack), _LENIENT.steering * (1.0 + slack)
         settings = replace(self.settings, clear_m=clear_m, demand=Demand(friction=share[0], steering=share[1]))
-        kept, road = EDGE_M + slack, self.road  # at the very edge, by the judge's own eyes
+        kept, road = EDGE_M + slack, self.road  # at the very edge, by the judge's own measure
         end = None if road.road_end_s_m is None else road.road_end_s_m + kept
         wider = replace(road, shoulder_left_m=road.shoulder_left_m + kept, shoulder_right_m=road.shoulder_right_m + kept, road_end_s_m=end)
         situation = replace(self.situation, road=wider)
         return Case(situation, self.vehicle, self.prediction, settings, compiled_escapes(), among or self.fine)
 
     def _end(self) -> int:
-        """The last step at which the constant-input prediction has met nobody and is still on the road, by the judge's own eyes."""
+        """The last step at which the constant-input prediction has met nobody and is still on the road, by the judge's own measure."""
         count = round(LATEST_S / STEP_S)
         pick = slice(0, None, round(STEP_S / 0.005))
         p = self.path

@@ -2,9 +2,9 @@
 
     python benchmarks/laws.py [--plans 1000] [--families sandwich,wide] [--laws permuted,clock] [--workers 2] [--show 3]
 
-Every law asks a planner twice: as it is, and with something changed that must not matter. The laws, and what they promise:
+Every law asks a planner twice: as it is, and with something changed that must not matter. The laws, and what they ask for:
 
-| law | changed | promised |
+| law | changed | must be |
 |---|---|---|
 | permuted | the order of the tracks | the same document, to the bit |
 | renamed | the tracks' ids, by any bijection, cycle for cycle the same | the same document, to the bit, once the names are put back |
@@ -15,7 +15,7 @@ Every law asks a planner twice: as it is, and with something changed that must n
 | again | the planner: one that has planned something else and was reset, instead of a new one | the same document, to the bit |
 | forms | compiled or interpreted (`--laws forms`: it takes its time) | the same decision, states of plans that converged to 1e-6 m |
 
-A decision is status, mode, side, chosen candidate, verdict passed, kind of safe end, alert, warning, and which ways out are open. States
+A decision is status, mode, side, chosen candidate, verdict passed, kind of safe end, alert, warning, and which candidates are open. States
 are those of the chosen trajectory, (s, d) in metres, at every sample. A sequence keeps
 a law when every cycle does; both planners are shown the same sequence, the one that the unchanged planner drove.
 """
@@ -448,7 +448,7 @@ def main() -> int:
         for first in range(0, len(some), 50):
             note(_forms_task(some[first : first + 50]))
     for law in names:
-        print(f"\n{law}: promised {LAWS[law].least.name.lower()}")
+        print(f"\n{law}: must be {LAWS[law].least.name.lower()}")
         for family in given.families.split(","):
             k = [counts[law, family, level] for level in Kept]
             if sum(k):

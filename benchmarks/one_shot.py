@@ -5,11 +5,11 @@
 With `--out` every block of situations is kept as it is done: stopped at any moment, the same command goes on where it was, and more of
 them can be asked for later.
 
-A plan is compared with the corrected closed form's by (passed, severity of the first impact, safe end, worth), in this order, and where
+A plan is compared with the corrected closed form's by (passed, severity of the first impact, safe end, cost), in this order, and where
 nothing passes with five simple policies: full braking, full acceleration, hold, and steering out to either side as hard as the tyres
 allow. Each situation is planned by a planner that remembers nothing.
 
-A plan's worth has the price of leaving the lane where it is driven out of it, whatever it was meant to be; a drive of the closed form into
+A plan's cost has the cost of leaving the lane where it is driven out of it, whatever it was meant to be; a drive of the closed form into
 a lane that nobody watches, which counts as occupied, has not passed.
 """
 

@@ -1,4 +1,4 @@
-"""How long a slider of the studio waits, measured in the browser: from the hand's event to the painted answer; and the page's weight.
+"""How long a slider of the studio waits, measured in the browser: from the user's event to the painted answer; and the page's weight.
 
     python -m benchmarks.studio_latency [--turns 20] [--scene sandwich-60-40]
 

@@ -152,8 +152,8 @@ def gradient(out: Path | None, steps: int, times: int, scenes: int, nodes: int, 
     rng = np.random.default_rng(5)
     plans = []
     while len(plans) < 2 * scenes:
-        situation, way = evasion(rng, 2, urgency=urgency)
-        posed = posed_plan(sensitivity, situation, way, predict(situation.tracks, PredictionSettings()).bodies)
+        situation, proposed = evasion(rng, 2, urgency=urgency)
+        posed = posed_plan(sensitivity, situation, proposed, predict(situation.tracks, PredictionSettings()).bodies)
         if sensitivity.measured(posed.parameters, posed.guess, gradients=False).converged:
             plans.append(posed)
     seen, unseen = MeanMerit(plans[:scenes], sensitivity), MeanMerit(plans[scenes:], sensitivity)

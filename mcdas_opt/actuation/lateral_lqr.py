@@ -38,7 +38,7 @@ _SPEED_MPS, _ACCELERATION_MPS2, _JERK_MPS3 = 0.3, 1.5, 10.0  # along the road
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LqrTracking:
-    """Implements the controller's seat: (jerk, steering rate) at a time of a plan for a car in a state.
+    """Implements `Controller`: (jerk, steering rate) at a time of a plan for a car in a state.
 
     The plan is one of the no-slip bicycle. It asks for a path of the body centre, and a curvature and a speed on it: from those follow the
     slip of the rear axle and the yaw rate with which this car drives it; deviations are fed back. Beyond the plan's end its inputs are 0. A
@@ -91,15 +91,15 @@ class LqrTracking:
     def _wheels(self, wanted: HostState, state: HostState, ahead_rad: float) -> float:
         """The angle of the wheels that the regulators ask for; `ahead_rad` is the plan's steering a lag later."""
         c, speed = self.chassis, _moving(state)
-        astray, crawling = self._astray(wanted, state), max(speed, SLIPS_ABOVE_MPS)
+        deviation, least_speed = self._deviation(wanted, state), max(speed, SLIPS_ABOVE_MPS)
         # a vehicle that hardly moves is brought back as at that speed: within a length, not a time
-        no_slip = math.atan(math.tan(ahead_rad) - c.wheelbase_m * float(self._path_gain(crawling) @ astray) / crawling**2)
+        no_slip = math.atan(math.tan(ahead_rad) - c.wheelbase_m * float(self._path_gain(least_speed) @ deviation) / least_speed**2)
         share = slip_share(state.speed_mps) if isinstance(state, SlidingState) else 0.0
         if share == 0.0:
             return no_slip
         grip = self._grip(state)
         most = GRIP_SHARE * grip * GRAVITY_MPS2
-        asked = speed**2 * math.tan(ahead_rad) / c.wheelbase_m - float(self._path_gain(speed) @ astray)
+        asked = speed**2 * math.tan(ahead_rad) / c.wheelbase_m - float(self._path_gain(speed) @ deviation)
         asked = min(max(asked, -most), most)
         aside, yaw_rate = state.turning(c.wheelbase_m)
         of_front, of_rear = (
@@ -130,7 +130,7 @@ class LqrTracking:
         """(2,) gains at a speed; held beyond the grid."""
         return np.array([np.interp(speed, SPEEDS_MPS, column) for column in self.path_gains.T])
 
-    def _astray(self, wanted: HostState, state: HostState) -> Array:
+    def _deviation(self, wanted: HostState, state: HostState) -> Array:
         """(2,) how far the body centre is to the left of the plan's, and how fast it goes there."""
         car, c = self.vehicle, self.chassis
         aside, yaw_rate = state.turning(c.wheelbase_m)

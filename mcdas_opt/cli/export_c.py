@@ -16,7 +16,7 @@ def export_c(
         str, typer.Option("--scene", help="Whose vehicle the code is for, and whose drive it is checked on.")
     ] = "sandwich-60-40",
     steps: Annotated[int, typer.Option("--steps", help="Solves to compare with Python's (the recording takes 15 kB each).")] = 1000,
-    neighbours: Annotated[int, typer.Option("--neighbours", help="How many vehicles the problem has seats for.")] = 4,
+    neighbours: Annotated[int, typer.Option("--neighbours", help="How many vehicles the problem has obstacle slots for.")] = 4,
     compiler: Annotated[str | None, typer.Option("--compiler", help="Default $CC, cc, gcc or clang, whichever there is.")] = None,
     flags: Annotated[str, typer.Option("--flags", help="For the compiler, beside -std=c99.")] = "-O3 -Wall -Wextra",
     arithmetic: Annotated[

@@ -134,9 +134,9 @@ def _study(suite: str, trials: int, storage: Path, options: StudyOptions, out: P
     peaks = ("peak lateral [m/s^2]", "peak jerk [m/s^3]")
     table = headed_table("scenes apart", "set", "seed", "scenes", "", "collisions", *peaks, "beside [m]", "score")
     for one in found.guarded.sets:
-        for who, worth in (("defaults", one.default), ("tuned", one.tuned)):
-            hits = f"{round(worth.collisions * worth.drives)}/{worth.drives}"
-            figures = (f"{worth.peak_lateral_mps2:.2f}", f"{worth.peak_jerk_mps3:.1f}", f"{worth.manoeuvre_m:.1f}", f"{worth.score:.2f}")
+        for who, score in (("defaults", one.default), ("tuned", one.tuned)):
+            hits = f"{round(score.collisions * score.drives)}/{score.drives}"
+            figures = (f"{score.peak_lateral_mps2:.2f}", f"{score.peak_jerk_mps3:.1f}", f"{score.manoeuvre_m:.1f}", f"{score.score:.2f}")
             table.add_row(one.name, str(one.seed), str(len(one.scenes)), who, hits, *figures)
     screen.print(table)
     chosen = headed_table("values", "name", "default", "tuned", "importance")

@@ -91,9 +91,9 @@ class SigmoidSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WarningSettings:
-    """When the driver is warned and when the car acts by itself: a carmaker's to choose. Both come from the escape map.
+    """When the driver is warned and when the car acts by itself: a carmaker's to choose. Both come from the escape map (times to react).
 
-    A way out is comfortable that asks no more of the tyres than `comfort_mps2` and `comfort_share` of the grip. Nobody is acted for
+    A candidate is comfortable if it asks no more of the tyres than `comfort_mps2` and `comfort_share` of the grip. Nobody is acted for
     unwarned: an alert grows by one step a cycle. Without `escapes` there is no map, and no alert.
     """
 
@@ -102,7 +102,7 @@ class WarningSettings:
     comfort_share: float = 0.7
     warn_lead_s: float = 0.0  # warn when the last comfortable moment is no farther away than this
     act_lead_s: float = 0.2  # act when the last possible moment is no farther away than this
-    within_s: float = 4.0  # neither where keeping on meets nobody so soon
+    within_s: float = 4.0  # neither where constant inputs meet nobody so soon
 
     def __post_init__(self) -> None:
         positive("warning.comfort_mps2", self.comfort_mps2, "m/s^2")

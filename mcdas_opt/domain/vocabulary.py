@@ -42,7 +42,7 @@ class Sector(StrEnum):
 
 
 class Status(StrEnum):
-    """`PLANNED`: the planner's own answer. `FALLBACK`: a lower rung of the ladder. `UNAVOIDABLE`: nothing passes; least severe."""
+    """`PLANNED`: the planner's own answer. `FALLBACK`: from the fallback ladder. `UNAVOIDABLE`: nothing passes; least severe."""
 
     PLANNED = "planned"
     FALLBACK = "fallback"

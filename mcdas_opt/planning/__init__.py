@@ -1,1 +1,1 @@
-"""Composes the stages into an answer: the methods, the ladder under them, the planner."""
+"""Composes the stages into an answer: the methods, the fallback ladder under them, the planner."""

@@ -60,7 +60,7 @@ def remainder_instead(cycle: Cycle, plan: Plan) -> Plan:
         if continued.is_sound:
             memory = plan.memory if isinstance(plan.memory, Memory) else cycle.memory
             refused = NothingPasses(
-                reason="no way out with a safe end", candidates=plan.candidates, iterations=plan.iterations, memory=memory
+                reason="no candidate with a safe end", candidates=plan.candidates, iterations=plan.iterations, memory=memory
             )
             return _passed(cycle, refused, rows, checked, continued)
     reason = f"{plan.reason}; passes for {plan.trajectory.t_s[-1]:.1f} s, but comes to no safe end"

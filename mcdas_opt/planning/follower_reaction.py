@@ -15,7 +15,7 @@ from mcdas_opt.planning.nearness import nearness
 from mcdas_opt.tracking.prediction import ACCELERATING
 
 
-def relying(options: Sequence[Checked], cycle: Cycle) -> tuple[Checked, FollowerReaction] | None:
+def with_follower_reaction(options: Sequence[Checked], cycle: Cycle) -> tuple[Checked, FollowerReaction] | None:
     """Of the drives that hit nobody but a follower in a queue, and not even that one should it brake as an attentive driver does, the one
     that then keeps most room to everybody; with whom it relies on. None where there is no such drive.
     """

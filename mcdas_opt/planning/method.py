@@ -31,7 +31,7 @@ class Method(Protocol):
     """Built as `Method(vehicle, settings)`. Raises nothing in traffic: a plan or a refusal is a value.
 
     `has_ladder` true: a refusal, or a plan that the judge fails, is answered by the fallback ladder. `vehicle` is what it plans with: of a
-    car that slips the planner sets it anew where the point at which that car rolls has moved.
+    dynamic vehicle the planner sets it anew where the zero-sideslip point has moved.
     """
 
     has_ladder: bool
@@ -59,7 +59,7 @@ class AskedMethod:
 
     @property
     def has_ladder(self) -> bool:
-        """A method that does not say gets the ladder."""
+        """A method that does not say gets the fallback ladder."""
         return getattr(self.method, "has_ladder", True)
 
     def answer(self, cycle: Cycle) -> Plan | NothingPasses:

@@ -72,7 +72,7 @@ class MpcMethod:
         account = search.evaluator.account
         reason = "; ".join(f"{row.name}: {row.refusal}" for row in account.rows)
         return NothingPasses(
-            reason=f"no way out passes ({reason})",
+            reason=f"no candidate passes ({reason})",
             candidates=tuple(account.rows),
             iterations=account.iterations,
             # what was cut short is no plan to fall back on: it would not even mirror with its situation
@@ -89,7 +89,7 @@ class MpcMethod:
             mode=best.candidate.checked.driven_mode,
             side=proposed.side,
             warning=cycle.assessment.warning,
-            reason=f"{cycle.assessment.reason}; {proposed.name} is the cheapest way that passes",
+            reason=f"{cycle.assessment.reason}; {proposed.name} is the cheapest candidate that passes",
             chosen=proposed.name,
             verdict=best.continuation.verdict,
             prediction=cycle.prediction.name,

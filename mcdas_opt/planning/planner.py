@@ -1,4 +1,4 @@
-"""The planner: tracker, method, ladder; from raw measurements to a judged plan."""
+"""The planner: tracker, method, fallback ladder; from raw measurements to a judged plan."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The time-to-react assessment of a plan: which manoeuvres are open, until when, and whether that is worth an alert."""
+"""The time-to-react assessment of a plan: which manoeuvres are open, until when, and whether that calls for an alert."""
 
 from __future__ import annotations
 

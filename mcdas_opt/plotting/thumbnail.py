@@ -1,4 +1,4 @@
-"""A drive at a glance: three moments from above, the last one its end."""
+"""A drive in one picture: three moments from above, the last one its end."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ _GRAVEST_FIRST = (
 TOLD = {Alert.NONE: "", Alert.WARN: ", driver warned", Alert.ACT: ", last moment"}  # to the driver
 _STATUS = {
     Status.PLANNED: "",
-    Status.FALLBACK: "a lower rung of the ladder",
+    Status.FALLBACK: "from the fallback ladder",
     Status.UNAVOIDABLE: "nothing passes: the least severe",
 }
 

@@ -1,4 +1,4 @@
-"""The seat between plan and plant."""
+"""What stands between plan and plant: a controller."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ def stage_functions(problem: StageProblem) -> tuple[BarrierStage, StageFunctions
     dx, feedback = ca.SX.sym("dx", nx), ca.SX.sym("feedback", nu * (nx + 1))
     dx_new, du = forward(ab, gap, ca.reshape(feedback[: nu * nx], nu, nx), feedback[nu * nx :], dx)
 
-    # starts, and what an answer is worth
+    # starts, and how good an answer is
     mu, least = ca.SX.sym("mu"), ca.SX.sym("least")
     s_cold = node * (stage.least_slacks(lin.rows) + least)
     t_cold = ca.if_else(active > 0.5, ca.fmax(-stage.inequalities(z, s_cold, lin.rows), least), 1.0)

@@ -50,7 +50,7 @@ class TrafficCost:
 
     @property
     def score(self) -> float:
-        """One number for searches that want one, and for the guard: a collision in ten outweighs every comfort."""
+        """One number for searches that want one, and for acceptance: a collision in ten outweighs every comfort."""
         comfort = self.peak_lateral_mps2 / 4.0 + self.peak_jerk_mps3 / 20.0 + self.manoeuvre_m / 50.0
         return 100.0 * self.collisions + comfort + 100.0 * self.unverified
 

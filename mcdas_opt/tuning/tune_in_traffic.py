@@ -1,4 +1,4 @@
-"""The whole of a study: scenes apart, trials, the choice, the guard, and what is written."""
+"""The whole of a study: scenes apart, trials, the choice, its acceptance, and what is written."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def tune_in_traffic(
 ) -> StudyReport:
     """Trains on avoidable scenes of `suite`, validates and tests on others. Goes on with what `storage` holds.
 
-    `out` gets a TOML of the values, only where the guard accepts them, and a picture of the front either way. Raises `InputError` for the
+    `out` gets a TOML of the values, only where they are accepted, and a picture of the front either way. Raises `InputError` for the
     storage of another study or a suite that is not known.
     """
     from mcdas_opt.tuning.importance import importance

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+import typer
+
+from mcdas_opt.cli.app import app
 
 DOCS = Path(__file__).parents[2] / "docs"
 NOTEBOOKS = sorted(DOCS.glob("notebooks/*.ipynb"))
+GUIDES = [*sorted(DOCS.glob("*.md")), DOCS.parent / "README.md"]
+COMMANDS = typer.main.get_command(app).commands  # type: ignore[attr-defined]
 
 
 def test_site_builds_with_warnings_as_errors_and_its_links_lead_somewhere(tmp_path: Path) -> None:
@@ -50,3 +56,27 @@ def test_gallery_shows_what_its_commands_draw() -> None:
     shown = set(re.findall(r"\]\((gallery/[^)]+)\)", text))
     assert drawn == shown
     assert all((DOCS / picture).is_file() for picture in shown)
+
+
+def shell_lines(text: str) -> list[list[str]]:
+    """The commands of a page's shell blocks, as words, without comments and variables set before them."""
+    lines = "\n".join(re.findall(r"^```sh\n(.*?)^```", text, re.S | re.M)).replace("\\\n", " ").splitlines()
+    return [[word for word in shlex.split(line, comments=True) if not re.match(r"[A-Z_]+=", word)] for line in lines if line.strip()]
+
+
+@pytest.mark.parametrize("page", GUIDES, ids=lambda page: page.stem)
+def test_what_a_guide_tells_to_run_is_there(page: Path) -> None:
+    """Commands and options of ours, and scripts; what they do is tested where they are."""
+    for words in shell_lines(page.read_text("utf-8")):
+        if words and Path(words[0]).name == "mcdas-opt":
+            known = {option for parameter in COMMANDS[words[1]].params for option in parameter.opts}
+            assert {word for word in words[2:] if word.startswith("--")} <= known, words
+        elif words[0] == "python" and words[1].endswith(".py"):
+            assert (DOCS.parent / words[1]).is_file() or (DOCS / words[1]).is_file(), words
+        elif words[:2] == ["python", "-m"] and words[2].startswith("benchmarks."):
+            assert (DOCS.parent / f"{words[2].replace('.', '/')}.py").is_file(), words
+
+
+def test_guides_have_commands() -> None:
+    told = {page.stem: len(shell_lines(page.read_text("utf-8"))) for page in GUIDES}
+    assert min(told[name] for name in ("start", "parking", "benchmark", "tuning", "performance", "doors", "gallery", "README")) >= 2, told

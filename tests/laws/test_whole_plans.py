@@ -1,6 +1,6 @@
 """Laws over whole plans, of every family of random traffic: what must not matter changes no decision, and no plan beyond its tolerance.
 
-What is changed, and what each law promises, stands in `benchmarks/laws.py`, which counts them over thousands of situations. Here a sample
+What is changed, and what each law asks for, stands in `benchmarks/laws.py`, which counts them over thousands of situations. Here a sample
 is asked; `MCDAS_OPT_LAWS_PLANS` sets how many plans of each family.
 """
 

@@ -292,7 +292,7 @@ def test_what_the_regulations_driver_avoids_is_avoided() -> None:
 
 
 def test_a_manoeuvre_under_way_is_compared_again_only_when_its_price_has_risen() -> None:
-    """The same plans from fewer ways than where all of them are compared in every cycle."""
+    """The same plans from fewer candidates than where all of them are compared in every cycle."""
     method = MpcMethod(load_vehicle("sedan"), weights=CostWeights(replanning_ratio=0.0))
     alone, comparing = Planner(), Planner(method=method)
     situation, spared = sandwich(0.4), 0
@@ -311,7 +311,7 @@ def test_a_manoeuvre_under_way_is_compared_again_only_when_its_price_has_risen()
 
 
 def test_a_manoeuvre_whose_price_rises_is_compared_again() -> None:
-    """Somebody appears where the manoeuvre ends: the other ways are asked too."""
+    """Somebody appears where the manoeuvre ends: the other candidates are asked too."""
     planner, situation = Planner(), sandwich(0.4)
     plan = planner.plan(situation)
     assert plan.side is not Side.NONE
@@ -359,7 +359,7 @@ def test_after_the_deadline_a_comparison_continues_only_the_cheapest(monkeypatch
 
 
 def test_the_most_promising_ways_will_do_wherever_all_of_them_do(planner: Planner) -> None:
-    """At a threat few are solved first: as many situations pass, mostly by the same way, for fewer Newton steps; the others are named."""
+    """At a threat few are solved first: as many situations pass, mostly by the same candidate, in fewer Newton steps; others are named."""
     method = MpcMethod(planner.vehicle, solver=SolverSettings(first_candidates=99))
     every, same, spared, few, most = Planner(method=method), 0, 0, 0, 0
     for seed in FAMILY:

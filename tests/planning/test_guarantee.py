@@ -1,4 +1,4 @@
-"""What a plan promises beyond its verdict: a safe end, the rest of the last plan, and the least severe where nothing passes."""
+"""What a plan keeps beyond its verdict: a safe end, the remainder of the previous plan, and the least severe where nothing passes."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def test_rest_of_the_last_plan_answers_when_the_engines_fall_silent(monkeypatch:
     for _ in range(10):
         plan = planner.plan(situation := later(situation, planner.previous or first, 0.1))
         assert plan.status is Status.FALLBACK
-        assert "the rest of the last plan" in plan.reason
+        assert "the remainder of the previous plan" in plan.reason
         assert plan.safe_end is not None
         assert plan.safe_end.safe
         assert plan.side is first.side

@@ -68,7 +68,7 @@ def test_compiled_law_is_the_law(
     friction=st.floats(0.2, 1.0),
     target=st.floats(-4.0, 4.0),
 )
-def test_compiled_rivals_are_the_rivals(
+def test_compiled_baselines_are_the_baselines(
     v: float, kind: str, gap: float, theirs: float, hard: float, since: float, curve: float, friction: float, target: float
 ) -> None:
     host, road = HostState(speed_mps=v), Road(lanes_left=1, lanes_right=1, friction=friction, curvature=((0.0, 0.0), (60.0, curve)))

@@ -110,9 +110,9 @@ def test_noisy_closed_loops_stay_converged_in_few_iterations(engine, urgency, mo
     warm_counts = []
     for seed in (101, 102):
         loop, last = NoisyLoop(seed, neighbours=3, steps=100, urgency=urgency), None
-        for situation, way, event in loop.run():
+        for situation, proposed, event in loop.run():
             warm = last is not None and not event
-            q = posed(situation, way, PROBLEM, guess=engine.shifted(last) if warm else None)
+            q = posed(situation, proposed, PROBLEM, guess=engine.shifted(last) if warm else None)
             last = engine.solve(q.x0, q.p, q.steps, q.guess)
             assert last.ending is Ending.CONVERGED
             if warm:
@@ -142,12 +142,12 @@ def test_stopping_behind_a_standing_car_stays_converged(engine):
 def test_a_crash_that_cannot_be_avoided_still_has_a_plan(engine):
     """The rows are soft: the slack says how deep, and the plan uses what brakes there are."""
     rng = np.random.default_rng(5)
-    situation, way = evasion(rng, 1, side=Side.LEFT)
+    situation, proposed = evasion(rng, 1, side=Side.LEFT)
     front = replace(situation.tracks[0], s_m=9.0, d_m=0.0, speed_s_mps=0.0)
     boxed = replace(
         situation, tracks=(front,), road=replace(situation.road, lanes_left=0, lanes_right=0, friction=0.9, curvature=((0.0, 0.0),))
     )
-    keep = replace(way, path=replace(way.path, amplitude_m=0.0, start_d_m=0.0), speed_mps=0.0, manoeuvre=None)
+    keep = replace(proposed, path=replace(proposed.path, amplitude_m=0.0, start_d_m=0.0), speed_mps=0.0, manoeuvre=None)
     q = posed(boxed, keep, PROBLEM)
     outcome = engine.solve(q.x0, q.p, q.steps, q.guess)
     collision = PROBLEM.slacks.index("collision")
@@ -158,9 +158,9 @@ def test_a_crash_that_cannot_be_avoided_still_has_a_plan(engine):
 
 def test_braking_that_a_standstill_is_too_near_for_is_called_infeasible(engine):
     """v >= 0 at the next node and a = -6 at 0.3 m/s contradict each other: told within few iterations, not guessed at."""
-    situation, way = evasion(np.random.default_rng(6), 0)
+    situation, proposed = evasion(np.random.default_rng(6), 0)
     host = HostState(speed_mps=0.3, acceleration_mps2=-6.0)
-    q = posed(replace(situation, host=host), way, PROBLEM)
+    q = posed(replace(situation, host=host), proposed, PROBLEM)
     outcome = engine.solve(q.x0, q.p, q.steps, q.guess)
     assert outcome.ending is Ending.INFEASIBLE
     assert outcome.iterations <= 20

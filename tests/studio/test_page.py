@@ -128,8 +128,8 @@ def test_everything_that_was_promised_is_on_the_page(page: Any, tmp_path: Path) 
     dashes = page.evaluate("mcdas.studio.setup.planners.map(p => p.colour + p.dash)")
     assert len(set(dashes)) == len(dashes), "colour and dashes tell every planner apart"
     timeline = page.locator(".mcdas-escapes").inner_text()
-    for way in ("brake", "accelerate", "steer left", "steer right"):
-        assert way in timeline
+    for candidate in ("brake", "accelerate", "steer left", "steer right"):
+        assert candidate in timeline
     assert page.locator(".mcdas-paths .mcdas-strip").count() == 4
     shown = page.evaluate("mcdas.studio.shown().length")
     page.get_by_label("show literal").uncheck()

@@ -1,4 +1,4 @@
-"""The sigmoid's design: where its optimum must lie, that nothing beats it, and what its multipliers promise."""
+"""The sigmoid's design: where its optimum must lie, that nothing beats it, and what its multipliers say."""
 
 from __future__ import annotations
 

@@ -135,7 +135,7 @@ static double approach(const double *driver, double v, double t, const Law *law,
     return copysign(LESSER(driver[1], LESSER(sqrt(1.6 * easing * fabs(gap)), fabs(gap) / (2.0 * h))), gap);
 }
 
-/* `planning.rivals.competent_driver`: since, until, strength, reaction, release, jerk */
+/* `baselines.competent_driver`: since, until, strength, reaction, release, jerk */
 static double reaction(const double *driver, double v, double t)
 {
     const double pressed = driver[0] + t - driver[3];

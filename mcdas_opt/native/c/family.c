@@ -1,4 +1,4 @@
-/* The family of `manoeuvres.family`, member by member: speeds of `phases`, ways of `sidesteps`, separations of `clearance`, costs.
+/* The family of `manoeuvres.family`, member by member: speeds of `phases`, paths of `lane_change_profiles`, separations of `clearance`, costs.
  * Operation by operation as there; the numbers in capitals stand before this text. Rows of samples are ROW long, a whole number of
  * LANES, filled up with the last sample. Loops over them are written so that a compiler can vectorise them. */
 #include "curvature.h"
@@ -145,7 +145,7 @@ static double nearest(const Family *f, const double *history, double index)
     return history[(whole)(at < 0.0 ? 0.0 : LESSER(at, last))];
 }
 
-/* the body's way (OF_MEMBER, ROW) of a sidestep at the speeds of a phase */
+/* the body's path (OF_MEMBER, ROW) of a lane-change profile at the speeds of a phase */
 static void roll_out(const Family *f, const double *q, const double *step, double *restrict w)
 {
     const whole n = ROW;
@@ -271,7 +271,7 @@ static double end_closing(const Family *f, const double *q, const double *w)
     return price;
 }
 
-/* what a phase costs, whatever its sidestep */
+/* what a phase costs, whatever its lane change */
 static double cost_along(const Family *f, const double *restrict q)
 {
     const whole n = ROW;

@@ -11,7 +11,7 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.proposals import keep_path
 from mcdas_opt.planning.remainder import remainder
 
-NAME = "the rest of the last plan"
+NAME = "the remainder of the previous plan"
 
 
 def previous_plan(cycle: Cycle, rows: list[Candidate]) -> Iterator[Checked]:

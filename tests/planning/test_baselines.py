@@ -1,4 +1,4 @@
-"""The rivals in their textbook form: what their sources say of them holds, and their verdicts are the judge's."""
+"""The baselines in their textbook form: what their sources say of them holds, and their verdicts are the judge's."""
 
 from __future__ import annotations
 
@@ -181,8 +181,8 @@ def test_the_competent_driver_perceives_critical_closing_and_whoever_leaves_the_
     for gap, mode in ((41.0, Mode.HOLD), (39.0, Mode.BRAKE)):  # 20 m/s closing: 2 s are 40 m
         assert planned(method, situation(ahead(gap, 0.0))).mode is mode
     assert planned(method, situation(ahead(10.0, 20.5))).mode is Mode.HOLD
-    for strayed, mode in ((0.3, Mode.HOLD), (0.45, Mode.BRAKE), (-0.45, Mode.HOLD)):
-        coming = ahead(15.0, 5.0, d_m=3.7 - strayed, name="next")
+    for out_of_lane_m, mode in ((0.3, Mode.HOLD), (0.45, Mode.BRAKE), (-0.45, Mode.HOLD)):
+        coming = ahead(15.0, 5.0, d_m=3.7 - out_of_lane_m, name="next")
         assert planned(method, situation(coming, lanes_left=1)).mode is mode
-        mirrored = ahead(15.0, 5.0, d_m=strayed - 3.7, name="next")
+        mirrored = ahead(15.0, 5.0, d_m=out_of_lane_m - 3.7, name="next")
         assert planned(method, situation(mirrored, lanes_right=1)).mode is mode
