@@ -132,6 +132,7 @@ class LaneMpcSolver:
                 break
             reason = outcome.message or outcome.ending.value
         if best is None:
+            reason = transcribed.parameters.without_value(p) or reason
             return Refused(proposed=proposed, reason=f"not solved: {reason}", iterations=iterations)
         self._left[proposed.name] = _WarmStart(proposed, best, by, turned, others)
         u = turned_inputs(best.u) if turned else best.u
