@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from mcdas_opt.actuation import path_following
 from mcdas_opt.actuation.path_following import AccelerationLaw, FollowingSettings, SpeedLaw
-from mcdas_opt.baselines.competent_driver import CompetentDriverSettings, ReactionLaw
+from mcdas_opt.baselines.competent_driver import ReactionLaw
 from mcdas_opt.baselines.idm_mobil import Following
 from mcdas_opt.baselines.steady import SteadyLaw
 from mcdas_opt.domain.host import HostState
@@ -78,7 +78,7 @@ def test_compiled_rivals_are_the_rivals(
     if kind == "steady":
         law: AccelerationLaw = SteadyLaw(strength_mps2=hard, until_mps=theirs)
     elif kind == "reaction":
-        law = ReactionLaw(since_s=since, until_mps=theirs, strength_mps2=hard, settings=CompetentDriverSettings())
+        law = ReactionLaw(since_s=since, until_mps=theirs, strength_mps2=hard)
     else:
         situation = Situation(host=host, tracks=leaders[kind], road=road)
         law = Following(situation=situation, vehicle=CAR, leaders=leaders[kind], desired_mps=30.0, idm=IdmSettings())
