@@ -38,8 +38,8 @@ SCENES = ("sandwich-60-40", "front-braking-with-follower", "curved-road", "benig
 STAGES: tuple[tuple[str, Any], ...] = (  # a function, and where it is called
     ("assess", cycle),
     ("basic_four", search),
-    ("sampled", ranked_first),
-    ("sampled", active_manoeuvre),
+    ("further", ranked_first),
+    ("further", active_manoeuvre),
     ("verdicts", evaluator),
     ("nearness", evaluator),
     ("driving_costs", evaluator),

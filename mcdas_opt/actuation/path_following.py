@@ -15,12 +15,16 @@ import numpy as np
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import non_negative, positive, require, within
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.dynamics.stopping import time_to_stop
+
+BANDWIDTH_RADPS = 2.5  # of the lateral feedback
+PREVIEW_S = 0.1
+LIMIT_SHARE, FRICTION_SHARE = 0.98, 0.96  # of the limits that are used
+STEP_S = 0.05
 
 
 class Path(Protocol):
@@ -46,23 +50,6 @@ class AccelerationLaw(Protocol):
     def wanted_mps2(self, t_s: float, s_m: float, speed_mps: float) -> float: ...
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FollowingSettings:
-    """Bandwidth of the lateral feedback [rad/s], and the shares of the limits that are used."""
-
-    bandwidth_radps: float = 2.5
-    preview_s: float = 0.1
-    limit_share: float = 0.98
-    friction_share: float = 0.96
-    step_s: float = 0.05
-
-    def __post_init__(self) -> None:
-        require(self, positive, "bandwidth_radps", "step_s")
-        non_negative("preview_s", self.preview_s, "s")
-        within("limit_share", self.limit_share, 0.1, 1.0)
-        within("friction_share", self.friction_share, 0.1, 1.0)
-
-
 def follow(
     start: HostState,
     path: Path,
@@ -72,21 +59,19 @@ def follow(
     road: Road,
     duration_s: float,
     lateral_acceleration_mps2: float,
-    settings: FollowingSettings | None = None,
 ) -> Trajectory:
-    """The trajectory of the bicycle from the measured state along `path`, every `step_s`, inputs constant in between."""
-    cfg = settings or FollowingSettings()
-    h = cfg.step_s
+    """The trajectory of the bicycle from the measured state along `path`, every `STEP_S`, inputs constant in between."""
+    h = STEP_S
     steps = max(2, round(duration_s / h))
     x = [float(value) for value in start.to_vector()]
     states, inputs = [x], []
-    grip = cfg.friction_share * road.friction * GRAVITY_MPS2
+    grip = FRICTION_SHARE * road.friction * GRAVITY_MPS2
     knots = [(float(s), float(k)) for s, k in road.curvature]
     straight = road.is_straight
     for k in range(steps):
         kappa = 0.0 if straight else _interpolate(knots, x[0])
-        rate = _steering_rate(x, path, kappa, vehicle, min(lateral_acceleration_mps2, grip), cfg)
-        jerk = _jerk(x, _wanted(x, law, k * h, vehicle, cfg), vehicle, grip, cfg)
+        rate = _steering_rate(x, path, kappa, vehicle, min(lateral_acceleration_mps2, grip))
+        jerk = _jerk(x, _wanted(x, law, k * h, vehicle), vehicle, grip)
         u = (jerk, rate)
 
         def right_side(state: Any, u: tuple[float, float] = u) -> list[Any]:
@@ -114,48 +99,48 @@ def _interpolate(knots: list[tuple[float, float]], s: float) -> float:
     return knots[-1][1]
 
 
-def _steering_rate(x: list[float], path: Path, kappa: float, vehicle: Vehicle, lateral: float, cfg: FollowingSettings) -> float:
+def _steering_rate(x: list[float], path: Path, kappa: float, vehicle: Vehicle, lateral: float) -> float:
     s, d, psi, v, _, delta = x
     speed = max(v, 2.0)
-    ahead = s + v * cfg.preview_s
-    w = cfg.bandwidth_radps
+    ahead = s + v * PREVIEW_S
+    w = BANDWIDTH_RADPS
     offset = d - float(path.d(s))
     heading = psi - math.atan(float(path.slope(s)))
     wanted = kappa * math.cos(psi) / (1.0 - d * kappa) + float(path.curvature(ahead))
     wanted -= (w / speed) ** 2 * offset + 2.0 * w / speed * heading
-    most = min(lateral / max(v, 0.1) ** 2, math.tan(cfg.limit_share * vehicle.steering_max_rad) / vehicle.wheelbase_m)
+    most = min(lateral / max(v, 0.1) ** 2, math.tan(LIMIT_SHARE * vehicle.steering_max_rad) / vehicle.wheelbase_m)
     target = math.atan(vehicle.wheelbase_m * max(-most, min(most, wanted)))
-    limit = cfg.limit_share * vehicle.steering_rate_max_radps
-    return 0.0 if v < 0.05 else max(-limit, min(limit, (target - delta) / cfg.step_s))
+    limit = LIMIT_SHARE * vehicle.steering_rate_max_radps
+    return 0.0 if v < 0.05 else max(-limit, min(limit, (target - delta) / STEP_S))
 
 
-def _wanted(x: list[float], law: SpeedLaw | AccelerationLaw, t_s: float, vehicle: Vehicle, cfg: FollowingSettings) -> float:
+def _wanted(x: list[float], law: SpeedLaw | AccelerationLaw, t_s: float, vehicle: Vehicle) -> float:
     """The acceleration that the law asks for, eased where it meets the law's speed, or standstill."""
     if not isinstance(law, SpeedLaw):
         asked = law.wanted_mps2(t_s, x[0], x[3])
-        return max(asked, _halting(x[3], vehicle.jerk_max_mps3, cfg)) if asked < 0.0 else asked
+        return max(asked, _halting(x[3], vehicle.jerk_max_mps3)) if asked < 0.0 else asked
     if t_s < law.start_s - 1e-9:
         return 0.0
     gap = law.speed_mps - x[3]
     easing = -vehicle.jerk_min_mps3 if gap > 0.0 else vehicle.jerk_max_mps3
-    return math.copysign(min(law.acceleration_mps2, _eased(abs(gap), easing, cfg)), gap)
+    return math.copysign(min(law.acceleration_mps2, _eased(abs(gap), easing)), gap)
 
 
-def _eased(gap_mps: float, jerk_mps3: float, cfg: FollowingSettings) -> float:
+def _eased(gap_mps: float, jerk_mps3: float) -> float:
     """The acceleration from which a gap of speed can still be closed without overshoot."""
-    return min(math.sqrt(1.6 * cfg.limit_share * jerk_mps3 * gap_mps), gap_mps / (2.0 * cfg.step_s))
+    return min(math.sqrt(1.6 * LIMIT_SHARE * jerk_mps3 * gap_mps), gap_mps / (2.0 * STEP_S))
 
 
-def _halting(v: float, jerk_mps3: float, cfg: FollowingSettings) -> float:
+def _halting(v: float, jerk_mps3: float) -> float:
     """The hardest braking from which the car still comes to rest without rolling back."""
     if v <= 0.0:
-        return -v / (2.0 * cfg.step_s)
-    return -min(math.sqrt(0.7 * cfg.limit_share * jerk_mps3 * v), v / (3.0 * cfg.step_s))
+        return -v / (2.0 * STEP_S)
+    return -min(math.sqrt(0.7 * LIMIT_SHARE * jerk_mps3 * v), v / (3.0 * STEP_S))
 
 
-def _jerk(x: list[float], wanted: float, vehicle: Vehicle, grip: float, cfg: FollowingSettings) -> float:
+def _jerk(x: list[float], wanted: float, vehicle: Vehicle, grip: float) -> float:
     v, a, delta = x[3], x[4], x[5]
-    share, h = cfg.limit_share, cfg.step_s
+    share, h = LIMIT_SHARE, STEP_S
     lateral = v**2 * math.tan(delta) / vehicle.wheelbase_m
     room = math.sqrt(max(grip**2 - lateral**2, 0.0))
     low, high = share * vehicle.acceleration_min_mps2, share * vehicle.acceleration_max_mps2

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from mcdas_opt.baselines.lane import judged, leader_of, neighbours_in, strongest_braking_mps2
 from mcdas_opt.baselines.steady import SteadyLaw
 from mcdas_opt.domain.plan import Plan, Refusal
-from mcdas_opt.domain.rules import non_negative
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
@@ -16,20 +15,9 @@ from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.dynamics.car_following import Leader
 from mcdas_opt.planning.memory import carried
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AebSettings:
-    """`margin_m`: room that is to be left when the closing has ended. `early_s`: time that sensing and deciding take. `smoothing_s`: time
-    constant of the other's acceleration."""
-
-    margin_m: float = 1.0
-    early_s: float = 0.2
-    smoothing_s: float = 0.4
-
-    def __post_init__(self) -> None:
-        non_negative("margin_m", self.margin_m, "m")
-        non_negative("early_s", self.early_s, "s")
-        non_negative("smoothing_s", self.smoothing_s, "s")
+_MARGIN_M = 1.0  # that is to be left when the closing has ended
+_EARLY_S = 0.2  # that sensing and deciding take
+_SMOOTHING_S = 0.4  # time constant of the other's acceleration
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,16 +32,14 @@ class Watched:
     braking_since_s: float | None = None
 
 
-def needed_gap_m(
-    speed_mps: float, leader: Leader, braking_mps2: float, strength_mps2: float, jerk_mps3: float, settings: AebSettings
-) -> float:
+def needed_gap_m(speed_mps: float, leader: Leader, braking_mps2: float, strength_mps2: float, jerk_mps3: float) -> float:
     """The gap [m] under which full braking, its build-up included, leaves less than the margin to a car that goes on braking as it does
     (by `braking_mps2`, 0 for one that does not).
 
     That is a brake threat number of 1 (the required deceleration over the possible one: Brannstrom, Sjoberg, Coelingh, IV 2008), with
     the way lost while the brakes build up: about closing x strength / (2 jerk).
     """
-    closing, late_s = speed_mps - leader.speed_mps, settings.early_s + 0.5 * strength_mps2 / jerk_mps3
+    closing, late_s = speed_mps - leader.speed_mps, _EARLY_S + 0.5 * strength_mps2 / jerk_mps3
     closing = max(closing + braking_mps2 * late_s, 0.0)
     theirs = max(leader.speed_mps - braking_mps2 * late_s, 0.0)
     relative = strength_mps2 - braking_mps2
@@ -61,7 +47,7 @@ def needed_gap_m(
         way = closing**2 / (2.0 * relative)
     else:
         way = speed_mps**2 / (2.0 * strength_mps2) - (theirs**2 / (2.0 * braking_mps2) if braking_mps2 > 0.0 else 0.0)
-    return settings.margin_m + (speed_mps - leader.speed_mps) * late_s + max(way, 0.0)
+    return _MARGIN_M + (speed_mps - leader.speed_mps) * late_s + max(way, 0.0)
 
 
 class AebMethod:
@@ -70,8 +56,8 @@ class AebMethod:
     has_ladder = False
     name = "aeb"
 
-    def __init__(self, vehicle: Vehicle, settings: Settings | None = None, aeb: AebSettings | None = None) -> None:
-        self.vehicle, self.settings, self.aeb = vehicle, settings or Settings(), aeb or AebSettings()
+    def __init__(self, vehicle: Vehicle, settings: Settings | None = None) -> None:
+        self.vehicle, self.settings = vehicle, settings or Settings()
 
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
         if situation.request is Request.PARK:
@@ -103,7 +89,7 @@ class AebMethod:
         if before is None or before.track != ahead.id or situation.time_s <= before.time_s:
             return now
         step = situation.time_s - before.time_s
-        share = step / (step + self.aeb.smoothing_s)
+        share = step / (step + _SMOOTHING_S)
         change = (ahead.speed_s_mps - before.speed_mps) / step
         smooth = before.acceleration_mps2 + share * (change - before.acceleration_mps2)
         return replace(now, acceleration_mps2=smooth, braking_since_s=before.braking_since_s)
@@ -114,5 +100,5 @@ class AebMethod:
             return False
         strength, jerk = strongest_braking_mps2(situation, self.vehicle), -self.vehicle.jerk_min_mps3
         braking = min(max(-seen.acceleration_mps2, 0.0), strength)
-        needed = needed_gap_m(situation.host.speed_mps, leader, braking, strength, jerk, self.aeb)
+        needed = needed_gap_m(situation.host.speed_mps, leader, braking, strength, jerk)
         return seen.braking_since_s is not None or leader.gap_m <= needed

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from mcdas_opt.baselines.lane import judged, leader_of, neighbours_in, strongest_braking_mps2
 from mcdas_opt.baselines.steady import SteadyLaw
 from mcdas_opt.domain.plan import Plan, Refusal
-from mcdas_opt.domain.rules import positive, require
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
@@ -16,21 +15,10 @@ from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.planning.memory import carried
 from mcdas_opt.planning.path_driving import Kind
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CompetentDriverSettings:
-    """UN R157, annex 4, appendix 3 (0.774 g reached in 0.6 s, after a delay of 0.75 s; a wandering zone of 0.375 m), with the critical
-    time to collision and the deceleration of a released throttle as coded in JRC-FSM (European Commission, 2021)."""
-
-    reaction_s: float = 0.75
-    release_mps2: float = 0.4
-    jerk_mps3: float = 12.65
-    braking_mps2: float = 7.59294
-    critical_ttc_s: float = 2.0
-    wandering_m: float = 0.375
-
-    def __post_init__(self) -> None:
-        require(self, positive, *self.__slots__)
+# UN R157, annex 4, appendix 3: 0.774 g reached in 0.6 s, after a delay of 0.75 s; a wandering zone of 0.375 m
+REACTION_S, JERK_MPS3, BRAKING_MPS2, WANDERING_M = 0.75, 12.65, 7.59294, 0.375
+# as coded in JRC-FSM (European Commission, 2021): the throttle released, and the critical time to collision
+RELEASE_MPS2, CRITICAL_TTC_S = 0.4, 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,20 +39,18 @@ class ReactionLaw:
     since_s: float
     until_mps: float
     strength_mps2: float
-    settings: CompetentDriverSettings
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        of = self.settings
-        return (Kind.REACTION, self.since_s, self.until_mps, self.strength_mps2, of.reaction_s, of.release_mps2, of.jerk_mps3)
+        return (Kind.REACTION, self.since_s, self.until_mps, self.strength_mps2, REACTION_S, RELEASE_MPS2, JERK_MPS3)
 
     def wanted_mps2(self, t_s: float, s_m: float, speed_mps: float) -> float:
         if speed_mps <= self.until_mps:
             return 0.0
-        pressed = self.since_s + t_s - self.settings.reaction_s
+        pressed = self.since_s + t_s - REACTION_S
         if pressed < -1e-9:
-            return -self.settings.release_mps2
-        return -min(max(self.settings.jerk_mps3 * pressed, self.settings.release_mps2), self.strength_mps2)
+            return -RELEASE_MPS2
+        return -min(max(JERK_MPS3 * pressed, RELEASE_MPS2), self.strength_mps2)
 
 
 class CompetentDriverMethod:
@@ -74,8 +60,8 @@ class CompetentDriverMethod:
     has_ladder = False
     name = "un-r157"
 
-    def __init__(self, vehicle: Vehicle, settings: Settings | None = None, driver: CompetentDriverSettings | None = None) -> None:
-        self.vehicle, self.settings, self.driver = vehicle, settings or Settings(), driver or CompetentDriverSettings()
+    def __init__(self, vehicle: Vehicle, settings: Settings | None = None) -> None:
+        self.vehicle, self.settings = vehicle, settings or Settings()
 
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
         if situation.request is Request.PARK:
@@ -88,8 +74,7 @@ class CompetentDriverMethod:
         law = ReactionLaw(
             since_s=situation.time_s - noticed.at_s,
             until_mps=max(risk.speed_s_mps, 0.0),
-            strength_mps2=min(self.driver.braking_mps2, strongest_braking_mps2(situation, self.vehicle)),
-            settings=self.driver,
+            strength_mps2=min(BRAKING_MPS2, strongest_braking_mps2(situation, self.vehicle)),
         )
         reason = f"risk by {risk.id} perceived at {noticed.at_s:.1f} s"
         return judged(self.name, situation, self.vehicle, self.settings, law=law, reason=reason, warning=True, memory=noticed)
@@ -101,7 +86,7 @@ class CompetentDriverMethod:
             leader = leader_of(track, situation, self.vehicle)
             assert leader is not None
             closing = situation.host.speed_mps - leader.speed_mps
-            critical = leader.gap_m <= self.driver.critical_ttc_s * closing
+            critical = leader.gap_m <= CRITICAL_TTC_S * closing
             if closing > 0.0 and (critical or before is not None) and (found is None or track.s_m < found.s_m):
                 found = track
         return found
@@ -115,6 +100,6 @@ class CompetentDriverMethod:
         for track in situation.tracks:
             beside = road.lane_of(track.d_m) - lane
             strayed = (road.lane_centre_m(lane + beside) - track.d_m) * beside
-            if abs(beside) == 1 and track.s_m > host.s_m and strayed > self.driver.wandering_m:
+            if abs(beside) == 1 and track.s_m > host.s_m and strayed > WANDERING_M:
                 coming.append(track)
         return coming if own is None else [own, *coming]

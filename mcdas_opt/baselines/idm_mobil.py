@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from mcdas_opt.baselines.lane import judged, leader_of, neighbours_in, strongest_braking_mps2
 from mcdas_opt.domain.plan import Plan, Refusal
-from mcdas_opt.domain.rules import non_negative, positive, require
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
@@ -20,29 +19,12 @@ from mcdas_opt.reference.offset_path import corrected
 
 _SECTORS = {Side.LEFT: Sector.LEFT, Side.RIGHT: Sector.RIGHT}
 _STANDING_MPS = 0.5
-
-
-def _idm() -> IdmSettings:
-    return IdmSettings(headway_s=1.5, acceleration_mps2=1.4, deceleration_mps2=2.0, exponent=4.0, jam_distance_m=2.0)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MobilSettings:
-    """Kesting, Treiber, Helbing, Transp. Res. Rec. 1999 (2007) 86: its symmetric rule, with the IDM that it is shown with.
-
-    `politeness` is chosen within the paper's range; `lateral_mps2` bounds the path of the lane change, on which the paper is silent.
-    """
-
-    politeness: float = 0.25
-    threshold_mps2: float = 0.1
-    safe_braking_mps2: float = 4.0
-    lateral_mps2: float = 2.0
-    idm: IdmSettings = field(default_factory=_idm)
-
-    def __post_init__(self) -> None:
-        non_negative("politeness", self.politeness)
-        non_negative("threshold_mps2", self.threshold_mps2, "m/s^2")
-        require(self, positive, "safe_braking_mps2", "lateral_mps2")
+# Kesting, Treiber, Helbing, Transp. Res. Rec. 1999 (2007) 86: its symmetric rule, with the IDM that it is shown with
+IDM = IdmSettings(headway_s=1.5, acceleration_mps2=1.4, deceleration_mps2=2.0, exponent=4.0, jam_distance_m=2.0)
+_POLITENESS = 0.25  # chosen within the paper's range
+_THRESHOLD_MPS2 = 0.1
+_SAFE_BRAKING_MPS2 = 4.0
+_LATERAL_MPS2 = 2.0  # of the lane change's path, on which the paper is silent
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,14 +60,16 @@ class Exchange:
     old_before: float = 0.0
     old_after: float = 0.0
 
-    def safe(self, settings: MobilSettings) -> bool:
+    @property
+    def safe(self) -> bool:
         """Eq 2: the new follower need not brake harder than is safe."""
-        return self.new_after >= -settings.safe_braking_mps2
+        return self.new_after >= -_SAFE_BRAKING_MPS2
 
-    def gain_mps2(self, settings: MobilSettings) -> float:
+    @property
+    def gain_mps2(self) -> float:
         """Eq 4, left side less the right one: worth it when positive."""
         others = self.new_after - self.new_before + self.old_after - self.old_before
-        return self.own_after - self.own_before + settings.politeness * others - settings.threshold_mps2
+        return self.own_after - self.own_before + _POLITENESS * others - _THRESHOLD_MPS2
 
 
 class IdmMobilMethod:
@@ -94,8 +78,8 @@ class IdmMobilMethod:
     has_ladder = False
     name = "idm-mobil"
 
-    def __init__(self, vehicle: Vehicle, settings: Settings | None = None, mobil: MobilSettings | None = None) -> None:
-        self.vehicle, self.settings, self.mobil = vehicle, settings or Settings(), mobil or MobilSettings()
+    def __init__(self, vehicle: Vehicle, settings: Settings | None = None) -> None:
+        self.vehicle, self.settings = vehicle, settings or Settings()
 
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
         if situation.request is Request.PARK:
@@ -154,9 +138,9 @@ class IdmMobilMethod:
         best: tuple[float, bool, Side] | None = None
         for side in (Side.LEFT, Side.RIGHT):
             trade = self.exchange(situation, side)
-            if trade is None or not trade.safe(self.mobil) or trade.gain_mps2(self.mobil) <= 0.0:
+            if trade is None or not trade.safe or trade.gain_mps2 <= 0.0:
                 continue
-            rank = (trade.gain_mps2(self.mobil), side is self.settings.selector.tie_break, side)
+            rank = (trade.gain_mps2, side is self.settings.selector.tie_break, side)
             if best is None or rank[:2] > best[:2]:
                 best = rank
         if best is None:
@@ -173,10 +157,10 @@ class IdmMobilMethod:
         return Manoeuvre(side=side, path=path, target_d_m=target, speed_mps=situation.wanted_speed_mps)
 
     def _lateral_mps2(self, situation: Situation) -> float:
-        return min(self.mobil.lateral_mps2, 0.5 * situation.road.friction * GRAVITY_MPS2)
+        return min(_LATERAL_MPS2, 0.5 * situation.road.friction * GRAVITY_MPS2)
 
     def _idm(self, situation: Situation) -> IdmSettings:
-        return replace(self.mobil.idm, braking_limit_mps2=strongest_braking_mps2(situation, self.vehicle))
+        return replace(IDM, braking_limit_mps2=strongest_braking_mps2(situation, self.vehicle))
 
     def _desired_mps(self, situation: Situation) -> float:
         return situation.wanted_speed_mps if situation.wanted_speed_mps > 0.0 else situation.road.speed_limit_mps

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mcdas_opt.baselines.competent_driver import CompetentDriverSettings
+from mcdas_opt.baselines.competent_driver import BRAKING_MPS2, JERK_MPS3, REACTION_S, RELEASE_MPS2
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.simulation.loop import simulate
@@ -59,13 +59,12 @@ class BrakingLead:
         He answers the lead's braking, not a time to collision: half a second after it begins he has lifted his foot, 0.75 s later
         the brake builds up, to 0.774 g.
         """
-        driver = CompetentDriverSettings()
         v, lead, gap, braking = self.drawn(np.asarray(u, dtype=np.float64))
         least, missing = gap.copy(), np.zeros_like(gap)
         for k in range(round(_DURATION_S / _STEP_S)):
             t = (k + 0.5) * _STEP_S - 0.5
-            pressed = t - 0.5 - driver.reaction_s
-            asked = min(driver.jerk_mps3 * pressed, driver.braking_mps2) if pressed > 0.0 else driver.release_mps2 * (t > 0.5)
+            pressed = t - 0.5 - REACTION_S
+            asked = min(JERK_MPS3 * pressed, BRAKING_MPS2) if pressed > 0.0 else RELEASE_MPS2 * (t > 0.5)
             after = np.maximum(v - asked * _STEP_S, 0.0)
             ahead = np.maximum(lead - braking * _STEP_S, 0.0) if t > 0.0 else lead
             gap = gap + 0.5 * _STEP_S * (lead + ahead - v - after)

@@ -119,7 +119,7 @@ class LaneProblem:
         terminal = [
             ca.sqrt(c.terminal_weight * f) * c.residual(stage) for c, f in zip(costs, factor, strict=True) if c.terminal_weight > 0.0
         ]
-        families = tuple(self.prices)
+        families = {family: column for column, family in enumerate(self.prices)}
         rows = [(c.slack, c.name, row) for c in constraints for row in c.rows(stage)]
         m = self.limit_margin
         inf = np.inf
@@ -129,7 +129,7 @@ class LaneProblem:
             residual=ca.Function("residual", [x, u, p], [ca.vertcat(*running)]),
             terminal_residual=ca.Function("terminal_residual", [x, p], [ca.vertcat(*terminal)]),
             inequality=ca.Function("inequality", [x, u, p], [ca.vertcat(*(row for _, _, row in rows))]),
-            slack_of=tuple(families.index(slack) for slack, _, _ in rows),
+            slack_of=tuple(families[slack] for slack, _, _ in rows),
             slack_linear=np.array([self.prices[f].linear for f in families]),
             slack_quadratic=np.array([self.prices[f].quadratic for f in families]),
             x_lower=np.array([-inf, -inf, -1.2, 0.0, m * vehicle.acceleration_min_mps2, -m * vehicle.steering_max_rad]),
@@ -143,7 +143,7 @@ class LaneProblem:
             inputs=INPUTS,
             parameters=parameters,
             rows=tuple(name for _, name, _ in rows),
-            slacks=families,
+            slacks=tuple(families),
         )
 
 
@@ -169,6 +169,11 @@ class LaneParameters:
         for values in groups:
             self.fill(matrix, values)
         return matrix
+
+    def without_value(self, matrix: Array) -> str:
+        """Says which columns were not filled; empty where all were."""
+        missing = [name for name, column in self.columns.items() if np.isnan(matrix[:, column]).any()]
+        return f"no value for {', '.join(missing)}" if missing else ""
 
     def fill(self, matrix: Array, values: dict[str, Any]) -> None:
         """Writes some of the columns."""

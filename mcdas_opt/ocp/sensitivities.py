@@ -1,7 +1,7 @@
 """How a plan of the lane problem changes with what it was posed with: the sigmoid's a, b, y_max and offset, and the weights.
 
 Cost: the optimal objective. Clearance: the least of the neighbour rows over the horizon [m], negative inside a body's margin. Merit: a
-smooth price of the plan itself, in the currency of `planning.selection`, whatever weights it was made with.
+smooth price of the plan itself, in the currency of `planning.cost`, whatever weights it was made with.
 """
 
 from __future__ import annotations
@@ -23,19 +23,9 @@ from mcdas_opt.solvers.stage_problem import StageGuess
 
 SIGMOID = {"a": "ref_a", "b": "ref_b", "y_max": "ref_amplitude", "off": "ref_bend"}
 KNOBS = (*SIGMOID, *default_weights())
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MeritPrices:
-    """Per second of plan: per (m/s^2)^2, (m/s^3)^2, (rad/s)^2, m^2 off the target, and per exp(-clearance / scale)."""
-
-    acceleration: float = 0.04
-    lateral_acceleration: float = 0.08
-    jerk: float = 0.001
-    steering_rate: float = 2.0
-    off_target: float = 0.1
-    nearness: float = 6.0
-    nearness_scale_m: float = 0.7
+# the merit per second of plan: per (m/s^2)^2, (m/s^3)^2, (rad/s)^2, m^2 off the target, and per exp(-clearance / scale)
+_ACCELERATION, _LATERAL_ACCELERATION, _JERK, _STEERING_RATE, _OFF_TARGET = 0.04, 0.08, 0.001, 2.0, 0.1
+_NEARNESS, _NEARNESS_SCALE_M = 6.0, 0.7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,10 +45,10 @@ class Measured:
 class PlanSensitivity:
     """The lane problem with free weights over `nodes` steps, its exact optimum and its gradients. Not shared between threads."""
 
-    def __init__(self, vehicle: Vehicle, neighbours: int, nodes: int, prices: MeritPrices | None = None) -> None:
+    def __init__(self, vehicle: Vehicle, neighbours: int, nodes: int) -> None:
         self.lane = LaneProblem(vehicle=vehicle, neighbours=neighbours, free_weights=True)
         self.problem = self.lane.stage_problem()
-        self.nodes, self.prices = nodes, prices or MeritPrices()
+        self.nodes = nodes
         self.nlp = ExactNlp(self.problem, nodes)
         self.names = self.problem.parameters
         near, merit = self._expressions()
@@ -71,7 +61,7 @@ class PlanSensitivity:
 
     def _expressions(self) -> tuple[Any, Any]:
         """Clearance rows (nodes x neighbours) and the merit, in the unknowns and parameters of the whole horizon."""
-        problem, n, price = self.problem, self.nodes, self.prices
+        problem, n = self.problem, self.nodes
         nx, nu, np_ = problem.nx, problem.nu, len(problem.parameters)
         x = ca.reshape(self.nlp.w[: nx * (n + 1)], nx, n + 1)
         u = ca.reshape(self.nlp.w[nx * (n + 1) : nx * (n + 1) + nu * n], nu, n)
@@ -85,10 +75,10 @@ class PlanSensitivity:
             rows = -problem.inequality(x[:, k], last, p[:, k])[bodies]
             near.append(rows)
             lateral = lateral_acceleration(x[3, k], x[5, k], self.lane.vehicle.wheelbase_m, ca)
-            rate = price.acceleration * x[4, k] ** 2 + price.lateral_acceleration * lateral**2
-            rate += price.off_target * (x[1, k] - p[start_d, 0] - p[amplitude, 0]) ** 2
-            rate += price.jerk * u[0, k - 1] ** 2 + price.steering_rate * u[1, k - 1] ** 2
-            rate += price.nearness * ca.sum1(ca.exp(-rows / price.nearness_scale_m))
+            rate = _ACCELERATION * x[4, k] ** 2 + _LATERAL_ACCELERATION * lateral**2
+            rate += _OFF_TARGET * (x[1, k] - p[start_d, 0] - p[amplitude, 0]) ** 2
+            rate += _JERK * u[0, k - 1] ** 2 + _STEERING_RATE * u[1, k - 1] ** 2
+            rate += _NEARNESS * ca.sum1(ca.exp(-rows / _NEARNESS_SCALE_M))
             merit += h[k - 1] * rate
         return ca.vertcat(*near), merit
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mcdas_opt.actuation.path_following import FollowingSettings, SpeedLaw
+from mcdas_opt.actuation.path_following import SpeedLaw
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.trajectory import Trajectory
@@ -21,7 +21,6 @@ from mcdas_opt.reference.lane_centre import LaneCentre
 
 _COMFORT_MPS2 = 3.0
 _PIECE_S = 3.0  # continued so far at a time, so that little is driven beyond the end that is found
-_FOLLOWING = FollowingSettings(step_s=0.05)
 
 
 def ended(candidate: Costed, cycle: Cycle) -> Ended:
@@ -87,7 +86,6 @@ def _driven(drive: Trajectory, law: SpeedLaw, road: Road, vehicle: Vehicle) -> T
         road=road,
         duration_s=_PIECE_S,
         lateral_acceleration_mps2=0.5 * road.friction * GRAVITY_MPS2,
-        settings=_FOLLOWING,
     )
     return Trajectory.from_states(np.round(drive.t_s[-1] + then.t_s, 9), then.table[1:7].T, then.table[8:6:-1].T)
 

@@ -29,6 +29,7 @@ from mcdas_opt.solvers.outcome import Ending, Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess
 
 _IPOPT_ITERATIONS = 200
+_OSQP_WARM, _OSQP_COLD, _OSQP_BACKUP = 3, 8, 2  # iterations: from a warm start, from none, where the interior point has no answer
 _ON_TIME_S = 1e-6
 Engine = InteriorPointEngine | OsqpEngine | IpoptEngine
 Asked = tuple[Engine, Callable[[], StageGuess], int]  # who, from which guess, with which cap on iterations
@@ -114,7 +115,7 @@ class LaneMpcSolver:
         fits = warm is not None and warm.engine is engine and warm.turned == turned
         if warm is not None and fits and not self._event(warm, cycle, proposed, others):
             outcome = warm.outcome
-            steps = self._newton_cap(scene) if engine is transcribed.interior_point else self.own.iterations_warm
+            steps = self._newton_cap(scene) if engine is transcribed.interior_point else _OSQP_WARM
             attempts = chain([(engine, lambda: engine.shifted(outcome), steps)], attempts)
         x0 = turned_states(scene.start) if turned else scene.start
         by: Engine = engine
@@ -132,6 +133,7 @@ class LaneMpcSolver:
                 break
             reason = outcome.message or outcome.ending.value
         if best is None:
+            reason = transcribed.parameters.without_value(p) or reason
             return Refused(proposed=proposed, reason=f"not solved: {reason}", iterations=iterations)
         self._left[proposed.name] = _WarmStart(proposed, best, by, turned, others)
         u = turned_inputs(best.u) if turned else best.u
@@ -168,12 +170,12 @@ class LaneMpcSolver:
         if self.own.cold_start == "ipopt":
             yield scene.transcribed.ipopt, cold, _IPOPT_ITERATIONS
         elif self.own.solver == "osqp":
-            yield scene.transcribed.osqp, cold, self.own.iterations_event
+            yield scene.transcribed.osqp, cold, _OSQP_COLD
             return
         else:
             yield scene.transcribed.interior_point, cold, self._newton_cap(scene)
         if not answered():
-            yield scene.transcribed.osqp, cold, self.own.iterations_backup  # built when it is first asked
+            yield scene.transcribed.osqp, cold, _OSQP_BACKUP  # built when it is first asked
 
     def _newton_cap(self, scene: _Scene) -> int:
         """What is left of the cycle's for one solve."""

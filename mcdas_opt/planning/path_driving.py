@@ -9,7 +9,15 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from mcdas_opt.actuation import path_following
-from mcdas_opt.actuation.path_following import AccelerationLaw, FollowingSettings, SpeedLaw
+from mcdas_opt.actuation.path_following import (
+    BANDWIDTH_RADPS,
+    FRICTION_SHARE,
+    LIMIT_SHARE,
+    PREVIEW_S,
+    STEP_S,
+    AccelerationLaw,
+    SpeedLaw,
+)
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
@@ -50,7 +58,6 @@ def follow(
     road: Road,
     duration_s: float,
     lateral_acceleration_mps2: float,
-    settings: FollowingSettings | None = None,
 ) -> Trajectory:
     """As `path_following.follow`, to 1e-9: the trajectory of the bicycle from the measured state along `path`.
 
@@ -66,17 +73,15 @@ def follow(
             road=road,
             duration_s=duration_s,
             lateral_acceleration_mps2=lateral_acceleration_mps2,
-            settings=settings,
         )
-    cfg = settings or FollowingSettings()
-    steps = max(2, round(duration_s / cfg.step_s))
+    steps = max(2, round(duration_s / STEP_S))
     states, inputs = np.empty((steps + 1, 6)), np.empty((steps, 2))
     states[0] = start.to_vector()
     car = np.array([vehicle.wheelbase_m, vehicle.centre_m])
-    rule = _law(vehicle, road, lateral_acceleration_mps2, cfg)
+    rule = _law(vehicle, road, lateral_acceleration_mps2)
     bends = knots(road)
-    compiled.mcdas_follow(steps, cfg.step_s, car, bends.shape[1], bends, _path(path), rule, driver, inputs, states)
-    return Trajectory.from_states(_times(steps, cfg.step_s), states, inputs)
+    compiled.mcdas_follow(steps, STEP_S, car, bends.shape[1], bends, _path(path), rule, driver, inputs, states)
+    return Trajectory.from_states(_times(steps, STEP_S), states, inputs)
 
 
 @lru_cache(maxsize=16)
@@ -100,14 +105,14 @@ def _driver(law: SpeedLaw | AccelerationLaw) -> Array | None:
     return np.array(law.numbers, dtype=np.float64) if isinstance(law, CountedLaw) else None
 
 
-def _law(vehicle: Vehicle, road: Road, lateral_mps2: float, cfg: FollowingSettings) -> Array:
-    grip, share = cfg.friction_share * road.friction * GRAVITY_MPS2, cfg.limit_share
+def _law(vehicle: Vehicle, road: Road, lateral_mps2: float) -> Array:
+    grip, share = FRICTION_SHARE * road.friction * GRAVITY_MPS2, LIMIT_SHARE
     return np.array(
         [
             min(lateral_mps2, grip),
             grip,
-            cfg.bandwidth_radps,
-            cfg.preview_s,
+            BANDWIDTH_RADPS,
+            PREVIEW_S,
             share * vehicle.steering_max_rad,
             share * vehicle.steering_rate_max_radps,
             share * vehicle.jerk_min_mps3,

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
+from itertools import chain
 
 import numpy as np
 
@@ -96,6 +98,11 @@ def steer_out(cycle: Cycle, side: Side) -> Proposed:
     )
 
 
+def further(cycle: Cycle) -> tuple[Proposed, ...]:
+    """What competes with the basic four, in this order."""
+    return tuple(chain.from_iterable(propose(cycle) for propose in FURTHER))
+
+
 def sampled(cycle: Cycle) -> tuple[Proposed, ...]:
     """The best few of different kind out of the sampled family: side, early or late, slower or faster, each with its own guess."""
     situation = cycle.situation
@@ -186,3 +193,6 @@ def _unwatched(situation: Situation, side: Side) -> str:
     """Why a side that nobody watches is refused; empty for one that is watched."""
     sector = {Side.LEFT: Sector.LEFT, Side.RIGHT: Sector.RIGHT}.get(side)
     return "" if sector is None or situation.coverage.sees(sector) else f"nobody watches the {side}"
+
+
+FURTHER: tuple[Callable[[Cycle], Iterable[Proposed]], ...] = (sampled,)

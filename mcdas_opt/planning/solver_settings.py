@@ -21,14 +21,9 @@ class SolverSettings:
     newton_steps: int = 60  # of the interior point, in one solve
     newton_steps_cycle: int = 240  # in all candidates of one cycle together; once they are used up, ...
     newton_steps_late: int = 15  # ... each further solve has so many
-    iterations_warm: int = 3  # of OSQP's real-time iteration
-    iterations_event: int = 8
-    iterations_backup: int = 2  # of OSQP where the interior point has no answer, with ...
-    qp_iterations_backup: int = 100  # ... so many of its own in each
     first_candidates: int = 4  # so many are solved first at a threat, those that rank highest; the others where none of them will do
-    closer_candidates: int = 1  # so many are solved again where nothing passes, with ...
-    closer_m: float = 0.1  # ... this clearance along and across
-    near_m: float = 0.5  # only what overlaps somebody by no more is tried again
+    closer_m: float = 0.1  # clearance along and across, where nothing passes and the nearest is solved again
+    near_m: float = 0.5  # only what overlaps somebody by no more is solved again
     friction_share: float = 0.97
     clearance_along_m: float = 0.5
     clearance_across_m: float = 0.25

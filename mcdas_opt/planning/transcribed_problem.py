@@ -22,6 +22,8 @@ from mcdas_opt.solvers.interior_point import SWITCH, InteriorPointEngine
 from mcdas_opt.solvers.ipopt_engine import IpoptEngine
 from mcdas_opt.solvers.osqp_engine import OsqpEngine, OsqpSettings
 
+_BACKUP_QP_ITERATIONS = 100  # of OSQP in each of its steps, where the interior point has no answer
+
 
 class TranscribedProblem:
     """The lane problem for a number of neighbours, with its engines, each built when first asked for."""
@@ -89,7 +91,7 @@ class TranscribedProblems:
         if asked not in self._built:
             weights, nodes = self._solver.weights is not None, self._settings.grid.nodes
             original = _original(self._planned, slots, weights, asked[1], nodes, _circumstances())
-            backup = OsqpSettings(qp_iterations=self._solver.qp_iterations_backup)
+            backup = OsqpSettings(qp_iterations=_BACKUP_QP_ITERATIONS)
             self._built[asked] = original.twin(OsqpSettings() if self._solver.solver == "osqp" else backup)
         return self._built[asked]
 

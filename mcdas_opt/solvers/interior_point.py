@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -30,34 +29,11 @@ from mcdas_opt.solvers.stage_functions import StageFunctions, stage_functions
 from mcdas_opt.solvers.stage_problem import StageGuess, StageProblem
 
 _NONE = np.zeros(0)
-_UNBOUNDED = 1e3  # mean complementarity over that of a cold start, at which a problem whose steps are blocked is infeasible
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class InteriorPointSettings:
-    """Tolerances are relative to the problem's scales; every limit is counted, none is a clock."""
-
-    step_tolerance: float = 1e-2  # largest change of the last step
-    gap_tolerance: float = 1e-3  # largest gap left in the nonlinear dynamics, and in the inequalities as linearised
-    mu_cold: float = 10.0  # barrier that a cold start begins with
-    mu_end: float = 1e-5  # barrier that is converged to, and that a warm start keeps
-    least_cold: float = 0.1  # least slack and distance to an inequality that a cold start begins with
-    least_warm: float = 1e-4  # the same of a warm start
-    boundary: float = 0.995  # share of the way to the boundary that a step may take
-    plain_iterations: int = 5  # of a warm start, before it too turns to predictor and corrector
-    iterations: int = 60
-
-    @property
-    def rule(self) -> LoopRule:
-        """What the loop of Newton steps decides by."""
-        return LoopRule(
-            step_tolerance=self.step_tolerance,
-            gap_tolerance=self.gap_tolerance,
-            mu=self.mu_end,
-            boundary=self.boundary,
-            plain_iterations=float(self.plain_iterations),
-            unbounded=_UNBOUNDED * self.mu_cold,
-        )
+RULE = LoopRule()
+ITERATIONS = 60  # at most, unless told
+MU_COLD = 10.0  # barrier that a cold start begins with
+LEAST_COLD = 0.1  # least slack and distance to an inequality that a cold start begins with
+LEAST_WARM = 1e-4  # the same of a warm start
 
 
 class InteriorPointEngine:
@@ -70,7 +46,6 @@ class InteriorPointEngine:
         self,
         problem: StageProblem,
         nodes: int,
-        settings: InteriorPointSettings | None = None,
         *,
         compiled: bool | None = None,
         builds: Sequence[str] = BUILDS,
@@ -81,8 +56,6 @@ class InteriorPointEngine:
         `announce` is told when the first build begins.
         """
         self.problem, self.nodes = problem, nodes
-        self.settings = settings or InteriorPointSettings()
-        self._rule = self.settings.rule
         stage, functions = stage_functions(problem)
         self._moves, self._unbound = _shift(stage, nodes)
         allowed = wanted() if compiled is None else compiled
@@ -100,14 +73,14 @@ class InteriorPointEngine:
         """ "compiled" or "interpreted" (then `reason` says why)."""
         return self._kernel.kind
 
-    def solve(self, x0: Array, p: Array, steps: Array, guess: StageGuess, iterations: int | None = None) -> Outcome:
+    def solve(self, x0: Array, p: Array, steps: Array, guess: StageGuess, iterations: int = ITERATIONS) -> Outcome:
         """At most `iterations` Newton steps from `guess`, for the measured x0 (nx,), parameters p (N + 1, np), step lengths (N,)."""
-        settings, kernel = self.settings, self._kernel
+        kernel = self._kernel
         warm = self._load(x0, p, steps, guess)
-        finite = kernel.warm(settings.mu_end, settings.least_warm) if warm else kernel.cold(settings.mu_cold, settings.least_cold)
+        finite = kernel.warm(RULE.mu, LEAST_WARM) if warm else kernel.cold(MU_COLD, LEAST_COLD)
         if not finite:
             return self._failed(Ending.NOT_FINITE, guess, 0, "the problem's data are not finite")
-        end = kernel.loop(warm=warm, iterations=settings.iterations if iterations is None else iterations, rule=self._rule)
+        end = kernel.loop(warm=warm, iterations=iterations, rule=RULE)
         if end.ending is LoopEnding.NOT_FINITE:
             return self._failed(Ending.NOT_FINITE, guess, end.done, "the step is not finite")
         if end.ending is LoopEnding.INFEASIBLE:
@@ -146,9 +119,6 @@ class InteriorPointEngine:
             for unbound in self._unbound:
                 multipliers[unbound] = 0.0
         return StageGuess(x=moved_x, u=moved_u, s=moved_s, multipliers=multipliers)
-
-    def reset(self) -> None:
-        """Nothing to throw away: the engine keeps nothing between solves."""
 
     def _load(self, x0: Array, p: Array, steps: Array, guess: StageGuess) -> bool:
         """Puts the problem and its guess into the iterate; whether the guess is a warm one."""

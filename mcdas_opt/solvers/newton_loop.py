@@ -22,14 +22,14 @@ class Progress(NamedTuple):
 
 
 class LoopRule(NamedTuple):
-    """What the loop decides by, in the order of the C text's `Rule`."""
+    """What the loop decides by, in the order of the C text's `Rule`. Tolerances are relative to the problem's scales."""
 
-    step_tolerance: float  # largest change of the last step
-    gap_tolerance: float  # largest gap left
-    mu: float  # barrier that is converged to
-    boundary: float  # share of the way to the boundary that a step may take
-    plain_iterations: float  # of a warm start, before it too turns to predictor and corrector
-    unbounded: float  # mean complementarity that, with steps blocked, tells an infeasible problem
+    step_tolerance: float = 1e-2  # largest change of the last step
+    gap_tolerance: float = 1e-3  # largest gap left in the nonlinear dynamics, and in the inequalities as linearised
+    mu: float = 1e-5  # barrier that is converged to, and that a warm start keeps
+    boundary: float = 0.995  # share of the way to the boundary that a step may take
+    plain_iterations: float = 5.0  # of a warm start, before it too turns to predictor and corrector
+    unbounded: float = 1e4  # mean complementarity that, with steps blocked, tells an infeasible problem
     step_length: float = 0.9  # a converged step was taken nearly whole
     half: float = 0.5  # steps that turn back ...
     shrunk: float = 0.7  # ... and are longer than this share of the one before are taken by half

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from mcdas_opt.baselines.aeb import AebMethod, AebSettings, needed_gap_m
-from mcdas_opt.baselines.competent_driver import CompetentDriverMethod, CompetentDriverSettings
-from mcdas_opt.baselines.idm_mobil import IdmMobilMethod, MobilSettings
+from mcdas_opt.baselines.aeb import AebMethod, needed_gap_m
+from mcdas_opt.baselines.competent_driver import BRAKING_MPS2, JERK_MPS3, CompetentDriverMethod
+from mcdas_opt.baselines.idm_mobil import IDM, IdmMobilMethod
 from mcdas_opt.catalogue.scenes import scene_from_document
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan, Refusal
@@ -71,7 +71,7 @@ def test_registered_judged_as_they_are_and_not_for_parking(name: str) -> None:
 def test_aeb_stops_for_a_standing_car_when_physics_allows(speed: float, friction: float) -> None:
     """From where it cannot yet see that it must, to standstill: no touch, and not far from the car."""
     strength = min(8.0, friction * 9.80665)
-    gap = needed_gap_m(speed, Leader(gap_m=0.0, speed_mps=0.0), 0.0, strength, 40.0, AebSettings()) + 5.0
+    gap = needed_gap_m(speed, Leader(gap_m=0.0, speed_mps=0.0), 0.0, strength, 40.0) + 5.0
     document = {
         "duration_s": gap / speed + speed / strength + 2.0,
         "road": {"friction": friction},
@@ -91,7 +91,7 @@ def test_aeb_stops_for_a_standing_car_when_physics_allows(speed: float, friction
 def test_aeb_brakes_exactly_from_the_last_moment_on(speed: float, closing: float, share: float) -> None:
     method = AebMethod(CAR)
     other = max(speed - closing, 0.0)
-    needed = needed_gap_m(speed, Leader(gap_m=0.0, speed_mps=other), 0.0, 8.0, 40.0, AebSettings())
+    needed = needed_gap_m(speed, Leader(gap_m=0.0, speed_mps=other), 0.0, 8.0, 40.0)
     plan = planned(method, situation(ahead(share * needed, other), speed=speed))
     assert (plan.mode is Mode.BRAKE) == (share <= 1.0)
     assert planned(method, situation(ahead(share * needed, speed + 0.1), speed=speed)).mode is Mode.HOLD
@@ -119,7 +119,7 @@ def test_aeb_once_braking_brakes_until_the_closing_has_ended() -> None:
 @settings(max_examples=30)
 def test_idm_keeps_its_equilibrium_gap(speed: float, headroom: float) -> None:
     """s_e(v) = (s_0 + v T) / sqrt(1 - (v / v_0)^4) behind a leader of the same speed (Treiber et al. 2000, eq 5)."""
-    idm, desired = MobilSettings().idm, headroom * speed
+    idm, desired = IDM, headroom * speed
     gap = (idm.jam_distance_m + speed * idm.headway_s) / math.sqrt(1.0 - (speed / desired) ** 4)
     plan = planned(IdmMobilMethod(CAR), situation(ahead(gap, speed), speed=speed, wanted=desired))
     assert np.abs(plan.trajectory.acceleration_mps2).max() < 1e-6
@@ -140,7 +140,7 @@ def test_mobil_never_changes_when_the_new_follower_would_brake_harder_than_is_sa
     assert trade is not None
     plan = planned(method, at)
     safe = trade.new_after >= -4.0
-    assert (plan.side is side) == (safe and trade.gain_mps2(MobilSettings()) > 0.0)
+    assert (plan.side is side) == (safe and trade.gain_mps2 > 0.0)
     if gap < 3.0 and closing > 2.0:
         assert plan.side is Side.NONE
 
@@ -161,15 +161,14 @@ def test_mobil_asks_for_a_lane_that_is_there_watched_and_free_beside() -> None:
 
 def test_the_competent_driver_reacts_as_published() -> None:
     """Throttle released at once, the brake after 0.75 s, 0.774 g 0.6 s later; the clock runs on from cycle to cycle."""
-    driver = CompetentDriverSettings()
-    assert driver.braking_mps2 / driver.jerk_mps3 == pytest.approx(0.6, abs=0.001)
+    assert abs(BRAKING_MPS2 / JERK_MPS3 - 0.6) < 0.001
     method = CompetentDriverMethod(CAR)
     near = situation(ahead(25.0, 0.0))  # 1.25 s
     plan = planned(method, near)
     t, a = plan.trajectory.t_s, plan.trajectory.acceleration_mps2
     assert np.allclose(a[(t > 0.1) & (t <= 0.75)], -0.4)
     assert np.interp(1.05, t, a) == pytest.approx(-12.65 * 0.3, abs=0.7)
-    assert np.interp(1.45, t, a) == pytest.approx(-driver.braking_mps2, abs=0.02)
+    assert np.interp(1.45, t, a) == pytest.approx(-BRAKING_MPS2, abs=0.02)
     later = planned(method, situation(ahead(12.0, 0.0), time_s=0.7), plan)
     assert later.memory == plan.memory
     assert np.interp(0.35, later.trajectory.t_s, later.trajectory.acceleration_mps2) == pytest.approx(-12.65 * 0.3, abs=0.7)

@@ -10,14 +10,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mcdas_opt.baselines.competent_driver import CompetentDriverMethod, CompetentDriverSettings, ReactionLaw
+from mcdas_opt.baselines.competent_driver import (
+    BRAKING_MPS2,
+    CRITICAL_TTC_S,
+    JERK_MPS3,
+    REACTION_S,
+    RELEASE_MPS2,
+    CompetentDriverMethod,
+    ReactionLaw,
+)
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 
-CAR, DRIVER = Vehicle(), CompetentDriverSettings()
+CAR = Vehicle()
 REFERENCE = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "protocols" / "r157_cutin_reference_528.csv"
 STEP_S, LENGTH_M, WIDTH_M, BETWEEN_M = 0.1, 4.3, 1.9, 1.6  # of the reference's own simulation
 
@@ -33,9 +41,9 @@ def crashes(ego_mps: float, other_mps: float, gap_m: float, sideways_mps: float)
         if overlapping and abs(ahead) < LENGTH_M:
             return True
         if overlapping and law is None and v > other_mps:
-            if ahead < 0.0 or (ahead - LENGTH_M) / (v - other_mps) > DRIVER.critical_ttc_s:
+            if ahead < 0.0 or (ahead - LENGTH_M) / (v - other_mps) > CRITICAL_TTC_S:
                 return False
-            law = ReactionLaw(since_s=-t, until_mps=other_mps, strength_mps2=DRIVER.braking_mps2, settings=DRIVER)
+            law = ReactionLaw(since_s=-t, until_mps=other_mps, strength_mps2=BRAKING_MPS2)
         v = max(v + STEP_S * (0.0 if law is None else law.wanted_mps2(t, x, v)), 0.0)
         x, t = x + STEP_S * v, round(t + STEP_S, 9)
     return False
@@ -43,7 +51,7 @@ def crashes(ego_mps: float, other_mps: float, gap_m: float, sideways_mps: float)
 
 def way_m(closing_mps: float) -> float:
     """How much nearer the driver comes: 0.75 s with the throttle released, 0.6 s of build-up, then 0.774 g until as fast as the other."""
-    reaction, release, jerk, braking = DRIVER.reaction_s, DRIVER.release_mps2, DRIVER.jerk_mps3, DRIVER.braking_mps2
+    reaction, release, jerk, braking = REACTION_S, RELEASE_MPS2, JERK_MPS3, BRAKING_MPS2
     rest = closing_mps - release * reaction
     way = closing_mps * reaction - 0.5 * release * reaction**2
     rise = min(braking / jerk, np.sqrt(2.0 * rest / jerk))
@@ -56,7 +64,7 @@ def test_crashes_where_the_arithmetic_says() -> None:
     rng = np.random.default_rng(4)
     found = []
     for closing, share in zip(rng.uniform(3.0, 20.0, 400).tolist(), rng.uniform(0.6, 1.0, 400).tolist(), strict=True):
-        gap, way = share * DRIVER.critical_ttc_s * closing, way_m(closing)
+        gap, way = share * CRITICAL_TTC_S * closing, way_m(closing)
         left = gap - STEP_S * closing
         if abs(left - way) > STEP_S * closing + 0.1:  # how far its steps may be from the integral
             crashed = crashes(30.0, 30.0 - closing, gap, BETWEEN_M / STEP_S)
@@ -83,7 +91,7 @@ def test_crashes_where_the_published_reference_driver_does() -> None:
 @settings(max_examples=40, deadline=None)
 def test_comes_as_near_as_its_reaction_its_jerk_and_its_brakes_say(closing: float, headroom: float) -> None:
     """The other keeps its speed."""
-    speed, gap = 22.0, headroom * DRIVER.critical_ttc_s * closing
+    speed, gap = 22.0, headroom * CRITICAL_TTC_S * closing
     front = Track(id="front", s_m=gap + CAR.length_m, d_m=0.0, speed_s_mps=speed - closing)
     plan = CompetentDriverMethod(CAR).plan(Situation(host=HostState(speed_mps=speed), tracks=(front,)), None)
     assert isinstance(plan, Plan)

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mcdas_opt.actuation import path_following
-from mcdas_opt.actuation.path_following import AccelerationLaw, FollowingSettings, SpeedLaw
-from mcdas_opt.baselines.competent_driver import CompetentDriverSettings, ReactionLaw
+from mcdas_opt.actuation.path_following import AccelerationLaw, SpeedLaw
+from mcdas_opt.baselines.competent_driver import ReactionLaw
 from mcdas_opt.baselines.idm_mobil import Following
 from mcdas_opt.baselines.steady import SteadyLaw
 from mcdas_opt.domain.host import HostState
@@ -48,8 +48,7 @@ def test_compiled_law_is_the_law(
     path = LaneCentre(d_m=target) if lane else corrected(0.3, 0.2, target, v, 3.0, bend_m=bend, bend_s_m=25.0)
     road = Road(lanes_left=1, lanes_right=1, friction=friction, curvature=((0.0, 0.0), (40.0, curve), (90.0, -curve)))
     law = SpeedLaw(speed_mps=aim, acceleration_mps2=hard, start_s=late)
-    settings = FollowingSettings(step_s=0.05)
-    keys = {"vehicle": CAR, "road": road, "duration_s": 3.0, "lateral_acceleration_mps2": 3.0, "settings": settings}
+    keys = {"vehicle": CAR, "road": road, "duration_s": 3.0, "lateral_acceleration_mps2": 3.0}
     ours, written = follow(host, path, law, **keys), path_following.follow(host, path, law, **keys)
     assert np.array_equal(ours.t_s, written.t_s)
     assert np.abs(ours.states - written.states).max() < 1e-8
@@ -78,7 +77,7 @@ def test_compiled_baselines_are_the_baselines(
     if kind == "steady":
         law: AccelerationLaw = SteadyLaw(strength_mps2=hard, until_mps=theirs)
     elif kind == "reaction":
-        law = ReactionLaw(since_s=since, until_mps=theirs, strength_mps2=hard, settings=CompetentDriverSettings())
+        law = ReactionLaw(since_s=since, until_mps=theirs, strength_mps2=hard)
     else:
         situation = Situation(host=host, tracks=leaders[kind], road=road)
         law = Following(situation=situation, vehicle=CAR, leaders=leaders[kind], desired_mps=30.0, idm=IdmSettings())

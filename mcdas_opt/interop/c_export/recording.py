@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -18,7 +18,7 @@ from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.planning.transcribed_problem import TranscribedProblem
 from mcdas_opt.simulation.loop import simulate
-from mcdas_opt.solvers.interior_point import InteriorPointEngine
+from mcdas_opt.solvers.interior_point import ITERATIONS, InteriorPointEngine
 from mcdas_opt.solvers.kernel_source import BUILDS, PORTABLE
 from mcdas_opt.solvers.outcome import Ending, Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess
@@ -98,7 +98,7 @@ class RecordingEngine(InteriorPointEngine):
         self.steps: list[Step] = []
         self._most, self._slots = most, _Slots()
 
-    def solve(self, x0: Array, p: Array, steps: Array, guess: StageGuess, iterations: int | None = None) -> Outcome:
+    def solve(self, x0: Array, p: Array, steps: Array, guess: StageGuess, iterations: int = ITERATIONS) -> Outcome:
         started = time.perf_counter()
         outcome = super().solve(x0, p, steps, guess, iterations)
         took_us = 1e6 * (time.perf_counter() - started)
@@ -106,12 +106,11 @@ class RecordingEngine(InteriorPointEngine):
             return outcome
         known = self._slots.of_guess(guess)
         slot = self._slots.free() if known is None else known
-        cap = self.settings.iterations if iterations is None else iterations
         self.steps.append(
             Step(
                 slot=slot,
                 warm=known is not None,
-                cap=cap,
+                cap=iterations,
                 x0=np.array(x0),
                 p=np.array(p),
                 guess_x=guess.x,
@@ -140,14 +139,10 @@ def record(scene: Scene, steps: int, neighbours: int, arithmetic: Arithmetic = "
     method = MpcMethod(scene.vehicle, settings, SolverSettings(slots=(neighbours,)))
     transcribed = method.solvers.usual.problems.holding(neighbours, scene.vehicle)
     engine = transcribed.interior_point = RecordingEngine(transcribed, steps, ARITHMETICS[arithmetic])
-    for seed in _seeds(scene):
+    for seed in range(scene.seed, scene.seed + _MOST_DRIVES):
         before = len(engine.steps)
         simulate(scene, Planner(scene.vehicle, method, settings=settings, road=scene.assumed_road), seed=seed, settings=settings)
         if not before < len(engine.steps) < steps:
             break
     kind = f"{engine.kind}, {arithmetic}" if engine.kind == "compiled" else engine.kind
     return Recording(transcribed=transcribed, steps_s=settings.grid.steps_s, steps=tuple(engine.steps), solver=f"interior-point ({kind})")
-
-
-def _seeds(scene: Scene) -> Iterator[int]:
-    yield from range(scene.seed, scene.seed + _MOST_DRIVES)

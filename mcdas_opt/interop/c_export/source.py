@@ -11,7 +11,7 @@ import numpy as np
 from mcdas_opt import __version__
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.interop.c_export.recording import ENDINGS, SLOTS, Recording
-from mcdas_opt.solvers.interior_point import InteriorPointSettings
+from mcdas_opt.solvers.interior_point import ITERATIONS, LEAST_COLD, LEAST_WARM, MU_COLD, RULE
 from mcdas_opt.solvers.interpreted_kernel import CORRECTION
 from mcdas_opt.solvers.kernel_source import BUILDS, kernel_source
 from mcdas_opt.solvers.stage_functions import stage_functions
@@ -70,8 +70,7 @@ def solver(recording: Recording) -> str:
     problem = recording.transcribed.problem
     stage, functions = stage_functions(problem)
     kernel = kernel_source(stage, functions, recording.transcribed.nodes, CORRECTION)
-    chosen = InteriorPointSettings()
-    numbers = {"MU_COLD": chosen.mu_cold, "LEAST_COLD": chosen.least_cold, "LEAST_WARM": chosen.least_warm}
+    numbers = {"MU_COLD": MU_COLD, "LEAST_COLD": LEAST_COLD, "LEAST_WARM": LEAST_WARM}
     return "\n".join(
         [
             f"/* Written by mcdas-opt {__version__}. */",
@@ -80,7 +79,7 @@ def solver(recording: Recording) -> str:
             kernel,
             '#include "mcdas_mpc.h"',
             *(f"#define {name} {value!r}" for name, value in numbers.items()),
-            f"static const Rule RULE = {{{', '.join(repr(float(value)) for value in chosen.rule)}}};",
+            f"static const Rule RULE = {{{', '.join(repr(float(value)) for value in RULE)}}};",
             f"static const double X_LOWER[] = {_vector(problem.x_lower)};",
             f"static const double X_UPPER[] = {_vector(problem.x_upper)};",
             _shipped("mpc_step.c"),
@@ -112,7 +111,7 @@ def _sizes(recording: Recording) -> dict[str, int]:
     problem: StageProblem = recording.transcribed.problem
     stage, _ = stage_functions(problem)
     sizes = {"NODES": recording.transcribed.nodes, "NX": stage.nx, "NU": stage.nu, "NS": stage.ns, "NC": stage.nc, "NP": stage.np}
-    return {**sizes, "ITERATIONS": InteriorPointSettings().iterations}
+    return {**sizes, "ITERATIONS": ITERATIONS}
 
 
 def _enum(kind: str, names: Sequence[str]) -> str:

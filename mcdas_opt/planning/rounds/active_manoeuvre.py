@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from mcdas_opt.planning.candidate import Costed
 from mcdas_opt.planning.choice import Round
-from mcdas_opt.planning.proposals import sampled
+from mcdas_opt.planning.proposals import further
 from mcdas_opt.planning.search import Search
 
 
@@ -33,4 +33,4 @@ def beside_the_active_manoeuvre(search: Search) -> Iterator[Round]:
     known = active.side if cycle.assessment.threatened else None
     search.solve(proposed for proposed in search.basic if proposed.side is not known)
     yield Round(competing=list(search.evaluator.passing), before=cycle.memory.chosen)
-    search.pending = sampled(cycle)
+    search.pending = further(cycle)

@@ -27,8 +27,7 @@ def everything(search: Search) -> Iterator[Round]:
 
 
 def _nearest_to_passing(search: Search) -> list[Proposed]:
-    """Those that were a little short of room, the nearest ones, to be solved again with less of it asked for."""
-    own = search.solvers.usual.own
-    short = [(one.shortfall_m, one.proposed) for one in search.evaluator.account.failed]
-    near = sorted((one for one in short if one[0] <= own.near_m), key=lambda one: one[0])
-    return [replace(proposed, name=f"{proposed.name}-close") for _, proposed in near[: own.closer_candidates]]
+    """The one that was the least short of room, if it was little, to be solved again with less of it asked for."""
+    short = [one for one in search.evaluator.account.failed if one.shortfall_m <= search.solvers.usual.own.near_m]
+    nearest = min(short, key=lambda one: one.shortfall_m, default=None)
+    return [] if nearest is None else [replace(nearest.proposed, name=f"{nearest.proposed.name}-close")]

@@ -1,0 +1,61 @@
+"""The guide to extending: its planner runs, and each of its three changes, made to a copy of the package, does what the guide shows."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+GUIDE = (ROOT / "docs" / "extend.md").read_text("utf-8")
+SECTIONS = {text.split("\n", 1)[0]: text for text in GUIDE.split("\n## ")[1:]}
+CHANGES = ("A candidate", "A cost term", "A constraint")
+MOST_LINES = 30
+
+
+def block(section: str, language: str) -> str:
+    found = re.search(rf"```{language}\n(.*?)```", SECTIONS[section], re.S)
+    assert found is not None, f"{section!r} has no {language} block"
+    return found.group(1)
+
+
+def apply(change: str, root: Path) -> int:
+    """Makes a change to the files below `root`; how many lines it adds or takes away. Each of its places has to be found just once."""
+    path, lines = root, 0
+    for hunk in re.split(r"^(?=@@ |--- )", change, flags=re.M)[1:]:
+        head, *body = hunk.splitlines()
+        if head.startswith("--- "):
+            path = root / body[0].removeprefix("+++ b/")
+            continue
+        old = "\n".join(line[1:] for line in body if not line.startswith("+"))
+        new = "\n".join(line[1:] for line in body if not line.startswith("-"))
+        text = path.read_text("utf-8")
+        assert text.count(old) == 1, f"{path.name} does not hold, once:\n{old}"
+        path.write_text(text.replace(old, new), encoding="utf-8")
+        lines += sum(line[:1] in "+-" for line in body)
+    return lines
+
+
+def printed(script: str, root: Path) -> str:
+    environment = {**os.environ, "PYTHONPATH": str(root), "MCDAS_OPT_COMPILE": "0"}
+    done = subprocess.run([sys.executable, "-c", script], cwd=root, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("section", CHANGES)
+def test_change_is_short_and_does_what_the_guide_shows(section: str, tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "mcdas_opt", tmp_path / "mcdas_opt", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(ROOT / "models", tmp_path / "models")
+    assert apply(block(section, "diff"), tmp_path) < MOST_LINES
+    lines = printed(block(section, "python"), tmp_path).splitlines()
+    assert [line.rstrip() for line in lines] == block(section, "text").splitlines()
+
+
+def test_planner_drives() -> None:
+    assert printed(block("A planner", "python"), ROOT).strip() == "safe"
