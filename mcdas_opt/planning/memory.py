@@ -15,6 +15,7 @@ from mcdas_opt.planning.manoeuvre import Manoeuvre
 M = TypeVar("M")
 
 
+_OLDEST_S = 10.0  # no plan is as long: the clock has jumped, or nobody has asked since
 _CLOCK_DIGITS = 4  # of a second: what is finer is a clock's jitter, or the resolution of seconds since 1970
 
 
@@ -73,11 +74,11 @@ class Memory:
         return self.situation is None
 
     def seen_from(self, origin_m: float, time_s: float) -> Memory:
-        """The same for a cycle at that place and time; an empty one where that is not later."""
+        """The same for a cycle at that place and time; an empty one where that is not later, or far later."""
         if self.situation is None:
             return self
         elapsed_s = round(time_s - self.situation.time_s, _CLOCK_DIGITS)
-        if elapsed_s <= 0.0:
+        if not 0.0 < elapsed_s <= _OLDEST_S:
             return Memory()
         by_m, was, previous, reaction = origin_m - self.origin_m, self.assessment, self.previous, self.reaction
         if previous is not None:

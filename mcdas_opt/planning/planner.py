@@ -11,13 +11,14 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import positive
+from mcdas_opt.domain.rules import finite, positive
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.fallback import NothingPasses, fall_back, remainder_instead
+from mcdas_opt.planning.host_watch import HostWatch
 from mcdas_opt.planning.memory import Memory, remembered
 from mcdas_opt.planning.method import AskedMethod, Method, build_method
 from mcdas_opt.planning.sensing import Sensing
@@ -54,6 +55,7 @@ class Planner:
         self._asked = AskedMethod(name or (method if isinstance(method, str) else type(method).__name__), built)
         self.sensing = Sensing(self.vehicle, road or Road())
         self.memory = Memory()
+        self._host_watch = HostWatch()
 
     @property
     def name(self) -> str:
@@ -97,16 +99,26 @@ class Planner:
         """Forgets tracks and the last plan."""
         self.sensing.reset()
         self.memory, self._asked.previous = Memory(), None
+        self._host_watch = HostWatch()
 
     def plan(self, situation: Situation) -> Plan:
         """One plan for a situation, judged. Never raises in traffic: a refusal is answered by the fallback.
 
-        A situation that is not later than the last one begins without memory.
+        A situation that is not later than the last one begins without memory. A host's state that no car can have is answered by the
+        fallback too, from a state that the car can have (`HostWatch`).
         """
+        host, fault = self._host_watch.believed(situation.host, situation.time_s, situation.road, self.vehicle, self.previous)
+        if not fault:
+            return self._plan(situation, "")
+        wanted = None if situation.desired_speed_mps == situation.host.speed_mps else situation.desired_speed_mps  # None: as now
+        return self._plan(replace(situation, host=host, desired_speed_mps=wanted), fault)
+
+    def _plan(self, situation: Situation, fault: str) -> Plan:
+        """`fault` says what is wrong with the host's state as it was measured; the situation's is one that can be."""
         started = time.perf_counter()
         stop_at_s = None if self.deadline_s is None else started + self.deadline_s
         cycle = Cycle.of(situation, self.vehicle, self.settings, self.memory, stop_at_s)
-        wrong = contradiction(cycle.given, cycle.memory.situation, self.vehicle) if self._asked.has_ladder else ""
+        wrong = (fault or contradiction(cycle.given, cycle.memory.situation, self.vehicle)) if self._asked.has_ladder else ""
         if wrong:
             memory = replace(cycle.memory, warm_starts=None)  # the solver was not asked
             plan = fall_back(cycle, NothingPasses(reason=f"the situation contradicts itself: {wrong}", memory=memory))
@@ -145,4 +157,7 @@ class Planner:
         request: Request = Request.DRIVE,
     ) -> Plan:
         """The whole pipeline: scans (each with its own time stamp) and the host's state at `now` [s] in, a judged plan out."""
-        return self.plan(self.sensing.situation(measurements, host, now, road=road, desired_speed_mps=desired_speed_mps, request=request))
+        now = finite("now", now, "s")
+        believed, fault = self._host_watch.believed(host, now, road or self.road, self.vehicle, self.previous)
+        seen = self.sensing.situation(measurements, believed, now, road=road, desired_speed_mps=desired_speed_mps, request=request)
+        return self._plan(seen, fault)

@@ -10,6 +10,7 @@ from mcdas_opt.domain.host import HostState
 
 _KEPT = 64  # states; at a cycle of 0.1 s more than any latency that is planned for
 _AT_ONCE_S = 1e-9
+_GAP_MAX_S = 1.0  # the clock has jumped
 
 
 class PoseHistory:
@@ -19,8 +20,8 @@ class PoseHistory:
         self._states: deque[tuple[float, HostState]] = deque(maxlen=_KEPT)
 
     def note(self, time_s: float, host: HostState) -> None:
-        """A state newer than all before; time that runs back starts the history anew."""
-        if self._states and time_s <= self._states[-1][0]:
+        """A state newer than all before; time that runs back or jumps ahead starts the history anew."""
+        if self._states and not 0.0 < time_s - self._states[-1][0] <= _GAP_MAX_S:
             self._states.clear()
         self._states.append((time_s, host))
 

@@ -6,7 +6,8 @@ import math
 
 from mcdas_opt.domain.measurement import BodyDetection, RadarDetection, Scan
 
-FUTURE_TOLERANCE_S = 0.05  # scans further ahead of the clock are refused
+FUTURE_TOLERANCE_S = 0.05  # scans further ahead of the clock are refused; a clock that runs back by no more jitters
+AGE_MAX_S = 1.0  # older scans are refused; nothing that was remembered is true after so long a time without a word
 LAG_MAX_S = 0.2  # one sensor may report this much later than another
 RANGE_MAX_M = 300.0  # beyond is no car
 SPEED_MAX_MPS = 100.0  # no range rate, no speed exceeds this
@@ -24,12 +25,22 @@ COUNTERS = (
     "duplicate",  # a scan of the same time as the last, a detection said twice in one scan
     "out_of_order",  # scans older than the last of the same sensor, or too old beside another's
     "future",  # scans ahead of the clock
+    "stale",  # scans far behind the clock
     "dead",  # scans that say that their sensor does not work
+    "clock_back",  # times that the clock ran back: all that was remembered is forgotten
+    "clock_ahead",  # times that it jumped ahead, likewise
 )
 
 
 def source_of(scan: Scan) -> Source:
     return scan.sensor, scan.sector
+
+
+def clock_fault(now: float, last_s: float | None) -> str | None:
+    """What is wrong with a clock that shows `now` after it has shown `last_s`, or None."""
+    if last_s is None or -FUTURE_TOLERANCE_S <= now - last_s <= AGE_MAX_S:
+        return None
+    return "clock_back" if now < last_s else "clock_ahead"
 
 
 def scan_fault(scan: Scan, now: float, last_s: float | None, clock_s: float | None) -> str | None:
@@ -43,6 +54,8 @@ def scan_fault(scan: Scan, now: float, last_s: float | None, clock_s: float | No
         return "duplicate"
     if (last_s is not None and scan.t_s < last_s) or (clock_s is not None and scan.t_s < clock_s - LAG_MAX_S):
         return "out_of_order"
+    if scan.t_s < now - AGE_MAX_S:
+        return "stale"
     return None if scan.working else "dead"
 
 

@@ -23,7 +23,7 @@ from mcdas_opt.tracking.blind_range import unseen_near
 from mcdas_opt.tracking.coverage import SectorWatch
 from mcdas_opt.tracking.filtering import TargetFix, build_filtering
 from mcdas_opt.tracking.fix import Viewpoint
-from mcdas_opt.tracking.screening import COUNTERS, Source, body_fault, radar_fault, scan_fault, source_of
+from mcdas_opt.tracking.screening import COUNTERS, Source, body_fault, clock_fault, radar_fault, scan_fault, source_of
 from mcdas_opt.tracking.track_life import TrackLife
 
 Size = tuple[float, float]
@@ -65,15 +65,29 @@ class Tracker:
     def reset(self) -> None:
         """Forget everything, the counters and the numbering too."""
         self.counters: dict[str, int] = dict.fromkeys(COUNTERS, 0)
+        self._numbered = 0
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        """Forget the tracks, and when each sensor was last heard of."""
         self._lives: list[TrackLife] = []
         self._last: dict[Source, float] = {}
         self._clock_s: float | None = None
-        self._numbered = 0
+        self._now_s: float | None = None
         self._watch = SectorWatch()
 
     def update(self, scans: Sequence[Scan], host: HostState, road: Road, now: float) -> None:
-        """Take in what has arrived at `now`; `host` is its pose at the scans' time. Scans are handled in the order of their times."""
+        """Take in what has arrived at `now`; `host` is its pose at the scans' time. Scans are handled in the order of their times.
+
+        Where the clock has been set back, or has jumped ahead, the tracks are of another time: they are forgotten, and no sector is covered
+        until its sensor answers again.
+        """
         now = finite("now", now, "s")
+        jump = clock_fault(now, self._now_s)
+        if jump is not None:
+            self.counters[jump] += 1
+            self._begin_anew()
+        self._now_s = now
         frame = frame_near(road, host.s_m)
         for scan in sorted(scans, key=lambda scan: scan.t_s if math.isfinite(scan.t_s) else math.inf):
             fault = scan_fault(scan, now, self._last.get(source_of(scan)), self._clock_s)
@@ -87,11 +101,16 @@ class Tracker:
         self._number(now)
 
     def tracks(self, now: float) -> tuple[Track, ...]:
-        """Confirmed tracks, predicted to `now` from the time of their last detection; oldest first."""
+        """Confirmed tracks, predicted to `now` from the time of their last detection; oldest first. None of them where the clock is set
+        back to before the last update."""
+        if clock_fault(now, self._now_s) == "clock_back":
+            return ()
         return tuple(life.track(now) for life in self._lives if life.confirmed and not life.is_over(now))
 
     def coverage(self, now: float) -> Coverage:
-        """Which sectors a working sensor has watched of late."""
+        """Which sectors a working sensor has watched of late; none where the clock is set back to before the last update."""
+        if clock_fault(now, self._now_s) == "clock_back":
+            return Coverage(front=False, rear=False, left=False, right=False)
         return self._watch.coverage(now)
 
     def _take(self, look: _Look) -> None:

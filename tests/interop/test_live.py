@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -102,6 +103,34 @@ def test_a_line_a_cycle_and_the_cars_found() -> None:
     assert last.passed
     assert last.drops == Drops()
     json.dumps(last.to_dict(), allow_nan=False)
+
+
+class Failing(Planner):
+    """Fails in every third cycle, whatever it had begun."""
+
+    asked = 0
+
+    def step(self, *args: Any, **options: Any) -> Plan:
+        self.asked += 1
+        plan = super().step(*args, **options)
+        if self.asked % 3 == 0:
+            raise ZeroDivisionError("of a planner")
+        return plan
+
+
+def test_the_loop_outlives_its_planner() -> None:
+    """A failure is a line and is counted; the last plan goes on, and the next cycle's planner begins anew."""
+    inbox, lines = Clockwork(frames(traffic(2.0))), list[Line]()
+    planner = Failing(settings=Settings(cycle_s=PERIOD_S))
+    loop = LiveLoop(inbox, {"can0": Sector.FRONT}, planner, lines.append, codec=CODEC, sensor=ESR, clock=inbox.clock)
+    summary = loop.run(cycles=30)
+    failed = [line for line in lines if line.status == "fault"]
+    assert summary.faults == len(failed) == summary.statuses["fault"] == planner.asked // 3 > 5
+    assert {line.reason for line in failed} == {"ZeroDivisionError: of a planner"}
+    assert all(line.warning and line.acceleration_mps2 is not None for line in failed)
+    assert lines[-1].faults == summary.faults
+    assert [line.cycle for line in lines] == list(range(30))
+    json.dumps([line.to_dict() for line in lines], allow_nan=False)
 
 
 ALL = {True: frames(traffic(1.5)), False: write_esr(traffic(1.5), slots=SLOTS)}  # with the radar's counter and without

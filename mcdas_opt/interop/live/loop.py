@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from mcdas_opt.interop.esr_codec import EsrCodec
 from mcdas_opt.interop.live.assembler import Drops, ScanAssembler
 from mcdas_opt.interop.live.host import LiveHost
 from mcdas_opt.interop.live.inbox import Inbox
-from mcdas_opt.interop.live.record import LATE, WAITING, Line, LiveSummary
+from mcdas_opt.interop.live.record import FAULT, LATE, WAITING, Line, LiveSummary
 from mcdas_opt.interop.live.watchdog import Watchdog
 from mcdas_opt.interop.replay_record import SeenTrack
 from mcdas_opt.planning.planner import Planner
@@ -60,6 +60,7 @@ class _Run:
     late: int = 0
     missed: int = 0
     unverified: int = 0
+    faults: int = 0
     now_s: float = 0.0
 
 
@@ -122,6 +123,7 @@ class LiveLoop:
             late_cycles=run.late,
             missed_cycles=run.missed,
             unverified_plans=run.unverified,
+            faults=run.faults,
             drops={name: radar.drops for name, radar in self._radars.items()},
             cycle_ms=CycleTimes.of(run.took_ms or [0.0]),
         )
@@ -147,6 +149,11 @@ class LiveLoop:
             self._watchdog.arm(late_at, bark)
         try:
             plan = self._planner.step(scans, self._host.state(now), now)
+        except Exception as error:  # whatever it is: the next cycle has a planner that begins anew
+            self._run.faults += 1
+            self._planner.reset()
+            line = self._line(FAULT, self._clock(), before, scans=len(scans), silent=silent, late_s=late_s)
+            return replace(line, reason=f"{type(error).__name__}: {error}", warning=True)
         finally:
             if self._watchdog is not None:
                 self._watchdog.disarm()
@@ -195,6 +202,7 @@ class LiveLoop:
             took_ms=took_ms,
             late_cycles=self._run.late,
             missed_cycles=self._run.missed,
+            faults=self._run.faults,
             drops=drops,
             trajectory=plan.trajectory if plan is not None and self.settings.trajectories else None,
         )

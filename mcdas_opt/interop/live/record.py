@@ -12,16 +12,17 @@ from mcdas_opt.interop.live.assembler import Drops
 from mcdas_opt.interop.replay_record import SeenTrack
 from mcdas_opt.simulation.record import CycleTimes
 
-WAITING, LATE = "waiting", "late"  # statuses beside those of a plan
+WAITING, LATE, FAULT = "waiting", "late", "fault"  # statuses beside those of a plan
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Line:
-    """One cycle. `status` is the plan's, "waiting" (no host speed yet), or "late": no plan in time, so that the last one goes on.
+    """One cycle. `status` is the plan's, "waiting" (no host speed yet), or "late": no plan in time, so that the last one goes on, or
+    "fault": the planner failed, and begins anew; `reason` says how, and the last plan goes on.
 
     `acceleration_mps2` and `steering_rad` are what the plan asks for at the line's own time; None where there is none, or it has run
     out. `plan_age_s`: since the situation that was planned. `late_s`: how long after its beat the cycle began. `late_cycles`,
-    `missed_cycles` and `drops` count from the start.
+    `missed_cycles`, `faults` and `drops` count from the start.
     """
 
     cycle: int
@@ -44,6 +45,7 @@ class Line:
     took_ms: float = 0.0
     late_cycles: int = 0
     missed_cycles: int = 0
+    faults: int = 0
     drops: Drops = field(default_factory=Drops)
     trajectory: Trajectory | None = None
 
@@ -53,7 +55,8 @@ class Line:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LiveSummary:
-    """Counts over a whole run. `late_cycles`: lines that said "late"; `missed_cycles`: beats that passed while one was worked on."""
+    """Counts over a whole run. `late_cycles`: lines that said "late"; `missed_cycles`: beats that passed while one was worked on;
+    `faults`: cycles in which the planner failed."""
 
     cycles: int
     duration_s: float
@@ -61,6 +64,7 @@ class LiveSummary:
     late_cycles: int
     missed_cycles: int
     unverified_plans: int
+    faults: int
     drops: dict[str, Drops]
     cycle_ms: CycleTimes
 

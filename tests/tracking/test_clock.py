@@ -1,0 +1,143 @@
+"""A clock that is set back, or jumps ahead: nothing that was remembered is true any more, and it is said so."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mcdas_opt.domain.body import Body
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.measurement import Mounting, RadarDetection, Scan
+from mcdas_opt.domain.track import Coverage
+from mcdas_opt.domain.vocabulary import Sector, Status
+from mcdas_opt.planning.planner import Planner
+from mcdas_opt.tracking.tracker import Tracker
+from tests.tracking.worlds import STRAIGHT, host_at, ideal_scan, radar_scan
+
+BLIND = Coverage(front=False, rear=False, left=False, right=False)
+YEAR_S = 365.25 * 86400.0
+JUMPS = [-10.0 * YEAR_S, -3600.0, -5.0, -0.3, 1.5, 5.0, 3600.0, 10.0 * YEAR_S]
+
+
+def lead(t: float) -> list[Body]:
+    return [Body(name="lead", s_m=40.0 + 13.0 * t, speed_mps=13.0)]
+
+
+def fed(start_s: float = 0.0, scan_of=radar_scan) -> Tracker:
+    """A tracker that has followed a car for a second from `start_s` on."""
+    tracker = Tracker()
+    for k in range(21):
+        t = 0.05 * k
+        tracker.update([replace(scan_of(t, lead(t)), t_s=start_s + t)], host_at(t), STRAIGHT, start_s + t)
+    assert len(tracker.tracks(start_s + 1.0)) == 1
+    return tracker
+
+
+@pytest.mark.parametrize("jump_s", JUMPS)
+@pytest.mark.parametrize("scan_of", [radar_scan, ideal_scan])
+def test_no_track_outlives_a_jump_of_the_clock(jump_s: float, scan_of) -> None:
+    tracker = fed(1000.0, scan_of)
+    now = 1001.0 + jump_s
+    assert tracker.tracks(now) == ()
+    assert tracker.coverage(now) == BLIND
+    tracker.update([], host_at(1.0), STRAIGHT, now)
+    assert tracker.tracks(now) == ()
+    assert tracker.coverage(now) == BLIND
+    assert tracker.counters["clock_back" if jump_s < 0.0 else "clock_ahead"] == 1
+
+
+@pytest.mark.parametrize("jump_s", JUMPS)
+def test_after_a_jump_it_tracks_as_if_it_began(jump_s: float) -> None:
+    tracker = fed(1000.0)
+    for k in range(3):
+        now = 1001.0 + jump_s + 0.05 * k
+        tracker.update([replace(radar_scan(1.0 + 0.05 * k, lead(1.0 + 0.05 * k)), t_s=now)], host_at(1.0 + 0.05 * k), STRAIGHT, now)
+        assert tracker.coverage(now).front
+        assert len(tracker.tracks(now)) == (k == 2)
+    (track,) = tracker.tracks(now)
+    assert track.id == "2"  # numbers are not used twice
+    assert track.s_m == pytest.approx(40.0 + 13.0 * 1.1, abs=0.5)
+    assert tracker.counters["out_of_order"] == tracker.counters["duplicate"] == 0
+
+
+@pytest.mark.parametrize(
+    ("kind", "behind_s"), [("stale", 1.5), ("stale", 3600.0), ("stale", 10.0 * YEAR_S), ("future", -0.1), ("future", -YEAR_S)]
+)
+def test_a_scan_of_another_time_begins_nothing(kind: str, behind_s: float) -> None:
+    """Not even where no sensor was heard of before: its sector stays uncovered."""
+    tracker = Tracker()
+    for k in range(6):
+        now = 1e6 + 0.05 * k
+        tracker.update([replace(radar_scan(0.0, lead(0.0)), t_s=now - behind_s)], host_at(0.0), STRAIGHT, now)
+    assert tracker.counters[kind] == 6
+    assert tracker.tracks(now) == ()
+    assert tracker.coverage(now) == BLIND
+
+
+def test_a_clock_that_jitters_is_no_clock_set_back() -> None:
+    tracker = fed(1000.0)
+    tracker.update([], host_at(1.0), STRAIGHT, 1000.98)
+    assert len(tracker.tracks(1000.98)) == 1
+    assert tracker.counters["clock_back"] == 0
+
+
+STEPS = st.one_of(st.floats(-0.05, 0.6), st.floats(0.6, 2.0), st.floats(-10.0 * YEAR_S, 10.0 * YEAR_S))
+
+
+@given(steps=st.lists(STEPS, min_size=1, max_size=40), lags=st.lists(st.floats(-0.1, 1.2), min_size=40, max_size=40), body=st.booleans())
+def test_over_years_of_time_beliefs_stay_symmetric_definite_and_bounded(steps: list[float], lags: list[float], body: bool) -> None:
+    """Whatever the clock does, and however old the scans are."""
+    tracker, now = Tracker(), 1.7e9
+    for step_s, lag_s in zip(steps, lags, strict=False):
+        now += step_s
+        for wait_s in (0.0, 0.05, 0.1):  # so that there are tracks to be spoilt
+            now += wait_s
+            scan = ideal_scan(0.0, lead(0.0)) if body else radar_scan(0.0, lead(0.0))
+            tracker.update([replace(scan, t_s=now - lag_s)], HostState(speed_mps=13.0), STRAIGHT, now)
+            for track in tracker.tracks(now):
+                P = track.covariance
+                assert np.array_equal(P, P.T)
+                assert np.linalg.eigvalsh(P).min() >= -1e-9 * P.max()
+                assert P.max() < 1e4  # m^2
+
+
+def scans(now: float, gap: float | None) -> list[Scan]:
+    """Front and rear radar, 20 ms old; a car 15 m/s slower `gap` ahead of the front one."""
+    points = () if gap is None else (RadarDetection(range_m=gap, azimuth_rad=0.0, range_rate_mps=-15.0),)
+    front = Scan(sensor="f", sector=Sector.FRONT, t_s=now - 0.02, mounting=Mounting(x_m=2.3), radar=points)
+    return [front, Scan(sensor="b", sector=Sector.REAR, t_s=now - 0.02, mounting=Mounting(x_m=-2.3, yaw_rad=math.pi))]
+
+
+@pytest.mark.parametrize("jump_s", [0.0, -0.3, -1.0, -5.0, -3600.0, 5.0, 3600.0])
+def test_a_slower_car_is_seen_and_braked_for_whatever_the_clock_does(jump_s: float) -> None:
+    planner, s = Planner(), 0.0
+    for k in range(8):
+        planner.step(scans(1000.0 + 0.1 * k, None), HostState(s_m=s, speed_mps=20.0), 1000.0 + 0.1 * k)
+        s += 2.0
+    gap = 55.0
+    for k in range(4):
+        now = 1000.8 + jump_s + 0.1 * k
+        plan = planner.step(scans(now, gap), HostState(s_m=s, speed_mps=20.0), now)
+        s, gap = s + 2.0, gap - 1.5
+    assert planner.situation is not None
+    assert len(planner.situation.tracks) == 1
+    assert plan.trajectory.acceleration_mps2.min() < -1.0
+    assert plan.status is not Status.UNAVOIDABLE
+
+
+def test_while_no_sensor_answers_after_a_jump_the_plan_knows_that_it_is_blind() -> None:
+    """The sensors' own clock has not been set back: their scans are in the future, and cover nothing."""
+    planner = Planner()
+    for k in range(8):
+        planner.step(scans(1000.0 + 0.1 * k, None), HostState(s_m=2.0 * k, speed_mps=20.0), 1000.0 + 0.1 * k)
+    for k in range(3):
+        planner.step(scans(1000.8 + 0.1 * k, 55.0), HostState(s_m=16.0 + 2.0 * k, speed_mps=20.0), 995.0 + 0.1 * k)
+        assert planner.situation is not None
+        assert planner.situation.coverage == BLIND
+    assert planner.tracker.counters["future"] == 6
+    assert planner.tracker.counters["clock_back"] == 1
