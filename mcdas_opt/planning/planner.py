@@ -18,7 +18,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.fallback import NothingPasses, fall_back, remainder_instead
-from mcdas_opt.planning.host_watch import HostWatch
+from mcdas_opt.planning.host_plausibility import HostPlausibility
 from mcdas_opt.planning.memory import Memory, remembered
 from mcdas_opt.planning.method import AskedMethod, Method, build_method
 from mcdas_opt.planning.sensing import Sensing
@@ -55,7 +55,7 @@ class Planner:
         self._asked = AskedMethod(name or (method if isinstance(method, str) else type(method).__name__), built)
         self.sensing = Sensing(self.vehicle, road or Road())
         self.memory = Memory()
-        self._host_watch = HostWatch()
+        self._host_plausibility = HostPlausibility()
 
     @property
     def name(self) -> str:
@@ -99,15 +99,15 @@ class Planner:
         """Forgets tracks and the last plan."""
         self.sensing.reset()
         self.memory, self._asked.previous = Memory(), None
-        self._host_watch = HostWatch()
+        self._host_plausibility = HostPlausibility()
 
     def plan(self, situation: Situation) -> Plan:
         """One plan for a situation, judged. Never raises in traffic: a refusal is answered by the fallback.
 
         A situation that is not later than the last one begins without memory. A host's state that no car can have is answered by the
-        fallback too, from a state that the car can have (`HostWatch`).
+        fallback too, from a state that the car can have (`HostPlausibility`).
         """
-        host, fault = self._host_watch.believed(situation.host, situation.time_s, situation.road, self.vehicle, self.previous)
+        host, fault = self._host_plausibility.believed(situation.host, situation.time_s, situation.road, self.vehicle, self.previous)
         if not fault:
             return self._plan(situation, "")
         wanted = None if situation.desired_speed_mps == situation.host.speed_mps else situation.desired_speed_mps  # None: as now
@@ -158,6 +158,6 @@ class Planner:
     ) -> Plan:
         """The whole pipeline: scans (each with its own time stamp) and the host's state at `now` [s] in, a judged plan out."""
         now = finite("now", now, "s")
-        believed, fault = self._host_watch.believed(host, now, road or self.road, self.vehicle, self.previous)
+        believed, fault = self._host_plausibility.believed(host, now, road or self.road, self.vehicle, self.previous)
         seen = self.sensing.situation(measurements, believed, now, road=road, desired_speed_mps=desired_speed_mps, request=request)
         return self._plan(seen, fault)

@@ -17,7 +17,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Status
-from mcdas_opt.planning.host_watch import HostWatch
+from mcdas_opt.planning.host_plausibility import HostPlausibility
 from mcdas_opt.planning.planner import Planner
 from tests.tracking.test_clock import scans
 
@@ -86,7 +86,7 @@ def test_a_glitch_does_not_spoil_the_tracks() -> None:
 
 
 def test_a_speed_that_is_measured_twice_is_believed() -> None:
-    watch = HostWatch()
+    watch = HostPlausibility()
     for k, (speed, wrong) in enumerate(((0.0, False), (25.0, True), (25.0, False), (25.1, False))):
         believed, fault = watch.believed(HostState(speed_mps=speed), 0.1 * k, STRAIGHT, Vehicle(), None)
         assert bool(fault) is wrong
@@ -106,6 +106,6 @@ def test_what_is_believed_is_believable(
     state = {"d_m": d, "heading_rad": heading, "speed_mps": speed, "acceleration_mps2": acceleration, "steering_rad": steering}
     host = HostState(**state) if slip is None else SlidingState(**state, lateral_speed_mps=slip[0], yaw_rate_radps=slip[1])
     road = BEND if bend else STRAIGHT
-    believed, fault = HostWatch().believed(host, 0.0, road, Vehicle(), None)
+    believed, fault = HostPlausibility().believed(host, 0.0, road, Vehicle(), None)
     assert (believed is host) is (not fault)
-    assert HostWatch().believed(believed, 0.0, road, Vehicle(), None) == (believed, "")
+    assert HostPlausibility().believed(believed, 0.0, road, Vehicle(), None) == (believed, "")

@@ -16,7 +16,7 @@ from mcdas_opt.situation.consistency import host_faults
 _MEMORY_S = 1.0  # an older state or plan says nothing of this one
 
 
-class HostWatch:
+class HostPlausibility:
     """Remembers the last state that was measured, and the last that was believed."""
 
     def __init__(self) -> None:
