@@ -17,7 +17,7 @@ from mcdas_opt.domain.safe_end import EndKind, SafeEnd, SafeEndSettings
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 
-_IN_THE_WAY_M = 0.2  # a body that overlaps the host's width by so little less is in its way
+IN_THE_WAY_M = 0.2  # a body that overlaps the host's width by so little less is in its way
 _STANDING_MPS = 0.05
 _ROUNDING_M, _ROUNDING_MPS2 = 0.1, 0.05
 _NOW = np.zeros(1)
@@ -31,11 +31,11 @@ def distance_to_hold(
     it responds). Arrays broadcast; never negative.
     """
     v, ahead = np.asarray(speed_mps, dtype=np.float64), np.maximum(np.asarray(front_mps, dtype=np.float64), 0.0)
-    needed = _Braking.of(vehicle, road, settings or SafeEndSettings()).needed(v, ahead)
+    needed = Braking.of(vehicle, road, settings or SafeEndSettings()).needed(v, ahead)
     return np.asarray(np.maximum(needed, 0.0), dtype=np.float64)
 
 
-class _Braking(NamedTuple):
+class Braking(NamedTuple):
     """Twice what the host and a front car can brake with [m/s^2], and how late the host does [s]."""
 
     twice_own: float
@@ -43,7 +43,7 @@ class _Braking(NamedTuple):
     response_s: float
 
     @classmethod
-    def of(cls, vehicle: Vehicle, road: Road, cfg: SafeEndSettings) -> _Braking:
+    def of(cls, vehicle: Vehicle, road: Road, cfg: SafeEndSettings) -> Braking:
         grip = road.friction * GRAVITY_MPS2
         own = cfg.braking_share * min(-vehicle.acceleration_min_mps2, grip)
         return cls(2.0 * own, 2.0 * min(cfg.front_braking_mps2, grip), cfg.response_s)
@@ -126,7 +126,7 @@ def ends(
     its_s, its_v = others.s_m[:, samples], others.speed_s_mps[:, samples]
     lengths = np.array([0.5 * (body.length_m + vehicle.length_m) for body in prediction.bodies])
     widths = np.array([0.5 * (body.width_m + vehicle.width_m) for body in prediction.bodies])
-    in_way = np.abs(others.d_m[:, samples] - d) < widths.reshape(-1, 1) + _IN_THE_WAY_M
+    in_way = np.abs(others.d_m[:, samples] - d) < widths.reshape(-1, 1) + IN_THE_WAY_M
     near = np.flatnonzero(in_way.any(axis=-1))
     if near.size:
         in_way, its_s, its_v, lengths = in_way[near], its_s[near], its_v[near], lengths[near]
@@ -156,14 +156,14 @@ def last_end(
     """`ends` of the last sample alone, number by number: every plan is asked for it, and one sample fills no array."""
     cfg = settings or SafeEndSettings()
     s, d, psi, v = (row.item(-1) for row in (drive.s_m, drive.d_m, drive.heading_rad, drive.speed_mps))
-    braking, response, standing = _Braking.of(vehicle, road, cfg), cfg.follower_response_s, v <= _STANDING_MPS
+    braking, response, standing = Braking.of(vehicle, road, cfg), cfg.follower_response_s, v <= _STANDING_MPS
     margin, demand = math.inf, -math.inf
     front_fails, follower_fails = not standing and abs(psi) > cfg.settled_rad, False
     others = prediction.rows_on(drive.t_s)
     lasts = zip(*(row[:, -1].tolist() for row in (others.s_m, others.d_m, others.speed_s_mps)), strict=True)
     firsts = zip(*(row.tolist() for row in _beginning(prediction, drive.t_s)), strict=True)
     for body, (its_s, its_d, its_v), (first_s, first_v) in zip(prediction.bodies, lasts, firsts, strict=True):
-        if not abs(its_d - d) < 0.5 * (body.width_m + vehicle.width_m) + _IN_THE_WAY_M:
+        if not abs(its_d - d) < 0.5 * (body.width_m + vehicle.width_m) + IN_THE_WAY_M:
             continue
         lengths = 0.5 * (body.length_m + vehicle.length_m)
         if its_s >= s:
