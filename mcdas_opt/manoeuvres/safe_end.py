@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -110,8 +111,12 @@ def ends(
     road: Road,
     prediction: Prediction,
     settings: SafeEndSettings | None = None,
+    owed_m: Mapping[str, float] | None = None,
 ) -> Ends:
     """What ending at each of `samples` would mean, judged against the plan's beginning at `start`.
+
+    `owed_m` says by name how short of the distance that can be held (at most 0) others made it; who is not named, by all that is short at
+    the beginning.
 
     The front car is any body whose width overlaps the host's there and that is ahead; a standing host asks nothing of it. The end of the
     road is a car that stands.
@@ -135,6 +140,8 @@ def ends(
         room = its_s - s - lengths[:, None] - distance_to_hold(v, its_v, vehicle, road, cfg)
         before = first_s - start.s_m - lengths - distance_to_hold(start.speed_mps, first_v, vehicle, road, cfg)
         owed = np.where(first_s > start.s_m, np.minimum(before, 0.0), 0.0)
+        if owed_m:
+            owed = np.array([owed_m.get(prediction.bodies[i].id, own) for i, own in zip(near.tolist(), owed.tolist(), strict=True)])
         margin = np.where(ahead, room, math.inf).min(axis=0)
         front_fails |= (ahead & (room < owed[:, None] - _ROUNDING_M)).any(axis=0) & ~standing
         behind = in_way & (its_s < s)
@@ -151,7 +158,13 @@ def ends(
 
 
 def last_end(
-    drive: Trajectory, start: HostState, vehicle: Vehicle, road: Road, prediction: Prediction, settings: SafeEndSettings | None = None
+    drive: Trajectory,
+    start: HostState,
+    vehicle: Vehicle,
+    road: Road,
+    prediction: Prediction,
+    settings: SafeEndSettings | None = None,
+    owed_m: Mapping[str, float] | None = None,
 ) -> LastEnd:
     """`ends` of the last sample alone, number by number: every plan is asked for it, and one sample fills no array."""
     cfg = settings or SafeEndSettings()
@@ -169,7 +182,10 @@ def last_end(
         if its_s >= s:
             room = its_s - s - lengths - max(braking.needed(v, max(its_v, 0.0)), 0.0)
             margin, owed = min(margin, room), 0.0
-            if first_s > start.s_m:
+            known = None if owed_m is None else owed_m.get(body.id)
+            if known is not None:
+                owed = known
+            elif first_s > start.s_m:
                 owed = first_s - start.s_m - lengths - max(braking.needed(start.speed_mps, max(first_v, 0.0)), 0.0)
             front_fails = front_fails or (not standing and room < min(owed, 0.0) - _ROUNDING_M)
         else:

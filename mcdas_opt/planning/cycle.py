@@ -9,15 +9,16 @@ from dataclasses import dataclass, replace
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.prediction import Prediction
-from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.settings import HeadwaySettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Mode, Side
+from mcdas_opt.domain.vocabulary import Mode, Sector, Side
+from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory
 from mcdas_opt.situation.assess import assess
-from mcdas_opt.tracking.prediction import predict_for
+from mcdas_opt.tracking.prediction import names_of, predict_for
 
 _STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side
 
@@ -39,6 +40,7 @@ class Cycle:
     assessment: Assessment
     prediction: Prediction
     memory: Memory
+    deficits: tuple[FrontDeficit, ...]
     active: Manoeuvre | None
     stop_at_s: float | None
 
@@ -67,6 +69,7 @@ class Cycle:
             assessment=assess(local, vehicle, settings.selector, memory.assessment),
             prediction=predict_for(local, settings.prediction),
             memory=memory,
+            deficits=front_deficits(local, vehicle, settings.safe_end, memory.deficits, memory.elapsed_s),
             active=None if active is None or active.finished(local) else active,
             stop_at_s=stop_at_s,
         )
@@ -78,6 +81,17 @@ class Cycle:
     @property
     def is_late(self) -> bool:
         return self.stop_at_s is not None and time.perf_counter() > self.stop_at_s
+
+    @property
+    def owed_m(self) -> dict[str, float]:
+        """By name in the prediction: how short of the front distance that can be held (at most 0) others made it."""
+        return {name: one.owed_m for one in self.deficits for name in names_of(one.id)}
+
+    @property
+    def headway(self) -> HeadwaySettings:
+        """What is asked for in this cycle: less while somebody closes in from behind."""
+        headway = self.settings.headway
+        return replace(headway, time_gap_s=headway.pressed_s) if Sector.REAR in self.assessment.threats else headway
 
     @property
     def preferred_side(self) -> Side:
