@@ -140,6 +140,7 @@ class Settings:
     cycle_s: float = 0.1
     steering_rate_share: float = 1.0  # of the limit that the MPC plans with; the judge allows the whole
     friction_share: float = 1.0  # of what it takes of the friction circle: the judge allows the whole of that too
+    speed_limit_excess: float = 0.0  # share by which ordinary driving may exceed the speed limit; escaping from behind is not bound by it
     edge_reserve_m: float = 0.0  # kept from the road's edges by the MPC where it can, beyond its margin: the judge allows all of the road
     grid: TimeGrid = field(default_factory=TimeGrid)
     selector: SelectorSettings = field(default_factory=SelectorSettings)
@@ -153,4 +154,5 @@ class Settings:
         positive("cycle_s", self.cycle_s, "s")
         within("steering_rate_share", self.steering_rate_share, 0.05, 1.0)
         within("friction_share", self.friction_share, 0.1, 1.0)
+        non_negative("speed_limit_excess", self.speed_limit_excess)
         non_negative("edge_reserve_m", self.edge_reserve_m, "m")

@@ -28,7 +28,8 @@ class Cycle:
     """A situation with what follows from it.
 
     `given` is the situation as it was asked; `situation` is the same with its time counted from now and its s from near the host, so that
-    neither a clock's origin nor a place along the road makes a difference. What is planned in it is brought back by `given_from`.
+    neither a clock's origin nor a place along the road makes a difference, and its desired speed within the limit. What is planned in it is
+    brought back by `given_from`.
     `stop_at_s` (of `time.perf_counter`) is when no further candidate is begun; None: never.
     """
 
@@ -58,7 +59,7 @@ class Cycle:
         settings, situation = settings or Settings(), _in_order(situation)
         origin_m = situation.road.local_origin_m(situation.host.s_m)
         memory = Memory() if memory is None else memory.seen_from(origin_m, situation.time_s)
-        local = _local(situation, origin_m)
+        local = _limited(_local(situation, origin_m), settings)
         active = memory.active
         return cls(
             given=situation,
@@ -83,6 +84,16 @@ class Cycle:
         return self.stop_at_s is not None and time.perf_counter() > self.stop_at_s
 
     @property
+    def limit_mps(self) -> float:
+        """The fastest that ordinary driving is."""
+        return _limit_mps(self.situation, self.settings)
+
+    @property
+    def is_pressed(self) -> bool:
+        """Whether somebody closes in from behind."""
+        return Sector.REAR in self.assessment.threats
+
+    @property
     def owed_m(self) -> dict[str, float]:
         """By name in the prediction: how short of the front distance that can be held (at most 0) others made it."""
         return {name: one.owed_m for one in self.deficits for name in names_of(one.id)}
@@ -91,7 +102,7 @@ class Cycle:
     def headway(self) -> HeadwaySettings:
         """What is asked for in this cycle: less while somebody closes in from behind."""
         headway = self.settings.headway
-        return replace(headway, time_gap_s=headway.pressed_s) if Sector.REAR in self.assessment.threats else headway
+        return replace(headway, time_gap_s=headway.pressed_s) if self.is_pressed else headway
 
     @property
     def preferred_side(self) -> Side:
@@ -117,6 +128,15 @@ def _place(track: Track) -> tuple[float | str, ...]:
     """Of two in mirrored places the one that is named first: a mirrored scene has the mirrored order."""
     moving = track.speed_s_mps, abs(track.speed_d_mps), track.acceleration_s_mps2
     return (track.s_m, abs(track.d_m), *moving, track.length_m, track.width_m, track.id)
+
+
+def _limit_mps(situation: Situation, settings: Settings) -> float:
+    return (1.0 + settings.speed_limit_excess) * situation.road.speed_limit_mps
+
+
+def _limited(situation: Situation, settings: Settings) -> Situation:
+    limit = _limit_mps(situation, settings)
+    return replace(situation, desired_speed_mps=limit) if situation.wanted_speed_mps > limit else situation
 
 
 def _local(given: Situation, origin_m: float) -> Situation:
