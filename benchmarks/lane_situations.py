@@ -118,7 +118,9 @@ def posed(situation: Situation, proposed: Proposed, problem: StageProblem, nodes
     others = obstacle_slots(bodies, times, along_m=0.5, across_m=0.25)
     slots = sum(1 for name in problem.parameters if name.startswith("body") and name.endswith("_along"))
     shared = shared_values(situation, others, slots=slots, friction_share=0.97)
-    p = LaneParameters(names=problem.parameters).matrix(nodes, shared, proposal_values(situation, others, proposed, times, guess.x[:, 0]))
+    p = LaneParameters(names=problem.parameters).matrix(
+        nodes, shared, proposal_values(situation, Vehicle(), others, proposed, times, guess.x[:, 0])
+    )
     x0 = np.clip(situation.host.to_vector(), problem.x_lower, problem.x_upper)
     return Posed(x0=x0, p=p, steps=np.full(nodes, STEP_S), guess=guess)
 

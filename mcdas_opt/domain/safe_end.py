@@ -33,19 +33,22 @@ class SafeEndSettings:
     attentive_braking_mps2: float = 3.0  # what an attentive follower does in a queue; relied on only where nothing else is left ...
     attentive_response_s: float = 0.5  # ... after so long
     queue_mps: float = 10.0  # whoever is behind and no faster than this is in a queue
+    payback_s: float = 4.0  # front distance that others took is won back with this time constant ...
+    payback_mps2: float = 2.0  # ... but no faster than braking by this does it
     settled_rad: float = 0.05  # a heading at the end within this is along the road
     longest_s: float = 12.0  # that a plan is continued by, to reach a safe end
 
     def __post_init__(self) -> None:
         require(self, positive, "response_s", "follower_response_s", "attentive_response_s", "longest_s", "queue_mps", "settled_rad")
-        require(self, positive, "front_braking_mps2", "follower_demand_mps2", "attentive_braking_mps2")
+        require(self, positive, "front_braking_mps2", "follower_demand_mps2", "attentive_braking_mps2", "payback_s", "payback_mps2")
         within("braking_share", self.braking_share, 0.1, 1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SafeEnd:
     """`front_margin_m`: the gap to whoever is ahead less the distance that can be held (None: nobody); `follower_demand_mps2`: what whoever
-    is behind must brake with (None: nobody). Who was already closer at the plan's beginning is no worse off at its end.
+    is behind must brake with (None: nobody). What others made it short of that, and is not yet paid
+    back, it may still be short of at the end.
     """
 
     kind: EndKind

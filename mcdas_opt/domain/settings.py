@@ -113,17 +113,40 @@ class WarningSettings:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class HeadwaySettings:
+    """The gap to the front car that is driven: `standstill_m` and `time_gap_s` times the own speed (ISO 15622 asks for at least 0.8 s).
+
+    A smaller gap that was found is widened by at most `opening` seconds of it a second. While somebody closes in from behind, no more than
+    `pressed_s` is asked for: headway gives way first.
+    """
+
+    time_gap_s: float = 1.2
+    standstill_m: float = 2.0
+    opening: float = 0.1
+    pressed_s: float = 0.3
+
+    def __post_init__(self) -> None:
+        positive("headway.time_gap_s", self.time_gap_s, "s")
+        positive("headway.standstill_m", self.standstill_m, "m")
+        positive("headway.opening", self.opening)
+        positive("headway.pressed_s", self.pressed_s, "s")
+        at_most("headway.pressed_s", self.pressed_s, "headway.time_gap_s", self.time_gap_s)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
     """Groups of settings; a user replaces what differs: `replace(settings, cycle_s=0.05)`."""
 
     cycle_s: float = 0.1
     steering_rate_share: float = 1.0  # of the limit that the MPC plans with; the judge allows the whole
     friction_share: float = 1.0  # of what it takes of the friction circle: the judge allows the whole of that too
+    speed_limit_excess: float = 0.0  # share by which ordinary driving may exceed the speed limit; escaping from behind is not bound by it
     edge_reserve_m: float = 0.0  # kept from the road's edges by the MPC where it can, beyond its margin: the judge allows all of the road
     grid: TimeGrid = field(default_factory=TimeGrid)
     selector: SelectorSettings = field(default_factory=SelectorSettings)
     prediction: PredictionSettings = field(default_factory=PredictionSettings)
     sigmoid: SigmoidSettings = field(default_factory=SigmoidSettings)
+    headway: HeadwaySettings = field(default_factory=HeadwaySettings)
     safe_end: SafeEndSettings = field(default_factory=SafeEndSettings)
     warning: WarningSettings = field(default_factory=WarningSettings)
 
@@ -131,4 +154,5 @@ class Settings:
         positive("cycle_s", self.cycle_s, "s")
         within("steering_rate_share", self.steering_rate_share, 0.05, 1.0)
         within("friction_share", self.friction_share, 0.1, 1.0)
+        non_negative("speed_limit_excess", self.speed_limit_excess)
         non_negative("edge_reserve_m", self.edge_reserve_m, "m")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -17,7 +18,7 @@ from mcdas_opt.domain.safe_end import EndKind, SafeEnd, SafeEndSettings
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 
-_IN_THE_WAY_M = 0.2  # a body that overlaps the host's width by so little less is in its way
+IN_THE_WAY_M = 0.2  # a body that overlaps the host's width by so little less is in its way
 _STANDING_MPS = 0.05
 _ROUNDING_M, _ROUNDING_MPS2 = 0.1, 0.05
 _NOW = np.zeros(1)
@@ -31,11 +32,11 @@ def distance_to_hold(
     it responds). Arrays broadcast; never negative.
     """
     v, ahead = np.asarray(speed_mps, dtype=np.float64), np.maximum(np.asarray(front_mps, dtype=np.float64), 0.0)
-    needed = _Braking.of(vehicle, road, settings or SafeEndSettings()).needed(v, ahead)
+    needed = Braking.of(vehicle, road, settings or SafeEndSettings()).needed(v, ahead)
     return np.asarray(np.maximum(needed, 0.0), dtype=np.float64)
 
 
-class _Braking(NamedTuple):
+class Braking(NamedTuple):
     """Twice what the host and a front car can brake with [m/s^2], and how late the host does [s]."""
 
     twice_own: float
@@ -43,7 +44,7 @@ class _Braking(NamedTuple):
     response_s: float
 
     @classmethod
-    def of(cls, vehicle: Vehicle, road: Road, cfg: SafeEndSettings) -> _Braking:
+    def of(cls, vehicle: Vehicle, road: Road, cfg: SafeEndSettings) -> Braking:
         grip = road.friction * GRAVITY_MPS2
         own = cfg.braking_share * min(-vehicle.acceleration_min_mps2, grip)
         return cls(2.0 * own, 2.0 * min(cfg.front_braking_mps2, grip), cfg.response_s)
@@ -110,8 +111,12 @@ def ends(
     road: Road,
     prediction: Prediction,
     settings: SafeEndSettings | None = None,
+    owed_m: Mapping[str, float] | None = None,
 ) -> Ends:
     """What ending at each of `samples` would mean, judged against the plan's beginning at `start`.
+
+    `owed_m` says by name how short of the distance that can be held (at most 0) others made it; who is not named, by all that is short at
+    the beginning.
 
     The front car is any body whose width overlaps the host's there and that is ahead; a standing host asks nothing of it. The end of the
     road is a car that stands.
@@ -126,7 +131,7 @@ def ends(
     its_s, its_v = others.s_m[:, samples], others.speed_s_mps[:, samples]
     lengths = np.array([0.5 * (body.length_m + vehicle.length_m) for body in prediction.bodies])
     widths = np.array([0.5 * (body.width_m + vehicle.width_m) for body in prediction.bodies])
-    in_way = np.abs(others.d_m[:, samples] - d) < widths.reshape(-1, 1) + _IN_THE_WAY_M
+    in_way = np.abs(others.d_m[:, samples] - d) < widths.reshape(-1, 1) + IN_THE_WAY_M
     near = np.flatnonzero(in_way.any(axis=-1))
     if near.size:
         in_way, its_s, its_v, lengths = in_way[near], its_s[near], its_v[near], lengths[near]
@@ -135,6 +140,8 @@ def ends(
         room = its_s - s - lengths[:, None] - distance_to_hold(v, its_v, vehicle, road, cfg)
         before = first_s - start.s_m - lengths - distance_to_hold(start.speed_mps, first_v, vehicle, road, cfg)
         owed = np.where(first_s > start.s_m, np.minimum(before, 0.0), 0.0)
+        if owed_m:
+            owed = np.array([owed_m.get(prediction.bodies[i].id, own) for i, own in zip(near.tolist(), owed.tolist(), strict=True)])
         margin = np.where(ahead, room, math.inf).min(axis=0)
         front_fails |= (ahead & (room < owed[:, None] - _ROUNDING_M)).any(axis=0) & ~standing
         behind = in_way & (its_s < s)
@@ -151,25 +158,34 @@ def ends(
 
 
 def last_end(
-    drive: Trajectory, start: HostState, vehicle: Vehicle, road: Road, prediction: Prediction, settings: SafeEndSettings | None = None
+    drive: Trajectory,
+    start: HostState,
+    vehicle: Vehicle,
+    road: Road,
+    prediction: Prediction,
+    settings: SafeEndSettings | None = None,
+    owed_m: Mapping[str, float] | None = None,
 ) -> LastEnd:
     """`ends` of the last sample alone, number by number: every plan is asked for it, and one sample fills no array."""
     cfg = settings or SafeEndSettings()
     s, d, psi, v = (row.item(-1) for row in (drive.s_m, drive.d_m, drive.heading_rad, drive.speed_mps))
-    braking, response, standing = _Braking.of(vehicle, road, cfg), cfg.follower_response_s, v <= _STANDING_MPS
+    braking, response, standing = Braking.of(vehicle, road, cfg), cfg.follower_response_s, v <= _STANDING_MPS
     margin, demand = math.inf, -math.inf
     front_fails, follower_fails = not standing and abs(psi) > cfg.settled_rad, False
     others = prediction.rows_on(drive.t_s)
     lasts = zip(*(row[:, -1].tolist() for row in (others.s_m, others.d_m, others.speed_s_mps)), strict=True)
     firsts = zip(*(row.tolist() for row in _beginning(prediction, drive.t_s)), strict=True)
     for body, (its_s, its_d, its_v), (first_s, first_v) in zip(prediction.bodies, lasts, firsts, strict=True):
-        if not abs(its_d - d) < 0.5 * (body.width_m + vehicle.width_m) + _IN_THE_WAY_M:
+        if not abs(its_d - d) < 0.5 * (body.width_m + vehicle.width_m) + IN_THE_WAY_M:
             continue
         lengths = 0.5 * (body.length_m + vehicle.length_m)
         if its_s >= s:
             room = its_s - s - lengths - max(braking.needed(v, max(its_v, 0.0)), 0.0)
             margin, owed = min(margin, room), 0.0
-            if first_s > start.s_m:
+            known = None if owed_m is None else owed_m.get(body.id)
+            if known is not None:
+                owed = known
+            elif first_s > start.s_m:
                 owed = first_s - start.s_m - lengths - max(braking.needed(start.speed_mps, max(first_v, 0.0)), 0.0)
             front_fails = front_fails or (not standing and room < min(owed, 0.0) - _ROUNDING_M)
         else:

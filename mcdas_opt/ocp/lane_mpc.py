@@ -92,7 +92,7 @@ class LaneProblem:
             FrictionCircle(),
             RoadEdges(margin=self.road_margin_m),
             RoadEnd(),
-            Headway(horizon_s=2.5, standstill_m=2.0),
+            Headway(horizon_s=2.5),
             *bodies,
         )
 

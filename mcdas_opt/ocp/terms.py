@@ -221,17 +221,16 @@ class MovingBody:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Headway:
-    """Room to the vehicle ahead and behind in the lane: gap >= standstill gap + horizon * closing speed.
+    """Room to the vehicle ahead and behind in the lane: gap >= standstill gap + horizon * closing speed; ahead also time gap * speed.
 
     `front_bumper` is s of the rear bumper ahead, `rear_bumper` s of the front bumper behind; far away where there is none or where
     the row does not apply (the vehicle is of a lane that the host is leaving).
     """
 
     horizon_s: float
-    standstill_m: float
     name: str = "headway [m]"
     slack: str = "headway"
-    parameters: Sequence[str] = ("front_bumper", "front_speed", "rear_bumper", "rear_speed")
+    parameters: Sequence[str] = ("front_bumper", "front_speed", "rear_bumper", "rear_speed", "standstill", "time_gap")
 
     def rows(self, stage: Stage) -> list[Any]:
         m, p = stage.m, stage.p
@@ -242,6 +241,6 @@ class Headway:
         ahead = p["front_bumper"] - (stage.s + stage.half_along)
         behind = (stage.s - stage.half_along) - p["rear_bumper"]
         return [
-            self.standstill_m + self.horizon_s * closing(stage.v - p["front_speed"]) - ahead,
-            self.standstill_m + self.horizon_s * closing(p["rear_speed"] - stage.v) - behind,
+            p["standstill"] + p["time_gap"] * stage.v + self.horizon_s * closing(stage.v - p["front_speed"]) - ahead,
+            p["standstill"] + self.horizon_s * closing(p["rear_speed"] - stage.v) - behind,
         ]

@@ -35,7 +35,8 @@ def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle) -> Continuatio
     shoulder), gently first.
     """
     situation, vehicle, prediction, settings = cycle.situation, cycle.vehicle, cycle.prediction, cycle.settings.safe_end
-    last = last_end(plan, situation.host, vehicle, situation.road, prediction, settings)
+    owed_m = cycle.owed_m
+    last = last_end(plan, situation.host, vehicle, situation.road, prediction, settings, owed_m)
     as_it_is = Continuation(plan, verdict, last.end)
     if not verdict.passed or last.end.safe:
         return as_it_is
@@ -43,7 +44,7 @@ def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle) -> Continuatio
         pieces, known = [plan], len(plan)
         while float(pieces[-1].t_s[-1] - plan.t_s[-1]) < settings.longest_s:
             piece = _driven(pieces[-1], law, situation.road, vehicle)
-            found = ends(piece, slice(1, None), situation.host, vehicle, situation.road, prediction, settings)
+            found = ends(piece, slice(1, None), situation.host, vehicle, situation.road, prediction, settings, owed_m)
             pieces.append(piece)
             if found.safe.any():
                 k = int(np.argmax(found.safe))

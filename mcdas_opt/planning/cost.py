@@ -6,10 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.headway import asked_time_gap_s, found_time_gap_s
 from mcdas_opt.planning.nearness import Nearness, nearness
 
 
@@ -25,6 +27,7 @@ class CostWeights:
     other_side: float = 0.3  # once, for steering to the side that is not preferred
     delayed: float = 1.5  # once, for a candidate that begins later: what is open now may close
     unneeded_lane_change: float = 1.5  # once, for steering out where the selector finds braking or accelerating enough
+    headway: float = 1.0  # per (share of the front distance asked for that is missing)^2
     nearness: float = 6.0  # per exp(-gap / 0.7 m)
     end_closing: float = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
     end_room_m: float = 0.5  # whoever ends less than this beside the host's flank counts as before or behind it
@@ -48,6 +51,7 @@ def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[fl
     rate = rate + weights.speed * (v - desired_mps) ** 2
     if near.ends:
         closest = np.minimum.reduce(near.separation_m, axis=1)
+        rate = rate + weights.headway * _missing_headway(near, cycle) ** 2
         rate = rate + weights.nearness * np.exp(-np.maximum(closest, 0.0) / 0.7)
     totals: list[float] = np.add.reduce(0.5 * (rate[:, 1:] + rate[:, :-1]) * (t[1:] - t[:-1]), axis=1).tolist()
     if not near.ends:
@@ -61,6 +65,22 @@ def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[fl
             closing = max(end_v - speed if s > end_s else speed - end_v, 0.0)
             totals[i] += weights.end_closing * closing**2 / max(gap, 1.0)
     return totals
+
+
+def _missing_headway(near: Nearness, cycle: Cycle) -> Array:
+    """(drives, n): the share that is missing of the front distance asked for. It opens from what is found behind whom the host follows; of
+    whom it does not follow yet all of it is asked for at once."""
+    vehicle, host, headway, motion = cycle.vehicle, cycle.situation.host, cycle.headway, near.motion
+    halves = np.array([(body.length_m + vehicle.length_m, body.width_m + vehicle.width_m) for body in cycle.prediction.bodies])
+    lengths, widths = 0.5 * halves.T[:, :, None]
+    follows = np.abs(motion.d_m[:, :1] - host.d_m) < widths
+    found = found_time_gap_s(motion.s_m[:, :1] - host.s_m - lengths, host.speed_mps, headway)
+    time_gap = asked_time_gap_s(np.where(follows, found, np.inf), near.tables[0, 0], headway)
+    s, d, v = near.tables[:, 1, None], near.tables[:, 2, None], near.tables[:, 4, None]
+    asked = headway.standstill_m + time_gap * np.maximum(v, 0.0)
+    ahead = (np.abs(motion.d_m - d) < widths) & (motion.s_m > s)
+    missing = np.where(ahead, 1.0 - (motion.s_m - s - lengths) / asked, 0.0)
+    return np.asarray(np.clip(missing, 0.0, 1.0).max(axis=1))
 
 
 def lane_change_cost(side: Side, cycle: Cycle, weights: CostWeights) -> float:

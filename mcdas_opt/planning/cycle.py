@@ -10,15 +10,16 @@ from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import local_origin_m
-from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.settings import HeadwaySettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Mode, Side
+from mcdas_opt.domain.vocabulary import Mode, Sector, Side
+from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory
 from mcdas_opt.situation.assess import assess
-from mcdas_opt.tracking.prediction import predict_for
+from mcdas_opt.tracking.prediction import names_of, predict_for
 
 _STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side
 
@@ -28,7 +29,8 @@ class Cycle:
     """A situation with what follows from it.
 
     `given` is the situation as it was asked; `situation` is the same with its time counted from now and its s from near the host, so that
-    neither a clock's origin nor a place along the road makes a difference. What is planned in it is brought back by `given_from`.
+    neither a clock's origin nor a place along the road makes a difference, and its desired speed within the limit. What is planned in it is
+    brought back by `given_from`.
     `stop_at_s` (of `time.perf_counter`) is when no further candidate is begun; None: never.
     """
 
@@ -40,6 +42,7 @@ class Cycle:
     assessment: Assessment
     prediction: Prediction
     memory: Memory
+    deficits: tuple[FrontDeficit, ...]
     active: Manoeuvre | None
     stop_at_s: float | None
 
@@ -57,7 +60,7 @@ class Cycle:
         settings, situation = settings or Settings(), _in_order(situation)
         origin_m = local_origin_m(situation.host.s_m)
         memory = Memory() if memory is None else memory.seen_from(origin_m, situation.time_s)
-        local = _local(situation, origin_m)
+        local = _limited(_local(situation, origin_m), settings)
         active = memory.active
         return cls(
             given=situation,
@@ -68,6 +71,7 @@ class Cycle:
             assessment=assess(local, vehicle, settings.selector, memory.assessment),
             prediction=predict_for(local, settings.prediction),
             memory=memory,
+            deficits=front_deficits(local, vehicle, settings.safe_end, memory.deficits, memory.elapsed_s),
             active=None if active is None or active.finished(local) else active,
             stop_at_s=stop_at_s,
         )
@@ -79,6 +83,27 @@ class Cycle:
     @property
     def is_late(self) -> bool:
         return self.stop_at_s is not None and time.perf_counter() > self.stop_at_s
+
+    @property
+    def limit_mps(self) -> float:
+        """The fastest that ordinary driving is."""
+        return _limit_mps(self.situation, self.settings)
+
+    @property
+    def is_pressed(self) -> bool:
+        """Whether somebody closes in from behind."""
+        return Sector.REAR in self.assessment.threats
+
+    @property
+    def owed_m(self) -> dict[str, float]:
+        """By name in the prediction: how short of the front distance that can be held (at most 0) others made it."""
+        return {name: one.owed_m for one in self.deficits for name in names_of(one.id)}
+
+    @property
+    def headway(self) -> HeadwaySettings:
+        """What is asked for in this cycle: less while somebody closes in from behind."""
+        headway = self.settings.headway
+        return replace(headway, time_gap_s=headway.pressed_s) if self.is_pressed else headway
 
     @property
     def preferred_side(self) -> Side:
@@ -104,6 +129,15 @@ def _place(track: Track) -> tuple[float | str, ...]:
     """Of two in mirrored places the one that is named first: a mirrored scene has the mirrored order."""
     moving = track.speed_s_mps, abs(track.speed_d_mps), track.acceleration_s_mps2
     return (track.s_m, abs(track.d_m), *moving, track.length_m, track.width_m, track.id)
+
+
+def _limit_mps(situation: Situation, settings: Settings) -> float:
+    return (1.0 + settings.speed_limit_excess) * situation.road.speed_limit_mps
+
+
+def _limited(situation: Situation, settings: Settings) -> Situation:
+    limit = _limit_mps(situation, settings)
+    return replace(situation, desired_speed_mps=limit) if situation.wanted_speed_mps > limit else situation
 
 
 def _local(given: Situation, origin_m: float) -> Situation:

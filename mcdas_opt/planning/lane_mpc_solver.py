@@ -206,8 +206,8 @@ class LaneMpcSolver:
 
     def _filled(self, scene: _Scene, proposed: Proposed, guess_s: Array) -> Array:
         """(N + 1, np): the parameters of every node."""
-        p = scene.matrix.copy()
-        values = proposal_values(scene.cycle.situation, scene.others, proposed, self.settings.grid.times_s, guess_s)
+        p, cycle = scene.matrix.copy(), scene.cycle
+        values = proposal_values(cycle.situation, cycle.vehicle, scene.others, proposed, self.settings.grid.times_s, guess_s, cycle.headway)
         values["left_edge"] -= self.settings.edge_reserve_m
         values["right_edge"] += self.settings.edge_reserve_m
         scene.transcribed.parameters.fill(p, values)

@@ -12,11 +12,13 @@ import numpy as np
 
 from mcdas_opt.domain.prediction import BodyMotion, PredictedBody, together
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.settings import HeadwaySettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.ocp.lane_mpc import FAR_M
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.grown_bodies import grown_bodies
+from mcdas_opt.planning.headway import asked_time_gap_s, found_time_gap_s
 
 _SETTLING_S = 0.8  # of the guess, from where the host is onto the path
 _ROAD_END_GAP_M = 0.5
@@ -69,7 +71,15 @@ def _slot_names(i: int) -> tuple[str, str, str, str]:
     return f"body{i}_s", f"body{i}_d", f"body{i}_along", f"body{i}_across"
 
 
-def proposal_values(situation: Situation, others: ObstacleSlots, proposed: Proposed, times_s: Array, guess_s: Array) -> dict[str, Any]:
+def proposal_values(
+    situation: Situation,
+    vehicle: Vehicle,
+    others: ObstacleSlots,
+    proposed: Proposed,
+    times_s: Array,
+    guess_s: Array,
+    headway: HeadwaySettings | None = None,
+) -> dict[str, Any]:
     """What is the candidate's own; the road's curvature is linearised around `guess_s` (N + 1)."""
     road, path = situation.road, proposed.path
     left_edge, right_edge = _bounds(situation, proposed)
@@ -89,7 +99,7 @@ def proposal_values(situation: Situation, others: ObstacleSlots, proposed: Propo
         "speed_ref": _speed(situation, proposed, times_s),
         "left_edge": left_edge,
         "right_edge": right_edge,
-        **_bumpers(situation, others, proposed, times_s),
+        **_headway(situation, vehicle, others, proposed, times_s, headway or HeadwaySettings()),
     }
 
 
@@ -111,8 +121,20 @@ def _bounds(situation: Situation, proposed: Proposed) -> tuple[float, float]:
     return left, right
 
 
-def _bumpers(situation: Situation, others: ObstacleSlots, proposed: Proposed, times_s: Array) -> dict[str, Any]:
-    """The nearest bumpers ahead and behind in the lane that the candidate ends in, from the time it gets there; far away elsewhere."""
+def _headway(
+    situation: Situation, vehicle: Vehicle, others: ObstacleSlots, proposed: Proposed, times_s: Array, headway: HeadwaySettings
+) -> dict[str, Any]:
+    """The bumpers, and the distance to keep from them: it opens from what a host that holds its speed finds when it gets there."""
+    host, (arrival, bumpers) = situation.host, _bumpers(situation, others, proposed, times_s)
+    front = np.broadcast_to(bumpers["front_bumper"], times_s.shape)
+    k = min(int(np.searchsorted(times_s, arrival)), times_s.size - 1)
+    gap = float(front[k]) - (host.s_m + host.speed_mps * float(times_s[k]) + 0.5 * vehicle.length_m)
+    time_gap = asked_time_gap_s(found_time_gap_s(gap, host.speed_mps, headway), times_s - arrival, headway)
+    return {**bumpers, "standstill": headway.standstill_m, "time_gap": time_gap}
+
+
+def _bumpers(situation: Situation, others: ObstacleSlots, proposed: Proposed, times_s: Array) -> tuple[float, dict[str, Any]]:
+    """When the candidate gets to the lane that it ends in [s], and the nearest bumpers ahead and behind there; far away before."""
     host, road = situation.host, situation.road
     arrival, target = 0.0, proposed.path.target_d_m
     if proposed.manoeuvre is not None:
@@ -133,7 +155,7 @@ def _bumpers(situation: Situation, others: ObstacleSlots, proposed: Proposed, ti
     if arrival > 0.0:
         early = times_s < arrival
         front, rear = np.where(early, FAR_M, front), np.where(early, -FAR_M, rear)
-    return {"front_bumper": front, "front_speed": front_speed, "rear_bumper": rear, "rear_speed": rear_speed}
+    return arrival, {"front_bumper": front, "front_speed": front_speed, "rear_bumper": rear, "rear_speed": rear_speed}
 
 
 def _nearest(bumpers: Sequence[tuple[Array, Array]], far: float, is_nearer: Any) -> tuple[Any, Any]:

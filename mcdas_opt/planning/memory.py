@@ -10,6 +10,7 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
+from mcdas_opt.manoeuvres.front_deficit import FrontDeficit
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 
 M = TypeVar("M")
@@ -53,7 +54,8 @@ class Memory:
     of a planner which begins.
 
     `chosen` names the candidate that was chosen last; `least_cost` is the least that one was chosen for since the candidates were last
-    compared. `warm_starts` is the mark of the solver's workspace that this memory goes with: one with another mark begins cold.
+    compared. `deficits` is who was ahead, and what front distance is owed to whom. `warm_starts` is the
+    mark of the solver's workspace that this memory goes with: one with another mark begins cold.
     """
 
     situation: Situation | None = None
@@ -67,6 +69,7 @@ class Memory:
     chosen: str = ""
     least_cost: float | None = None
     reaction: FollowerReaction | None = None
+    deficits: tuple[FrontDeficit, ...] = ()
     warm_starts: object = None
 
     @property
@@ -95,10 +98,19 @@ class Memory:
         )
 
 
-def remembered(plan: Plan, given: Situation, origin_m: float) -> Memory:
+def remembered(plan: Plan, given: Situation, origin_m: float, deficits: tuple[FrontDeficit, ...]) -> Memory:
     """What a plan of a cycle there means for the next one: the method's own part, and what holds for all of them."""
     own = plan.memory if isinstance(plan.memory, Memory) else Memory()
-    return replace(own, situation=given, origin_m=origin_m, elapsed_s=0.0, previous=PreviousPlan.of(plan), side=plan.side, alert=plan.alert)
+    return replace(
+        own,
+        situation=given,
+        origin_m=origin_m,
+        elapsed_s=0.0,
+        previous=PreviousPlan.of(plan),
+        side=plan.side,
+        alert=plan.alert,
+        deficits=deficits,
+    )
 
 
 def carried(previous: Plan | None, kind: type[M]) -> M | None:

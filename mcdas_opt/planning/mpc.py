@@ -22,6 +22,8 @@ from mcdas_opt.planning.search import Found, Search, Solvers, run
 from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.reference.offset_path import build_search
 
+_NOTABLE_MPS = 0.1  # beyond the speed limit
+
 
 class MpcMethod:
     """Kinematic-bicycle MPC on the sigmoid offset path. Between calls it keeps nothing but its solvers and their warm starts."""
@@ -55,7 +57,7 @@ class MpcMethod:
         cycle = Cycle.of(situation, self.vehicle, self.settings, carried(previous, Memory))
         answer = self.answer(cycle)
         if isinstance(answer, Plan):
-            return cycle.given_from(replace(answer, memory=remembered(answer, situation, cycle.origin_m)))
+            return cycle.given_from(replace(answer, memory=remembered(answer, situation, cycle.origin_m, cycle.deficits)))
         return Refusal(reason=answer.reason, candidates=answer.candidates, iterations=answer.iterations)
 
     def answer(self, cycle: Cycle) -> Plan | NothingPasses:
@@ -89,7 +91,7 @@ class MpcMethod:
             mode=best.candidate.checked.driven_mode,
             side=proposed.side,
             warning=cycle.assessment.warning,
-            reason=f"{cycle.assessment.reason}; {proposed.name} is the cheapest candidate that passes",
+            reason=f"{cycle.assessment.reason}; {proposed.name} is the cheapest candidate that passes{_haste(best, cycle)}",
             chosen=proposed.name,
             verdict=best.continuation.verdict,
             prediction=cycle.prediction.name,
@@ -113,3 +115,11 @@ class MpcMethod:
             least_cost=least_cost,
             warm_starts=self._warm_starts,
         )
+
+
+def _haste(best: Ended, cycle: Cycle) -> str:
+    """Said of a plan that accelerates beyond the speed limit."""
+    fastest = float(best.candidate.trajectory.speed_mps.max())
+    if fastest <= max(cycle.limit_mps, cycle.situation.host.speed_mps) + _NOTABLE_MPS:
+        return ""
+    return f"; faster than the speed limit of {cycle.limit_mps:.3g} m/s, {'to escape from behind' if cycle.is_pressed else 'to evade'}"

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.geometry.window import frame_near
@@ -17,11 +18,12 @@ from mcdas_opt.planning.separations import separations
 @dataclass(frozen=True, slots=True)
 class Nearness:
     """Of so many drives: their tables (drives, 9, n), signed separations (drives, bodies, n) of the host's body from every predicted one
-    [m], the deepest of each (drives, bodies), and where those bodies are at the end: s, d, speed."""
+    [m], the deepest of each (drives, bodies), and where those bodies are: their motions as rows, and at the end s, d, speed."""
 
     tables: Array
     separation_m: Array
     deepest_m: Array
+    motion: BodyMotion
     ends: tuple[tuple[float, float, float], ...]
 
 
@@ -45,4 +47,4 @@ def nearness_of(tables: Array, t_s: Array, cycle: Cycle) -> Nearness:
     separation = separations(hosts, (x, y, yaw), (0.5 * vehicle.length_m, 0.5 * vehicle.width_m), halves)
     ends = tuple(zip(rows.s_m[:, -1].tolist(), rows.d_m[:, -1].tolist(), rows.speed_s_mps[:, -1].tolist(), strict=True))
     deepest = np.minimum.reduce(separation, axis=-1) if bodies else np.zeros((len(tables), 0))
-    return Nearness(tables, separation, deepest, ends)
+    return Nearness(tables, separation, deepest, rows, ends)

@@ -124,7 +124,7 @@ class Planner:
             plan = fall_back(cycle, NothingPasses(reason=f"the situation contradicts itself: {wrong}", memory=memory))
         else:
             plan = with_time_to_react(self._answered(cycle), cycle)
-        self.memory = remembered(plan, cycle.given, cycle.origin_m)
+        self.memory = remembered(plan, cycle.given, cycle.origin_m, cycle.deficits)
         timing = replace(plan.timing_ms, total=1e3 * (time.perf_counter() - started))
         self._asked.previous = cycle.given_from(replace(plan, planner=self.name, timing_ms=timing, memory=self._carried(plan)))
         return self._asked.previous

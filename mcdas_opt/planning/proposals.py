@@ -38,7 +38,8 @@ def lateral_bound_mps2(situation: Situation, sigmoid: SigmoidSettings) -> float:
 def keep_lane(cycle: Cycle, mode: Mode) -> Proposed:
     """Nothing threatens: keep the lane at the desired speed; asked to park, stand until `park` takes over."""
     speed = 0.0 if mode is Mode.PARK else cycle.situation.wanted_speed_mps
-    return Proposed(name="keep", mode=mode, side=Side.NONE, path=keep_path(cycle.situation), speed_mps=speed)
+    easing = _ORDINARY_MPS2 if 0.0 < speed < cycle.given.wanted_speed_mps else math.inf  # down to the speed limit
+    return Proposed(name="keep", mode=mode, side=Side.NONE, path=keep_path(cycle.situation), speed_mps=speed, easing_mps2=easing)
 
 
 def go_on(active: Manoeuvre) -> Proposed:
@@ -63,7 +64,8 @@ def basic_four(cycle: Cycle, active: Manoeuvre | None) -> tuple[Proposed, ...]:
         slower = min(slower, max(assessment.front_speed_mps, 0.0))
     faster = max(wanted, speed)
     if assessment.rear_speed_mps is not None:
-        faster = max(faster, assessment.rear_speed_mps)
+        rear = assessment.rear_speed_mps
+        faster = max(faster, rear if cycle.is_pressed else min(rear, cycle.limit_mps))
     faster = min(faster, 0.98 * cycle.vehicle.speed_max_mps)
     blind = "" if situation.coverage.sees(Sector.FRONT) else "nobody watches the front"
     brake = Proposed(name="brake", mode=Mode.BRAKE, side=Side.NONE, path=keep, speed_mps=slower, easing_mps2=_easing_mps2(cycle))

@@ -78,6 +78,11 @@ def predict_for(situation: Situation, settings: PredictionSettings | None = None
     return predict(situation.tracks, settings, situation.road, situation.host.s_m)
 
 
+def names_of(track_id: str) -> tuple[str, ...]:
+    """Every name that a track may have in a prediction."""
+    return (track_id, *(f"{track_id} {word}" for word in (CHANGING, BRAKING, ACCELERATING)))
+
+
 def lane_change(track: Track, settings: PredictionSettings, road: Road) -> tuple[float, float, float] | None:
     """(speed sideways [m/s], fade [s], swell) of a logistic lane change from where the track is to the middle of the next lane.
 

@@ -26,7 +26,7 @@ def posed_plan(sensitivity: PlanSensitivity, situation: Situation, proposed: Pro
     x = guessed_states(situation, proposed, sensitivity.lane.vehicle, times)
     others = obstacle_slots(bodies, times, along_m=stage.clearance_along_m, across_m=stage.clearance_across_m)
     shared = shared_values(situation, others, slots=sensitivity.lane.neighbours, friction_share=stage.friction_share)
-    own = proposal_values(situation, others, proposed, times, x[:, 0])
+    own = proposal_values(situation, sensitivity.lane.vehicle, others, proposed, times, x[:, 0])
     p = LaneParameters(names=sensitivity.names).matrix(nodes, shared, own, default_weights())
     x0 = np.clip(situation.host.to_vector(), problem.x_lower, problem.x_upper)
     guess = StageGuess(x=x, u=np.zeros((nodes, problem.nu)), s=np.zeros((nodes + 1, problem.ns)))
