@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from mcdas_opt.domain.rules import positive
+from mcdas_opt.domain.rules import all_of, positive, require_numbers, require_type, true_or_false, word
 from mcdas_opt.domain.sensor import Beam
 from mcdas_opt.domain.vocabulary import Sector
+
+_OF_A_POINT = ("range_m", "azimuth_rad", "range_rate_mps", "range_sd_m", "azimuth_sd_rad", "range_rate_sd_mps")
+_OF_A_BODY = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "length_m", "width_m")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -17,6 +20,9 @@ class Mounting:
     x_m: float = 0.0
     y_m: float = 0.0
     yaw_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_numbers(self, ("x_m", "y_m", "yaw_rad"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,6 +39,9 @@ class RadarDetection:
     azimuth_sd_rad: float = math.radians(0.5)
     range_rate_sd_mps: float = 0.12
 
+    def __post_init__(self) -> None:
+        require_numbers(self, _OF_A_POINT)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BodyDetection:
@@ -45,6 +54,10 @@ class BodyDetection:
     speed_d_mps: float
     length_m: float
     width_m: float
+
+    def __post_init__(self) -> None:
+        require_type("name", self.name, str)
+        require_numbers(self, _OF_A_BODY)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,4 +78,14 @@ class Scan:
     blind: Beam | None = None
 
     def __post_init__(self) -> None:
+        require_type("sensor", self.sensor, str)
+        if type(self.sector) is not Sector:
+            object.__setattr__(self, "sector", word("sector", self.sector, Sector))
+        require_type("mounting", self.mounting, Mounting)
+        object.__setattr__(self, "radar", all_of("radar", self.radar, RadarDetection))
+        object.__setattr__(self, "bodies", all_of("bodies", self.bodies, BodyDetection))
+        if self.blind is not None:
+            require_type("blind", self.blind, Beam)
+        true_or_false("working", self.working)
         positive("period_s", self.period_s, "s")
+        require_numbers(self, ("t_s", "period_s"))

@@ -9,10 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.domain.rules import Array, non_negative, positive, require
+from mcdas_opt.domain.rules import FARTHEST_M, Array, finite, non_negative, positive, require, within
 from mcdas_opt.errors import ParameterError
 
 _STRETCH_M = 1000.0
+# What a road can have: from a footpath to a square, from wet ice to a racing tyre on rubber and wings.
+_LANE_WIDTHS_M = (0.1, 20.0)
+_WIDEST_SHOULDER_M = 1000.0
+_MOST_LANES = 100
+_FRICTIONS = (0.01, 10.0)
+_SPEED_LIMITS_MPS = (0.1, 150.0)
 
 
 def local_origin_m(s_m: float) -> float:
@@ -40,21 +46,30 @@ class Road:
     road_end_s_m: float | None = None
 
     def __post_init__(self) -> None:
-        positive("lane_width_m", self.lane_width_m, "m")
-        for name, value in (("lanes_left", self.lanes_left), ("lanes_right", self.lanes_right)):
-            if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-                raise ParameterError(name, value, "must be a whole number, at least 0")
+        require(self, positive, "lane_width_m", "friction", "speed_limit_mps")
         require(self, non_negative, "shoulder_left_m", "shoulder_right_m")
-        positive("friction", self.friction)
-        positive("speed_limit_mps", self.speed_limit_mps, "m/s")
+        within("lane_width_m", self.lane_width_m, *_LANE_WIDTHS_M, "m")
+        for name, value in (("lanes_left", self.lanes_left), ("lanes_right", self.lanes_right)):
+            if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= _MOST_LANES:
+                raise ParameterError(name, value, f"must be a whole number, at least 0 and at most {_MOST_LANES}")
+        within("shoulder_left_m", self.shoulder_left_m, 0.0, _WIDEST_SHOULDER_M, "m")
+        within("shoulder_right_m", self.shoulder_right_m, 0.0, _WIDEST_SHOULDER_M, "m")
+        within("friction", self.friction, *_FRICTIONS)
+        within("speed_limit_mps", self.speed_limit_mps, *_SPEED_LIMITS_MPS, "m/s")
+        if self.road_end_s_m is not None:
+            within("road_end_s_m", self.road_end_s_m, -2.0 * FARTHEST_M, 2.0 * FARTHEST_M, "m")
         try:
-            knots = tuple((float(s), float(k)) for s, k in self.curvature)
+            knots = tuple((finite("curvature", s), finite("curvature", k)) for s, k in self.curvature)
+        except ParameterError:
+            raise ParameterError("curvature", self.curvature, "must hold at least one finite [s_m, kappa_1pm] pair") from None
         except (TypeError, ValueError):
             raise ParameterError("curvature", self.curvature, "must be a list of [s_m, kappa_1pm] pairs") from None
         object.__setattr__(self, "curvature", knots)
         s = np.array([k[0] for k in knots])
         if not knots or not np.all(np.isfinite(knots)):
             raise ParameterError("curvature", self.curvature, "must hold at least one finite [s_m, kappa_1pm] pair")
+        if max(abs(knots[0][0]), abs(knots[-1][0])) > 2.0 * FARTHEST_M:
+            raise ParameterError("curvature", self.curvature, f"s_m of the knots must lie within {2.0 * FARTHEST_M:g} of 0", "m")
         if np.any(np.diff(s) <= 0.0):
             raise ParameterError("curvature", self.curvature, "s_m of the knots must increase", "m")
         widest = max(self.left_edge_m, -self.right_edge_m)

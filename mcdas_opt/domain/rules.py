@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from enum import StrEnum
 from functools import cache
 from operator import attrgetter
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,10 @@ from mcdas_opt.errors import ParameterError
 
 Array = NDArray[np.float64]
 Rule = Callable[[str, float, str], float]
+T = TypeVar("T")
+W = TypeVar("W", bound=StrEnum)
+FARTHEST_M = 1e9  # along a road: there places are still told apart to 0.1 um
+FASTEST_MPS = 1e4  # beyond is no number of traffic; what no car can drive is judged in the situation
 _UNITS = {
     "m": "m",
     "s": "s",
@@ -62,9 +67,50 @@ def finite(name: str, value: float, unit: str = "") -> float:
         return value
     if isinstance(value, bool) or not isinstance(value, (int, float, np.floating, np.integer)):
         raise ParameterError(name, value, "must be a number", unit)
-    if not math.isfinite(value):
-        raise ParameterError(name, float(value), "must be finite", unit)
-    return float(value)
+    try:
+        real = float(value)
+    except OverflowError:  # of an integer of hundreds of digits
+        raise ParameterError(name, value, "must be finite", unit) from None
+    if not math.isfinite(real):
+        raise ParameterError(name, real, "must be finite", unit)
+    return real
+
+
+def require_numbers(record: object, names: tuple[str, ...]) -> None:
+    """Every named field (two or more) of a record is a number; it may be infinite, or none."""
+    for name, value in zip(names, _reader(names)(record), strict=True):
+        if type(value) is not float and (isinstance(value, bool) or not isinstance(value, (int, float, np.floating, np.integer))):
+            raise ParameterError(name, value, "must be a number", unit_of(name))
+
+
+def require_type(name: str, value: object, *kinds: type) -> None:
+    """`value` is a record of one of these types."""
+    if not isinstance(value, kinds):
+        raise ParameterError(name, value, "must be a " + " or a ".join(kind.__name__ for kind in kinds))
+
+
+def all_of(name: str, value: Iterable[T] | None, kind: type[T]) -> tuple[T, ...]:
+    """`value`, which is a list or a tuple of records of that type, as a tuple: itself where it is one."""
+    if isinstance(value, (list, tuple)):
+        for k, one in enumerate(value):
+            if not isinstance(one, kind):
+                raise ParameterError(f"{name}[{k}]", one, f"must be a {kind.__name__}")
+        return tuple(value)
+    raise ParameterError(name, value, f"must be a list of {kind.__name__}")
+
+
+def true_or_false(name: str, value: object) -> bool:
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    raise ParameterError(name, value, "must be true or false")
+
+
+def word(name: str, value: object, kind: type[W]) -> W:
+    """`value` as one of a closed set of words; its text will do."""
+    try:
+        return kind(str(value))
+    except ValueError:
+        raise ParameterError(name, value, "must be one of " + ", ".join(kind)) from None
 
 
 def all_finite(values: Array) -> bool:
@@ -106,7 +152,7 @@ def vector(name: str, value: Any, unit: str = "", length: int | None = None) -> 
     """`value` as a read-only float vector; every entry finite."""
     try:
         array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ParameterError(name, value, "must be a list of numbers", unit) from None
     if array.ndim != 1 or (length is not None and array.size != length):
         wanted = "a list of numbers" if length is None else f"a list of {length} numbers"
@@ -122,7 +168,7 @@ def covariance(name: str, value: Any, size: int, unit: str = "") -> Array:
     """`value` as a read-only symmetric positive semi-definite matrix."""
     try:
         array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ParameterError(name, value, f"must be a {size} x {size} matrix", unit) from None
     if array.shape == (size, size) and _plainly_definite(array.tolist()):
         array.setflags(write=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from mcdas_opt.domain.grid import TimeGrid
-from mcdas_opt.domain.rules import at_most, finite, negative, non_negative, positive, require, within
+from mcdas_opt.domain.rules import at_most, finite, negative, non_negative, positive, require, require_type, true_or_false, within, word
 from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.domain.vocabulary import Side
@@ -47,6 +47,8 @@ class SelectorSettings:
         require(self, non_negative, "distance_rear_m", "distance_front_short_m", "distance_front_long_m", "closing_mps", "hold_s")
         require(self, non_negative, "accelerating_room_m", "speed_band_mps", "evading_speed_mps", "standstill_mps", "lane_intrusion_m")
         require(self, non_negative, "swept_margin_m", "beside_m", "occupancy_s", "occupancy_gap_m")
+        if type(self.tie_break) is not Side:
+            object.__setattr__(self, "tie_break", word("tie_break", self.tie_break, Side))
         at_most("ttc_threat_s", self.ttc_threat_s, "ttc_clear_s", self.ttc_clear_s)
         at_most("distance_front_short_m", self.distance_front_short_m, "distance_front_long_m", self.distance_front_long_m)
 
@@ -87,6 +89,8 @@ class SigmoidSettings:
             raise ParameterError("b", self.b, "must be greater than 1")
         require(self, positive, "y_max_m", "lateral_acceleration_mps2", "speed_floor_mps")
         within("lateral_friction_share", self.lateral_friction_share, 0.05, 1.0)
+        if self.given is not None:
+            require_type("given", self.given, SigmoidDesign)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,6 +109,7 @@ class WarningSettings:
     within_s: float = 4.0  # neither where constant inputs meet nobody so soon
 
     def __post_init__(self) -> None:
+        true_or_false("warning.escapes", self.escapes)
         positive("warning.comfort_mps2", self.comfort_mps2, "m/s^2")
         within("warning.comfort_share", self.comfort_share, 0.05, 1.0)
         non_negative("warning.warn_lead_s", self.warn_lead_s, "s")
@@ -152,6 +157,13 @@ class Settings:
 
     def __post_init__(self) -> None:
         positive("cycle_s", self.cycle_s, "s")
+        within("cycle_s", self.cycle_s, 1e-3, 10.0, "s")
+        require_type("grid", self.grid, TimeGrid)
+        require_type("selector", self.selector, SelectorSettings)
+        require_type("prediction", self.prediction, PredictionSettings)
+        require_type("sigmoid", self.sigmoid, SigmoidSettings)
+        require_type("safe_end", self.safe_end, SafeEndSettings)
+        require_type("warning", self.warning, WarningSettings)
         within("steering_rate_share", self.steering_rate_share, 0.05, 1.0)
         within("friction_share", self.friction_share, 0.1, 1.0)
         non_negative("speed_limit_excess", self.speed_limit_excess)

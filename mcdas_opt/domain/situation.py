@@ -10,7 +10,7 @@ from mcdas_opt.domain.document import SCHEMA_VERSION, from_document, to_document
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.parsing import parsed_json
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import finite, non_negative
+from mcdas_opt.domain.rules import FARTHEST_M, FASTEST_MPS, all_of, finite, non_negative, require_type, within, word
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.errors import ParameterError
@@ -34,9 +34,19 @@ class Situation:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time_s", finite("time_s", self.time_s, "s"))
+        require_type("host", self.host, HostState)
+        require_type("coverage", self.coverage, Coverage)
+        require_type("road", self.road, Road)
+        require_type("vehicle", self.vehicle, str)
+        object.__setattr__(self, "tracks", all_of("tracks", self.tracks, Track))
+        if type(self.request) is not Request:
+            object.__setattr__(self, "request", word("request", self.request, Request))
+        within("host.s_m", self.host.s_m, -FARTHEST_M, FARTHEST_M, "m")
         non_negative("host.speed_mps", self.host.speed_mps, "m/s")
         wanted = self.host.speed_mps if self.desired_speed_mps is None else self.desired_speed_mps
         object.__setattr__(self, "desired_speed_mps", non_negative("desired_speed_mps", wanted, "m/s"))
+        if self.wanted_speed_mps > FASTEST_MPS:
+            within("desired_speed_mps", self.wanted_speed_mps, 0.0, FASTEST_MPS, "m/s")
         ids = [track.id for track in self.tracks]
         if len(set(ids)) != len(ids):
             twice = next(i for i in ids if ids.count(i) > 1)

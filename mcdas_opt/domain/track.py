@@ -3,13 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 
 import numpy as np
 
 from mcdas_opt.domain.document import to_document
-from mcdas_opt.domain.rules import Array, as_floats, covariance, non_negative, positive
+from mcdas_opt.domain.rules import (
+    FARTHEST_M,
+    FASTEST_MPS,
+    Array,
+    as_floats,
+    covariance,
+    non_negative,
+    positive,
+    require_type,
+    true_or_false,
+    within,
+)
 from mcdas_opt.domain.vocabulary import Sector
 
+LONGEST_M = 1000.0  # of a body: a long train, or a wall
 _NUMBERS = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "age_s", "acceleration_s_mps2")
 
 
@@ -42,11 +55,20 @@ class Track:
         return hash((self.id, self.s_m, self.d_m, self.speed_s_mps, self.speed_d_mps))
 
     def __post_init__(self) -> None:
+        require_type("id", self.id, str)
         as_floats(self, _NUMBERS)
+        if max(abs(self.s_m), abs(self.d_m)) > FARTHEST_M or max(abs(self.speed_s_mps), abs(self.speed_d_mps)) > FASTEST_MPS:
+            for name in ("s_m", "d_m"):
+                within(name, attrgetter(name)(self), -FARTHEST_M, FARTHEST_M, "m")
+            for name in ("speed_s_mps", "speed_d_mps"):
+                within(name, attrgetter(name)(self), -FASTEST_MPS, FASTEST_MPS, "m/s")
         if self.acceleration_s_sd_mps2 is not None:
             non_negative("acceleration_s_sd_mps2", self.acceleration_s_sd_mps2, "m/s^2")
         positive("length_m", self.length_m, "m")
         positive("width_m", self.width_m, "m")
+        if max(self.length_m, self.width_m) > LONGEST_M:
+            within("length_m", self.length_m, 0.0, LONGEST_M, "m")
+            within("width_m", self.width_m, 0.0, LONGEST_M, "m")
         object.__setattr__(self, "covariance", covariance("covariance", self.covariance, 4))
 
     def seen_from(self, s_m: float) -> Track:
@@ -62,6 +84,12 @@ class Coverage:
     rear: bool = True
     left: bool = True
     right: bool = True
+
+    def __post_init__(self) -> None:
+        for name in ("front", "rear", "left", "right"):
+            value = attrgetter(name)(self)
+            if type(value) is not bool:
+                object.__setattr__(self, name, true_or_false(name, value))
 
     def sees(self, sector: Sector) -> bool:
         match sector:

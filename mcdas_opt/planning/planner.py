@@ -11,11 +11,12 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import finite, positive
+from mcdas_opt.domain.rules import all_of, finite, positive, require_type
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request
+from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.fallback import NothingPasses, fall_back, remainder_instead
 from mcdas_opt.planning.host_plausibility import HostPlausibility
@@ -48,6 +49,13 @@ class Planner:
     ) -> None:
         if deadline_s is not None:
             positive("deadline_s", deadline_s, "s")
+        require_type("vehicle", vehicle, str, Vehicle)
+        if not isinstance(method, str) and not callable(getattr(method, "plan", None)):
+            raise ParameterError("method", method, "must be the name of a planner, or have a method plan(situation, previous)")
+        if settings is not None:
+            require_type("settings", settings, Settings)
+        if road is not None:
+            require_type("road", road, Road)
         self.deadline_s = deadline_s
         self.vehicle = load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle
         self.settings = settings or Settings()
@@ -107,6 +115,7 @@ class Planner:
         A situation that is not later than the last one begins without memory. A host's state that no car can have is answered by the
         fallback too, from a state that the car can have (`HostPlausibility`).
         """
+        require_type("situation", situation, Situation)
         host, fault = self._host_plausibility.believed(situation.host, situation.time_s, situation.road, self.vehicle, self.previous)
         if not fault:
             return self._plan(situation, "")
@@ -157,7 +166,10 @@ class Planner:
         request: Request = Request.DRIVE,
     ) -> Plan:
         """The whole pipeline: scans (each with its own time stamp) and the host's state at `now` [s] in, a judged plan out."""
-        now = finite("now", now, "s")
+        now, measurements = finite("now", now, "s"), all_of("measurements", measurements, Scan)
+        require_type("host", host, HostState)
+        if road is not None:
+            require_type("road", road, Road)
         believed, fault = self._host_plausibility.believed(host, now, road or self.road, self.vehicle, self.previous)
         seen = self.sensing.situation(measurements, believed, now, road=road, desired_speed_mps=desired_speed_mps, request=request)
         return self._plan(seen, fault)

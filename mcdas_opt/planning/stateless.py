@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 
 from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.rules import require_type
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
@@ -27,6 +28,7 @@ def plan(situation: Situation, vehicle: str | Vehicle | None = None, method: str
     Each thread keeps the planners that it asked last, so that only the first question of a kind waits for a solver to be built. For a drive
     build a `Planner`: it goes on with what it began. Raises `InputError` or `ParameterError` for what is not known.
     """
+    require_type("situation", situation, Situation)
     asked = situation.vehicle if vehicle is None else vehicle, method, settings
     planner = _WARM.planners.pop(asked, None) or Planner(asked[0], method, settings=settings)
     if len(_WARM.planners) >= _MOST:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 
 from mcdas_opt.domain.measurement import BodyDetection, RadarDetection, Scan
+from mcdas_opt.domain.rules import FARTHEST_M
+from mcdas_opt.domain.track import LONGEST_M
 
 FUTURE_TOLERANCE_S = 0.05  # scans further ahead of the clock are refused; a clock that runs back by no more jitters
 AGE_MAX_S = 1.0  # older scans are refused; nothing that was remembered is true after so long a time without a word
@@ -78,4 +80,5 @@ def body_fault(body: BodyDetection) -> str | None:
     if not all(map(math.isfinite, values)):
         return "not_finite"
     fast = math.hypot(body.speed_s_mps, body.speed_d_mps) > SPEED_MAX_MPS
-    return "implausible" if fast or min(body.length_m, body.width_m) <= 0.0 else None
+    none = min(body.length_m, body.width_m) <= 0.0 or max(body.length_m, body.width_m) > LONGEST_M
+    return "implausible" if fast or none or max(abs(body.s_m), abs(body.d_m)) > FARTHEST_M else None

@@ -1,0 +1,122 @@
+"""Whatever is given to a constructor: a record, or one sentence that names field and rule; and what is made can be planned for."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.measurement import BodyDetection, Mounting, RadarDetection, Scan
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.settings import PredictionSettings, SelectorSettings, Settings, SigmoidSettings, WarningSettings
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Coverage, Track
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Request, Sector, Side
+from mcdas_opt.errors import McdasError, ParameterError
+from mcdas_opt.planning.planner import Planner
+from mcdas_opt.planning.stateless import plan as plan_of
+
+HOST = HostState(speed_mps=20.0)
+BODY = {"name": "x", "s_m": 30.0, "d_m": 0.0, "speed_s_mps": 10.0, "speed_d_mps": 0.0, "length_m": 4.5, "width_m": 1.8}
+NEEDED: dict[type, dict[str, Any]] = {
+    Situation: {"host": HOST},
+    Track: {"id": "f", "s_m": 60.0, "d_m": 0.0, "speed_s_mps": 15.0},
+    Scan: {"sensor": "esr", "sector": Sector.FRONT, "t_s": 0.0},
+    RadarDetection: {"range_m": 30.0, "azimuth_rad": 0.0, "range_rate_mps": -5.0},
+    BodyDetection: BODY,
+}
+RECORDS: tuple[type, ...] = (
+    *NEEDED, HostState, Road, Coverage, Mounting, Vehicle, Settings, SelectorSettings, PredictionSettings, SigmoidSettings, WarningSettings
+)  # fmt: skip
+HOSTILE: tuple[Any, ...] = (
+    None, "x", "", b"x", (), (1,), [None], {}, {"front": False}, object(), True, 1j, math.nan, math.inf, -math.inf, 1e308, -1e308, 5e-324,
+    0, -1, 7, 10**400, np.array([1.0, 2.0]), np.float64(3.0), np.nan, ((1e300, 0.0),), ((0.0, 1e300),), (("0", "1"),), [(0.0, 5e-324)],
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("record", RECORDS)
+def test_a_field_takes_a_value_or_says_why_not(record: type) -> None:
+    for field in dataclasses.fields(record):
+        if not field.init:
+            continue
+        for value in HOSTILE:
+            with contextlib.suppress(McdasError):
+                record(**{**NEEDED.get(record, {}), field.name: value})
+
+
+@pytest.mark.parametrize("record", [HostState, Road, Track, Situation])
+def test_what_is_taken_is_planned_for(record: type) -> None:
+    """Judged and finite, however absurd."""
+    planner = Planner()
+    for field in dataclasses.fields(record):
+        for value in HOSTILE:
+            try:
+                made = record(**{**NEEDED.get(record, {}), field.name: value})
+                parts = {Situation: {}, HostState: {"host": made}, Road: {"road": made}, Track: {"tracks": (made,)}}[record]
+                situation = made if record is Situation else Situation(**{"host": HOST, **parts})
+            except McdasError:
+                continue
+            planner.reset()
+            plan = planner.plan(situation)
+            assert np.isfinite(plan.trajectory.table).all(), (field.name, value)
+
+
+@pytest.mark.parametrize(
+    ("build", "said"),
+    [
+        (lambda: Situation(host=None), "host = None: must be a HostState"),
+        (lambda: Situation(host=HOST, tracks=None), "tracks = None: must be a list of Track"),
+        (lambda: Situation(host=HOST, tracks=(1,)), "tracks[0] = 1: must be a Track"),
+        (lambda: Situation(host=HOST, coverage={"front": False}), "coverage = {'front': False}: must be a Coverage"),
+        (lambda: Situation(host=HOST, vehicle=Vehicle()), "must be a str"),
+        (lambda: Situation(host=HOST, request="fly"), "request = 'fly': must be one of drive, park"),
+        (lambda: Situation(host=HostState(s_m=1e10)), "host.s_m = 10000000000.0 m: must lie in [-1e+09, 1e+09]"),
+        (lambda: Road(friction=5e-324), "friction = 5e-324: must lie in [0.01, 10]"),
+        (lambda: Road(lane_width_m=5e-324), "lane_width_m = 5e-324 m: must lie in [0.1, 20]"),
+        (lambda: Road(lane_width_m=25.0), "must lie in [0.1, 20]"),
+        (lambda: Road(road_end_s_m="x"), "road_end_s_m = 'x' m: must be a number"),
+        (lambda: Road(road_end_s_m=math.nan), "road_end_s_m = nan m: must be finite"),
+        (lambda: Road(curvature=((1e300, 0.0),)), "must lie within"),
+        (lambda: Track(**NEEDED[Track] | {"id": 1}), "id = 1: must be a str"),
+        (lambda: Track(**NEEDED[Track] | {"speed_s_mps": 1e308}), "speed_s_mps = 1e+308 m/s: must lie in"),
+        (lambda: Coverage(front="yes"), "front = 'yes': must be true or false"),
+        (lambda: Scan(**NEEDED[Scan] | {"t_s": "now"}), "t_s = 'now' s: must be a number"),
+        (lambda: Scan(**NEEDED[Scan] | {"sector": "up"}), "sector = 'up': must be one of front, rear, left, right"),
+        (lambda: Scan(**NEEDED[Scan], radar=None), "radar = None: must be a list of RadarDetection"),
+        (lambda: RadarDetection(range_m="far", azimuth_rad=0.0, range_rate_mps=0.0), "range_m = 'far' m: must be a number"),
+        (lambda: HostState(speed_mps=10**400), "must be finite"),
+        (lambda: Settings(cycle_s=0), "cycle_s = 0 s: must be greater than 0"),
+        (lambda: Settings(selector={}), "selector = {}: must be a SelectorSettings"),
+        (lambda: SelectorSettings(tie_break="up"), "tie_break = 'up': must be one of"),
+        (lambda: Planner(method=None), "method = None: must be the name of a planner"),
+        (lambda: Planner(vehicle=3), "vehicle = 3: must be a str or a Vehicle"),
+        (lambda: Planner(settings={}), "settings = {}: must be a Settings"),
+        (lambda: Planner(settings={"cycle_s": 0.1}), "must be a Settings"),
+        (lambda: Planner(road="straight"), "road = 'straight': must be a Road"),
+        (lambda: Planner().plan("sandwich-60-40"), "situation = 'sandwich-60-40': must be a Situation"),
+        (lambda: plan_of(None), "situation = None: must be a Situation"),
+        (lambda: Planner().step(None, HOST, 0.0), "measurements = None: must be a list of Scan"),
+        (lambda: Planner().step(["scan"], HOST, 0.0), "measurements[0] = 'scan': must be a Scan"),
+        (lambda: Planner().step([], None, 0.0), "host = None: must be a HostState"),
+        (lambda: Planner().step([], HOST, "now"), "now = 'now' s: must be a number"),
+        (lambda: Planner().step([], HOST, 0.0, road="straight"), "road = 'straight': must be a Road"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_one_sentence(build: Callable[[], object], said: str) -> None:
+    with pytest.raises(ParameterError) as caught:
+        build()
+    assert said in str(caught.value)
+
+
+def test_words_will_do_where_a_closed_set_is_meant() -> None:
+    assert Situation(host=HOST, request="park").request is Request.PARK  # type: ignore[arg-type]
+    assert Scan(**NEEDED[Scan] | {"sector": "rear"}).sector is Sector.REAR
+    assert SelectorSettings(tie_break="right").tie_break is Side.RIGHT  # type: ignore[arg-type]
+    assert Situation(host=HOST, tracks=[Track(**NEEDED[Track])]).tracks == (Track(**NEEDED[Track]),)  # type: ignore[arg-type]
