@@ -2,10 +2,10 @@
 
     python benchmarks/following.py --drives 200 --seed 7 --workers 2 [--planner mpc]
 
-One lane. The host begins 1 to 3 s behind a leader of 3 to 40 m/s, wants to drive 5 to 40 % faster, and follows for 20 to 30 s; then the
-leader brakes to a stop by 3 to 9 m/s^2, never beyond its grip. Friction 0.3 to 0.9, known to the host; measurements exact or a radar's,
-0, 0.1 or 0.2 s late. Counted are contacts; the time gap before the braking, its least after that (while the host drives over 3 m/s), and
-the least distance left.
+One lane. The host begins 1 to 3 s behind a leader of 3 to 40 m/s, wants to drive 5 to 40 % faster (at most 48 m/s), and follows for 20
+to 30 s; then the leader brakes to a stop by 3 to 9 m/s^2, never beyond its grip. Friction 0.3 to 0.9, known to the host; measurements
+exact or a radar's, 0, 0.1 or 0.2 s late. Counted are contacts; the time gap before the braking, its least after that (while the host
+drives over 3 m/s), and the least distance left.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def scene(index: int, seed: int) -> tuple[Scene, float, float]:
     """(scene, when the leader brakes [s], by how much [m/s^2])"""
     rng = np.random.default_rng([seed, index])
     speed, friction = float(rng.uniform(3.0, 40.0)), float(rng.uniform(0.3, 0.9))
-    wanted, gap = speed * float(rng.uniform(1.05, 1.4)), max(speed * float(rng.uniform(1.0, 3.0)), 4.0)
+    wanted, gap = min(speed * float(rng.uniform(1.05, 1.4)), 48.0), max(speed * float(rng.uniform(1.0, 3.0)), 4.0)
     brakes, hard = round(float(rng.uniform(20.0, 30.0)), 1), min(float(rng.uniform(3.0, 9.0)), friction * GRAVITY_MPS2)
     document = {
         "name": f"following-{index}",

@@ -121,14 +121,14 @@ class WarningSettings:
 class HeadwaySettings:
     """The gap to the front car that is driven: `standstill_m` and `time_gap_s` times the own speed (ISO 15622 asks for at least 0.8 s).
 
-    A smaller gap that was found is widened by at most `opening` seconds of it a second. While somebody closes in from behind, no more than
-    `pressed_s` is asked for: headway gives way first.
+    A smaller gap that was found opens: the time gap asked for grows by `opening` seconds a second. While something threatens, in front or
+    behind, no more than `pressed_s` is asked for: headway gives way first.
     """
 
     time_gap_s: float = 1.2
     standstill_m: float = 2.0
-    opening: float = 0.1
-    pressed_s: float = 0.3
+    opening: float = 0.05
+    pressed_s: float = 0.05
 
     def __post_init__(self) -> None:
         positive("headway.time_gap_s", self.time_gap_s, "s")

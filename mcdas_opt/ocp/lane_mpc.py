@@ -29,6 +29,7 @@ from mcdas_opt.ocp.terms import (
 from mcdas_opt.solvers.stage_problem import StageProblem
 
 CENTRE = "centre"
+HEADWAY_HORIZON_S = 2.5  # of closing speed, kept free
 ROAD_PARAMETERS = ("kappa", "kappa_slope", "kappa_s")
 
 
@@ -92,7 +93,7 @@ class LaneProblem:
             FrictionCircle(),
             RoadEdges(margin=self.road_margin_m),
             RoadEnd(),
-            Headway(horizon_s=2.5),
+            Headway(horizon_s=HEADWAY_HORIZON_S),
             *bodies,
         )
 

@@ -11,7 +11,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.headway import asked_time_gap_s, found_time_gap_s
+from mcdas_opt.planning.headway import asked_time_gap_s
 from mcdas_opt.planning.nearness import Nearness, nearness
 
 
@@ -74,8 +74,8 @@ def _missing_headway(near: Nearness, cycle: Cycle) -> Array:
     halves = np.array([(body.length_m + vehicle.length_m, body.width_m + vehicle.width_m) for body in cycle.prediction.bodies])
     lengths, widths = 0.5 * halves.T[:, :, None]
     follows = np.abs(motion.d_m[:, :1] - host.d_m) < widths
-    found = found_time_gap_s(motion.s_m[:, :1] - host.s_m - lengths, host.speed_mps, headway)
-    time_gap = asked_time_gap_s(np.where(follows, found, np.inf), near.tables[0, 0], headway)
+    found = asked_time_gap_s(motion.s_m - host.s_m - lengths, motion.speed_s_mps, host.speed_mps, near.tables[0, 0], headway)
+    time_gap = np.where(follows, found, headway.time_gap_s)
     s, d, v = near.tables[:, 1, None], near.tables[:, 2, None], near.tables[:, 4, None]
     asked = headway.standstill_m + time_gap * np.maximum(v, 0.0)
     ahead = (np.abs(motion.d_m - d) < widths) & (motion.s_m > s)

@@ -101,9 +101,9 @@ class Cycle:
 
     @property
     def headway(self) -> HeadwaySettings:
-        """What is asked for in this cycle: less while somebody closes in from behind."""
+        """What is asked for in this cycle: less while something threatens."""
         headway = self.settings.headway
-        return replace(headway, time_gap_s=headway.pressed_s) if self.is_pressed else headway
+        return replace(headway, time_gap_s=headway.pressed_s) if self.assessment.threatened else headway
 
     @property
     def preferred_side(self) -> Side:

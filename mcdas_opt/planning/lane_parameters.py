@@ -15,10 +15,10 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import HeadwaySettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.ocp.lane_mpc import FAR_M
+from mcdas_opt.ocp.lane_mpc import FAR_M, HEADWAY_HORIZON_S
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.grown_bodies import grown_bodies
-from mcdas_opt.planning.headway import asked_time_gap_s, found_time_gap_s
+from mcdas_opt.planning.headway import asked_time_gap_s
 
 _SETTLING_S = 0.8  # of the guess, from where the host is onto the path
 _ROAD_END_GAP_M = 0.5
@@ -124,12 +124,18 @@ def _bounds(situation: Situation, proposed: Proposed) -> tuple[float, float]:
 def _headway(
     situation: Situation, vehicle: Vehicle, others: ObstacleSlots, proposed: Proposed, times_s: Array, headway: HeadwaySettings
 ) -> dict[str, Any]:
-    """The bumpers, and the distance to keep from them: it opens from what a host that holds its speed finds when it gets there."""
+    """The bumpers, and the time gap to keep from the one ahead."""
     host, (arrival, bumpers) = situation.host, _bumpers(situation, others, proposed, times_s)
-    front = np.broadcast_to(bumpers["front_bumper"], times_s.shape)
-    k = min(int(np.searchsorted(times_s, arrival)), times_s.size - 1)
-    gap = float(front[k]) - (host.s_m + host.speed_mps * float(times_s[k]) + 0.5 * vehicle.length_m)
-    time_gap = asked_time_gap_s(found_time_gap_s(gap, host.speed_mps, headway), times_s - arrival, headway)
+    room = np.broadcast_to(bumpers["front_bumper"] - host.s_m - 0.5 * vehicle.length_m, times_s.shape)
+    time_gap = asked_time_gap_s(
+        room,
+        np.broadcast_to(bumpers["front_speed"], times_s.shape),
+        host.speed_mps,
+        times_s,
+        headway,
+        closing_s=HEADWAY_HORIZON_S,
+        since_s=arrival,
+    )
     return {**bumpers, "standstill": headway.standstill_m, "time_gap": time_gap}
 
 

@@ -16,10 +16,11 @@ from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.manoeuvres.kinds import best_of_kind, next_lane_m
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.headway import ORDINARY_MPS2
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.reference.offset_path import OffsetPath, corrected
 
-_ORDINARY_MPS2, _STANDING_GAP_M = 2.0, 2.0  # braking towards the front car, where that is enough
+_STANDING_GAP_M = 2.0
 _BODY_ROOM_M = 0.25  # from the body's flank to the road's edge, for the targets of steering
 
 
@@ -38,7 +39,7 @@ def lateral_bound_mps2(situation: Situation, sigmoid: SigmoidSettings) -> float:
 def keep_lane(cycle: Cycle, mode: Mode) -> Proposed:
     """Nothing threatens: keep the lane at the desired speed; asked to park, stand until `park` takes over."""
     speed = 0.0 if mode is Mode.PARK else cycle.situation.wanted_speed_mps
-    easing = _ORDINARY_MPS2 if 0.0 < speed < cycle.given.wanted_speed_mps else math.inf  # down to the speed limit
+    easing = ORDINARY_MPS2 if 0.0 < speed < cycle.given.wanted_speed_mps else math.inf  # down to the speed limit
     return Proposed(name="keep", mode=mode, side=Side.NONE, path=keep_path(cycle.situation), speed_mps=speed, easing_mps2=easing)
 
 
@@ -185,10 +186,10 @@ def _easing_mps2(cycle: Cycle) -> float:
     elsewhere as hard as it may be."""
     situation, assessment = cycle.situation, cycle.assessment
     front = next((track for track in situation.tracks if track.id == assessment.front_id), None)
-    if assessment.mode is not Mode.BRAKE or front is None or front.acceleration_s_mps2 < -_ORDINARY_MPS2:
+    if assessment.mode is not Mode.BRAKE or front is None or front.acceleration_s_mps2 < -ORDINARY_MPS2:
         return math.inf
     closing, room = situation.host.speed_mps - front.speed_s_mps, assessment.front_gap_m - _STANDING_GAP_M
-    return _ORDINARY_MPS2 if max(closing, 0.0) ** 2 <= _ORDINARY_MPS2 * room else math.inf
+    return ORDINARY_MPS2 if max(closing, 0.0) ** 2 <= ORDINARY_MPS2 * room else math.inf
 
 
 def _unwatched(situation: Situation, side: Side) -> str:

@@ -1,0 +1,193 @@
+"""Ordinary driving: the time gap behind a steady leader, who owes what is short of it, and the speed limit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.safe_end import EndKind, SafeEndSettings
+from mcdas_opt.domain.settings import HeadwaySettings, Settings, WarningSettings
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Status
+from mcdas_opt.errors import ParameterError
+from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
+from mcdas_opt.planning.headway import asked_time_gap_s
+from mcdas_opt.planning.memory import Memory
+from mcdas_opt.planning.planner import Planner
+
+CYCLE_S, LENGTH_M = 0.1, 4.5
+HEADWAY = HeadwaySettings()
+ROAD = Road(speed_limit_mps=60.0)
+
+
+@pytest.fixture(scope="module")
+def planner() -> Planner:
+    return Planner(settings=Settings(warning=WarningSettings(escapes=False)))
+
+
+def leader(s_m: float, speed_mps: float, acceleration_mps2: float = 0.0) -> Track:
+    return Track(
+        id="leader",
+        s_m=s_m,
+        d_m=0.0,
+        speed_s_mps=speed_mps,
+        covariance=np.zeros((4, 4)),
+        length_m=LENGTH_M,
+        acceleration_s_mps2=acceleration_mps2,
+        acceleration_s_sd_mps2=0.3,
+        age_s=9.0,
+    )
+
+
+class Follow:
+    """A drive in which everybody does as planned, turn by turn: the gap [m] and the host after each, and the plans."""
+
+    def __init__(self, planner: Planner, speed_mps: float, gap_m: float | None, wanted_mps: float, road: Road = ROAD) -> None:
+        planner.reset()
+        self.planner, self.wanted_mps, self.road = planner, wanted_mps, road
+        self.host, self.time_s = HostState(speed_mps=speed_mps), 0.0
+        self.lengths_m = 0.5 * (planner.vehicle.length_m + LENGTH_M)
+        self.leader = None if gap_m is None else leader(gap_m + self.lengths_m, speed_mps)
+        self.plans: list[Plan] = []
+        self.gaps_m: list[float] = []
+        self.hosts: list[HostState] = []
+
+    def drive(self, seconds: float, braking_mps2: float = 0.0) -> Follow:
+        for _ in range(round(seconds / CYCLE_S)):
+            tracks = () if self.leader is None else (self.leader,)
+            situation = Situation(
+                time_s=round(self.time_s, 9), host=self.host, tracks=tracks, road=self.road, desired_speed_mps=self.wanted_mps
+            )
+            plan = self.planner.plan(situation)
+            self.host, self.time_s = HostState.from_vector(plan.trajectory.states[1]), self.time_s + CYCLE_S
+            self.plans.append(plan)
+            self.hosts.append(self.host)
+            if self.leader is not None:
+                speed = max(self.leader.speed_s_mps - braking_mps2 * CYCLE_S, 0.0)
+                s_m = self.leader.s_m + 0.5 * (speed + self.leader.speed_s_mps) * CYCLE_S
+                self.leader = leader(s_m, speed, -braking_mps2 if speed > 0.0 else 0.0)
+                self.gaps_m.append(s_m - self.host.s_m - self.lengths_m)
+        return self
+
+
+@pytest.mark.parametrize("speed_mps", [5.0, 12.0, 20.0, 28.0, 36.0])
+def test_following_settles_at_the_time_gap_and_survives_full_braking(planner: Planner, speed_mps: float) -> None:
+    drive = Follow(planner, speed_mps, 2.0 * speed_mps, 1.3 * speed_mps).drive(15.0)
+    asked_m = HEADWAY.standstill_m + HEADWAY.time_gap_s * speed_mps
+    assert drive.gaps_m[-1] >= 0.9 * asked_m
+    assert drive.gaps_m[-1] <= 1.2 * asked_m + 1.0
+    assert min(drive.gaps_m) >= 0.9 * HEADWAY.time_gap_s * speed_mps
+    assert {plan.status for plan in drive.plans} == {Status.PLANNED}
+    drive.drive(speed_mps / 8.0 + 2.0, braking_mps2=8.0)
+    assert min(drive.gaps_m) > 0.5
+
+
+@pytest.mark.parametrize("speed_mps", [10.0, 25.0])
+def test_a_gap_that_somebody_else_took_opens_gently(planner: Planner, speed_mps: float) -> None:
+    drive = Follow(planner, speed_mps, 0.4 * speed_mps, 1.2 * speed_mps).drive(12.0)
+    assert drive.gaps_m[-1] >= 0.9 * HEADWAY.time_gap_s * drive.hosts[-1].speed_mps
+    assert min(host.acceleration_mps2 for host in drive.hosts) >= -2.3
+    assert {plan.status for plan in drive.plans} == {Status.PLANNED}
+
+
+def test_the_speed_limit_binds_ordinary_driving(planner: Planner) -> None:
+    limited = replace(ROAD, speed_limit_mps=20.0)
+    free = Follow(planner, 18.0, None, 33.0, limited).drive(4.0)
+    assert max(host.speed_mps for host in free.hosts) <= 20.05
+    assert all("speed limit" not in plan.reason for plan in free.plans)
+    slower = Follow(planner, 26.0, None, 33.0, limited).drive(5.0)
+    assert slower.hosts[-1].speed_mps <= 20.5
+    assert min(host.acceleration_mps2 for host in slower.hosts) >= -2.5
+
+
+def test_a_setting_says_by_how_much_the_limit_may_be_exceeded() -> None:
+    lenient = Planner(settings=Settings(warning=WarningSettings(escapes=False), speed_limit_excess=0.1))
+    drive = Follow(lenient, 20.0, None, 33.0, replace(ROAD, speed_limit_mps=20.0)).drive(5.0)
+    assert drive.hosts[-1].speed_mps == pytest.approx(22.0, abs=0.1)
+
+
+def test_escaping_from_behind_may_exceed_the_limit_and_says_so(planner: Planner) -> None:
+    planner.reset()
+    behind = replace(leader(-44.0, 30.0), id="rear")
+    limited = replace(ROAD, speed_limit_mps=20.0)
+    plan = planner.plan(Situation(host=HostState(speed_mps=20.0), tracks=(behind,), road=limited, desired_speed_mps=20.0))
+    assert plan.status is Status.PLANNED
+    assert float(plan.trajectory.speed_mps.max()) > 21.0
+    assert "faster than the speed limit of 20 m/s, to escape from behind" in plan.reason
+
+
+@given(found=st.floats(0.0, 3.0), speed=st.floats(0.0, 40.0))
+def test_what_is_asked_for_is_what_is_there_and_then_opens(found: float, speed: float) -> None:
+    t = np.linspace(0.0, 30.0, 301)
+    asked = asked_time_gap_s(HEADWAY.standstill_m + found * max(speed, 1.0) + speed * t, np.full_like(t, speed), speed, t, HEADWAY)
+    assert asked[0] == pytest.approx(min(found, HEADWAY.time_gap_s), abs=1e-9)
+    assert asked[-1] == HEADWAY.time_gap_s
+    assert float(np.diff(asked).max(initial=0.0)) <= HEADWAY.opening * 0.1 + 1e-9
+
+
+@given(speed=st.floats(5.0, 40.0), closing=st.floats(0.0, 10.0), gap=st.floats(0.0, 100.0))
+def test_gentle_braking_keeps_what_is_asked_for_at_first(speed: float, closing: float, gap: float) -> None:
+    t, front = np.linspace(0.0, 4.0, 41), max(speed - closing, 0.0)
+    braked = np.maximum(speed - 1.2 * t, front)
+    gone = np.concatenate([[0.0], np.cumsum(0.05 * (braked[1:] + braked[:-1]))])
+    asked = asked_time_gap_s(gap + front * t, np.full_like(t, front), speed, t, HEADWAY, closing_s=2.5)
+    short = HEADWAY.standstill_m + asked * np.maximum(braked, 1.0) + 2.5 * (braked - front) - (gap + front * t - gone)
+    opening = HEADWAY.opening * t * t / (t + 1.5) * np.maximum(braked, 1.0)
+    assert float((short - opening)[asked > 0.1 * t].max(initial=-1.0)) < 1e-6
+
+
+def deficits(host_mps: float, ahead: Track, before: tuple[FrontDeficit, ...] = (), elapsed_s: float = 0.1) -> tuple[FrontDeficit, ...]:
+    situation = Situation(host=HostState(speed_mps=host_mps), tracks=(ahead,), road=ROAD)
+    return front_deficits(situation, Vehicle(), SafeEndSettings(), before, elapsed_s)
+
+
+@given(speed=st.floats(5.0, 40.0), closer=st.floats(0.1, 5.0))
+def test_a_deficit_of_ones_own_making_is_not_owed(speed: float, closer: float) -> None:
+    (before,) = deficits(speed, leader(60.0, speed))
+    (crept,) = deficits(speed, leader(4.6 + closer, speed), (before,))
+    assert crept.owed_m == 0.0
+    (new,) = deficits(speed, leader(4.6 + closer, speed))
+    assert new.owed_m == min(new.margin_m, 0.0)
+
+
+@given(speed=st.floats(10.0, 40.0), slower=st.floats(0.5, 8.0))
+def test_what_the_front_car_takes_by_braking_is_owed_and_paid_back(speed: float, slower: float) -> None:
+    (before,) = deficits(speed, leader(6.0, speed))
+    (braked,) = deficits(speed, leader(6.0, speed - slower), (before,))
+    assert braked.owed_m < before.owed_m
+    later, owed = (braked,), braked.owed_m
+    for _ in range(100):
+        later = deficits(speed, leader(6.0, speed - slower), later)
+        assert later[0].owed_m >= owed
+        owed = later[0].owed_m
+    assert owed >= 0.2 * braked.owed_m  # after 10 s
+
+
+def test_held_is_never_said_of_a_deficit_of_ones_own_making(planner: Planner) -> None:
+    planner.reset()
+    ahead, host = leader(6.5, 25.0), HostState(speed_mps=25.0)
+    own = FrontDeficit(id="leader", margin_m=0.0, owed_m=0.0, speed_mps=25.0, is_in_the_way=True)
+    situation = Situation(time_s=1.0, host=host, tracks=(ahead,), road=ROAD, desired_speed_mps=33.3)
+    for deficits, allowed_m in (((own,), -0.1), ((), -4.3)):
+        planner.memory = Memory(situation=replace(situation, time_s=0.9), deficits=deficits)
+        plan = planner.plan(situation)
+        assert plan.safe_end is not None
+        assert plan.safe_end.kind in (EndKind.HELD, EndKind.STOPPED)
+        assert plan.safe_end.front_margin_m is not None
+        assert plan.safe_end.kind is EndKind.STOPPED or plan.safe_end.front_margin_m >= allowed_m
+
+
+@pytest.mark.parametrize("name", ["time_gap_s", "standstill_m", "opening", "pressed_s"])
+@pytest.mark.parametrize("value", [0.0, -1.0])
+def test_no_headway_is_refused_by_name_and_value(name: str, value: float) -> None:
+    with pytest.raises(ParameterError, match=f"headway.{name}"):
+        HeadwaySettings(**{name: value})
