@@ -34,7 +34,7 @@ def _solver(
     tolerance: float,
     thread: int,
 ) -> Any:
-    """The solver of one structure, with the numbers of the case as parameters. Each thread has its own: how it ended is asked after its call."""
+    """The solver of one structure, with the numbers of the case as parameters; each thread has its own, to ask how it ended."""
     del thread
     n, own = len(segments), EXTRA[form]
     k, first, last = np.arange(n), np.array(at_nodes, dtype=np.int64), np.array(inside, dtype=np.int64)
