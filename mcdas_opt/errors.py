@@ -32,6 +32,13 @@ class InputError(McdasError, ValueError):
         super().__init__(f"{where}{shown}: {rule}")
 
 
+class SharedPlannerError(McdasError, RuntimeError):
+    """One planner is asked from two threads at the same time."""
+
+    def __init__(self) -> None:
+        super().__init__("a planner remembers what it did and belongs to one thread: another thread is in it; build a Planner for each")
+
+
 @contextmanager
 def reading(file: object) -> Iterator[None]:
     """Turns a failure to read the file into an `InputError` that names it."""

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
 from mcdas_opt.domain.parking import Parking, ParkingCase, ParkingTrajectory
+from mcdas_opt.domain.rules import require_type
 from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.errors import ParameterError, nearest
+from mcdas_opt.parking.case_file import load_parking_case
 from mcdas_opt.parking.closed_form import CLOSED_FORMS
 from mcdas_opt.parking.path import ArcPath, counted, drive
 from mcdas_opt.parking.programs import approach, improve_paths
@@ -24,13 +27,19 @@ PLANNERS = ("nlp", "search", *CLOSED_FORMS)
 _FREE_POSES = 10_000  # of the searches; every pose beyond counts as one unit of the program's work, which takes as long
 
 
-def park(case: ParkingCase, planner: str = "nlp", *, settings: ParkSettings | None = None) -> Parking:
-    """One parking plan, judged. `planner` is one of `PLANNERS`; a case without an answer gives a refusal, which is a value.
+def park(case: str | Path | ParkingCase, planner: str = "nlp", *, settings: ParkSettings | None = None) -> Parking:
+    """One parking plan, judged. `case` may be a shipped name or a path. `planner` is one of `PLANNERS`; a case without an answer gives a
+    refusal, which is a value.
 
-    Raises `ParameterError` for an unknown planner.
+    Raises `ParameterError` for an unknown planner, `InputError` for a case file that is none.
     """
     if planner not in PLANNERS:
         raise ParameterError("planner", planner, f"is unknown; {nearest(planner, PLANNERS)}")
+    if isinstance(case, (str, Path)):
+        case = load_parking_case(case)
+    require_type("case", case, ParkingCase)
+    if settings is not None:
+        require_type("settings", settings, ParkSettings)
     settings = settings or ParkSettings()
     world = World.of(case)
     run = Run(case, world, settings.costs, settings.time_budget_s)

@@ -22,6 +22,7 @@ from mcdas_opt.planning.fallback import NothingPasses, fall_back, remainder_inst
 from mcdas_opt.planning.host_plausibility import HostPlausibility
 from mcdas_opt.planning.memory import Memory, remembered
 from mcdas_opt.planning.method import AskedMethod, Method, build_method
+from mcdas_opt.planning.one_thread import OneThread
 from mcdas_opt.planning.sensing import Sensing
 from mcdas_opt.planning.time_to_react import with_time_to_react
 from mcdas_opt.situation.consistency import contradiction
@@ -29,7 +30,8 @@ from mcdas_opt.tracking.tracker import Tracker
 
 
 class Planner:
-    """Builds its solver once; remembers its tracks and its last plan; belongs to one thread.
+    """Builds its solver once; remembers its tracks and its last plan; belongs to one thread at a time
+    (`SharedPlannerError`).
 
     `vehicle` is a `Vehicle`, a shipped name or a path; `method` a registered name or an object with `plan(situation, previous)`.
     `road` is what `step` drives on unless it is told another. With `deadline_s` the method is asked to begin no further candidate
@@ -64,6 +66,7 @@ class Planner:
         self.sensing = Sensing(self.vehicle, road or Road())
         self.memory = Memory()
         self._host_plausibility = HostPlausibility()
+        self._one_thread = OneThread()
 
     @property
     def name(self) -> str:
@@ -105,9 +108,10 @@ class Planner:
 
     def reset(self) -> None:
         """Forgets tracks and the last plan."""
-        self.sensing.reset()
-        self.memory, self._asked.previous = Memory(), None
-        self._host_plausibility = HostPlausibility()
+        with self._one_thread.inside():
+            self.sensing.reset()
+            self.memory, self._asked.previous = Memory(), None
+            self._host_plausibility = HostPlausibility()
 
     def plan(self, situation: Situation) -> Plan:
         """One plan for a situation, judged. Never raises in traffic: a refusal is answered by the fallback.
@@ -116,6 +120,10 @@ class Planner:
         fallback too, from a state that the car can have (`HostPlausibility`).
         """
         require_type("situation", situation, Situation)
+        with self._one_thread.inside():
+            return self._believing(situation)
+
+    def _believing(self, situation: Situation) -> Plan:
         host, fault = self._host_plausibility.believed(situation.host, situation.time_s, situation.road, self.vehicle, self.previous)
         if not fault:
             return self._plan(situation, "")
@@ -170,6 +178,7 @@ class Planner:
         require_type("host", host, HostState)
         if road is not None:
             require_type("road", road, Road)
-        believed, fault = self._host_plausibility.believed(host, now, road or self.road, self.vehicle, self.previous)
-        seen = self.sensing.situation(measurements, believed, now, road=road, desired_speed_mps=desired_speed_mps, request=request)
-        return self._plan(seen, fault)
+        with self._one_thread.inside():
+            believed, fault = self._host_plausibility.believed(host, now, road or self.road, self.vehicle, self.previous)
+            seen = self.sensing.situation(measurements, believed, now, road=road, desired_speed_mps=desired_speed_mps, request=request)
+            return self._plan(seen, fault)

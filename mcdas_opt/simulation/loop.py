@@ -5,13 +5,15 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mcdas_opt.actuation.grip_monitor import GripMonitor, within_grip
-from mcdas_opt.catalogue.scenes import Scene
+from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import require_type
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
@@ -29,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def simulate(
-    scene: Scene,
+    scene: str | Path | Scene,
     planner: str | Driver | Method = "mpc",
     plant: str = "kinematic",
     seed: int | None = None,
@@ -37,7 +39,7 @@ def simulate(
     controller: Controller | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Simulation:
-    """Drives a planner through a scene, and returns the drive with its figures.
+    """Drives a planner through a scene (or the shipped one of that name, or a path), and returns the drive with its figures.
 
     Ends at the scene's duration, at the first touch of another body, or when a corner is more than 0.02 m off the road. `planner` is
     a registered name, a `Driver`, or a method (`planning.method.Method`). The planner gets the plant's true state; of a dynamic vehicle
@@ -47,6 +49,11 @@ def simulate(
     Without its `cycle_ms` the result repeats to the byte for the same scene and seed (default the scene's). Raises `InputError` or
     `ParameterError` for a planner, plant or sensor that is not known.
     """
+    if isinstance(scene, (str, Path)):
+        scene = load_scene(scene)
+    require_type("scene", scene, Scene)
+    if settings is not None:
+        require_type("settings", settings, Settings)
     settings = settings or Settings()
     seed = scene.seed if seed is None else seed
     traffic, car = Traffic(scene), make_plant(plant, scene.vehicle, scene.true_road, scene.host_state)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import BodyDetection, Mounting, RadarDetection, Scan
 from mcdas_opt.domain.road import Road
@@ -19,9 +20,11 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request, Sector, Side
-from mcdas_opt.errors import McdasError, ParameterError
+from mcdas_opt.errors import InputError, McdasError, ParameterError
+from mcdas_opt.parking.park import PLANNERS, park
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.stateless import plan as plan_of
+from mcdas_opt.simulation.loop import simulate
 
 HOST = HostState(speed_mps=20.0)
 BODY = {"name": "x", "s_m": 30.0, "d_m": 0.0, "speed_s_mps": 10.0, "speed_d_mps": 0.0, "length_m": 4.5, "width_m": 1.8}
@@ -101,6 +104,11 @@ def test_what_is_taken_is_planned_for(record: type) -> None:
         (lambda: Planner(settings={"cycle_s": 0.1}), "must be a Settings"),
         (lambda: Planner(road="straight"), "road = 'straight': must be a Road"),
         (lambda: Planner().plan("sandwich-60-40"), "situation = 'sandwich-60-40': must be a Situation"),
+        (lambda: plan_of(load_scene("sandwich-60-40")), "must be a Situation"),
+        (lambda: simulate(None), "scene = None: must be a Scene"),
+        (lambda: simulate("sandwich-60-40", settings={"cycle_s": 0.1}), "must be a Settings"),
+        (lambda: park(None), "case = None: must be a ParkingCase"),
+        (lambda: park("parallel", settings={}), "settings = {}: must be a ParkSettings"),
         (lambda: plan_of(None), "situation = None: must be a Situation"),
         (lambda: Planner().step(None, HOST, 0.0), "measurements = None: must be a list of Scan"),
         (lambda: Planner().step(["scan"], HOST, 0.0), "measurements[0] = 'scan': must be a Scan"),
@@ -120,3 +128,11 @@ def test_words_will_do_where_a_closed_set_is_meant() -> None:
     assert Scan(**NEEDED[Scan] | {"sector": "rear"}).sector is Sector.REAR
     assert SelectorSettings(tie_break="right").tie_break is Side.RIGHT  # type: ignore[arg-type]
     assert Situation(host=HOST, tracks=[Track(**NEEDED[Track])]).tracks == (Track(**NEEDED[Track]),)  # type: ignore[arg-type]
+
+
+def test_names_will_do_where_a_scene_or_a_case_is_meant() -> None:
+    by_name = simulate("sandwich-60-40", "closed-form-corrected")
+    assert by_name.outcome == simulate(load_scene("sandwich-60-40"), "closed-form-corrected").outcome
+    assert park("parallel", PLANNERS[-1]).planner == PLANNERS[-1]
+    with pytest.raises(InputError, match="sandwich"):
+        simulate("sandwich-60-4")

@@ -8,6 +8,7 @@ are bounds: one solver serves every program of its structure.
 from __future__ import annotations
 
 from functools import lru_cache
+from threading import get_ident
 from typing import Any
 
 import casadi as ca
@@ -31,8 +32,10 @@ def _solver(
     iterations: int,
     warm: bool,
     tolerance: float,
+    thread: int,
 ) -> Any:
-    """The solver of one structure, with the numbers of the case as parameters."""
+    """The solver of one structure, with the numbers of the case as parameters; each thread has its own, to ask how it ended."""
+    del thread
     n, own = len(segments), EXTRA[form]
     k, first, last = np.arange(n), np.array(at_nodes, dtype=np.int64), np.array(inside, dtype=np.int64)
     steps = STATE * (n + 1) + np.array(segments, dtype=np.int64)
@@ -83,7 +86,9 @@ def solve_parking(
     checks = program.checks.only(np.argsort(program.checks.fractions != 0.0, kind="stable"))
     inside = checks.fractions != 0.0
     where, count, m = checks.intervals.tolist(), int((~inside).sum()), len(inside)
-    solver = _solver(form, tuple(program.segments.tolist()), tuple(where[:count]), tuple(where[count:]), max_iterations, warm, tolerance)
+    solver = _solver(
+        form, tuple(program.segments.tolist()), tuple(where[:count]), tuple(where[count:]), max_iterations, warm, tolerance, get_ident()
+    )
     headings = program.nodes[checks.intervals, 2]
     own, own_low, own_high, numbers = check_unknowns(form, checks, headings, costs.clearance > 0.0)
     least, most = check_rows(form)
