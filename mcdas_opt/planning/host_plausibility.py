@@ -22,19 +22,24 @@ class HostPlausibility:
     def __init__(self) -> None:
         self._time_s = -math.inf
         self._speeds_mps: tuple[float, ...] = ()  # as measured, and as believed
+        self._last: tuple[HostState, float, Road, tuple[HostState, str]] | None = None  # what was asked, and the answer
 
     def believed(self, host: HostState, now: float, road: Road, vehicle: Vehicle, previous: Plan | None) -> tuple[HostState, str]:
         """The measured state and "", or one that can be and what is wrong with the measured one, in words.
 
         A quantity that no car has, or that has jumped, is replaced by that of the `previous` plan at this time; without one by the nearest
-        that the car can have. A speed that is measured twice is believed.
+        that the car can have. A speed that is measured twice is believed. Asked the same again, it gives the same answer.
         """
+        if self._last is not None and self._last[0] is host and self._last[1] == now and self._last[2] is road:
+            return self._last[3]
         elapsed_s = now - self._time_s
         speeds_mps = self._speeds_mps if 0.0 < elapsed_s <= _MEMORY_S else ()
         faults = host_faults(host, road, speeds_mps, elapsed_s, vehicle)
         believed = _replaced(host, tuple(faults), now, road, vehicle, previous) if faults else host
         self._time_s, self._speeds_mps = now, (host.speed_mps, believed.speed_mps)
-        return believed, "; ".join(faults.values())
+        answer = believed, "; ".join(faults.values())
+        self._last = host, now, road, answer
+        return answer
 
 
 def _replaced(host: HostState, names: tuple[str, ...], now: float, road: Road, vehicle: Vehicle, previous: Plan | None) -> HostState:

@@ -181,4 +181,4 @@ class Planner:
         with self._one_thread.inside():
             believed, fault = self._host_plausibility.believed(host, now, road or self.road, self.vehicle, self.previous)
             seen = self.sensing.situation(measurements, believed, now, road=road, desired_speed_mps=desired_speed_mps, request=request)
-            return self._plan(seen, fault)
+            return self.plan(replace(seen, host=host) if fault else seen)
