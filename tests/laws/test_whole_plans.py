@@ -29,7 +29,7 @@ FOUND = {  # by thousands of others: asked besides the sample
     "forms": ("slippery/176",),
 }
 LOOSE = {"moved", "forms"}  # a badly conditioned solve that stops at its step's tolerance makes more than 1e-6 m of a rounding
-OPEN = {("moved", "lincoln/00000")}  # broken, to be mended: solves of keep-slower and keep-faster that the cap cuts short hang on a rounding
+OPEN = {("moved", "lincoln/00000")}  # broken, to be mended: solves that the cap cuts short hang on a rounding
 LOOSE_SHARE = 0.05  # of the sequences, at the most; their decisions are the same as everybody's
 
 
