@@ -64,6 +64,7 @@ class AcadosEngine:
         options.nlp_solver_max_iter, options.print_level = iterations, 0
         for kind in ("stat", "eq", "ineq", "comp"):
             setattr(options, f"nlp_solver_tol_{kind}", tolerance)
+            setattr(options, f"qp_solver_tol_{kind}", 0.1 * tolerance)  # at the same one the steps may end just above it, for ever
         options.ext_fun_compile_flags = "-O3 -march=native"
         self._solver = _built(template, ocp)
         self.reset()
