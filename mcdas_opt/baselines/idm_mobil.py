@@ -163,7 +163,8 @@ class IdmMobilMethod:
         return replace(IDM, braking_limit_mps2=strongest_braking_mps2(situation, self.vehicle))
 
     def _desired_mps(self, situation: Situation) -> float:
-        return situation.wanted_speed_mps if situation.wanted_speed_mps > 0.0 else situation.road.speed_limit_mps
+        limit = (1.0 + self.settings.speed_limit_excess) * situation.road.speed_limit_mps
+        return min(situation.wanted_speed_mps, limit) if situation.wanted_speed_mps > 0.0 else limit
 
     def _acceleration(self, situation: Situation, leader: Leader | None) -> float:
         return idm_acceleration(situation.host.speed_mps, self._desired_mps(situation), leader, self._idm(situation))

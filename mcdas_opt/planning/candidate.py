@@ -25,8 +25,8 @@ _NAMED_AS_MEANT = frozenset({Mode.HOLD, Mode.CRUISE, Mode.PARK})
 class Proposed:
     """What to aim at: keep the lane towards a speed, or steer along a path. `refusal` says why it is not even tried.
 
-    `guess` (N + 1, 6) are states that the optimiser begins from; None: those of the path. `is_delayed`: it begins later. `easing_mps2`: its
-    speed falls towards `speed_mps` no faster; infinite: that speed is asked for at once.
+    `guess` (N + 1, 6) are states that the optimiser begins from; None: those of the path. `is_delayed`: it begins later. `speeds_mps`
+    (N + 1) is the speed to drive at each node; None: `speed_mps` is asked for at once.
     """
 
     name: str
@@ -38,7 +38,7 @@ class Proposed:
     refusal: str = ""
     guess: Array | None = field(default=None, compare=False)
     is_delayed: bool = False
-    easing_mps2: float = math.inf
+    speeds_mps: Array | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

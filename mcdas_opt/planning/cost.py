@@ -10,6 +10,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
+from mcdas_opt.planning.comfortable_speed import bends_ahead
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.headway import asked_time_gap_s
 from mcdas_opt.planning.nearness import Nearness, nearness
@@ -44,7 +45,8 @@ def trajectory_cost(trajectory: Trajectory, cycle: Cycle, weights: CostWeights) 
 def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[float]:
     """Of each of the drives the cost of discomfort, of being off the desired speed, of being near to others, and of how it leaves things
     at its end; without the cost of changing lanes."""
-    vehicle, drives, desired_mps = cycle.vehicle, near.tables, cycle.situation.wanted_speed_mps
+    vehicle, drives = cycle.vehicle, near.tables
+    desired_mps = _desired_mps(drives, cycle)
     t, v, a = drives[0, 0], drives[:, 4], drives[:, 5]
     lateral = lateral_acceleration(v, drives[:, 6], vehicle.wheelbase_m, np)
     rate = weights.acceleration * a**2 + weights.lateral_acceleration * lateral**2 + weights.jerk * drives[:, 8] ** 2
@@ -65,6 +67,15 @@ def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[fl
             closing = max(end_v - speed if s > end_s else speed - end_v, 0.0)
             totals[i] += weights.end_closing * closing**2 / max(gap, 1.0)
     return totals
+
+
+def _desired_mps(drives: Array, cycle: Cycle) -> Array | float:
+    """The desired speed; while nothing threatens no more than is comfortable in the bends: (drives, n)."""
+    desired = cycle.situation.wanted_speed_mps
+    if cycle.assessment.threatened or cycle.situation.road.is_straight:
+        return desired
+    bends = bends_ahead(cycle, cycle.lane_centre_m)
+    return desired if bends is None else np.minimum(desired, bends.at(drives[:, 1]))
 
 
 def _missing_headway(near: Nearness, cycle: Cycle) -> Array:

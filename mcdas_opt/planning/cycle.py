@@ -90,6 +90,12 @@ class Cycle:
         return _limit_mps(self.situation, self.settings)
 
     @property
+    def lane_centre_m(self) -> float:
+        """The middle of the lane that holds the host's body centre."""
+        road = self.situation.road
+        return road.lane_centre_m(road.lane_of(self.situation.host.d_m))
+
+    @property
     def is_pressed(self) -> bool:
         """Whether somebody closes in from behind."""
         return Sector.REAR in self.assessment.threats

@@ -14,7 +14,7 @@ from mcdas_opt.planning.collision_check import verdicts
 from mcdas_opt.planning.cost import CostWeights, needed_lane_change_cost, trajectory_cost
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.path_driving import follow
-from mcdas_opt.planning.proposals import basic_four, go_on, keep_lane, lateral_bound_mps2
+from mcdas_opt.planning.proposals import basic_four, go_on, go_on_unpressed, keep_lane, lateral_bound_mps2
 
 _WEIGHTS = CostWeights()
 Groups = list[list[Proposed]]
@@ -48,7 +48,8 @@ def groups(cycle: Cycle) -> Groups:
     brake, accelerate, left, right = basic_four(cycle, None)
     last = [[left, right], [brake], [accelerate]]
     if cycle.active is not None:
-        return [[go_on(cycle.active)], *last]
+        threatened = cycle.assessment.threatened
+        return [[go_on(cycle.active) if threatened else go_on_unpressed(cycle, cycle.active)], *last]
     if not cycle.assessment.threatened:
         return [[keep_lane(cycle, Mode.CRUISE if cycle.assessment.mode is Mode.CRUISE else Mode.HOLD)], *last]
     return last

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -96,18 +95,11 @@ def proposal_values(
         "ref_bend": path.bend_m,
         "ref_bend_s": path.bend_s_m,
         "ref_bend_width": path.bend_width_m,
-        "speed_ref": _speed(situation, proposed, times_s),
+        "speed_ref": proposed.speed_mps if proposed.speeds_mps is None else proposed.speeds_mps,
         "left_edge": left_edge,
         "right_edge": right_edge,
         **_headway(situation, vehicle, others, proposed, times_s, headway or HeadwaySettings()),
     }
-
-
-def _speed(situation: Situation, proposed: Proposed, times_s: Array) -> Array | float:
-    """The speed to drive: the candidate's, or what falls towards it."""
-    if math.isinf(proposed.easing_mps2):
-        return proposed.speed_mps
-    return np.maximum(proposed.speed_mps, situation.host.speed_mps - proposed.easing_mps2 * times_s)
 
 
 def _bounds(situation: Situation, proposed: Proposed) -> tuple[float, float]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from itertools import chain
 
 import numpy as np
 
+from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import SigmoidSettings
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.domain.situation import Situation
@@ -15,6 +16,7 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.manoeuvres.kinds import best_of_kind, next_lane_m
 from mcdas_opt.planning.candidate import Proposed
+from mcdas_opt.planning.comfortable_speed import comfortable_speed
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.headway import ORDINARY_MPS2
 from mcdas_opt.planning.manoeuvre import Manoeuvre
@@ -38,9 +40,9 @@ def lateral_bound_mps2(situation: Situation, sigmoid: SigmoidSettings) -> float:
 
 def keep_lane(cycle: Cycle, mode: Mode) -> Proposed:
     """Nothing threatens: keep the lane at the desired speed; asked to park, stand until `park` takes over."""
-    speed = 0.0 if mode is Mode.PARK else cycle.situation.wanted_speed_mps
-    easing = ORDINARY_MPS2 if 0.0 < speed < cycle.given.wanted_speed_mps else math.inf  # down to the speed limit
-    return Proposed(name="keep", mode=mode, side=Side.NONE, path=keep_path(cycle.situation), speed_mps=speed, easing_mps2=easing)
+    path = keep_path(cycle.situation)
+    goal, speeds = comfortable_speed(cycle, 0.0 if mode is Mode.PARK else cycle.situation.wanted_speed_mps, path.target_d_m)
+    return Proposed(name="keep", mode=mode, side=Side.NONE, path=path, speed_mps=goal, speeds_mps=speeds)
 
 
 def go_on(active: Manoeuvre) -> Proposed:
@@ -53,6 +55,12 @@ def go_on(active: Manoeuvre) -> Proposed:
         speed_mps=active.speed_mps,
         manoeuvre=active,
     )
+
+
+def go_on_unpressed(cycle: Cycle, active: Manoeuvre) -> Proposed:
+    """The same where nothing threatens any more: slowly enough for the bends ahead."""
+    goal, speeds = comfortable_speed(cycle, active.speed_mps, active.target_d_m)
+    return replace(go_on(active), speed_mps=goal, speeds_mps=speeds)
 
 
 def basic_four(cycle: Cycle, active: Manoeuvre | None) -> tuple[Proposed, ...]:
@@ -69,7 +77,7 @@ def basic_four(cycle: Cycle, active: Manoeuvre | None) -> tuple[Proposed, ...]:
         faster = max(faster, rear if cycle.is_pressed else min(rear, cycle.limit_mps))
     faster = min(faster, 0.98 * cycle.vehicle.speed_max_mps)
     blind = "" if situation.coverage.sees(Sector.FRONT) else "nobody watches the front"
-    brake = Proposed(name="brake", mode=Mode.BRAKE, side=Side.NONE, path=keep, speed_mps=slower, easing_mps2=_easing_mps2(cycle))
+    brake = Proposed(name="brake", mode=Mode.BRAKE, side=Side.NONE, path=keep, speed_mps=slower, speeds_mps=_eased(cycle, slower))
     accelerate = Proposed(name="accelerate", mode=Mode.ACCELERATE, side=Side.NONE, path=keep, speed_mps=faster, refusal=blind)
     sides = (go_on(active) if active is not None and active.side is side else steer_out(cycle, side) for side in (Side.LEFT, Side.RIGHT))
     return (brake, accelerate, *sides)
@@ -181,15 +189,17 @@ def _bent_path(cycle: Cycle, target_d_m: float) -> OffsetPath:
     )
 
 
-def _easing_mps2(cycle: Cycle) -> float:
-    """As is ordinary where braking is enough, half of that would do in the room that there is, and the front car itself brakes no harder;
-    elsewhere as hard as it may be."""
+def _eased(cycle: Cycle, slower_mps: float) -> Array | None:
+    """Falling as is ordinary where braking is enough, half of that would do in the room that there is, and the front car itself brakes no
+    harder; elsewhere as hard as it may be."""
     situation, assessment = cycle.situation, cycle.assessment
     front = next((track for track in situation.tracks if track.id == assessment.front_id), None)
     if assessment.mode is not Mode.BRAKE or front is None or front.acceleration_s_mps2 < -ORDINARY_MPS2:
-        return math.inf
+        return None
     closing, room = situation.host.speed_mps - front.speed_s_mps, assessment.front_gap_m - _STANDING_GAP_M
-    return ORDINARY_MPS2 if max(closing, 0.0) ** 2 <= ORDINARY_MPS2 * room else math.inf
+    if max(closing, 0.0) ** 2 > ORDINARY_MPS2 * room:
+        return None
+    return np.maximum(slower_mps, situation.host.speed_mps - ORDINARY_MPS2 * cycle.settings.grid.times_s)
 
 
 def _unwatched(situation: Situation, side: Side) -> str:

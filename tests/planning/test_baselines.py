@@ -121,9 +121,9 @@ def test_idm_keeps_its_equilibrium_gap(speed: float, headroom: float) -> None:
     """s_e(v) = (s_0 + v T) / sqrt(1 - (v / v_0)^4) behind a leader of the same speed (Treiber et al. 2000, eq 5)."""
     idm, desired = IDM, headroom * speed
     gap = (idm.jam_distance_m + speed * idm.headway_s) / math.sqrt(1.0 - (speed / desired) ** 4)
-    plan = planned(IdmMobilMethod(CAR), situation(ahead(gap, speed), speed=speed, wanted=desired))
+    plan = planned(IdmMobilMethod(CAR), situation(ahead(gap, speed), speed=speed, wanted=desired, speed_limit_mps=60.0))
     assert np.abs(plan.trajectory.acceleration_mps2).max() < 1e-6
-    nearer = planned(IdmMobilMethod(CAR), situation(ahead(0.9 * gap, speed), speed=speed, wanted=desired))
+    nearer = planned(IdmMobilMethod(CAR), situation(ahead(0.9 * gap, speed), speed=speed, wanted=desired, speed_limit_mps=60.0))
     assert nearer.trajectory.acceleration_mps2[10] < -0.01
 
 

@@ -191,3 +191,9 @@ def test_held_is_never_said_of_a_deficit_of_ones_own_making(planner: Planner) ->
 def test_no_headway_is_refused_by_name_and_value(name: str, value: float) -> None:
     with pytest.raises(ParameterError, match=f"headway.{name}"):
         HeadwaySettings(**{name: value})
+
+
+def test_the_speed_limit_binds_idm_mobil_too() -> None:
+    limited = replace(ROAD, speed_limit_mps=20.0)
+    drive = Follow(Planner(method="idm-mobil"), 18.0, None, 33.0, limited).drive(20.0)
+    assert 19.0 <= max(host.speed_mps for host in drive.hosts) <= 20.05

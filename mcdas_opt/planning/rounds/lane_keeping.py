@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.planning.candidate import Costed
 from mcdas_opt.planning.choice import Round
-from mcdas_opt.planning.proposals import go_on, keep_lane
+from mcdas_opt.planning.proposals import go_on_unpressed, keep_lane
 from mcdas_opt.planning.search import Search
 
 
@@ -17,7 +17,7 @@ def lane_keeping(search: Search) -> Iterator[Round]:
     if cycle.assessment.threatened:
         return
     if cycle.active is not None:
-        yield Round(competing=search.solve((go_on(cycle.active),)), is_comparison=False)
+        yield Round(competing=search.solve((go_on_unpressed(cycle, cycle.active),)), is_comparison=False)
         return
     quiet = cycle.assessment.mode if cycle.assessment.mode in (Mode.CRUISE, Mode.PARK) else Mode.HOLD
     search.keep = (keep_lane(cycle, quiet),)

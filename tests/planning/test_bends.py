@@ -1,0 +1,68 @@
+"""Bends are seen ahead: entered at a comfortable lateral acceleration, by gentle braking, to either side."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.settings import Settings, WarningSettings
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vocabulary import Status
+from mcdas_opt.dynamics.bicycle import lateral_acceleration
+from mcdas_opt.planning.planner import Planner
+
+SETTINGS = Settings(warning=WarningSettings(escapes=False))
+
+
+def bend(kappa: float, way_m: float) -> Road:
+    knots = ((way_m, 0.0), (way_m + 30.0, kappa), (way_m + 90.0, kappa), (way_m + 120.0, 0.0))
+    return Road(lanes_left=1, lanes_right=1, speed_limit_mps=60.0, curvature=knots)
+
+
+def driven(planner: Planner, road: Road, speed_mps: float, seconds: float) -> tuple[list[HostState], list[Plan]]:
+    """Everything goes as planned, for 0.2 s at a time."""
+    planner.reset()
+    host, hosts, plans = HostState(speed_mps=speed_mps), [], []
+    for k in range(round(seconds / 0.2)):
+        plan = planner.plan(Situation(time_s=round(0.2 * k, 1), host=host, road=road, desired_speed_mps=speed_mps))
+        later = int(np.searchsorted(plan.trajectory.t_s, 0.2 - 1e-9))
+        host = HostState.from_vector(plan.trajectory.states[later])
+        hosts.append(host)
+        plans.append(plan)
+    return hosts, plans
+
+
+@pytest.mark.parametrize("method", ["mpc", "closed-form-corrected"])
+@pytest.mark.parametrize(("speed_mps", "kappa"), [(30.0, -0.006), (22.0, 0.012), (14.0, 0.03), (14.0, -0.03)])
+def test_a_bend_is_entered_in_comfort(method: str, speed_mps: float, kappa: float) -> None:
+    planner = Planner(settings=SETTINGS, method=method)
+    way_m = speed_mps * speed_mps / (2.0 * SETTINGS.comfort.bend_braking_mps2)
+    hosts, plans = driven(planner, bend(kappa, way_m), speed_mps, 1.8 * (way_m + 60.0) / speed_mps)
+    lateral = [lateral_acceleration(host.speed_mps, host.steering_rad, planner.vehicle.wheelbase_m, np) for host in hosts]
+    assert float(np.abs(lateral).max()) == pytest.approx(SETTINGS.comfort.lateral_mps2, rel=0.15)
+    assert min(host.acceleration_mps2 for host in hosts) >= -SETTINGS.comfort.late_braking_mps2
+    assert {plan.status for plan in plans} == {Status.PLANNED}
+
+
+def test_a_bend_mirrored_is_driven_mirrored_to_the_bit() -> None:
+    planner = Planner(settings=SETTINGS)
+    left, right = (driven(planner, bend(kappa, 60.0), 18.0, 6.0)[0] for kappa in (0.02, -0.02))
+    assert [host.d_m for host in left] == [-host.d_m for host in right]
+    assert [host.speed_mps for host in left] == [host.speed_mps for host in right]
+
+
+def test_who_comes_too_fast_brakes_but_not_hard() -> None:
+    hosts, _ = driven(Planner(settings=SETTINGS), bend(0.02, -40.0), 14.0, 3.0)
+    assert hosts[-1].speed_mps < 12.0
+    assert min(host.acceleration_mps2 for host in hosts) >= -1.2 * SETTINGS.comfort.late_braking_mps2
+
+
+def test_a_setting_says_what_is_comfortable() -> None:
+    slow = Planner(settings=replace(SETTINGS, comfort=replace(SETTINGS.comfort, lateral_mps2=1.0)))
+    hosts, _ = driven(slow, bend(0.02, 60.0), 14.0, 9.0)
+    assert min(host.speed_mps for host in hosts) == pytest.approx(np.sqrt(1.0 / 0.02), abs=0.3)
