@@ -56,9 +56,9 @@ def known_sensors() -> tuple[str, ...]:
     return (*shipped("sensors"), IDEAL, NONE)
 
 
-def load_sensor(name: str, beside: Path | None = None) -> Sensor:
+def load_sensor(name: str | Path, beside: Path | None = None) -> Sensor:
     """The radar behind a shipped name or a path. Raises `InputError` that names the file, the key and the known sensors."""
-    path = _find(name, beside)
+    path = _find(str(name), beside)
     entry = checked(SensorFile, read_toml(path), path)
     try:
         beams = tuple(Beam(name=b.name, range_max_m=b.range_max_m, half_angle_rad=b.half_angle_rad) for b in entry.beam)

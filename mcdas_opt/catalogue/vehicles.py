@@ -42,9 +42,9 @@ class VehicleFile(BaseModel):
     cornering_stiffness_rear_nprad: float | None = None
 
 
-def load_vehicle(name: str, beside: Path | None = None) -> Vehicle:
+def load_vehicle(name: str | Path, beside: Path | None = None) -> Vehicle:
     """The vehicle behind a shipped name or a path. Raises `InputError` that names the file, the key and the known vehicles."""
-    path = find("vehicles", name, beside=beside)
+    path = find("vehicles", str(name), beside=beside)
     entry = checked(VehicleFile, read_toml(path), path)
     limits = entry.model_dump(exclude=set(_WHERE_FROM))
     try:

@@ -19,7 +19,6 @@ from mcdas_opt.cli.escapes import escapes
 from mcdas_opt.cli.export_c import export_c
 from mcdas_opt.cli.export_log import export_log
 from mcdas_opt.cli.follow import follow
-from mcdas_opt.cli.judge import judge
 from mcdas_opt.cli.live import live
 from mcdas_opt.cli.park import park
 from mcdas_opt.cli.plan import plan
@@ -29,6 +28,7 @@ from mcdas_opt.cli.screen import CutShort, complain
 from mcdas_opt.cli.simulate import simulate
 from mcdas_opt.cli.studio import studio
 from mcdas_opt.cli.tune import tune
+from mcdas_opt.cli.verify import judge, verify
 from mcdas_opt.errors import McdasError
 
 app = typer.Typer(
@@ -39,12 +39,13 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
 )
-driving = (plan, simulate, judge, escapes, replay, live)
+driving = (plan, simulate, verify, escapes, replay, live)
 parking = (park, follow)
 studying = (reproduce, tune, benchmark, studio)
 carrying = (export_c, export_log, doctor)
 for command in (*driving, *parking, *studying, *carrying):
     app.command()(command)
+app.command("judge", hidden=True)(judge)  # the old name of verify
 
 _INTERRUPTED = 130
 

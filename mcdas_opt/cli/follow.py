@@ -35,15 +35,13 @@ def follow(
     """
     from mcdas_opt.parking.case_file import load_parking_case
     from mcdas_opt.parking.case_variants import shorter_slot
-    from mcdas_opt.parking.closed_loop.follow import follow_parking
+    from mcdas_opt.parking.closed_loop.follow import follow as run
 
-    if planner not in ("nlp", "search"):
-        raise ParameterError("planner", planner, "must be nlp or search")
     check_picture(out)
     problem = load_parking_case(case, vehicle=vehicle, clearance_m=clearance)
     truth = shorter_slot(problem, shorter) if shorter > 0.0 else problem
     visitors = tuple(_visitor(text) for text in person or ())
-    drive = follow_parking(problem, planner, seed, truth=truth, visitors=visitors)
+    drive = run(problem, planner, seed, truth=truth, visitors=visitors)
     if as_json:
         emit(drive.to_dict())
     else:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -23,11 +24,12 @@ from mcdas_opt.parking.settings import ParkSettings
 from mcdas_opt.parking.world import World
 from mcdas_opt.verification.parking_judge import judge_parking
 
+ParkingPlannerName = Literal["nlp", "search", "closed-form", "closed-form-corrected", "two-arc"]
 PLANNERS = ("nlp", "search", *CLOSED_FORMS)
 _FREE_POSES = 10_000  # of the searches; every pose beyond counts as one unit of the program's work, which takes as long
 
 
-def park(case: str | Path | ParkingCase, planner: str = "nlp", *, settings: ParkSettings | None = None) -> Parking:
+def park(case: str | Path | ParkingCase, planner: ParkingPlannerName | str = "nlp", *, settings: ParkSettings | None = None) -> Parking:
     """One parking plan, judged. `case` may be a shipped name or a path. `planner` is one of `PLANNERS`; a case without an answer gives a
     refusal, which is a value.
 

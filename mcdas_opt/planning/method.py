@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import entry_points
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Literal, Protocol, runtime_checkable
 
 from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.settings import Settings
@@ -16,6 +16,8 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.fallback import NothingPasses
 
 GROUP = "mcdas_opt.methods"
+PlannerName = Literal["mpc", "closed-form", "closed-form-corrected", "closed-form-tuned", "aeb", "un-r157", "idm-mobil"]
+"""The shipped planners; others are registered by entry point."""
 _OWN = {
     "mpc": "mcdas_opt.planning.mpc:MpcMethod",
     "closed-form": "mcdas_opt.baselines.literal:LiteralMethod",

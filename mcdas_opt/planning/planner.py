@@ -21,7 +21,7 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.fallback import NothingPasses, fall_back, remainder_instead
 from mcdas_opt.planning.host_plausibility import HostPlausibility
 from mcdas_opt.planning.memory import Memory, remembered
-from mcdas_opt.planning.method import AskedMethod, Method, build_method
+from mcdas_opt.planning.method import AskedMethod, Method, PlannerName, build_method
 from mcdas_opt.planning.one_thread import OneThread
 from mcdas_opt.planning.sensing import Sensing
 from mcdas_opt.planning.time_to_react import with_time_to_react
@@ -42,7 +42,7 @@ class Planner:
     def __init__(
         self,
         vehicle: str | Vehicle = "sedan",
-        method: str | Method = "mpc",
+        method: PlannerName | str | Method = "mpc",
         *,
         settings: Settings | None = None,
         road: Road | None = None,

@@ -34,6 +34,12 @@ def first_situation(scene: Scene, seed: int | None = None) -> Situation:
     )
 
 
+def load_situation(name: str | Path, seed: int | None = None) -> Situation:
+    """What a planner is told at t = 0 of a scene (path or shipped name; `seed` of its sensors' noise), or a situation saved as `.json`.
+    Raises `InputError` that names file, key, value and rule."""
+    return situation_of(str(name), seed)[0]
+
+
 def situation_of(name: str, seed: int | None = None) -> tuple[Situation, Vehicle]:
     """From a scene (path or shipped name) or a situation saved as `.json`. Raises `InputError`."""
     path = Path(name)

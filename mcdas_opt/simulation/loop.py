@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from mcdas_opt.actuation.grip_monitor import GripMonitor, within_grip
 from mcdas_opt.catalogue.scenes import Scene, load_scene
@@ -27,13 +27,13 @@ from mcdas_opt.simulation.plant import Plant, make_plant
 from mcdas_opt.simulation.record import Outcome, Simulation
 
 if TYPE_CHECKING:
-    from mcdas_opt.planning.method import Method
+    from mcdas_opt.planning.method import Method, PlannerName
 
 
 def simulate(
     scene: str | Path | Scene,
-    planner: str | Driver | Method = "mpc",
-    plant: str = "kinematic",
+    planner: PlannerName | str | Driver | Method = "mpc",
+    plant: Literal["kinematic", "dynamic"] | str = "kinematic",
     seed: int | None = None,
     settings: Settings | None = None,
     controller: Controller | None = None,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.tuning.design import Design, design
@@ -15,11 +15,37 @@ if TYPE_CHECKING:
     from mcdas_opt.tuning.tune_in_traffic import StudyReport
 
 
+Objective = Literal["shortest", "clearance", "jerk"]
+
+
+@overload
+def tune(
+    *,
+    speed_mps: float = ...,
+    offset_m: float = ...,
+    objective: Objective | str = ...,
+    lateral_acceleration_mps2: float = ...,
+    lateral_jerk_mps3: float = ...,
+    friction: float = ...,
+    out: str | Path | None = ...,
+    scenes: None = ...,
+    **limits: Any,
+) -> Design: ...
+@overload
+def tune(
+    *,
+    speed_mps: float = ...,
+    out: str | Path | None = ...,
+    scenes: str,
+    trials: int = ...,
+    storage: str | Path,
+    study: StudyOptions | None = ...,
+) -> StudyReport: ...
 def tune(
     *,
     speed_mps: float = 60.0 / 3.6,
     offset_m: float = 0.0,
-    objective: str = "shortest",
+    objective: Objective | str = "shortest",
     lateral_acceleration_mps2: float = 4.0,
     lateral_jerk_mps3: float = 20.0,
     friction: float = 0.9,

@@ -12,7 +12,7 @@ from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.clearance import Body, PolygonField
 from mcdas_opt.parking.case_file import slot_case
 from mcdas_opt.parking.case_variants import shorter_slot
-from mcdas_opt.parking.closed_loop.follow import CYCLE_S, follow_parking
+from mcdas_opt.parking.closed_loop.follow import CYCLE_S, follow
 from mcdas_opt.parking.closed_loop.record import ParkingDrive, ParkingOutcome
 from mcdas_opt.parking.closed_loop.replanning import MARGINS_M, STEERING_RATE_SHARE, STEERING_SHARE, plan_from
 from mcdas_opt.parking.closed_loop.settings import SILENCE, FollowSettings
@@ -32,7 +32,7 @@ def the_plan() -> ParkingTrajectory:
 
 @lru_cache
 def seeded(seed: int) -> ParkingDrive:
-    return follow_parking(CASE, "search", seed, plan=the_plan(), settings=ONCE)
+    return follow(CASE, "search", seed, plan=the_plan(), settings=ONCE)
 
 
 def mirrored(case: ParkingCase) -> ParkingCase:
@@ -93,15 +93,15 @@ def test_the_car_driven_keeps_its_limits():
 
 
 def test_a_seed_repeats_to_the_byte_and_another_does_not():
-    again = follow_parking(CASE, "search", 3, plan=the_plan(), settings=ONCE)
+    again = follow(CASE, "search", 3, plan=the_plan(), settings=ONCE)
     assert json.dumps(again.to_dict()) == json.dumps(seeded(3).to_dict())
     assert json.dumps(seeded(4).to_dict()) != json.dumps(seeded(3).to_dict())
 
 
 def test_without_noise_the_mirrored_case_is_driven_as_the_mirror_image():
     silent = replace(ONCE, noise=SILENCE)
-    plain = follow_parking(CASE, plan=the_plan(), settings=silent)
-    other = follow_parking(mirrored(CASE), plan=mirrored_plan(the_plan()), settings=silent)
+    plain = follow(CASE, plan=the_plan(), settings=silent)
+    other = follow(mirrored(CASE), plan=mirrored_plan(the_plan()), settings=silent)
     assert plain.outcome is other.outcome is ParkingOutcome.PARKED
     np.testing.assert_allclose(other.trajectory.poses, plain.trajectory.poses * [1.0, -1.0, -1.0], atol=1e-6)
     assert plain.max_across_m < 0.002
@@ -111,7 +111,7 @@ def test_without_noise_the_mirrored_case_is_driven_as_the_mirror_image():
 
 def test_a_slot_that_turns_out_shorter_is_planned_anew():
     truth = shorter_slot(CASE, 0.4)
-    drive = follow_parking(CASE, "search", 1, plan=the_plan(), truth=truth)
+    drive = follow(CASE, "search", 1, plan=the_plan(), truth=truth)
     assert drive.outcome is ParkingOutcome.PARKED, drive.events
     assert drive.replans == 1
     assert drive.stops_driven == 1
@@ -123,7 +123,7 @@ def test_a_slot_that_turns_out_shorter_is_planned_anew():
 
 
 def test_a_slot_that_turns_out_too_short_ends_at_rest():
-    drive = follow_parking(CASE, "search", 1, plan=the_plan(), truth=shorter_slot(CASE, 3.05))
+    drive = follow(CASE, "search", 1, plan=the_plan(), truth=shorter_slot(CASE, 3.05))
     assert drive.outcome is ParkingOutcome.STOPPED
     assert "impossible" in drive.reason
     assert drive.trajectory.speed_mps[-1] == 0.0
@@ -138,7 +138,7 @@ def test_nobody_is_run_over_who_was_seen_in_time():
             visitor = in_the_way(float(time_s), ahead)
             if apart_at(visitor) < 0.02:
                 continue
-            drive = follow_parking(CASE, "search", seed, plan=plan, visitors=(visitor,), settings=ONCE)
+            drive = follow(CASE, "search", seed, plan=plan, visitors=(visitor,), settings=ONCE)
             unsound = any("clearance: " in event.text for event in drive.events)
             late += unsound
             speed = abs(float(np.interp(time_s, plan.t_s, plan.speed_mps)))
@@ -155,7 +155,7 @@ def test_nobody_is_run_over_who_was_seen_in_time():
 def test_who_walks_away_is_waited_for():
     on_the_goal = CASE.goal[0] + CASE.vehicle.centre_m
     visitor = Visitor(x_m=float(on_the_goal), y_m=float(CASE.goal[1]), from_s=1.0, until_s=9.0)
-    drive = follow_parking(CASE, "search", 2, plan=the_plan(), visitors=(visitor,))
+    drive = follow(CASE, "search", 2, plan=the_plan(), visitors=(visitor,))
     assert drive.outcome is ParkingOutcome.PARKED, drive.events
     assert drive.replans >= 2  # the first ones are refused: somebody stands on the goal
     assert [event.text for event in drive.events if "is gone" in event.text]
@@ -166,7 +166,7 @@ def test_records_refuse_what_makes_no_sense():
     with pytest.raises(ParameterError, match="until_s"):
         Visitor(x_m=0.0, y_m=0.0, from_s=3.0, until_s=2.0)
     with pytest.raises(ParameterError, match="truth"):
-        follow_parking(CASE, plan=the_plan(), truth=replace(CASE, obstacles=CASE.obstacles[:2], names=CASE.names[:2], slot=None))
+        follow(CASE, plan=the_plan(), truth=replace(CASE, obstacles=CASE.obstacles[:2], names=CASE.names[:2], slot=None))
     with pytest.raises(ParameterError, match="slot"):
         shorter_slot(mirrored(CASE), 0.1)
 
@@ -175,7 +175,7 @@ def test_records_refuse_what_makes_no_sense():
     ("strict", "why"), [({"tracked_m": 0.004}, "the path is lost"), ({"stop_clearance_m": 0.12}, "no stop after this cycle")]
 )
 def test_a_car_that_loses_its_path_or_its_stop_comes_to_rest(strict, why):
-    drive = follow_parking(CASE, "search", 5, plan=the_plan(), settings=replace(ONCE, **strict))
+    drive = follow(CASE, "search", 5, plan=the_plan(), settings=replace(ONCE, **strict))
     assert drive.outcome is ParkingOutcome.STOPPED
     assert drive.stops_driven == 1
     assert [event.text for event in drive.events if event.text.startswith(why)]

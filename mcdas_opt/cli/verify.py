@@ -1,16 +1,17 @@
-"""`mcdas-opt judge`: the judge on anybody's trajectory."""
+"""`mcdas-opt verify`: the judge on anybody's trajectory."""
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, number, print_violations
+from mcdas_opt.cli.screen import JsonOption, complain, console, emit, facts_table, number, print_violations
 
 
-def judge(
+def verify(
     scene: Annotated[str, typer.Argument(metavar="SCENE|SITUATION.json", help="What the trajectory is driven in.")],
     trajectory: Annotated[Path, typer.Argument(metavar="TRAJECTORY", help="CSV, or JSON (a trajectory, a plan, a simulation).")],
     prediction: Annotated[
@@ -20,7 +21,7 @@ def judge(
 ) -> None:
     """The judge alone, on anybody's trajectory, in traffic or in a parking case.
 
-    Example: mcdas-opt plan cut-in --json > plan.json; mcdas-opt judge cut-in plan.json
+    Example: mcdas-opt plan cut-in --json > plan.json; mcdas-opt verify cut-in plan.json
     """
     from mcdas_opt.parking.case_file import is_parking_case
 
@@ -29,12 +30,13 @@ def judge(
         return
     from mcdas_opt.catalogue.trajectories import load_trajectory
     from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
-    from mcdas_opt.simulation.judging import foresee, target_of, verify
+    from mcdas_opt.simulation.judging import foresee, target_of
+    from mcdas_opt.simulation.judging import verify as judged
 
     target, vehicle = target_of(scene)
     read = load_trajectory(trajectory)
     wanted = read.prediction if prediction is None else prediction
-    verdict = verify(read.trajectory, target, wanted, vehicle=vehicle)
+    verdict = judged(read.trajectory, target, wanted, vehicle=vehicle)
     name = foresee(read.trajectory, target, wanted).name
     if as_json:
         emit({"schema_version": SCHEMA_VERSION, "verdict": to_document(verdict), "prediction": name})
@@ -43,6 +45,12 @@ def judge(
     rows: list[tuple[str, object]] = [("verdict", "passed" if verdict.passed else "failed"), ("prediction", name)]
     screen.print(facts_table(f"{trajectory} in {scene}", rows))
     print_violations(screen, verdict)
+
+
+@functools.wraps(verify)
+def judge(scene: str, trajectory: Path, prediction: str | None = None, as_json: bool = False) -> None:
+    complain("judge is now called verify")
+    verify(scene, trajectory, prediction, as_json)
 
 
 def _judge_parking(name: str, file: Path, as_json: bool) -> None:
