@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mcdas_opt.domain.rules import positive
+from mcdas_opt.domain.rules import positive, require
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -16,5 +16,4 @@ class TargetMotion:
     acceleration_across_mps2: float
 
     def __post_init__(self) -> None:
-        positive("acceleration_along_mps2", self.acceleration_along_mps2, "m/s^2")
-        positive("acceleration_across_mps2", self.acceleration_across_mps2, "m/s^2")
+        require(self, positive, "acceleration_along_mps2", "acceleration_across_mps2")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
-from mcdas_opt.domain.rules import Array, finite, non_negative, positive, vector, within
+from mcdas_opt.domain.rules import Array, finite, non_negative, positive, require, vector, within
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.errors import ParameterError
@@ -25,9 +25,7 @@ class ParkingLimits:
 
     def __post_init__(self) -> None:
         non_negative("clearance_m", self.clearance_m, "m")
-        positive("forward_mps", self.forward_mps, "m/s")
-        positive("reverse_mps", self.reverse_mps, "m/s")
-        positive("acceleration_mps2", self.acceleration_mps2, "m/s^2")
+        require(self, positive, "forward_mps", "reverse_mps", "acceleration_mps2")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,8 +36,7 @@ class ParkingTolerance:
     heading_rad: float = 0.01
 
     def __post_init__(self) -> None:
-        positive("position_m", self.position_m, "m")
-        positive("heading_rad", self.heading_rad, "rad")
+        require(self, positive, "position_m", "heading_rad")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,9 +48,7 @@ class ParallelSlot:
     street_m: float = 4.5
 
     def __post_init__(self) -> None:
-        positive("length_m", self.length_m, "m")
-        positive("depth_m", self.depth_m, "m")
-        positive("street_m", self.street_m, "m")
+        require(self, positive, "length_m", "depth_m", "street_m")
 
     @property
     def obstacles(self) -> tuple[Array, ...]:

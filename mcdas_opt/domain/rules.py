@@ -43,10 +43,10 @@ def unit_of(name: str) -> str:
     return f"1/{unit}" if quantity.endswith("_per") else _UNITS.get(unit, "")
 
 
-def require(record: object, rule: Rule, *names: str) -> None:
-    """Every named field of a record keeps the rule."""
+def require(record: object, rule: Rule, *names: str, of: str = "") -> None:
+    """Every named field of a record keeps the rule; `of` is the key under which the record stands."""
     for name in names:
-        rule(name, attrgetter(name)(record), unit_of(name))
+        rule(f"{of}.{name}" if of else name, attrgetter(name)(record), unit_of(name))
 
 
 def as_floats(record: object, names: tuple[str, ...]) -> None:

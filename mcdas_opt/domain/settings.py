@@ -113,9 +113,7 @@ class WarningSettings:
         true_or_false("warning.escapes", self.escapes)
         positive("warning.comfort_mps2", self.comfort_mps2, "m/s^2")
         within("warning.comfort_share", self.comfort_share, 0.05, 1.0)
-        non_negative("warning.warn_lead_s", self.warn_lead_s, "s")
-        non_negative("warning.act_lead_s", self.act_lead_s, "s")
-        non_negative("warning.within_s", self.within_s, "s")
+        require(self, non_negative, "warn_lead_s", "act_lead_s", "within_s", of="warning")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,10 +130,7 @@ class HeadwaySettings:
     pressed_s: float = 0.05
 
     def __post_init__(self) -> None:
-        positive("headway.time_gap_s", self.time_gap_s, "s")
-        positive("headway.standstill_m", self.standstill_m, "m")
-        positive("headway.opening", self.opening)
-        positive("headway.pressed_s", self.pressed_s, "s")
+        require(self, positive, "time_gap_s", "standstill_m", "opening", "pressed_s", of="headway")
         at_most("headway.pressed_s", self.pressed_s, "headway.time_gap_s", self.time_gap_s)
 
 
@@ -170,5 +165,4 @@ class Settings:
         require_type("warning", self.warning, WarningSettings)
         within("steering_rate_share", self.steering_rate_share, 0.05, 1.0)
         within("friction_share", self.friction_share, 0.1, 1.0)
-        non_negative("speed_limit_excess", self.speed_limit_excess)
-        non_negative("edge_reserve_m", self.edge_reserve_m, "m")
+        require(self, non_negative, "speed_limit_excess", "edge_reserve_m")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mcdas_opt.domain.rules import finite, positive
+from mcdas_opt.domain.rules import finite, positive, require
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import ParameterError
 
@@ -28,8 +28,7 @@ class SigmoidDesign:
             raise ParameterError("a_per_m", self.a_per_m, "must be less than 0", "1/m")
         if finite("b", self.b) <= 1.0:
             raise ParameterError("b", self.b, "must be greater than 1")
-        finite("y_max_m", self.y_max_m, "m")
-        finite("offset_m", self.offset_m, "m")
+        require(self, finite, "y_max_m", "offset_m")
         if self.side is Side.NONE:
             raise ParameterError("side", self.side.value, "must be left or right")
         positive("y_max_m plus the offset towards the side", self.reach_m, "m")

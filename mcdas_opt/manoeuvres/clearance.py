@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mcdas_opt.domain.prediction import BodyMotion, PredictedBody
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import Array, non_negative
+from mcdas_opt.domain.rules import Array, non_negative, require
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.rectangle import separation_of_poses
 from mcdas_opt.manoeuvres.paths import Paths
@@ -28,9 +28,7 @@ class Margins:
     share_of_prediction: float = 0.0
 
     def __post_init__(self) -> None:
-        non_negative("margins.along_m", self.along_m, "m")
-        non_negative("margins.across_m", self.across_m, "m")
-        non_negative("margins.share_of_prediction", self.share_of_prediction)
+        require(self, non_negative, "along_m", "across_m", "share_of_prediction", of="margins")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import Array, positive
+from mcdas_opt.domain.rules import Array, positive, require
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.manoeuvres.clearance import Clearance, Margins, clearance
 from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles, paths
@@ -38,8 +38,7 @@ class Demand:
     steering: float = 0.98
 
     def __post_init__(self) -> None:
-        positive("demand.friction", self.friction)
-        positive("demand.steering", self.steering)
+        require(self, positive, "friction", "steering", of="demand")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

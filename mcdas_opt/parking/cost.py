@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mcdas_opt.domain.parking import ParkingTrajectory
-from mcdas_opt.domain.rules import non_negative
+from mcdas_opt.domain.rules import non_negative, require
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.parking.world import World
 
@@ -28,8 +28,7 @@ class ParkingCosts:
     def __post_init__(self) -> None:
         for name, weight in (("time", self.time), ("path", self.path), ("steering", self.steering), ("smooth", self.smooth)):
             non_negative(name, weight)
-        non_negative("gear_changes", self.gear_changes)
-        non_negative("clearance", self.clearance)
+        require(self, non_negative, "gear_changes", "clearance")
 
     @property
     def of_the_program(self) -> tuple[float, float, float, float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from mcdas_opt.domain.rules import non_negative, positive
+from mcdas_opt.domain.rules import non_negative, positive, require
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.parking.cost import COSTS, ParkingCosts
 from mcdas_opt.parking.program.exchange import ExchangeSettings
@@ -34,7 +34,6 @@ class ParkSettings:
             if name not in GUESSES:
                 raise ParameterError("guesses", name, f"is unknown; {nearest(name, GUESSES)}")
         positive("starts", self.starts)
-        non_negative("left_out", self.left_out)
-        non_negative("polish_up_to", self.polish_up_to)
+        require(self, non_negative, "left_out", "polish_up_to")
         if self.time_budget_s is not None:
             non_negative("time_budget_s", self.time_budget_s, "s")

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mcdas_opt.domain.plan import Plan
-from mcdas_opt.domain.rules import non_negative, positive
+from mcdas_opt.domain.rules import non_negative, positive, require
 from mcdas_opt.domain.sensor import Sensor
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vocabulary import Role, Sector, Status
@@ -43,8 +43,7 @@ class LiveSettings:
     trajectories: bool = False  # whether lines hold the plan's whole trajectory
 
     def __post_init__(self) -> None:
-        positive("cycle_s", self.cycle_s, "s")
-        positive("silence_s", self.silence_s, "s")
+        require(self, positive, "cycle_s", "silence_s")
         if self.speed_mps is not None:
             non_negative("speed_mps", self.speed_mps, "m/s")
 

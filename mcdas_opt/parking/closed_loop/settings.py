@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from mcdas_opt.domain.rules import non_negative, positive
+from mcdas_opt.domain.rules import non_negative, positive, require
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,12 +19,7 @@ class ParkingNoise:
     steering_offset_rad: float = 0.002  # stays
 
     def __post_init__(self) -> None:
-        non_negative("position_m", self.position_m, "m")
-        non_negative("heading_rad", self.heading_rad, "rad")
-        non_negative("speed_mps", self.speed_mps, "m/s")
-        non_negative("steering_rad", self.steering_rad, "rad")
-        non_negative("speed_scale", self.speed_scale)
-        non_negative("steering_offset_rad", self.steering_offset_rad, "rad")
+        require(self, non_negative, "position_m", "heading_rad", "speed_mps", "steering_rad", "speed_scale", "steering_offset_rad")
 
 
 SILENCE = ParkingNoise(position_m=0.0, heading_rad=0.0, speed_mps=0.0, steering_rad=0.0, speed_scale=0.0, steering_offset_rad=0.0)

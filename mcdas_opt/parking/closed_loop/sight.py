@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mcdas_opt.domain.parking import ParkingCase
-from mcdas_opt.domain.rules import Array, finite, non_negative, positive
+from mcdas_opt.domain.rules import Array, finite, non_negative, positive, require
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.clearance import Body, obstacle_field
 
@@ -24,8 +24,7 @@ class Visitor:
     name: str = "pedestrian"
 
     def __post_init__(self) -> None:
-        finite("x_m", self.x_m, "m")
-        finite("y_m", self.y_m, "m")
+        require(self, finite, "x_m", "y_m")
         non_negative("from_s", self.from_s, "s")
         positive("width_m", self.width_m, "m")
         if not self.until_s > self.from_s:

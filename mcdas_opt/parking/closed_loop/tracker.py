@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mcdas_opt.domain.parking import ParkingTrajectory
-from mcdas_opt.domain.rules import Array, non_negative, positive
+from mcdas_opt.domain.rules import Array, non_negative, positive, require
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.angles import wrapped
@@ -39,8 +39,7 @@ class ParkingActuators:
     delay_s: float = 0.1
 
     def __post_init__(self) -> None:
-        positive("steering_lag_s", self.steering_lag_s, "s")
-        positive("drive_lag_s", self.drive_lag_s, "s")
+        require(self, positive, "steering_lag_s", "drive_lag_s")
         non_negative("delay_s", self.delay_s, "s")
 
 

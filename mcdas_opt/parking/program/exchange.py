@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mcdas_opt.domain.parking import ParkingCase
-from mcdas_opt.domain.rules import Array, non_negative, positive, within
+from mcdas_opt.domain.rules import Array, non_negative, positive, require, within
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.parking.cost import ParkingCosts
 from mcdas_opt.parking.program.bounds import end_slack, node_bounds
@@ -55,20 +55,14 @@ class ExchangeSettings:
     solver: str = "ipopt"  # or "fatrop", which IPOPT answers for where it finds nothing sound, and where it cannot be asked
 
     def __post_init__(self) -> None:
-        positive("rounds", self.rounds)
-        positive("rounds_unsound", self.rounds_unsound)
-        non_negative("work", self.work)
-        non_negative("work_unsound", self.work_unsound)
-        positive("trust_m", self.trust_m, "m")
-        positive("trust_rad", self.trust_rad, "rad")
+        require(self, positive, "rounds", "rounds_unsound")
+        require(self, non_negative, "work", "work_unsound")
+        require(self, positive, "trust_m", "trust_rad")
         for tolerance in self.tolerance:
             positive("tolerance", tolerance)
         within("end_share", self.end_share, 0.0, 1.0)
         within("patience", self.patience, 0, 2)
-        non_negative("nearly_m", self.nearly_m, "m")
-        non_negative("nearly_later_m", self.nearly_later_m, "m")
-        non_negative("drift_m", self.drift_m, "m")
-        non_negative("restarts", self.restarts)
+        require(self, non_negative, "nearly_m", "nearly_later_m", "drift_m", "restarts")
         if self.form not in FORMS:
             raise ParameterError("checks", self.form, f"is unknown; {nearest(self.form, FORMS)}")
         if self.solver not in SOLVERS:

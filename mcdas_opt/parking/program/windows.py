@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mcdas_opt.domain.parking import ParkingCase
-from mcdas_opt.domain.rules import non_negative, positive
+from mcdas_opt.domain.rules import non_negative, positive, require
 from mcdas_opt.parking.cost import ParkingCosts
 from mcdas_opt.parking.program.exchange import Exchanged, ExchangeSettings, exchange
 from mcdas_opt.parking.program.manoeuvre import PIECE, Manoeuvre
@@ -39,8 +39,7 @@ class WindowSettings:
     def __post_init__(self) -> None:
         for name, count in (("phases", self.phases), ("stride", self.stride), ("rounds", self.rounds), ("fine_stride", self.fine_stride)):
             positive(name, count)
-        non_negative("whole_up_to", self.whole_up_to)
-        non_negative("fine_up_to", self.fine_up_to)
+        require(self, non_negative, "whole_up_to", "fine_up_to")
 
 
 def improve(

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mcdas_opt.domain.parking import ParkingCase
-from mcdas_opt.domain.rules import Array, positive
+from mcdas_opt.domain.rules import Array, positive, require
 from mcdas_opt.geometry.angles import wrapped
 from mcdas_opt.parking.path import ArcPath, along_arc, backwards, merged, top_curvature
 from mcdas_opt.parking.search.contact_search import MARGIN_M as CONTACT_MARGIN_M
@@ -51,8 +51,7 @@ class Resolution:
     wide: bool = False
 
     def __post_init__(self) -> None:
-        positive("cell_m", self.cell_m, "m")
-        positive("max_nodes", self.max_nodes)
+        require(self, positive, "cell_m", "max_nodes")
 
     @property
     def cell_rad(self) -> float:
