@@ -85,7 +85,7 @@ def main() -> None:
     spent: dict[str, list[float]] = defaultdict(list)
     for name, room in STAGES:
         setattr(room, name, timed(spent, name, getattr(room, name)))
-    planning.with_time_to_react = timed(spent, "escapes", planning.with_time_to_react)  # type: ignore[attr-defined]
+    planning.with_time_to_react = timed(spent, "escapes", planning.with_time_to_react)
     cycles: list[Cycle] = []
     for name in options.scenes:
         scene = load_scene(name)
@@ -160,7 +160,7 @@ def watched(planner: Planner, spent: dict[str, list[float]], cycles: list[Cycle]
             candidates += 1
             return solve(of, proposed)
 
-        solver.solve = solved  # type: ignore[method-assign]
+        solver.solve = solved
 
     def timed_plan(situation: Any) -> Plan:
         nonlocal candidates, judged_s, map_s
@@ -172,15 +172,15 @@ def watched(planner: Planner, spent: dict[str, list[float]], cycles: list[Cycle]
         return answer
 
     def timed_step(*args: Any, **kwargs: Any) -> Plan:
-        planner.tracker.update = timed(spent, "track", update)  # type: ignore[method-assign]
+        planner.tracker.update = timed(spent, "track", update)
         started = time.thread_time()
         answer = step(*args, **kwargs)
         spent["step"].append(time.thread_time() - started)
-        planner.tracker.update = update  # type: ignore[method-assign]
+        planner.tracker.update = update
         cycles.append(Cycle(spent["step"][-1], judged_s, map_s, candidates, answer.iterations))
         return answer
 
-    planner.plan, planner.step = timed_plan, timed_step  # type: ignore[method-assign]
+    planner.plan, planner.step = timed_plan, timed_step
     return planner
 
 

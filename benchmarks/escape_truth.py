@@ -297,7 +297,7 @@ def report(rows: list[dict[str, object]]) -> str:
 
 def _last(moment_s: object) -> float:
     """A last moment [s]; one step before the first where there is none."""
-    return -STEP_S if moment_s is None else float(moment_s)  # type: ignore[arg-type]
+    return -STEP_S if moment_s is None else float(moment_s)
 
 
 def main() -> None:

@@ -94,7 +94,7 @@ def _slow(solve: Solve, guess: StageGuess, rng: np.random.Generator) -> Outcome:
 
 def _late(solve: Solve, guess: StageGuess, rng: np.random.Generator) -> Outcome:
     """Ended by a clock of its own, with what it had."""
-    return replace(solve(1), ending=Ending.FAILED, message="time limit")  # type: ignore[call-arg]
+    return replace(solve(1), ending=Ending.FAILED, message="time limit")
 
 
 def _at_random(solve: Solve, guess: StageGuess, rng: np.random.Generator) -> Any:
@@ -117,7 +117,7 @@ ENGINES: dict[str, Answer] = {
     "solved inaccurately": _inaccurate,
     "solved, a wrong answer": _of(Ending.CONVERGED),
     "solved, far off": _of(Ending.CONVERGED, x=_far, u=lambda guess: np.full_like(guess.u, -1e12)),
-    "iteration limit": lambda solve, guess, rng: solve(1),  # type: ignore[call-arg]
+    "iteration limit": lambda solve, guess, rng: solve(1),
     "iteration limit, far off": _of(Ending.LIMIT, x=_far),
     "time limit": _late,
     "infeasible": _of(Ending.INFEASIBLE, x=_far),

@@ -151,15 +151,7 @@ class SensorsPart(_Part):
     warmup_s: Annotated[float, Field(ge=0.0, le=10.0)] = 1.0
 
     def of(self, sector: Sector) -> str:
-        match sector:
-            case Sector.FRONT:
-                return self.front
-            case Sector.REAR:
-                return self.rear
-            case Sector.LEFT:
-                return self.left
-            case Sector.RIGHT:
-                return self.right
+        return str(vars(self)[sector])  # a field is called what its sector is
 
 
 class Scene(_Part):

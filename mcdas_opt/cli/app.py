@@ -24,7 +24,7 @@ from mcdas_opt.cli.park import park
 from mcdas_opt.cli.plan import plan
 from mcdas_opt.cli.replay import replay
 from mcdas_opt.cli.reproduce import reproduce
-from mcdas_opt.cli.screen import CutShort, complain
+from mcdas_opt.cli.screen import CutShortError, complain
 from mcdas_opt.cli.simulate import simulate
 from mcdas_opt.cli.studio import studio
 from mcdas_opt.cli.tune import tune
@@ -65,7 +65,7 @@ def run() -> None:
     except McdasError as error:
         complain(str(error))
         sys.exit(2)
-    except CutShort as stop:
+    except CutShortError as stop:
         _interrupted(str(stop))
     except typer.Exit as stop:
         sys.exit(stop.exit_code)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from mcdas_opt.cli import options
-from mcdas_opt.cli.screen import JsonOption, complain, console, emit, leaving
+from mcdas_opt.cli.screen import JsonOption, complain, console, emit, leaving, tell
 
 if TYPE_CHECKING:
     from mcdas_opt.evaluation.running.executor import Executor
@@ -173,4 +173,4 @@ class _Lines:
         self._told = now
         rate = (done - self._first) / max(now - self._started, 1e-9)
         left = f", {(of - done) / rate:.0f} s left" if rate > 0.0 and done < of else ""
-        print(f"{stage}: {done} of {of}, {rate:.2f}/s{left}", file=sys.stderr)  # noqa: T201
+        tell(f"{stage}: {done} of {of}, {rate:.2f}/s{left}")

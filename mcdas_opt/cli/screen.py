@@ -30,7 +30,12 @@ def emit(document: dict[str, Any]) -> None:
 
 def complain(text: str) -> None:
     """One line on stderr, by the name of the command."""
-    print(f"mcdas-opt: {text}", file=sys.stderr)  # noqa: T201
+    tell(f"mcdas-opt: {text}")
+
+
+def tell(line: str) -> None:
+    """A line on stderr, as it is."""
+    typer.echo(line, err=True)
 
 
 def console() -> Console:
@@ -100,17 +105,17 @@ def print_violations(screen: Console, verdict: Verdict) -> None:
     screen.print(table)
 
 
-class CutShort(Exception):  # noqa: N818
+class CutShortError(Exception):
     """Ctrl-C; says what it leaves."""
 
 
 @contextmanager
 def leaving(what: str) -> Iterator[None]:
-    """Turns Ctrl-C into `CutShort`, which tells the user `what` it leaves."""
+    """Turns Ctrl-C into `CutShortError`, which tells the user `what` it leaves."""
     try:
         yield
     except KeyboardInterrupt:
-        raise CutShort(what) from None
+        raise CutShortError(what) from None
 
 
 @contextmanager

@@ -8,14 +8,17 @@ import math
 import types
 import typing
 from collections.abc import Mapping
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from mcdas_opt.errors import InputError, ParameterError, nearest
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
 SCHEMA_VERSION = 1
-T = TypeVar("T")
+T = TypeVar("T", bound="DataclassInstance")
 
 
 def to_document(value: Any) -> Any:
@@ -42,7 +45,7 @@ def from_document(cls: type[T], document: Any, file: object, key: str = "") -> T
     if not isinstance(document, Mapping):
         raise InputError(file, key.removesuffix("."), document, "must be an object")
     hints = typing.get_type_hints(cls)
-    written = {f.name: f for f in dataclasses.fields(cls) if f.repr}  # type: ignore[arg-type]
+    written = {f.name: f for f in dataclasses.fields(cls) if f.repr}
     fields = {name: f for name, f in written.items() if f.init}  # the others follow from these
     for name in document:
         if name not in written and not (key == "" and name == "schema_version"):

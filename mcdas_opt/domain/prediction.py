@@ -107,11 +107,10 @@ class KnownBody:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _MovedBody:
-    """Another body with its s counted from `origin_s_m`."""
+class _OtherMotion:
+    """A body of another's name, size and margins."""
 
     body: PredictedBody
-    origin_s_m: float
 
     @property
     def id(self) -> str:
@@ -124,10 +123,6 @@ class _MovedBody:
     @property
     def width_m(self) -> float:
         return self.body.width_m
-
-    def at(self, t_s: Any) -> BodyMotion:
-        motion = self.body.at(t_s)
-        return replace(motion, s_m=motion.s_m - self.origin_s_m)
 
     def margin_along_m(self, t_s: Any) -> Array:
         return self.body.margin_along_m(t_s)
@@ -137,24 +132,22 @@ class _MovedBody:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AnsweringBody:
+class _MovedBody(_OtherMotion):
+    """Another body with its s counted from `origin_s_m`."""
+
+    origin_s_m: float
+
+    def at(self, t_s: Any) -> BodyMotion:
+        motion = self.body.at(t_s)
+        return replace(motion, s_m=motion.s_m - self.origin_s_m)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AnsweringBody(_OtherMotion):
     """A body that goes on as it does until `response_s`, then brakes with `braking_mps2` to a standstill: a driver who looks ahead."""
 
-    body: PredictedBody
     response_s: float
     braking_mps2: float
-
-    @property
-    def id(self) -> str:
-        return self.body.id
-
-    @property
-    def length_m(self) -> float:
-        return self.body.length_m
-
-    @property
-    def width_m(self) -> float:
-        return self.body.width_m
 
     def at(self, t_s: Any) -> BodyMotion:
         t = np.asarray(t_s, dtype=np.float64)

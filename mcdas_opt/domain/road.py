@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ _WIDEST_SHOULDER_M = 1000.0
 _MOST_LANES = 100
 _FRICTIONS = (0.01, 10.0)
 _SPEED_LIMITS_MPS = (0.1, 150.0)
+_KAPPA_1PM = itemgetter(1)  # of a knot
 
 
 def local_origin_m(s_m: float) -> float:
@@ -88,10 +90,7 @@ class Road:
 
     @property
     def is_straight(self) -> bool:
-        for _, kappa in self.curvature:  # noqa: SIM110  # asked often: no generator
-            if kappa != 0.0:
-                return False
-        return True
+        return not any(map(_KAPPA_1PM, self.curvature))
 
     def curvature_at(self, s: Any) -> Array:
         """Curvature [1/m] of the reference line at s [m], of the shape of `s`."""

@@ -7,6 +7,7 @@ import re
 import subprocess
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from importlib import metadata
 from typing import Any
 
@@ -108,7 +109,7 @@ def _engines() -> Iterator[tuple[str, Callable[[], str]]]:
         ("osqp", SolverSettings(solver="osqp")),
         ("ipopt", SolverSettings(cold_start="ipopt")),
     ):
-        yield name, lambda settings=settings: _solved(settings)  # type: ignore[misc]
+        yield name, partial(_solved, settings)
 
 
 def _solved(settings: Any) -> str:

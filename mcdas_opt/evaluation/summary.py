@@ -42,6 +42,10 @@ def lost(row: Record) -> bool:
     return bool(row["outcome"] != "safe")
 
 
+def _hits(face: str) -> Test:
+    return lambda row: bool(row["hit"] == face)
+
+
 def summarise(
     rows: Sequence[Record], cycles_ms: Sequence[Sequence[float]], took_s: Sequence[float], planners: Sequence[str]
 ) -> dict[str, Any]:
@@ -72,8 +76,8 @@ def figures(rows: Sequence[Record]) -> dict[str, Any]:
         "lost_on_A": share(avoidable, lost),
         "collisions": share(rows, collided),
         "lost": share(rows, lost),
-        **{f"{face}_hits": share(rows, lambda row, face=face: row["hit"] == face) for face in FACES},  # type: ignore[misc]
-        **{f"{face}_hits_on_A": share(avoidable, lambda row, face=face: row["hit"] == face) for face in FACES},  # type: ignore[misc]
+        **{f"{face}_hits": share(rows, _hits(face)) for face in FACES},
+        **{f"{face}_hits_on_A": share(avoidable, _hits(face)) for face in FACES},
         "road_departures": share(rows, lambda row: row["outcome"] == "left_road"),
         "road_departures_on_A": share(avoidable, lambda row: row["outcome"] == "left_road"),
         "false_interventions": share([row for row in rows if row["nominal"]], lambda row: bool(row["intervention"]) or failed(row)),

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -63,6 +63,8 @@ class Sigmoid:
 
 class DesignTerm(Protocol):
     """Rows of a quantity, each at most `limit` (`at_least`: at least); `scale` brings a row to order one."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
 
     @property
     def name(self) -> str: ...

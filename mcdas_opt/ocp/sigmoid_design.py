@@ -149,7 +149,7 @@ def _posed(objective: str, structure: tuple[tuple[type[DesignTerm], str, bool], 
 
 def _figures(term: DesignTerm | Length) -> dict[str, float]:
     """A term's numbers by name, in the order of its fields; no limit is a limit that never binds."""
-    return {f.name: min(float(getattr(term, f.name)), _FREE) for f in fields(term) if f.type == "float"}  # type: ignore[arg-type]
+    return {f.name: min(float(getattr(term, f.name)), _FREE) for f in fields(term) if f.type == "float"}
 
 
 def _scale(term: DesignTerm, limit: Any) -> Any:

@@ -11,6 +11,8 @@ from typing import Any
 
 import casadi as ca
 
+from mcdas_opt.errors import McdasError
+
 _BINARY = {
     ca.OP_ADD: "{0} + {1}",
     ca.OP_SUB: "{0} - {1}",
@@ -57,7 +59,7 @@ _UNARY = {
 }
 
 
-class UnsupportedOperationError(NotImplementedError):
+class UnsupportedOperationError(McdasError):
     """An instruction that has no C text here."""
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,8 @@ from mcdas_opt.tracking.fix import Fix
 
 def load_libraries() -> None:
     """Import what the tracker needs (half a second) now, not in the first cycle of a drive."""
-    import filterpy.kalman  # noqa: F401
-    import scipy.optimize  # noqa: F401
+    for name in ("filterpy.kalman", "scipy.optimize"):
+        import_module(name)
 
 
 class ConstantVelocityFilter:

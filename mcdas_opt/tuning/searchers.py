@@ -40,8 +40,8 @@ class Searcher(Protocol):
     def __call__(self, function: Function, dimensions: int, seed: int, start: Array | None) -> None: ...
 
 
-class _Enough(Exception):  # noqa: N818 - not an error: it ends a search at its budget
-    pass
+class BudgetSpentError(Exception):
+    """Ends a search: no further evaluation is to be had."""
 
 
 def search(method: str, function: Function, dimensions: int, evaluations: int, seed: int, start: Array | None = None) -> Trace:
@@ -53,14 +53,14 @@ def search(method: str, function: Function, dimensions: int, evaluations: int, s
 
     def counted(x: Array) -> float:
         if len(scores) >= evaluations:
-            raise _Enough
+            raise BudgetSpentError
         point = np.clip(np.asarray(x, dtype=np.float64), 0.0, 1.0)
         score = float(function(point))
         points.append(point)
         scores.append(score)
         return score
 
-    with contextlib.suppress(_Enough):
+    with contextlib.suppress(BudgetSpentError):
         SEARCHERS[method](counted, dimensions, seed, start)
     return Trace(method=method, points=np.array(points), scores=np.array(scores))
 

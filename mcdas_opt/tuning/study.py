@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
 import math
@@ -19,7 +18,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.evaluation.provenance import digest
 from mcdas_opt.tuning.search_space import SPACE, Range, default_values, shares_of, values_at
-from mcdas_opt.tuning.searchers import optuna_module, search
+from mcdas_opt.tuning.searchers import BudgetSpentError, optuna_module, search
 from mcdas_opt.tuning.storage import open_study, sign, take_over
 from mcdas_opt.tuning.traffic import OBJECTIVES, DriveFigures, Drives, TrafficCost, cost_of, figures_of
 
@@ -137,13 +136,12 @@ class _Worker:
         def score(shares: Array) -> float:
             known = self.one(values_at(spec.space, shares))
             if known is None:
-                raise _Stop
+                raise BudgetSpentError
             return known.score
 
         start = shares_of(spec.space, default_values(spec.space))
         budget = 1000 * self.trials  # points asked for; only new ones are driven
-        with contextlib.suppress(_Stop):
-            search(spec.method, score, len(spec.space), budget, spec.seed, start)
+        search(spec.method, score, len(spec.space), budget, spec.seed, start)
 
     def one(self, values: dict[str, float] | None) -> TrafficCost | None:
         """The next trial, with these values or those of the sampler; None when the study has all it needs.
@@ -220,7 +218,3 @@ class _Worker:
 
 def _same(params: dict[str, float], values: dict[str, float]) -> bool:
     return all(abs(params.get(name, math.inf) - value) <= 1e-12 * max(1.0, abs(value)) for name, value in values.items())
-
-
-class _Stop(Exception):  # noqa: N818 - not an error: the study has all its trials
-    pass

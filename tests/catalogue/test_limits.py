@@ -74,29 +74,27 @@ JSON_DOORS: dict[str, Callable[[Path], Any]] = {
 }
 
 
-@pytest.mark.parametrize("kind", HOSTILE_TOML)
-@pytest.mark.parametrize("door", TOML_DOORS)
-def test_hostile_toml_is_refused_at_every_door(door: str, kind: str, tmp_path: Path) -> None:
-    text, said = HOSTILE_TOML[kind]
-    path = tmp_path / "mine.toml"
+def refuses(door: Callable[[Path], Any], path: Path, hostile: tuple[str, str]) -> None:
+    """The door names the file and the rule, in few words."""
+    text, said = hostile
     path.write_text(text)
     with pytest.raises(InputError) as refused:
-        TOML_DOORS[door](path)
+        door(path)
     assert str(refused.value).startswith(f"{path}: ")
     assert said in str(refused.value)
     assert len(str(refused.value)) < 400
 
 
+@pytest.mark.parametrize("kind", HOSTILE_TOML)
+@pytest.mark.parametrize("door", TOML_DOORS)
+def test_hostile_toml_is_refused_at_every_door(door: str, kind: str, tmp_path: Path) -> None:
+    refuses(TOML_DOORS[door], tmp_path / "mine.toml", HOSTILE_TOML[kind])
+
+
 @pytest.mark.parametrize("kind", HOSTILE_JSON)
 @pytest.mark.parametrize("door", JSON_DOORS)
 def test_hostile_json_is_refused_at_every_door(door: str, kind: str, tmp_path: Path) -> None:
-    text, said = HOSTILE_JSON[kind]
-    path = tmp_path / "mine.json"
-    path.write_text(text)
-    with pytest.raises(InputError) as refused:
-        JSON_DOORS[door](path)
-    assert str(refused.value).startswith(f"{path}: ")
-    assert said in str(refused.value)
+    refuses(JSON_DOORS[door], tmp_path / "mine.json", HOSTILE_JSON[kind])
 
 
 def test_a_situation_that_is_no_file_is_limited_too() -> None:

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from mcdas_opt.cli.app import app
 
-COMMANDS = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+COMMANDS = typer.main.get_command(app).commands
 
 
 def bare(text: str) -> str:

@@ -17,7 +17,7 @@ from mcdas_opt.cli.app import app
 DOCS = Path(__file__).parents[2] / "docs"
 NOTEBOOKS = sorted(DOCS.glob("notebooks/*.ipynb"))
 GUIDES = [*sorted(DOCS.glob("*.md")), DOCS.parent / "README.md"]
-COMMANDS = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+COMMANDS = typer.main.get_command(app).commands
 
 
 def test_site_builds_with_warnings_as_errors_and_its_links_lead_somewhere(tmp_path: Path) -> None:

@@ -124,10 +124,10 @@ def test_a_mistake_is_one_sentence(build: Callable[[], object], said: str) -> No
 
 
 def test_words_will_do_where_a_closed_set_is_meant() -> None:
-    assert Situation(host=HOST, request="park").request is Request.PARK  # type: ignore[arg-type]
+    assert Situation(host=HOST, request="park").request is Request.PARK
     assert Scan(**NEEDED[Scan] | {"sector": "rear"}).sector is Sector.REAR
-    assert SelectorSettings(tie_break="right").tie_break is Side.RIGHT  # type: ignore[arg-type]
-    assert Situation(host=HOST, tracks=[Track(**NEEDED[Track])]).tracks == (Track(**NEEDED[Track]),)  # type: ignore[arg-type]
+    assert SelectorSettings(tie_break="right").tie_break is Side.RIGHT
+    assert Situation(host=HOST, tracks=[Track(**NEEDED[Track])]).tracks == (Track(**NEEDED[Track]),)
 
 
 def test_names_will_do_where_a_scene_or_a_case_is_meant() -> None:

@@ -73,7 +73,7 @@ def test_a_pool_that_is_left_early_stops_its_children() -> None:
     pool = ProcessPool(2)
     answers = pool.run([Task(os.getpid, ()), Task(os.getpid, ()), *[Task(time.sleep, (1000.0,))] * 4])
     pids = {next(answers)[1].value, next(answers)[1].value}
-    answers.close()  # type: ignore[attr-defined]
+    answers.close()
     pool.close()
     assert not any(alive(pid) for pid in pids)
 
@@ -82,7 +82,7 @@ def test_a_pool_that_was_left_early_works_again_and_a_closed_one_says_so() -> No
     pool = ProcessPool(1)
     answers = pool.run([Task(os.getpid, ()), *[Task(time.sleep, (1000.0,))] * 3])
     next(answers)
-    answers.close()  # type: ignore[attr-defined]
+    answers.close()
     assert [answer.value for _, answer in pool.run([Task(divmod, (7, 2))])] == [(3, 1)]
     pool.close()
     assert [answer.ended for _, answer in pool.run([Task(divmod, (7, 2))])] == [Ended.DIED]

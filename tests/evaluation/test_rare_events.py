@@ -23,11 +23,11 @@ def plane(beta: float) -> object:
 @pytest.mark.parametrize("dimensions", [2, 8])
 def test_a_half_space_has_the_probability_of_its_distance(beta: float, dimensions: int) -> None:
     truth = float(norm.sf(beta))
-    subset = subset_simulation(plane(beta), dimensions, seed=3, per_level=2000)  # type: ignore[arg-type]
+    subset = subset_simulation(plane(beta), dimensions, seed=3, per_level=2000)
     assert abs(subset.probability / truth - 1.0) < 3.0 * subset.variation + 0.05
     assert 0.02 < subset.variation < 0.3
     assert list(subset.levels_m) == sorted(subset.levels_m, reverse=True)
-    weighted = importance_sampling(plane(beta), subset.crashes, 4000, seed=4)  # type: ignore[arg-type]
+    weighted = importance_sampling(plane(beta), subset.crashes, 4000, seed=4)
     assert abs(weighted.probability / truth - 1.0) < 4.0 * weighted.variation
     assert weighted.effective_sample_size is not None
     assert weighted.effective_sample_size > 100.0
@@ -47,7 +47,7 @@ def test_both_agree_with_crude_monte_carlo_on_the_cheap_baseline() -> None:
 
 
 def test_the_spread_over_seeds_is_what_is_claimed() -> None:
-    runs = [subset_simulation(plane(3.0), 4, seed=seed, per_level=500) for seed in range(20)]  # type: ignore[arg-type]
+    runs = [subset_simulation(plane(3.0), 4, seed=seed, per_level=500) for seed in range(20)]
     found = np.array([one.probability for one in runs])
     claimed = float(np.mean([one.variation for one in runs]))
     assert 0.4 < found.std() / found.mean() / claimed < 2.5
@@ -76,6 +76,6 @@ def test_the_loop_drives_the_same_scenes() -> None:
 
 def test_bad_input_is_refused() -> None:
     with pytest.raises(ParameterError, match="per_level"):
-        subset_simulation(plane(3.0), 2, seed=1, per_level=50)  # type: ignore[arg-type]
+        subset_simulation(plane(3.0), 2, seed=1, per_level=50)
     with pytest.raises(ParameterError, match="crashes"):
-        importance_sampling(plane(3.0), np.zeros((3, 2)), 100, seed=1)  # type: ignore[arg-type]
+        importance_sampling(plane(3.0), np.zeros((3, 2)), 100, seed=1)

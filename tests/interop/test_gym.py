@@ -13,12 +13,11 @@ from hypothesis import strategies as st
 
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.interop.gym.registration import ID, register_envs
 from mcdas_opt.interop.gym.road_side import RoadSide, highway_vehicle, road_of
 
 gymnasium = pytest.importorskip("gymnasium")
-
-from mcdas_opt.interop.gym.mid_vehicle import CYCLE_S, SCALES, MidVehicle  # noqa: E402
-from mcdas_opt.interop.gym.registration import ID, register_envs  # noqa: E402
+mid_vehicle = pytest.importorskip("mcdas_opt.interop.gym.mid_vehicle")
 
 SHARP = np.array([0.0, 0.0], dtype=np.float32)
 
@@ -46,7 +45,7 @@ def test_registering_twice_changes_nothing() -> None:
 @settings(max_examples=15)
 @given(seed=st.integers(0, 2**31), actions=st.lists(st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)), min_size=5, max_size=30))
 def test_the_same_seed_and_actions_give_the_same_episode(seed: int, actions: list[tuple[float, float]]) -> None:
-    env = MidVehicle("sandwich-60-40")
+    env = mid_vehicle.MidVehicle("sandwich-60-40")
 
     def episode() -> list[Any]:
         seen: list[Any] = [env.reset(seed=seed)[0].tolist()]
@@ -63,8 +62,8 @@ def test_the_same_seed_and_actions_give_the_same_episode(seed: int, actions: lis
 
 
 def test_an_observation_says_what_is_there() -> None:
-    env = MidVehicle("sandwich-60-40", spread=0.0)
-    values = env.reset(seed=1)[0] * SCALES
+    env = mid_vehicle.MidVehicle("sandwich-60-40", spread=0.0)
+    values = env.reset(seed=1)[0] * mid_vehicle.SCALES
     road, vehicle = env.scene.true_road, env.scene.vehicle
     assert values[:5] == pytest.approx([0.0, 0.0, 11.1, 0.0, 0.0], abs=1e-5)
     assert values[5:7] == pytest.approx([road.left_edge_m, -road.right_edge_m], abs=1e-5)
@@ -77,7 +76,7 @@ def test_an_observation_says_what_is_there() -> None:
 
 
 def test_doing_nothing_in_the_sandwich_is_a_collision_and_ends() -> None:
-    env = MidVehicle("sandwich-60-40", spread=0.0)
+    env = mid_vehicle.MidVehicle("sandwich-60-40", spread=0.0)
     env.reset(seed=1)
     rewards, ended = [], False
     for _ in range(80):
@@ -95,7 +94,7 @@ def test_doing_nothing_in_the_sandwich_is_a_collision_and_ends() -> None:
 def test_full_left_leaves_the_road_and_full_right_mirrors_it() -> None:
     ends = []
     for sign in (1.0, -1.0):
-        env = MidVehicle("benign-following", spread=0.0)
+        env = mid_vehicle.MidVehicle("benign-following", spread=0.0)
         env.reset(seed=1)
         ended = False
         while not ended:
@@ -107,18 +106,18 @@ def test_full_left_leaves_the_road_and_full_right_mirrors_it() -> None:
 
 
 def test_an_episode_that_nothing_ends_is_truncated_at_the_scenes_end() -> None:
-    env = MidVehicle("benign-following", spread=0.0)
+    env = mid_vehicle.MidVehicle("benign-following", spread=0.0)
     env.reset(seed=1)
     steps, truncated = 0, False
     while not truncated:
         _, _, ended, truncated, _ = env.step(SHARP)
         assert not ended
         steps += 1
-    assert steps == math.ceil(env.scene.duration_s / CYCLE_S - 1e-9)
+    assert steps == math.ceil(env.scene.duration_s / mid_vehicle.CYCLE_S - 1e-9)
 
 
 def test_resets_draw_different_scenes_unless_told_not_to() -> None:
-    env = MidVehicle("sandwich-60-40")
+    env = mid_vehicle.MidVehicle("sandwich-60-40")
     drawn = {env.reset(seed=seed)[1]["t_s"] + env.scene.neighbour[0].s_m for seed in range(8)}
     assert len(drawn) == 8
     assert all(abs(s - 29.5) <= 5.0 for s in drawn)
@@ -126,14 +125,14 @@ def test_resets_draw_different_scenes_unless_told_not_to() -> None:
 
 def test_bad_input_is_named() -> None:
     with pytest.raises(InputError, match="no-such-scene"):
-        MidVehicle("no-such-scene")
+        mid_vehicle.MidVehicle("no-such-scene")
     with pytest.raises(ParameterError, match="plant = 'flying'"):
-        MidVehicle(plant="flying")
+        mid_vehicle.MidVehicle(plant="flying")
     with pytest.raises(ParameterError, match="spread"):
-        MidVehicle(spread=-1.0)
+        mid_vehicle.MidVehicle(spread=-1.0)
     with pytest.raises(ParameterError, match="render_mode"):
-        MidVehicle(render_mode="human")
-    env = MidVehicle()
+        mid_vehicle.MidVehicle(render_mode="human")
+    env = mid_vehicle.MidVehicle()
     env.reset(seed=0)
     with pytest.raises(ParameterError, match="two finite numbers"):
         env.step(np.array([np.nan, 0.0], dtype=np.float32))

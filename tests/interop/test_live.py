@@ -230,7 +230,7 @@ class Slow:
         self._steps += 1
         if self._steps == 3:
             time.sleep(10 * PERIOD_S)
-        return self._planner.step(*arguments, **options)  # type: ignore[arg-type]
+        return self._planner.step(*arguments, **options)
 
 
 def test_the_watchdog_speaks_while_the_planner_is_late() -> None:
@@ -244,7 +244,7 @@ def test_the_watchdog_speaks_while_the_planner_is_late() -> None:
     try:
         with BusInbox(buses) as inbox:
             loop = LiveLoop(
-                inbox, {"late-front": Sector.FRONT}, Slow(Planner()), lambda line: lines.append((time.monotonic(), line)),  # type: ignore[arg-type]
+                inbox, {"late-front": Sector.FRONT}, Slow(Planner()), lambda line: lines.append((time.monotonic(), line)),
                 codec=CODEC, sensor=ESR, settings=LiveSettings(speed_mps=SPEED_MPS, silence_s=30.0), watchdog=dog,
             )  # fmt: skip
             summary = loop.run(cycles=6)
@@ -265,14 +265,14 @@ def test_the_watchdog_speaks_while_the_planner_is_late() -> None:
 def _send_until(bus: object, stop: threading.Event) -> None:
     while not stop.wait(PERIOD_S):
         for frame in write_esr(traffic(PERIOD_S), slots=SLOTS):
-            bus.send(can.Message(arbitration_id=frame.identifier, data=frame.data, is_extended_id=False))  # type: ignore[attr-defined]
+            bus.send(can.Message(arbitration_id=frame.identifier, data=frame.data, is_extended_id=False))
 
 
 def test_a_watchdog_that_is_called_off_does_not_bark() -> None:
     barks: list[int] = []
     dog = Watchdog()
     for k in range(50):
-        dog.arm(time.monotonic() + 30.0, lambda k=k: barks.append(k))  # type: ignore[misc]
+        dog.arm(time.monotonic() + 30.0, lambda k=k: barks.append(k))
         dog.disarm()
     dog.arm(time.monotonic(), lambda: barks.append(-1))
     for _ in range(500):

@@ -70,8 +70,8 @@ def test_the_mirrored_situation_has_the_mirrored_choices(seed: int) -> None:
 
     def seen(choice: object, side: Side, sign: float) -> tuple[object, ...]:
         names = ("early", "pace", "delay_s", "first_mps2", "switch_s", "then_mps2")
-        numbers = tuple(round(getattr(choice, name), 6) if name != "pace" else choice.pace for name in names)  # type: ignore[attr-defined]
-        return side, round(sign * choice.target_d_m, 6) + 0.0, numbers, round(choice.cost, 6)  # type: ignore[attr-defined]
+        numbers = tuple(round(getattr(choice, name), 6) if name != "pace" else choice.pace for name in names)
+        return side, round(sign * choice.target_d_m, 6) + 0.0, numbers, round(choice.cost, 6)
 
     assert sorted(map(str, (seen(c, c.side, 1.0) for c in mine))) == sorted(map(str, (seen(c, flip[c.side], -1.0) for c in theirs)))
 

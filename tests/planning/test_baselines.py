@@ -39,7 +39,7 @@ def situation(*tracks: Track, speed: float = 20.0, time_s: float = 0.0, wanted: 
         tracks=tracks,
         road=Road(**road),
         time_s=time_s,
-        desired_speed_mps=wanted,  # type: ignore[arg-type]
+        desired_speed_mps=wanted,
     )
 
 

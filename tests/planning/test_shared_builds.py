@@ -48,7 +48,7 @@ def test_an_interrupt_while_an_engine_is_built_comes_when_it_is_built(monkeypatc
         built.append(arguments)
 
     posed = object.__new__(transcribed_problem.TranscribedProblem)
-    posed.problem, posed.nodes, posed.osqp_settings = None, 1, None  # type: ignore[assignment]
+    posed.problem, posed.nodes, posed.osqp_settings = None, 1, None
     for name, engine in (("interior_point", "InteriorPointEngine"), ("osqp", "OsqpEngine"), ("ipopt", "IpoptEngine")):
         monkeypatch.setattr(transcribed_problem, engine, pressed)
         with pytest.raises(KeyboardInterrupt):

@@ -51,4 +51,4 @@ def test_what_is_comfortable_in_time_is_not_warned_of(found: Escapes) -> None:
 @pytest.mark.parametrize("wrong", [{"comfort_mps2": 0.0}, {"comfort_share": 2.0}, {"act_lead_s": -0.1}, {"warn_lead_s": float("nan")}])
 def test_settings_that_mean_nothing_are_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(ParameterError, match=next(iter(wrong))):
-        WarningSettings(**wrong)  # type: ignore[arg-type]
+        WarningSettings(**wrong)

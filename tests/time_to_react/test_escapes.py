@@ -35,7 +35,7 @@ def of(situation: Situation) -> Escapes:
 
 def chased(closing_kmh: float, gap_m: float, speed: float = 20.0, **road: float) -> Situation:
     rear = Track(id="rear", s_m=-gap_m - LENGTH, d_m=0.0, speed_s_mps=speed + closing_kmh / 3.6)
-    return Situation(host=HostState(speed_mps=speed), tracks=(rear,), road=Road(lanes_left=1, lanes_right=1, **road))  # type: ignore[arg-type]
+    return Situation(host=HostState(speed_mps=speed), tracks=(rear,), road=Road(lanes_left=1, lanes_right=1, **road))
 
 
 @pytest.mark.parametrize(("closing_kmh", "needed_m"), [(20.0, 5.1), (40.0, 20.6), (60.0, 46.3)])

@@ -32,27 +32,20 @@ typedef struct {
     double price_acceleration, price_speed, price_lateral, price_near, nearness, price_change, price_closing, end_room;
 } Family;
 
-static double greatest(whole n, const double *x)
-{
-    double most[LANES], m;
-    memcpy(most, x, sizeof most);
-    for (whole t = LANES; t < n; t += LANES)
-        for (int j = 0; j < LANES; j++) most[j] = GREATER(most[j], x[t + j]);
-    m = most[0];
-    for (int j = 1; j < LANES; j++) m = GREATER(m, most[j]);
-    return m;
-}
-
-static double least(whole n, const double *x)
-{
-    double low[LANES], m;
-    memcpy(low, x, sizeof low);
-    for (whole t = LANES; t < n; t += LANES)
-        for (int j = 0; j < LANES; j++) low[j] = LESSER(low[j], x[t + j]);
-    m = low[0];
-    for (int j = 1; j < LANES; j++) m = LESSER(m, low[j]);
-    return m;
-}
+/* NAME(n, x): the one of all that CHOSEN chooses of two. */
+#define ONE_OF_ALL(NAME, CHOSEN)                                                       \
+    static double NAME(whole n, const double *x)                                       \
+    {                                                                                  \
+        double of[LANES], m;                                                           \
+        memcpy(of, x, sizeof of);                                                      \
+        for (whole t = LANES; t < n; t += LANES)                                       \
+            for (int j = 0; j < LANES; j++) of[j] = CHOSEN(of[j], x[t + j]);           \
+        m = of[0];                                                                     \
+        for (int j = 1; j < LANES; j++) m = CHOSEN(m, of[j]);                          \
+        return m;                                                                      \
+    }
+ONE_OF_ALL(greatest, GREATER)
+ONE_OF_ALL(least, LESSER)
 
 static double total(whole n, const double *restrict x, const double *restrict weights)
 {
