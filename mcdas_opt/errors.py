@@ -19,7 +19,7 @@ class ParameterError(McdasError, ValueError):
     def __init__(self, name: str, value: object, rule: str, unit: str = "") -> None:
         self.name, self.value, self.rule, self.unit = name, value, rule, unit
         shown = f"{_shown(value)} {unit}".rstrip()
-        super().__init__(f"{name} = {shown}: {rule}")
+        super().__init__(printable(f"{name} = {shown}: {rule}"))
 
 
 class InputError(McdasError, ValueError):
@@ -29,7 +29,7 @@ class InputError(McdasError, ValueError):
         self.file, self.key, self.value, self.rule = str(file), key, value, rule
         where = f"{self.file}: {key}" if key else self.file
         shown = "" if value is None else f" = {_shown(value)}"
-        super().__init__(f"{where}{shown}: {rule}")
+        super().__init__(printable(f"{where}{shown}: {rule}"))
 
 
 class SharedPlannerError(McdasError, RuntimeError):
@@ -64,6 +64,11 @@ class MissingExtraError(McdasError, ImportError):
         self.package, self.extra, self.then = package, extra, then
         also = f", then {then}" if then else ""
         super().__init__(f"this needs the package {package!r}: pip install mcdas-opt[{extra}]{also}")
+
+
+def printable(text: str) -> str:
+    """In one line, and nothing in it that a terminal would obey: what cannot be printed is written as Python writes it."""
+    return text if text.isprintable() else "".join(one if one.isprintable() else repr(one)[1:-1] for one in text)
 
 
 def _shown(value: object) -> str:

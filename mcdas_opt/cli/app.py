@@ -9,7 +9,7 @@ from __future__ import annotations
 import atexit
 import signal
 import sys
-from typing import Annotated, NoReturn, Protocol, runtime_checkable
+from typing import Annotated, Protocol, runtime_checkable
 
 import typer
 
@@ -26,10 +26,12 @@ from mcdas_opt.cli.replay import replay
 from mcdas_opt.cli.reproduce import reproduce
 from mcdas_opt.cli.screen import CutShortError, complain
 from mcdas_opt.cli.simulate import simulate
+from mcdas_opt.cli.stop import INTERRUPTED, Stopped, terminated_as_interrupted
+from mcdas_opt.cli.streams import prepare_streams, told_where_stdout_ends
 from mcdas_opt.cli.studio import studio
 from mcdas_opt.cli.tune import tune
 from mcdas_opt.cli.verify import judge, verify
-from mcdas_opt.errors import McdasError
+from mcdas_opt.errors import InputError, McdasError
 
 app = typer.Typer(
     name="mcdas-opt",
@@ -47,7 +49,7 @@ for command in (*driving, *parking, *studying, *carrying):
     app.command()(command)
 app.command("judge", hidden=True)(judge)  # the old name of verify
 
-_INTERRUPTED = 130
+_MISTAKE, _LOST = 2, "what was not yet written is lost"
 
 
 @runtime_checkable
@@ -61,36 +63,37 @@ def run() -> None:
     """The commands: turns our own errors into one line on stderr and the exit code of the contract."""
     atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # by then everything is said and written: nothing to interrupt
     try:
-        code = app(standalone_mode=False)  # an interrupt comes back as the exit code 130
-    except McdasError as error:
+        prepare_streams()
+    except InputError as error:
         complain(str(error))
-        sys.exit(2)
-    except CutShortError as stop:
-        _interrupted(str(stop))
-    except typer.Exit as stop:
-        sys.exit(stop.exit_code)
-    except (typer.Abort, KeyboardInterrupt):
-        _interrupted("what was not yet written is lost")
-    except Exception as error:
-        if isinstance(error, _UsageError):
-            error.show()
-            sys.exit(2)
-        raise
-    if isinstance(code, int) and code:
-        if code == _INTERRUPTED:
-            _interrupted("what was not yet written is lost")
+        sys.exit(_MISTAKE)
+    with told_where_stdout_ends(), terminated_as_interrupted() as stopped:
+        code = _run(stopped)
+    if code:
         sys.exit(code)
 
 
-def _interrupted(what: str) -> NoReturn:
-    """Says what is left, and ends with our own code.
-
-    A KeyboardInterrupt that once left an `exec` of text (every dataclass is born in one) has Python end by the signal, whatever code it is
-    asked for later, unless it runs another text.
-    """
-    complain(f"interrupted; {what}")
-    exec("")
-    sys.exit(_INTERRUPTED)
+def _run(stopped: Stopped) -> int:
+    """The exit code; ends the process where it was interrupted."""
+    try:
+        code = app(standalone_mode=False)  # an interrupt comes back as the exit code 130
+    except McdasError as error:
+        complain(str(error))
+        return _MISTAKE
+    except CutShortError as stop:
+        stopped.end(str(stop))
+    except typer.Exit as stop:
+        return stop.exit_code
+    except (typer.Abort, KeyboardInterrupt):
+        stopped.end(_LOST)
+    except Exception as error:
+        if isinstance(error, _UsageError):
+            error.show()
+            return _MISTAKE
+        raise
+    if code == INTERRUPTED:
+        stopped.end(_LOST)
+    return code if isinstance(code, int) else 0
 
 
 @app.callback(invoke_without_command=True)

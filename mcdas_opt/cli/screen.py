@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from mcdas_opt.errors import printable
+
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
@@ -30,7 +32,7 @@ def emit(document: dict[str, Any]) -> None:
 
 def complain(text: str) -> None:
     """One line on stderr, by the name of the command."""
-    tell(f"mcdas-opt: {text}")
+    tell(f"mcdas-opt: {printable(text)}")
 
 
 def tell(line: str) -> None:
@@ -39,9 +41,10 @@ def tell(line: str) -> None:
 
 
 def console() -> Console:
-    from rich.console import Console
+    """The screen. Names of files and scenes are data: what a terminal would obey in them is written out."""
+    from mcdas_opt.cli.plain_console import PlainConsole
 
-    return Console(highlight=False)
+    return PlainConsole(highlight=False, markup=False)
 
 
 def check_picture(out: Path | None, *suffixes: str) -> None:

@@ -38,9 +38,12 @@ def to_stderr(line: str) -> None:
 
 
 def cache_folder() -> Path:
-    """$XDG_CACHE_HOME/mcdas-opt, or ~/.cache/mcdas-opt."""
+    """$XDG_CACHE_HOME/mcdas-opt, or ~/.cache/mcdas-opt. Raises `NoLibraryError` for a user without a home."""
     home = os.environ.get("XDG_CACHE_HOME", "")
-    return (Path(home) if os.path.isabs(home) else Path.home() / ".cache") / "mcdas-opt"
+    try:
+        return (Path(home) if os.path.isabs(home) else Path.home() / ".cache") / "mcdas-opt"
+    except RuntimeError:
+        raise NoLibraryError("there is no home folder to keep it in; set XDG_CACHE_HOME") from None
 
 
 def load(texts: Sequence[str], builds: Sequence[str], *, folder: Path, announce: Callable[[str], None]) -> ctypes.CDLL:
@@ -68,7 +71,7 @@ def load(texts: Sequence[str], builds: Sequence[str], *, folder: Path, announce:
             path = folder / f"{key}-{_digest(built)}{_SUFFIX}"
             os.replace(built, path)
         library = _kept(path)
-    except (OSError, RuntimeError) as error:  # RuntimeError: no home folder
+    except OSError as error:
         raise NoLibraryError(f"the cache folder {folder} cannot be used: {error}") from error
     if library is None:
         raise NoLibraryError("the library that was built cannot be loaded")

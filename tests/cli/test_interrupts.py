@@ -19,8 +19,8 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="operating syste
 _PATIENCE_S = 120.0
 
 
-def interrupted(ready: Callable[[], bool] | None, *arguments: str) -> tuple[int, str, list[str]]:
-    """Exit code, stdout and stderr's lines of a command that is interrupted as soon as `ready` says so (None: it prints)."""
+def interrupted(ready: Callable[[], bool] | None, *arguments: str, by: int = signal.SIGINT) -> tuple[int, str, list[str]]:
+    """Exit code, stdout and stderr's lines of a command that is stopped as soon as `ready` says so (None: it prints)."""
     command = [sys.executable, "-m", "mcdas_opt", *arguments]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True) as running:
         assert running.stdout is not None
@@ -29,7 +29,7 @@ def interrupted(ready: Callable[[], bool] | None, *arguments: str) -> tuple[int,
         while ready is not None and not ready() and running.poll() is None and time.monotonic() < until:
             time.sleep(0.05)
         assert running.poll() is None, running.communicate()
-        os.killpg(running.pid, signal.SIGINT)
+        os.killpg(running.pid, by)
         out, said = running.communicate(timeout=_PATIENCE_S)
     lines = [line for line in said.splitlines() if not line.startswith(("compiling", "labels", "drives"))]
     return running.returncode, first + out, lines
@@ -91,11 +91,18 @@ def test_an_interrupt_while_modules_are_loaded_is_one_line_too(program: str) -> 
     assert ended.stderr == "mcdas-opt: interrupted; what was not yet written is lost\n"
 
 
-def test_live_ends_with_its_counts() -> None:
+@pytest.mark.parametrize(
+    ("by", "cycles", "ends"),
+    [(signal.SIGINT, ("--cycles", "100000"), 130), (signal.SIGTERM, ("--cycles", "100000"), 143), (signal.SIGTERM, (), 0)],
+)
+def test_live_ends_with_its_counts(by: int, cycles: tuple[str, ...], ends: int) -> None:
     pytest.importorskip("can")
-    code, out, said = interrupted(None, "live", "--play", "front_and_rear", "--rear", "can1", "--cycles", "100000")
-    assert code == 130
+    code, out, said = interrupted(None, "live", "--play", "front_and_rear", "--rear", "can1", *cycles, by=by)
+    assert code == ends
+    counts = [json.loads(line) for line in said if line.startswith("{")]
+    assert len(counts) == 1
+    last = {130: "mcdas-opt: interrupted; what was printed stands", 143: "mcdas-opt: terminated; what was printed stands"}
+    assert said[-1] == last.get(code, said[0])
     lines = [json.loads(line) for line in out.splitlines()]
     printed = sum(line["status"] != "late" for line in lines)
-    assert 0 <= printed - json.loads(said[-2])["cycles"] <= 1  # the one that was being printed may not have been counted yet
-    assert said[-1] == "mcdas-opt: interrupted; what was printed stands"
+    assert 0 <= printed - counts[0]["cycles"] <= 1  # the one that was being printed may not have been counted yet

@@ -338,6 +338,8 @@ def test_bad_input_is_named() -> None:
         LiveSettings(cycle_s=0.0)
     with pytest.raises(ParameterError, match="speed_mps"):
         LiveSettings(speed_mps=math.nan)
+    with pytest.raises(ParameterError, match=r"speed_mps = 1e\+308 m/s: must lie in \[0, 50\]"):
+        live(lambda _: None, bus="fast0", interface="virtual", settings=LiveSettings(speed_mps=1e308))
 
 
 def test_the_command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

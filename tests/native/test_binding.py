@@ -12,7 +12,7 @@ import pytest
 
 from mcdas_opt.native import kernels
 from mcdas_opt.native.binding import Library, defined, record, text_of
-from mcdas_opt.native.compile_cache import SWITCH
+from mcdas_opt.native.compile_cache import SWITCH, NoLibraryError
 from mcdas_opt.native.kernels import PLAIN
 
 LIBRARIES = {name: library for name, library in vars(kernels).items() if isinstance(library, Library)}
@@ -117,3 +117,15 @@ def test_a_record_is_the_struct_of_the_text() -> None:
     assert {c_void_p, c_longlong, c_double} == {kind for _, kind in case._fields_}
     with pytest.raises(LookupError, match="no struct Nothing"):
         record("time_to_react.c", "Nothing")
+
+
+def test_a_user_without_a_home_is_told_and_has_the_readable_forms(monkeypatch: pytest.MonkeyPatch) -> None:
+    def nowhere() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(Path, "home", nowhere)
+    library = Library(texts=PLAIN.texts, builds=PLAIN.builds, functions=PLAIN.functions)
+    with pytest.raises(NoLibraryError, match="no home folder to keep it in; set XDG_CACHE_HOME"):
+        library.load()
+    assert library.loaded() is None

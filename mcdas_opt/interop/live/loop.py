@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mcdas_opt.domain.plan import Plan
-from mcdas_opt.domain.rules import non_negative, positive, require
+from mcdas_opt.domain.rules import non_negative, positive, require, within
 from mcdas_opt.domain.sensor import Sensor
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vocabulary import Role, Sector, Status
@@ -84,6 +84,8 @@ class LiveLoop:
         watchdog: Watchdog | None = None,
     ) -> None:
         self.settings = settings or LiveSettings()
+        if self.settings.speed_mps is not None:
+            within("speed_mps", self.settings.speed_mps, 0.0, planner.vehicle.speed_max_mps, "m/s")
         self._inbox, self._planner, self._publish, self._clock, self._watchdog = inbox, planner, publish, clock, watchdog
         self._radars = {name: ScanAssembler(sector, codec, planner.vehicle, sensor) for name, sector in radars.items()}
         self._host = LiveHost(planner.road, planner.vehicle)

@@ -1,0 +1,53 @@
+"""How a command is stopped: Ctrl-C, or the signal by which service managers end a program."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import NoReturn
+
+from mcdas_opt.cli.screen import complain
+
+INTERRUPTED, TERMINATED = 130, 143
+
+
+class Stopped:
+    """By which signal, as far as one came."""
+
+    def __init__(self) -> None:
+        self.terminated = False
+
+    def terminate(self, number: int, frame: FrameType | None) -> None:
+        """Handles SIGTERM as an interrupt, so that whatever waits for one, or holds one off, does."""
+        self.terminated = True
+        if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # in the background of a shell
+            raise KeyboardInterrupt
+        signal.raise_signal(signal.SIGINT)
+
+    def end(self, what: str) -> NoReturn:
+        """Says what is left, and ends with our own code.
+
+        A KeyboardInterrupt that once left an `exec` of text (every dataclass is born in one) has Python end by the signal, whatever code it
+        is asked for later, unless it runs another text.
+        """
+        complain(f"{'terminated' if self.terminated else 'interrupted'}; {what}")
+        exec("")
+        sys.exit(TERMINATED if self.terminated else INTERRUPTED)
+
+
+@contextmanager
+def terminated_as_interrupted() -> Iterator[Stopped]:
+    """SIGTERM stops a command as Ctrl-C does; only in the main thread, and where nobody else handles it."""
+    stopped = Stopped()
+    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+        yield stopped
+        return
+    signal.signal(signal.SIGTERM, stopped.terminate)
+    try:
+        yield stopped
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
