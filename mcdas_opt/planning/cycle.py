@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.prediction import Prediction
-from mcdas_opt.domain.road import local_origin_m
 from mcdas_opt.domain.settings import HeadwaySettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
@@ -36,7 +35,6 @@ class Cycle:
 
     given: Situation
     situation: Situation
-    origin_m: float
     vehicle: Vehicle
     settings: Settings
     assessment: Assessment
@@ -58,14 +56,12 @@ class Cycle:
         """Assesses and predicts. A memory that is not older than the situation is none; a manoeuvre that it holds is active until it is
         finished."""
         settings, situation = settings or Settings(), _in_order(situation)
-        origin_m = local_origin_m(situation.host.s_m)
-        memory = Memory() if memory is None else memory.seen_from(origin_m, situation.time_s)
-        local = _limited(_local(situation, origin_m), settings)
+        memory = (memory or Memory()).seen_by(situation)
+        local = _limited(_local(situation, memory.origin_m), settings)
         active = memory.active
         return cls(
             given=situation,
             situation=local,
-            origin_m=origin_m,
             vehicle=vehicle,
             settings=settings,
             assessment=assess(local, vehicle, settings.selector, memory.assessment),
@@ -79,6 +75,11 @@ class Cycle:
     def given_from(self, plan: Plan) -> Plan:
         """A plan of this cycle in the place and time of the situation as it was given."""
         return replace(plan, trajectory=plan.trajectory.seen_from(-self.origin_m), time_s=self.given.time_s)
+
+    @property
+    def origin_m(self) -> float:
+        """Where its s = 0 lies in the situation as it was given."""
+        return self.memory.origin_m
 
     @property
     def is_late(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -17,6 +18,7 @@ M = TypeVar("M")
 
 
 _OLDEST_S = 10.0  # no plan is as long: the clock has jumped, or nobody has asked since
+_STRETCH_M = 1000.0  # that a host drives before its places are counted from a new origin
 _CLOCK_DIGITS = 4  # of a second: what is finer is a clock's jitter, or the resolution of seconds since 1970
 
 
@@ -76,13 +78,19 @@ class Memory:
     def is_empty(self) -> bool:
         return self.situation is None
 
-    def seen_from(self, origin_m: float, time_s: float) -> Memory:
-        """The same for a cycle at that place and time; an empty one where that is not later, or far later."""
+    def seen_by(self, later: Situation) -> Memory:
+        """The same for the cycle of a situation; an empty one where that is not later, or far later.
+
+        A drive's origin is the whole metre at which it begins, and stays for a kilometre: so numbers are small wherever a car drives, they
+        are the same in a scene moved by whole metres, and what is remembered of a road, or of the last solve, serves for that long.
+        """
+        here_m = float(math.floor(later.host.s_m))
         if self.situation is None:
-            return self
-        elapsed_s = round(time_s - self.situation.time_s, _CLOCK_DIGITS)
+            return Memory(origin_m=here_m)
+        elapsed_s = round(later.time_s - self.situation.time_s, _CLOCK_DIGITS)
         if not 0.0 < elapsed_s <= _OLDEST_S:
-            return Memory()
+            return Memory(origin_m=here_m)
+        origin_m = self.origin_m if abs(here_m - self.origin_m) <= _STRETCH_M else here_m
         by_m, was, previous, reaction = origin_m - self.origin_m, self.assessment, self.previous, self.reaction
         if previous is not None:
             previous = replace(previous, trajectory=previous.trajectory.seen_from(by_m), age_s=previous.age_s + elapsed_s)
