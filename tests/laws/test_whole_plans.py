@@ -12,7 +12,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks.laws import LAWS, QUICK, Kept, Moment, examine, examine_forms, shift_m, usual
+from benchmarks.laws import LAWS, QUICK, Kept, Moment, changed, examine, examine_forms, shift_m, usual
 from benchmarks.random_traffic import KINDS, Episode, episode, episodes
 
 PLANS = int(os.environ.get("MCDAS_OPT_LAWS_PLANS", "40"))
@@ -28,8 +28,8 @@ FOUND = {  # by thousands of others: asked besides the sample
     "again": ("contradictory/1", "contradictory/20", "slippery/55", "lincoln/77"),
     "forms": ("slippery/176",),
 }
-LOOSE = {"moved", "forms"}  # a badly conditioned solve that stops at its step's tolerance makes more than 1e-6 m of a rounding
-OPEN = {("moved", "lincoln/00000")}  # broken, to be mended: solves that the cap cuts short hang on a rounding
+LOOSE = {"cold", "forms"}  # a badly conditioned solve that stops at its step's tolerance ends elsewhere by more than the law's
+OPEN = {("cold", "moving/00005"), ("cold", "road-end/00069")}  # a warm start leads into another optimum than a cold one finds
 LOOSE_SHARE = 0.05  # of the sequences, at the most; their decisions are the same as everybody's
 
 
@@ -70,6 +70,10 @@ def test_every_law_changes_something() -> None:
         for one in some:
             asked = [one.first, one.first]
             assert LAWS[name].change(one, asked)[1] != asked[1]
+    for one in some[:4]:  # without warm starts the same cycle takes other steps
+        moments = usual(one)
+        without = changed(one, LAWS["cold"], [situation for situation, _ in moments])
+        assert [answer["iterations"] for _, answer in moments] != [answer["iterations"] for answer in without]
 
 
 def test_a_moved_answer_comes_back() -> None:

@@ -253,7 +253,8 @@ def test_who_drives_past_a_car_that_comes_over_does_not_brake_beside_it(
 
 
 def test_a_lane_change_that_may_be_slower_is_no_more_severe_than_the_fastest(planner: Planner) -> None:
-    """To a host that keeps its lane: one that steers into the lane that he leaves meets him there if he is slow."""
+    """To a host that keeps its lane. One that steers into the lane that he leaves meets him there if he is slow: as he keeps his lane and
+    as he is changing it, both at once, of which the worse counts."""
     graded = 0
     for seed in FAMILY:
         situation = random_situation(seed)
