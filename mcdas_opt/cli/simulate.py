@@ -30,15 +30,26 @@ def simulate(
     Example: mcdas-opt simulate curved-road --plant dynamic --out drive.html
     """
     from mcdas_opt.catalogue.scenes import load_scene
+    from mcdas_opt.simulation.car import PlantError
     from mcdas_opt.simulation.loop import simulate as run
 
     check_picture(out)
-    with progress_bar("drive") as progress:
-        drive = run(load_scene(scene), planner, plant, seed, progress=progress)
+    title = f"{planner}: {scene}"
+    try:
+        with progress_bar("drive") as progress:
+            drive = run(load_scene(scene), planner, plant, seed, progress=progress)
+    except PlantError as error:
+        if error.drive is not None:
+            _show(error.drive, f"{title}, until the plant failed", out, as_json)
+        raise
+    _show(drive, title, out, as_json)
+
+
+def _show(drive: Simulation, title: str, out: Path | None, as_json: bool) -> None:
     if as_json:
         emit(drive.to_dict())
     else:
-        _print(drive, f"{planner}: {scene}")
+        _print(drive, title)
     if out is not None:  # what was computed has been said by then
         from mcdas_opt.plotting.export import save_drive
 

@@ -39,6 +39,10 @@ class HostState:
         """(speed of the rear axle to the left of the body [m/s], yaw rate [rad/s]): 0 and v tan(delta) / L without slip."""
         return 0.0, self.speed_mps * math.tan(self.steering_rad) / wheelbase_m
 
+    def without_slip(self, wheelbase_m: float, point_m: float = 0.0) -> HostState:
+        """The state of the no-slip bicycle that moves as this car does now: itself, where nothing slips."""
+        return self
+
     @classmethod
     def from_vector(cls, x: Array) -> HostState:
         """From (s, d, psi, v, a, delta)."""

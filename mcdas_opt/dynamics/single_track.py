@@ -23,6 +23,11 @@ def slip_share(speed_mps: float) -> float:
     return q * q * (3.0 - 2.0 * q)
 
 
+def zero_sideslip_point_m(chassis: Chassis, speed_mps: float) -> float:
+    """`Chassis.zero_sideslip_point_m` of a car that slips by `slip_share`: 0 at low speed."""
+    return slip_share(speed_mps) * chassis.zero_sideslip_point_m(speed_mps)
+
+
 class AxleForces(NamedTuple):
     """Forces of one axle [N] along and across its wheels, and the load that presses it on the road."""
 

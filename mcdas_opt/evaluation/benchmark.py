@@ -19,6 +19,7 @@ from mcdas_opt.evaluation.running.executor import Executor
 from mcdas_opt.evaluation.running.journal import Journal, StoppedError, write_whole
 from mcdas_opt.evaluation.running.messages import Answer, Ended, Task
 from mcdas_opt.evaluation.suites import Suite
+from mcdas_opt.simulation.plant import plant_factory
 
 SCHEMA_VERSION = 1
 LIMIT_S = 300.0
@@ -87,9 +88,10 @@ def run(
 ) -> Results:
     """Labels and drives what is not yet in `folder`, and returns the whole table.
 
-    Raises `InputError` for a folder of something else or a full disk, `ParameterError` for an unknown planner.
+    Raises `InputError` for a folder of something else or a full disk, `ParameterError` for an unknown planner or plant.
     """
     check_planners(planners)
+    plant_factory(plant)
     manifest = manifest_of(suite, planners, plant, limit_s)
     open_folder(folder, manifest, resume)
     labels, labels_hash = _labels(suite, folder, executor, progress)

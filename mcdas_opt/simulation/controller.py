@@ -55,21 +55,21 @@ class GripAwareController:
         return self._controller.command(trajectory, since_s, state)
 
 
-def default_controller(plant: str, vehicle: Vehicle, turned: bool = False, grip: GripMonitor | None = None) -> Controller:
-    """Feed-forward alone suffices for the kinematic vehicle, which plans are made with. A dynamic vehicle is tracked with feedback.
-    `turned`: whether plans are made about its zero-sideslip point (`LqrTracking`)."""
-    return LqrTracking.design(vehicle, turned=turned, grip=grip) if plant == "dynamic" else FeedForward()
+def default_controller(vehicle: Vehicle, *, slips: bool, turned: bool = False, grip: GripMonitor | None = None) -> Controller:
+    """Feed-forward alone suffices for a kinematic vehicle, which plans are made with. A dynamic one, that `slips`, is tracked with
+    feedback. `turned`: whether plans are made about its zero-sideslip point (`LqrTracking`)."""
+    return LqrTracking.design(vehicle, turned=turned, grip=grip) if slips else FeedForward()
 
 
-def planned_for(plant: str, settings: Settings) -> Settings:
-    """The settings to plan with; those of a dynamic vehicle leave something to the feedback.
+def planned_for(settings: Settings, *, slips: bool) -> Settings:
+    """The settings to plan with; those of a dynamic vehicle, that `slips`, leave something to the feedback.
 
     A dynamic vehicle turns later than its wheels: a plan that steers back at the last moment at the full rate leaves the road. Tyres at
     their limit slip without giving more: a plan that takes all the grip leaves none against spinning. So plans get at most
     STEERING_RATE_SHARE and FRICTION_SHARE. They also keep EDGE_RESERVE_M to the road's edges, where there is so much room: a vehicle
     that leaves its plan at the very edge cannot come back to it.
     """
-    if plant != "dynamic":
+    if not slips:
         return settings
     return replace(
         settings,

@@ -13,13 +13,13 @@ from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vocabulary import Status
+from mcdas_opt.simulation.car import Car, PlantError
 from mcdas_opt.simulation.contact import EDGE_SLACK_M, clearances, is_free, relative_speed, surroundings
 from mcdas_opt.simulation.controller import Controller
 from mcdas_opt.simulation.idm import STEP_S, step_times
 from mcdas_opt.simulation.metrics import History, driven, lane_changed, times_to_collision
 from mcdas_opt.simulation.neighbours import Traffic, body_at, host_motion
 from mcdas_opt.simulation.perception import Perception
-from mcdas_opt.simulation.plant import Plant
 from mcdas_opt.simulation.record import Cycle, CycleTimes, NeighbourHistory, Outcome, Simulation
 
 
@@ -29,7 +29,7 @@ class Drive:
 
     scene: Scene
     traffic: Traffic
-    car: Plant
+    car: Car
     outcome: Outcome = Outcome.SAFE
     collided_with: str | None = None
     impact_speed_mps: float = 0.0
@@ -49,13 +49,20 @@ class Drive:
         self.took_ms.append(took_ms)
 
     def advance(self, plan: Plan, controller: Controller, steps: int, perception: Perception) -> None:
-        """Moves the plant, then the traffic, through one turn. Stops at the first contact or departure from the road."""
+        """Moves the plant, then the traffic, through one turn. Stops at the first contact or departure from the road.
+
+        Raises the plant's `PlantError` once everybody has been driven up to it.
+        """
         first, state = len(self.states) - 1, self.car.state
-        been = [state]
+        been, fault = [state], None
         self.turns.append(first)
         for k in range(steps):
             jerk, rate = controller.command(plan.trajectory, k * STEP_S, state)
-            applied = self.car.step(jerk, rate)
+            try:
+                applied = self.car.step(jerk, rate)
+            except PlantError as error:
+                fault = error
+                break
             state = self.car.state
             self.inputs.append((applied.jerk_mps3, applied.steering_rate_radps))
             self.lateral.append(applied.lateral_acceleration_mps2)
@@ -63,7 +70,7 @@ class Drive:
             been.append(state)
         host = np.array(self.states[first:])
         self.traffic.advance(host_motion(host[:-1], self.traffic.road))
-        others = self.traffic.motions_of_steps(first, steps + 1)
+        others = self.traffic.motions_of_steps(first, len(host))
         end = self._check(host, others)
         for k, time_s in enumerate(step_times(first, end + 1).tolist()):
             if k == 0 or not perception.is_due(time_s):
@@ -73,6 +80,8 @@ class Drive:
                 for name, motion, size in zip(self.traffic.names, others, self.traffic.sizes, strict=True)
             ]
             perception.look(time_s, been[k], bodies)
+        if fault is not None and self.outcome is Outcome.SAFE:
+            raise fault
 
     def _check(self, host: Array, others: tuple[BodyMotion, ...]) -> int:
         """Index of the last instant driven; sets the outcome and cuts the history where the drive ends within this turn."""
@@ -95,7 +104,7 @@ class Drive:
             del self.states[-cut:], self.inputs[-cut:], self.lateral[-cut:]
         return end
 
-    def summary(self, *, planner: str, plant: str, seed: int) -> Simulation:
+    def summary(self, *, planner: str, seed: int) -> Simulation:
         scene, sizes = self.scene, self.traffic.sizes
         states = np.array(self.states)
         others = self.traffic.motions_of_steps(0, len(states))
@@ -112,7 +121,7 @@ class Drive:
         return Simulation(
             name=scene.name,
             planner=planner,
-            plant=plant,
+            plant=self.car.name,
             solver=next((plan.solver for plan in plans if plan.solver), ""),
             seed=seed,
             duration_s=float(history.t_s[-1]),

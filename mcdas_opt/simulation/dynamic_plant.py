@@ -58,13 +58,6 @@ class DynamicPlant:
             yaw_rate_radps=yaw_rate,
         )
 
-    @property
-    def zero_sideslip_point_m(self) -> float:
-        return slip_share(self._x[3]) * self._chassis.zero_sideslip_point_m(self._x[3])
-
-    def equivalent(self, point_m: float = 0.0) -> HostState:
-        return self.state.without_slip(self._vehicle.wheelbase_m, point_m)
-
     def step(self, jerk_mps3: float, steering_rate_radps: float) -> Applied:
         v, a, delta = self._x[3], self._x[6], self._x[7]
         jerk, rate = self._actuators.follow(jerk_mps3, steering_rate_radps, v, a, delta)

@@ -6,24 +6,23 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
-from mcdas_opt.actuation.grip_monitor import GripMonitor, within_grip
+from mcdas_opt.actuation.grip_monitor import GripMonitor
 from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.domain.chassis import Chassis
-from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import require_type
 from mcdas_opt.domain.settings import Settings
-from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.simulation.car import Car, PlantError
 from mcdas_opt.simulation.controller import Controller, GripAwareController, default_controller, planned_for
 from mcdas_opt.simulation.drive import Drive
 from mcdas_opt.simulation.driver import Driver
 from mcdas_opt.simulation.idm import STEP_S
 from mcdas_opt.simulation.neighbours import Traffic
 from mcdas_opt.simulation.perception import Perception
-from mcdas_opt.simulation.plant import Plant, make_plant
+from mcdas_opt.simulation.plant import PlantFactory, PlantName
 from mcdas_opt.simulation.record import Outcome, Simulation
 
 if TYPE_CHECKING:
@@ -33,7 +32,7 @@ if TYPE_CHECKING:
 def simulate(
     scene: str | Path | Scene,
     planner: PlannerName | str | Driver | Method = "mpc",
-    plant: Literal["kinematic", "dynamic"] | str = "kinematic",
+    plant: PlantName | str | PlantFactory = "kinematic",
     seed: int | None = None,
     settings: Settings | None = None,
     controller: Controller | None = None,
@@ -42,12 +41,14 @@ def simulate(
     """Drives a planner through a scene (or the shipped one of that name, or a path), and returns the drive with its figures.
 
     Ends at the scene's duration, at the first touch of another body, or when a corner is more than 0.02 m off the road. `planner` is
-    a registered name, a `Driver`, or a method (`planning.method.Method`). The planner gets the plant's true state; of a dynamic vehicle
-    it gets the no-slip state that moves alike. Friction is what the scene assumes until `GripMonitor` finds less.
+    a registered name, a `Driver`, or a method (`planning.method.Method`). `plant` is a registered name, or a class or function that
+    builds one (`simulation.plant.Plant`). The planner gets the plant's true state; of a dynamic vehicle it gets the no-slip state that
+    moves alike. Friction is what the scene assumes until `GripMonitor` finds less.
     The default controller is the plant's: `default_controller`.
     `progress` is told after every turn how many are done, and of how many.
     Without its `cycle_ms` the result repeats to the byte for the same scene and seed (default the scene's). Raises `InputError` or
-    `ParameterError` for a planner, plant or sensor that is not known.
+    `ParameterError` for a planner, plant or sensor that is not known; `PlantError`, with the drive up to there, for a plant that raises,
+    gives a number that is not finite, or jumps.
     """
     if isinstance(scene, (str, Path)):
         scene = load_scene(scene)
@@ -56,11 +57,11 @@ def simulate(
         require_type("settings", settings, Settings)
     settings = settings or Settings()
     seed = scene.seed if seed is None else seed
-    traffic, car = Traffic(scene), make_plant(plant, scene.vehicle, scene.true_road, scene.host_state)
-    driver = _driver(planner, scene, planned_for(plant, settings), slips=isinstance(car.state, SlidingState))
+    traffic, car = Traffic(scene), Car(plant, scene.vehicle, scene.true_road, scene.host_state)
+    driver = _driver(planner, scene, planned_for(settings, slips=car.slips), slips=car.slips)
     monitor = GripMonitor(vehicle=scene.vehicle, believed=scene.assumed_road.friction, step_s=STEP_S)
     turned = driver.takes_zero_sideslip_point
-    tracking = controller or default_controller(plant, scene.vehicle, turned=turned, grip=monitor)
+    tracking = controller or default_controller(scene.vehicle, slips=car.slips, turned=turned, grip=monitor)
     aware = GripAwareController(tracking, monitor)
     perception = Perception(scene, seed, driver.tracker)
     perception.warm_up(scene, traffic, car.state)
@@ -73,7 +74,7 @@ def simulate(
         driver.set_zero_sideslip_point(point)
         plan = driver.step(
             perception.arrived(now),
-            _measured(car, point, road, scene.vehicle),
+            car.without_slip(road, point),
             now,
             road=road,
             desired_speed_mps=scene.desired_speed_mps,
@@ -81,23 +82,21 @@ def simulate(
         )
         took_ms = 1e3 * (time.perf_counter() - started)
         drive.note(now, plan, () if driver.situation is None else driver.situation.tracks, took_ms)
-        drive.advance(plan, aware, steps, perception)
+        try:
+            drive.advance(plan, aware, steps, perception)
+        except PlantError as error:
+            error.drive = drive.summary(planner=driver.name, seed=seed)
+            raise
         if progress is not None:
             progress(turn, len(turns))
         if drive.outcome is not Outcome.SAFE:
             break
-    return drive.summary(planner=driver.name, plant=plant, seed=seed)
+    return drive.summary(planner=driver.name, seed=seed)
 
 
 def _believed(road: Road, monitor: GripMonitor) -> Road:
     """The road as the planner believes it: no more friction than the monitor found. The same record where that changes nothing."""
     return road if monitor.friction == road.friction else replace(road, friction=monitor.friction)
-
-
-def _measured(car: Plant, point_m: float, road: Road, vehicle: Vehicle) -> HostState:
-    """The state that the planner is told; of a dynamic vehicle its path bends no more than the grip allows."""
-    measured = car.equivalent(point_m)
-    return within_grip(measured, road, vehicle.wheelbase_m) if isinstance(car.state, SlidingState) else measured
 
 
 def _turns(duration_s: float, cycle_s: float) -> list[tuple[float, int]]:

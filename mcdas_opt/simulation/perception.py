@@ -9,7 +9,7 @@ from pathlib import Path
 
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.body import Body
-from mcdas_opt.domain.host import HostState, SlidingState
+from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.simulation.driver import ScanReceiver
 from mcdas_opt.simulation.idm import STEP_S, step_times
@@ -66,6 +66,4 @@ class Perception:
 
     def _measured(self, host: HostState) -> HostState:
         """The host's pose then, with the steering of the no-slip bicycle that turned as fast."""
-        if not isinstance(host, SlidingState):
-            return host
         return replace(host.without_slip(self._wheelbase_m), heading_rad=host.heading_rad)

@@ -1,116 +1,82 @@
-"""The car that is driven: a kinematic bicycle whose actuators and tyres saturate."""
+"""What is driven in the closed loop: a plant, and how one is found by name."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
-from typing import Protocol
+import functools
+from collections.abc import Callable
+from importlib import import_module
+from importlib.metadata import entry_points
+from types import FunctionType
+from typing import Any, Literal, Protocol
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.dynamics.bicycle import lateral_acceleration, road_bicycle
-from mcdas_opt.dynamics.integrator import rk4
-from mcdas_opt.errors import ParameterError
-from mcdas_opt.simulation.actuators import Actuators, Applied, clip, standstill_after
-from mcdas_opt.simulation.dynamic_plant import DynamicPlant
-from mcdas_opt.simulation.idm import STEP_S
+from mcdas_opt.errors import ParameterError, nearest
+from mcdas_opt.simulation.actuators import Applied
+
+GROUP = "mcdas_opt.plants"
+_OWN = {
+    "kinematic": "mcdas_opt.simulation.kinematic_plant:KinematicPlant",
+    "dynamic": "mcdas_opt.simulation.dynamic_plant:DynamicPlant",
+}
 
 
 class Plant(Protocol):
-    """A car in the loop."""
+    """A car in motion. It is built as `Plant(vehicle, road, state)`: `road` has the friction there is, `state` is where the drive begins.
 
-    @property
-    def state(self) -> HostState:
-        """Where the car is: body, speed, acceleration asked of it, angle of its wheels."""
-        ...
-
-    @property
-    def zero_sideslip_point_m(self) -> float:
-        """The zero-sideslip point at this speed, ahead of the rear axle (`Vehicle.zero_sideslip_point_m`)."""
-        ...
-
-    def equivalent(self, point_m: float = 0.0) -> HostState:
-        """The no-slip bicycle that moves as the car does now, its rear axle at that point: what plans are made with."""
-        ...
-
-    def step(self, jerk_mps3: float, steering_rate_radps: float) -> Applied:
-        """Moves on by STEP_S under the commanded inputs, as far as the car can follow them."""
-        ...
-
-
-class KinematicPlant:
-    """`road_bicycle` by fourth-order Runge-Kutta in steps of STEP_S, with what a car cannot do cut off, in this order:
-
-    1. jerk and steering rate are clipped to the vehicle's limits;
-    2. they end where the acceleration or the steering angle meets its limit, and the acceleration at mu g of the true road;
-    3. over the friction circle the *steering gives way first*: the wheels keep their angle, but the path bends no more than
-       sqrt((mu g)^2 - a^2) / v^2 (understeer); with no grip left for turning at all, the acceleration is the one of 2;
-    4. the speed stays in [0, speed_max]: where it meets an end, the acceleration towards it becomes 0 at once. Nobody reverses.
-
-    Where nothing saturates the inputs applied are the inputs commanded, and the motion is the bicycle's.
+    What follows from its state (the no-slip state that plans are made with, the zero-sideslip point) is computed by `simulation.car.Car`.
     """
 
-    def __init__(self, vehicle: Vehicle, road: Road, state: HostState) -> None:
-        self._vehicle, self._road, self._straight = vehicle, road, road.is_straight
-        self._actuators = Actuators(vehicle=vehicle, friction=road.friction)
-        s, d, psi, v, a, delta = (float(q) for q in state.to_vector())
-        self._x = [s, d, psi, v, *self._actuators.hold(v, a, delta)]
-
     @property
     def state(self) -> HostState:
-        s, d, psi, v, a, delta = self._x
-        return HostState(s_m=s, d_m=d, heading_rad=psi, speed_mps=v, acceleration_mps2=a, steering_rad=delta)
-
-    @property
-    def zero_sideslip_point_m(self) -> float:
-        return 0.0
-
-    def equivalent(self, point_m: float = 0.0) -> HostState:
-        return self.state
+        """Where the car is: the body centre; speed and acceleration of the rear axle, the angle of the front wheels. A car whose tyres slip
+        gives a `SlidingState` from its first state on: it is tracked with feedback, and planned for with a reserve."""
+        ...
 
     def step(self, jerk_mps3: float, steering_rate_radps: float) -> Applied:
-        car = self._vehicle
-        _, _, _, v, a, delta = self._x
-        jerk, rate = self._actuators.follow(jerk_mps3, steering_rate_radps, v, a, delta)
-        turned = self._actuators.steering_held(v, a, delta)
-        applied = Applied(
-            jerk_mps3=jerk,
-            steering_rate_radps=rate,
-            lateral_acceleration_mps2=float(lateral_acceleration(v, turned, car.wheelbase_m, math)),
-        )
-        stop = standstill_after(v, a, jerk)
-        if stop < STEP_S:
-            self._integrate(jerk, rate, stop)
-            self._x[5] += rate * (STEP_S - stop)
-            self._x[3], self._x[4] = 0.0, 0.0
-        else:
-            self._integrate(jerk, rate, STEP_S)
-            self._x[3] = max(self._x[3], 0.0)
-            if self._x[3] > car.speed_max_mps:
-                self._x[3], self._x[4] = car.speed_max_mps, min(self._x[4], 0.0)
-        low, high = self._actuators.acceleration_range  # rounding
-        self._x[4] = clip(self._x[4], low, high)
-        self._x[5] = clip(self._x[5], -car.steering_max_rad, car.steering_max_rad)
-        return applied
-
-    def _integrate(self, jerk: float, rate: float, h: float) -> None:
-        wheelbase, centre = self._vehicle.wheelbase_m, self._vehicle.centre_m
-
-        def motion(x: Sequence[float]) -> list[float]:
-            s, d, psi, v, a, delta = x
-            kappa = 0.0 if self._straight else float(self._road.curvature_at(s))
-            turned = self._actuators.steering_held(v, a, delta)
-            return road_bicycle((s, d, psi, v, a, turned), (jerk, rate), kappa, wheelbase, centre, math)
-
-        self._x = rk4(motion, self._x, h)
+        """Moves on by `STEP_S` under the commanded inputs, as far as the car can follow them. Says what it did: the plant, not its caller,
+        knows its limits."""
+        ...
 
 
-PLANTS: dict[str, Callable[[Vehicle, Road, HostState], Plant]] = {"kinematic": KinematicPlant, "dynamic": DynamicPlant}
+PlantFactory = Callable[[Vehicle, Road, HostState], Plant]
+PlantName = Literal["kinematic", "dynamic"]  # for editors; others come by entry point
 
 
-def make_plant(name: str, vehicle: Vehicle, road: Road, state: HostState) -> Plant:
-    """The plant of that name. Raises `ParameterError` that lists the known ones."""
-    if name not in PLANTS:
-        raise ParameterError("plant", name, "must be one of " + ", ".join(PLANTS))
-    return PLANTS[name](vehicle, road, state)
+def known_plants() -> tuple[str, ...]:
+    return tuple(sorted({*_OWN, *(point.name for point in entry_points(group=GROUP))}))
+
+
+def plant_name(plant: str | PlantFactory) -> str:
+    """The name itself; of an object, that of its class or function."""
+    if isinstance(plant, str):
+        return plant
+    inner = plant.func if isinstance(plant, functools.partial) else plant
+    return inner.__name__ if isinstance(inner, (type, FunctionType)) else type(inner).__name__
+
+
+def plant_factory(plant: str | PlantFactory) -> PlantFactory:
+    """What builds the plant: the one registered under that name, or the object itself.
+
+    Raises `ParameterError` that names the nearest known plant, and what an entry point's own import raises.
+    """
+    if not isinstance(plant, str):
+        if not callable(plant):
+            raise ParameterError("plant", plant, "must be the name of a plant, or be called as plant(vehicle, road, state)")
+        return plant
+    if plant in _OWN:
+        module, _, attribute = _OWN[plant].partition(":")
+        found: Any = getattr(import_module(module), attribute)
+    else:
+        point = next((p for p in entry_points(group=GROUP) if p.name == plant), None)
+        if point is None:
+            raise ParameterError("plant", plant, f"is not a known plant; {nearest(plant, known_plants())}")
+        found = point.load()
+    factory: PlantFactory = found
+    return factory
+
+
+def make_plant(plant: str | PlantFactory, vehicle: Vehicle, road: Road, state: HostState) -> Plant:
+    """A plant at the beginning of a drive. Raises as `plant_factory`."""
+    return plant_factory(plant)(vehicle, road, state)

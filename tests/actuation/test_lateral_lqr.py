@@ -19,7 +19,8 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.simulation.controller import STEERING_RATE_SHARE, Controller, FeedForward, default_controller
 from mcdas_opt.simulation.dynamic_plant import DynamicPlant
 from mcdas_opt.simulation.idm import STEP_S
-from mcdas_opt.simulation.plant import KinematicPlant, Plant, make_plant
+from mcdas_opt.simulation.kinematic_plant import KinematicPlant
+from mcdas_opt.simulation.plant import Plant, make_plant
 
 CARS = [load_vehicle(name) for name in ("sedan", "bmw_320i", "lincoln_mkz")]
 ROAD = Road(lanes_left=3, lanes_right=3)
@@ -192,9 +193,9 @@ def test_beyond_the_plans_end_nothing_is_asked() -> None:
     assert LqrTracking.design(CARS[0]).command(plan, 0.5, HostState(speed_mps=10.0, d_m=1.0)) == (0.0, 0.0)
 
 
-def test_each_plant_has_its_controller() -> None:
-    assert isinstance(default_controller("kinematic", CARS[0]), FeedForward)
-    assert isinstance(default_controller("dynamic", CARS[0]), LqrTracking)
+def test_a_car_that_slips_is_tracked_with_feedback() -> None:
+    assert isinstance(default_controller(CARS[0], slips=False), FeedForward)
+    assert isinstance(default_controller(CARS[0], slips=True), LqrTracking)
 
 
 @pytest.mark.parametrize("car", CARS, ids=lambda car: car.name)

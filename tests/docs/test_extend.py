@@ -59,3 +59,8 @@ def test_change_is_short_and_does_what_the_guide_shows(section: str, tmp_path: P
 
 def test_planner_drives() -> None:
     assert printed(block("A planner", "python"), ROOT).strip() == "safe"
+
+
+def test_plant_is_driven() -> None:
+    lines = printed(block("A plant", "python"), ROOT).splitlines()
+    assert [line.rstrip() for line in lines] == block("A plant", "text").splitlines()

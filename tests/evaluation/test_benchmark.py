@@ -127,6 +127,14 @@ def test_an_unknown_planner_is_told_with_the_known_ones(short_suite: Path, tmp_p
     assert not (tmp_path / "out").exists()
 
 
+def test_an_unknown_plant_is_told_before_anybody_drives(short_suite: Path, tmp_path: Path) -> None:
+    pool = ProcessPool(1)
+    with pytest.raises(ParameterError, match="did you mean 'kinematic'"):
+        run(expand(short_suite, 1), ("mpc",), tmp_path / "out", pool, plant="kinetic")
+    pool.close()
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_full_disk_stops_with_the_rows_kept_and_resuming_completes_them(
     short_suite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

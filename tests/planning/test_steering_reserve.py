@@ -36,14 +36,14 @@ def test_the_share_bounds_the_steering_rate_of_the_problem_and_nothing_else() ->
 
 def test_only_a_car_that_slips_is_planned_with_a_reserve() -> None:
     settings = Settings()
-    assert planned_for("kinematic", settings) is settings
-    slips = planned_for("dynamic", settings)
+    assert planned_for(settings, slips=False) is settings
+    slips = planned_for(settings, slips=True)
     kept = (slips.steering_rate_share, slips.friction_share, slips.edge_reserve_m)
     assert kept == (STEERING_RATE_SHARE, FRICTION_SHARE, EDGE_RESERVE_M)
     careful = replace(
         settings, steering_rate_share=0.5 * STEERING_RATE_SHARE, friction_share=0.5 * FRICTION_SHARE, edge_reserve_m=2.0 * EDGE_RESERVE_M
     )
-    assert planned_for("dynamic", careful) == careful
+    assert planned_for(careful, slips=True) == careful
 
 
 @pytest.mark.parametrize("share", [0.0, -1.0, 1.01, float("nan")])

@@ -16,7 +16,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.domain.vocabulary import Mode, Status
 from mcdas_opt.simulation.driver import Driver
-from mcdas_opt.simulation.plant import KinematicPlant
+from mcdas_opt.simulation.kinematic_plant import KinematicPlant
 
 FAILED = Verdict(violations=(Violation(kind=ViolationKind.FRICTION, t_s=0.0, value=9.0, limit=8.0, unit="m/s^2"),))
 

@@ -16,10 +16,12 @@ from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.dynamics.single_track import zero_sideslip_point_m
 from mcdas_opt.simulation.actuators import Applied
 from mcdas_opt.simulation.dynamic_plant import DynamicPlant
 from mcdas_opt.simulation.idm import STEP_S
-from mcdas_opt.simulation.plant import KinematicPlant, Plant
+from mcdas_opt.simulation.kinematic_plant import KinematicPlant
+from mcdas_opt.simulation.plant import Plant
 
 CAR, ROAD = Vehicle(), Road(lanes_left=1, lanes_right=1, friction=0.9)
 CARS = [CAR, *(load_vehicle(name) for name in ("bmw_320i", "lincoln_mkz", "tpcap"))]
@@ -174,7 +176,7 @@ def test_braking_takes_the_grip_that_turning_needs() -> None:
 def test_over_the_limit_it_runs_wide_and_its_equivalent_says_so() -> None:
     plant = DynamicPlant(CAR, Road(friction=0.3), HostState(speed_mps=20.0, steering_rad=0.2))
     run(plant, 0.0, 0.0, 1100)
-    seen = plant.equivalent()
+    seen = plant.state.without_slip(CAR.wheelbase_m)
     assert seen.steering_rad < 0.3 * plant.state.steering_rad
     assert seen.speed_mps**2 * math.tan(seen.steering_rad) / 2.7 < 0.3 * GRAVITY_MPS2 * 1.05
 
@@ -184,7 +186,7 @@ def test_over_the_limit_it_runs_wide_and_its_equivalent_says_so() -> None:
 def test_the_equivalent_moves_as_the_car(speed: float, steering: float, heading: float) -> None:
     plant = DynamicPlant(CAR, ROAD, HostState(speed_mps=speed, steering_rad=steering, heading_rad=heading))
     run(plant, 0.0, 0.0, 100)
-    seen = plant.equivalent()
+    seen = plant.state.without_slip(CAR.wheelbase_m)
     twin = KinematicPlant(CAR, Road(friction=5.0), seen)
     run(plant, 0.0, 0.0, 1)
     run(twin, 0.0, 0.0, 1)
@@ -203,7 +205,7 @@ def test_braking_ends_at_standstill_and_stays_there(deceleration: float, speed: 
     assert (x.speed_mps, x.acceleration_mps2, x.lateral_speed_mps, x.yaw_rate_radps) == (0.0, 0.0, 0.0, 0.0)
     run(plant, -40.0, 0.0, 20)
     assert plant.state == x
-    assert plant.equivalent() == HostState.from_vector(x.to_vector())
+    assert plant.state.without_slip(CAR.wheelbase_m) == HostState.from_vector(x.to_vector())
 
 
 @given(kappa=st.floats(-0.004, 0.004), speed=st.floats(5.0, 25.0))
@@ -212,8 +214,8 @@ def test_a_car_put_into_a_bend_goes_on_in_it(kappa: float, speed: float) -> None
     """It keeps its lane with its wheels held, as if it had always been there; what it is equivalent to is what it was put as."""
     turn = HostState(speed_mps=speed, steering_rad=math.atan(CAR.wheelbase_m * kappa), heading_rad=-math.asin(CAR.centre_m * kappa))
     plant = DynamicPlant(CAR, Road(curvature=((0.0, kappa),), friction=1.0), turn)
-    assert plant.equivalent().steering_rad == pytest.approx(turn.steering_rad, abs=1e-9)
-    assert plant.equivalent().heading_rad == pytest.approx(turn.heading_rad, abs=1e-4)
+    assert plant.state.without_slip(CAR.wheelbase_m).steering_rad == pytest.approx(turn.steering_rad, abs=1e-9)
+    assert plant.state.without_slip(CAR.wheelbase_m).heading_rad == pytest.approx(turn.heading_rad, abs=1e-4)
     run(plant, 0.0, 0.0, 100)
     assert abs(plant.state.d_m) < 0.05
     speed = plant.state.speed_mps  # turning drags it down
@@ -229,7 +231,7 @@ def test_in_a_steady_turn_it_moves_along_its_axis_at_the_zero_sideslip_point(car
     steering = (car.wheelbase_m / speed**2 + Chassis.of(car).understeer_gradient) * lateral
     plant = DynamicPlant(car, ROAD, HostState(speed_mps=speed, steering_rad=steering))
     run(plant, 0.0, 0.0, 300)
-    told = plant.equivalent(plant.zero_sideslip_point_m)
+    told = plant.state.without_slip(car.wheelbase_m, zero_sideslip_point_m(Chassis.of(car), plant.state.speed_mps))
     assert told.heading_rad == pytest.approx(plant.state.heading_rad, abs=0.05 * Chassis.of(car).rear_slip_gradient * abs(lateral) + 1e-6)
 
 
@@ -243,7 +245,8 @@ def test_about_the_zero_sideslip_point_the_no_slip_car_goes_where_this_one_goes(
     no_slip: dict[float, list[float]] = {}
     for k in range(steps + 50):
         if k == steps // 3:
-            no_slip = {point: plant.equivalent(point).to_vector().tolist() for point in (0.0, plant.zero_sideslip_point_m)}
+            points = (0.0, zero_sideslip_point_m(Chassis.of(CAR), plant.state.speed_mps))
+            no_slip = {point: plant.state.without_slip(CAR.wheelbase_m, point).to_vector().tolist() for point in points}
         for point, x in no_slip.items():
             turn = plant.state.yaw_rate_radps / plant.state.speed_mps
             x[:3] = road_bicycle_step(x, turn, plant.state.speed_mps, CAR.centre_m - point)

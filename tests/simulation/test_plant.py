@@ -14,8 +14,10 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.simulation.actuators import Applied
 from mcdas_opt.simulation.idm import STEP_S
-from mcdas_opt.simulation.plant import Applied, KinematicPlant, make_plant
+from mcdas_opt.simulation.kinematic_plant import KinematicPlant
+from mcdas_opt.simulation.plant import make_plant
 
 CAR, ROAD = Vehicle(), Road(lanes_left=1, lanes_right=1, friction=0.9)
 GRIP = 0.9 * GRAVITY_MPS2

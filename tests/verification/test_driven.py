@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
+from mcdas_opt.simulation.kinematic_plant import KinematicPlant
 from mcdas_opt.simulation.metrics import History, driven
-from mcdas_opt.simulation.plant import KinematicPlant
 from mcdas_opt.verification.judge import judge
 from tests.verification.rollouts import NOBODY, SEDAN, WIDE, WIDE_CURVED
 

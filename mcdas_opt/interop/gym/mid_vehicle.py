@@ -29,10 +29,11 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.rules import Array, non_negative
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.simulation.car import Car
 from mcdas_opt.simulation.contact import EDGE_SLACK_M, surroundings
 from mcdas_opt.simulation.idm import STEP_S, step_times
 from mcdas_opt.simulation.neighbours import Traffic, host_motion
-from mcdas_opt.simulation.plant import Plant, make_plant
+from mcdas_opt.simulation.plant import PlantFactory
 from mcdas_opt.simulation.record import Outcome
 
 CYCLE_S = 0.1
@@ -60,7 +61,7 @@ class MidVehicle(gymnasium.Env[Observation, NDArray[np.float32]]):
         scene: str | Scene = "sandwich-60-40",
         *,
         spread: float = 1.0,
-        plant: str = "kinematic",
+        plant: str | PlantFactory = "kinematic",
         render_mode: str | None = None,
     ) -> None:
         if render_mode is not None:
@@ -68,7 +69,7 @@ class MidVehicle(gymnasium.Env[Observation, NDArray[np.float32]]):
         self._scene = load_scene(scene) if isinstance(scene, str) else scene
         self._spread, self._plant = non_negative("spread", spread), plant
         self.render_mode = None
-        make_plant(plant, self._scene.vehicle, self._scene.true_road, self._scene.host_state)
+        Car(plant, self._scene.vehicle, self._scene.true_road, self._scene.host_state)
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, shape=(2,), dtype=np.float32)
         self.observation_space = gymnasium.spaces.Box(-1.0, 1.0, shape=(SCALES.size,), dtype=np.float32)
         self._drawn = self._scene
@@ -105,9 +106,9 @@ class MidVehicle(gymnasium.Env[Observation, NDArray[np.float32]]):
         """The scene that is being driven, as drawn at the last reset."""
         return self._drawn
 
-    def _begin(self) -> tuple[Traffic, Plant]:
+    def _begin(self) -> tuple[Traffic, Car]:
         drawn = self._drawn
-        return Traffic(drawn), make_plant(self._plant, drawn.vehicle, drawn.true_road, drawn.host_state)
+        return Traffic(drawn), Car(self._plant, drawn.vehicle, drawn.true_road, drawn.host_state)
 
     def _draw(self) -> Scene:
         """The scene with its neighbours moved; the scene itself where no draw is sound (bodies overlap, somebody would reverse)."""
