@@ -241,7 +241,7 @@ def test_low_friction_is_the_plants_not_the_planners() -> None:
 
 
 def test_what_is_not_known_is_refused_by_name() -> None:
-    with pytest.raises(ParameterError, match="kinematic"):
+    with pytest.raises(ParameterError, match="did you mean 'dynamic'"):
         simulate(make_scene(), FakeDriver(), plant="dynamo")
     with pytest.raises(ParameterError, match="cycle_s"):
         simulate(make_scene(), FakeDriver(), settings=Settings(cycle_s=0.033))
