@@ -107,8 +107,8 @@ def test_a_saved_situation_can_be_judged_in(
         (("simulate", "SCENE", "--planner", "mcp"), ("mcp", "mpc")),
         (("simulate", "SCENE", "--plant", "kinetic"), ("plant", "kinematic")),
         (("simulate", "SCENE", "--out", "drive.mp4"), ("drive.mp4", ".gif")),
-        (("judge", "SCENE", "nothing.csv"), ("nothing.csv", "no such file")),
-        (("judge", "SCENE", "PLAN", "--prediction", "sceen"), ("prediction", "scene")),
+        (("verify", "SCENE", "nothing.csv"), ("nothing.csv", "no such file")),
+        (("verify", "SCENE", "PLAN", "--prediction", "sceen"), ("prediction", "scene")),
     ],
 )
 def test_bad_input_is_one_line_and_exit_2(
