@@ -55,7 +55,7 @@ from mcdas_opt.time_to_react.evasive_profiles import EDGE_M
 from mcdas_opt.time_to_react.guess import Case
 from mcdas_opt.time_to_react.library import CLEAR_S, KINDS, LATEST_S, EscapeSettings, Members
 from mcdas_opt.time_to_react.predicted_traffic import PredictedTraffic, Rows
-from mcdas_opt.time_to_react.separation import ARRIVED_M, doomed, touched
+from mcdas_opt.time_to_react.separation import ARRIVED_M, inevitable_collision, touched
 from mcdas_opt.tracking.prediction import predict
 from mcdas_opt.verification.judge import judge, judge_all
 
@@ -220,7 +220,10 @@ class Truth:
         prediction = Prediction(name="truth", bodies=tuple(_later(body, step * STEP_S) for body in self.prediction.bodies))
         drives = driven(rolled, begin, self.vehicle, self.road)
         for drive, verdict in zip(drives, judge_all(drives, begin, self.vehicle, self.road, prediction), strict=True):
-            if verdict.passed and doomed(motions_driven(drive), step + DRIVE_NODES[None], self.traffic, self.vehicle, self.road)[0] < 0:
+            if (
+                verdict.passed
+                and inevitable_collision(motions_driven(drive), step + DRIVE_NODES[None], self.traffic, self.vehicle, self.road)[0] < 0
+            ):
                 return drive
         return None
 
@@ -242,7 +245,7 @@ class Truth:
         slack = 0.1 if clear_m < -0.1 else 0.0
         able = arrives & (motions.ability >= -slack) & (motions.edge_m >= -slack - EDGE_M)
         smaller = replace(self.traffic, half_length_m=self.traffic.half_length_m + clear_m)  # smaller bodies end with more room
-        able &= doomed(motions, clock, smaller, self.vehicle, self.road) < 0
+        able &= inevitable_collision(motions, clock, smaller, self.vehicle, self.road) < 0
         left = np.flatnonzero(able)
         if left.size:
             met, _ = touched(rows_of(motions, left), clock[left], self.traffic, self.vehicle, self.road, clear_m)

@@ -67,7 +67,7 @@ class Exchange:
 
     @property
     def gain_mps2(self) -> float:
-        """Eq 4, left side less the right one: worth it when positive."""
+        """Eq 4, left side less the right one: the incentive to change, where positive."""
         others = self.new_after - self.new_before + self.old_after - self.old_before
         return self.own_after - self.own_before + _POLITENESS * others - _THRESHOLD_MPS2
 
@@ -134,7 +134,7 @@ class IdmMobilMethod:
         )
 
     def _change(self, situation: Situation) -> Manoeuvre | None:
-        """The better of the sides that are safe and worth it; the same on both goes to the tie-break side."""
+        """The better of the sides that are safe and have an incentive; the same on both goes to the tie-break side."""
         best: tuple[float, bool, Side] | None = None
         for side in (Side.LEFT, Side.RIGHT):
             trade = self.exchange(situation, side)

@@ -144,7 +144,7 @@ def _polished(run: Run, settings: ParkSettings, best: Exchanged) -> None:
     expected = run.work + _POLISH_ITERATIONS * len(halved.steps)
     if manoeuvre.gear_changes < _LONG_FROM and expected > _WORK_POLISHING:
         return
-    closely = replace(settings.exchange, trust_m=_POLISH_M, trust_rad=0.5 * _POLISH_M)
+    closely = replace(settings.exchange, trust_region_m=_POLISH_M, trust_region_rad=0.5 * _POLISH_M)
     closely = _within_work(run, manoeuvre, closely)
     where = finer_places(best.checked)
     _offered(run, "nlp, finer grid", lambda: exchange(run.case, run.world, halved, settings.costs, closely, checked=where))

@@ -68,7 +68,7 @@ def cruisers(bodies: Sequence[CruisingBody], margins: Margins) -> list[float]:
     return numbers
 
 
-def at_hand(vehicle: Vehicle, road: Road, chosen: EscapeSettings, straightening_mps2: float) -> tuple[tuple[float, ...], Array]:
+def case_constants(vehicle: Vehicle, road: Road, chosen: EscapeSettings, straightening_mps2: float) -> tuple[tuple[float, ...], Array]:
     """What neither the host nor the others change of a case: its numbers, and the road's knots as columns (2, K)."""
     knots, bend = _knots(road.curvature)
     grip = road.friction * GRAVITY_MPS2

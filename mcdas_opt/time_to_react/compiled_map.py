@@ -23,7 +23,7 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.native.addresses import address
 from mcdas_opt.native.binding import record
-from mcdas_opt.time_to_react.compiled_case import NUMBERS, CaseRecord, at_hand, cruisers, faded
+from mcdas_opt.time_to_react.compiled_case import NUMBERS, CaseRecord, case_constants, cruisers, faded
 from mcdas_opt.time_to_react.guess import EXACT_NODES, GUESS_NODES, KEPT_TIMES_S
 from mcdas_opt.time_to_react.library import CLEAR_S, KINDS, LATEST_S, EscapeSettings, Spread, forces, spread_of
 from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, PredictedTraffic, lattice_s
@@ -55,7 +55,7 @@ class _Ground:
         self.steps = round(self.until_s / LATTICE_S) + 1
         of_any = forces(road, HostState(), vehicle, chosen)
         self.forces = of_any if road.is_straight else None
-        numbers, knots = at_hand(vehicle, road, chosen, of_any.gentle)
+        numbers, knots = case_constants(vehicle, road, chosen, of_any.gentle)
         times_s = lattice_s(self.steps)
         self._kept = knots, times_s
         bare = CaseRecord(lattice=self.steps, moments=KEPT_TIMES_S.size, half_steps=round(0.5 * CLEAR_S / LATTICE_S))

@@ -16,7 +16,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.manoeuvres.starts import Starts
-from mcdas_opt.time_to_react.compiled_case import CompiledCase, Nodes, at_hand, predicted_traffic
+from mcdas_opt.time_to_react.compiled_case import CompiledCase, Nodes, case_constants, predicted_traffic
 from mcdas_opt.time_to_react.constant_input import EVERY, constant_input
 from mcdas_opt.time_to_react.effort import ANCHORS, APART_S, LEAST_ANCHORS, STARTS
 from mcdas_opt.time_to_react.evasive_profiles import EDGE_M, Motions, evasive_motions
@@ -28,7 +28,7 @@ from mcdas_opt.time_to_react.separation import (
     NOWHERE_M,
     blocked,
     blocked_in_lane,
-    doomed,
+    inevitable_collision,
     touched,
 )
 
@@ -105,7 +105,7 @@ class Case:
     def _compiled(self, library: ctypes.CDLL) -> CompiledCase:
         all_of = self.members
         columns = np.array((all_of.level_mps2, all_of.until_s, all_of.until_mps, all_of.target_d_m, all_of.lateral_mps2))
-        numbers, knots = at_hand(self.vehicle, self.situation.road, self.chosen, all_of.straightening_mps2)
+        numbers, knots = case_constants(self.vehicle, self.situation.road, self.chosen, all_of.straightening_mps2)
         return CompiledCase(
             library,
             self.traffic,
@@ -244,7 +244,7 @@ class Case:
         """The same of other members, in numpy."""
         motions, clock, acts = self.driven(member, starts, nodes.steps, among)
         step, _ = touched(motions, clock, self.traffic, self.vehicle, self.situation.road, self.chosen.clear_m)
-        ends = doomed(motions, clock, self.traffic, self.vehicle, self.situation.road, self.chosen.clear_m)
+        ends = inevitable_collision(motions, clock, self.traffic, self.vehicle, self.situation.road, self.chosen.clear_m)
         arrives = ~(np.abs(motions.d_m[:, -1] - among.target_d_m[member]) > ARRIVED_M)
         return acts & arrives & motions.possible & motions.on_road & (step < 0) & (ends < 0), motions.demand_mps2
 

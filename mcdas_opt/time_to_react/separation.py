@@ -88,7 +88,9 @@ def _handed_over(free: Array) -> NDArray[np.bool_]:
     return np.asarray(until > since)
 
 
-def doomed(motions: Motions, clock: Rows, traffic: PredictedTraffic, vehicle: Vehicle, road: Road, clear_m: float = 0.0) -> Rows:
+def inevitable_collision(
+    motions: Motions, clock: Rows, traffic: PredictedTraffic, vehicle: Vehicle, road: Road, clear_m: float = 0.0
+) -> Rows:
     """For each row (R,) the body that it ends up with no room for: closing in on it at its end, in its way, and too near for braking
     (one ahead) or accelerating (one behind) to end that; -1 without. What only puts a collision off is no escape."""
     end = clock[:, -1]

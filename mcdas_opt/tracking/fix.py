@@ -76,7 +76,7 @@ class RadarFix:
     def read(self, belief: Belief) -> Reading:
         """The measurement for a target of that belief.
 
-        Its heading turns the face that was seen: the believed heading atan(vd / vs) is trusted as far as its own variance says,
+        Its heading turns the face that was seen: the believed heading atan(vd / vs) counts as far as its own variance says,
         against cars' habit to follow the road (0.1 rad). What stays uncertain of it goes into R, and so does the speed across the
         line of sight that the azimuth's error mixes into the range rate (in a bend also by taking the road's direction elsewhere).
         """
@@ -86,11 +86,11 @@ class RadarFix:
         shift, slope, doubt = 0.0, 0.0, 0.0
         if self.size is not None:
             speed = max(abs(forward), _SLOWEST_MPS)
-            trust = _HEADING_SD_RAD**2 / (_HEADING_SD_RAD**2 + float(belief[1][3, 3]) / speed**2)
-            seen = self.bearing_rad - trust * math.atan(vd / math.copysign(speed, forward))
+            weight = _HEADING_SD_RAD**2 / (_HEADING_SD_RAD**2 + float(belief[1][3, 3]) / speed**2)
+            seen = self.bearing_rad - weight * math.atan(vd / math.copysign(speed, forward))
             extent, slope = half_extent_and_slope(seen, *self.size)
             shift = extent - self.extent_m
-            doubt = slope**2 * _HEADING_SD_RAD**2 * (1.0 - trust)
+            doubt = slope**2 * _HEADING_SD_RAD**2 * (1.0 - weight)
         r = self.range_m + shift
         s, d = self.place
         turned = vd * along - forward * across  # the target's speed to the left of the line of sight

@@ -180,8 +180,8 @@ def test_a_scenario_without_a_lane_or_an_ego_is_refused(tmp_path: Path, changes:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("not xml", "is no XML that can be trusted"),
-        ('<!DOCTYPE a [<!ENTITY b "c"><!ENTITY d "&b;&b;">]><commonRoad>&d;</commonRoad>', "is no XML that can be trusted.*Entit"),
+        ("not xml", "is no XML that is safe to read"),
+        ('<!DOCTYPE a [<!ENTITY b "c"><!ENTITY d "&b;&b;">]><commonRoad>&d;</commonRoad>', "is no XML that is safe to read.*Entit"),
         ("<osm/>", "root element = 'osm': must be commonRoad"),
         ("<commonRoad/>", "is no CommonRoad scenario"),
     ],

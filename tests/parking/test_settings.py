@@ -18,7 +18,7 @@ from mcdas_opt.parking.settings import ParkSettings
     ("record", "name", "value"),
     [
         (ExchangeSettings, "rounds", 0),
-        (ExchangeSettings, "trust_m", math.nan),
+        (ExchangeSettings, "trust_region_m", math.nan),
         (ExchangeSettings, "tolerance", (1e-5, 0.0)),
         (ExchangeSettings, "work", -1),
         (ExchangeSettings, "end_share", 1.5),

@@ -43,7 +43,7 @@ def read_file(path: Path) -> tuple[Any, Any]:
         if root != "commonRoad":
             raise InputError(path, "root element", root, "must be commonRoad")
     except (ParseError, DefusedXmlException) as error:
-        raise InputError(path, "", None, f"is no XML that can be trusted: {error!r}") from None
+        raise InputError(path, "", None, f"is no XML that is safe to read: {error!r}") from None
     try:
         scenario, problems = CommonRoadFileReader(str(path)).open(lanelet_assignment=False)
     except Exception as error:  # the reader raises whatever its parsing meets

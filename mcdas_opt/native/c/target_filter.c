@@ -70,8 +70,8 @@ static int reading(const double *belief, const double *fix, double *z, double *H
         double shift = 0.0, slope = 0.0, doubt = 0.0, r, turned, jacobian[3][3], variance[3];
         if (fix[LENGTH] > 0.0) {
             const double speed = GREATER(fabs(forward), slowest);
-            const double trust = heading_sd * heading_sd / (heading_sd * heading_sd + belief[N + 15] / (speed * speed));
-            const double seen = fix[BEARING] - trust * atan(vd / copysign(speed, forward)), c = cos(seen), s = sin(seen);
+            const double weight = heading_sd * heading_sd / (heading_sd * heading_sd + belief[N + 15] / (speed * speed));
+            const double seen = fix[BEARING] - weight * atan(vd / copysign(speed, forward)), c = cos(seen), s = sin(seen);
             double extent;
             if (fix[WIDTH] * fabs(c) >= fix[LENGTH] * fabs(s)) {
                 extent = 0.5 * fix[LENGTH] / fabs(c);
@@ -81,7 +81,7 @@ static int reading(const double *belief, const double *fix, double *z, double *H
                 slope = -extent * c / s;
             }
             shift = extent - fix[EXTENT];
-            doubt = slope * slope * (heading_sd * heading_sd) * (1.0 - trust);
+            doubt = slope * slope * (heading_sd * heading_sd) * (1.0 - weight);
         }
         r = fix[RANGE] + shift;
         turned = vd * along - forward * across;

@@ -1,4 +1,4 @@
-"""The stop that is always at hand: on along the present path until the brake takes effect, then to rest on the same path."""
+"""The stop that is always possible: on along the present path until the brake takes effect, then to rest on the same path."""
 
 from __future__ import annotations
 

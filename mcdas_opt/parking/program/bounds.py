@@ -13,15 +13,15 @@ _ROOM_AT_MOST = 4.0  # ... but no more than so many times the trust region
 
 
 def node_bounds(
-    case: ParkingCase, manoeuvre: Manoeuvre, room: Array, trust_m: float, trust_rad: float, share: float
+    case: ParkingCase, manoeuvre: Manoeuvre, room: Array, trust_region_m: float, trust_region_rad: float, share: float
 ) -> tuple[Array, Array]:
     """(low, high) (n + 1, 5) of a program around `manoeuvre`, of whose trust region the `share` is used; `room` (n,) is the clearance."""
     limits, top = case.limits, case.vehicle.steering_max_rad
-    reach = share * np.append(np.clip(_ROOM_SHARE * room, trust_m, _ROOM_AT_MOST * trust_m), trust_m)[:, None]
-    trust = reach * np.array([1.0, 1.0, trust_rad / trust_m])
+    reach = share * np.append(np.clip(_ROOM_SHARE * room, trust_region_m, _ROOM_AT_MOST * trust_region_m), trust_region_m)[:, None]
+    widths = reach * np.array([1.0, 1.0, trust_region_rad / trust_region_m])
     low, high = manoeuvre.nodes.copy(), manoeuvre.nodes.copy()
-    low[:, :3] -= trust
-    high[:, :3] += trust
+    low[:, :3] -= widths
+    high[:, :3] += widths
     gears = _gear_at_nodes(manoeuvre.gears)
     low[:, 3] = np.where(gears < 0.0, -limits.reverse_mps, 0.0)
     high[:, 3] = np.where(gears > 0.0, limits.forward_mps, 0.0)

@@ -28,10 +28,10 @@ _NEAR_M = 0.7  # obstacles nearer than this are checked
 _GAIN = 0.01  # a round that gains less than this share is no gain
 _ASTRAY = 5e-3  # a round that ends with a larger violation is not followed
 _LATER_FROM = 5  # round from which `nearly_later_m` is asked for
-_TRUST_FROM = 2  # round after which the trust region ...
-_TRUST_SHRINKS = 0.5  # ... shrinks, every round, ...
-_TRUST_SETTLES = 0.12  # ... and by this once a round is no more than `_GAIN` from the duration of the one before, ...
-_TRUST_LEAST = 0.05  # ... to this
+_SHRINKS_FROM = 2  # round after which the trust region ...
+_SHRINKS_BY = 0.5  # ... shrinks, every round, ...
+_SETTLES_BY = 0.12  # ... and by this once a round is no more than `_GAIN` from the duration of the one before, ...
+_LEAST_SHARE = 0.05  # ... to this
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,8 +42,8 @@ class ExchangeSettings:
     rounds_unsound: int = 16  # as long as no round was sound
     work: int = 40_000  # iterations times intervals, after which a loop that has an answer ends ...
     work_unsound: int = 1_000_000  # ... and one that has none
-    trust_m: float = 0.7
-    trust_rad: float = 0.4
+    trust_region_m: float = 0.7
+    trust_region_rad: float = 0.4
     tolerance: tuple[float, float] = (1e-5, 1e-5)  # of the solver: in the first round, and in those that begin from its answer
     end_share: float = 0.995  # of the end tolerance that may be used: in narrow slots it saves a tenth of the time
     patience: int = 2  # stop when a round gains nothing on each of so many before it; with 0 the first sound round is the last
@@ -57,7 +57,7 @@ class ExchangeSettings:
     def __post_init__(self) -> None:
         require(self, positive, "rounds", "rounds_unsound")
         require(self, non_negative, "work", "work_unsound")
-        require(self, positive, "trust_m", "trust_rad")
+        require(self, positive, "trust_region_m", "trust_region_rad")
         for tolerance in self.tolerance:
             positive("tolerance", tolerance)
         within("end_share", self.end_share, 0.0, 1.0)
@@ -110,20 +110,20 @@ def exchange(
 
 
 @dataclass(slots=True)
-class _Trust:
+class _TrustRegion:
     """The share of the trust region that a round may use, the round after which it shrinks, and the restarts so far."""
 
     share: float = 1.0
-    shrinks_from: int = _TRUST_FROM
+    shrinks_from: int = _SHRINKS_FROM
     restarts: int = 0
 
     def restart(self, number: int) -> None:
         self.restarts += 1
-        self.share, self.shrinks_from = _TRUST_SHRINKS**self.restarts, number + _TRUST_FROM
+        self.share, self.shrinks_from = _SHRINKS_BY**self.restarts, number + _SHRINKS_FROM
 
     def after(self, number: int, settled: bool) -> None:
         if number >= self.shrinks_from:
-            self.share = max(self.share * (_TRUST_SETTLES if settled else _TRUST_SHRINKS), _TRUST_LEAST)
+            self.share = max(self.share * (_SETTLES_BY if settled else _SHRINKS_BY), _LEAST_SHARE)
 
 
 class _Loop:
@@ -145,7 +145,7 @@ class _Loop:
         self.dips: set[Place] = set()
         self.missed = np.zeros(3)  # how far from the program the roll-out ends, where that leaves the tolerance or the end is fixed
         self.durations = [0.0, 0.0]
-        self.margin_m, self.trust = MARGIN_M, _Trust()
+        self.margin_m, self.trust_region = MARGIN_M, _TrustRegion()
         self.rounds, self.iterations, self.lacking_m = 0, 0, np.inf
 
     def out_of_work(self, number: int) -> bool:
@@ -157,8 +157,8 @@ class _Loop:
         """Solve once and measure the solution; whether there is reason to go on."""
         settings, asked = self.settings, self.case.limits.clearance_m
         solution = self._solved(self._program(), warm=number > 1)
-        if solution.violation > _ASTRAY and self.trust.restarts < settings.restarts:
-            self.trust.restart(number)
+        if solution.violation > _ASTRAY and self.trust_region.restarts < settings.restarts:
+            self.trust_region.restart(number)
             self._follow(self.best if self.best is not None else self.first)
             return True
         if not solution.violation <= _NO_SOLUTION:
@@ -179,7 +179,7 @@ class _Loop:
             self.margin_m += self.lacking_m
         settled = abs(self.current.duration_s - self.durations[-1]) <= _GAIN * self.current.duration_s
         self.durations = [*self.durations, self.current.duration_s][-2:]
-        self.trust.after(number, settled)
+        self.trust_region.after(number, settled)
         return True
 
     def _follow(self, manoeuvre: Manoeuvre) -> None:
@@ -199,10 +199,10 @@ class _Loop:
 
     def _program(self) -> ParkingProgram:
         """The program around the manoeuvre of the moment."""
-        case, manoeuvre, settings, trust = self.case, self.current, self.settings, self.trust.share
-        reach = settings.trust_m + settings.trust_rad * self.world.body.reach
-        where = places(manoeuvre, self.rolled, case.limits.clearance_m, min(_NEAR_M, trust * reach), self.dips)
-        low, high = node_bounds(case, manoeuvre, self.rolled.node_room, settings.trust_m, settings.trust_rad, trust)
+        case, manoeuvre, settings, share = self.case, self.current, self.settings, self.trust_region.share
+        reach = settings.trust_region_m + settings.trust_region_rad * self.world.body.reach
+        where = places(manoeuvre, self.rolled, case.limits.clearance_m, min(_NEAR_M, share * reach), self.dips)
+        low, high = node_bounds(case, manoeuvre, self.rolled.node_room, settings.trust_region_m, settings.trust_region_rad, share)
         nodes = np.clip(manoeuvre.nodes, low, high)
         slack: Array = settings.end_share * end_slack(case) if self.end_steering_rad is None else np.zeros(3)
         low[-1, :3] -= slack + self.missed

@@ -64,7 +64,7 @@ def improve(
     if again or unanswered:
         passes.through(-(windows.stride // 2), windows.phases, windows.stride, None if again else unanswered)
     if not _sound(case, passes.current):
-        closed = replace(settings, rounds=2, rounds_unsound=5, trust_m=_CLOSING_M, trust_rad=0.5 * _CLOSING_M)
+        closed = replace(settings, rounds=2, rounds_unsound=5, trust_region_m=_CLOSING_M, trust_region_rad=0.5 * _CLOSING_M)
         done = exchange(case, world, passes.current, costs, closed)  # windows without an answer leave gaps of millimetres that add up
         passes.rounds, passes.iterations = passes.rounds + done.rounds, passes.iterations + done.iterations
         if done.best is None:
@@ -73,7 +73,7 @@ def improve(
     coarse = passes.current
     if coarse.gear_changes <= windows.fine_up_to:
         passes.current = in_pieces(finer(case, coarse), PIECE)
-        passes.settings = replace(inner, trust_m=_FINE_M, trust_rad=0.5 * _FINE_M)
+        passes.settings = replace(inner, trust_region_m=_FINE_M, trust_region_rad=0.5 * _FINE_M)
         passes.through(0, windows.phases, windows.fine_stride)
         if not _sound(case, passes.current):
             passes.current = coarse

@@ -141,7 +141,7 @@ static int sound_one(const Case *q, Drive *w, whole i, const double *factor, who
     }
     *demand = m->demand;
     const int arrives = target != target || fabs(m->d[last] - target) <= ARRIVED_M;
-    return met < 0 && acts && arrives && m->demand <= most && m->ability >= 0.0 && m->edge >= 0.0 && !doomed(q, m, last, start + e->steps[last]);
+    return met < 0 && acts && arrives && m->demand <= most && m->ability >= 0.0 && m->edge >= 0.0 && !inevitable_collision(q, m, last, start + e->steps[last]);
 }
 
 /* Exactly: which members are open from these starts, and what they ask of the tyres */

@@ -72,7 +72,7 @@ static int touched(const Case *q, int from, int to, whole start, const whole *st
     return first;
 }
 
-static int doomed(const Case *q, const Motion *m, int last, whole clock)
+static int inevitable_collision(const Case *q, const Motion *m, int last, whole clock)
 {
     for (whole j = 0; j < q->bodies; j++) {
         const whole at = j * q->lattice + clock;
