@@ -53,16 +53,23 @@ class CycleMethod(Protocol):
 
 
 class AskedMethod:
-    """A method under its name, asked by the cycle; `previous` is the last plan that left, its own or the fallback's."""
+    """A method under its name, asked by the cycle; `previous` is the last plan that left, its own or the fallback's.
 
-    def __init__(self, name: str, method: Method) -> None:
-        self.name, self.method = name, method
+    It is asked to begin no candidate that much time after the cycle began; None: there is no such deadline.
+    """
+
+    def __init__(self, name: str, method: Method, deadline_s: float | None = None) -> None:
+        self.name, self.method, self.deadline_s = name, method, deadline_s
         self.previous: Plan | None = None
 
     @property
     def has_ladder(self) -> bool:
         """A method that does not say gets the fallback ladder."""
         return getattr(self.method, "has_ladder", True)
+
+    def stop_at_s(self, started_s: float) -> float | None:
+        """The deadline of a cycle that began at `started_s` (of `time.perf_counter`)."""
+        return None if self.deadline_s is None else started_s + self.deadline_s
 
     def answer(self, cycle: Cycle) -> Plan | NothingPasses:
         """What it answers to this cycle. One that does not know cycles plans in the place and time that were given."""

@@ -19,7 +19,6 @@ from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.fallback import NothingPasses, fall_back, remainder_instead
-from mcdas_opt.planning.host_plausibility import HostPlausibility
 from mcdas_opt.planning.memory import Memory, remembered
 from mcdas_opt.planning.method import AskedMethod, Method, PlannerName, build_method
 from mcdas_opt.planning.one_thread import OneThread
@@ -58,14 +57,12 @@ class Planner:
             require_type("settings", settings, Settings)
         if road is not None:
             require_type("road", road, Road)
-        self.deadline_s = deadline_s
         self.vehicle = load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle
         self.settings = settings or Settings()
         built = build_method(method, self.vehicle, self.settings) if isinstance(method, str) else method
-        self._asked = AskedMethod(name or (method if isinstance(method, str) else type(method).__name__), built)
+        self._asked = AskedMethod(name or (method if isinstance(method, str) else type(method).__name__), built, deadline_s)
         self.sensing = Sensing(self.vehicle, road or Road())
         self.memory = Memory()
-        self._host_plausibility = HostPlausibility()
         self._one_thread = OneThread()
 
     @property
@@ -76,6 +73,10 @@ class Planner:
     @property
     def method(self) -> Method:
         return self._asked.method
+
+    @property
+    def deadline_s(self) -> float | None:
+        return self._asked.deadline_s
 
     @property
     def road(self) -> Road:
@@ -111,7 +112,6 @@ class Planner:
         with self._one_thread.inside():
             self.sensing.reset()
             self.memory, self._asked.previous = Memory(), None
-            self._host_plausibility = HostPlausibility()
 
     def plan(self, situation: Situation) -> Plan:
         """One plan for a situation, judged. Never raises in traffic: a refusal is answered by the fallback.
@@ -124,7 +124,7 @@ class Planner:
             return self._believing(situation)
 
     def _believing(self, situation: Situation) -> Plan:
-        host, fault = self._host_plausibility.believed(situation.host, situation.time_s, situation.road, self.vehicle, self.previous)
+        host, fault = self.sensing.believed(situation.host, situation.time_s, situation.road, self.previous)
         if not fault:
             return self._plan(situation, "")
         wanted = None if situation.desired_speed_mps == situation.host.speed_mps else situation.desired_speed_mps  # None: as now
@@ -133,8 +133,7 @@ class Planner:
     def _plan(self, situation: Situation, fault: str) -> Plan:
         """`fault` says what is wrong with the host's state as it was measured; the situation's is one that can be."""
         started = time.perf_counter()
-        stop_at_s = None if self.deadline_s is None else started + self.deadline_s
-        cycle = Cycle.of(situation, self.vehicle, self.settings, self.memory, stop_at_s)
+        cycle = Cycle.of(situation, self.vehicle, self.settings, self.memory, self._asked.stop_at_s(started))
         wrong = (fault or contradiction(cycle.given, cycle.memory.situation, self.vehicle)) if self._asked.has_ladder else ""
         if wrong:
             memory = replace(cycle.memory, warm_starts=None)  # the solver was not asked
@@ -179,6 +178,6 @@ class Planner:
         if road is not None:
             require_type("road", road, Road)
         with self._one_thread.inside():
-            believed, fault = self._host_plausibility.believed(host, now, road or self.road, self.vehicle, self.previous)
+            believed, fault = self.sensing.believed(host, now, road, self.previous)
             seen = self.sensing.situation(measurements, believed, now, road=road, desired_speed_mps=desired_speed_mps, request=request)
             return self.plan(replace(seen, host=host) if fault else seen)

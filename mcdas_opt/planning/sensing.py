@@ -1,4 +1,4 @@
-"""From scans to a situation: the tracker, and where the car was when each scan was taken."""
+"""From what is measured to a situation: the host's state that is believed, the tracker, and where the car was when each scan was taken."""
 
 from __future__ import annotations
 
@@ -7,26 +7,34 @@ from collections.abc import Sequence
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Scan
+from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request
+from mcdas_opt.planning.host_plausibility import HostPlausibility
 from mcdas_opt.planning.pose_history import PoseHistory
 from mcdas_opt.tracking.tracker import Tracker
 
 
 class Sensing:
-    """Remembers tracks and poses between cycles. `road` is what the car drives on unless a cycle is told another."""
+    """Remembers tracks, poses and the host's last state between cycles. `road` is what the car drives on unless a cycle is told another."""
 
     def __init__(self, vehicle: Vehicle, road: Road) -> None:
         self.road = road
         self.tracker = Tracker(vehicle=vehicle)
         self._poses = PoseHistory()
+        self._host_plausibility = HostPlausibility()
 
     def reset(self) -> None:
-        """Forgets tracks and poses."""
+        """Forgets them."""
         self.tracker.reset()
         self._poses = PoseHistory()
+        self._host_plausibility = HostPlausibility()
+
+    def believed(self, host: HostState, now: float, road: Road | None, previous: Plan | None) -> tuple[HostState, str]:
+        """The host's state as measured and "", or what is believed instead and why (`HostPlausibility.believed`)."""
+        return self._host_plausibility.believed(host, now, road or self.road, self.tracker.vehicle, previous)
 
     def situation(
         self,
