@@ -5,7 +5,9 @@ from typing import Annotated
 
 import typer
 
-Plant = Annotated[str, typer.Option("--plant", help="The car that is driven: kinematic, dynamic (with tyres), or a plug-in.")]
+Plant = Annotated[
+    str, typer.Option("--plant", help="The car that is driven: kinematic, dynamic (with tyres), std, multi-body, or a plug-in.")
+]
 NoiseSeed = Annotated[int | None, typer.Option("--seed", min=0, help="Of the measurement noise; default the scene's.")]
 Dbc = Annotated[Path | None, typer.Option("--dbc", help="The DBC to decode by; default the shipped minimal one.")]
 Road = Annotated[str | None, typer.Option("--road", help="A scene whose road and vehicle to drive; default one straight lane.")]

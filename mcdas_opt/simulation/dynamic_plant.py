@@ -13,6 +13,7 @@ from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.dynamics.single_track import NO_SLIP_BELOW_MPS, axle_forces, body_accelerations, slip_share
 from mcdas_opt.simulation.actuators import Actuators, Applied, standstill_after
 from mcdas_opt.simulation.idm import STEP_S
+from mcdas_opt.simulation.steady_turn import in_steady_turn
 
 _RELAXATION_S = 0.05
 
@@ -26,23 +27,17 @@ class DynamicPlant:
 
     Slip angles lose their meaning at low speed. Below 3 m/s the vehicle goes over to the no-slip bicycle, and is one below 1 m/s
     (blended by speed: Kabzan et al., AMZ Driverless, J. Field Robotics 37(7) 2020, section 5.3; here the blend is smooth, and slip
-    relaxes to zero). Nobody reverses. A first state without slip, given in a bend, counts as a steady turn: the vehicle begins with the
-    slip and the steering angle of that turn (Rajamani 2012, section 3.1), and moves as that state's no-slip bicycle does.
+    relaxes to zero). Nobody reverses. The vehicle begins `in_steady_turn`.
     """
 
     def __init__(self, vehicle: Vehicle, road: Road, state: HostState) -> None:
         self._vehicle, self._road, self._straight = vehicle, road, road.is_straight
         self._chassis = Chassis.of(vehicle)
         self._actuators = Actuators(vehicle=vehicle, friction=road.friction)
-        s, d, psi, v, a, delta = (float(q) for q in state.to_vector())
-        a, delta = self._actuators.hold(v, a, delta)
-        if isinstance(state, SlidingState):
-            aside, yaw_rate = state.lateral_speed_mps, state.yaw_rate_radps
-        else:
-            yaw_rate = v * math.tan(self._actuators.steering_held(v, a, delta)) / vehicle.wheelbase_m
-            slip, more = (0.0, 0.0) if self._straight else _settled(self._chassis, v, float(road.curvature_at(s)))
-            aside, psi, delta = -slip * v, psi + slip, self._actuators.hold(v, a, delta + more)[1]
-        self._x = [s, d, psi, v, aside + self._chassis.cog_to_rear_axle_m * yaw_rate, yaw_rate, a, delta]
+        start = in_steady_turn(state, vehicle, road)
+        s, d, psi, v, a, delta = (float(q) for q in start.to_vector())
+        yaw_rate = start.yaw_rate_radps
+        self._x = [s, d, psi, v, start.lateral_speed_mps + self._chassis.cog_to_rear_axle_m * yaw_rate, yaw_rate, a, delta]
 
     @property
     def state(self) -> SlidingState:
@@ -117,9 +112,3 @@ class DynamicPlant:
         held = self._actuators.steering_held(v, a, delta)
         of_forces = body_accelerations(front, rear, delta, self._chassis)[1]
         return share * of_forces + (1.0 - share) * v**2 * math.tan(held) / self._vehicle.wheelbase_m
-
-
-def _settled(chassis: Chassis, v: float, bend_pm: float) -> tuple[float, float]:
-    """(slip of the rear axle, steering beyond that of a kinematic vehicle) [rad] of a steady turn."""
-    lateral = slip_share(v) * v**2 * bend_pm
-    return chassis.rear_slip_gradient * lateral, chassis.understeer_gradient * lateral
