@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from mcdas_opt.actuation.grip_monitor import GripMonitor
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
@@ -30,18 +32,25 @@ class Drive:
     scene: Scene
     traffic: Traffic
     car: Car
+    monitor: GripMonitor
     outcome: Outcome = Outcome.SAFE
     collided_with: str | None = None
     impact_speed_mps: float = 0.0
     states: list[tuple[float, ...]] = field(default_factory=list)
     inputs: list[tuple[float, float]] = field(default_factory=list)
     lateral: list[float] = field(default_factory=list)
+    turning: list[tuple[float, float, float]] = field(default_factory=list)  # sideslip, yaw rate, friction found
     turns: list[int] = field(default_factory=list)  # the first step of each
     cycles: list[Cycle] = field(default_factory=list)
     took_ms: list[float] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.states.append(_numbers(self.car.state))
+        self._remember(self.car.state)
+
+    def _remember(self, state: HostState) -> None:
+        self.states.append(_numbers(state))
+        aside, yaw_rate = state.turning(self.scene.vehicle.wheelbase_m)
+        self.turning.append((math.atan2(aside, state.speed_mps), yaw_rate, self.monitor.friction))
 
     def note(self, now: float, plan: Plan, tracks: tuple[Track, ...], took_ms: float) -> None:
         """A plan, the tracks that it was made with, and how long it took."""
@@ -66,7 +75,7 @@ class Drive:
             state = self.car.state
             self.inputs.append((applied.jerk_mps3, applied.steering_rate_radps))
             self.lateral.append(applied.lateral_acceleration_mps2)
-            self.states.append(_numbers(state))
+            self._remember(state)
             been.append(state)
         host = np.array(self.states[first:])
         self.traffic.advance(host_motion(host[:-1], self.traffic.road))
@@ -101,7 +110,7 @@ class Drive:
             self.outcome = Outcome.LEFT_ROAD
         cut = len(host) - 1 - end
         if cut:
-            del self.states[-cut:], self.inputs[-cut:], self.lateral[-cut:]
+            del self.states[-cut:], self.turning[-cut:], self.inputs[-cut:], self.lateral[-cut:]
         return end
 
     def summary(self, *, planner: str, seed: int) -> Simulation:
@@ -109,11 +118,15 @@ class Drive:
         states = np.array(self.states)
         others = self.traffic.motions_of_steps(0, len(states))
         nearest = clearances(states, self.turns, others, sizes, scene.vehicle, scene.true_road)
+        sideslip, yaw_rate, friction = np.array(self.turning).T
         history = History(
             states=states,
             inputs=np.array(self.inputs).reshape(-1, 2),
             lateral_acceleration_mps2=np.array(self.lateral),
             clearance_m=nearest,
+            sideslip_rad=sideslip,
+            yaw_rate_radps=yaw_rate,
+            friction=friction,
         )
         trajectory = driven(history)
         front, rear = times_to_collision(states, others, sizes, scene.vehicle, scene.true_road)

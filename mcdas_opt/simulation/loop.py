@@ -65,7 +65,7 @@ def simulate(
     aware = GripAwareController(tracking, monitor)
     perception = Perception(scene, seed, driver.tracker)
     perception.warm_up(scene, traffic, car.state)
-    drive = Drive(scene=scene, traffic=traffic, car=car)
+    drive = Drive(scene=scene, traffic=traffic, car=car, monitor=monitor)
     turns = _turns(scene.duration_s, settings.cycle_s)
     for turn, (now, steps) in enumerate(turns, start=1):
         started = time.perf_counter()

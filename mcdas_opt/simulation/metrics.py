@@ -19,13 +19,17 @@ _CLOSING_MPS = 0.05
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class History:
-    """A drive in steps of STEP_S: states (n + 1, 6), applied inputs (n, 2), lateral acceleration of the path (n,), and the distance to
-    the nearest other body (n + 1,), infinite where there is none."""
+    """A drive in steps of STEP_S: states (n + 1, 6), applied inputs (n, 2), lateral acceleration of the path (n,), the distance to the
+    nearest other body (n + 1,), infinite where there is none; sideslip of the rear axle [rad], yaw rate, and the friction that plans were
+    to be made with by then (n + 1,)."""
 
     states: Array
     inputs: Array
     lateral_acceleration_mps2: Array
     clearance_m: Array
+    sideslip_rad: Array
+    yaw_rate_radps: Array
+    friction: Array
 
     @property
     def t_s(self) -> Array:

@@ -135,3 +135,14 @@ def test_the_command_draws_what_was_driven_before_it_says_what_went_wrong(
     assert "safe after 0.34 s" in said.out
     assert "plant 'raises' at t = 0.35 s: raised RuntimeError: out of petrol" in said.err
     assert picture.stat().st_size > 0
+
+
+@pytest.mark.parametrize("plant", ["kinematic", "dynamic"])
+def test_the_history_keeps_sideslip_yaw_rate_and_the_friction_found(plant: str) -> None:
+    scene = make_scene(speed_mps=20.0, duration_s=1.0)
+    history = simulate(scene, FakeDriver(lambda host, now: (0.0, 0.05)), plant=plant).history
+    assert len(history.sideslip_rad) == len(history.yaw_rate_radps) == len(history.friction) == len(history.states)
+    assert bool(np.abs(history.sideslip_rad).max() > 1e-3) is (plant == "dynamic")
+    turned = history.states[-1, 2] - history.states[0, 2]
+    assert 0.01 * history.yaw_rate_radps[:-1].sum() == pytest.approx(turned, rel=0.02)
+    assert set(history.friction) == {scene.road.friction}
