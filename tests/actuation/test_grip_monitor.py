@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mcdas_opt.actuation.grip_monitor import GripMonitor, within_grip
+from mcdas_opt.actuation.grip_monitor import RECOVERY_PER_S, RECOVERY_S, GripMonitor, within_grip
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState, SlidingState
@@ -132,3 +133,61 @@ def test_within_grip_bends_no_more_than_there_is(speed: float, steering: float, 
     assert replace(held, steering_rad=steering) == host
     if speed**2 * abs(math.tan(steering)) / 2.7 < 0.96 * math.sqrt(max((0.97 * friction * GRAVITY_MPS2) ** 2 - braking**2, 0.0)):
         assert held is host
+
+
+def noted(monitor: GripMonitor, times: int, *, lateral_mps2: float, slip_rad: float, speed: float = 20.0) -> None:
+    """As many equal states: so much lateral acceleration, the rear axle slipping by so much, the front one by as much."""
+    yaw_rate = lateral_mps2 / speed
+    for _ in range(times):
+        monitor.note(
+            SlidingState(
+                speed_mps=speed,
+                lateral_speed_mps=-speed * math.tan(slip_rad),
+                yaw_rate_radps=yaw_rate,
+                steering_rad=math.atan2(-speed * math.tan(slip_rad) + CARS[0].wheelbase_m * yaw_rate, speed) + slip_rad,
+            )
+        )
+
+
+SLIPPING_RAD = 0.08  # of tyres that would give 0.9 g and more
+
+
+def test_a_single_low_sample_is_not_believed() -> None:
+    """Force lags behind slip where a body rolls: for a moment tyres that slip seem to give nothing."""
+    monitor = GripMonitor(vehicle=CARS[0], believed=0.9)
+    for lateral in (3.0, 2.2, 1.5, 0.9, 0.4, 0.2):
+        noted(monitor, 2, lateral_mps2=lateral, slip_rad=SLIPPING_RAD)
+    assert monitor.friction == 0.9
+
+
+def test_samples_that_agree_are_believed_but_never_less_than_tyres_gave_within_the_last_second() -> None:
+    monitor = GripMonitor(vehicle=CARS[0], believed=0.9)
+    noted(monitor, 10, lateral_mps2=5.0, slip_rad=0.02)  # little slip, much force: 5 m/s^2 can be given
+    noted(monitor, 30, lateral_mps2=1.0, slip_rad=SLIPPING_RAD)
+    assert monitor.friction == pytest.approx(5.0 / GRAVITY_MPS2, rel=0.02)
+    noted(monitor, 120, lateral_mps2=1.0, slip_rad=SLIPPING_RAD)
+    assert monitor.friction == pytest.approx(1.0 / GRAVITY_MPS2, rel=0.05)
+
+
+def test_what_nobody_confirms_is_forgotten_slowly() -> None:
+    monitor = GripMonitor(vehicle=CARS[0], believed=0.9)
+    noted(monitor, 60, lateral_mps2=2.0, slip_rad=SLIPPING_RAD)
+    felt = monitor.friction
+    assert felt == pytest.approx(2.0 / GRAVITY_MPS2, rel=0.1)
+    noted(monitor, round(0.95 * RECOVERY_S / monitor.step_s), lateral_mps2=0.1, slip_rad=0.0)
+    assert monitor.friction == pytest.approx(felt)
+    after = []
+    for _ in range(20):
+        noted(monitor, 100, lateral_mps2=0.1, slip_rad=0.0)
+        after.append(monitor.friction)
+    steps = [b - a for a, b in pairwise(after)]
+    assert max(steps[:5]) <= 1.01 * RECOVERY_PER_S
+    assert after[-1] == 0.9
+
+
+def test_what_tyres_give_raises_an_estimate_that_was_too_low() -> None:
+    monitor = GripMonitor(vehicle=CARS[0], believed=0.9)
+    noted(monitor, 60, lateral_mps2=1.0, slip_rad=SLIPPING_RAD)
+    assert monitor.friction < 0.15
+    noted(monitor, 10, lateral_mps2=4.0, slip_rad=0.02)
+    assert monitor.friction == pytest.approx(4.0 / GRAVITY_MPS2, rel=0.02)
