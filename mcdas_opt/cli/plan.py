@@ -18,17 +18,11 @@ from mcdas_opt.cli.screen import (
     number,
     time_to_react_table,
 )
-from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.errors import InputError, writing
 
 if TYPE_CHECKING:
     from mcdas_opt.domain.plan import Plan
 
-_ALERTS = {
-    Alert.NONE: "none",
-    Alert.WARN: "warn: no comfortable candidate is left",
-    Alert.ACT: "act: the last candidate is about to close, or closed",
-}
 _NAMES = "slower, same, faster: its speed at the end; late: begins later; driven: the corrected closed form's own drive"
 
 
@@ -70,14 +64,13 @@ def plan(
 
 
 def _print(answer: Plan, title: str) -> None:
-    from mcdas_opt.plotting.words import ending
+    from mcdas_opt.plotting.words import alerted, ending, passed
 
     screen = console()
     rows: list[tuple[str, object]] = [
         ("mode", f"{answer.mode} {answer.side if answer.side != 'none' else ''}".strip()),
         ("status", answer.status),
-        ("alert", _ALERTS[answer.alert]),
-        ("warning", "yes: threatened, or boxed in" if answer.warning else "no"),
+        ("alert", alerted(answer)),
         ("reason", answer.reason),
         ("verdict", answer.verdict.reason),
         ("ends", ending(answer)),
@@ -88,7 +81,7 @@ def _print(answer: Plan, title: str) -> None:
     screen.print(facts_table(title, rows))
     table = headed_table("candidates", "name", "cost", "passed", "refusal")
     for candidate in answer.candidates:
-        table.add_row(candidate.name, number(candidate.cost), "yes" if candidate.passed else "no", candidate.refusal)
+        table.add_row(candidate.name, number(candidate.cost), passed(candidate), candidate.refusal)
     screen.print(table)
     if any("-" in candidate.name for candidate in answer.candidates):
         screen.print(_NAMES, style="dim")

@@ -7,7 +7,7 @@ from typing import Any
 
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.escapes import Escapes
-from mcdas_opt.domain.safe_end import SafeEnd
+from mcdas_opt.domain.safe_end import EndKind, SafeEnd
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
@@ -15,12 +15,15 @@ from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidate:
-    """One candidate manoeuvre that was tried: its cost (None when it has none), whether the judge passed it, else why not."""
+    """One candidate manoeuvre that was tried: its cost (None when it has none), whether the judge passed it, else why not.
+
+    `end` is how it ends (None: nobody looked, it passed as far as it was planned)."""
 
     name: str
     cost: float | None
     passed: bool
     refusal: str = ""
+    end: EndKind | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,7 +18,7 @@ from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.reference.offset_path import OffsetPath
 
 _STEADY_MPS2 = 0.3  # a plan that stays under it over its first second neither brakes nor accelerates
-_NAMED_AS_MEANT = frozenset({Mode.HOLD, Mode.CRUISE, Mode.PARK})
+_ORDINARY_MPS2 = 2.0  # holding and cruising do no more
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,11 +91,9 @@ class Checked:
     @property
     def driven_mode(self) -> Mode:
         """What it does: of one that keeps its lane told by its acceleration over the first second, not by what it was meant to do."""
-        proposed, trajectory = self.proposed, self.trajectory
-        if proposed.side is not Side.NONE or proposed.mode in _NAMED_AS_MEANT:
+        proposed, strongest = self.proposed, strongest_mps2(self.trajectory)
+        if proposed.side is not Side.NONE or agrees(proposed.mode, strongest):
             return proposed.mode
-        first = trajectory.acceleration_mps2[trajectory.t_s <= 1.0 + 1e-9]
-        strongest = float(first[int(np.argmax(np.abs(first)))])
         if abs(strongest) < _STEADY_MPS2:
             return Mode.HOLD
         return Mode.ACCELERATE if strongest > 0.0 else Mode.BRAKE
@@ -114,6 +112,21 @@ class Checked:
     def named_as_driven(self) -> Checked:
         """The same, its mode what it does."""
         return self.proposed_as(replace(self.proposed, mode=self.driven_mode))
+
+
+def strongest_mps2(trajectory: Trajectory) -> float:
+    """The acceleration of largest size over the first second."""
+    first = trajectory.acceleration_mps2[trajectory.t_s <= 1.0 + 1e-9]
+    return float(first[int(np.argmax(np.abs(first)))])
+
+
+def agrees(mode: Mode, strongest_mps2: float) -> bool:
+    """Whether what keeps its lane does what the mode says."""
+    if mode is Mode.BRAKE:
+        return strongest_mps2 <= -_STEADY_MPS2
+    if mode is Mode.ACCELERATE:
+        return strongest_mps2 >= _STEADY_MPS2
+    return mode is not Mode.EVADE and abs(strongest_mps2) <= _ORDINARY_MPS2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -30,6 +30,13 @@ class Account:
     solve_s: float = 0.0
     verify_s: float = 0.0
 
+    def note_end(self, found: Ended) -> None:
+        """Tells with the candidate how it ends."""
+        end = found.continuation.end
+        for i, row in enumerate(self.rows):
+            if row.name == found.proposed.name and end is not None:
+                self.rows[i] = replace(row, end=end.kind)
+
 
 class Evaluator:
     """`passing` may leave as they are. `departing` pass too, but half out of the lane that they were to keep, to a side that somebody
@@ -68,6 +75,7 @@ class Evaluator:
                 return found if known is candidate else replace(found, candidate=candidate)
         found = ended(candidate, self.cycle)
         self._ended.append((candidate, found))
+        self.account.note_end(found)
         return found
 
     def _solved(self, proposed: Proposed, by: Solve) -> Driven | Refused:

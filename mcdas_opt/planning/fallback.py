@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from mcdas_opt.domain.plan import Candidate, Plan
-from mcdas_opt.domain.vocabulary import Status
+from mcdas_opt.domain.vocabulary import Alert, Status
 from mcdas_opt.planning.candidate import Checked, Continuation
 from mcdas_opt.planning.continuation import to_safe_end
 from mcdas_opt.planning.cycle import Cycle
@@ -84,9 +84,10 @@ def _plan(
     proposed = checked.proposed
     return Plan(
         planner="ladder",
-        mode=proposed.mode,
+        mode=checked.driven_mode,
         side=proposed.side,
         warning=True,
+        alert=Alert.WARN,
         status=Status.FALLBACK,
         verdict=continued.verdict,
         prediction=cycle.prediction.name,

@@ -10,7 +10,7 @@ from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
+from mcdas_opt.domain.vocabulary import Alert, Mode, Sector, Side, Status
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 
@@ -51,6 +51,22 @@ class FollowerReaction:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ReportedMode:
+    """What the last plan was reported as and since when [s], with what was known then."""
+
+    mode: Mode
+    side: Side
+    status: Status
+    threats: frozenset[Sector]
+    tracks: frozenset[str]
+    age_s: float = 0.0
+
+    def is_news_after(self, before: ReportedMode) -> bool:
+        """Whether somebody is there who was not, something else threatens, or the plan is of another kind."""
+        return (self.side, self.status, self.threats) != (before.side, before.status, before.threats) or not self.tracks <= before.tracks
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Memory:
     """What one cycle leaves: places along the road are counted from `origin_m`, times from when `situation` was given. `Memory()` is that
     of a planner which begins.
@@ -66,6 +82,7 @@ class Memory:
     previous: PreviousPlan | None = None
     side: Side = Side.NONE
     alert: Alert = Alert.NONE
+    reported: ReportedMode | None = None
     assessment: Assessment | None = None
     active: Manoeuvre | None = None
     chosen: str = ""

@@ -8,6 +8,7 @@ from mcdas_opt.domain.plan import Plan, Refusal, Timing
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.kinds import build_family
 from mcdas_opt.native.kernels import CONSERVATIVE_ACCEPT
 from mcdas_opt.planning.candidate import Ended
@@ -18,6 +19,7 @@ from mcdas_opt.planning.fallback import NothingPasses
 from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
 from mcdas_opt.planning.memory import Memory, carried, remembered
 from mcdas_opt.planning.order import SEARCH
+from mcdas_opt.planning.reason import reason
 from mcdas_opt.planning.search import Found, Search, Solvers, run
 from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.reference.offset_path import build_search
@@ -72,9 +74,9 @@ class MpcMethod:
 
     def _refused(self, search: Search) -> NothingPasses:
         account = search.evaluator.account
-        reason = "; ".join(f"{row.name}: {row.refusal}" for row in account.rows)
+        refused = "; ".join(f"{row.name}: {row.refusal}" for row in account.rows)
         return NothingPasses(
-            reason=f"no candidate passes ({reason})",
+            reason=f"no candidate passes ({refused})",
             candidates=tuple(account.rows),
             iterations=account.iterations,
             # what was cut short is no plan to fall back on: it would not even mirror with its situation
@@ -90,8 +92,8 @@ class MpcMethod:
             planner="mpc",
             mode=best.candidate.checked.driven_mode,
             side=proposed.side,
-            warning=cycle.assessment.warning,
-            reason=f"{cycle.assessment.reason}; {proposed.name} is the cheapest candidate that passes{_haste(best, cycle)}",
+            warning=cycle.assessment.threatened and proposed.side is not Side.NONE,
+            reason=reason(cycle.assessment, best, account.rows, is_comparison=found.is_comparison) + _haste(best, cycle),
             chosen=proposed.name,
             verdict=best.continuation.verdict,
             prediction=cycle.prediction.name,

@@ -22,6 +22,7 @@ from mcdas_opt.planning.fallback import NothingPasses, fall_back, remainder_inst
 from mcdas_opt.planning.memory import Memory, remembered
 from mcdas_opt.planning.method import AskedMethod, Method, PlannerName, build_method
 from mcdas_opt.planning.one_thread import OneThread
+from mcdas_opt.planning.reported_mode import with_reported_mode
 from mcdas_opt.planning.sensing import Sensing
 from mcdas_opt.planning.time_to_react import with_time_to_react
 from mcdas_opt.situation.consistency import contradiction
@@ -140,7 +141,8 @@ class Planner:
             plan = fall_back(cycle, NothingPasses(reason=f"the situation contradicts itself: {wrong}", memory=memory))
         else:
             plan = with_time_to_react(self._answered(cycle), cycle)
-        self.memory = remembered(plan, cycle.given, cycle.origin_m, cycle.deficits)
+        plan, reported = with_reported_mode(plan, cycle)
+        self.memory = replace(remembered(plan, cycle.given, cycle.origin_m, cycle.deficits), reported=reported)
         timing = replace(plan.timing_ms, total=1e3 * (time.perf_counter() - started))
         self._asked.previous = cycle.given_from(replace(plan, planner=self.name, timing_ms=timing, memory=self._carried(plan)))
         return self._asked.previous

@@ -14,14 +14,16 @@ from mcdas_opt.time_to_react.library import EscapeSettings
 
 
 def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
-    """The plan with its escape map, alert and warning; an alert is a warning. As it is where the settings turn the map off."""
-    wanted = cycle.settings.warning
-    if not wanted.escapes:
-        return plan
-    comfort = _comfortable(wanted.comfort_mps2, wanted.comfort_share)
-    found = escapes(cycle.situation, cycle.vehicle, prediction=cycle.settings.prediction, settings=comfort)
-    told = alert(found, wanted, cycle.memory.alert)
-    return replace(plan, escapes=found, alert=told, warning=plan.warning or told is not Alert.NONE)
+    """The plan with its map of time to react and its alert: the map's (none where the settings turn the map off), and a warning at least
+    where the plan itself warns. `warning` says whether there is an alert."""
+    wanted, found, told = cycle.settings.warning, None, Alert.NONE
+    if wanted.escapes:
+        comfort = _comfortable(wanted.comfort_mps2, wanted.comfort_share)
+        found = escapes(cycle.situation, cycle.vehicle, prediction=cycle.settings.prediction, settings=comfort)
+        told = alert(found, wanted, cycle.memory.alert)
+    if plan.warning and told is Alert.NONE:
+        told = Alert.WARN
+    return replace(plan, escapes=found, alert=told, warning=told is not Alert.NONE)
 
 
 @lru_cache(maxsize=4)

@@ -16,7 +16,7 @@ from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.moments import HOST, Moment, Shown
 from mcdas_opt.plotting.plane import Ground, rounded
-from mcdas_opt.plotting.words import because, doing, judged, sentence
+from mcdas_opt.plotting.words import because, doing, judged, passed, sentence
 from mcdas_opt.simulation.contact import surroundings
 from mcdas_opt.tracking.prediction import predict
 
@@ -102,6 +102,7 @@ class Outlook:
             "seconds": rounded(self._ground.place(*at)[:, :2]),
             "lines": {key: rounded(values[known]) for key, values in self.quantities(x).items()},
             "passed": plan.verdict.passed,
+            "end_known": plan.safe_end is not None,
             "status": plan.status.value,
             "doing": doing(plan),
             "words": sentence(plan),
@@ -110,7 +111,7 @@ class Outlook:
             "warning": plan.alert is not Alert.NONE,
             "took_ms": round(plan.timing_ms.total, 1),
             "candidates": [
-                {"name": c.name, "cost": None if c.cost is None else round(c.cost, 2), "passed": c.passed, "refusal": c.refusal}
+                {"name": c.name, "cost": None if c.cost is None else round(c.cost, 2), "passed": passed(c), "refusal": c.refusal}
                 for c in plan.candidates
             ],
         }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.plan import Candidate, Plan
 from mcdas_opt.domain.safe_end import EndKind
 from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
@@ -64,8 +64,9 @@ def broken(violation: Violation) -> str:
 
 
 def sentence(plan: Plan) -> str:
-    """Status and verdict together."""
-    return "; ".join(part for part in (_STATUS.get(plan.status, plan.status.value), judged(plan.verdict)) if part)
+    """Status and verdict together, and whether anybody looked beyond."""
+    unknown = f"for {plan.trajectory.t_s[-1]:.1f} s, its end was not looked at" if plan.verdict.passed and plan.safe_end is None else ""
+    return "; ".join(part for part in (_STATUS.get(plan.status, plan.status.value), f"{judged(plan.verdict)} {unknown}".strip()) if part)
 
 
 def because(plan: Plan) -> str:
@@ -86,6 +87,26 @@ def ending(plan: Plan) -> str:
     }
     asked = f"; asks {end.follower_demand_mps2:.1f} m/s² of whoever is behind" if end.follower_demand_mps2 else ""
     return f"{words[end.kind]}, after {end.t_s:.1f} s{asked}"
+
+
+def alerted(plan: Plan) -> str:
+    """What the driver is told, and why."""
+    if plan.alert is Alert.NONE:
+        return "none"
+    if plan.alert is Alert.ACT:
+        return "act: the last candidate is about to close, or closed"
+    if plan.status is not Status.PLANNED:
+        return "warn: the planner has no plan of its own"
+    return f"warn: {'no comfortable candidate is left' if plan.side is Side.NONE else 'the car steers out'}"
+
+
+def passed(candidate: Candidate) -> str:
+    """Whether a candidate passed, and how far anybody looked: 'yes, end not looked at'."""
+    if not candidate.passed:
+        return "no"
+    if candidate.end is None:
+        return "yes, end not looked at"
+    return "yes, to no safe end" if candidate.end is EndKind.OPEN else "yes, to a safe end"
 
 
 def _raised(text: str) -> str:

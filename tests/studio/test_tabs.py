@@ -97,7 +97,7 @@ def test_every_planner_answers_in_plain_json(sandwich: SandwichTab) -> None:
         assert part["poses"][0][:2] == pytest.approx([0.0, 0.0], abs=0.01)
         lengths = {len(part["t"]), len(part["poses"]), *(len(line) for line in part["lines"].values())}
         assert len(lengths) == 1
-        assert part["passed"] == part["words"].endswith("passed by the judge")
+        assert part["passed"] == ("passed by the judge" in part["words"])
     rear = next(body for body in outlook["bodies"] if body["name"] == "rear")
     assert rear["poses"][0][0] == pytest.approx(-24.5, abs=0.01)  # 20 m from bumper to bumper
     assert {chart["key"] for chart in outlook["charts"]} == set(parts[0]["lines"])

@@ -99,7 +99,7 @@
 
   // The candidates of a plan, a line each.
   function candidateLines(plan) {
-    return plan.candidates.map((c) => `${c.name}: ${c.passed ? "passed" : c.refusal || "not needed"}${c.cost === null ? "" : `, cost ${c.cost}`}`);
+    return plan.candidates.map((c) => `${c.name}: ${c.refusal || `passed: ${c.passed}`}${c.cost === null ? "" : `, cost ${c.cost}`}`);
   }
 
   Object.assign(window.mcdas, { Outlook, PlanPage, candidateLines });

@@ -326,7 +326,7 @@
         window.mcdas.savePng(name, this.title.textContent, this.drive.words.textContent, [], [[{ svg: this.drive.bird.svg }], this.drive.strips.map(strip)]);
         return;
       }
-      const legend = this.shown().map((plan) => [`${plan.label}: ${plan.doing}, ${plan.passed ? "passed" : "failed"}`, plan.colour, plan.dash]);
+      const legend = this.shown().map((plan) => [`${plan.label}: ${plan.doing}, ${plan.passed ? `passed${plan.end_known ? "" : ", end not looked at"}` : "failed"}`, plan.colour, plan.dash]);
       window.mcdas.savePng(name, this.title.textContent, this.words.textContent, legend, [
         [{ svg: this.outlook.bird.svg }],
         [{ svg: this.times.svg, caption: this.times.caption }],

@@ -1,0 +1,58 @@
+"""Why a plan was chosen: what threatens, and the chosen candidate's own numbers beside those of the best that were not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from mcdas_opt.domain.assessment import Assessment
+from mcdas_opt.domain.plan import Candidate
+from mcdas_opt.domain.safe_end import EndKind
+from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.planning.candidate import Ended
+
+_SAME = 1e-5  # costs that differ by less are equal
+
+
+def reason(assessment: Assessment, best: Ended, rows: Sequence[Candidate], *, is_comparison: bool) -> str:
+    """A sentence without a verb that the numbers do not bear. `rows` is what was looked at, the chosen one among it; without
+    `is_comparison` the active manoeuvre, or keeping the lane, stood against nothing of another kind."""
+    name, cost = best.proposed.name, best.candidate.cost or 0.0
+    return f"{threat(assessment)}; {name} costs {cost:.2f}{_beside(name, cost, rows, is_comparison=is_comparison)}"
+
+
+def threat(assessment: Assessment) -> str:
+    """Who threatens, how far off, and in how many seconds he would be met at these speeds."""
+    ahead = "the end of the road" if assessment.front_id is None else f"track {assessment.front_id}"
+    told = []
+    if Sector.FRONT in assessment.threats:
+        told.append(f"{ahead}, {assessment.front_gap_m:.1f} m ahead{_in(assessment.ttc_front_s)}")
+    if Sector.REAR in assessment.threats:
+        told.append(f"track {assessment.rear_id}, {assessment.rear_gap_m:.1f} m behind{_in(assessment.ttc_rear_s)}")
+    return " and ".join(told) or "nothing threatens"
+
+
+def _in(ttc_s: float) -> str:
+    return f", met in {ttc_s:.1f} s" if math.isfinite(ttc_s) else ""
+
+
+def _beside(name: str, cost: float, rows: Sequence[Candidate], *, is_comparison: bool) -> str:
+    """The best of those that were not chosen, and what stands against it."""
+    others = [(row.cost, row) for row in rows if row.cost is not None and row.name != name]
+    passing = sorted((its for its in others if its[1].passed), key=lambda its: its[0])
+    failing = [(its_cost, row) for its_cost, row in others if not row.passed and its_cost < cost - _SAME]
+    told = []
+    if passing:
+        least, row = passing[0]
+        if least >= cost - _SAME:
+            told.append(f"the least of {len(passing) + 1} that pass, next {row.name} with {least:.2f}")
+        elif row.end is EndKind.OPEN:
+            told.append(f"{row.name} with {least:.2f} comes to no safe end")
+        else:
+            told.append(f"{row.name} with {least:.2f} is not better by enough")
+    elif others and is_comparison:
+        told.append(f"the only one of {len(others) + 1} that passes")
+    if failing:
+        least, row = min(failing, key=lambda its: its[0])
+        told.append(f"{row.name} with {least:.2f} fails: {row.refusal}")
+    return "".join(f", {each}" for each in told)

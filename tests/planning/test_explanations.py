@@ -1,0 +1,133 @@
+"""Whole drives: what a plan says of itself is what its numbers say."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+
+import pytest
+
+from mcdas_opt import Planner, simulate
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.safe_end import EndKind
+from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
+from mcdas_opt.evaluation.suites import expand
+from mcdas_opt.planning.candidate import strongest_mps2
+from mcdas_opt.planning.memory import Memory, ReportedMode
+from mcdas_opt.planning.reported_mode import still_agrees
+from mcdas_opt.plotting.words import passed
+
+SHIPPED = ("sandwich-60-40", "both-lanes-blocked", "cut-in", "low-friction")
+FOLLOWED = re.compile(r"; (\S+) costs (\d+\.\d\d)")
+
+
+class _Noting(Planner):
+    """Keeps what every cycle left."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.left: list[tuple[Plan, Memory]] = []
+
+    def plan(self, situation):
+        plan = super().plan(situation)
+        self.left.append((plan, self.memory))
+        return plan
+
+
+@cache
+def _drives() -> tuple[list[tuple[Plan, Memory]], ...]:
+    scenes = [*SHIPPED, *(case.scene for case in expand("mid-vehicle", 12, seed=515).cases)]
+    return tuple(_cycles(scene) for scene in scenes)
+
+
+def _cycles(scene) -> list[tuple[Plan, Memory]]:
+    planner = _Noting()
+    simulate(scene, planner)
+    return planner.left
+
+
+def _plans() -> list[Plan]:
+    return [plan for drive in _drives() for plan, _ in drive]
+
+
+def test_the_chosen_candidates_own_cost_is_told_and_called_the_least_only_where_it_is() -> None:
+    least_of = 0
+    for plan in _plans():
+        if plan.status is not Status.PLANNED:
+            continue
+        name, cost = FOLLOWED.search(plan.reason).groups()
+        rows = {row.name: row for row in plan.candidates if row.cost is not None}
+        assert name == plan.chosen
+        costs = [row.cost for row in rows.values() if row.passed]
+        if found := re.search(r"the least of (\d+) that pass, next (\S+) with (\d+\.\d\d)", plan.reason):
+            count, other, its = found.groups()
+            assert (int(count), f"{rows[other].cost:.2f}") == (len(costs), its)
+            assert float(cost) <= min(costs) + 0.005
+            least_of += 1
+        for other, its in re.findall(r", (\S+) with (\d+\.\d\d) comes to no safe end", plan.reason):
+            assert (rows[other].end, f"{rows[other].cost:.2f}") == (EndKind.OPEN, its)
+        for other, its in re.findall(r", (\S+) with (\d+\.\d\d) is not better by enough", plan.reason):
+            assert rows[other].passed
+            assert float(its) < float(cost) + 0.005
+        for other, its in re.findall(r", (\S+) with (\d+\.\d\d) fails", plan.reason):
+            assert not rows[other].passed
+            assert float(its) < float(cost) + 0.005
+    assert least_of > 20
+
+
+def test_threats_are_told_where_there_are_some_and_only_there() -> None:
+    seen = set()
+    for drive in _drives():
+        for plan, memory in drive:
+            if plan.status is Status.PLANNED:
+                threatened = memory.assessment.threatened
+                assert plan.reason.startswith("nothing threatens;") != threatened
+                seen.add(threatened)
+    assert seen == {False, True}
+
+
+def test_one_warning() -> None:
+    plans = _plans()
+    assert all(plan.warning == (plan.alert is not Alert.NONE) for plan in plans)
+    assert {plan.warning for plan in plans} == {False, True}
+
+
+def test_who_begins_to_steer_out_of_a_threat_warns() -> None:
+    begun = 0
+    for drive in _drives():
+        for plan, memory in drive:
+            if plan.side is not Side.NONE and memory.assessment.threatened:
+                assert plan.warning
+                begun += 1
+    assert begun > 10
+
+
+def test_the_mode_is_what_the_plan_does() -> None:
+    for plan in _plans():
+        assert (plan.mode is Mode.EVADE) == (plan.side is not Side.NONE)
+        strongest = strongest_mps2(plan.trajectory)
+        assert not (plan.mode is Mode.BRAKE and strongest >= 0.3)
+        assert not (plan.mode is Mode.ACCELERATE and strongest <= -0.3)
+        assert not (plan.mode in (Mode.HOLD, Mode.CRUISE) and abs(strongest) > 2.0 + 1e-9)
+
+
+def test_the_mode_changes_within_a_second_only_for_something_new_or_to_the_opposite() -> None:
+    changes = 0
+    for drive in _drives():
+        for (_, before), (plan, after) in zip(drive, drive[1:], strict=False):
+            then, now = before.reported, after.reported
+            assert isinstance(then, ReportedMode)
+            if then.mode is now.mode:
+                continue
+            changes += 1
+            if then.age_s + 0.1 < 1.0 - 1e-6 and not now.is_news_after(then):
+                assert not still_agrees(then.mode, plan)
+    assert changes > 10
+
+
+@pytest.mark.parametrize("method", ["closed-form", "aeb"])
+def test_what_nobody_looked_at_is_said(method: str) -> None:
+    run = simulate("sandwich-60-40", method)
+    for cycle in run.cycles:
+        assert cycle.plan.safe_end is None
+        assert all("not looked at" in passed(row) for row in cycle.plan.candidates if row.passed)
