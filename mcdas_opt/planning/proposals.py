@@ -39,9 +39,11 @@ def lateral_bound_mps2(situation: Situation, sigmoid: SigmoidSettings) -> float:
 
 
 def keep_lane(cycle: Cycle, mode: Mode) -> Proposed:
-    """Nothing threatens: keep the lane at the desired speed; asked to park, stand until `park` takes over."""
-    path = keep_path(cycle.situation)
-    goal, speeds = comfortable_speed(cycle, 0.0 if mode is Mode.PARK else cycle.situation.wanted_speed_mps, path.target_d_m)
+    """Nothing threatens: keep the lane at the desired speed, but no faster than now where nobody watches ahead; asked to park, stand until
+    `park` takes over."""
+    situation, path = cycle.situation, keep_path(cycle.situation)
+    wanted = situation.wanted_speed_mps if situation.coverage.front else min(situation.wanted_speed_mps, situation.host.speed_mps)
+    goal, speeds = comfortable_speed(cycle, 0.0 if mode is Mode.PARK else wanted, path.target_d_m)
     return Proposed(name="keep", mode=mode, side=Side.NONE, path=path, speed_mps=goal, speeds_mps=speeds)
 
 

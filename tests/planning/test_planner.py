@@ -111,6 +111,7 @@ def test_blind_everywhere_holds_the_lane_and_speed() -> None:
     plan = Planner().plan(Situation(host=HostState(speed_mps=15.0), coverage=nobody, desired_speed_mps=25.0))
     assert plan.mode is Mode.HOLD
     assert np.abs(plan.trajectory.d_m).max() < 0.05
+    assert plan.trajectory.speed_mps.max() < 15.1
 
 
 def test_boxed_in_on_all_sides_is_labelled() -> None:
