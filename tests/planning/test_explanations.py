@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from functools import cache
+from itertools import pairwise
 
 import pytest
 
@@ -114,7 +115,7 @@ def test_the_mode_is_what_the_plan_does() -> None:
 def test_the_mode_changes_within_a_second_only_for_something_new_or_to_the_opposite() -> None:
     changes = 0
     for drive in _drives():
-        for (_, before), (plan, after) in zip(drive, drive[1:], strict=False):
+        for (_, before), (plan, after) in pairwise(drive):
             then, now = before.reported, after.reported
             assert isinstance(then, ReportedMode)
             if then.mode is now.mode:
