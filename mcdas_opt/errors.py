@@ -83,5 +83,5 @@ def _shown(value: object) -> str:
 def nearest(name: str, known: Iterable[str]) -> str:
     """'did you mean' clause for an unknown name, or the list of the known ones when none is near."""
     names = sorted(known)
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    near = difflib.get_close_matches(str(name), names, n=1, cutoff=0.5)
     return f"did you mean {near[0]!r}?" if near else "known: " + ", ".join(names)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -40,10 +41,10 @@ def find(kind: str, name: str, suffix: str = ".toml", beside: Path | None = None
     """The file behind `name`: a path (also relative to the folder `beside`), or the name of a shipped file."""
     direct = [Path(name)] + ([beside / name] if beside is not None else [])
     for path in direct:
-        if path.is_file():
+        if os.path.isfile(path):  # false, too, for a name that no file can have
             return path
     packaged = models_folder() / kind / f"{name}{suffix}"
-    if packaged.is_file():
+    if os.path.isfile(packaged):
         return packaged
     known = shipped(kind, suffix)
     if "/" in name or name.endswith(suffix):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, TypeVar
@@ -262,7 +263,7 @@ def _named_file(load: Callable[[str, Path | None], Loaded], name: str, beside: P
 
 
 def _read_trajectory(scene: Path, index: int, name: str) -> Array:
-    path = next((p for p in (scene.parent / name, Path(name)) if p.is_file()), None)
+    path = next((p for p in (scene.parent / name, Path(name)) if os.path.isfile(p)), None)
     if path is None:
         raise InputError(scene, f"neighbour[{index}].trajectory", name, "no such file")
     lines = read_text(path).splitlines()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import os
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -31,7 +32,7 @@ def load_trajectory(path: str | Path) -> TrajectoryFile:
     `inf`; null in JSON) is let through: whether such a trajectory is sound is a verdict ('not finite'), not a question of the format.
     """
     path = Path(path)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(path, "", None, "no such file")
     if path.suffix.lower() == ".json":
         return _from_document(read_json(path), path)

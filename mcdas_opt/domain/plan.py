@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any
 
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.escapes import Escapes
+from mcdas_opt.domain.rules import all_of, require_type, word
 from mcdas_opt.domain.safe_end import EndKind, SafeEnd
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.verdict import Verdict
@@ -69,6 +71,16 @@ class Plan:
     time_s: float = 0.0
     memory: object = field(default=None, repr=False, compare=False)
 
+    def __post_init__(self) -> None:
+        """A method may answer in words; what is no word of the contract is refused here and not at the end of a drive."""
+        if not (type(self.mode) is Mode and type(self.side) is Side and type(self.status) is Status and type(self.alert) is Alert):
+            for name, kind in (("mode", Mode), ("side", Side), ("status", Status), ("alert", Alert)):
+                object.__setattr__(self, name, word(name, attrgetter(name)(self), kind))
+        require_type("verdict", self.verdict, Verdict)
+        require_type("trajectory", self.trajectory, Trajectory)
+        require_type("reason", self.reason, str)
+        object.__setattr__(self, "candidates", all_of("candidates", self.candidates, Candidate))
+
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the contract."""
         document = {"schema_version": SCHEMA_VERSION, **to_document(self)}
@@ -84,3 +96,7 @@ class Refusal:
     reason: str
     candidates: tuple[Candidate, ...] = ()
     iterations: int = 0
+
+    def __post_init__(self) -> None:
+        require_type("reason", self.reason, str)
+        object.__setattr__(self, "candidates", all_of("candidates", self.candidates, Candidate))

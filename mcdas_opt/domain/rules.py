@@ -89,6 +89,18 @@ def require_type(name: str, value: object, *kinds: type) -> None:
         raise ParameterError(name, value, "must be a " + " or a ".join(kind.__name__ for kind in kinds))
 
 
+def require_type_if_given(name: str, value: object, *kinds: type) -> None:
+    """The same of what may be left out."""
+    if value is not None:
+        require_type(name, value, *kinds)
+
+
+def not_a_class(name: str, value: object) -> None:
+    """`value` is an object; the class of one was forgotten to be called."""
+    if isinstance(value, type):
+        raise ParameterError(name, value, f"is a class: give {value.__name__}(...)")
+
+
 def all_of(name: str, value: Iterable[T] | None, kind: type[T]) -> tuple[T, ...]:
     """`value`, which is a list or a tuple of records of that type, as a tuple: itself where it is one."""
     if isinstance(value, (list, tuple)):
@@ -116,6 +128,15 @@ def word(name: str, value: object, kind: type[W]) -> W:
 def all_finite(values: Array) -> bool:
     """Whether no number of these is infinite or none: at once where the sum of their squares is finite."""
     return math.isfinite(np.vdot(values, values)) or bool(np.isfinite(values).all())
+
+
+def whole(name: str, value: int, least: int = 0) -> int:
+    """`value` as an integer of at least `least`."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise ParameterError(name, value, "must be a whole number")
+    if value < least:
+        raise ParameterError(name, value, f"must be at least {least}")
+    return int(value)
 
 
 def positive(name: str, value: float, unit: str = "") -> float:

@@ -66,4 +66,5 @@ class Situation:
     @classmethod
     def from_json(cls, text: str, file: object = "situation") -> Situation:
         """From a JSON document; raises `InputError` that names `file`, key, value and rule."""
+        require_type("text", text, str)
         return from_document(cls, parsed_json(text, file), file)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -105,7 +106,7 @@ def load_parking_case(name: str | Path, *, vehicle: str | None = None, clearance
 
 def is_parking_case(name: str | Path) -> bool:
     """True for a CSV, and for a TOML document (or a shipped name) that has a parking case's keys and no host."""
-    path = next((p for p in (Path(name), models_folder() / "cases" / f"{name}.toml") if p.is_file()), None)
+    path = next((p for p in (Path(name), models_folder() / "cases" / f"{name}.toml") if os.path.isfile(p)), None)
     if path is None or path.suffix.lower() not in (".csv", ".toml"):
         return False
     return path.suffix.lower() == ".csv" or bool({"slot", "goal", "obstacle"} & set(read_toml(path)))

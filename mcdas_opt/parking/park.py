@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from mcdas_opt.domain.parking import Parking, ParkingCase, ParkingTrajectory
-from mcdas_opt.domain.rules import require_type
+from mcdas_opt.domain.rules import require_type, require_type_if_given
 from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.parking.case_file import load_parking_case
@@ -40,8 +40,7 @@ def park(case: str | Path | ParkingCase, planner: ParkingPlannerName | str = "nl
     if isinstance(case, (str, Path)):
         case = load_parking_case(case)
     require_type("case", case, ParkingCase)
-    if settings is not None:
-        require_type("settings", settings, ParkSettings)
+    require_type_if_given("settings", settings, ParkSettings)
     settings = settings or ParkSettings()
     world = World.of(case)
     run = Run(case, world, settings.costs, settings.time_budget_s)

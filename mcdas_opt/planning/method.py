@@ -8,6 +8,7 @@ from importlib.metadata import entry_points
 from typing import Any, Literal, Protocol, runtime_checkable
 
 from mcdas_opt.domain.plan import Plan, Refusal
+from mcdas_opt.domain.rules import require_type
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
@@ -78,6 +79,7 @@ class AskedMethod:
         answer = self.method.plan(cycle.given, None if cycle.memory.is_empty else self.previous)
         if isinstance(answer, Plan):
             return replace(answer, trajectory=answer.trajectory.seen_from(cycle.origin_m))
+        require_type(f"the answer of {self.name}", answer, Plan, Refusal)
         return NothingPasses(reason=answer.reason, candidates=answer.candidates, iterations=answer.iterations, memory=cycle.memory)
 
 

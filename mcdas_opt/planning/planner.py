@@ -5,13 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import all_of, finite, positive, require_type
+from mcdas_opt.domain.rules import all_of, finite, not_a_class, positive, require_type, require_type_if_given
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
@@ -52,12 +53,12 @@ class Planner:
         if deadline_s is not None:
             positive("deadline_s", deadline_s, "s")
         require_type("vehicle", vehicle, str, Vehicle)
+        not_a_class("method", method)
         if not isinstance(method, str) and not callable(getattr(method, "plan", None)):
             raise ParameterError("method", method, "must be the name of a planner, or have a method plan(situation, previous)")
-        if settings is not None:
-            require_type("settings", settings, Settings)
-        if road is not None:
-            require_type("road", road, Road)
+        require_type_if_given("settings", settings, Settings)
+        require_type_if_given("road", road, Road)
+        require_type_if_given("name", name, str)
         self.vehicle = load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle
         self.settings = settings or Settings()
         built = build_method(method, self.vehicle, self.settings) if isinstance(method, str) else method
@@ -121,6 +122,9 @@ class Planner:
         fallback too, from a state that the car can have (`HostPlausibility`).
         """
         require_type("situation", situation, Situation)
+        if self.vehicle.name not in (situation.vehicle, Path(situation.vehicle).stem):
+            rule = f"is not the car of this planner, {self.vehicle.name!r}, which a situation names by vehicle={self.vehicle.name!r}"
+            raise ParameterError("situation.vehicle", situation.vehicle, rule)
         with self._one_thread.inside():
             return self._believing(situation)
 
@@ -177,8 +181,7 @@ class Planner:
         """The whole pipeline: scans (each with its own time stamp) and the host's state at `now` [s] in, a judged plan out."""
         now, measurements = finite("now", now, "s"), all_of("measurements", measurements, Scan)
         require_type("host", host, HostState)
-        if road is not None:
-            require_type("road", road, Road)
+        require_type_if_given("road", road, Road)
         with self._one_thread.inside():
             believed, fault = self.sensing.believed(host, now, road, self.previous)
             seen = self.sensing.situation(measurements, believed, now, road=road, desired_speed_mps=desired_speed_mps, request=request)

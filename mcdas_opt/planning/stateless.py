@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
+from dataclasses import replace
 
 from mcdas_opt.deprecation import renamed
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import require_type
+from mcdas_opt.domain.rules import require_type, require_type_if_given
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
@@ -45,7 +46,8 @@ def plan(
     """
     require_type("situation", situation, Situation)
     chosen = renamed("plan", "method", method, "planner", planner) or "mpc"
-    return _begun(situation.vehicle if vehicle is None else vehicle, chosen, settings).plan(situation)
+    begun = _begun(situation.vehicle if vehicle is None else vehicle, chosen, settings)
+    return begun.plan(situation if vehicle is None else replace(situation, vehicle=begun.vehicle.name))
 
 
 def step(
@@ -71,6 +73,9 @@ def step(
 
 def _begun(vehicle: str | Vehicle, name: str, settings: Settings | None) -> Planner:
     """This thread's planner of that kind, without memory."""
+    require_type("vehicle", vehicle, str, Vehicle)
+    require_type("planner", name, str)
+    require_type_if_given("settings", settings, Settings)
     asked = vehicle, name, settings
     planner = _WARM.planners.pop(asked, None) or Planner(vehicle, name, settings=settings)
     if len(_WARM.planners) >= _MOST:

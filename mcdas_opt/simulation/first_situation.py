@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from mcdas_opt.catalogue.data_files import read_text
@@ -44,7 +45,7 @@ def situation_of(name: str, seed: int | None = None) -> tuple[Situation, Vehicle
     """From a scene (path or shipped name) or a situation saved as `.json`. Raises `InputError`."""
     path = Path(name)
     if path.suffix == ".json":
-        if not path.is_file():
+        if not os.path.isfile(path):
             raise InputError(name, "", None, "no such file")
         situation = Situation.from_json(read_text(path), path)
         vehicle = load_vehicle(situation.vehicle, path.parent)

@@ -9,6 +9,7 @@ import numpy as np
 from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.rules import require_type, require_type_if_given
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
@@ -38,6 +39,10 @@ def verify(
     "constant-velocity" as a planner with perfect sensors predicts at t = 0 (the only one for a situation, from its tracks). Judged with
     the friction that plans are made with, and the target's vehicle unless another is given. Raises `ParameterError` for another name.
     """
+    require_type("trajectory", trajectory, Trajectory)
+    require_type("target", target, Scene, Situation)
+    require_type_if_given("settings", settings, PredictionSettings)
+    require_type_if_given("vehicle", vehicle, Vehicle)
     foreseen = foresee(trajectory, target, prediction, settings)
     if isinstance(target, Situation):
         return judge(trajectory, target.host, vehicle or load_vehicle(target.vehicle), target.road, foreseen)

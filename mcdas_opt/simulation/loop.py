@@ -12,7 +12,7 @@ from mcdas_opt.actuation.grip_monitor import GripMonitor
 from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import require_type
+from mcdas_opt.domain.rules import not_a_class, require_type, require_type_if_given, whole
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.simulation.car import Car, PlantError
@@ -53,10 +53,10 @@ def simulate(
     if isinstance(scene, (str, Path)):
         scene = load_scene(scene)
     require_type("scene", scene, Scene)
-    if settings is not None:
-        require_type("settings", settings, Settings)
+    require_type_if_given("settings", settings, Settings)
     settings = settings or Settings()
-    seed = scene.seed if seed is None else seed
+    seed = scene.seed if seed is None else whole("seed", seed)
+    not_a_class("planner", planner)
     traffic, car = Traffic(scene), Car(plant, scene.vehicle, scene.true_road, scene.host_state)
     driver = _driver(planner, scene, planned_for(settings, slips=car.slips), slips=car.slips)
     monitor = GripMonitor(vehicle=scene.vehicle, believed=scene.assumed_road.friction, step_s=STEP_S)

@@ -7,6 +7,7 @@ import math
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.escapes import Closer, Escape, Escapes
 from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.rules import require_type, require_type_if_given
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
@@ -31,6 +32,10 @@ def escapes(
     Neighbours move as the planner predicts them; their bare bodies count, unless `settings.margins` grows them. `vehicle` is the
     situation's own unless given. Raises `InputError` for a vehicle that is not known.
     """
+    require_type("situation", situation, Situation)
+    require_type_if_given("vehicle", vehicle, Vehicle)
+    require_type_if_given("prediction", prediction, PredictionSettings)
+    require_type_if_given("settings", settings, EscapeSettings)
     car = load_vehicle(situation.vehicle) if vehicle is None else vehicle
     return escapes_under(predict_for(situation, prediction), situation, car, settings)
 

@@ -6,14 +6,18 @@ import contextlib
 import dataclasses
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from mcdas_opt.catalogue.scenes import load_scene
+from mcdas_opt.catalogue.trajectories import load_trajectory
+from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import BodyDetection, Mounting, RadarDetection, Scan
+from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import PredictionSettings, SelectorSettings, Settings, SigmoidSettings, WarningSettings
 from mcdas_opt.domain.situation import Situation
@@ -21,12 +25,18 @@ from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request, Sector, Side
 from mcdas_opt.errors import InputError, McdasError, ParameterError
+from mcdas_opt.parking.case_file import load_parking_case
 from mcdas_opt.parking.park import PLANNERS, park
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.stateless import plan as plan_of
+from mcdas_opt.simulation.first_situation import load_situation
+from mcdas_opt.simulation.judging import verify
 from mcdas_opt.simulation.loop import simulate
+from mcdas_opt.time_to_react.escapes import escapes
+from mcdas_opt.tuning.tune import tune
 
 HOST = HostState(speed_mps=20.0)
+PLAN = plan_of(Situation(host=HOST), planner="closed-form-corrected")
 BODY = {"name": "x", "s_m": 30.0, "d_m": 0.0, "speed_s_mps": 10.0, "speed_d_mps": 0.0, "length_m": 4.5, "width_m": 1.8}
 NEEDED: dict[type, dict[str, Any]] = {
     Situation: {"host": HOST},
@@ -44,6 +54,22 @@ HOSTILE: tuple[Any, ...] = (
 )  # fmt: skip
 
 
+class Answering:
+    """A method that has one answer."""
+
+    has_ladder, vehicle = False, Vehicle()
+
+    def __init__(self, answer: Any) -> None:
+        self.answers = answer
+
+    def plan(self, situation: Situation, previous: Plan | None) -> Any:
+        return self.answers
+
+
+def answering(answer: Any) -> Plan:
+    return Planner(method=Answering(answer)).plan(Situation(host=HOST))
+
+
 @pytest.mark.parametrize("record", RECORDS)
 def test_a_field_takes_a_value_or_says_why_not(record: type) -> None:
     for field in dataclasses.fields(record):
@@ -59,7 +85,7 @@ def test_what_is_taken_is_planned_for(record: type) -> None:
     """Judged and finite, however absurd."""
     planner = Planner()
     for field in dataclasses.fields(record):
-        for value in HOSTILE:
+        for value in () if field.name == "vehicle" else HOSTILE:  # another car has another planner
             try:
                 made = record(**{**NEEDED.get(record, {}), field.name: value})
                 parts = {Situation: {}, HostState: {"host": made}, Road: {"road": made}, Track: {"tracks": (made,)}}[record]
@@ -115,12 +141,53 @@ def test_what_is_taken_is_planned_for(record: type) -> None:
         (lambda: Planner().step([], None, 0.0), "host = None: must be a HostState"),
         (lambda: Planner().step([], HOST, "now"), "now = 'now' s: must be a number"),
         (lambda: Planner().step([], HOST, 0.0, road="straight"), "road = 'straight': must be a Road"),
+        (lambda: Planner().step([], HOST, 0.0, request="fly"), "request = 'fly': must be one of drive, park"),
+        (lambda: Planner(method=Planner), "is a class: give Planner(...)"),
+        (lambda: Planner(name=3), "name = 3: must be a str"),
+        (lambda: Planner("bmw_320i", "closed-form").plan(Situation(host=HOST)), "is not the car of this planner, 'bmw_320i'"),
+        (lambda: answering(None), "the answer of Answering = None: must be a Plan or a Refusal"),
+        (lambda: answering(3), "must be a Plan or a Refusal"),
+        (lambda: replace(PLAN, mode="fly"), "mode = 'fly': must be one of hold, cruise"),
+        (lambda: replace(PLAN, verdict=True), "verdict = True: must be a Verdict"),
+        (lambda: replace(PLAN, trajectory=None), "trajectory = None: must be a Trajectory"),
+        (lambda: replace(PLAN, candidates=("left",)), "candidates[0] = 'left': must be a Candidate"),
+        (lambda: Refusal(reason=3), "reason = 3: must be a str"),
+        (lambda: plan_of(Situation(host=HOST), planner=3), "planner = 3: must be a str"),
+        (lambda: plan_of(Situation(host=HOST), vehicle={}), "vehicle = {}: must be a str or a Vehicle"),
+        (lambda: plan_of(Situation(host=HOST), settings={}), "settings = {}: must be a Settings"),
+        (lambda: simulate("sandwich-60-40", Planner), "planner = <class"),
+        (lambda: simulate("sandwich-60-40", seed="x"), "seed = 'x': must be a whole number"),
+        (lambda: simulate("sandwich-60-40", seed=-1), "seed = -1: must be at least 0"),
+        (lambda: simulate("sandwich-60-40", None), "must be the name of a planner"),
+        (lambda: simulate("sandwich-60-40", plant="x"), "plant = 'x'"),
+        (lambda: park("parallel", None), "planner = None: is unknown"),
+        (lambda: verify(PLAN, load_scene("sandwich-60-40")), "must be a Trajectory"),
+        (lambda: verify(PLAN.trajectory, None), "target = None: must be a Scene or a Situation"),
+        (lambda: escapes(load_scene("sandwich-60-40")), "must be a Situation"),
+        (lambda: escapes(Situation(host=HOST), 3), "vehicle = 3: must be a Vehicle"),
+        (lambda: tune(vehicle="sedan"), "vehicle = 'sedan': must be a Vehicle"),
+        (lambda: tune(side="up"), "side = 'up': must be one of left, right, none"),
+        (lambda: Situation.from_json(None), "text = None: must be a str"),
+        (lambda: Situation.from_json(b"{}"), "text = b'{}': must be a str"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_one_sentence(build: Callable[[], object], said: str) -> None:
     with pytest.raises(ParameterError) as caught:
         build()
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize("load", [load_scene, load_vehicle, load_parking_case, load_situation, load_trajectory])
+@pytest.mark.parametrize("name", ["", "a" * 5000, "a\0b", "/", "/dev/null", ".", "a/b.toml", "\ud800", "x.json", "a" * 5000 + ".json"])
+def test_a_name_that_no_file_has_is_bad_input(load: Callable[[str], object], name: str) -> None:
+    with pytest.raises(InputError):
+        load(name)
+
+
+def test_a_planner_of_words_drives_as_one_of_enums() -> None:
+    """It died at the end of the drive, where its modes are counted."""
+    said = simulate("benign-following", planner=Answering(replace(PLAN, mode="brake", side="none", status="planned", alert="warn")))
+    assert said.modes == ((0.0, "brake"),)
 
 
 def test_words_will_do_where_a_closed_set_is_meant() -> None:

@@ -151,6 +151,21 @@ def test_a_folder_that_is_not_there_is_bad_input(tmp_path: Path) -> None:
         Journal(tmp_path / "nowhere" / "journal")
 
 
+@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="operating system: /proc")
+def test_what_cannot_be_opened_holds_no_descriptor(tmp_path: Path) -> None:
+    damaged = tmp_path / "damaged"
+    damaged.write_bytes(b"SQLite format 3\0" + bytes(4000))
+    written(tmp_path / "journal")
+    before = len(os.listdir("/proc/self/fd"))
+    kept = []
+    for path in [damaged, tmp_path, tmp_path / "nowhere" / "journal"] * 5:
+        with pytest.raises(InputError) as refused:
+            Journal(path)
+        kept.append(refused.value)  # with its traceback
+    read(tmp_path / "journal")
+    assert len(os.listdir("/proc/self/fd")) == before
+
+
 def numbers() -> list[Any]:
     return [0, 0.1, -1e-300, 1e300, True, None, "é\n"]
 

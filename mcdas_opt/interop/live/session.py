@@ -11,12 +11,12 @@ from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.catalogue.sensors import load_sensor
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import positive
+from mcdas_opt.domain.rules import positive, require_type, require_type_if_given
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vocabulary import Sector
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.candump import read_candump
 from mcdas_opt.interop.esr_codec import EsrCodec
 from mcdas_opt.interop.live.inbox import BusInbox, open_bus
@@ -57,6 +57,14 @@ def live(
     Raises `SilentBusError` when the buses are or go silent, `InputError` for a bus that cannot be opened, a DBC without the messages or
     a log that is none, `ParameterError` for a setting out of range, `MissingExtraError` without python-can and cantools.
     """
+    if not callable(publish):
+        raise ParameterError("publish", publish, "must take a line: it is called once a cycle")
+    require_type("bus", bus, str)
+    require_type_if_given("rear", rear, str)
+    require_type_if_given("play", play, str, Path)
+    require_type_if_given("dbc", dbc, str, Path)
+    require_type_if_given("road", road, Scene)
+    require_type_if_given("settings", settings, LiveSettings)
     settings = settings or LiveSettings()
     if cycles is not None:
         positive("cycles", cycles)
