@@ -16,7 +16,8 @@ from mcdas_opt.catalogue.sensors import IDEAL, NONE, load_sensor
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.rules import FARTHEST_M, FASTEST_MPS, Array
+from mcdas_opt.domain.track import LONGEST_M
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request, Sector
 from mcdas_opt.errors import InputError, ParameterError
@@ -25,6 +26,10 @@ from mcdas_opt.geometry.rectangle import corners, separation
 
 Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
+Place = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
+Speed = Annotated[float, Field(ge=0.0, le=FASTEST_MPS)]
+Acceleration = Annotated[float, Field(ge=-1e3, le=1e3)]
+Size = Annotated[float, Field(gt=0.0, le=LONGEST_M)]
 Loaded = TypeVar("Loaded")
 TRAJECTORY_COLUMNS = ("t_s", "s_m", "d_m", "heading_rad", "speed_mps")
 _FASTEST_MPS, _NOISE_M = 100.0, 2.0  # what a recorded car may seem to move by
@@ -62,11 +67,11 @@ class RoadPart(_Part):
 
 class HostPart(_Part):
     vehicle: str = "sedan"
-    d_m: float = 0.0
+    d_m: Place = 0.0
     heading_rad: Annotated[float, Field(gt=-math.pi / 2, lt=math.pi / 2)] = 0.0
-    speed_mps: NonNegative
-    acceleration_mps2: float = 0.0
-    desired_speed_mps: NonNegative | None = None
+    speed_mps: Speed
+    acceleration_mps2: Acceleration = 0.0
+    desired_speed_mps: Speed | None = None
     assumed_friction: Annotated[float, Field(gt=0.0, le=1.5)] | None = None
     request: Literal["drive", "park"] = "drive"
 
@@ -75,9 +80,9 @@ class MotionPart(_Part):
     """One scripted piece: an acceleration piece, a lateral piece, or both at once."""
 
     start_s: NonNegative
-    acceleration_mps2: float | None = None
-    until_speed_mps: NonNegative | None = None
-    lateral_to_m: float | None = None
+    acceleration_mps2: Acceleration | None = None
+    until_speed_mps: Speed | None = None
+    lateral_to_m: Place | None = None
     duration_s: Positive | None = None
 
     @model_validator(mode="after")
@@ -95,11 +100,11 @@ class MotionPart(_Part):
 
 class NeighbourPart(_Part):
     name: str = ""
-    s_m: float | None = None
-    d_m: float | None = None
-    speed_mps: NonNegative | None = None
-    length_m: Positive = 4.5
-    width_m: Positive = 1.8
+    s_m: Place | None = None
+    d_m: Place | None = None
+    speed_mps: Speed | None = None
+    length_m: Size = 4.5
+    width_m: Size = 1.8
     behaviour: Literal["scripted", "idm"] = "scripted"
     reaction_s: NonNegative = 1.0
     motion: list[MotionPart] = []

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict
 
 from mcdas_opt.catalogue.data_files import checked, find, read_toml, shipped
 from mcdas_opt.domain.gain_schedule import GainSchedule
+from mcdas_opt.domain.rules import Array
 from mcdas_opt.errors import InputError, ParameterError
 
 Table = list[list[list[float]]]
@@ -41,13 +42,20 @@ def load_schedule(name: str | Path) -> GainSchedule:
             speed_mps=tuple(entry.speed_mps),
             offset_m=tuple(entry.offset_m),
             friction=tuple(entry.friction),
-            a_per_m=np.array(entry.a_per_m),
-            b=np.array(entry.b),
-            y_max_m=np.array(entry.y_max_m),
-            length_m=np.array(entry.length_m),
+            a_per_m=_even("a_per_m", entry.a_per_m),
+            b=_even("b", entry.b),
+            y_max_m=_even("y_max_m", entry.y_max_m),
+            length_m=_even("length_m", entry.length_m),
         )
     except ParameterError as error:
         raise InputError(path, error.name, error.value, error.rule) from None
+
+
+def _even(name: str, table: Table) -> Array:
+    try:
+        return np.array(table)
+    except ValueError:
+        raise ParameterError(name, table, "must have rows of one length") from None
 
 
 def schedule_of(vehicle: str) -> GainSchedule:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
 
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
-from mcdas_opt.domain.rules import Array, finite, non_negative, positive, require, vector, within
+from mcdas_opt.domain.rules import FARTHEST_M, Array, finite, non_negative, positive, require, vector, within
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.errors import ParameterError
+
+LARGEST_SLOT_M = 1000.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,6 +52,8 @@ class ParallelSlot:
 
     def __post_init__(self) -> None:
         require(self, positive, "length_m", "depth_m", "street_m")
+        for name in ("length_m", "depth_m", "street_m"):
+            within(name, attrgetter(name)(self), 0.0, LARGEST_SLOT_M, "m")
 
     @property
     def obstacles(self) -> tuple[Array, ...]:
@@ -86,6 +91,9 @@ class ParkingCase:
     def __post_init__(self) -> None:
         object.__setattr__(self, "start", vector("start", self.start, length=3))
         object.__setattr__(self, "goal", vector("goal", self.goal, length=3))
+        for name, pose in (("start", self.start), ("goal", self.goal)):
+            for k, value in enumerate(pose.tolist()):
+                within(f"{name}[{k}]", value, -FARTHEST_M, FARTHEST_M)
         top = self.vehicle.steering_max_rad
         within("start_steering_rad", self.start_steering_rad, -top, top, "rad")
         for axis in self.origin_m:

@@ -18,6 +18,7 @@ _STRETCH_M = 1000.0
 _LANE_WIDTHS_M = (0.1, 20.0)
 _WIDEST_SHOULDER_M = 1000.0
 _MOST_LANES = 100
+NEAREST_KNOTS_M = 1e-6  # so that they stay apart wherever along the road one counts from
 _FRICTIONS = (0.01, 10.0)
 _SPEED_LIMITS_MPS = (0.1, 150.0)
 _KAPPA_1PM = itemgetter(1)  # of a knot
@@ -72,10 +73,10 @@ class Road:
             raise ParameterError("curvature", self.curvature, "must hold at least one finite [s_m, kappa_1pm] pair")
         if max(abs(knots[0][0]), abs(knots[-1][0])) > 2.0 * FARTHEST_M:
             raise ParameterError("curvature", self.curvature, f"s_m of the knots must lie within {2.0 * FARTHEST_M:g} of 0", "m")
-        if np.any(np.diff(s) <= 0.0):
-            raise ParameterError("curvature", self.curvature, "s_m of the knots must increase", "m")
+        if np.any(np.diff(s) < NEAREST_KNOTS_M):
+            raise ParameterError("curvature", self.curvature, f"s_m of the knots must increase, by at least {NEAREST_KNOTS_M:g}", "m")
         widest = max(self.left_edge_m, -self.right_edge_m)
-        if np.abs([k[1] for k in knots]).max() * widest >= 0.9:
+        if max(abs(k) for _, k in knots) * widest >= 0.9:
             raise ParameterError("curvature", self.curvature, "is too tight: the road would fold over itself", "1/m")
 
     @property

@@ -13,13 +13,14 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from mcdas_opt.catalogue.data_files import checked, find, models_folder, read_text, read_toml
 from mcdas_opt.catalogue.vehicles import load_vehicle
-from mcdas_opt.domain.parking import ParallelSlot, ParkingCase, ParkingLimits, ParkingTolerance
-from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.parking import LARGEST_SLOT_M, ParallelSlot, ParkingCase, ParkingLimits, ParkingTolerance
+from mcdas_opt.domain.rules import FARTHEST_M, Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.geometry.clearance import Body, body_corners, obstacle_field
 from mcdas_opt.geometry.polygon import convex_hull, is_simple, signed_area
 
+Stretch = Annotated[float, Field(gt=0.0, le=LARGEST_SLOT_M)]
 Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
 _START_AHEAD_M, _START_LEFT_M = 1.0, 1.4  # the contract's default start beside the front car
@@ -58,9 +59,9 @@ class StartPart(GoalPart):
 
 
 class SlotPart(_Part):
-    length_m: Positive
-    depth_m: Positive = 2.1
-    street_m: Positive = 4.5
+    length_m: Stretch
+    depth_m: Stretch = 2.1
+    street_m: Stretch = 4.5
 
 
 class ObstaclePart(_Part):
@@ -180,6 +181,8 @@ def _pose(key: str, part: GoalPart, default: tuple[float | None, ...], path: Pat
 
 def _outline(vertices: Array, label: str, key: str, path: Path, notes: list[str]) -> Array:
     """A simple counter-clockwise polygon; what had to be repaired goes into `notes`."""
+    if not (np.abs(vertices) <= FARTHEST_M).all():
+        raise InputError(path, key, None, f"{label} must lie within {FARTHEST_M:g} m")
     keep = np.linalg.norm(vertices - np.roll(vertices, 1, axis=0), axis=1) > 1e-9
     vertices = vertices[keep]
     if len(vertices) < 3 or abs(signed_area(convex_hull(vertices))) < 1e-9:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.rules import FARTHEST_M
 from mcdas_opt.domain.settings import HeadwaySettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
@@ -150,5 +151,6 @@ def _limited(situation: Situation, settings: Settings) -> Situation:
 def _local(given: Situation, origin_m: float) -> Situation:
     if origin_m == 0.0:
         return given if given.time_s == 0.0 else replace(given, time_s=0.0)
-    tracks = tuple(track.seen_from(origin_m) for track in given.tracks)
+    near = (track for track in given.tracks if abs(track.s_m - origin_m) <= FARTHEST_M)  # half a world away is not in traffic
+    tracks = tuple(track.seen_from(origin_m) for track in near)
     return replace(given, time_s=0.0, host=given.host.seen_from(origin_m), tracks=tracks, road=given.road.seen_from(origin_m))

@@ -10,9 +10,11 @@ import numpy as np
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import FARTHEST_M
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.situation.consistency import host_faults
 
+_ROLLING_MPS = 0.5  # backwards: a car that stands, or rolls back a little
 _MEMORY_S = 1.0  # an older state or plan says nothing of this one
 
 
@@ -28,14 +30,16 @@ class HostPlausibility:
         """The measured state and "", or one that can be and what is wrong with the measured one, in words.
 
         A quantity that no car has, or that has jumped, is replaced by that of the `previous` plan at this time; without one by the nearest
-        that the car can have. A speed that is measured twice is believed. Asked the same again, it gives the same answer.
+        that the car can have. A speed that is measured twice is believed. Asked the same again, or about its own answer, it gives the same
+        answer.
         """
-        if self._last is not None and self._last[0] is host and self._last[1] == now and self._last[2] is road:
+        if self._last is not None and self._last[1] == now and self._last[2] is road and host in (self._last[0], self._last[3][0]):
             return self._last[3]
         elapsed_s = now - self._time_s
         speeds_mps = self._speeds_mps if 0.0 < elapsed_s <= _MEMORY_S else ()
-        faults = host_faults(host, road, speeds_mps, elapsed_s, vehicle)
-        believed = _replaced(host, tuple(faults), now, road, vehicle, previous) if faults else host
+        standing = replace(host, speed_mps=0.0) if -_ROLLING_MPS <= host.speed_mps < 0.0 else host
+        faults = host_faults(standing, road, speeds_mps, elapsed_s, vehicle)
+        believed = _replaced(standing, tuple(faults), now, road, vehicle, previous) if faults else standing
         self._time_s, self._speeds_mps = now, (host.speed_mps, believed.speed_mps)
         answer = believed, "; ".join(faults.values())
         self._last = host, now, road, answer
@@ -43,9 +47,10 @@ class HostPlausibility:
 
 
 def _replaced(host: HostState, names: tuple[str, ...], now: float, road: Road, vehicle: Vehicle, previous: Plan | None) -> HostState:
-    grip_mps2, speed_mps = road.friction * GRAVITY_MPS2, min(host.speed_mps, vehicle.speed_max_mps)
+    grip_mps2, speed_mps = road.friction * GRAVITY_MPS2, min(max(host.speed_mps, 0.0), vehicle.speed_max_mps)
     most_rad = min(vehicle.steering_max_rad, math.atan2(vehicle.wheelbase_m * grip_mps2, speed_mps**2))
     within = {
+        "s_m": min(max(host.s_m, -FARTHEST_M), FARTHEST_M),
         "d_m": min(max(host.d_m, road.right_edge_m), road.left_edge_m),
         "heading_rad": 0.0,
         "speed_mps": speed_mps,

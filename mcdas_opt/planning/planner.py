@@ -183,6 +183,6 @@ class Planner:
         require_type("host", host, HostState)
         require_type_if_given("road", road, Road)
         with self._one_thread.inside():
-            believed, fault = self.sensing.believed(host, now, road, self.previous)
+            believed, _ = self.sensing.believed(host, now, road, self.previous)
             seen = self.sensing.situation(measurements, believed, now, road=road, desired_speed_mps=desired_speed_mps, request=request)
-            return self.plan(replace(seen, host=host) if fault else seen)
+            return self.plan(seen)

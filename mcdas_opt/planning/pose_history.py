@@ -10,6 +10,7 @@ from mcdas_opt.domain.host import HostState
 
 _KEPT = 64  # states; at a cycle of 0.1 s more than any latency that is planned for
 _AT_ONCE_S = 1e-9
+_FARTHEST_BACK_S = 10.0  # what is older is no scan that anybody believes
 _GAP_MAX_S = 1.0  # the clock has jumped
 
 
@@ -37,7 +38,7 @@ class PoseHistory:
                 x0, x1 = before.to_vector(), after.to_vector()
                 return HostState.from_vector(x0 + share * (x1 - x0))
             after_s, after = before_s, before
-        age, first = after_s - time_s, after
+        age, first = min(after_s - time_s, _FARTHEST_BACK_S), after
         x = first.to_vector().copy()
         v = first.speed_mps
         x[0] -= v * np.cos(first.heading_rad) * age

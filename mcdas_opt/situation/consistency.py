@@ -6,6 +6,7 @@ import math
 
 from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import FARTHEST_M
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
@@ -72,7 +73,11 @@ def host_faults(host: HostState, road: Road, before_mps: tuple[float, ...], elap
     """
     faults: dict[str, str] = {}
     speed, fastest = host.speed_mps, min(_HOST_FASTEST_MPS, 1.5 * vehicle.speed_max_mps)
-    if speed > fastest:
+    if abs(host.s_m) > FARTHEST_M:
+        faults["s_m"] = f"the host is at {host.s_m:.3g} m along the road"
+    if speed < 0.0:
+        faults["speed_mps"] = f"the host moves backwards at {-speed:.3g} m/s"
+    elif speed > fastest:
         faults["speed_mps"] = f"the host moves at {speed:.0f} m/s, faster than {fastest:.0f}"
     elif before_mps and min(abs(speed - before) for before in before_mps) > _JUMP_MPS + _HARDEST_MPS2 * elapsed_s:
         faults["speed_mps"] = f"the host's speed jumped by {abs(speed - before_mps[-1]):.1f} m/s in {elapsed_s:.2g} s"
@@ -80,7 +85,7 @@ def host_faults(host: HostState, road: Road, before_mps: tuple[float, ...], elap
         faults["acceleration_mps2"] = f"the host accelerates at {host.acceleration_mps2:.3g} m/s^2, beyond {_HOST_HARDEST_MPS2:.0f}"
     if abs(host.heading_rad) > math.pi:
         faults["heading_rad"] = f"the host's heading against the road is {host.heading_rad:.3g} rad, beyond half a turn"
-    steering, slowest = abs(host.steering_rad), min(speed, fastest)
+    steering, slowest = abs(host.steering_rad), min(max(speed, 0.0), fastest)
     if steering > _HOST_STEERING_RAD or slowest**2 * math.tan(steering) > _HOST_LATERAL_MPS2 * vehicle.wheelbase_m:
         faults["steering_rad"] = f"the host's wheels are turned by {host.steering_rad:.3g} rad at {speed:.0f} m/s"
     off_road = max(host.d_m - road.left_edge_m, road.right_edge_m - host.d_m)

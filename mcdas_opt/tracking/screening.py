@@ -13,6 +13,8 @@ AGE_MAX_S = 1.0  # older scans are refused; nothing that was remembered is true 
 LAG_MAX_S = 0.2  # one sensor may report this much later than another
 RANGE_MAX_M = 300.0  # beyond is no car
 SPEED_MAX_MPS = 100.0  # no range rate, no speed exceeds this
+SD_MIN, SD_MAX = 1e-6, 1e3  # [m, rad, m/s]: no radar claims to be better, none that is worse says anything
+MOUNTED_WITHIN_M = 100.0  # of the body centre: the longest road train
 SAME_TIME_S = 1e-6  # scans of one sensor closer than this are the same scan
 Source = tuple[str, str]  # sensor and sector: one product may sit at the front and at the rear
 
@@ -50,6 +52,8 @@ def scan_fault(scan: Scan, now: float, last_s: float | None, clock_s: float | No
     mounting = scan.mounting
     if not all(map(math.isfinite, (scan.t_s, mounting.x_m, mounting.y_m, mounting.yaw_rad))):
         return "not_finite"
+    if max(abs(mounting.x_m), abs(mounting.y_m)) > MOUNTED_WITHIN_M:
+        return "implausible"
     if scan.t_s > now + FUTURE_TOLERANCE_S:
         return "future"
     if last_s is not None and abs(scan.t_s - last_s) <= SAME_TIME_S:
@@ -69,7 +73,7 @@ def radar_fault(point: RadarDetection) -> str | None:
     if point.range_m < 0.0:
         return "negative_range"
     fast = abs(point.range_rate_mps) > SPEED_MAX_MPS
-    if point.range_m > RANGE_MAX_M or fast or abs(point.azimuth_rad) > math.pi or min(sds) <= 0.0:
+    if point.range_m > RANGE_MAX_M or fast or abs(point.azimuth_rad) > math.pi or not SD_MIN <= min(sds) <= max(sds) <= SD_MAX:
         return "implausible"
     return None
 

@@ -93,6 +93,38 @@ def test_a_speed_that_is_measured_twice_is_believed() -> None:
         assert wrong or believed.speed_mps == speed
 
 
+@pytest.mark.parametrize(
+    ("glitch", "said"),
+    [
+        ({"speed_mps": -4.0}, "moves backwards at 4 m/s"),
+        ({"s_m": 1e300}, "at 1e+300 m along the road"),
+        ({"speed_mps": -1e200}, "backwards"),
+    ],
+)
+def test_a_step_is_answered_where_no_situation_could_be_made(glitch: dict[str, float], said: str) -> None:
+    planner = Planner()
+    host = HostState(speed_mps=20.0)
+    for k in range(3):
+        planner.step(scans(0.1 * k, 55.0), replace(host, s_m=2.0 * k), 0.1 * k)
+    plan = planner.step(scans(0.3, 55.0), replace(host, **glitch), 0.3)
+    assert said in plan.reason
+    assert (plan.status, plan.verdict.passed, is_finite(plan)) == (Status.FALLBACK, True, True)
+
+
+def test_a_car_that_rolls_back_a_little_stands() -> None:
+    planner = Planner()
+    plan = planner.step((), HostState(speed_mps=-0.01), 0.0)
+    assert planner.situation is not None
+    assert planner.situation.host.speed_mps == 0.0
+    assert "contradicts" not in plan.reason
+
+
+def test_a_car_half_a_world_away_makes_no_difference() -> None:
+    here = Situation(host=HostState(s_m=-1e9, speed_mps=20.0))
+    far = replace(here, tracks=(Track(id="far", s_m=1e9, d_m=0.0, speed_s_mps=10.0),))
+    assert Planner().plan(far).trajectory.table.tobytes() == Planner().plan(here).trajectory.table.tobytes()
+
+
 NUMBER = st.floats(-100.0, 100.0)
 
 

@@ -64,6 +64,8 @@ BAD_POINTS = {
         {"azimuth_rad": 4.0},
         {"range_sd_m": 0.0},
         {"range_rate_sd_mps": -0.1},
+        {"range_sd_m": 1e200},
+        {"azimuth_sd_rad": 5e-324},
     ],
 }
 
@@ -142,6 +144,14 @@ def test_a_sensor_that_is_nowhere(place: Mounting) -> None:
     before = tracker.tracks(NOW)
     take(tracker, replace(radar_scan(NOW, lead(NOW)), mounting=place))
     assert tracker.counters["not_finite"] == 1
+    assert same(tracker.tracks(NOW), before)
+
+
+def test_a_sensor_that_is_on_no_car() -> None:
+    tracker = fed()
+    before = tracker.tracks(NOW)
+    take(tracker, replace(radar_scan(NOW, lead(NOW)), mounting=Mounting(x_m=1e300)))
+    assert tracker.counters["implausible"] == 1
     assert same(tracker.tracks(NOW), before)
 
 
