@@ -1,0 +1,181 @@
+"""Hostile values and hostile traffic: whatever Python can hand over, and whatever a road, a car, a radar or a clock says at its worst."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+from hypothesis import strategies as st
+
+from mcdas_opt import Coverage, HostState, Mounting, RadarDetection, Request, Road, Scan, Sector, Settings, Situation, Track, Vehicle
+from mcdas_opt.domain.measurement import BodyDetection
+from mcdas_opt.domain.settings import PredictionSettings, SelectorSettings, SigmoidSettings, WarningSettings
+from mcdas_opt.errors import McdasError
+
+R = TypeVar("R")
+HOST = HostState(speed_mps=20.0)
+NEEDED: dict[type, dict[str, Any]] = {
+    Situation: {"host": HOST},
+    Track: {"id": "f", "s_m": 60.0, "d_m": 0.0, "speed_s_mps": 15.0},
+    Scan: {"sensor": "esr", "sector": Sector.FRONT, "t_s": 0.0},
+    RadarDetection: {"range_m": 30.0, "azimuth_rad": 0.0, "range_rate_mps": -5.0},
+    BodyDetection: {"name": "x", "s_m": 30.0, "d_m": 0.0, "speed_s_mps": 10.0, "speed_d_mps": 0.0, "length_m": 4.5, "width_m": 1.8},
+}
+RECORDS: tuple[type, ...] = (
+    *NEEDED, HostState, Road, Coverage, Mounting, Vehicle, Settings, SelectorSettings, PredictionSettings, SigmoidSettings, WarningSettings
+)  # fmt: skip
+EXTREMES = (0.0, -0.0, 5e-324, -5e-324, 1e-300, 1e-9, 0.1, 1.0, -1.0, 90.0, 400.0, 1e4, 1e6, 1e9, -1e9, 1e16, 1e300, 1e308, -1e308)
+NOT_FINITE = (math.nan, math.inf, -math.inf)
+
+floats = st.one_of(st.sampled_from(EXTREMES + NOT_FINITE), st.floats(), st.floats(-100.0, 100.0))
+_scalars = st.one_of(
+    floats, st.none(), st.booleans(), st.integers(), st.text(max_size=20), st.binary(max_size=20), st.complex_numbers(),
+    st.sampled_from([10**400, -(10**400), 2**63, object, len, np.float64(3.0), np.array([1.0, 2.0]), np.array(["a"]), np.zeros((4, 4))]),
+)  # fmt: skip
+anything = st.recursive(
+    _scalars,
+    lambda inner: st.one_of(st.lists(inner, max_size=4), st.tuples(inner, inner), st.dictionaries(st.text(max_size=5), inner, max_size=3)),
+    max_leaves=6,
+)
+
+
+@st.composite
+def hostile_fields(draw: st.DrawFn) -> tuple[type, dict[str, Any]]:
+    """A record, and what its constructor is given: one to three fields of it may be anything."""
+    record = draw(st.sampled_from(RECORDS))
+    names = [field.name for field in dataclasses.fields(record) if field.init]
+    chosen = draw(st.lists(st.sampled_from(names), min_size=1, max_size=3, unique=True))
+    return record, {**NEEDED.get(record, {}), **{name: draw(anything) for name in chosen}}
+
+
+def _mostly(low: float, high: float) -> st.SearchStrategy[float]:
+    """A number of traffic, and now and then one that is none."""
+    usual = st.floats(low, high)
+    return st.one_of(usual, usual, usual, usual, st.floats(10.0 * low - 1.0, 10.0 * high + 1.0), st.sampled_from(EXTREMES))
+
+
+_CURVATURES = st.one_of(st.just(0.0), st.floats(-0.02, 0.02), st.floats(-2.0, 2.0), st.sampled_from(EXTREMES))
+
+
+def _with(record: R, **hostile: Any) -> R:
+    """The record with each of these values that its constructor takes."""
+    for name, value in hostile.items():
+        with contextlib.suppress(McdasError):
+            record = dataclasses.replace(record, **{name: value})
+    return record
+
+
+@st.composite
+def roads(draw: st.DrawFn) -> Road:
+    places = draw(st.lists(st.one_of(st.floats(-200.0, 500.0), st.sampled_from(EXTREMES)), min_size=1, max_size=5, unique=True))
+    return _with(
+        Road(lanes_left=draw(st.integers(0, 3)), lanes_right=draw(st.integers(0, 3))),
+        lane_width_m=draw(_mostly(2.5, 4.5)),
+        shoulder_left_m=draw(_mostly(0.0, 3.0)),
+        shoulder_right_m=draw(_mostly(0.0, 3.0)),
+        friction=draw(_mostly(0.05, 1.0)),
+        speed_limit_mps=draw(_mostly(5.0, 60.0)),
+        curvature=tuple((place, draw(_CURVATURES)) for place in sorted(places)),
+        road_end_s_m=draw(st.one_of(st.none(), _mostly(-10.0, 300.0))),
+    )
+
+
+@st.composite
+def hosts(draw: st.DrawFn) -> HostState:
+    return _with(
+        HostState(),
+        s_m=draw(_mostly(-100.0, 1000.0)),
+        d_m=draw(_mostly(-2.0, 2.0)),
+        heading_rad=draw(_mostly(-0.2, 0.2)),
+        speed_mps=draw(_mostly(0.0, 45.0)),
+        acceleration_mps2=draw(_mostly(-6.0, 3.0)),
+        steering_rad=draw(_mostly(-0.1, 0.1)),
+    )
+
+
+@st.composite
+def tracks(draw: st.DrawFn, from_s_m: float) -> tuple[Track, ...]:
+    spreads = st.sampled_from((0.0, 1e-6, 0.1, 3.0, 1e3, 1e9))
+    return tuple(
+        _with(
+            Track(id=str(k), s_m=30.0 * k + 10.0, d_m=0.0, speed_s_mps=10.0),
+            s_m=from_s_m + draw(_mostly(-80.0, 120.0)),
+            d_m=draw(_mostly(-8.0, 8.0)),
+            speed_s_mps=draw(_mostly(-2.0, 45.0)),
+            speed_d_mps=draw(_mostly(-2.0, 2.0)),
+            covariance=np.diag([draw(spreads)] * 4),
+            length_m=draw(_mostly(0.5, 18.0)),
+            width_m=draw(_mostly(0.3, 2.6)),
+            age_s=draw(_mostly(0.0, 5.0)),
+            coasting=draw(st.booleans()),
+            acceleration_s_mps2=draw(_mostly(-9.0, 3.0)),
+            acceleration_s_sd_mps2=draw(st.one_of(st.none(), _mostly(0.0, 2.0))),
+        )
+        for k in range(draw(st.integers(0, 6)))
+    )
+
+
+@st.composite
+def situations(draw: st.DrawFn) -> Situation:
+    host, seen = draw(hosts()), ("front", "rear", "left", "right")
+    given = Situation(
+        time_s=draw(st.sampled_from((0.0, 1.0, -5.0, 1.7e9, 1e15))),
+        host=HOST,
+        coverage=Coverage(**{name: draw(st.integers(0, 5)) > 0 for name in seen}),
+        road=draw(roads()),
+        request=draw(st.sampled_from(Request)),
+    )
+    return _with(given, host=host, tracks=draw(tracks(host.s_m)), desired_speed_mps=draw(st.one_of(st.none(), _mostly(0.0, 50.0))))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Heard:
+    """What a planner is told in one cycle."""
+
+    now_s: float
+    scans: tuple[Scan, ...]
+    host: HostState
+
+
+_STEPS_S = st.one_of(
+    st.just(0.1), st.just(0.1), st.floats(0.0, 0.3), st.sampled_from((0.0, 1e-9, 1.0, 60.0, 3600.0, 1e9, -0.1, -1.0, -3600.0, -1e9))
+)
+_LAGS_S = st.one_of(st.just(0.0), st.floats(0.0, 0.3), st.sampled_from((1.0, 3600.0, -1.0, -3600.0, math.nan, math.inf, 1e300)))
+
+
+@st.composite
+def _scans(draw: st.DrawFn, now_s: float) -> tuple[Scan, ...]:
+    found = []
+    for _ in range(draw(st.integers(0, 3))):
+        sector = draw(st.sampled_from(Sector))
+        detections = tuple(
+            RadarDetection(
+                range_m=draw(st.one_of(st.floats(0.5, 170.0), floats)),
+                azimuth_rad=draw(st.one_of(st.floats(-0.8, 0.8), floats)),
+                range_rate_mps=draw(st.one_of(st.floats(-60.0, 20.0), floats)),
+                range_sd_m=draw(st.one_of(st.just(0.25), floats)),
+            )
+            for _ in range(draw(st.integers(0, 6)))
+        )
+        yaw_rad = math.pi if sector is Sector.REAR else 0.0
+        mounting = Mounting(x_m=draw(st.one_of(st.just(2.0), floats)), yaw_rad=yaw_rad)
+        t_s, working = now_s - draw(_LAGS_S), draw(st.integers(0, 9)) > 0
+        found.append(Scan(sensor=f"radar-{sector.value}", sector=sector, t_s=t_s, mounting=mounting, radar=detections, working=working))
+    return tuple(found)
+
+
+@st.composite
+def streams(draw: st.DrawFn) -> tuple[Road, list[Heard]]:
+    """Some cycles of scans under a clock that jitters, stops, jumps and runs back, and of a host whose state glitches."""
+    now_s = draw(st.sampled_from((0.0, 1.7e9, -1e6)))
+    host, heard = HostState(speed_mps=draw(st.floats(0.0, 40.0))), []
+    for _ in range(draw(st.integers(2, 8))):
+        now_s += draw(_STEPS_S)
+        glitch = draw(hosts()) if draw(st.integers(0, 4)) == 0 else None
+        heard.append(Heard(now_s=now_s, scans=draw(_scans(now_s)), host=glitch or host))
+        host = dataclasses.replace(host, s_m=host.s_m + 0.1 * host.speed_mps)
+    return draw(roads()), heard

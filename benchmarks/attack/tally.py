@@ -1,0 +1,98 @@
+"""What came of an attack: how often it was answered, refused in our own words, or something that must not be."""
+
+from __future__ import annotations
+
+import math
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+import numpy as np
+
+from mcdas_opt import Plan, Situation, Status, verify
+from mcdas_opt.errors import McdasError
+
+HANG_S = 2.0  # of the processor's time: a machine under load is no hang
+_SHOWN = 400  # characters of an input
+T = TypeVar("T")
+
+
+@dataclass(slots=True, kw_only=True)
+class Tally:
+    """Counts of one attack. `faults` holds for each distinct fault the shortest input that showed it."""
+
+    tried: int = 0
+    answered: int = 0
+    refused: int = 0
+    foreign: int = 0
+    hangs: int = 0
+    non_finite: int = 0
+    unverified: int = 0
+    lost: int = 0
+    worst_s: float = 0.0
+    faults: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def wrong(self) -> int:
+        return self.foreign + self.hangs + self.non_finite + self.unverified + self.lost
+
+    def ask(self, question: Callable[[], T], shown: Callable[[], str], *, may_refuse: bool = True) -> T | None:
+        """The answer; None where it was refused in our own words, or is a fault, which is counted: an exception of another kind, or any
+        where none may be raised."""
+        self.tried += 1
+        began = time.process_time()
+        try:
+            answer = question()
+        except Exception as error:
+            answer = None
+            if may_refuse and isinstance(error, McdasError):
+                self.refused += 1
+            else:
+                self.foreign += 1
+                self.note(f"{type(error).__name__} in {_innermost(error)}: {str(error)[:80]}", shown())
+        else:
+            self.answered += 1
+        took = time.process_time() - began
+        self.worst_s = max(self.worst_s, took)
+        if took > HANG_S:
+            self.hangs += 1
+            self.note("longer than 2 s", shown())
+        return answer
+
+    def note(self, fault: str, shown: str) -> None:
+        """A fault with an input that shows it; of several the shortest is kept."""
+        text = shown if len(shown) <= _SHOWN else shown[:_SHOWN] + " ..."
+        if fault not in self.faults or len(text) < len(self.faults[fault]):
+            self.faults[fault] = text
+
+    def check_plan(self, plan: Plan, situation: Situation) -> None:
+        """Finite, and what is not called unavoidable passes the judge, asked anew where the host's state could be believed."""
+        numbers_finite = bool(np.isfinite(plan.trajectory.table).all()) and all_finite(plan.to_dict())
+        if not numbers_finite:
+            self.non_finite += 1
+            self.note("a number that is not finite left", situation.to_json())
+            return
+        if plan.status is Status.UNAVOIDABLE:
+            return
+        believed = "contradicts itself" not in plan.reason
+        if not plan.verdict.passed or (believed and not verify(plan.trajectory, situation).passed):
+            self.unverified += 1
+            self.note(f"unverified, called {plan.status.value}", situation.to_json())
+
+
+def all_finite(document: Any) -> bool:
+    """Whether every number of a JSON document is finite."""
+    if isinstance(document, dict):
+        return all(map(all_finite, document.values()))
+    if isinstance(document, (list, tuple)):
+        return all(map(all_finite, document))
+    return not isinstance(document, float) or math.isfinite(document)
+
+
+def _innermost(error: Exception) -> str:
+    """The innermost place of the package that it came out of."""
+    frames = traceback.extract_tb(error.__traceback__)
+    ours = [frame for frame in frames if "mcdas_opt" in frame.filename] or frames
+    return f"{ours[-1].filename.rpartition('mcdas_opt/')[2]}:{ours[-1].lineno}"

@@ -1,0 +1,25 @@
+"""The attack on every door, in its quick form: nothing foreign, nothing that hangs, nothing that is not finite, unverified or lost."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from benchmarks.attack.__main__ import ATTACKS, run
+
+# cases here: what takes a process each (`commands`) has its tests in tests/cli
+QUICK = {"constructors": 300, "situations": 30, "streams": 60, "files": 300, "journals": 30, "kills": 2}
+
+
+def test_every_attack_is_quick_somewhere() -> None:
+    assert set(QUICK) | {"commands"} == set(ATTACKS)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="operating system: kills as POSIX has them")
+@pytest.mark.parametrize("name", QUICK)
+def test_an_attack_finds_nothing(name: str) -> None:
+    tally = run(name, QUICK[name], seed=21)
+    assert tally.wrong == 0, tally.faults
+    assert tally.answered > 0
+    assert tally.tried == tally.answered + tally.refused
