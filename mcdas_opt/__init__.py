@@ -29,11 +29,13 @@ if TYPE_CHECKING:
     from mcdas_opt.domain.verdict import Verdict, Violation
     from mcdas_opt.domain.vocabulary import Alert, Mode, Request, Role, Sector, Side, Status
     from mcdas_opt.errors import InputError, McdasError, ParameterError
+    from mcdas_opt.evaluation.comparison import benchmark
     from mcdas_opt.parking.case_file import load_parking_case
     from mcdas_opt.parking.closed_loop.follow import follow
     from mcdas_opt.parking.park import park
     from mcdas_opt.planning.planner import Planner
     from mcdas_opt.planning.stateless import plan, step
+    from mcdas_opt.plotting.export import plot
     from mcdas_opt.simulation.first_situation import load_situation
     from mcdas_opt.simulation.judging import verify
     from mcdas_opt.simulation.loop import simulate
@@ -86,6 +88,8 @@ _HOME = {
     "park": "mcdas_opt.parking.park",
     "follow": "mcdas_opt.parking.closed_loop.follow",
     "tune": "mcdas_opt.tuning.tune",
+    "plot": "mcdas_opt.plotting.export",
+    "benchmark": "mcdas_opt.evaluation.comparison",
     # errors
     "McdasError": "mcdas_opt.errors",
     "InputError": "mcdas_opt.errors",
@@ -122,6 +126,7 @@ __all__ = [
     "Verdict",
     "Violation",
     "__version__",
+    "benchmark",
     "escapes",
     "follow",
     "load_parking_case",
@@ -132,6 +137,7 @@ __all__ = [
     "load_vehicle",
     "park",
     "plan",
+    "plot",
     "simulate",
     "step",
     "tune",

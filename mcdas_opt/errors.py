@@ -63,7 +63,7 @@ class MissingExtraError(McdasError, ImportError):
     def __init__(self, package: str, extra: str, then: str = "") -> None:
         self.package, self.extra, self.then = package, extra, then
         also = f", then {then}" if then else ""
-        super().__init__(f"this needs the package {package!r}: pip install mcdas-opt[{extra}]{also}")
+        super().__init__(f"this needs the package {package!r}: pip install 'mcdas-opt[{extra}]'{also}")
 
 
 def printable(text: str) -> str:

@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 _LINE_S = 30.0  # between two lines of progress where stderr is no terminal
 _ABREAST = 3  # planners in one table
 _ROWS = (
-    ("collisions on A", "collisions_on_A"),
     ("lost on A", "lost_on_A"),
+    ("collisions on A", "collisions_on_A"),
+    ("lost", "lost"),
     ("collisions", "collisions"),
     ("hit from behind", "rear_hits"),
     ("left the road", "road_departures"),

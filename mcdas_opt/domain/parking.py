@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
 from operator import attrgetter
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.rules import FARTHEST_M, Array, finite, non_negative, positive, require, vector, within
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
@@ -190,6 +191,10 @@ class ParkingTrajectory:
         document: dict[str, list[float]] = to_document(self)
         return document
 
+    def columns(self) -> dict[str, Array]:
+        """The vectors by their names."""
+        return {item.name: attrgetter(item.name)(self) for item in fields(self)}
+
     @classmethod
     def from_columns(cls, columns: dict[str, Any]) -> ParkingTrajectory:
         """From a mapping of columns; acceleration and steering rate are made from the slopes where they are missing."""
@@ -211,9 +216,12 @@ class ParkingAttempt:
     seconds: float = 0.0  # of computing; does not repeat
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Parking:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Parking(Result):
     """The answer to a case. `trajectory` is None when not even an infeasible attempt exists; coordinates are the case file's."""
+
+    drawn_by: ClassVar[str] = "mcdas_opt.plotting.results:parking_figure"
+    moves_by: ClassVar[str] = "mcdas_opt.plotting.results:save_moving_parking"
 
     planner: str
     status: str  # planned | refused | budget (refused because a cap on nodes or iterations was reached)
@@ -230,6 +238,7 @@ class Parking:
     timing_ms: dict[str, float] = field(default_factory=dict)
     nodes: int = 0
     iterations: int = 0
+    case: ParkingCase | None = field(default=None, repr=False, compare=False)
 
     @property
     def passed(self) -> bool:
@@ -238,3 +247,14 @@ class Parking:
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the contract."""
         return {"schema_version": SCHEMA_VERSION, **to_document(self)}
+
+    def in_brief(self) -> tuple[str, str, str]:
+        least = "" if self.min_clearance_m is None else f", least clearance {self.min_clearance_m:.3f} m"
+        driven = "no path"
+        if self.trajectory is not None:
+            driven = f"{self.duration_s:.1f} s, {self.path_m:.1f} m, {self.gear_changes} gear changes{least}"
+        return (f"Parking of {self.planner}: {self.status}, {driven}", f"verdict: {self.verdict.reason}", self.reason)
+
+    def columns(self) -> Columns:
+        """The trajectory; empty columns where there is none."""
+        return {item.name: () for item in fields(ParkingTrajectory)} if self.trajectory is None else self.trajectory.columns()

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from operator import attrgetter
-from typing import Any
+from typing import Any, ClassVar
 
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.escapes import Escapes
+from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.rules import all_of, require_type, word
 from mcdas_opt.domain.safe_end import EndKind, SafeEnd
+from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
 
@@ -37,8 +40,8 @@ class Timing:
     verify: float = 0.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Plan:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Plan(Result):
     """A trajectory with its verdict. Time 0 of the trajectory is the situation's time.
 
     `chosen` is the name of the candidate that it is. `converged` false: its solve was cut short at its cap on iterations; it is judged as
@@ -46,8 +49,11 @@ class Plan:
     interpreted agree to 1e-6, not to the byte). `safe_end` says how it ends (None: nobody looked, as with the bare closed forms).
     `escapes` is the map of the candidates that were open then, `alert` what follows from it; None and absent where it is turned off.
     `memory` is what the method leaves for its next cycle, a frozen record of its own type: it comes back with the plan as `previous`, so
-    that a manoeuvre once begun goes on instead of beginning anew.
+    that a manoeuvre once begun goes on instead of beginning anew. `situation` and `vehicle` are what it was asked for, to draw it in.
     """
+
+    drawn_by: ClassVar[str] = "mcdas_opt.plotting.results:plan_figure"
+    moves_by: ClassVar[str] = "mcdas_opt.plotting.results:save_moving_plan"
 
     planner: str
     mode: Mode
@@ -70,6 +76,8 @@ class Plan:
     alert: Alert = Alert.NONE
     time_s: float = 0.0
     memory: object = field(default=None, repr=False, compare=False)
+    situation: Situation | None = field(default=None, repr=False, compare=False)
+    vehicle: Vehicle | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """A method may answer in words; what is no word of the contract is refused here and not at the end of a drive."""
@@ -87,6 +95,21 @@ class Plan:
         if self.escapes is None:
             del document["escapes"]
         return document
+
+    def in_brief(self) -> tuple[str, str, str]:
+        side = "" if self.side is Side.NONE else f" {self.side}"
+        end = "nobody looked how it ends" if self.safe_end is None else f"ends {self.safe_end.kind} after {self.safe_end.t_s:.1f} s"
+        refused = sum(not candidate.passed for candidate in self.candidates)
+        return (
+            f"Plan of {self.planner} at {self.time_s:g} s: {self.mode}{side}, {self.status}, alert {self.alert}",
+            f"verdict: {self.verdict.reason}; {end}",
+            f"{f'{self.chosen} of ' if self.chosen else ''}{len(self.candidates)} candidates ({refused} refused), "
+            f"{self.iterations} iterations, {self.timing_ms.total:.1f} ms",
+        )
+
+    def columns(self) -> Columns:
+        """The trajectory."""
+        return self.trajectory.columns()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

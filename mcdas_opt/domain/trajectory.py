@@ -100,6 +100,10 @@ class Trajectory(_Tabled):
         document: dict[str, list[float]] = to_document(self)
         return document
 
+    def columns(self) -> dict[str, Array]:
+        """The vectors by their names."""
+        return dict(zip(_NAMES, _columns(self), strict=True))
+
     @classmethod
     def from_columns(cls, columns: dict[str, Any]) -> Trajectory:
         return cls(**{name: columns[name] for name in _NAMES})

@@ -61,7 +61,8 @@ def publish(suite: Suite, results: Results, folder: Path, executor: Executor, pr
 
 def portrait(case: Case, planner: str, plant: str) -> bytes:
     """The drive once more, as a picture."""
-    from mcdas_opt.plotting.thumbnail import draw_thumbnail, png_bytes
+    from mcdas_opt.plotting.style import png_bytes
+    from mcdas_opt.plotting.thumbnail import draw_thumbnail
     from mcdas_opt.simulation.loop import simulate
 
     return png_bytes(draw_thumbnail(simulate(case.scene, planner, plant)))
@@ -90,8 +91,7 @@ def _worst(suite: Suite, results: Results, folder: Path, executor: Executor, pro
 
 def _blank(reason: str) -> bytes:
     """A picture of why there is none."""
-    from mcdas_opt.plotting.style import figure, styled
-    from mcdas_opt.plotting.thumbnail import png_bytes
+    from mcdas_opt.plotting.style import figure, png_bytes, styled
 
     with styled():
         fig = figure(5.6, 1.2)

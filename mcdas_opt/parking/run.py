@@ -106,6 +106,7 @@ class Run:
             timing_ms=self.timing,
             nodes=self.nodes,
             iterations=self.iterations,
+            case=self.case,
         )
 
 

@@ -148,7 +148,16 @@ class Planner:
         plan, reported = with_reported_mode(plan, cycle)
         self.memory = replace(remembered(plan, cycle.given, cycle.origin_m, cycle.deficits), reported=reported)
         timing = replace(plan.timing_ms, total=1e3 * (time.perf_counter() - started))
-        self._asked.previous = cycle.given_from(replace(plan, planner=self.name, timing_ms=timing, memory=self._carried(plan)))
+        self._asked.previous = cycle.given_from(
+            replace(
+                plan,
+                planner=self.name,
+                timing_ms=timing,
+                memory=self._carried(plan),
+                situation=cycle.given,
+                vehicle=self.vehicle,
+            )
+        )
         return self._asked.previous
 
     def _carried(self, plan: Plan) -> object:

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 _COLOURS = (style.BLUE, style.VERMILION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.GREY, style.BLACK)
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 _FARTHEST_M = 6.0  # clearance beyond this is drawn at the edge
+_HARDEST_MPS2 = 13.0  # so is acceleration: a wall brakes harder than tyres
+_ABREAST = 3  # panels
 Interval = tuple[float, float, float, int]  # rate, low, high, n
 
 
@@ -50,10 +52,10 @@ def draw_families(shares: Mapping[str, Mapping[str, Interval]], planners: Sequen
 def draw_scatter(points: Mapping[str, Array]) -> Figure:
     """`points[planner]` (n, 3): least clearance [m], largest acceleration [m/s^2], and 1 where the drive was lost. A panel each."""
     planners = list(points)
-    columns = min(len(planners), 4)
+    columns = min(len(planners), _ABREAST)
     rows = -(-len(planners) // columns)
     with styled():
-        fig = figure(max(2.6 * columns + 0.6, 5.0), 2.5 * rows + 0.8)
+        fig = figure(2.8 * columns + 0.8, 2.5 * rows + 0.9)
         grid = fig.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
         for k, axes in enumerate(grid.flat):
             if k >= len(planners):
@@ -61,13 +63,13 @@ def draw_scatter(points: Mapping[str, Array]) -> Figure:
                 continue
             found = points[planners[k]]
             safe = found[:, 2] == 0.0
-            x, y = found[:, 1], np.minimum(found[:, 0], _FARTHEST_M)
-            axes.plot(x[safe], y[safe], "o", ms=3.0, mew=0, alpha=0.45, color=style.BLUE, label="safe", clip_on=False)
-            axes.plot(x[~safe], y[~safe], "x", ms=3.6, mew=1.0, alpha=0.8, color=style.VERMILION, label="lost", clip_on=False)
+            x, y = np.clip(found[:, 1], 0.0, _HARDEST_MPS2), np.clip(found[:, 0], 0.0, _FARTHEST_M)
+            axes.plot(x[safe], y[safe], "o", ms=3.0, mew=0, alpha=0.45, color=style.BLUE, label="safe")
+            axes.plot(x[~safe], y[~safe], "x", ms=3.6, mew=1.0, alpha=0.8, color=style.VERMILION, label="lost")
             axes.set_title(f"{planners[k]}\n{int((~safe).sum())} of {len(found)} lost", fontsize=9)
-            axes.set(xlim=(0.0, 13.0), ylim=(-0.3, _FARTHEST_M + 0.3))
-        fig.supxlabel("largest acceleration, lateral or braking [m/s²]", fontsize=9)
-        fig.supylabel(f"least clearance [m], {_FARTHEST_M:g} or more at the top", fontsize=9)
+            axes.set(xlim=(-0.3, _HARDEST_MPS2 + 0.3), ylim=(-0.3, _FARTHEST_M + 0.3))
+        fig.supxlabel("largest acceleration [m/s²]", fontsize=9)
+        fig.supylabel("least clearance [m]", fontsize=9)
         _legend(fig, grid.flat[0])
     return fig
 

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 
 from mcdas_opt.domain.parking import Parking, ParkingCase
 from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.result import Result, called
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.parking.closed_loop.record import ParkingDrive
 from mcdas_opt.simulation.record import Simulation
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOVING = (".gif", ".png", ".html")
+STILL = (".png", ".svg", ".pdf")
 
 
 def check_picture(path: Path, suffixes: tuple[str, ...] = MOVING) -> Path:
@@ -96,6 +98,30 @@ def save_plan(situation: Situation, vehicle: Vehicle, plan: Plan, path: Path) ->
             else:
                 save_png(plan_sheet(situation, vehicle, plan), file)
     return path
+
+
+def save_result(result: Result, path: Path | None) -> Figure:
+    """Any answer's figure; written to `path` as that, or as an animation or a page where the answer moves and the suffix says so."""
+    from mcdas_opt.plotting.style import save_still
+
+    if not isinstance(result, Result):
+        raise ParameterError("result", result, "is no answer of this package: a plan, a drive, escapes, parking, a design, a benchmark")
+    if path is not None:
+        check_picture(path, (*STILL, ".gif", ".html") if result.moves_by else STILL)
+    figure: Figure = called(result.drawn_by)(result)
+    if path is None:
+        return figure
+    if path.suffix.lower() in STILL:
+        with whole_file(path) as file:
+            save_still(figure, file)
+    else:
+        called(result.moves_by)(result, path)
+    return figure
+
+
+def plot(result: Result, path: str | Path | None = None) -> Figure:
+    """The picture of any answer, as its own `plot`. Raises `InputError` for a suffix that is no picture's, or a missing folder."""
+    return save_result(result, None if path is None else Path(path))
 
 
 def save_figure(figure: Figure, path: Path) -> Path:

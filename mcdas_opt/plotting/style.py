@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import AbstractContextManager
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,12 +58,9 @@ def styled() -> AbstractContextManager[None]:
 
 def figure(width_in: float, height_in: float) -> Figure:
     """An empty figure on the Agg canvas, laid out by constraints. Call it inside `styled()`."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+    from mcdas_opt.plotting.sheet import Sheet
 
-    fig = Figure(figsize=(width_in, height_in), layout="constrained")
-    FigureCanvasAgg(fig)
-    return fig
+    return Sheet(figsize=(width_in, height_in), layout="constrained")
 
 
 def save_png(fig: Figure, path: Path, dpi: int = 150) -> Path:
@@ -70,6 +68,23 @@ def save_png(fig: Figure, path: Path, dpi: int = 150) -> Path:
     with styled():
         fig.savefig(path, dpi=dpi, format="png", metadata={"Software": None})
     return path
+
+
+def png_bytes(fig: Figure, dpi: int = 110) -> bytes:
+    """A figure as PNG, the same bytes for the same figure."""
+    held = BytesIO()
+    with styled():
+        fig.savefig(held, dpi=dpi, format="png", metadata={"Software": None})
+    return held.getvalue()
+
+
+def save_still(fig: Figure, path: Path) -> None:
+    """Writes a PNG, SVG or PDF, by the suffix."""
+    if path.suffix.lower() == ".png":
+        save_png(fig, path)
+        return
+    with styled():
+        fig.savefig(path, metadata={"Date": None} if path.suffix.lower() == ".svg" else {"CreationDate": None})
 
 
 def picture(fig: Figure, dpi: int = 100) -> Image:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from io import BytesIO
 from typing import TYPE_CHECKING
 
 from mcdas_opt.plotting.birdseye import BirdsEye
@@ -37,11 +36,3 @@ def draw_thumbnail(simulation: Simulation) -> Figure:
             for spine in axes.spines.values():
                 spine.set_visible(False)
     return fig
-
-
-def png_bytes(fig: Figure, dpi: int = 110) -> bytes:
-    """A figure as PNG, the same bytes for the same figure."""
-    held = BytesIO()
-    with styled():
-        fig.savefig(held, dpi=dpi, format="png", metadata={"Software": None})
-    return held.getvalue()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.trajectory import Trajectory
@@ -63,8 +64,8 @@ class Cycle:
     took_ms: float = field(default=0.0, compare=False)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Simulation:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Simulation(Result):
     """A drive and its figures; attributes are the keys of the JSON document, but for `scene`, `cycles` and `history` (for drawing).
 
     The drive ends at the scene's duration, at the first touch of another body, or where a corner leaves the road: `duration_s` is the
@@ -72,6 +73,9 @@ class Simulation:
     relative to the other's; jerk and steering rate are the actuators', so that the jolt with which braking ends at standstill is not
     counted.
     """
+
+    drawn_by: ClassVar[str] = "mcdas_opt.plotting.animation:sheet"
+    moves_by: ClassVar[str] = "mcdas_opt.plotting.export:save_drive"
 
     name: str
     planner: str
@@ -104,3 +108,22 @@ class Simulation:
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the contract."""
         return {"schema_version": SCHEMA_VERSION, **to_document(self)}
+
+    def in_brief(self) -> tuple[str, str, str]:
+        ended = "" if self.collided_with is None else f" with {self.collided_with} at {self.impact_speed_mps:.1f} m/s"
+        least = "nobody else" if self.min_clearance_m is None else f"least clearance {self.min_clearance_m:.2f} m"
+        return (
+            f"Drive of {self.planner} through {self.name} ({self.plant}): {self.outcome}{ended} after {self.duration_s:.1f} s",
+            f"{least}, lateral at most {self.max_lateral_acceleration_mps2:.1f} m/s^2, {', '.join(mode for _, mode in self.modes)}",
+            f"{self.plans} plans ({self.fallbacks} fallbacks, {self.unavoidable} unavoidable, {self.unverified_plans} unverified), "
+            f"cycle p50 {self.cycle_ms.p50:.1f} ms, p99 {self.cycle_ms.p99:.1f} ms",
+        )
+
+    def columns(self) -> Columns:
+        """The driven trajectory, then `NAME.s_m` and so on of every neighbour at the same times."""
+        theirs = {
+            f"{one.name}.{name}": column
+            for one in self.neighbours
+            for name, column in (("s_m", one.s_m), ("d_m", one.d_m), ("heading_rad", one.heading_rad), ("speed_mps", one.speed_mps))
+        }
+        return self.trajectory.columns() | theirs

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.escapes import Closer, Escape, Escapes
@@ -37,7 +38,7 @@ def escapes(
     require_type_if_given("prediction", prediction, PredictionSettings)
     require_type_if_given("settings", settings, EscapeSettings)
     car = load_vehicle(situation.vehicle) if vehicle is None else vehicle
-    return escapes_under(predict_for(situation, prediction), situation, car, settings)
+    return replace(escapes_under(predict_for(situation, prediction), situation, car, settings), situation=situation, vehicle=car)
 
 
 def escapes_under(prediction: Prediction, situation: Situation, vehicle: Vehicle, settings: EscapeSettings | None = None) -> Escapes:

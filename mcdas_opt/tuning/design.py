@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
+from operator import attrgetter
+from typing import Any, ClassVar
 
 import numpy as np
 
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.domain.vocabulary import Side
@@ -46,9 +48,11 @@ class PathSamples:
     y_m: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Design:
-    """The best sigmoid for a request; attributes are the keys of the JSON document."""
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Design(Result):
+    """The best sigmoid for a request; attributes are the keys of the JSON document. Saved as `.toml` it is what planners take."""
+
+    drawn_by: ClassVar[str] = "mcdas_opt.tuning.design_file:sheet"
 
     a_per_m: float
     b: float
@@ -76,6 +80,24 @@ class Design:
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the contract."""
         return {"schema_version": SCHEMA_VERSION, **to_document(self), "request": to_document(self.request)}
+
+    def in_brief(self) -> tuple[str, str, str]:
+        bound = ", ".join(row.name for row in self.constraints if row.binds) or "nothing"
+        return (
+            f"Design ({self.objective}) for {self.speed_mps:.1f} m/s = {3.6 * self.speed_mps:.0f} km/h: {self.value:.4g} {self.unit}",
+            f"a = {self.a_per_m:.4g} 1/m, b = {self.b:.4g}, y_max = {self.y_max_m:.3f} m, {self.length_m:.1f} m long",
+            f"bound by {bound}; {self.evaluations} evaluations of {self.method}",
+        )
+
+    def columns(self) -> Columns:
+        """A row for each constraint."""
+        names = ("name", "value", "limit", "unit", "multiplier", "sense")
+        return {name: [attrgetter(name)(row) for row in self.constraints] for name in names}
+
+    def as_text(self, suffix: str) -> str | None:
+        from mcdas_opt.tuning.design_file import design_text
+
+        return design_text(self) if suffix == ".toml" else Result.as_text(self, suffix)
 
 
 def design(request: DesignRequest) -> Design:

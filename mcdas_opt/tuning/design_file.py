@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.domain.document import to_document
 from mcdas_opt.errors import InputError
 from mcdas_opt.tuning.design import Design
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _SUFFIXES = (".toml", ".png")
 
@@ -26,10 +29,9 @@ def write_design(design: Design, out: Path) -> tuple[Path, Path]:
     parameters, picture = check_out(out).with_suffix(".toml"), out.with_suffix(".png")
     try:
         parameters.write_text(design_text(design), encoding="utf-8")
-        from mcdas_opt.plotting.design import design_sheet
         from mcdas_opt.plotting.style import save_png
 
-        save_png(_sheet(design, design_sheet), picture, dpi=120)
+        save_png(sheet(design), picture, dpi=120)
     except OSError as error:
         raise InputError(out, "", None, f"cannot be written: {error.strerror}") from None
     return parameters, picture
@@ -64,9 +66,12 @@ def design_text(design: Design) -> str:
     return toml_text(document)
 
 
-def _sheet(design: Design, draw: Any) -> Any:
+def sheet(design: Design) -> Figure:
+    """The path with its curvature, acceleration and jerk against their limits, and the paper's beside it."""
+    from mcdas_opt.plotting.design import design_sheet
+
     limits = {c.name: c.limit for c in design.constraints}
-    return draw(
+    return design_sheet(
         design.sigmoid,
         speed_mps=design.speed_mps,
         lane_width_m=design.request.lane_width_m,

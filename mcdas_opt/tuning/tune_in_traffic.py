@@ -7,10 +7,11 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.running.executor import Executor
@@ -23,13 +24,18 @@ from mcdas_opt.tuning.study import StudySpec, Trial, run_study
 from mcdas_opt.tuning.study_options import StudyOptions
 from mcdas_opt.tuning.traffic import SEEDS, Drives, avoidable, in_turn
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 Progress = Callable[[int, int], None]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StudyReport:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class StudyReport(Result):
     """What a study found; attributes are the keys of the JSON document. a, b and y_max are the closed form's at `speed_mps` with the chosen
-    values; `value` is the chosen trial's score on the training scenes."""
+    values; `value` is the chosen trial's score on the training scenes. Saved as `.toml` it is what planners take."""
+
+    drawn_by: ClassVar[str] = "mcdas_opt.tuning.tune_in_traffic:sheet"
 
     a_per_m: float
     b: float
@@ -58,6 +64,21 @@ class StudyReport:
         """The JSON document of the contract."""
         front = [{"number": one.number, **to_document(one.cost)} for one in self.choice.front]
         return {"schema_version": SCHEMA_VERSION, **to_document(self), "front": front, "suite": self.spec.suite}
+
+    def in_brief(self) -> tuple[str, str, str]:
+        return (
+            f"Study of {self.method} on {self.spec.suite}: {self.evaluations} trials, {self.pruned} pruned, score {self.value:.4g}",
+            f"{'accepted' if self.accepted else 'not accepted'}: {self.reason}",
+            f"trial {self.choice.trial.number} of a front of {len(self.choice.front)}",
+        )
+
+    def columns(self) -> Columns:
+        """A row for each trial: its values, and what it cost."""
+        rows = [{"number": one.number, "pruned": one.pruned, **one.values, **to_document(one.cost)} for one in self.trials]
+        return {name: [row.get(name) for row in rows] for name in dict.fromkeys(name for row in rows for name in row)}
+
+    def as_text(self, suffix: str) -> str | None:
+        return values_text(self) if suffix == ".toml" else Result.as_text(self, suffix)
 
 
 def tune_in_traffic(
@@ -163,11 +184,22 @@ def _report(
 
 
 def _write(report: StudyReport, out: Path) -> None:
-    from mcdas_opt.plotting.study import study_sheet
     from mcdas_opt.plotting.style import save_png
 
+    try:
+        save_png(sheet(report), out.with_suffix(".png"), dpi=120)
+        if report.accepted:
+            out.with_suffix(".toml").write_text(values_text(report), encoding="utf-8")
+    except OSError as error:
+        raise InputError(out, "", None, f"cannot be written: {error.strerror}") from None
+
+
+def sheet(report: StudyReport) -> Figure:
+    """The front of the trials, the one that was chosen, and what the values matter."""
+    from mcdas_opt.plotting.study import study_sheet
+
     default = next((trial for trial in report.trials if trial.values == report.defaults and not trial.pruned), None)
-    sheet = study_sheet(
+    return study_sheet(
         objectives=[trial.cost.objectives for trial in report.trials if not trial.pruned],
         front=[trial.cost.objectives for trial in report.choice.front],
         chosen=report.choice.trial.cost.objectives,
@@ -175,12 +207,6 @@ def _write(report: StudyReport, out: Path) -> None:
         importance=report.importance,
         title=f"{report.method}: {report.evaluations} trials, {report.pruned} pruned",
     )
-    try:
-        save_png(sheet, out.with_suffix(".png"), dpi=120)
-        if report.accepted:
-            out.with_suffix(".toml").write_text(values_text(report), encoding="utf-8")
-    except OSError as error:
-        raise InputError(out, "", None, f"cannot be written: {error.strerror}") from None
 
 
 def values_text(report: StudyReport) -> str:

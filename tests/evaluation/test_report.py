@@ -22,8 +22,8 @@ from mcdas_opt.evaluation.row import Row, row_of
 from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.evaluation.summary import contradictions, pairs, summarise, worst
 from mcdas_opt.plotting.benchmark import draw_cycle_times
-from mcdas_opt.plotting.style import figure
-from mcdas_opt.plotting.thumbnail import draw_thumbnail, png_bytes
+from mcdas_opt.plotting.style import figure, png_bytes
+from mcdas_opt.plotting.thumbnail import draw_thumbnail
 from mcdas_opt.simulation.loop import simulate
 
 PLANNERS = ("mpc", "closed-form", "aeb")

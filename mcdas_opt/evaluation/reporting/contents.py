@@ -7,16 +7,17 @@ from typing import Any
 
 import numpy as np
 
+from mcdas_opt.domain.rules import Array
 from mcdas_opt.evaluation.reporting.document import Block, Card, Cards, Cell, Heading, Paragraph, Picture, Report, Table
 from mcdas_opt.evaluation.summary import collided, kinds, lost, pairs
 from mcdas_opt.plotting.benchmark import draw_cycle_times, draw_families, draw_scatter
-from mcdas_opt.plotting.thumbnail import png_bytes
+from mcdas_opt.plotting.style import png_bytes
 
 Record = dict[str, Any]
 
 _HEADLINE = (
-    ("collisions on A", "collisions_on_A"),
     ("lost on A", "lost_on_A"),
+    ("collisions on A", "collisions_on_A"),
     ("collisions on A or undecided", "collisions_on_A_or_undecided"),
     ("hit in front, on A", "front_hits_on_A"),
     ("hit from behind, on A", "rear_hits_on_A"),
@@ -102,8 +103,8 @@ def _traffic(kind: str, rows: Sequence[Record], planners: Sequence[str], summary
             Heading(text="By family", level=3),
             Picture(name=f"families-{kind}.png", png=png, says=f"Share {says} by family and planner, with 95 % intervals."),
         ]
-    points = {planner: _points([row for row in rows if row["planner"] == planner]) for planner in planners}
-    says = "Each drive: how near it came to anybody, against how hard it accelerated sideways or braked."
+    points = {planner: points_of([row for row in rows if row["planner"] == planner]) for planner in planners}
+    says = "Each drive: how near it came to anybody, against how hard it accelerated or braked; what lies beyond is drawn at the edge."
     blocks += [
         Heading(text="Clearance against comfort", level=3),
         Picture(name=f"scatter-{kind}.png", png=png_bytes(draw_scatter(points)), says=says),
@@ -173,7 +174,8 @@ def _origin(manifest: Record) -> list[tuple[str, str]]:
     ]
 
 
-def _points(rows: Sequence[Record]) -> Any:
+def points_of(rows: Sequence[Record]) -> Array:
+    """(n, 3): least clearance [m], largest acceleration [m/s^2], and 1 where the drive was lost; of the drives that have both."""
     found = [
         (row["min_clearance_m"], max(row["max_lateral_acceleration_mps2"], row["max_deceleration_mps2"]), float(lost(row)))
         for row in rows

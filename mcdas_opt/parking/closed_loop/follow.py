@@ -169,6 +169,7 @@ class _Drive:
             events=tuple(tally.events),
             visitors=visitors,
             references=tuple(tally.references),
+            truth=self.truth,
         )
 
     def _outcome(self, refusal: str) -> tuple[ParkingOutcome, str]:

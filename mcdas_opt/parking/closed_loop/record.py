@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
+from typing import Any, ClassVar
 
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
-from mcdas_opt.domain.parking import ParkingTrajectory
+from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
+from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.parking.closed_loop.sight import Visitor
 
 
@@ -25,14 +26,17 @@ class ParkingEvent:
     text: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ParkingDrive:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class ParkingDrive(Result):
     """A drive and its figures, all of the true car among the true obstacles.
 
     `parked` is at rest within the case's tolerance of the true goal; `stopped` is at rest anywhere else. Tracking errors are against
     the trajectory of the moment. `stops_judged` counts the cycles in which a stop from there was built and judged, `stops_unsound`
-    those in which it failed; `stops_driven` those that were used.
+    those in which it failed; `stops_driven` those that were used. `truth` is the case as it really is.
     """
+
+    drawn_by: ClassVar[str] = "mcdas_opt.plotting.results:followed_figure"
+    moves_by: ClassVar[str] = "mcdas_opt.plotting.results:save_moving_followed"
 
     name: str
     planner: str
@@ -55,7 +59,21 @@ class ParkingDrive:
     events: tuple[ParkingEvent, ...] = ()
     visitors: tuple[Visitor, ...] = ()
     references: tuple[ParkingTrajectory, ...] = field(default=(), repr=False, compare=False)
+    truth: ParkingCase | None = field(default=None, repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
         """As a JSON document, without the references."""
         return {"schema_version": SCHEMA_VERSION, **to_document(self)}
+
+    def in_brief(self) -> tuple[str, str, str]:
+        off = f"{100.0 * self.end_position_error_m:.1f} cm and {1e3 * self.end_heading_error_rad:.0f} mrad off"
+        least = "no obstacles" if self.min_clearance_m is None else f"least clearance {self.min_clearance_m:.3f} m"
+        return (
+            f"Parking drive of {self.planner} in {self.name}, seed {self.seed}: {self.outcome} after {self.duration_s:.1f} s, {off}",
+            f"{least}; {self.reason}",
+            f"{self.stops_judged} stops judged, {self.stops_unsound} unsound, {self.stops_driven} driven; {self.replans} plans anew",
+        )
+
+    def columns(self) -> Columns:
+        """What was driven."""
+        return self.trajectory.columns()
