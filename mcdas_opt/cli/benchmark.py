@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mcdas_opt.cli import options
+from mcdas_opt.cli import completion, options
 from mcdas_opt.cli.screen import JsonOption, complain, console, emit, leaving, tell
 
 if TYPE_CHECKING:
@@ -33,8 +33,12 @@ _ROWS = (
 
 
 def benchmark(
-    suite: Annotated[str, typer.Argument(metavar="SUITE", help="A suite file (TOML), or the name of a shipped suite.")],
-    planners: Annotated[str, typer.Option("--planners", help="Names, with commas between.")] = "mpc,closed-form,closed-form-corrected",
+    suite: Annotated[
+        str, typer.Argument(metavar="SUITE", help="A suite file (TOML), or the name of a shipped suite.", autocompletion=completion.suites)
+    ],
+    planners: Annotated[
+        str, typer.Option("--planners", help="Names, with commas between.", autocompletion=completion.planner_lists)
+    ] = "mpc,closed-form,closed-form-corrected",
     scenes: Annotated[int | None, typer.Option("--scenes", min=1, help="How many; default what the suite says.")] = None,
     seed: Annotated[int | None, typer.Option("--seed", min=0, help="Of the scenes; default the suite's.")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for the results; default benchmark-SUITE-SEED.")] = None,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mcdas_opt.cli import options
+from mcdas_opt.cli import completion, options
 from mcdas_opt.cli.screen import JsonOption, check_picture, console, emit, facts_table, number
 from mcdas_opt.errors import ParameterError
 
@@ -17,7 +17,12 @@ if TYPE_CHECKING:
 
 
 def follow(
-    case: Annotated[str, typer.Argument(metavar="CASE", help="What the car believes: a case (TOML), a TPCAP CSV, or a shipped case.")],
+    case: Annotated[
+        str,
+        typer.Argument(
+            metavar="CASE", help="What the car believes: a case (TOML), a TPCAP CSV, or a shipped case.", autocompletion=completion.cases
+        ),
+    ],
     planner: Annotated[str, typer.Option("--planner", help="nlp or search.")] = "nlp",
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of the measurement noise.")] = 0,
     shorter: Annotated[float, typer.Option("--shorter", min=0.0, help="The slot is really shorter by so much [m].")] = 0.0,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mcdas_opt.cli import options
+from mcdas_opt.cli import options, speeds
 from mcdas_opt.cli.screen import PlannerOption, emit, leaving
 from mcdas_opt.errors import InputError
 
@@ -24,7 +24,7 @@ def live(
     play: Annotated[str | None, typer.Option("--play", help="No car: play a candump log, or a shipped one (front_and_rear).")] = None,
     dbc: options.Dbc = None,
     road: options.Road = None,
-    speed: Annotated[float | None, typer.Option("--speed", min=0.0, help="Host speed [m/s], where no radar is told it.")] = None,
+    speed: speeds.HostSpeed = None,
     rate: Annotated[float, typer.Option("--rate", min=1.0, max=100.0, help="Cycles a second [Hz].")] = 20.0,
     silence: Annotated[float, typer.Option("--silence", help="Give up when nothing was heard for so long [s].")] = 1.0,
     deadline: Annotated[

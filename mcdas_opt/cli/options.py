@@ -5,13 +5,18 @@ from typing import Annotated
 
 import typer
 
+from mcdas_opt.cli import completion
+
 Plant = Annotated[
     str, typer.Option("--plant", help="The car that is driven: kinematic, dynamic (with tyres), std, multi-body, or a plug-in.")
 ]
 NoiseSeed = Annotated[int | None, typer.Option("--seed", min=0, help="Of the measurement noise; default the scene's.")]
 Dbc = Annotated[Path | None, typer.Option("--dbc", help="The DBC to decode by; default the shipped minimal one.")]
-Road = Annotated[str | None, typer.Option("--road", help="A scene whose road and vehicle to drive; default one straight lane.")]
+Road = Annotated[
+    str | None,
+    typer.Option("--road", help="A scene whose road and vehicle to drive; default one straight lane.", autocompletion=completion.scenes),
+]
 Scheduler = Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, instead of --workers.")]
-ParkingVehicle = Annotated[str | None, typer.Option("--vehicle", help="Instead of the case's vehicle.")]
+ParkingVehicle = Annotated[str | None, typer.Option("--vehicle", help="Instead of the case's vehicle.", autocompletion=completion.vehicles)]
 Clearance = Annotated[float | None, typer.Option("--clearance", min=0.0, help="Instead of the case's clearance [m].")]
 MovingPicture = Annotated[Path | None, typer.Option("--out", help="Draw it: .png (a sheet), .gif, or .html (plays and scrubs).")]

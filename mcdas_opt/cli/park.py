@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mcdas_opt.cli import options
+from mcdas_opt.cli import completion, options
 from mcdas_opt.cli.screen import JsonOption, check_picture, console, emit, facts_table, headed_table, number
 
 if TYPE_CHECKING:
@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 
 
 def park(
-    case: Annotated[str, typer.Argument(metavar="CASE", help="A case (TOML), a TPCAP CSV, or the name of a shipped case.")],
+    case: Annotated[
+        str,
+        typer.Argument(metavar="CASE", help="A case (TOML), a TPCAP CSV, or the name of a shipped case.", autocompletion=completion.cases),
+    ],
     planner: Annotated[str, typer.Option("--planner", help="nlp, search, closed-form, closed-form-corrected, two-arc.")] = "nlp",
     vehicle: options.ParkingVehicle = None,
     clearance: options.Clearance = None,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from mcdas_opt.cli import completion
 from mcdas_opt.cli.screen import (
     JsonOption,
     PlannerOption,
@@ -27,7 +28,9 @@ _NAMES = "slower, same, faster: its speed at the end; late: begins later; driven
 
 
 def plan(
-    scene: Annotated[str, typer.Argument(metavar="SCENE|SITUATION.json", help="A scene, or a saved situation (JSON).")],
+    scene: Annotated[
+        str, typer.Argument(metavar="SCENE|SITUATION.json", help="A scene, or a saved situation (JSON).", autocompletion=completion.scenes)
+    ],
     planner: PlannerOption = "mpc",
     params: Annotated[Path | None, typer.Option("--params", help="Parameters to plan with: a TOML of `tune`.")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Draw the plan (.png, .gif, .html), or save its situation (.json).")] = None,

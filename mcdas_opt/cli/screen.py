@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from mcdas_opt.cli import completion
 from mcdas_opt.errors import printable
 
 if TYPE_CHECKING:
@@ -20,9 +21,13 @@ if TYPE_CHECKING:
     from mcdas_opt.domain.escapes import Escapes
     from mcdas_opt.domain.verdict import Verdict
 
-SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="A scene file (TOML), or the name of a shipped scene.")]
+SceneArgument = Annotated[
+    str, typer.Argument(metavar="SCENE", help="A scene file (TOML), or the name of a shipped scene.", autocompletion=completion.scenes)
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout, nothing else.")]
-PlannerOption = Annotated[str, typer.Option("--planner", help="mpc, closed-form, -corrected, -tuned, or a registered method.")]
+PlannerOption = Annotated[
+    str, typer.Option("--planner", help="mpc, closed-form, -corrected, -tuned, or a registered method.", autocompletion=completion.planners)
+]
 
 
 def emit(document: dict[str, Any]) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mcdas_opt.cli import options
+from mcdas_opt.cli import completion, options, speeds
 from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, headed_table, leaving, number, progress_bar
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ _BOUNDS = "LOW HIGH"
 
 
 def tune(
-    speed: Annotated[float, typer.Option("--speed", help="Speed K [m/s].")] = 60.0 / 3.6,
+    speed: speeds.Speed = 60.0 / 3.6,
     offset: Annotated[float, typer.Option("--offset", help="Front vehicle's offset d_front - d_host, left positive [m].")] = 0.0,
     objective: Annotated[str, typer.Option("--objective", help="shortest, clearance or jerk.")] = "shortest",
     side: Annotated[str, typer.Option("--side", help="left or right.")] = "left",
@@ -30,17 +30,19 @@ def tune(
     heading_jump: Annotated[float, typer.Option("--heading-jump", help="Limit of the jump at the start [rad].")] = 0.015,
     clearance: Annotated[float, typer.Option("--clearance", help="Least clearance to whoever is passed [m].")] = 0.25,
     front_gap: Annotated[float | None, typer.Option("--front-gap", help="Bumper to bumper to the vehicle ahead [m].")] = None,
-    front_speed: Annotated[float | None, typer.Option("--front-speed", help="Its speed [m/s]; default 20 km/h less.")] = None,
+    front_speed: speeds.FrontSpeed = None,
     rear_gap: Annotated[float | None, typer.Option("--rear-gap", help="Bumper to bumper to the vehicle behind [m].")] = None,
-    rear_speed: Annotated[float | None, typer.Option("--rear-speed", help="Its speed [m/s]; default 20 km/h more.")] = None,
+    rear_speed: speeds.RearSpeed = None,
     a_bounds: Annotated[tuple[float, float] | None, typer.Option("--a-bounds", metavar=_BOUNDS, help="Of a [1/m].")] = None,
     b_bounds: Annotated[tuple[float, float] | None, typer.Option("--b-bounds", metavar=_BOUNDS, help="Of b.")] = None,
     y_max_bounds: Annotated[tuple[float, float] | None, typer.Option("--y-max-bounds", metavar=_BOUNDS, help="Of y_max [m].")] = None,
-    speed_bounds: Annotated[tuple[float, float] | None, typer.Option("--speed-bounds", metavar=_BOUNDS, help="K is chosen too.")] = None,
+    speed_bounds: speeds.SpeedBounds = None,
     lane_width: Annotated[float, typer.Option("--lane-width", help="To the centre of the next lane [m].")] = 3.7,
-    vehicle: Annotated[str, typer.Option("--vehicle", help="A shipped vehicle or a file.")] = "sedan",
+    vehicle: Annotated[str, typer.Option("--vehicle", help="A shipped vehicle or a file.", autocompletion=completion.vehicles)] = "sedan",
     out: Annotated[Path | None, typer.Option("--out", help="Writes FILE's stem as .toml (for `plan --params`) and as .png.")] = None,
-    scenes: Annotated[str | None, typer.Option("--scenes", help="Tune the MPC in this suite's traffic instead.")] = None,
+    scenes: Annotated[
+        str | None, typer.Option("--scenes", help="Tune the MPC in this suite's traffic instead.", autocompletion=completion.suites)
+    ] = None,
     trials: Annotated[int, typer.Option("--trials", help="Of the study, those already in its file included.")] = 30,
     storage: Annotated[Path | None, typer.Option("--storage", help="The study's file (SQLite); several workers may share it.")] = None,
     search: Annotated[str, typer.Option("--search", help="tpe, nsga2, de, cma-es or random.")] = "tpe",
@@ -79,7 +81,7 @@ def tune(
         "a_bounds_per_m": a_bounds,
         "b_bounds": b_bounds,
         "y_max_bounds_m": y_max_bounds,
-        "speed_bounds_mps": speed_bounds,
+        "speed_bounds_mps": None if speed_bounds is None else (speeds.speed(speed_bounds[0]), speeds.speed(speed_bounds[1])),
     }
     request = DesignRequest(
         speed_mps=speed,

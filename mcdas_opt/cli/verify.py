@@ -8,11 +8,14 @@ from typing import Annotated
 
 import typer
 
+from mcdas_opt.cli import completion
 from mcdas_opt.cli.screen import JsonOption, complain, console, emit, facts_table, number, print_violations
 
 
 def verify(
-    scene: Annotated[str, typer.Argument(metavar="SCENE|SITUATION.json", help="What the trajectory is driven in.")],
+    scene: Annotated[
+        str, typer.Argument(metavar="SCENE|SITUATION.json", help="What the trajectory is driven in.", autocompletion=completion.scenes)
+    ],
     trajectory: Annotated[Path, typer.Argument(metavar="TRAJECTORY", help="CSV, or JSON (a trajectory, a plan, a simulation).")],
     prediction: Annotated[
         str | None, typer.Option("--prediction", help="scene or constant-velocity; default the file's own, else the scene's script.")

@@ -19,7 +19,7 @@ def require() -> None:
     except PackageNotFoundError:
         raise MissingExtraError(PACKAGE, "commonroad") from None
     if found != PIN:
-        raise InputError(PACKAGE, "version", found, f"must be {PIN}: pip install {PACKAGE}=={PIN} (or mcdas-opt[commonroad])")
+        raise InputError(PACKAGE, "version", found, f"must be {PIN}: pip install 'mcdas-opt[commonroad]'")
 
 
 def read_file(path: Path) -> tuple[Any, Any]:
