@@ -35,7 +35,7 @@ def _print(found: Diagnosis) -> None:
     screen.print(facts_table(f"mcdas-opt {found.version}", [("python", found.python)]))
     table = headed_table("packages", "package", "version", "for")
     for package in sorted(found.packages, key=lambda p: (p.extra, p.name)):
-        missing = "missing" if not package.extra else f"pip install 'mcdas-opt\\[{package.extra}]'"
+        missing = "missing" if not package.extra else f"pip install 'mcdas-opt[{package.extra}]'"
         table.add_row(package.name, package.version or missing, package.extra)
     screen.print(table)
     for title, checks in (("solvers and compiler", (*found.solvers, found.compiler)), ("self-test", found.self_test)):
