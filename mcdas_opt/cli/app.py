@@ -9,6 +9,7 @@ from __future__ import annotations
 import atexit
 import signal
 import sys
+import warnings
 from typing import Annotated, Protocol, runtime_checkable
 
 import typer
@@ -31,6 +32,7 @@ from mcdas_opt.cli.streams import prepare_streams, told_where_stdout_ends
 from mcdas_opt.cli.studio import studio
 from mcdas_opt.cli.tune import tune
 from mcdas_opt.cli.verify import judge, verify
+from mcdas_opt.cli.warmup import warmup
 from mcdas_opt.errors import InputError, McdasError
 
 app = typer.Typer(
@@ -44,7 +46,7 @@ app = typer.Typer(
 driving = (plan, simulate, verify, escapes, replay, live)
 parking = (park, follow)
 studying = (reproduce, tune, benchmark, studio)
-carrying = (export_c, export_log, doctor)
+carrying = (export_c, export_log, doctor, warmup)
 for command in (*driving, *parking, *studying, *carrying):
     app.command()(command)
 app.command("judge", hidden=True)(judge)  # the old name of verify
@@ -67,10 +69,16 @@ def run() -> None:
     except InputError as error:
         complain(str(error))
         sys.exit(_MISTAKE)
+    warnings.showwarning = _warned
     with told_where_stdout_ends(), terminated_as_interrupted() as stopped:
         code = _run(stopped)
     if code:
         sys.exit(code)
+
+
+def _warned(message: Warning | str, category: type[Warning], *where: object, **more: object) -> None:
+    """A warning is one line, without the place in our code that gave it."""
+    complain(f"warning: {message}")
 
 
 def _run(stopped: Stopped) -> int:

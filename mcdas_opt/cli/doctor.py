@@ -40,7 +40,12 @@ def _print(found: Diagnosis) -> None:
     screen.print(table)
     for title, checks in (("solvers and compiler", (*found.solvers, found.compiler)), ("self-test", found.self_test)):
         screen.print(_checks(title, checks))
-    screen.print("all is well" if found.well else "something that is needed does not work")
+    if found.form is not None:
+        screen.print(f"{found.form.name}: a plan takes {found.form.plan_ms:.1f} ms here")
+        if found.form.why:
+            screen.print(f"slow: {found.form.why}")
+    well = "all works, but slowly" if found.form is not None and found.form.why else "all is well"
+    screen.print(well if found.well else "something that is needed does not work")
 
 
 def _checks(title: str, checks: tuple[Check, ...]) -> Table:

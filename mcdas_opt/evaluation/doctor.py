@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from importlib import metadata
+from statistics import median
 from typing import Any
 
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
@@ -16,6 +17,7 @@ from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 _PACKAGE = "mcdas-opt"
 _NAME = re.compile(r"^[A-Za-z0-9._-]+")
 _EXTRA = re.compile(r"extra\s*==\s*['\"]([^'\"]+)['\"]")
+_PLANS = 5  # of which the median is told
 _HIDDEN_EXTRAS = ("dev", "docs")
 
 
@@ -38,6 +40,15 @@ class Check:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Form:
+    """Which form of the planner runs, in words why, and what a plan takes in it: the median of some plans, nothing remembered."""
+
+    name: str
+    why: str
+    plan_ms: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Diagnosis:
     """What `doctor` found. `well` is about what is needed; extras may be missing."""
 
@@ -47,6 +58,7 @@ class Diagnosis:
     solvers: tuple[Check, ...]
     compiler: Check
     self_test: tuple[Check, ...]
+    form: Form | None = None
 
     @property
     def well(self) -> bool:
@@ -65,6 +77,7 @@ def diagnose() -> Diagnosis:
         packages=tuple(packages()),
         solvers=tuple(_tried(name, trial) for name, trial in _engines()),
         compiler=_tried("C compiler", _compiler),
+        form=_form(),
         self_test=tuple(_tried(name, trial) for name, trial in _SELF_TEST),
     )
 
@@ -98,6 +111,26 @@ def _compiler() -> str:
     path = compiler()
     said = subprocess.run([path, "--version"], capture_output=True, text=True, timeout=20.0, check=True).stdout
     return f"{path}: {said.splitlines()[0] if said else 'of unknown version'}"
+
+
+def _form() -> Form | None:
+    """None where there is no plan to time: the self-test says why."""
+    from mcdas_opt.native.form import interpreted, interpreted_because
+    from mcdas_opt.planning.planner import Planner
+    from mcdas_opt.simulation.first_situation import situation_of
+
+    try:
+        situation, vehicle = situation_of("sandwich-60-40")
+        planner = Planner(vehicle)
+        took = []
+        for _ in range(_PLANS):
+            planner.reset()
+            plan = planner.plan(situation)
+            took.append(plan.timing_ms.total)
+    except Exception:
+        return None
+    reason = interpreted_because()
+    return Form(name="interpreted" if reason else "compiled", why=interpreted(reason) if reason else "", plan_ms=median(took))
 
 
 def _engines() -> Iterator[tuple[str, Callable[[], str]]]:

@@ -72,8 +72,11 @@ class Library:
     def _first(self, before: str) -> ctypes.CDLL | None:
         try:
             found: ctypes.CDLL | None = self.load(before)
-        except NoLibraryError:
+        except NoLibraryError as error:
+            from mcdas_opt.native.form import warn_interpreted
+
             found = None
+            warn_interpreted(str(error))
         self._loaded[before] = found
         return found
 

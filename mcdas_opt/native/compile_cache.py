@@ -65,7 +65,7 @@ def load(texts: Sequence[str], builds: Sequence[str], *, folder: Path, announce:
                 return library
         found = compiler()
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        announce("compiling the planner's kernels once (some seconds) ...")
+        announce("compiling the planner's kernels once (half a minute; `mcdas-opt warmup` does it ahead) ...")
         with tempfile.TemporaryDirectory(dir=folder, prefix="build-") as name:
             built = _built(texts, builds, found, Path(name))
             path = folder / f"{key}-{_digest(built)}{_SUFFIX}"

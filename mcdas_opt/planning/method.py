@@ -53,6 +53,14 @@ class CycleMethod(Protocol):
     def answer(self, cycle: Cycle) -> Plan | NothingPasses: ...
 
 
+@runtime_checkable
+class SolvingMethod(Protocol):
+    """A method that asks a solver, and says which and in which form."""
+
+    @property
+    def solver(self) -> str: ...
+
+
 class AskedMethod:
     """A method under its name, asked by the cycle; `previous` is the last plan that left, its own or the fallback's.
 
@@ -71,6 +79,11 @@ class AskedMethod:
     def stop_at_s(self, started_s: float) -> float | None:
         """The deadline of a cycle that began at `started_s` (of `time.perf_counter`)."""
         return None if self.deadline_s is None else started_s + self.deadline_s
+
+    @property
+    def solver(self) -> str:
+        """Which engine it runs, and in which form; empty of a method that has none."""
+        return self.method.solver if isinstance(self.method, SolvingMethod) else ""
 
     def answer(self, cycle: Cycle) -> Plan | NothingPasses:
         """What it answers to this cycle. One that does not know cycles plans in the place and time that were given."""

@@ -26,6 +26,7 @@ from mcdas_opt.planning.one_thread import OneThread
 from mcdas_opt.planning.reported_mode import with_reported_mode
 from mcdas_opt.planning.sensing import Sensing
 from mcdas_opt.planning.time_to_react import with_time_to_react
+from mcdas_opt.planning.warm_up import load_kernels
 from mcdas_opt.situation.consistency import contradiction
 from mcdas_opt.tracking.tracker import Tracker
 
@@ -61,6 +62,7 @@ class Planner:
         require_type_if_given("name", name, str)
         self.vehicle = load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle
         self.settings = settings or Settings()
+        load_kernels(self.settings)
         built = build_method(method, self.vehicle, self.settings) if isinstance(method, str) else method
         self._asked = AskedMethod(name or (method if isinstance(method, str) else type(method).__name__), built, deadline_s)
         self.sensing = Sensing(self.vehicle, road or Road())
@@ -152,6 +154,7 @@ class Planner:
             replace(
                 plan,
                 planner=self.name,
+                solver=plan.solver or self._asked.solver,
                 timing_ms=timing,
                 memory=self._carried(plan),
                 situation=cycle.given,

@@ -16,6 +16,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.native.binding import wanted
 from mcdas_opt.native.compile_cache import SWITCH as SWITCH
 from mcdas_opt.native.compile_cache import NoLibraryError, to_stderr
+from mcdas_opt.native.form import warn_interpreted
 from mcdas_opt.native.kernels import INTERIOR_POINT
 from mcdas_opt.solvers.barrier_stage import BarrierStage
 from mcdas_opt.solvers.c_text import UnsupportedOperationError
@@ -163,5 +164,6 @@ def _maker(
             return lambda: CompiledKernel(library, stage, nodes), ""
         except (NoLibraryError, UnsupportedOperationError) as error:
             reason = str(error)
+            warn_interpreted(reason)
     whole = over_horizon(stage, functions, nodes)
     return lambda: InterpretedKernel(stage, whole, nodes), reason

@@ -11,6 +11,7 @@ from mcdas_opt.cli.app import app
 from mcdas_opt.evaluation import doctor
 from mcdas_opt.evaluation.doctor import Check, Diagnosis, Package, diagnose
 from mcdas_opt.native import compile_cache
+from mcdas_opt.native.compile_cache import SWITCH
 from mcdas_opt.planning.mpc import MpcMethod
 
 
@@ -21,6 +22,9 @@ def test_doctor_finds_a_working_installation_and_says_so_in_json() -> None:
     assert set(found) >= {"python", "packages", "solvers", "compiler", "self_test", "schema_version"}
     assert all(check["works"] for check in found["solvers"] + found["self_test"])
     assert {check["name"] for check in found["solvers"]} == {"interior-point", "osqp", "ipopt"}
+    assert found["form"]["name"] in ("compiled", "interpreted")
+    assert (found["form"]["why"] == "") == (found["form"]["name"] == "compiled")
+    assert found["form"]["plan_ms"] > 0.0
     needed = {package["name"]: package["version"] for package in found["packages"] if not package["extra"]}
     assert {"casadi", "osqp", "numpy", "filterpy", "control"} <= set(needed)
     assert all(needed.values())
@@ -48,6 +52,15 @@ def test_without_a_compiler_all_is_still_well(monkeypatch: pytest.MonkeyPatch) -
         version="0", python="3", packages=(Package(name="a", version="", extra="web"),), solvers=(fine,), compiler=check, self_test=(fine,)
     )
     assert found.well
+
+
+def test_the_interpreted_form_is_named_with_its_reason_and_its_cost(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(SWITCH, "0")
+    found = doctor._form()
+    assert found is not None
+    assert found.name == "interpreted"
+    assert "MCDAS_OPT_COMPILE=0 asks for it" in found.why
+    assert "slower" in found.why
 
 
 def test_version_names_what_this_stands_on() -> None:

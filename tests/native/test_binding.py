@@ -13,6 +13,7 @@ import pytest
 from mcdas_opt.native import kernels
 from mcdas_opt.native.binding import Library, defined, record, text_of
 from mcdas_opt.native.compile_cache import SWITCH, NoLibraryError
+from mcdas_opt.native.form import InterpretedFormWarning, warn_interpreted
 from mcdas_opt.native.kernels import PLAIN
 
 LIBRARIES = {name: library for name, library in vars(kernels).items() if isinstance(library, Library)}
@@ -100,7 +101,11 @@ def test_without_a_compiler_there_is_none_until_it_is_asked_for_anew(monkeypatch
         nowhere.delenv("CC", raising=False)
         nowhere.delenv(SWITCH, raising=False)
         own = Library(texts=("grown_bodies.c",), builds=PLAIN.builds, functions={"mcdas_grown": "llaaw"})
-        assert own.loaded() is None
+        warn_interpreted.cache_clear()
+        with pytest.warns(InterpretedFormWarning, match=r"no C compiler; install one .* and run `mcdas-opt warmup`"):
+            assert own.loaded() is None
+        own.forget()
+        assert own.loaded() is None  # said once
     assert own.loaded() is None
     own.forget()
     assert (own.loaded() is None) == (PLAIN.loaded() is None)

@@ -28,6 +28,8 @@ from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, PredictedTraffi
 from mcdas_opt.time_to_react.search import Found, found
 from mcdas_opt.tracking.prediction import predict
 
+pytestmark = pytest.mark.filterwarnings("ignore::mcdas_opt.native.form.InterpretedFormWarning")
+
 CAR = Vehicle()
 CLOSE = 1e-9
 

@@ -1,0 +1,43 @@
+"""Which form of the planner runs: compiled, or interpreted, which decides the same and is many times slower. It says so once."""
+
+from __future__ import annotations
+
+import warnings
+from functools import cache
+
+from mcdas_opt.native.binding import wanted
+from mcdas_opt.native.compile_cache import SWITCH, NoLibraryError
+
+COST = "ten times slower or more, with the same decisions"
+
+
+class InterpretedFormWarning(UserWarning):
+    """The compiled form was wanted and cannot be had."""
+
+
+@cache
+def warn_interpreted(reason: str) -> None:
+    """Once a process and reason; nothing where the compiled form is switched off, for that somebody chose."""
+    if wanted():
+        warnings.warn(f"{interpreted(reason)}; `mcdas-opt doctor` says more", InterpretedFormWarning, stacklevel=2)
+
+
+def interpreted(reason: str) -> str:
+    """In words, with what would help."""
+    if not wanted():
+        return f"the interpreted form runs, {COST}: {reason}"
+    helps = "install one (cc, gcc or clang)" if "no C compiler" in reason else "mend that"
+    return f"the interpreted form runs, {COST}: {reason}; {helps} and run `mcdas-opt warmup`"
+
+
+def interpreted_because() -> str:
+    """Why the interpreted form runs; empty where the compiled one does."""
+    from mcdas_opt.native.kernels import PLAIN
+
+    if not wanted():
+        return f"{SWITCH}=0 asks for it"
+    try:
+        PLAIN.load()
+    except NoLibraryError as error:
+        return str(error)
+    return ""

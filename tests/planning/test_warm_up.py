@@ -1,0 +1,53 @@
+"""Building and loading come before planning, never in it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from ctypes import CDLL
+
+import pytest
+from typer.testing import CliRunner
+
+import mcdas_opt as mo
+from mcdas_opt.cli.app import app
+from mcdas_opt.native.binding import Library
+from mcdas_opt.native.compile_cache import SWITCH, to_stderr
+from mcdas_opt.native.kernels import CONSERVATIVE_ACCEPT, FAMILY, PLAIN, SHARPEST_PATH, TIME_TO_REACT
+
+LIBRARIES = (PLAIN, CONSERVATIVE_ACCEPT, SHARPEST_PATH, FAMILY, TIME_TO_REACT)
+
+
+@pytest.mark.parametrize("planner", ["mpc", "closed-form", "closed-form-corrected", "aeb", "un-r157", "idm-mobil"])
+@pytest.mark.parametrize("scene", ["sandwich-60-40", "both-lanes-blocked"])
+def test_a_planner_that_is_built_loads_nothing_more(planner: str, scene: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    for library in LIBRARIES:
+        library.forget()
+    situation, asked = mo.load_situation(scene), list[tuple[str, ...]]()
+    built = mo.Planner(method=planner)
+    load = Library.load
+
+    def noted(self: Library, before: str = "", builds: Sequence[str] = (), announce: Callable[[str], None] = to_stderr) -> CDLL:
+        asked.append(self.texts)
+        return load(self, before, builds, announce)
+
+    monkeypatch.setattr(Library, "load", noted)
+    built.plan(situation)
+    assert asked == []
+
+
+def test_a_plan_says_which_form_made_it_also_where_the_fallback_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    blocked = mo.plan(mo.load_situation("both-lanes-blocked"))
+    assert blocked.status is not mo.Status.PLANNED
+    assert blocked.solver.startswith("interior-point (")
+    monkeypatch.setenv(SWITCH, "0")
+    assert mo.Planner().plan(mo.load_situation("benign-following")).solver == "interior-point (interpreted)"
+
+
+def test_warmup_names_the_form_of_every_vehicle() -> None:
+    done = CliRunner().invoke(app, ["warmup", "--vehicle", "sedan", "--json"])
+    (ready,) = json.loads(done.stdout)["vehicles"]
+    assert ready["vehicle"] == "sedan"
+    assert ready["solver"].startswith("interior-point (")
+    wrong = CliRunner().invoke(app, ["warmup", "--vehicle", "bicycle"])
+    assert isinstance(wrong.exception, mo.InputError)
