@@ -133,4 +133,6 @@ def test_a_user_without_a_home_is_told_and_has_the_readable_forms(monkeypatch: p
     library = Library(texts=PLAIN.texts, builds=PLAIN.builds, functions=PLAIN.functions)
     with pytest.raises(NoLibraryError, match="no home folder to keep it in; set XDG_CACHE_HOME"):
         library.load()
-    assert library.loaded() is None
+    warn_interpreted.cache_clear()
+    with pytest.warns(InterpretedFormWarning, match="no home folder"):
+        assert library.loaded() is None
