@@ -19,10 +19,10 @@ class MotionFile(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
-    description: str = ""
-    acceleration_along_mps2: float
-    acceleration_across_mps2: float
-    sources: Annotated[dict[str, str], Field(min_length=1)]
+    description: Annotated[str, Field(description="what moves so")] = ""
+    acceleration_along_mps2: Annotated[float, Field(description="standard deviation along the road, white between updates")]
+    acceleration_across_mps2: Annotated[float, Field(description="the same across the road")]
+    sources: Annotated[dict[str, str], Field(min_length=1, description="where each number comes from")]
 
     @model_validator(mode="after")
     def _every_number_has_a_source(self) -> Self:

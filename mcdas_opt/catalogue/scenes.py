@@ -40,15 +40,20 @@ class _Part(BaseModel):
 
 
 class RoadPart(_Part):
-    lane_width_m: Positive = 3.7
-    lanes_left: Annotated[int, Field(ge=0)] = 0
-    lanes_right: Annotated[int, Field(ge=0)] = 0
-    shoulder_left_m: NonNegative = 0.0
-    shoulder_right_m: NonNegative = 0.0
-    friction: Annotated[float, Field(gt=0.0, le=1.5)] = 0.9
-    speed_limit_mps: Annotated[float, Field(gt=0.0, le=100.0)] = 36.0  # more is km/h by mistake
-    curvature: Annotated[list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=1)] = [[0.0, 0.0]]
-    road_end_s_m: float | None = None
+    lane_width_m: Annotated[Positive, Field(description="of every lane")] = 3.7
+    lanes_left: Annotated[int, Field(ge=0, description="lanes to the left of the host's lane, same direction")] = 0
+    lanes_right: Annotated[int, Field(ge=0, description="lanes to its right")] = 0
+    shoulder_left_m: Annotated[NonNegative, Field(description="drivable beyond the outermost left lane")] = 0.0
+    shoulder_right_m: Annotated[NonNegative, Field(description="drivable beyond the outermost right lane")] = 0.0
+    friction: Annotated[float, Field(gt=0.0, le=1.5, description="what the plant has")] = 0.9
+    speed_limit_mps: Annotated[
+        float, Field(gt=0.0, le=100.0, description="binds ordinary driving; escaping may exceed it, and the plan says so")
+    ] = 36.0  # more is km/h by mistake
+    curvature: Annotated[
+        Annotated[list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=1)],
+        Field(description="knots [s_m, kappa_1pm], linear in between, held at both ends; a left turn is positive"),
+    ] = [[0.0, 0.0]]
+    road_end_s_m: Annotated[float | None, Field(description="where the road ends; without it, nowhere")] = None
 
     @model_validator(mode="after")
     def _road_is_sound(self) -> Self:
@@ -66,24 +71,26 @@ class RoadPart(_Part):
 
 
 class HostPart(_Part):
-    vehicle: str = "sedan"
-    d_m: Place = 0.0
-    heading_rad: Annotated[float, Field(gt=-math.pi / 2, lt=math.pi / 2)] = 0.0
-    speed_mps: Speed
-    acceleration_mps2: Acceleration = 0.0
-    desired_speed_mps: Speed | None = None
-    assumed_friction: Annotated[float, Field(gt=0.0, le=1.5)] | None = None
-    request: Literal["drive", "park"] = "drive"
+    vehicle: Annotated[str, Field(description="a file in models/vehicles, or a path")] = "sedan"
+    d_m: Annotated[Place, Field(description="body centre across the road, left positive; its s is 0")] = 0.0
+    heading_rad: Annotated[float, Field(gt=-math.pi / 2, lt=math.pi / 2, description="relative to the road")] = 0.0
+    speed_mps: Annotated[Speed, Field(description="at the start")]
+    acceleration_mps2: Annotated[Acceleration, Field(description="at the start")] = 0.0
+    desired_speed_mps: Annotated[Speed | None, Field(description="what the driver wants; default speed_mps")] = None
+    assumed_friction: Annotated[
+        Annotated[float, Field(gt=0.0, le=1.5)] | None, Field(description="plans are made and judged with it; default the road's")
+    ] = None
+    request: Annotated[Literal["drive", "park"], Field(description="park is granted only at standstill")] = "drive"
 
 
 class MotionPart(_Part):
     """One scripted piece: an acceleration piece, a lateral piece, or both at once."""
 
-    start_s: NonNegative
-    acceleration_mps2: Acceleration | None = None
-    until_speed_mps: Speed | None = None
-    lateral_to_m: Place | None = None
-    duration_s: Positive | None = None
+    start_s: Annotated[NonNegative, Field(description="when the piece begins")]
+    acceleration_mps2: Annotated[Acceleration | None, Field(description="held until until_speed_mps")] = None
+    until_speed_mps: Annotated[Speed | None, Field(description="default 0 when braking, the speed limit when accelerating")] = None
+    lateral_to_m: Annotated[Place | None, Field(description="a move across the road, quintic in time; needs a speed above 1 m/s")] = None
+    duration_s: Annotated[Positive | None, Field(description="of the lateral move")] = None
 
     @model_validator(mode="after")
     def _one_channel_at_least(self) -> Self:
@@ -99,16 +106,18 @@ class MotionPart(_Part):
 
 
 class NeighbourPart(_Part):
-    name: str = ""
-    s_m: Place | None = None
-    d_m: Place | None = None
-    speed_mps: Speed | None = None
-    length_m: Size = 4.5
-    width_m: Size = 1.8
-    behaviour: Literal["scripted", "idm"] = "scripted"
-    reaction_s: NonNegative = 1.0
-    motion: list[MotionPart] = []
-    trajectory: str | None = None
+    name: Annotated[str, Field(description="a label; roles come from geometry")] = ""
+    s_m: Annotated[Place | None, Field(description="body centre, relative to the host's at t = 0")] = None
+    d_m: Annotated[Place | None, Field(description="body centre across the road; default 0")] = None
+    speed_mps: Annotated[Speed | None, Field(description="along the road at t = 0")] = None
+    length_m: Annotated[Size, Field(description="of its body")] = 4.5
+    width_m: Annotated[Size, Field(description="of its body")] = 1.8
+    behaviour: Annotated[Literal["scripted", "idm"], Field(description="idm follows whoever is ahead in its lane")] = "scripted"
+    reaction_s: Annotated[NonNegative, Field(description="of an idm neighbour")] = 1.0
+    motion: Annotated[list[MotionPart], Field(description="scripted pieces in time order; before and after them the speed is held")] = []
+    trajectory: Annotated[str | None, Field(description="instead of state and motion: a CSV of t_s, s_m, d_m, heading_rad, speed_mps")] = (
+        None
+    )
     _samples: Array | None = PrivateAttr(default=None)
 
     @model_validator(mode="after")
@@ -149,12 +158,20 @@ class NeighbourPart(_Part):
 
 
 class SensorsPart(_Part):
-    front: str = "ideal"
-    rear: str = "ideal"
-    left: str = "ideal"
-    right: str = "ideal"
-    latency_s: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
-    warmup_s: Annotated[float, Field(ge=0.0, le=10.0)] = 1.0
+    front: Annotated[
+        str, Field(description="who looks ahead: a file in models/sensors, ideal, or none (then that side counts as occupied)")
+    ] = "ideal"
+    rear: Annotated[
+        str, Field(description="who looks behind: a file in models/sensors, ideal, or none (then that side counts as occupied)")
+    ] = "ideal"
+    left: Annotated[
+        str, Field(description="who looks on the left: a file in models/sensors, ideal, or none (then that side counts as occupied)")
+    ] = "ideal"
+    right: Annotated[
+        str, Field(description="who looks on the right: a file in models/sensors, ideal, or none (then that side counts as occupied)")
+    ] = "ideal"
+    latency_s: Annotated[float, Field(ge=0.0, le=1.0, description="age of a measurement at the planner")] = 0.0
+    warmup_s: Annotated[float, Field(ge=0.0, le=10.0, description="how long the sensors have seen everybody before t = 0")] = 1.0
 
     def of(self, sector: Sector) -> str:
         return str(vars(self)[sector])  # a field is called what its sector is
@@ -167,13 +184,13 @@ class Scene(_Part):
     `ValueError` too); files that it names are sought as paths and among the shipped ones.
     """
 
-    name: str = "scene"
-    duration_s: Annotated[float, Field(gt=0.0, le=600.0)] = 8.0
-    seed: Annotated[int, Field(ge=0)] = 1
-    road: RoadPart = RoadPart()
-    host: HostPart
-    neighbour: list[NeighbourPart] = []
-    sensors: SensorsPart = SensorsPart()
+    name: Annotated[str, Field(description="of the scene")] = "scene"
+    duration_s: Annotated[float, Field(gt=0.0, le=600.0, description="the drive ends there, or before where something is touched")] = 8.0
+    seed: Annotated[int, Field(ge=0, description="of the measurement noise")] = 1
+    road: Annotated[RoadPart, Field(description="the road, in the frame of the host's lane: s forward, d left")] = RoadPart()
+    host: Annotated[HostPart, Field(description="the car that is planned for")]
+    neighbour: Annotated[list[NeighbourPart], Field(description="everybody else")] = []
+    sensors: Annotated[SensorsPart, Field(description="what looks where")] = SensorsPart()
     _vehicle: Vehicle = PrivateAttr()
     _file: str = PrivateAttr(default="scene")
 

@@ -19,10 +19,10 @@ NUMBERS = ("range_min_m", "rate_hz", "range_sd_m", "azimuth_sd_rad", "range_rate
 class BeamPart(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
-    name: str
-    range_max_m: float
-    half_angle_rad: float
-    source: Annotated[str, Field(min_length=1)]
+    name: Annotated[str, Field(description="of the beam")]
+    range_max_m: Annotated[float, Field(description="farthest that it sees")]
+    half_angle_rad: Annotated[float, Field(description="half its field of view")]
+    source: Annotated[str, Field(min_length=1, description="where these come from")]
 
 
 class SensorFile(BaseModel):
@@ -30,15 +30,15 @@ class SensorFile(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
-    description: str = ""
-    beam: Annotated[list[BeamPart], Field(min_length=1)]
-    range_min_m: float
-    rate_hz: float
-    range_sd_m: float
-    azimuth_sd_rad: float
-    range_rate_sd_mps: float
-    detection_probability: float
-    sources: dict[str, str]
+    description: Annotated[str, Field(description="what it is")] = ""
+    beam: Annotated[list[BeamPart], Field(min_length=1, description="its beams")]
+    range_min_m: Annotated[float, Field(description="nearest that it sees")]
+    rate_hz: Annotated[float, Field(description="scans a second")]
+    range_sd_m: Annotated[float, Field(description="standard deviation of range")]
+    azimuth_sd_rad: Annotated[float, Field(description="standard deviation of azimuth")]
+    range_rate_sd_mps: Annotated[float, Field(description="standard deviation of range rate")]
+    detection_probability: Annotated[float, Field(description="of a body in view, each scan")]
+    sources: Annotated[dict[str, str], Field(description="where each number comes from")]
 
     @model_validator(mode="after")
     def _every_number_has_a_source(self) -> Self:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
+from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 from mcdas_opt.catalogue.data_files import checked, find, read_toml
 from mcdas_opt.catalogue.toml_text import toml_text
@@ -21,25 +22,25 @@ class VehicleFile(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
-    wheelbase_m: float
-    front_overhang_m: float
-    rear_overhang_m: float
-    width_m: float
-    steering_max_rad: float
-    steering_rate_max_radps: float
-    acceleration_min_mps2: float
-    acceleration_max_mps2: float
-    jerk_min_mps3: float
-    jerk_max_mps3: float
-    speed_max_mps: float
-    source: str = ""
-    sources: dict[str, str] = {}
-    mass_kg: float | None = None
-    yaw_inertia_kgm2: float | None = None
-    cog_to_front_axle_m: float | None = None
-    cog_height_m: float | None = None
-    cornering_stiffness_front_nprad: float | None = None
-    cornering_stiffness_rear_nprad: float | None = None
+    wheelbase_m: Annotated[float, Field(description="between the axles")]
+    front_overhang_m: Annotated[float, Field(description="front axle to front bumper")]
+    rear_overhang_m: Annotated[float, Field(description="rear axle to rear bumper")]
+    width_m: Annotated[float, Field(description="of the body")]
+    steering_max_rad: Annotated[float, Field(description="largest steering angle, both ways")]
+    steering_rate_max_radps: Annotated[float, Field(description="largest steering rate, both ways")]
+    acceleration_min_mps2: Annotated[float, Field(description="hardest braking, negative")]
+    acceleration_max_mps2: Annotated[float, Field(description="hardest acceleration")]
+    jerk_min_mps3: Annotated[float, Field(description="fastest onset of braking, negative")]
+    jerk_max_mps3: Annotated[float, Field(description="fastest onset of acceleration")]
+    speed_max_mps: Annotated[float, Field(description="top speed")]
+    source: Annotated[str, Field(description="where the numbers come from")] = ""
+    sources: Annotated[dict[str, str], Field(description="the same, number by number")] = {}
+    mass_kg: Annotated[float | None, Field(description="of the dynamic vehicle, as all that follows")] = None
+    yaw_inertia_kgm2: Annotated[float | None, Field(description="about the vertical axis")] = None
+    cog_to_front_axle_m: Annotated[float | None, Field(description="centre of gravity to front axle")] = None
+    cog_height_m: Annotated[float | None, Field(description="centre of gravity above the road")] = None
+    cornering_stiffness_front_nprad: Annotated[float | None, Field(description="of the front axle, at small slip")] = None
+    cornering_stiffness_rear_nprad: Annotated[float | None, Field(description="of the rear axle, at small slip")] = None
 
 
 def load_vehicle(name: str | Path, beside: Path | None = None) -> Vehicle:

@@ -25,6 +25,7 @@ from mcdas_opt.cli.park import park
 from mcdas_opt.cli.plan import plan
 from mcdas_opt.cli.replay import replay
 from mcdas_opt.cli.reproduce import reproduce
+from mcdas_opt.cli.schema import schema
 from mcdas_opt.cli.screen import CutShortError, complain
 from mcdas_opt.cli.simulate import simulate
 from mcdas_opt.cli.stop import INTERRUPTED, Stopped, terminated_as_interrupted
@@ -46,7 +47,7 @@ app = typer.Typer(
 driving = (plan, simulate, verify, escapes, replay, live)
 parking = (park, follow)
 studying = (reproduce, tune, benchmark, studio)
-carrying = (export_c, export_log, doctor, warmup)
+carrying = (export_c, export_log, doctor, warmup, schema)
 for command in (*driving, *parking, *studying, *carrying):
     app.command()(command)
 app.command("judge", hidden=True)(judge)  # the old name of verify

@@ -34,7 +34,7 @@ class _Part(BaseModel):
 class VehiclePart(_Part):
     """A shipped name or a path, and keys that differ from it."""
 
-    name: str = "sedan"
+    name: Annotated[str, Field(description="a shipped vehicle or a path")] = "sedan"
     wheelbase_m: Positive | None = None
     front_overhang_m: Positive | None = None
     rear_overhang_m: Positive | None = None
@@ -49,49 +49,52 @@ class VehiclePart(_Part):
 
 
 class GoalPart(_Part):
-    x_m: float | None = None
-    y_m: float | None = None
-    heading_rad: float | None = None
+    x_m: Annotated[float | None, Field(description="rear axle's midpoint along the road; default in the slot")] = None
+    y_m: Annotated[float | None, Field(description="rear axle's midpoint across, left positive")] = None
+    heading_rad: Annotated[float | None, Field(description="counter-clockwise from x")] = None
 
 
 class StartPart(GoalPart):
-    steering_rad: float = 0.0
+    steering_rad: Annotated[float, Field(description="at the start")] = 0.0
 
 
 class SlotPart(_Part):
-    length_m: Stretch
-    depth_m: Stretch = 2.1
-    street_m: Stretch = 4.5
+    length_m: Annotated[Stretch, Field(description="the slot is 0 <= x <= length_m")]
+    depth_m: Annotated[Stretch, Field(description="kerb at y = -depth_m")] = 2.1
+    street_m: Annotated[Stretch, Field(description="the opposite side is at y = street_m")] = 4.5
 
 
 class ObstaclePart(_Part):
-    vertices_m: Annotated[list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=3)]
-    name: str = ""
+    vertices_m: Annotated[
+        Annotated[list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=3)],
+        Field(description="corners [x, y] of a simple polygon, of either turn"),
+    ]
+    name: Annotated[str, Field(description="in messages")] = ""
 
 
 class LimitsPart(_Part):
-    clearance_m: NonNegative = 0.05
-    forward_mps: Positive = 2.5
-    reverse_mps: Positive = 2.0
-    acceleration_mps2: Positive = 1.5
+    clearance_m: Annotated[NonNegative, Field(description="body to every obstacle, at all times")] = 0.05
+    forward_mps: Annotated[Positive, Field(description="fastest forwards")] = 2.5
+    reverse_mps: Annotated[Positive, Field(description="fastest in reverse")] = 2.0
+    acceleration_mps2: Annotated[Positive, Field(description="both signs, may step; no jerk limit")] = 1.5
 
 
 class TolerancePart(_Part):
-    position_m: Positive = 0.02
-    heading_rad: Positive = 0.01
+    position_m: Annotated[Positive, Field(description="of the end against the goal, of the start too")] = 0.02
+    heading_rad: Annotated[Positive, Field(description="of the end against the goal")] = 0.01
 
 
 class ParkingFile(_Part):
     """The keys of a parking case."""
 
-    name: str = ""
-    vehicle: VehiclePart = VehiclePart()
-    start: StartPart = StartPart()
-    goal: GoalPart = GoalPart()
-    slot: SlotPart | None = None
-    obstacle: list[ObstaclePart] = []
-    limits: LimitsPart = LimitsPart()
-    tolerance: TolerancePart = TolerancePart()
+    name: Annotated[str, Field(description="of the case")] = ""
+    vehicle: Annotated[VehiclePart, Field(description="a shipped one, and keys that differ from it")] = VehiclePart()
+    start: Annotated[StartPart, Field(description="where the car stands")] = StartPart()
+    goal: Annotated[GoalPart, Field(description="where it shall stand")] = GoalPart()
+    slot: Annotated[SlotPart | None, Field(description="a parallel slot, which builds its own obstacles")] = None
+    obstacle: Annotated[list[ObstaclePart], Field(description="polygons")] = []
+    limits: Annotated[LimitsPart, Field(description="what the judge enforces besides the vehicle's")] = LimitsPart()
+    tolerance: Annotated[TolerancePart, Field(description="how near the end must be to the goal")] = TolerancePart()
 
 
 def load_parking_case(name: str | Path, *, vehicle: str | None = None, clearance_m: float | None = None) -> ParkingCase:
