@@ -16,6 +16,7 @@ from mcdas_opt.cli.app import app
 
 DOCS = Path(__file__).parents[2] / "docs"
 NOTEBOOKS = sorted(DOCS.glob("notebooks/*.ipynb"))
+TUTORIALS = ("first-plan", "own-scene", "own-planner", "own-radar", "tuning-a-sigmoid", "parking-a-car", "own-vehicle")
 GUIDES = [*sorted(DOCS.glob("*.md")), DOCS.parent / "README.md"]
 COMMANDS = typer.main.get_command(app).commands
 
@@ -27,7 +28,9 @@ def test_site_builds_with_warnings_as_errors_and_its_links_lead_somewhere(tmp_pa
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     pages = {page.relative_to(tmp_path / "site").as_posix(): page.read_text("utf-8") for page in (tmp_path / "site").rglob("*.html")}
-    assert {"index.html", "mpc.html", "api.html", "notebooks/the-paper-in-ten-cells.html", "cards/bicycle.html"} <= set(pages)
+    assert {"index.html", "mpc.html", "api.html", "notebooks/the-paper-in-ten-cells.html", "cards/bicycle.html", "files/scene.html"} <= set(
+        pages
+    )
     assert "path deviation" in pages["mpc.html"]
     for name, text in pages.items():
         for target in re.findall(r'<(?:a|img)[^>]+(?:href|src)="(?![a-z]+:)([^"#?]+)[^"]*"', text):
@@ -44,10 +47,23 @@ def test_notebook_runs_and_holds_its_outputs(notebook: Path, tmp_path: Path) -> 
     assert done.returncode == 0, done.stderr
 
 
-def test_two_notebooks_and_ten_cells() -> None:
-    assert [path.stem for path in NOTEBOOKS] == ["closed-form-against-mpc", "the-paper-in-ten-cells"]
-    ten = [cell for cell in json.loads(NOTEBOOKS[1].read_text("utf-8"))["cells"] if cell["cell_type"] == "code"]
-    assert len(ten) == 10
+def test_every_notebook_is_in_the_contents_and_the_paper_takes_ten_cells() -> None:
+    listed = re.findall(r"^notebooks/(\S+)$", (DOCS / "index.md").read_text("utf-8"), re.M)
+    assert sorted(listed) == [path.stem for path in NOTEBOOKS]
+    paper = json.loads((DOCS / "notebooks" / "the-paper-in-ten-cells.ipynb").read_text("utf-8"))
+    assert len([cell for cell in paper["cells"] if cell["cell_type"] == "code"]) == 10
+
+
+@pytest.mark.parametrize("notebook", TUTORIALS)
+def test_a_tutorial_goes_through_the_door_shows_a_picture_and_is_short(notebook: str) -> None:
+    cells = json.loads((DOCS / "notebooks" / f"{notebook}.ipynb").read_text("utf-8"))["cells"]
+    code = "".join(line for cell in cells if cell["cell_type"] == "code" for line in cell["source"])
+    assert "import mcdas_opt as mo" in code
+    assert len(re.findall(r"from mcdas_opt|import mcdas_opt\.", code)) <= 1
+    assert any("image/png" in output.get("data", {}) for cell in cells for output in cell.get("outputs", ()))
+    words = [len("".join(cell["source"]).split()) for cell in cells if cell["cell_type"] == "markdown"]
+    assert max(words) <= 90
+    assert sum(words) <= 400
 
 
 def test_gallery_shows_what_its_commands_draw() -> None:
