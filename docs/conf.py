@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).parent / "extensions"))
 
 project = "mcdas-opt"
 author = "The mcdas-opt authors"
-extensions = ["myst_nb", "sphinx.ext.autodoc", "equations", "terms_of_the_mpc", "model_cards", "file_keys"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "equations", "terms_of_the_mpc", "model_cards", "file_keys", "claims"]
 exclude_patterns = ["extensions"]
 html_theme = "furo"
 html_title = "mcdas-opt"
