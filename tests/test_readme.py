@@ -13,7 +13,8 @@ ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def test_first_plan_runs_as_printed(capsys: pytest.CaptureFixture[str]) -> None:
+def test_first_plan_runs_as_printed(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     block = re.search(r"```python\n(.*?)```", README, re.S)
     assert block is not None
     assert len(block.group(1).strip().splitlines()) <= 12
@@ -21,6 +22,7 @@ def test_first_plan_runs_as_printed(capsys: pytest.CaptureFixture[str]) -> None:
     words = capsys.readouterr().out.split()
     assert words[0] == "evade"
     assert words[2] == "True"
+    assert (tmp_path / "plan.png").is_file()
 
 
 def test_exactly_two_set_up_commands() -> None:

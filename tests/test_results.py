@@ -75,6 +75,8 @@ def test_what_moves_moves_and_what_does_not_says_so(tmp_path: Path) -> None:
         answers()["escapes"].plot(tmp_path / "escapes.gif")
     with pytest.raises(mo.InputError, match=r"\.json \(the document\)"):
         answers()["plan"].save(tmp_path / "plan.txt")
+    with pytest.raises(mo.ParameterError, match="must be a str or a Path"):
+        answers()["plan"].plot(3)  # type: ignore[arg-type]
     with pytest.raises(mo.InputError, match="no such folder"):
         answers()["plan"].save(tmp_path / "no" / "plan.csv")
     with pytest.raises(mo.ParameterError, match="no answer of this package"):
@@ -109,5 +111,8 @@ def test_a_benchmark_is_held_like_any_other_answer(tmp_path: Path) -> None:
     assert found.plot(tmp_path / "b.png").axes
     with pytest.raises(mo.ParameterError, match="no share"):
         found.shares("luck")
+    for wrong in ({"scenes": 0}, {"scenes": "3"}, {"scenes": 2, "seed": -1}, {"scenes": 2, "workers": True}):
+        with pytest.raises(mo.ParameterError, match="must be a whole number"):
+            mo.benchmark("euro-ncap-aeb", planners, **wrong)  # type: ignore[arg-type]
     with pytest.raises(mo.ParameterError, match="not a known planner"):
         mo.benchmark("euro-ncap-aeb", ["nobody"], scenes=1)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, overload
 
 from mcdas_opt.domain.document import to_document
-from mcdas_opt.domain.rules import Array, unit_of
+from mcdas_opt.domain.rules import Array, require_type, unit_of
 from mcdas_opt.errors import InputError, MissingExtraError, ParameterError, writing
 
 if TYPE_CHECKING:
@@ -67,6 +67,8 @@ class Result(ABC):
 
         Raises `InputError` for another suffix or a missing folder, `ParameterError` for what cannot be drawn.
         """
+        if path is not None:
+            require_type("path", path, str, Path)
         figure: Figure = called("mcdas_opt.plotting.export:save_result")(self, None if path is None else Path(path))
         return figure
 
@@ -90,6 +92,7 @@ class Result(ABC):
 
     def save(self, path: str | Path) -> Path:
         """Writes the document (.json), the table (.csv) or the picture (as `plot`). Raises `InputError` where that cannot be."""
+        require_type("path", path, str, Path)
         path = Path(path)
         text = self.as_text(path.suffix.lower())
         if text is None:

@@ -93,6 +93,9 @@ def benchmark(
     `scenes` and `seed` are the suite's own unless given. With `out` the folder gets what the command writes: rows, summary, report, worst
     scenes. `progress` is told the stage, how many are done, and of how many. Raises `InputError` or `ParameterError` for what is not known.
     """
+    for name, value, least in (("scenes", scenes, 1), ("seed", seed, 0), ("workers", workers, 1)):
+        if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < least):
+            raise ParameterError(name, value, f"must be a whole number from {least} up")
     if isinstance(planners, str):
         planners = [planners]
     chosen = expand(str(suite), scenes, seed, None if data is None else Path(data))
