@@ -62,7 +62,7 @@ def test_ranges_and_defaults_are_the_models() -> None:
     friction = next(key for key in keys("scene") if (key.table, key.name) == ("[road]", "friction"))
     assert (friction.default, friction.allowed, friction.unit) == ("0.9", "> 0 and <= 1.5", "")
     speed = next(key for key in keys("scene") if (key.table, key.name) == ("[[neighbour]]", "speed_mps"))
-    assert (speed.unit, speed.allowed) == ("m/s", ">= 0")
+    assert (speed.unit, speed.allowed) == ("m/s", ">= 0 and <= 10000")
     assert next(key for key in keys("scene") if key.name == "request").allowed == "drive, park"
     assert next(key for key in keys("vehicle") if key.name == "width_m").default == "required"
     assert next(key for key in keys("scene") if key.name == "start_s").table == "[[neighbour.motion]]"
