@@ -78,6 +78,7 @@ def _print(answer: Plan, title: str) -> None:
         ("verdict", answer.verdict.reason),
         ("ends", ending(answer)),
         ("prediction", answer.prediction),
+        ("doubts", "; ".join(doubt.words for doubt in answer.doubts) or "none"),
         ("Table 1, literally", answer.literal_mode or "no mode"),
         ("time", f"{answer.timing_ms.total:.1f} ms ({answer.iterations} solver iterations)"),
     ]

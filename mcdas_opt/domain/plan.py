@@ -7,6 +7,7 @@ from operator import attrgetter
 from typing import Any, ClassVar
 
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.doubt import Doubt
 from mcdas_opt.domain.escapes import Escapes
 from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.rules import all_of, require_type, word
@@ -48,6 +49,7 @@ class Plan(Result):
     any other, but its last digits say nothing. `solver` says which engine the method runs and in which form (compiled and
     interpreted agree to 1e-6, not to the byte). `safe_end` says how it ends (None: nobody looked, as with the bare closed forms).
     `escapes` is the map of the candidates that were open then, `alert` what follows from it; None and absent where it is turned off.
+    `doubts` says which of the situation's tracks cannot all be true; the plan is clear of all that may be there.
     `memory` is what the method leaves for its next cycle, a frozen record of its own type: it comes back with the plan as `previous`, so
     that a manoeuvre once begun goes on instead of beginning anew. `situation` and `vehicle` are what it was asked for, to draw it in.
     """
@@ -74,6 +76,7 @@ class Plan(Result):
     safe_end: SafeEnd | None = None
     escapes: Escapes | None = None
     alert: Alert = Alert.NONE
+    doubts: tuple[Doubt, ...] = ()
     time_s: float = 0.0
     memory: object = field(default=None, repr=False, compare=False)
     situation: Situation | None = field(default=None, repr=False, compare=False)

@@ -7,6 +7,7 @@ import time
 from dataclasses import dataclass, replace
 
 from mcdas_opt.domain.assessment import Assessment
+from mcdas_opt.domain.doubt import Doubt, SupposedTrack
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import FARTHEST_M
@@ -18,7 +19,9 @@ from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory
+from mcdas_opt.planning.reach import in_reach_ever
 from mcdas_opt.situation.assess import assess
+from mcdas_opt.situation.doubts import believed
 from mcdas_opt.tracking.prediction import names_of, predict_for
 
 _STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side
@@ -29,18 +32,22 @@ class Cycle:
     """A situation with what follows from it.
 
     `given` is the situation as it was asked; `situation` is the same with its time counted from now and its s from near the host, so that
-    neither a clock's origin nor a place along the road makes a difference, and its desired speed within the limit. What is planned in it is
-    brought back by `given_from`.
+    neither a clock's origin nor a place along the road makes a difference, with its desired speed within the limit, and with the tracks
+    that are planned around, where some of those that were `told` are doubted (`situation/doubts.py`). What is planned in it is brought back
+    by `given_from`.
     `stop_at_s` (of `time.perf_counter`) is when no further candidate is begun; None: never.
     """
 
     given: Situation
+    told: tuple[Track, ...]
     situation: Situation
     vehicle: Vehicle
     settings: Settings
     assessment: Assessment
     prediction: Prediction
     memory: Memory
+    doubts: tuple[Doubt, ...]
+    supposed: tuple[SupposedTrack, ...]
     deficits: tuple[FrontDeficit, ...]
     active: Manoeuvre | None
     stop_at_s: float | None
@@ -58,24 +65,36 @@ class Cycle:
         finished."""
         settings, situation = settings or Settings(), _in_order(situation)
         memory = (memory or Memory()).seen_by(situation)
-        local = _limited(_local(situation, memory.origin_m), settings)
+        there = _local(situation, memory.origin_m)
+        what = believed(there, memory.tracks, memory.elapsed_s, memory.supposed, vehicle)
+        local = _limited(_in_order(what.situation), settings)
         active = memory.active
         return cls(
             given=situation,
+            told=there.tracks,
             situation=local,
             vehicle=vehicle,
             settings=settings,
             assessment=assess(local, vehicle, settings.selector, memory.assessment),
-            prediction=predict_for(local, settings.prediction),
+            prediction=in_reach_ever(predict_for(local, settings.prediction), local.host, vehicle, local.road),
             memory=memory,
+            doubts=what.doubts,
+            supposed=what.supposed,
             deficits=front_deficits(local, vehicle, settings.safe_end, memory.deficits, memory.elapsed_s),
             active=None if active is None or active.finished(local) else active,
             stop_at_s=stop_at_s,
         )
 
     def given_from(self, plan: Plan) -> Plan:
-        """A plan of this cycle in the place and time of the situation as it was given."""
-        return replace(plan, trajectory=plan.trajectory.seen_from(-self.origin_m), time_s=self.given.time_s)
+        """A plan of this cycle in the place and time of the situation as it was given, with what is doubted of that."""
+        return replace(plan, trajectory=plan.trajectory.seen_from(-self.origin_m), time_s=self.given.time_s, doubts=self.doubts)
+
+    @property
+    def believed(self) -> Situation:
+        """The situation as it was given, with the tracks that are planned around."""
+        if not self.doubts and not self.supposed:
+            return self.given
+        return replace(self.given, tracks=tuple(track.seen_from(-self.origin_m) for track in self.situation.tracks))
 
     @property
     def origin_m(self) -> float:

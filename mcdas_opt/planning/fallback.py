@@ -11,7 +11,7 @@ from mcdas_opt.planning.continuation import to_safe_end
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.least_severe import least_severe
 from mcdas_opt.planning.memory import FollowerReaction, Memory
-from mcdas_opt.planning.order import FALLBACK
+from mcdas_opt.planning.order import FALLBACK, HOST_REFUSED, Rung
 from mcdas_opt.planning.rounds.previous_plan import NAME as REMAINDER
 from mcdas_opt.planning.rounds.previous_plan import previous_plan
 
@@ -27,7 +27,17 @@ class NothingPasses:
     memory: Memory = field(default_factory=Memory, repr=False)
 
 
-def fall_back(cycle: Cycle, refused: NothingPasses) -> Plan:
+_GLITCH_S = 0.25  # a host's state that cannot be for no longer is a glitch: the previous plan goes on
+
+
+def host_refused(cycle: Cycle, fault: str, faulty_s: float) -> Plan:
+    """The answer to a host's state that cannot be, the cycle's being one that can: in a glitch the fallback as it is, then a stop in
+    the lane, judged, and only where that does not pass the others."""
+    refused = NothingPasses(reason=f"the host's state cannot be: {fault}", memory=replace(cycle.memory, warm_starts=None))
+    return fall_back(cycle, refused, FALLBACK if faulty_s <= _GLITCH_S else HOST_REFUSED)
+
+
+def fall_back(cycle: Cycle, refused: NothingPasses, order: tuple[Rung, ...] = FALLBACK) -> Plan:
     """A plan that passed (status `fallback`), else the least severe (`unavoidable`); the reason says what was refused before.
 
     Of the drives that pass, the first that comes to a safe end; where none does, the first.
@@ -35,7 +45,7 @@ def fall_back(cycle: Cycle, refused: NothingPasses) -> Plan:
     rows: list[Candidate] = []
     failed: list[Checked] = []
     first: tuple[Checked, Continuation] | None = None
-    for checked in (one for rung in FALLBACK for one in rung(cycle, rows)):
+    for checked in (one for rung in order for one in rung(cycle, rows)):
         if not checked.verdict.passed:
             failed.append(checked)
             continue

@@ -12,7 +12,7 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import FARTHEST_M
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.situation.consistency import host_faults
+from mcdas_opt.situation.host_faults import host_faults
 
 _ROLLING_MPS = 0.5  # backwards: a car that stands, or rolls back a little
 _MEMORY_S = 1.0  # an older state or plan says nothing of this one
@@ -24,7 +24,12 @@ class HostPlausibility:
     def __init__(self) -> None:
         self._time_s = -math.inf
         self._speeds_mps: tuple[float, ...] = ()  # as measured, and as believed
+        self._since_s: float | None = None  # when the first of the faulty states came that are the last ones
         self._last: tuple[HostState, float, Road, tuple[HostState, str]] | None = None  # what was asked, and the answer
+
+    def faulty_s(self, now: float) -> float:
+        """For how long [s] no state has been one that can be; 0 at the first such."""
+        return 0.0 if self._since_s is None else now - self._since_s
 
     def believed(self, host: HostState, now: float, road: Road, vehicle: Vehicle, previous: Plan | None) -> tuple[HostState, str]:
         """The measured state and "", or one that can be and what is wrong with the measured one, in words.
@@ -40,6 +45,10 @@ class HostPlausibility:
         standing = replace(host, speed_mps=0.0) if -_ROLLING_MPS <= host.speed_mps < 0.0 else host
         faults = host_faults(standing, road, speeds_mps, elapsed_s, vehicle)
         believed = _replaced(standing, tuple(faults), now, road, vehicle, previous) if faults else standing
+        if not faults or not 0.0 < elapsed_s <= _MEMORY_S:
+            self._since_s = None
+        if faults and self._since_s is None:
+            self._since_s = now
         self._time_s, self._speeds_mps = now, (host.speed_mps, believed.speed_mps)
         answer = believed, "; ".join(faults.values())
         self._last = host, now, road, answer

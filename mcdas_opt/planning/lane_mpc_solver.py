@@ -13,11 +13,19 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.native.kernels import PLAIN
-from mcdas_opt.ocp.lane_mpc import CENTRE
+from mcdas_opt.ocp.lane_mpc import CENTRE, HEADWAY_HORIZON_S
 from mcdas_opt.planning.candidate import Driven, Proposed, Refused
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.lane_parameters import ObstacleSlots, guessed_states, obstacle_slots, proposal_values, shared_values
+from mcdas_opt.planning.lane_parameters import (
+    ObstacleSlots,
+    guessed_states,
+    nearest_values,
+    obstacle_slots,
+    proposal_values,
+    shared_values,
+)
 from mcdas_opt.planning.mirror import is_turned, turned_guess, turned_inputs, turned_states
+from mcdas_opt.planning.reach import Room, in_reach
 from mcdas_opt.planning.roll_out import roll_out, within_reach
 from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.planning.transcribed_problem import TranscribedProblem, TranscribedProblems
@@ -31,7 +39,9 @@ from mcdas_opt.solvers.stage_problem import StageGuess
 _IPOPT_ITERATIONS = 200
 _OSQP_WARM, _OSQP_COLD, _OSQP_BACKUP = 3, 8, 2  # iterations: from a warm start, from none, where the interior point has no answer
 _ON_TIME_S = 1e-6
+_MARGINS_M = 5.0  # a body's clearance and uncertainty, at most, and some rounding
 Engine = InteriorPointEngine | OsqpEngine | IpoptEngine
+Expected = dict[str, tuple[float, ...]]  # of everybody predicted, by id: s, d, speed one step later
 Asked = tuple[Engine, Callable[[], StageGuess], int]  # who, from which guess, with which cap on iterations
 
 
@@ -44,6 +54,7 @@ class _WarmStart:
     engine: Engine
     turned: bool
     others: ObstacleSlots
+    expected: Expected
 
 
 @dataclass(slots=True)
@@ -53,6 +64,7 @@ class _Scene:
 
     cycle: Cycle
     others: ObstacleSlots
+    expected: Expected
     transcribed: TranscribedProblem
     matrix: Array
     start: Array
@@ -113,7 +125,7 @@ class LaneMpcSolver:
         attempts: Iterator[Asked] = self._attempts(scene, cold, lambda: best is not None)
         engine = transcribed.interior_point if self.own.solver == "interior-point" else transcribed.osqp
         fits = warm is not None and warm.engine is engine and warm.turned == turned
-        if warm is not None and fits and not self._event(warm, cycle, proposed, others):
+        if warm is not None and fits and not self._event(warm, cycle, proposed, scene):
             outcome = warm.outcome
             steps = self._newton_cap(scene) if engine is transcribed.interior_point else _OSQP_WARM
             attempts = chain([(engine, lambda: engine.shifted(outcome), steps)], attempts)
@@ -135,7 +147,7 @@ class LaneMpcSolver:
         if best is None:
             reason = transcribed.parameters.without_value(p) or reason
             return Refused(proposed=proposed, reason=f"not solved: {reason}", iterations=iterations)
-        self._left[proposed.name] = _WarmStart(proposed, best, by, turned, others)
+        self._left[proposed.name] = _WarmStart(proposed, best, by, turned, others, scene.expected)
         u = turned_inputs(best.u) if turned else best.u
         trajectory = self._rolled_out(cycle, transcribed, best.x[:, 3], u)
         return Driven(proposed=proposed, trajectory=trajectory, iterations=iterations, converged=best.ending is Ending.CONVERGED)
@@ -152,14 +164,17 @@ class LaneMpcSolver:
         """(N + 1, np): what the problem of a candidate is posed with, its road linearised around `guess_s` (N + 1)."""
         return self._filled(self._shared(cycle), proposed, guess_s)
 
-    def nearest(self, cycle: Cycle) -> ObstacleSlots:
-        """The bodies that come nearest over the horizon, at most as many as there are slots; in the cycle's order."""
-        times, most, host = self.settings.grid.times_s, self.own.slots[-1], cycle.situation.host
+    def who_matters(self, cycle: Cycle) -> ObstacleSlots:
+        """The bodies that can come near, or into the headway, within the horizon; in the cycle's order."""
+        times, situation, headway = self.settings.grid.times_s, cycle.situation, cycle.headway
         bodies, motion = cycle.prediction.bodies, cycle.prediction.rows_on(times)
-        if len(bodies) > most:
-            reach = np.abs(motion.s_m[:, ::5] - (host.s_m + host.speed_mps * times[::5])).min(axis=-1)
-            near = sorted(sorted(range(len(bodies)), key=lambda i: (reach[i], i))[:most])
-            bodies, motion = tuple(bodies[i] for i in near), motion.part(near)
+        if bodies:
+            lengths = np.array([body.length_m for body in bodies])
+            room = Room(standstill_m=headway.standstill_m + _MARGINS_M, time_gap_s=headway.time_gap_s, closing_s=HEADWAY_HORIZON_S)
+            near = in_reach(motion, lengths, times, situation.host, cycle.vehicle, situation.road, room)
+            if not near.all():
+                chosen = np.flatnonzero(near).tolist()
+                bodies, motion = tuple(bodies[i] for i in chosen), motion.part(chosen)
         return obstacle_slots(bodies, times, motion=motion, along_m=self.own.clearance_along_m, across_m=self.own.clearance_across_m)
 
     def _attempts(self, scene: _Scene, cold: Callable[[], StageGuess], answered: Callable[[], bool]) -> Iterator[Asked]:
@@ -191,38 +206,49 @@ class LaneMpcSolver:
         """Made for a cycle's first candidate, and kept for the others."""
         last = self._scene
         if last is None or last.cycle is not cycle:
-            others = self.nearest(cycle)
+            others = self.who_matters(cycle)
             transcribed = self.problems.holding(len(others), cycle.vehicle)
             matrix = self.problems.constant(transcribed).copy()
             share = self.own.friction_share * self.settings.friction_share
-            values = shared_values(cycle.situation, others, slots=len(others), friction_share=share)
+            values = shared_values(cycle.situation, others, slots=min(len(others), transcribed.slots), friction_share=share)
             if transcribed.problem.parameters[-1] == CENTRE:
                 values[CENTRE] = cycle.vehicle.centre_m
             transcribed.parameters.fill(matrix, values)
             low, high = transcribed.problem.x_lower, transcribed.problem.x_upper
             start = np.minimum(np.maximum(within_reach(cycle.situation.host, cycle.vehicle), low), high)
-            last = self._scene = _Scene(cycle, others, transcribed, matrix, start)
+            last = self._scene = _Scene(cycle, others, _expected(cycle, self.settings.grid.times_s), transcribed, matrix, start)
         return last
 
     def _filled(self, scene: _Scene, proposed: Proposed, guess_s: Array) -> Array:
         """(N + 1, np): the parameters of every node."""
         p, cycle = scene.matrix.copy(), scene.cycle
         values = proposal_values(cycle.situation, cycle.vehicle, scene.others, proposed, self.settings.grid.times_s, guess_s, cycle.headway)
+        if len(scene.others) > scene.transcribed.slots:
+            values |= nearest_values(scene.others, scene.transcribed.slots, proposed, guess_s)
         values["left_edge"] -= self.settings.edge_reserve_m
         values["right_edge"] += self.settings.edge_reserve_m
         scene.transcribed.parameters.fill(p, values)
         return p
 
-    def _event(self, warm: _WarmStart, cycle: Cycle, proposed: Proposed, others: ObstacleSlots) -> bool:
+    def _event(self, warm: _WarmStart, cycle: Cycle, proposed: Proposed, scene: _Scene) -> bool:
         """Whether the last solve says little of this one: time jumped, another path or goal, somebody new or not where predicted."""
         if abs(cycle.memory.elapsed_s - float(self.settings.grid.steps_s[0])) > _ON_TIME_S or warm.outcome.ending is not Ending.CONVERGED:
             return True
         if proposed.manoeuvre != warm.proposed.manoeuvre or abs(proposed.speed_mps - warm.proposed.speed_mps) > 1.0:
             return True
-        if [body.id for body in others.bodies] != [body.id for body in warm.others.bodies]:
+        if any(body.id not in scene.expected for body in warm.others.bodies):
             return True
         most_m, most_mps = self.own.event_position_m, self.own.event_speed_mps
-        for then, now in zip(warm.others.second, others.first, strict=True):  # one step later: node 1 of the last is node 0 of this one
+        for body, now in zip(scene.others.bodies, scene.others.first, strict=True):
+            then = warm.expected.get(body.id)
+            if then is None:
+                return True
             if abs(then[0] - now[0]) > most_m or abs(then[1] - now[1]) > most_m or abs(then[2] - now[2]) > most_mps:
                 return True
         return False
+
+
+def _expected(cycle: Cycle, times_s: Array) -> Expected:
+    rows = cycle.prediction.rows_on(times_s)
+    columns = (row[:, 1].tolist() for row in (rows.s_m, rows.d_m, rows.speed_s_mps))
+    return {body.id: place for body, place in zip(cycle.prediction.bodies, zip(*columns, strict=True), strict=True)}

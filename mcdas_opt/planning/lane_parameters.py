@@ -26,14 +26,13 @@ INTRUSION_M = 0.2  # a body that reaches further than this into a lane is in it
 
 @dataclass(frozen=True, slots=True)
 class ObstacleSlots:
-    """Neighbours as the problem sees them: their motions on the grid, as rows (J, N + 1), and half their grown bodies [m] there, along and
-    across (J, 2, N + 1); who is where at the first node, and at the second: s, d, speed."""
+    """Everybody who can matter within the horizon, as the problem sees them: their motions on the grid, as rows (J, N + 1), and half their
+    grown bodies [m] there, along and across (J, 2, N + 1); who is where at the first node: s, d, speed."""
 
     bodies: Sequence[PredictedBody]
     motion: BodyMotion
     grown: Array
     first: Sequence[tuple[float, float, float]]
-    second: Sequence[tuple[float, float, float]]
 
     def __len__(self) -> int:
         return len(self.bodies)
@@ -44,8 +43,8 @@ def obstacle_slots(
 ) -> ObstacleSlots:
     """Bodies on the grid (`motion` as rows, where that is known), grown by a clearance and by the uncertainty of their estimates."""
     rows = together(bodies, times_s) if motion is None else motion
-    first, second = (list(zip(*(row[:, k].tolist() for row in (rows.s_m, rows.d_m, rows.speed_s_mps)), strict=True)) for k in (0, 1))
-    return ObstacleSlots(bodies, rows, grown_bodies(bodies, times_s, along_m, across_m), first, second)
+    first = list(zip(*(row[:, 0].tolist() for row in (rows.s_m, rows.d_m, rows.speed_s_mps)), strict=True))
+    return ObstacleSlots(bodies, rows, grown_bodies(bodies, times_s, along_m, across_m), first)
 
 
 def vacant_values(slots: Iterable[int]) -> dict[str, float]:
@@ -63,6 +62,17 @@ def shared_values(situation: Situation, others: ObstacleSlots, *, slots: int, fr
     for i in range(min(len(others), slots)):
         values.update(zip(_slot_names(i), (others.motion.s_m[i], others.motion.d_m[i], *others.grown[i]), strict=True))
     return values | vacant_values(range(len(others), slots))
+
+
+def nearest_values(others: ObstacleSlots, slots: int, proposed: Proposed, guess_s: Array) -> dict[str, Any]:
+    """Where there are more bodies than slots: at every node those that are nearest to where the candidate is guessed to be then."""
+    rows, (along, across) = others.motion, others.grown.swapaxes(0, 1)
+    guess_d, _ = proposed.path.d_and_slope(guess_s)
+    gaps = np.maximum(np.abs(rows.s_m - guess_s) - along, 0.0), np.maximum(np.abs(rows.d_m - guess_d) - across, 0.0)
+    order = np.argsort(np.hypot(*gaps), axis=0, kind="stable")
+    nearest = np.sort(order[:slots], axis=0)  # a body keeps its slot as long as the same are near
+    columns = (np.take_along_axis(each, nearest, axis=0) for each in (rows.s_m, rows.d_m, along, across))
+    return {name: row for i, values in enumerate(zip(*columns, strict=True)) for name, row in zip(_slot_names(i), values, strict=True)}
 
 
 @cache

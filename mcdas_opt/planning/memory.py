@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from mcdas_opt.domain.assessment import Assessment
+from mcdas_opt.domain.doubt import SupposedTrack
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Alert, Mode, Sector, Side, Status
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit
@@ -72,7 +74,8 @@ class Memory:
     of a planner which begins.
 
     `chosen` names the candidate that was chosen last; `least_cost` is the least that one was chosen for since the candidates were last
-    compared. `deficits` is who was ahead, and what front distance is owed to whom. `warm_starts` is the
+    compared. `deficits` is who was ahead, and what front distance is owed to whom; `tracks` is what was
+    told, before any doubt, and `supposed` whose track jumped away. `warm_starts` is the
     mark of the solver's workspace that this memory goes with: one with another mark begins cold.
     """
 
@@ -89,6 +92,8 @@ class Memory:
     least_cost: float | None = None
     reaction: FollowerReaction | None = None
     deficits: tuple[FrontDeficit, ...] = ()
+    tracks: tuple[Track, ...] = ()
+    supposed: tuple[SupposedTrack, ...] = ()
     warm_starts: object = None
 
     @property
@@ -118,12 +123,21 @@ class Memory:
             previous=previous,
             assessment=None if was is None else replace(was, since_s=round(was.since_s - elapsed_s, _CLOCK_DIGITS)),
             active=None if self.active is None else self.active.seen_from(by_m),
+            tracks=tuple(track.seen_from(by_m) for track in self.tracks) if by_m else self.tracks,
+            supposed=tuple(one.seen_from(by_m) for one in self.supposed),
             reaction=None if reaction is None else replace(reaction, age_s=reaction.age_s + elapsed_s),
             warm_starts=None if by_m else self.warm_starts,  # places in the solver's workspace are not moved
         )
 
 
-def remembered(plan: Plan, given: Situation, origin_m: float, deficits: tuple[FrontDeficit, ...]) -> Memory:
+def remembered(
+    plan: Plan,
+    given: Situation,
+    origin_m: float,
+    deficits: tuple[FrontDeficit, ...],
+    tracks: tuple[Track, ...],
+    supposed: tuple[SupposedTrack, ...],
+) -> Memory:
     """What a plan of a cycle there means for the next one: the method's own part, and what holds for all of them."""
     own = plan.memory if isinstance(plan.memory, Memory) else Memory()
     return replace(
@@ -135,6 +149,8 @@ def remembered(plan: Plan, given: Situation, origin_m: float, deficits: tuple[Fr
         side=plan.side,
         alert=plan.alert,
         deficits=deficits,
+        tracks=tracks,
+        supposed=supposed,
     )
 
 

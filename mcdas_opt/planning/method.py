@@ -89,7 +89,7 @@ class AskedMethod:
         """What it answers to this cycle. One that does not know cycles plans in the place and time that were given."""
         if isinstance(self.method, CycleMethod):
             return self.method.answer(cycle)
-        answer = self.method.plan(cycle.given, None if cycle.memory.is_empty else self.previous)
+        answer = self.method.plan(cycle.believed, None if cycle.memory.is_empty else self.previous)
         if isinstance(answer, Plan):
             return replace(answer, trajectory=answer.trajectory.seen_from(cycle.origin_m))
         require_type(f"the answer of {self.name}", answer, Plan, Refusal)

@@ -59,7 +59,9 @@ class MpcMethod:
         cycle = Cycle.of(situation, self.vehicle, self.settings, carried(previous, Memory))
         answer = self.answer(cycle)
         if isinstance(answer, Plan):
-            return cycle.given_from(replace(answer, memory=remembered(answer, situation, cycle.origin_m, cycle.deficits)))
+            return cycle.given_from(
+                replace(answer, memory=remembered(answer, situation, cycle.origin_m, cycle.deficits, cycle.told, cycle.supposed))
+            )
         return Refusal(reason=answer.reason, candidates=answer.candidates, iterations=answer.iterations)
 
     def answer(self, cycle: Cycle) -> Plan | NothingPasses:

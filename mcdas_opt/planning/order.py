@@ -13,7 +13,7 @@ from mcdas_opt.planning.rounds.everything import everything
 from mcdas_opt.planning.rounds.lane_keeping import lane_keeping
 from mcdas_opt.planning.rounds.previous_plan import previous_plan
 from mcdas_opt.planning.rounds.ranked_first import ranked_first
-from mcdas_opt.planning.rounds.simple_drives import simple_drives
+from mcdas_opt.planning.rounds.simple_drives import simple_drives, stop_in_lane
 from mcdas_opt.planning.search import Rounds
 
 Rung = Callable[[Cycle, list[Candidate]], Iterator[Checked]]  # its drives; what it tried is told in the list
@@ -30,3 +30,8 @@ FALLBACK: tuple[Rung, ...] = (
     corrected_sigmoid,
     simple_drives,
 )  # and the least severe of all that was driven, where none of these passes
+HOST_REFUSED: tuple[Rung, ...] = (
+    stop_in_lane,
+    previous_plan,
+    simple_drives,
+)  # where nobody has known for a while how the host moves

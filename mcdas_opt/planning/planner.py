@@ -19,7 +19,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.fallback import NothingPasses, fall_back, remainder_instead
+from mcdas_opt.planning.fallback import NothingPasses, fall_back, host_refused, remainder_instead
 from mcdas_opt.planning.memory import Memory, remembered
 from mcdas_opt.planning.method import AskedMethod, Method, PlannerName, build_method
 from mcdas_opt.planning.one_thread import OneThread
@@ -27,7 +27,6 @@ from mcdas_opt.planning.reported_mode import with_reported_mode
 from mcdas_opt.planning.sensing import Sensing
 from mcdas_opt.planning.time_to_react import with_time_to_react
 from mcdas_opt.planning.warm_up import load_kernels
-from mcdas_opt.situation.consistency import contradiction
 from mcdas_opt.tracking.tracker import Tracker
 
 
@@ -120,8 +119,9 @@ class Planner:
     def plan(self, situation: Situation) -> Plan:
         """One plan for a situation, judged. Never raises in traffic: a refusal is answered by the fallback.
 
-        A situation that is not later than the last one begins without memory. A host's state that no car can have is answered by the
-        fallback too, from a state that the car can have (`HostPlausibility`).
+        A situation that is not later than the last one begins without memory. Tracks that cannot all be true stop no planning
+        (`Plan.doubts`). A host's state that no car can have is answered from one that the car can have (`HostPlausibility`): for a moment
+        by the remainder of the previous plan, then by a stop, each judged.
         """
         require_type("situation", situation, Situation)
         if self.vehicle.name not in (situation.vehicle, Path(situation.vehicle).stem):
@@ -133,22 +133,20 @@ class Planner:
     def _believing(self, situation: Situation) -> Plan:
         host, fault = self.sensing.believed(situation.host, situation.time_s, situation.road, self.previous)
         if not fault:
-            return self._plan(situation, "")
+            return self._plan(situation, "", 0.0)
         wanted = None if situation.desired_speed_mps == situation.host.speed_mps else situation.desired_speed_mps  # None: as now
-        return self._plan(replace(situation, host=host, desired_speed_mps=wanted), fault)
+        return self._plan(replace(situation, host=host, desired_speed_mps=wanted), fault, self.sensing.faulty_s(situation.time_s))
 
-    def _plan(self, situation: Situation, fault: str) -> Plan:
-        """`fault` says what is wrong with the host's state as it was measured; the situation's is one that can be."""
+    def _plan(self, situation: Situation, fault: str, faulty_s: float) -> Plan:
+        """`fault` says what is wrong with the host's state as it was measured, and that for so long; the situation's is one that can be."""
         started = time.perf_counter()
         cycle = Cycle.of(situation, self.vehicle, self.settings, self.memory, self._asked.stop_at_s(started))
-        wrong = (fault or contradiction(cycle.given, cycle.memory.situation, self.vehicle)) if self._asked.has_ladder else ""
-        if wrong:
-            memory = replace(cycle.memory, warm_starts=None)  # the solver was not asked
-            plan = fall_back(cycle, NothingPasses(reason=f"the situation contradicts itself: {wrong}", memory=memory))
+        if fault and self._asked.has_ladder:
+            plan = host_refused(cycle, fault, faulty_s)
         else:
             plan = with_time_to_react(self._answered(cycle), cycle)
         plan, reported = with_reported_mode(plan, cycle)
-        self.memory = replace(remembered(plan, cycle.given, cycle.origin_m, cycle.deficits), reported=reported)
+        self.memory = replace(remembered(plan, cycle.given, cycle.origin_m, cycle.deficits, cycle.told, cycle.supposed), reported=reported)
         timing = replace(plan.timing_ms, total=1e3 * (time.perf_counter() - started))
         self._asked.previous = cycle.given_from(
             replace(

@@ -32,6 +32,10 @@ class Sensing:
         self._poses = PoseHistory()
         self._host_plausibility = HostPlausibility()
 
+    def faulty_s(self, now: float) -> float:
+        """For how long [s] no state of the host has been one that can be; 0 at the first such."""
+        return self._host_plausibility.faulty_s(now)
+
     def believed(self, host: HostState, now: float, road: Road | None, previous: Plan | None) -> tuple[HostState, str]:
         """The host's state as measured and "", or what is believed instead and why (`HostPlausibility.believed`)."""
         return self._host_plausibility.believed(host, now, road or self.road, self.tracker.vehicle, previous)

@@ -9,7 +9,7 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.time_to_react.alert import alert
-from mcdas_opt.time_to_react.escapes import escapes
+from mcdas_opt.time_to_react.escapes import escapes_under
 from mcdas_opt.time_to_react.library import EscapeSettings
 
 
@@ -19,7 +19,7 @@ def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
     wanted, found, told = cycle.settings.warning, None, Alert.NONE
     if wanted.escapes:
         comfort = _comfortable(wanted.comfort_mps2, wanted.comfort_share)
-        found = escapes(cycle.situation, cycle.vehicle, prediction=cycle.settings.prediction, settings=comfort)
+        found = escapes_under(cycle.prediction, cycle.situation, cycle.vehicle, comfort)
         told = alert(found, wanted, cycle.memory.alert)
     if plan.warning and told is Alert.NONE:
         told = Alert.WARN

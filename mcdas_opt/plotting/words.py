@@ -70,8 +70,10 @@ def sentence(plan: Plan) -> str:
 
 
 def because(plan: Plan) -> str:
-    """Why the plan is what it is, without the refusals that came before it: those stand with the candidates."""
-    return _raised(plan.reason.partition("; before:")[0])
+    """Why the plan is what it is, and what is doubted of the tracks, without the refusals that came before it: those stand with the
+    candidates."""
+    why = plan.reason.partition("; before:")[0]
+    return _raised("; ".join([why, *(f"doubted: {doubt}" for doubt in plan.doubts[:_NAMED])]))
 
 
 def ending(plan: Plan) -> str:

@@ -128,7 +128,7 @@ def test_planner_settings_reach_the_problem() -> None:
     problems = solver.problems
     assert [problems.holding(neighbours, VEHICLE).slots for neighbours in (0, 3, 99)] == [2, 4, solver.own.slots[-1]]
     assert problems.holding(3, VEHICLE) is problems.holding(4, VEHICLE)
-    assert len(solver.nearest(Cycle.of(sandwich(), VEHICLE))) == 2
+    assert len(solver.who_matters(Cycle.of(sandwich(), VEHICLE))) == 2
 
 
 def test_a_cold_start_by_ipopt_ends_where_the_iteration_does() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from mcdas_opt.actuation.path_following import SpeedLaw
@@ -21,7 +21,16 @@ _ACCELERATING_SHARES = (0.5, 1.0)
 
 def simple_drives(cycle: Cycle, rows: list[Candidate]) -> Iterator[Checked]:
     """Checked in one go: where most of them fail, all cost little more than one."""
-    drives = [*_in_the_lane(cycle), *steering_out(cycle)]
+    yield from _checked([*_in_the_lane(cycle), *steering_out(cycle)], cycle, rows)
+
+
+def stop_in_lane(cycle: Cycle, rows: list[Candidate]) -> Iterator[Checked]:
+    """Braking ever harder to a stop, then holding speed."""
+    drives = [driven for driven in _in_the_lane(cycle) if driven.proposed.mode in (Mode.BRAKE, Mode.HOLD)]
+    yield from _checked(sorted(drives, key=lambda driven: driven.proposed.mode is Mode.HOLD), cycle, rows)
+
+
+def _checked(drives: Sequence[Driven], cycle: Cycle, rows: list[Candidate]) -> Iterator[Checked]:
     judged = verdicts([driven.trajectory for driven in drives], cycle)
     for driven, verdict in zip(drives, judged, strict=True):
         checked = Checked(driven=driven, verdict=verdict)

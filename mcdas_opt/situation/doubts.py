@@ -1,0 +1,240 @@
+"""Tracks that cannot all be true: what is doubted of them, and what is planned around instead.
+
+A doubt stops nothing. Whoever may be there is planned around: both of two in one place; who jumped, where it is said to be now and, for a
+while, where it was going; who is said to be within the host, beside it. The optimiser, the judge and the times to react see the same.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from operator import attrgetter
+
+import numpy as np
+
+from mcdas_opt.domain.doubt import Doubt, DoubtKind, SupposedTrack
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vehicle import Vehicle
+
+_SIGMAS = 3.0
+_OVERLAP_M = 0.5  # bodies that overlap by more, beyond their uncertainty, cannot both be there
+_JUMP_M, _JUMP_MPS = 3.0, 8.0  # farther from where it was going, within a cycle, no car gets
+_AGAINST_MPS, _AGAINST_SIGMAS = 2.0, 2.0  # who differ in speed by both move against one another
+_HARDEST_MPS2 = 12.0
+_FASTEST_MPS = 100.0
+_MEMORY_S = 1.0  # an older situation says nothing of this one
+_SUPPOSED_S = 0.5  # a body whose track has jumped away is planned around for so long
+_CLOCK_DIGITS = 4  # of a second: what is finer is rounding
+_BESIDE_M = 0.1  # from the host's body to one that was said to be within it
+_SURE = 0.99  # of a limit: below it rounding explains nothing
+_LEAST_SD_M = 0.1  # of an estimate, where one direction is weighed against another
+_SUPPOSED = "before its jump"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Believed:
+    """The situation to plan in, what is doubted of the one that was given, and who is supposed in the cycles to come."""
+
+    situation: Situation
+    doubts: tuple[Doubt, ...] = ()
+    supposed: tuple[SupposedTrack, ...] = ()
+
+
+def believed(
+    situation: Situation, before: Sequence[Track], elapsed_s: float, supposed: Sequence[SupposedTrack], vehicle: Vehicle
+) -> Believed:
+    """What to believe of a situation's tracks, given those `before`, so long ago, and who was supposed then; places of all are counted from
+    one origin. Of what is not doubted everything stays as it is.
+
+    - Faster than any car: it moves as before, or as the fastest car does.
+    - Jumped, in place or speed, since `before` (at most a second ago): it is where it is said to be, and may for a while still be where
+      it was going, unless another track is there now: then the two have swapped ids.
+    - Within the host: it is beside the host, in the direction in which its place is least wrong.
+    - In one place: they are all there. Of those that are equal in everything but their names one stays.
+    """
+    last = {track.id: track for track in before} if 0.0 < elapsed_s <= _MEMORY_S else {}
+    doubts: list[Doubt] = []
+    tracks = [_drivable(track, last.get(track.id), doubts) for track in situation.tracks]
+    still = _supposed(tracks, last, supposed, elapsed_s, doubts)
+    tracks = _without_duplicates(tracks, last, doubts)
+    doubts += _in_one_place(tracks, last)
+    tracks = [_beside(track, situation.host, vehicle, doubts) for track in tracks]
+    taken = {track.id for track in tracks}
+    still = [one for one in still if one.track.id not in taken and _depth_in_host(one.track, situation.host, vehicle) is None]
+    tracks += [one.track for one in still]
+    same = len(tracks) == len(situation.tracks) and all(map(operator.is_, tracks, situation.tracks))
+    return Believed(situation=situation if same else replace(situation, tracks=tuple(tracks)), doubts=tuple(doubts), supposed=tuple(still))
+
+
+def _drivable(track: Track, last: Track | None, doubts: list[Doubt]) -> Track:
+    """The track at a speed that a car can have."""
+    fastest = max(abs(track.speed_s_mps), abs(track.speed_d_mps))
+    if fastest <= _FASTEST_MPS:
+        return track
+    doubts.append(Doubt(kind=DoubtKind.TOO_FAST, tracks=(track.id,), value=fastest, unit="m/s"))
+    if last is not None and max(abs(last.speed_s_mps), abs(last.speed_d_mps)) <= _FASTEST_MPS:
+        return replace(track, speed_s_mps=last.speed_s_mps, speed_d_mps=last.speed_d_mps)
+    along, across = (min(max(speed, -_FASTEST_MPS), _FASTEST_MPS) for speed in (track.speed_s_mps, track.speed_d_mps))
+    return replace(track, speed_s_mps=along, speed_d_mps=across)
+
+
+def _supposed(
+    tracks: Sequence[Track], last: dict[str, Track], supposed: Sequence[SupposedTrack], elapsed_s: float, doubts: list[Doubt]
+) -> list[SupposedTrack]:
+    """Who may still be where it was going, though no track is there now."""
+    found = []
+    for one in supposed:
+        left_s, expected = round(one.left_s - elapsed_s, _CLOCK_DIGITS), _going_on(one.track, elapsed_s)
+        if 0.0 < elapsed_s <= _MEMORY_S and left_s > 0.0 and _who_is(expected, tracks, elapsed_s) is None:
+            found.append(SupposedTrack(track=expected, left_s=left_s))
+    swapped: set[tuple[str, ...]] = set()
+    for track, then in _changed(tracks, last, elapsed_s):
+        doubt = _jump(track, then, elapsed_s)
+        if doubt is None:
+            continue
+        expected = _going_on(then, elapsed_s)
+        other = _who_is(expected, tracks, elapsed_s)
+        if other is None:
+            doubts.append(doubt)
+            found.append(SupposedTrack(track=replace(expected, id=f"{track.id} {_SUPPOSED}"), left_s=_SUPPOSED_S))
+            continue
+        pair = tuple(sorted((track.id, other.id)))
+        if pair not in swapped:
+            swapped.add(pair)
+            apart = math.hypot(track.s_m - other.s_m, track.d_m - other.d_m)
+            doubts.append(Doubt(kind=DoubtKind.IDS_SWAPPED, tracks=pair, value=apart, unit="m"))
+    return list({one.track.id: one for one in found}.values())
+
+
+def _changed(tracks: Sequence[Track], last: dict[str, Track], elapsed_s: float) -> list[tuple[Track, Track]]:
+    """Tracks as they are and as they were, where place or speed has changed by what may be more than a car's can: all that `_jump` finds
+    something of are among them."""
+    known = [(track, last[track.id]) for track in tracks if track.id in last]
+    if not known:
+        return []
+    now, then = (np.array([(t.s_m, t.d_m, t.speed_s_mps, t.speed_d_mps) for t in each]) for each in zip(*known, strict=True))
+    off = np.abs(now[:, :2] - then[:, :2] - 0.5 * elapsed_s * (now[:, 2:] + then[:, 2:])) > _SURE * _JUMP_M
+    faster = np.abs(now[:, 2] - then[:, 2]) > _SURE * (_JUMP_MPS + _HARDEST_MPS2 * elapsed_s)
+    return [known[i] for i in np.flatnonzero(off.any(axis=-1) | faster).tolist()]
+
+
+def _going_on(track: Track, elapsed_s: float) -> Track:
+    return replace(track, s_m=track.s_m + elapsed_s * track.speed_s_mps, d_m=track.d_m + elapsed_s * track.speed_d_mps)
+
+
+def _who_is(expected: Track, tracks: Sequence[Track], elapsed_s: float) -> Track | None:
+    """The track that is where a body was expected, as fast as that."""
+    there = (track for track in tracks if _place_error(track, expected) is None and _speed_error(track, expected, elapsed_s) is None)
+    return next(there, None)
+
+
+def _jump(track: Track, last: Track, elapsed_s: float) -> Doubt | None:
+    along, across = (0.5 * (last.speed_s_mps + track.speed_s_mps), 0.5 * (last.speed_d_mps + track.speed_d_mps))
+    off = _place_error(track, _going_on(replace(last, speed_s_mps=along, speed_d_mps=across), elapsed_s))
+    if off is not None:
+        return Doubt(kind=DoubtKind.JUMPED, tracks=(track.id,), value=off, unit="m")
+    faster = _speed_error(track, last, elapsed_s)
+    return None if faster is None else Doubt(kind=DoubtKind.SPEED_JUMPED, tracks=(track.id,), value=faster, unit="m/s")
+
+
+def _place_error(track: Track, expected: Track) -> float | None:
+    """How far it is from where it was expected [m], where that is farther than a car gets."""
+    spreads = (_SIGMAS * math.sqrt(max(float(track.covariance[k, k] + expected.covariance[k, k]), 0.0)) for k in (0, 2))
+    along, across = abs(track.s_m - expected.s_m), abs(track.d_m - expected.d_m)
+    is_off = any(off > _JUMP_M + spread for off, spread in zip((along, across), spreads, strict=True))
+    return math.hypot(along, across) if is_off else None
+
+
+def _speed_error(track: Track, expected: Track, elapsed_s: float) -> float | None:
+    """By how much its speed has changed [m/s], where that is more than a car's can."""
+    faster = abs(track.speed_s_mps - expected.speed_s_mps)
+    spread = _SIGMAS * math.sqrt(max(float(track.covariance[1, 1] + expected.covariance[1, 1]), 0.0))
+    return faster if faster > _JUMP_MPS + _HARDEST_MPS2 * elapsed_s + spread else None
+
+
+def _in_one_place(tracks: Sequence[Track], last: dict[str, Track]) -> list[Doubt]:
+    """Groups of tracks whose bodies overlap by more than they can be mistaken. Two that were there before and clearly differ in speed are
+    no doubt: one car has run into the other."""
+    if len(tracks) < 2:
+        return []
+    places = np.array([(t.s_m, t.d_m, t.length_m, t.width_m) for t in tracks])
+    reach = 0.5 * (places[:, None, 2:] + places[None, :, 2:]) - np.abs(places[:, None, :2] - places[None, :, :2])
+    if not np.triu(reach.min(axis=-1) >= _OVERLAP_M, 1).any():
+        return []
+    variances = np.array([(t.covariance[0, 0], t.covariance[2, 2]) for t in tracks])
+    deep = np.asarray(reach - _SIGMAS * np.sqrt(np.maximum(variances[:, None] + variances[None], 0.0))).min(axis=-1)
+    together: dict[int, set[int]] = {}
+    depths: dict[int, float] = {}
+    for i, j in np.argwhere(np.triu(deep >= _OVERLAP_M, 1)).tolist():
+        one, other = tracks[i], tracks[j]
+        if one.id in last and other.id in last and _run_together(one, other):
+            continue
+        group = together.get(i, {i}) | together.get(j, {j})
+        depth = max(depths.get(i, 0.0), depths.get(j, 0.0), float(reach[i, j].min()))
+        for k in group:
+            together[k], depths[k] = group, depth
+    firsts = [k for k, group in together.items() if k == min(group)]
+    return [
+        Doubt(kind=DoubtKind.ONE_PLACE, tracks=tuple(tracks[j].id for j in sorted(together[k])), value=depths[k], unit="m")
+        for k in sorted(firsts)
+    ]
+
+
+def _run_together(one: Track, other: Track) -> bool:
+    """Whether the two clearly differ in speed."""
+    spread = math.sqrt(max(float(one.covariance[1, 1] + other.covariance[1, 1]), 0.0))
+    return abs(one.speed_s_mps - other.speed_s_mps) > max(_AGAINST_SIGMAS * spread, _AGAINST_MPS)
+
+
+def _without_duplicates(tracks: Sequence[Track], last: dict[str, Track], doubts: list[Doubt]) -> list[Track]:
+    """Of tracks that are equal in all that plans depend on one stays: the one that was known before, else the first."""
+    kept: dict[object, int] = {}
+    found: list[Track] = []
+    for track in tracks:
+        at = kept.setdefault((_what_plans_depend_on(track), track.covariance.tobytes()), len(found))
+        if at == len(found):
+            found.append(track)
+            continue
+        doubts.append(Doubt(kind=DoubtKind.DUPLICATE, tracks=(found[at].id, track.id), value=0.0, unit="m"))
+        if track.id in last and found[at].id not in last:
+            found[at] = track
+    return found
+
+
+def _beside(track: Track, host: HostState, vehicle: Vehicle, doubts: list[Doubt]) -> Track:
+    """The track, or, where its body overlaps the host's, the same beside the host: moved along or across the road, whichever its estimate
+    is less sure of. One that is deeper in the host than it can be mistaken, and still closes in, would have hit: it closes in no more.
+    """
+    depth = _depth_in_host(track, host, vehicle)
+    if depth is None:
+        return track
+    doubts.append(Doubt(kind=DoubtKind.WITHIN_HOST, tracks=(track.id,), value=min(depth), unit="m"))
+    along, across = (math.sqrt(max(float(track.covariance[k, k]), 0.0)) for k in (0, 2))
+    is_deep = min(depth[0] - _SIGMAS * along, depth[1] - _SIGMAS * across) >= _OVERLAP_M
+    ahead, aside = track.s_m - host.s_m, track.d_m - host.d_m
+    if aside != 0.0 and depth[1] / max(across, _LEAST_SD_M) <= depth[0] / max(along, _LEAST_SD_M):
+        out, sideways = math.copysign(1.0, aside), track.speed_d_mps
+        still = 0.0 if is_deep and sideways * out < 0.0 else sideways
+        return replace(track, d_m=track.d_m + out * (depth[1] + _BESIDE_M), speed_d_mps=still)
+    out, speed = 1.0 if ahead > 0.0 else -1.0, track.speed_s_mps
+    alike = host.speed_mps if is_deep and (speed - host.speed_mps) * out < 0.0 else speed
+    return replace(track, s_m=track.s_m + out * (depth[0] + _BESIDE_M), speed_s_mps=alike)
+
+
+def _depth_in_host(track: Track, host: HostState, vehicle: Vehicle) -> tuple[float, float] | None:
+    """How deep its body overlaps the host's along and across the road [m]; None where it does not."""
+    ahead, aside, longest = abs(track.s_m - host.s_m), abs(track.d_m - host.d_m), track.length_m + vehicle.length_m
+    if ahead > longest or aside > longest:
+        return None
+    c, s = abs(math.cos(host.heading_rad)), abs(math.sin(host.heading_rad))
+    along = 0.5 * (track.length_m + vehicle.length_m * c + vehicle.width_m * s) - ahead
+    across = 0.5 * (track.width_m + vehicle.length_m * s + vehicle.width_m * c) - aside
+    return (along, across) if along > 0.0 and across > 0.0 else None
+
+
+_NAMES = ("id", "age_s", "coasting", "covariance")  # of a track: no plan depends on the first three
+_what_plans_depend_on = attrgetter(*(each.name for each in fields(Track) if each.name not in _NAMES))

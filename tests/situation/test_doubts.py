@@ -1,0 +1,149 @@
+"""What cannot all be true is said and planned around; what merely goes wrong between others is not doubted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mcdas_opt.domain.doubt import Doubt, DoubtKind, SupposedTrack
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.situation.doubts import Believed, believed
+
+CAR = Vehicle()
+KNOWN = np.diag([0.01, 0.04, 0.01, 0.04])
+
+
+def car(name: str, s: float, speed: float, d: float = 0.0) -> Track:
+    return Track(id=name, s_m=s, d_m=d, speed_s_mps=speed, covariance=KNOWN)
+
+
+def seen(time_s: float, *tracks: Track) -> Situation:
+    return Situation(time_s=time_s, host=HostState(speed_mps=15.0, d_m=-3.7), tracks=tracks, road=Road(lanes_right=1))
+
+
+def after(situation: Situation, seconds: float) -> Situation:
+    """Everybody, but the host, at the same speed."""
+    moved = tuple(replace(track, s_m=track.s_m + track.speed_s_mps * seconds) for track in situation.tracks)
+    return replace(situation, time_s=situation.time_s + seconds, tracks=moved)
+
+
+def what(now: Situation, before: Situation | None = None, supposed: Sequence[SupposedTrack] = ()) -> Believed:
+    return believed(now, before.tracks if before else (), now.time_s - before.time_s if before else 0.0, supposed, CAR)
+
+
+def kinds(doubts: Sequence[Doubt]) -> list[tuple[DoubtKind, tuple[str, ...]]]:
+    return [(doubt.kind, doubt.tracks) for doubt in doubts]
+
+
+@given(front=st.floats(0.0, 20.0), faster=st.floats(2.5, 25.0), depth=st.floats(0.6, 4.4))
+def test_two_that_run_into_one_another_are_not_doubted(front: float, faster: float, depth: float) -> None:
+    """Whatever they overlap by; both were known a moment ago and have come here as they were going."""
+    now = seen(5.0, car("rear", 20.0 - 4.5 + depth, front + faster), car("front", 20.0, front))
+    found = what(now, after(now, -0.1))
+    assert found.doubts == ()
+    assert found.situation is now
+
+
+@given(front=st.floats(0.0, 20.0), faster=st.floats(-25.0, 25.0), depth=st.floats(1.2, 4.4))
+def test_one_that_is_new_in_anothers_place_is_doubted_and_both_stay(front: float, faster: float, depth: float) -> None:
+    """Nobody appears inside somebody; nor do two stay there that drive as one."""
+    now = seen(5.0, car("1", 20.0 - 4.5 + depth, front + faster), car("2", 20.0, front))
+    before = after(now, -0.1)
+    for earlier in (None, replace(before, tracks=before.tracks[:1]), after(now, -1.5)):  # the last too old to tell
+        found = what(now, earlier)
+        assert kinds(found.doubts) == [(DoubtKind.ONE_PLACE, ("1", "2"))]
+        assert found.situation is now
+    together = seen(5.0, car("1", 20.0 - 4.5 + depth, front + 0.4), car("2", 20.0, front))
+    assert kinds(what(together, after(together, -0.1)).doubts) == [(DoubtKind.ONE_PLACE, ("1", "2"))]
+
+
+def test_a_lorry_as_four_reflections_is_one_doubt() -> None:
+    found = what(seen(0.0, *(car(str(k), 30.0 + 3.5 * k, 20.0) for k in range(4)), car("far", 90.0, 20.0)))
+    assert kinds(found.doubts) == [(DoubtKind.ONE_PLACE, ("0", "1", "2", "3"))]
+    assert len(found.situation.tracks) == 5
+
+
+@given(jump=st.floats(5.0, 40.0))
+def test_who_jumps_is_where_it_is_and_for_a_while_where_it_was_going(jump: float) -> None:
+    now = seen(5.0, car("a", 60.0, 10.0))
+    before = replace(after(now, -0.1), tracks=(car("a", 59.0 - jump, 10.0),))
+    found = what(now, before)
+    assert kinds(found.doubts) == [(DoubtKind.JUMPED, ("a",))]
+    assert [track.s_m for track in found.situation.tracks] == pytest.approx([60.0, 60.0 - jump])
+    then, supposed, count = now, found.supposed, 0
+    while supposed:
+        later = after(then, 0.1)
+        again = what(later, then, supposed)
+        assert again.doubts == ()
+        then, supposed, count = later, again.supposed, count + 1
+    assert count == 5
+
+
+@given(gap=st.floats(8.0, 60.0), faster=st.floats(-6.0, 6.0))
+def test_swapped_ids_are_the_same_cars(gap: float, faster: float) -> None:
+    before = seen(5.0, car("a", 20.0, 10.0), car("b", 20.0 + gap, 10.0 + faster))
+    one, two = after(before, 0.1).tracks
+    now = replace(after(before, 0.1), tracks=(replace(one, id="b"), replace(two, id="a")))
+    found = what(now, before)
+    assert kinds(found.doubts) == [(DoubtKind.IDS_SWAPPED, ("a", "b"))]
+    assert found.supposed == ()
+    assert found.situation is now
+
+
+def test_a_jump_of_speed_leaves_both_speeds() -> None:
+    now = seen(5.0, car("a", 60.0, 10.0))
+    found = what(now, replace(after(now, -0.1), tracks=(car("a", 58.0, 30.0),)))
+    assert kinds(found.doubts) == [(DoubtKind.SPEED_JUMPED, ("a",))]
+    assert sorted(track.speed_s_mps for track in found.situation.tracks) == [10.0, 30.0]
+
+
+def test_nobody_is_faster_than_a_car() -> None:
+    now = seen(5.0, car("a", 60.0, 900.0))
+    (track,) = what(now).situation.tracks
+    assert (track.speed_s_mps, track.s_m) == (100.0, 60.0)
+    found = what(now, replace(after(now, -0.1), tracks=(car("a", 58.5, 12.0),)))
+    assert kinds(found.doubts) == [(DoubtKind.TOO_FAST, ("a",))]
+    assert [track.speed_s_mps for track in found.situation.tracks] == [12.0]
+
+
+def test_of_equal_tracks_the_one_that_was_known_stays() -> None:
+    one = car("z", 40.0, 10.0)
+    now = seen(5.0, replace(one, id="a"), one)
+    assert [track.id for track in what(now).situation.tracks] == ["a"]
+    assert [track.id for track in what(now, after(seen(5.0, one), -0.1)).situation.tracks] == ["z"]
+    assert kinds(what(now).doubts) == [(DoubtKind.DUPLICATE, ("a", "z"))]
+
+
+@given(
+    s=st.floats(-4.4, 4.4), d=st.floats(-1.7, 1.7), speed=st.floats(0.0, 40.0), across=st.floats(-2.0, 2.0), sd=st.floats(0.0, 1.0),
+    heading=st.floats(-0.3, 0.3),
+)  # fmt: skip
+def test_who_is_within_the_host_is_beside_it(s: float, d: float, speed: float, across: float, sd: float, heading: float) -> None:
+    """No body overlaps the host's; the other direction is as it was; whoever is deep in the host closes in no more."""
+    host = HostState(speed_mps=15.0, d_m=-3.7, heading_rad=heading)
+    track = Track(id="in", s_m=s, d_m=d - 3.7, speed_s_mps=speed, speed_d_mps=across, covariance=np.diag([sd, 0.1, sd, 0.1]) ** 2)
+    found = what(replace(seen(0.0, track), host=host))
+    (moved,) = found.situation.tracks
+    assert kinds(found.doubts) == [(DoubtKind.WITHIN_HOST, ("in",))]
+    assert (moved.s_m == s) is not (moved.d_m == d - 3.7)
+    assert abs(moved.s_m) > 4.5 or abs(moved.d_m + 3.7) > 1.8
+    if sd == 0.0 and abs(s) < 3.9 and abs(d) < 1.2:
+        away = (moved.speed_s_mps - 15.0) * moved.s_m if moved.s_m != s else moved.speed_d_mps * (moved.d_m + 3.7)
+        assert away >= 0.0
+
+
+def test_mirrored_tracks_are_believed_mirrored() -> None:
+    for s, d in ((0.3, 0.5), (-3.0, 0.0), (0.0, 0.0), (2.0, -1.6)):
+        sides = [
+            what(replace(seen(0.0, car("in", s, 14.0, sign * d)), host=HostState(speed_mps=15.0))).situation.tracks[0] for sign in (1, -1)
+        ]
+        assert (sides[0].s_m, sides[0].d_m) == (sides[1].s_m, -sides[1].d_m)
