@@ -24,6 +24,7 @@ from mcdas_opt.simulation.neighbours import Traffic
 from mcdas_opt.simulation.perception import Perception
 from mcdas_opt.simulation.plant import PlantFactory, PlantName
 from mcdas_opt.simulation.record import Outcome, Simulation
+from mcdas_opt.simulation.sensor_faults import SensorFaults
 
 if TYPE_CHECKING:
     from mcdas_opt.planning.method import Method, PlannerName
@@ -37,6 +38,7 @@ def simulate(
     settings: Settings | None = None,
     controller: Controller | None = None,
     progress: Callable[[int, int], None] | None = None,
+    faults: SensorFaults | None = None,
 ) -> Simulation:
     """Drives a planner through a scene (or the shipped one of that name, or a path), and returns the drive with its figures.
 
@@ -45,6 +47,7 @@ def simulate(
     builds one (`simulation.plant.Plant`). The planner gets the plant's true state; of a dynamic vehicle it gets the no-slip state that
     moves alike. Friction is what the scene assumes until `GripMonitor` finds less.
     The default controller is the plant's: `default_controller`.
+    `faults` is what the sensors and the host's own measurements do wrong beyond their noise (`simulation.sensor_faults`).
     `progress` is told after every turn how many are done, and of how many.
     Without its `cycle_ms` the result repeats to the byte for the same scene and seed (default the scene's). Raises `InputError` or
     `ParameterError` for a planner, plant or sensor that is not known; `PlantError`, with the drive up to there, for a plant that raises,
@@ -54,6 +57,7 @@ def simulate(
         scene = load_scene(scene)
     require_type("scene", scene, Scene)
     require_type_if_given("settings", settings, Settings)
+    require_type_if_given("faults", faults, SensorFaults)
     settings = settings or Settings()
     seed = scene.seed if seed is None else whole("seed", seed)
     not_a_class("planner", planner)
@@ -63,7 +67,7 @@ def simulate(
     turned = driver.takes_zero_sideslip_point
     tracking = controller or default_controller(scene.vehicle, slips=car.slips, turned=turned, grip=monitor)
     aware = GripAwareController(tracking, monitor)
-    perception = Perception(scene, seed, driver.tracker)
+    perception = Perception(scene, seed, driver.tracker, faults)
     perception.warm_up(scene, traffic, car.state)
     drive = Drive(scene=scene, traffic=traffic, car=car, monitor=monitor)
     turns = _turns(scene.duration_s, settings.cycle_s)
@@ -72,9 +76,10 @@ def simulate(
         road = _believed(scene.assumed_road, monitor)
         point = car.zero_sideslip_point_m if turned else 0.0
         driver.set_zero_sideslip_point(point)
+        state = car.without_slip(road, point)
         plan = driver.step(
             perception.arrived(now),
-            car.without_slip(road, point),
+            state if faults is None else faults.told(state, scene.vehicle.wheelbase_m),
             now,
             road=road,
             desired_speed_mps=scene.desired_speed_mps,

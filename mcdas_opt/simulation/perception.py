@@ -14,6 +14,7 @@ from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.simulation.driver import ScanReceiver
 from mcdas_opt.simulation.idm import STEP_S, step_times
 from mcdas_opt.simulation.neighbours import Traffic, host_before
+from mcdas_opt.simulation.sensor_faults import SensorFaults
 from mcdas_opt.simulation.sensors import SensorSuite
 
 _ROUNDING_S = 1e-9
@@ -27,10 +28,11 @@ class Perception:
     the planner's step.
     """
 
-    def __init__(self, scene: Scene, seed: int, tracker: ScanReceiver | None) -> None:
+    def __init__(self, scene: Scene, seed: int, tracker: ScanReceiver | None, faults: SensorFaults | None = None) -> None:
         beside = Path(scene.file).parent
-        self._suite = SensorSuite(scene.sensors, scene.vehicle, scene.true_road, seed, beside)
+        self._suite = SensorSuite(scene.sensors, scene.vehicle, scene.true_road, seed, beside, faults)
         self._road, self._wheelbase_m = scene.assumed_road, scene.vehicle.wheelbase_m
+        self._faults = faults
         self._latency_s = scene.sensors.latency_s
         self._tracker = tracker
         self._pending: deque[tuple[Scan, HostState]] = deque()
@@ -66,4 +68,5 @@ class Perception:
 
     def _measured(self, host: HostState) -> HostState:
         """The host's pose then, with the steering of the no-slip bicycle that turned as fast."""
-        return replace(host.without_slip(self._wheelbase_m), heading_rad=host.heading_rad)
+        measured = replace(host.without_slip(self._wheelbase_m), heading_rad=host.heading_rad)
+        return measured if self._faults is None else self._faults.told(measured, self._wheelbase_m)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -19,6 +19,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.sensor import Sensor
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.simulation.sensor_faults import SectorFaults, SensorFaults
 from mcdas_opt.simulation.sight import View
 
 IDEAL_PERIOD_S = 0.05
@@ -82,8 +83,18 @@ class SensorSuite:
     the host does changes the noise.
     """
 
-    def __init__(self, sensors: SectorSensors, vehicle: Vehicle, road: Road, seed: int, beside: Path | None = None) -> None:
+    def __init__(
+        self,
+        sensors: SectorSensors,
+        vehicle: Vehicle,
+        road: Road,
+        seed: int,
+        beside: Path | None = None,
+        faults: SensorFaults | None = None,
+    ) -> None:
         """`beside` is the folder in which sensor files are also sought. Raises `InputError` for an unknown sensor."""
+        self._faults = faults
+        self._at_fault = {} if faults is None else {sector: SectorFaults(faults, sector, seed) for sector in Sector}
         self._vehicle = vehicle
         self._road = road
         streams = np.random.SeedSequence(seed).spawn(len(Sector))
@@ -104,18 +115,22 @@ class SensorSuite:
         if not due:
             return ()
         view = View(host, bodies, self._vehicle, self._road)
-        return tuple(self._scan(post, t, view) for post in due)
+        return tuple(scan for scan in (self._scan(post, t, view) for post in due) if scan is not None)
 
-    def _scan(self, post: _Post, t: float, view: View) -> Scan:
+    def _scan(self, post: _Post, t: float, view: View) -> Scan | None:
         place, bodies = post.place, view.bodies
         if post.radar is None:
             seen_bodies = ideal_detections(post.sector, view.host, bodies, self._vehicle)
-            return Scan(sensor=post.name, sector=post.sector, t_s=t, mounting=place, period_s=post.period_s, bodies=seen_bodies)
+            said = Scan(sensor=post.name, sector=post.sector, t_s=t, mounting=place, period_s=post.period_s, bodies=seen_bodies)
+            return said if self._faults is None else self._at_fault[post.sector].of(said, (), None)
         normal = post.random.standard_normal((len(bodies), 3))
         luck = post.random.random(len(bodies))
         seen = view.detections(post.radar, place)
-        noisy = tuple(_with_noise(echo, normal[i]) for i, echo in seen if luck[i] < post.radar.detection_probability)
-        return Scan(
+        shown = [(i, _with_noise(echo, normal[i])) for i, echo in seen if luck[i] < post.radar.detection_probability]
+        if self._faults is not None and self._faults.reflections > 1:
+            shown += [one for i, _ in shown for one in self._more_reflections(i, post, view)]
+        noisy = tuple(point for _, point in shown)
+        scan = Scan(
             sensor=post.name,
             sector=post.sector,
             t_s=t,
@@ -124,6 +139,19 @@ class SensorSuite:
             radar=noisy,
             blind=post.radar.blind,
         )
+        if self._faults is None:
+            return scan
+        first: dict[int, str] = {}
+        names = tuple(first.setdefault(i, bodies[i].name) if i not in first else f"{bodies[i].name} {k}" for k, (i, _) in enumerate(shown))
+        return self._at_fault[post.sector].of(scan, names, post.radar)
+
+    def _more_reflections(self, i: int, post: _Post, view: View) -> Iterator[tuple[int, RadarDetection]]:
+        """Of a body that is seen: further points along it."""
+        assert self._faults is not None
+        assert post.radar is not None
+        count = self._faults.reflections - 1
+        for share in (np.arange(count) + 1.0) / count:
+            yield i, view.reflection(i, float(share), post.radar, post.place)
 
 
 def ideal_detections(sector: Sector, host: HostState, bodies: Sequence[Body], vehicle: Vehicle) -> tuple[BodyDetection, ...]:

@@ -78,6 +78,30 @@ class View:
             seen.append((i, point))
         return seen
 
+    def reflection(self, i: int, share: float, radar: Sensor, place: Mounting) -> RadarDetection:
+        """A noise-free point of body i on its long axis: share 0 is the end that is nearer to the sensor, 1 the other end."""
+        body, (bx, by, angle) = self.bodies[i], self._poses[self._near.index(i)]
+        x, y, yaw = self._host_pose
+        c, s = math.cos(yaw), math.sin(yaw)
+        eye = (x + place.x_m * c - place.y_m * s, y + place.x_m * s + place.y_m * c)
+        axis = math.cos(angle), math.sin(angle)
+        near = 1.0 if (eye[0] - bx) * axis[0] + (eye[1] - by) * axis[1] > 0.0 else -1.0
+        along = near * (0.5 - share) * body.length_m
+        ahead, aside = bx + along * axis[0] - eye[0], by + along * axis[1] - eye[1]
+        slip, yaw_rate = self.host.turning(self._vehicle.wheelbase_m)
+        no_slip = sensor_velocity(self.host.speed_mps, yaw_rate, yaw, self._vehicle.centre_m + place.x_m, place.y_m, math)
+        own = no_slip[0] - slip * s, no_slip[1] + slip * c
+        bearing, distance = math.atan2(aside, ahead), math.hypot(ahead, aside)
+        closing = (body.speed_mps * axis[0] - own[0]) * math.cos(bearing) + (body.speed_mps * axis[1] - own[1]) * math.sin(bearing)
+        return RadarDetection(
+            range_m=distance,
+            azimuth_rad=math.remainder(bearing - yaw - place.yaw_rad, 2.0 * math.pi),
+            range_rate_mps=closing,
+            range_sd_m=radar.range_sd_m,
+            azimuth_sd_rad=radar.azimuth_sd_rad,
+            range_rate_sd_mps=radar.range_rate_sd_mps,
+        )
+
     def _hidden(self, k: int, eye: tuple[float, float], point: tuple[float, float]) -> bool:
         """Whether another body than the k-th near one cuts the line from the eye to the point."""
         if len(self._near) < 2:
