@@ -26,6 +26,10 @@ TENTATIVE_S = 0.35  # a tentative track dies without a hit for this long
 COAST_S = 1.0  # and a confirmed one for this long
 BLIND_S = 5.0  # or this long, while it is too near to its sensor to be seen and does not stand
 COASTING_PERIODS = 1.5  # without a hit for so many scan periods a track counts as coasting
+LONGEST_VEHICLE_M = 18.75  # an articulated lorry, as European directive 96/53/EC allows it
+REFLECTION_GAP_M = 5.0  # reflections of one vehicle are no farther apart along it
+LONGER_M = 1.0  # than assumed, at least: less is noise
+SHOWN, SHOWN_OF = 3, 10  # a length counts that so many of so many scans have shown
 _STANDING_MPS = 0.5
 _ANYWHERE_M = 100.0  # sd of the position before the first detection: as good as unknown
 
@@ -43,6 +47,9 @@ class TrackLife:
         self._hidden_s = self._stood_s = -np.inf
         self._period_s = 0.0
         self.size = size
+        self._shown_m: deque[float] = deque(maxlen=SHOWN_OF)
+        self._beyond = 1.0  # +1: the far end is ahead of the near one
+        self.length_m = size[0]  # learnt where its reflections show it, else as assumed
         self.name: str | None = None
         self.number = 0  # given when the update that began it ends
         self.confirmed = False
@@ -98,9 +105,31 @@ class TrackLife:
     def _is_quiet(self, now: float) -> bool:
         return bool(now - self._arrival_s > COASTING_PERIODS * self._period_s + 1e-9)
 
+    def goes_on(self, place: tuple[float, float], host_s_m: float, time_s: float) -> bool:
+        """Whether a point that reads as a body at `place` may be a farther reflection of this one: along it, beyond its near end."""
+        s, d = self.place(time_s)
+        if self.name is not None or abs(place[1] - d) > 0.5 * self.size[1]:
+            return False
+        farther = (place[0] - s) * (1.0 if s > host_s_m else -1.0)
+        known = max(self.length_m, self._shown_m[-1] if self._shown_m else 0.0)
+        return self.size[0] <= farther <= min(known + REFLECTION_GAP_M, LONGEST_VEHICLE_M)
+
+    def show(self, place: tuple[float, float], host_s_m: float, time_s: float, *, again: bool) -> None:
+        """A scan has shown such a reflection (`again`: and a nearer one before). The length is what several scans have shown."""
+        s, _ = self.place(time_s)
+        if abs(place[0] - s) < self.size[0] + LONGER_M:
+            return
+        self._beyond = 1.0 if s > host_s_m else -1.0
+        if again and self._shown_m:
+            self._shown_m.pop()
+        self._shown_m.append(abs(place[0] - s))
+        if len(self._shown_m) >= SHOWN:
+            self.length_m = max(self.length_m, sorted(self._shown_m)[-SHOWN])
+
     def know(self, body: BodyDetection) -> None:
         """An ideal sensor has told name and size: the track is confirmed."""
         self.name, self.size, self.confirmed = body.name, (body.length_m, body.width_m), True
+        self.length_m = body.length_m
 
     def miss(self, scan: Scan) -> None:
         """A scan that does not show this target counts against it if its sensor has seen it before."""
@@ -134,7 +163,7 @@ class TrackLife:
     def track(self, now: float) -> Track:
         state, P = self._filter.at(now)
         s, vs, d, vd = state.tolist()
-        length, width = self.size
+        s += 0.5 * self._beyond * (self.length_m - self.size[0])  # the near end is where it is seen
         acceleration, its_sd = self._acceleration.at(now)
         return Track(
             id=str(self.number),
@@ -143,8 +172,8 @@ class TrackLife:
             speed_s_mps=vs,
             speed_d_mps=vd,
             covariance=P,
-            length_m=length,
-            width_m=width,
+            length_m=self.length_m,
+            width_m=self.size[1],
             age_s=max(now - self._born_s, 0.0),
             coasting=self._is_quiet(now),
             acceleration_s_mps2=acceleration,

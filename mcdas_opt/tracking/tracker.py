@@ -29,6 +29,7 @@ from mcdas_opt.tracking.track_life import TrackLife
 Size = tuple[float, float]
 REFLECTIONS = ("face", "centre")
 BODY_GATE_M = 5.0  # a body of known name may be off its track by this much
+ALIKE_MPS = 1.0  # reflections of one body differ less in range rate
 BODY_POSITION_SD_M = BODY_SPEED_SD_MPS = 1e-3  # of an ideal sensor
 
 
@@ -184,6 +185,7 @@ class Tracker:
         left = [j for j, fix in enumerate(read(self._body)) if fix is not None]
         self.counters["implausible"] += len(points) - len(left)
         fitted: set[int] = set()
+        rates: dict[TrackLife, float] = {}  # range rate of the point that each life was hit by
         for confirmed in (True, False):
             lives = [life for life in self._lives if life.confirmed is confirmed and life not in look.hit]
             rows = [[read(life.size)[j] for j in left] for life in lives]
@@ -194,15 +196,30 @@ class Tracker:
                 fix = rows[i][j]
                 assert fix is not None
                 self._hit(lives[i], fix, look)
+                rates[lives[i]] = points[left[j]].range_rate_mps
             taken = {left[j] for _, j in pairs}
             left = [j for j in left if j not in taken]
         self.counters["gated"] += sum(j not in fitted for j in left) if self._lives else 0
-        for j in left:
+        grown: set[TrackLife] = set()
+        for j in sorted(left, key=lambda j: points[j].range_m):
             fix = read(self._body)[j]
             assert fix is not None
             # a second point of a car that has just been seen is no other car
-            if not any(_overlap(life.place(time_s), life.size, fix.place, self._body, 1.0) for life in look.hit):
-                self._begin(fix, look)
+            if any(_overlap(life.place(time_s), life.size, fix.place, self._body, 1.0) for life in look.hit):
+                continue
+            owner = self._whose(fix.place, points[j].range_rate_mps, rates, look)
+            if owner is not None:
+                owner.show(fix.place, look.host.s_m, time_s, again=owner in grown)
+                grown.add(owner)
+            else:
+                rates[self._begin(fix, look)] = points[j].range_rate_mps
+
+    def _whose(self, place: tuple[float, float], rate_mps: float, rates: dict[TrackLife, float], look: _Look) -> TrackLife | None:
+        """The body of this scan that a point is a farther reflection of: along it, and as fast."""
+        for life, its_mps in rates.items():
+            if abs(rate_mps - its_mps) < ALIKE_MPS and life.goes_on(place, look.host.s_m, look.scan.t_s):
+                return life
+        return None
 
     def _hides(self, life: TrackLife, look: _Look) -> bool:
         """Whether this target is too near for the scan to see it. If so, its track takes that in."""
