@@ -27,19 +27,17 @@ import json
 import math
 import multiprocessing
 import os
-import re
 import subprocess
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 import mcdas_opt
+from benchmarks import law_changes
+from benchmarks.law_answers import Answer, Kept, apart_m, decision, first_difference, put_back, raised, told
+from benchmarks.law_changes import clock_s, other_names
 from benchmarks.random_traffic import KINDS, Episode, ask, episode, episodes
 from mcdas_opt import Planner
 from mcdas_opt.domain.plan import Plan
@@ -48,22 +46,9 @@ from mcdas_opt.planning.mpc import MpcMethod
 
 STATES_M = 1e-6
 COLD_M = 2e-2  # two solves, each settled to within a last step of 1 cm along the road
-CLOCKS_S = (1e3, 1.7e9, 1e6)
-SHIFTS_M = (1.0, 100.0, 9_900.0, 12_000.0, 1e5, 1e6)
-JITTER_S = 1e-6
 _FAST_MPS = 36.0
 
-Answer = dict[str, Any]
 Moment = tuple[Situation, Answer]
-
-
-class Kept(IntEnum):
-    """How much of an answer stayed the same, least first."""
-
-    NOTHING = 0  # another decision, or an exception
-    DECISION = 1
-    STATES = 2  # the decision, and the states to the law's tolerance
-    BITS = 3  # the whole document
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,103 +67,15 @@ class Law:
     single: bool = True  # whether it says something of a single situation
 
 
-# --- what is changed -------------------------------------------------------------------------------------------------------------------
-
-
-def _permuted(one: Episode, situations: Sequence[Situation]) -> list[Situation]:
-    r = np.random.default_rng(one.number)
-    return [replace(each, tracks=tuple(each.tracks[i] for i in r.permutation(len(each.tracks)))) for each in situations]
-
-
-def _other_names(one: Episode, situations: Sequence[Situation]) -> dict[str, str]:
-    """A bijection of all ids of the sequence onto others, in random order."""
-    ids = sorted({track.id for each in situations for track in each.tracks})
-    order = np.random.default_rng(one.number).permutation(len(ids))
-    return {name: f"x{place:03d}{'yz'[place % 2]}" for name, place in zip(ids, order.tolist(), strict=True)}
-
-
-def _renamed(one: Episode, situations: Sequence[Situation]) -> list[Situation]:
-    names = _other_names(one, situations)
-    return [replace(each, tracks=tuple(replace(track, id=names[track.id]) for track in each.tracks)) for each in situations]
-
-
-def _clock_s(one: Episode) -> float:
-    return CLOCKS_S[one.number // 2 % len(CLOCKS_S)]
-
-
-def _later(one: Episode, situations: Sequence[Situation]) -> list[Situation]:
-    return [replace(each, time_s=each.time_s + _clock_s(one)) for each in situations]
-
-
-def shift_m(one: Episode) -> float:
-    """How far law 'moved' moves this one."""
-    return SHIFTS_M[one.number // 2 % len(SHIFTS_M)]
-
-
-def moved(situation: Situation, by_m: float) -> Situation:
-    """The whole scene farther along the road."""
-    road = situation.road
-    return replace(
-        situation,
-        host=replace(situation.host, s_m=situation.host.s_m + by_m),
-        tracks=tuple(replace(track, s_m=track.s_m + by_m) for track in situation.tracks),
-        road=replace(
-            road,
-            curvature=tuple((s + by_m, kappa) for s, kappa in road.curvature),
-            road_end_s_m=None if road.road_end_s_m is None else road.road_end_s_m + by_m,
-        ),
-    )
-
-
-def snapped(situation: Situation) -> Situation:
-    """Every place along the road to 2^-20 m, so that the scene is moved without rounding: of a solve that is cut short, or hangs on a
-    limit, rounding alone makes another answer, wherever s = 0 lies."""
-
-    def snap(s_m: float) -> float:
-        return round(s_m * 2**20) / 2**20
-
-    road = situation.road
-    return replace(
-        situation,
-        host=replace(situation.host, s_m=snap(situation.host.s_m)),
-        tracks=tuple(replace(track, s_m=snap(track.s_m)) for track in situation.tracks),
-        road=replace(
-            road,
-            curvature=tuple((snap(s), kappa) for s, kappa in road.curvature),
-            road_end_s_m=None if road.road_end_s_m is None else snap(road.road_end_s_m),
-        ),
-    )
-
-
-def _farther(one: Episode, situations: Sequence[Situation]) -> list[Situation]:
-    return [moved(each, shift_m(one)) for each in situations]
-
-
-def _nearer(one: Episode, answer: Answer) -> Answer:
-    drive = answer["trajectory"]
-    return answer | {"trajectory": drive | {"s_m": [s - shift_m(one) for s in drive["s_m"]]}}
-
-
-def _jittered(one: Episode, situations: Sequence[Situation]) -> list[Situation]:
-    """The second cycle early, every later one early or late."""
-    r = np.random.default_rng(one.number)
-    off = np.concatenate([[0.0, -1.0], r.uniform(-1.0, 1.0, len(situations))])[: len(situations)]
-    return [replace(each, time_s=each.time_s + JITTER_S * by) for each, by in zip(situations, off.tolist(), strict=True)]
-
-
-def _earlier(one: Episode, answer: Answer) -> Answer:
-    return answer | {"time_s": round(answer["time_s"] - _clock_s(one), 1)}
-
-
 LAWS = {
     law.name: law
     for law in (
-        Law(name="permuted", least=Kept.BITS, change=_permuted),
-        Law(name="renamed", least=Kept.BITS, change=_renamed),
-        Law(name="clock", least=Kept.STATES, change=_later, back=_earlier),
-        Law(name="moved", least=Kept.STATES, change=_farther, back=_nearer, prepare=snapped),
+        Law(name="permuted", least=Kept.BITS, change=law_changes.permuted),
+        Law(name="renamed", least=Kept.BITS, change=law_changes.renamed),
+        Law(name="clock", least=Kept.STATES, change=law_changes.later, back=law_changes.earlier),
+        Law(name="moved", least=Kept.STATES, change=law_changes.farther, back=law_changes.nearer, prepare=law_changes.snapped),
         Law(name="cold", least=Kept.STATES, states_m=COLD_M, single=False),
-        Law(name="jitter", least=Kept.DECISION, change=_jittered, single=False),
+        Law(name="jitter", least=Kept.DECISION, change=law_changes.jittered, single=False),
         Law(name="again", least=Kept.BITS),
         Law(name="forms", least=Kept.STATES),
     )
@@ -190,13 +87,6 @@ QUICK = tuple(name for name in LAWS if name != "forms")
 # --- asking ----------------------------------------------------------------------------------------------------------------------------
 
 
-def told(plan: Plan) -> Answer:
-    """The plan's document, without what was timed."""
-    document = plan.to_dict()
-    del document["timing_ms"]
-    return document
-
-
 def usual(one: Episode) -> list[Moment]:
     """What a new planner is asked and answers, cycle by cycle; an exception ends it, as the answer."""
     planner, asked = _Noting(_planner(one)), []
@@ -204,7 +94,7 @@ def usual(one: Episode) -> list[Moment]:
         for _ in ask(one, planner):
             pass
     except Exception as error:
-        asked.append((planner.asked[-1], _raised(error)))
+        asked.append((planner.asked[-1], raised(error)))
     return [*zip(planner.asked, planner.answers, strict=False), *asked]
 
 
@@ -237,7 +127,7 @@ def changed(one: Episode, law: Law, asked: Sequence[Situation]) -> list[Answer]:
         try:
             answers.append(law.back(one, told(planner.plan(situation))))
         except Exception as error:
-            answers.append(_raised(error))
+            answers.append(raised(error))
             break
     return answers
 
@@ -260,25 +150,7 @@ def _planner(one: Episode) -> Planner:
     return Planner(vehicle=one.vehicle, method=one.method)
 
 
-def _raised(error: Exception) -> Answer:
-    return {"raised": f"{type(error).__name__}: {error}"[:200]}
-
-
 # --- comparing -------------------------------------------------------------------------------------------------------------------------
-
-
-def decision(answer: Answer) -> Answer:
-    """What was decided, without a number."""
-    if "raised" in answer:
-        return answer
-    end = answer["safe_end"]
-    ways = answer.get("escapes") or {}
-    return {
-        **{name: answer[name] for name in ("planner", "status", "mode", "side", "chosen", "alert", "warning", "literal_mode")},
-        "passed": answer["verdict"]["passed"],
-        "safe end": None if end is None else end["kind"],
-        "open": {name: way["open"] for name, way in ways.items() if isinstance(way, dict)},
-    }
 
 
 def kept(law: Law, one: Episode, before: Answer, after: Answer, names: dict[str, str] | None = None) -> tuple[Kept, str]:
@@ -295,7 +167,7 @@ def kept(law: Law, one: Episode, before: Answer, after: Answer, names: dict[str,
     apart = apart_m(before, after)
     slack = law.states_m
     if law.name == "clock":  # what a fast car drives while that clock stands still
-        slack += _FAST_MPS * math.ulp(_clock_s(one))
+        slack += _FAST_MPS * math.ulp(clock_s(one))
     if law.name == "forms" and not (before["converged"] and after["converged"]):
         slack = math.inf  # a solve that was cut short has not settled: its last digits are those of its roundings
     if law.name == "cold" and before["status"] != "planned":
@@ -307,42 +179,13 @@ def kept(law: Law, one: Episode, before: Answer, after: Answer, names: dict[str,
     return Kept.BITS, ""
 
 
-def first_difference(before: Any, after: Any, where: str = "") -> str:
-    """The key at which two documents first differ, and both values."""
-    if isinstance(before, dict) and isinstance(after, dict):
-        pairs = [(f"{where}.{key}", before.get(key), after.get(key)) for key in dict.fromkeys([*before, *after])]
-    elif isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
-        pairs = [(f"{where}[{k}]", *both) for k, both in enumerate(zip(before, after, strict=True))]
-    else:
-        return f"{where.removeprefix('.')}: {before} | {after}"
-    return next(first_difference(ours, theirs, at) for at, ours, theirs in pairs if ours != theirs)
-
-
-def apart_m(before: Answer, after: Answer) -> float:
-    """Largest distance between samples of the two drives [m]; where the sampling differs, at the first drive's times."""
-    ours, theirs = ({name: np.array(answer["trajectory"][name]) for name in ("t_s", "s_m", "d_m")} for answer in (before, after))
-    if len(ours["t_s"]) == len(theirs["t_s"]):
-        return float(max(np.abs(ours[name] - theirs[name]).max() for name in ("s_m", "d_m")))
-    if abs(ours["t_s"][-1] - theirs["t_s"][-1]) > 1e-3:
-        return math.inf
-    return float(max(np.abs(ours[name] - np.interp(ours["t_s"], theirs["t_s"], theirs[name])).max() for name in ("s_m", "d_m")))
-
-
-def put_back(answer: Answer, names: dict[str, str]) -> Answer:
-    """The document with the old names in its texts."""
-    old = {new: name for name, new in names.items()}
-    text = re.sub(r"x\d{3}[yz]", lambda found: old.get(found.group(), found.group()), json.dumps(answer))
-    back: Answer = json.loads(text)
-    return back
-
-
 def examine(one: Episode, law: Law, moments: Sequence[Moment]) -> tuple[Kept, str]:
     """Over all cycles, the least that stayed the same, with the first cycle in which it was so little."""
     asked, answers = [situation for situation, _ in moments], [answer for _, answer in moments]
     if law.prepare is not None:
         asked = [law.prepare(situation) for situation in asked]
         answers = changed(one, _AS_IT_IS, asked)
-    names = _other_names(one, asked) if law.name == "renamed" else None
+    names = other_names(one, asked) if law.name == "renamed" else None
     least, words = Kept.BITS, ""
     for cycle, (before, after) in enumerate(zip(answers, changed(one, law, asked), strict=False)):
         now, said = kept(law, one, json.loads(json.dumps(before)), json.loads(json.dumps(after)), names)
@@ -380,7 +223,7 @@ def _replayed(vehicle: str, method: str, situations: list[str]) -> list[Answer]:
         try:
             answers.append(told(planner.plan(Situation.from_json(text))))
         except Exception as error:
-            answers.append(_raised(error))
+            answers.append(raised(error))
             break
     return answers
 

@@ -12,7 +12,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks.laws import LAWS, QUICK, Kept, Moment, changed, examine, examine_forms, shift_m, usual
+from benchmarks.law_answers import Kept
+from benchmarks.law_changes import shift_m
+from benchmarks.laws import LAWS, QUICK, Moment, changed, examine, examine_forms, usual
 from benchmarks.random_traffic import KINDS, Episode, episode, episodes
 
 PLANS = int(os.environ.get("MCDAS_OPT_LAWS_PLANS", "40"))
