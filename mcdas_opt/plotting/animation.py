@@ -12,9 +12,9 @@ import numpy as np
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vocabulary import Status
-from mcdas_opt.errors import InputError
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.birdseye import BirdsEye, legend_handles
+from mcdas_opt.plotting.export import check_picture
 from mcdas_opt.plotting.moments import Moment, View, moment_at, moments, view_of
 from mcdas_opt.plotting.strips import StripChart, mark_times, strips_of
 from mcdas_opt.plotting.time_to_react_strip import TimeToReactStrip, has_escapes
@@ -34,18 +34,9 @@ _LAST_FRAME_MS = 2000
 _STRIP_IN = 1.35  # of height, for the times to react over the drive
 
 
-def check_suffix(path: Path) -> Path:
-    """`path`, if a picture can be written there. Raises `InputError` for a suffix other than .gif or .png, or a missing folder."""
-    if path.suffix.lower() not in SUFFIXES:
-        raise InputError(path, "", None, f"a picture must end in {' or '.join(SUFFIXES)}")
-    if not path.parent.is_dir():
-        raise InputError(path, "", None, "no such folder")
-    return path
-
-
 def save(simulation: Simulation, path: str | Path) -> Path:
     """Writes the drive as an animation (.gif) or a sheet of moments (.png). Raises `InputError` for another suffix."""
-    target = check_suffix(Path(path))
+    target = check_picture(Path(path), SUFFIXES)
     if target.suffix.lower() == ".png":
         return style.save_png(sheet(simulation), target, dpi=130)
     scenes = moments(simulation, at_most=MOST_FRAMES)

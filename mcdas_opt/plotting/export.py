@@ -35,68 +35,41 @@ def check_picture(path: Path, suffixes: tuple[str, ...] = MOVING) -> Path:
 
 def save_drive(simulation: Simulation, path: Path) -> Path:
     """A drive as an animation (.gif), a sheet of moments (.png) or a page that plays and scrubs (.html)."""
-    check_picture(path)
-    with whole_file(path) as file:
-        if path.suffix.lower() == ".html":
-            from mcdas_opt.plotting.player import save_drive as save_page
+    from mcdas_opt.plotting import animation, player
 
-            save_page(simulation, file)
-        else:
-            from mcdas_opt.plotting.animation import save
-
-            save(simulation, file)
+    with whole_file(check_picture(path)) as file:
+        (player.save_drive if _is_page(path) else animation.save)(simulation, file)
     return path
 
 
 def save_parking(case: ParkingCase, parking: Parking, path: Path) -> Path | None:
     """A manoeuvre as an animation (.gif), a sheet (.png) or a page (.html); None for a refusal, of which only a page shows anything."""
+    from mcdas_opt.plotting import parking as still
+    from mcdas_opt.plotting import player
+
     check_picture(path)
-    page = path.suffix.lower() == ".html"
-    if parking.trajectory is None and not page:
+    if parking.trajectory is None and not _is_page(path):
         return None
     with whole_file(path) as file:
-        if page:
-            from mcdas_opt.plotting.player import save_parking as save_page
-
-            save_page(case, parking, file)
-        else:
-            from mcdas_opt.plotting.parking import save
-
-            save(case, parking, file)
+        (player.save_parking if _is_page(path) else still.save)(case, parking, file)
     return path
 
 
 def save_follow(truth: ParkingCase, drive: ParkingDrive, path: Path) -> Path:
     """A manoeuvre that was driven, as an animation (.gif), a sheet (.png) or a page (.html)."""
-    check_picture(path)
-    with whole_file(path) as file:
-        if path.suffix.lower() == ".html":
-            from mcdas_opt.plotting.player import save_follow as save_page
+    from mcdas_opt.plotting import parking_follow, player
 
-            save_page(truth, drive, file)
-        else:
-            from mcdas_opt.plotting.parking_follow import save
-
-            save(truth, drive, file)
+    with whole_file(check_picture(path)) as file:
+        (player.save_follow if _is_page(path) else parking_follow.save)(truth, drive, file)
     return path
 
 
 def save_plan(situation: Situation, vehicle: Vehicle, plan: Plan, path: Path) -> Path:
     """A plan in its situation as a sheet (.png), an animation of what it means to do (.gif), or a page that looks ahead (.html)."""
-    check_picture(path)
-    with whole_file(path) as file:
-        if path.suffix.lower() == ".html":
-            from mcdas_opt.plotting.player import save_plan as save_page
+    from mcdas_opt.plotting import plan_sheet, player
 
-            save_page(situation, vehicle, plan, file)
-        else:
-            from mcdas_opt.plotting.plan_sheet import plan_sheet, save_frames
-            from mcdas_opt.plotting.style import save_png
-
-            if path.suffix.lower() == ".gif":
-                save_frames(situation, vehicle, plan, file)
-            else:
-                save_png(plan_sheet(situation, vehicle, plan), file)
+    with whole_file(check_picture(path)) as file:
+        (player.save_plan if _is_page(path) else plan_sheet.save)(situation, vehicle, plan, file)
     return path
 
 
@@ -146,3 +119,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             beside.unlink()
+
+
+def _is_page(path: Path) -> bool:
+    return path.suffix.lower() == ".html"

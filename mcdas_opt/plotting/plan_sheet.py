@@ -62,6 +62,13 @@ def plan_sheet(situation: Situation, vehicle: Vehicle, plan: Plan, after_s: floa
     return fig
 
 
+def save(situation: Situation, vehicle: Vehicle, plan: Plan, path: Path) -> Path:
+    """Writes the sheet (.png) or the plan as it would be driven (.gif)."""
+    if path.suffix.lower() == ".gif":
+        return save_frames(situation, vehicle, plan, path)
+    return style.save_png(plan_sheet(situation, vehicle, plan), path)
+
+
 def save_frames(situation: Situation, vehicle: Vehicle, plan: Plan, path: Path) -> Path:
     """The plan as it would be driven, in real time, as an animation (.gif)."""
     x = plan.trajectory
