@@ -19,6 +19,7 @@ from mcdas_opt.errors import ParameterError
 
 Gap = Callable[[Array], Array]  # (n, dimensions) standard normal variables -> (n,) signed gaps
 
+_CHUNK = 100_000  # runs at once
 _LEVEL_SHARE = 0.1
 _CORRELATION = 0.8  # of a chain's next state with its last, where it is accepted
 _MOST_LEVELS = 20
@@ -41,12 +42,12 @@ class Estimate:
     crashes: Array = field(repr=False, compare=False)
 
 
-def crude(gap: Gap, dimensions: int, runs: int, seed: int, chunk: int = 100_000) -> Estimate:
+def crude(gap: Gap, dimensions: int, runs: int, seed: int) -> Estimate:
     """Crude Monte Carlo."""
     rng = np.random.default_rng(seed)
     crashes: list[Array] = []
-    for first in range(0, runs, chunk):
-        u = rng.standard_normal((min(chunk, runs - first), dimensions))
+    for first in range(0, runs, _CHUNK):
+        u = rng.standard_normal((min(_CHUNK, runs - first), dimensions))
         crashes.append(u[gap(u) <= 0.0])
     found = np.concatenate(crashes)
     p = len(found) / runs

@@ -47,13 +47,12 @@ class Camera:
 class BirdsEye:
     """One set of axes that shows one moment after another; `artists` is everything that moves, in drawing order."""
 
-    def __init__(self, axes: Axes, road: Road, view: View, driven: Trajectory, *, names: bool = True) -> None:
+    def __init__(self, axes: Axes, road: Road, view: View, driven: Trajectory) -> None:
         from matplotlib.collections import LineCollection
         from matplotlib.lines import Line2D
         from matplotlib.patches import Polygon
 
         self._axes, self._road, self._view, self._driven = axes, road, view, driven
-        self._with_names = names
         axes.set(xlim=(-view.back_m, view.ahead_m), ylim=(view.right_m, view.left_m), aspect="equal")
         axes.grid(False)
         self._asphalt = Polygon(np.zeros((4, 2)), closed=True, facecolor=style.ASPHALT, lw=0, zorder=0)
@@ -119,7 +118,6 @@ class BirdsEye:
     def _show_body(self, camera: Camera, shown: Shown, moment: Moment) -> None:
         from matplotlib.lines import Line2D
         from matplotlib.patches import Polygon
-        from matplotlib.patheffects import withStroke
 
         x, y, yaw = (float(q) for q in camera.place(*shown.pose))
         if not -self._view.back_m - 6.0 < x < self._view.ahead_m + 6.0:
@@ -137,33 +135,29 @@ class BirdsEye:
         screen = Line2D(*zip(*ends, strict=True), color="white", lw=1.6, zorder=4.1, solid_capstyle="butt")
         self._axes.add_line(screen)
         self._bodies += [body, screen]
-        if self._with_names:
-            name = self._axes.annotate(
-                shown.name, (x, y + 0.5 * shown.width_m), (0, 2), textcoords="offset points", ha="center", va="bottom",
-                fontsize=7.5, color="#222222", zorder=6, annotation_clip=True,
-            )  # fmt: skip
-            name.set_path_effects([withStroke(linewidth=2.2, foreground="white", alpha=0.8)])
-            self._bodies.append(name)
+        self._bodies.append(self._named(shown, (x, y + 0.5 * shown.width_m), 2, va="bottom", fontsize=7.5, color="#222222"))
 
     def _supposed(self, shown: Shown, x: float, y: float, yaw: float) -> list[Artist]:
         """A pale, dashed outline, named below."""
         from matplotlib.colors import to_rgb
         from matplotlib.patches import Polygon
-        from matplotlib.patheffects import withStroke
 
         shape = corners(x, y, yaw, shown.length_m, shown.width_m)
         outline = Polygon(
             shape, closed=True, facecolor=(*to_rgb(shown.colour), 0.25), edgecolor=shown.colour, lw=1.2, ls=(0, (4, 2.5)), zorder=3.5
         )
         self._axes.add_patch(outline)
-        if not self._with_names:
-            return [outline]
+        return [outline, self._named(shown, (x, y - 0.5 * shown.width_m), -2, va="top", fontsize=7, color="#444444")]
+
+    def _named(self, shown: Shown, at: tuple[float, float], points: float, **how: Any) -> Artist:
+        """The name, so many points above `at`."""
+        from matplotlib.patheffects import withStroke
+
         name = self._axes.annotate(
-            shown.name, (x, y - 0.5 * shown.width_m), (0, -2), textcoords="offset points", ha="center", va="top",
-            fontsize=7, color="#444444", zorder=6, annotation_clip=True,
-        )  # fmt: skip
+            shown.name, at, (0, points), textcoords="offset points", ha="center", zorder=6, annotation_clip=True, **how
+        )
         name.set_path_effects([withStroke(linewidth=2.2, foreground="white", alpha=0.8)])
-        return [outline, name]
+        return name
 
     def _show_track(self, camera: Camera, track: Track) -> None:
         from matplotlib.lines import Line2D
@@ -177,12 +171,12 @@ class BirdsEye:
                 self._bodies.append(artist)
 
 
-def ellipse(track: Track, sigmas: float = SIGMAS) -> tuple[Array, Array]:
+def ellipse(track: Track) -> tuple[Array, Array]:
     """(s, d) around the track's position at so many standard deviations."""
     spread = track.covariance[np.ix_([0, 2], [0, 2])]
     values, vectors = np.linalg.eigh(spread)
     ring = vectors @ (np.sqrt(np.maximum(values, 0.0))[:, None] * np.stack([np.cos(_ROUND), np.sin(_ROUND)]))
-    return track.s_m + sigmas * ring[0], track.d_m + sigmas * ring[1]
+    return track.s_m + SIGMAS * ring[0], track.d_m + SIGMAS * ring[1]
 
 
 def legend_handles() -> list[Any]:

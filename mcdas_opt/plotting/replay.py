@@ -69,7 +69,7 @@ class DrawnCycle(Protocol):
     def status(self) -> Status | None: ...
 
 
-def draw_against_truth(sectors: Mapping[Sector, Compared], title: str = "Tracks against truth") -> Figure:
+def draw_against_truth(sectors: Mapping[Sector, Compared]) -> Figure:
     """A column per sector: position along, range rate, and the errors of raw detections and tracks with the tracker's own bounds."""
     with styled():
         fig = figure(5.6 * len(sectors) + 0.4, 8.6)
@@ -81,11 +81,11 @@ def draw_against_truth(sectors: Mapping[Sector, Compared], title: str = "Tracks 
         drawn = [axes[row, column].get_legend_handles_labels() for row in (0, 2) for column in range(len(sectors))]
         keys = {text: handle for handles, texts in drawn for handle, text in zip(handles, texts, strict=True)}
         fig.legend(list(keys.values()), list(keys), loc="outside lower center", ncols=5)
-        fig.suptitle(title, fontsize=11, fontweight="bold", x=0.01, ha="left")
+        fig.suptitle("Tracks against truth", fontsize=11, fontweight="bold", x=0.01, ha="left")
     return fig
 
 
-def draw_tracks(cycles: Sequence[DrawnCycle], title: str = "Tracks of a recording") -> Figure:
+def draw_tracks(cycles: Sequence[DrawnCycle]) -> Figure:
     """Position along and speed of every track, coloured by role, with the host's speed and the mode as a band below."""
     from matplotlib.patches import Patch
 
@@ -110,7 +110,7 @@ def draw_tracks(cycles: Sequence[DrawnCycle], title: str = "Tracks of a recordin
         patches = [Patch(color=_MODES[mode], label=f"mode {mode.value}") for mode in dict.fromkeys(c.mode for c in cycles)]
         keys, texts = handles + more + patches, labels + names + [str(patch.get_label()) for patch in patches]
         fig.legend(keys, texts, loc="outside lower center", ncols=8, markerscale=3)
-        above.set_title(title)
+        above.set_title("Tracks of a recording")
     return fig
 
 

@@ -87,11 +87,11 @@ def save_still(fig: Figure, path: Path) -> None:
         fig.savefig(path, metadata={"Date": None} if path.suffix.lower() == ".svg" else {"CreationDate": None})
 
 
-def picture(fig: Figure, dpi: int = 100) -> Image:
+def picture(fig: Figure) -> Image:
     """A figure as one picture of an animation."""
     import PIL.Image
 
-    fig.set_dpi(dpi)
+    fig.set_dpi(100)
     canvas: Any = fig.canvas
     canvas.draw()
     return PIL.Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())

@@ -51,7 +51,7 @@ def time_to_react_sheet(situation: Situation, vehicle: Vehicle, escapes: Escapes
     return fig
 
 
-def draw_timeline(axes: Axes, escapes: Escapes, latest_s: float = _LATEST_S) -> None:
+def draw_timeline(axes: Axes, escapes: Escapes) -> None:
     """One bar for each manoeuvre: from now to the last moment at which it can begin, and up to where that is comfortable.
 
     What closes it and what it asks now stand beside it. A line marks where constant inputs end.
@@ -60,7 +60,7 @@ def draw_timeline(axes: Axes, escapes: Escapes, latest_s: float = _LATEST_S) -> 
 
     moments = [one.last_moment_s for one in escapes.candidates if one.last_moment_s is not None]
     ends = [*moments, escapes.keeping_on_s or 0.0]
-    span = min(latest_s, max(2.0, 1.15 * max(ends)))
+    span = min(_LATEST_S, max(2.0, 1.15 * max(ends)))
     for row, one in enumerate(escapes.candidates):
         y = len(_NAMES) - 1 - row
         axes.barh(y, span, height=0.62, color=_CLOSED, alpha=0.45, zorder=1)
@@ -69,7 +69,7 @@ def draw_timeline(axes: Axes, escapes: Escapes, latest_s: float = _LATEST_S) -> 
             if one.last_comfortable_s is not None:
                 axes.barh(y, min(one.last_comfortable_s, one.last_moment_s), height=0.62, color=_COMFORTABLE, zorder=3)
         axes.annotate(
-            _words(one, latest_s), (1.0, y), (8, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
+            _words(one), (1.0, y), (8, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
             va="center", fontsize=8.0, linespacing=1.1, annotation_clip=False,
         )  # fmt: skip
     if escapes.keeping_on_s is not None and escapes.keeping_on_s <= span:
@@ -83,10 +83,10 @@ def draw_timeline(axes: Axes, escapes: Escapes, latest_s: float = _LATEST_S) -> 
     axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False, borderaxespad=0.1)
 
 
-def _words(one: Escape, latest_s: float) -> str:
+def _words(one: Escape) -> str:
     if one.last_moment_s is None:
         return f"closed by {one.closed_by}" if one.closed_by is not None else "closed"
-    until = f"until {one.last_moment_s:.2f} s" if one.last_moment_s < latest_s else f"for {latest_s:g} s and more"
+    until = f"until {one.last_moment_s:.2f} s" if one.last_moment_s < _LATEST_S else f"for {_LATEST_S:g} s and more"
     closer = f", then {one.closed_by}" if one.closed_by is not None else ""
     asks = f"asks {one.demand_mps2:.1f} m/s² now" if one.demand_mps2 is not None else "cannot begin just now"
     return f"{until}{closer}\n{asks}"

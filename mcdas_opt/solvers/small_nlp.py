@@ -18,6 +18,7 @@ _ENDINGS = {
     "Infeasible_Problem_Detected": Ending.INFEASIBLE,
     "Invalid_Number_Detected": Ending.NOT_FINITE,
 }
+_ITERATIONS = 200
 _TOLERANCE = 1e-9
 _SOUND = 1e-6  # largest violation of a row or bound that is still called kept
 
@@ -43,9 +44,9 @@ class SmallAnswer:
 class SmallSolver:
     """Minimise f(x, p) subject to g(x, p) <= 0 and bounds; x, p, f, g in CasADi SX, rows of order one. Built once for every p."""
 
-    def __init__(self, x: Any, p: Any, f: Any, g: Any, iterations: int = 200) -> None:
+    def __init__(self, x: Any, p: Any, f: Any, g: Any) -> None:
         options: dict[str, Any] = {"print_time": False, "error_on_fail": False}
-        options["ipopt"] = {"print_level": 0, "sb": "yes", "tol": _TOLERANCE, "max_iter": iterations, "bound_relax_factor": 0.0}
+        options["ipopt"] = {"print_level": 0, "sb": "yes", "tol": _TOLERANCE, "max_iter": _ITERATIONS, "bound_relax_factor": 0.0}
         self._solver = ca.nlpsol("small", "ipopt", {"x": x, "p": p, "f": f, "g": ca.cse(g)}, options)
         self._rows = int(g.numel())
 

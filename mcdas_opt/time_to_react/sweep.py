@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.situation.table1 import literal_rows
 from mcdas_opt.time_to_react.escapes import escapes
-from mcdas_opt.time_to_react.library import KINDS, EscapeSettings
+from mcdas_opt.time_to_react.library import KINDS
 
 REAR_GAP_M = 20.0  # where nobody follows
 SAME_MPS = 0.3  # a measured front car within this of the host's speed counts as one of the same speed: Table 1 asks for equalities
@@ -40,8 +39,6 @@ def swept(
     *,
     front_gap_m: Array | None = None,
     closing_mps: Array | None = None,
-    prediction: PredictionSettings | None = None,
-    settings: EscapeSettings | None = None,
 ) -> EscapeSweep:
     """The situation with the car ahead put at each gap, and the one behind given each closing speed at the gap that it has.
 
@@ -66,7 +63,7 @@ def swept(
         for g, gap in enumerate(gaps):
             leader = replace(front, s_m=host.s_m + float(gap) + 0.5 * (front.length_m + vehicle.length_m))
             one = replace(situation, tracks=(*others, leader, follower))
-            for k, candidate in enumerate(escapes(one, vehicle, prediction=prediction, settings=settings).candidates):
+            for k, candidate in enumerate(escapes(one, vehicle).candidates):
                 if candidate.last_moment_s is not None:
                     last[k, c, g] = candidate.last_moment_s
     row = literal_rows(True, gaps, front.speed_s_mps, True, rear_gap, host.speed_mps + closings[:, None], host.speed_mps)

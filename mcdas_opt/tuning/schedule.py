@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from operator import attrgetter
 from typing import Any
@@ -23,27 +23,23 @@ FRICTIONS = (0.25, 0.5, 0.9)
 
 def build_schedule(
     name: str,
-    base: DesignRequest | None = None,
     *,
     speeds_mps: Sequence[float] = SPEEDS_MPS,
     offsets_m: Sequence[float] = OFFSETS_M,
     frictions: Sequence[float] = FRICTIONS,
-    progress: Callable[[int, int], None] | None = None,
 ) -> GainSchedule:
-    """A design at every crossing. The lateral bound is the lesser of the request's and the planner's share of the friction.
+    """A design at every crossing. The lateral bound is the lesser of the usual request's and the planner's share of the friction.
 
     Raises `ParameterError` where a crossing has no design.
     """
-    request, share = base or DesignRequest(), SigmoidSettings().lateral_friction_share
+    request, share = DesignRequest(), SigmoidSettings().lateral_friction_share
     shape = (len(frictions), len(offsets_m), len(speeds_mps))
     found: dict[tuple[int, ...], Design] = {}
-    for done, at in enumerate(np.ndindex(shape), start=1):
+    for at in np.ndindex(shape):
         friction = frictions[at[0]]
         bound = min(request.lateral_acceleration_mps2, share * friction * GRAVITY_MPS2)
         asked = replace(request, speed_mps=speeds_mps[at[2]], offset_m=offsets_m[at[1]], friction=friction, lateral_acceleration_mps2=bound)
         found[at] = design(asked)
-        if progress is not None:
-            progress(done, int(np.prod(shape)))
 
     def table(key: str) -> Any:
         return np.array([round(attrgetter(key)(found[at]), 9) for at in np.ndindex(shape)]).reshape(shape)
@@ -60,11 +56,11 @@ def build_schedule(
     )
 
 
-def schedule_text(schedule: GainSchedule, base: DesignRequest | None = None) -> str:
+def schedule_text(schedule: GainSchedule) -> str:
     """The file of `models/tuned`: tables by friction, offset, speed, and where they come from."""
     from importlib.metadata import version
 
-    request = base or DesignRequest()
+    request = DesignRequest()
     limits = ("lateral_acceleration_mps2", "lateral_jerk_mps3", "heading_jump_rad", "settling_m", "curvature_1pm", "lane_width_m")
     document: dict[str, Any] = {
         "speed_mps": list(schedule.speed_mps),

@@ -18,7 +18,7 @@ LENGTH_M, WIDTH_M = 5.0, 2.0  # of every car there
 _BUMPER_M = 0.01  # our cars have one: the axles there stand at the very ends
 
 
-def highway_vehicle(*, acceleration_mps2: float = 5.0, steering_rad: float = math.pi / 4, speed_mps: float = 40.0) -> Vehicle:
+def highway_vehicle(*, acceleration_mps2: float = 5.0, steering_rad: float = math.pi / 4) -> Vehicle:
     """Its car as a vehicle of ours, with the ranges of its continuous action as limits."""
     return Vehicle(
         name="highway-env",
@@ -29,7 +29,7 @@ def highway_vehicle(*, acceleration_mps2: float = 5.0, steering_rad: float = mat
         steering_max_rad=steering_rad,
         acceleration_min_mps2=-acceleration_mps2,
         acceleration_max_mps2=acceleration_mps2,
-        speed_max_mps=speed_mps,
+        speed_max_mps=40.0,
     )
 
 
@@ -70,8 +70,6 @@ class RoadSide:
         return acceleration_mps2, -steering_rad
 
 
-def road_of(lanes: int, lane: int, lane_width_m: float, *, speed_limit_mps: float, friction: float = 0.9) -> Road:
+def road_of(lanes: int, lane: int, lane_width_m: float, *, speed_limit_mps: float) -> Road:
     """Its road of `lanes`, seen from `lane` (0 is the leftmost)."""
-    return Road(
-        lane_width_m=lane_width_m, lanes_left=lane, lanes_right=lanes - 1 - lane, speed_limit_mps=speed_limit_mps, friction=friction
-    )
+    return Road(lane_width_m=lane_width_m, lanes_left=lane, lanes_right=lanes - 1 - lane, speed_limit_mps=speed_limit_mps)

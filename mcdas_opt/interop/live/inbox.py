@@ -6,7 +6,7 @@ import contextlib
 import queue
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol
 
 from mcdas_opt.errors import InputError, MissingExtraError
@@ -40,12 +40,10 @@ class BusInbox:
     """Reads python-can buses, one thread a bus. A frame's time is the bus's own stamp, brought to the loop's clock by its age; where the
     stamp is no recent time of day, when the frame was read."""
 
-    def __init__(
-        self, buses: Mapping[str, Any], clock: Callable[[], float] = time.monotonic, time_of_day: Callable[[], float] = time.time
-    ) -> None:
+    def __init__(self, buses: Mapping[str, Any]) -> None:
         """`buses`: name to an open `can.BusABC`; closed by `close`."""
         self.channels = tuple(buses)
-        self._clock, self._time_of_day, self._buses = clock, time_of_day, dict(buses)
+        self._buses = dict(buses)
         self._arrived: queue.SimpleQueue[Arrival] = queue.SimpleQueue()
         self._ended = threading.Event()
         self._threads = [threading.Thread(target=self._read, args=entry, daemon=True) for entry in self._buses.items()]
@@ -56,7 +54,7 @@ class BusInbox:
         found: list[Arrival] = []
         with contextlib.suppress(queue.Empty):
             while True:
-                left = until_s - self._clock()
+                left = until_s - time.monotonic()
                 found.append(self._arrived.get(timeout=left) if left > 0.0 else self._arrived.get_nowait())
         return sorted(found, key=lambda arrival: arrival.t_s)
 
@@ -81,15 +79,15 @@ class BusInbox:
             try:
                 message = bus.recv(_POLL_S)
             except (CanError, OSError) as error:
-                self._arrived.put(Arrival(self._clock(), channel, 0, b"", f"the bus failed: {error}"))
+                self._arrived.put(Arrival(time.monotonic(), channel, 0, b"", f"the bus failed: {error}"))
                 self._ended.wait(_POLL_S)
                 continue
             if message is None:
                 continue
             fault = "error frame" if message.is_error_frame else "remote frame" if message.is_remote_frame else ""
             data = b"" if message.data is None else bytes(message.data)
-            age = self._time_of_day() - float(message.timestamp)
-            t_s = self._clock() - (age if 0.0 <= age <= _OLDEST_S else 0.0)
+            age = time.time() - float(message.timestamp)
+            t_s = time.monotonic() - (age if 0.0 <= age <= _OLDEST_S else 0.0)
             self._arrived.put(Arrival(t_s, channel, int(message.arbitration_id), data, fault))
 
 

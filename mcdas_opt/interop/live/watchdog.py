@@ -11,8 +11,7 @@ class Watchdog:
     """`arm(at_s, bark)`, then the work, then `disarm()`. When the clock passes `at_s` before that, the watchdog's thread calls
     `bark()` once. Real time: not for a loop on a clock of its own."""
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock = clock
+    def __init__(self) -> None:
         self._changed = threading.Condition()
         self._at_s: float | None = None
         self._bark: Callable[[], None] = _silence
@@ -39,7 +38,7 @@ class Watchdog:
     def _watch(self) -> None:
         with self._changed:
             while not self._ended:
-                left = None if self._at_s is None else self._at_s - self._clock()
+                left = None if self._at_s is None else self._at_s - time.monotonic()
                 if left is not None and left <= 0.0:
                     self._at_s = None
                     self._bark()

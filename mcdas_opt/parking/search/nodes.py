@@ -12,6 +12,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.parking.path import Arc
 
 Rows = np.ndarray[tuple[int], np.dtype[np.int64]]
+_CAPACITY = 4096  # to begin with
 _Value = TypeVar("_Value", bound=np.generic)
 
 
@@ -21,8 +22,8 @@ class Nodes:
     The root has the direction 0. `g` is the cost from the root, `room` the clearance, `contact` whether the arc ended in contact.
     """
 
-    def __init__(self, root: Array, capacity: int = 4096) -> None:
-        self.count = 1
+    def __init__(self, root: Array) -> None:
+        self.count, capacity = 1, _CAPACITY
         self.pose = np.zeros((capacity, 3))
         self.pose[0] = root
         self.parent = np.full(capacity, -1, dtype=np.int64)
