@@ -1,4 +1,4 @@
-"""Who is ahead and behind in a lane, and a drive in it put before the judge: what every rival needs."""
+"""Who is ahead and behind in a lane, and a drive in it put before the judge: what every baseline needs."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def judged(
     lateral_mps2: float | None = None,
     memory: object = None,
 ) -> Plan:
-    """The plan of a rival: the bicycle under its law along its path (default the lane), with the judge's verdict as it is."""
+    """The plan of a baseline: the bicycle under its law along its path (default the lane), with the judge's verdict as it is."""
     started = time.perf_counter()
     trajectory = follow(
         situation.host,

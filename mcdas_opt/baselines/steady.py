@@ -1,4 +1,4 @@
-"""The simplest law of a rival: one strength of braking, or none."""
+"""The simplest law of a baseline: one strength of braking, or none."""
 
 from __future__ import annotations
 

@@ -3,31 +3,19 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from mcdas_opt.cli import main
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.interop.replay import replay
 from mcdas_opt.interop.truth import compare
 from mcdas_opt.plotting.replay import draw_against_truth, draw_tracks
+from tests.cli.command_line import run
 
 NAME = "front_and_rear"
 GOOD = ("replay", NAME, "--format", "esr-candump", "--no-plan")
-
-
-def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
-    monkeypatch.setattr(sys, "argv", ["mcdas-opt", *arguments])
-    code = 0
-    try:
-        main()
-    except SystemExit as stop:
-        code = int(stop.code or 0)
-    out, err = capsys.readouterr()
-    return code, out, err
 
 
 def test_json_is_one_document(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -30,7 +30,7 @@ from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.judge import judge
 
 CAR = Vehicle()
-RIVALS = ("aeb", "un-r157", "idm-mobil")
+BASELINES = ("aeb", "un-r157", "idm-mobil")
 
 
 def situation(*tracks: Track, speed: float = 20.0, time_s: float = 0.0, wanted: float | None = None, **road: object) -> Situation:
@@ -53,7 +53,7 @@ def planned(method: AebMethod | CompetentDriverMethod | IdmMobilMethod, at: Situ
     return plan
 
 
-@pytest.mark.parametrize("name", RIVALS)
+@pytest.mark.parametrize("name", BASELINES)
 def test_registered_judged_as_they_are_and_not_for_parking(name: str) -> None:
     assert name in known_methods()
     method = build_method(name, CAR, Settings())

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from mcdas_opt.cli import main
 from mcdas_opt.domain.trajectory import Trajectory
+from tests.cli.command_line import run
 from tests.simulation.fake_driver import plan_of
 from tests.simulation.scene_maker import make_scene
 
@@ -35,17 +34,6 @@ def scene(tmp_path: Path) -> str:
     path = tmp_path / "scene.toml"
     path.write_text(SCENE)
     return str(path)
-
-
-def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
-    monkeypatch.setattr(sys, "argv", ["mcdas-opt", *arguments])
-    code = 0
-    try:
-        main()
-    except SystemExit as stop:
-        code = int(stop.code or 0)
-    out, err = capsys.readouterr()
-    return code, out, err
 
 
 def written(path: Path, trajectory: Trajectory, **more: Any) -> str:
