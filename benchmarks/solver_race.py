@@ -261,13 +261,13 @@ def growth() -> None:
             problem = lane_problem(3)
             return InteriorPointEngine(problem, nodes, compiled=compiled), posed(*case, problem, nodes)
 
-        def by_seats(seats: int, compiled: bool = compiled) -> tuple[InteriorPointEngine, Posed]:
-            problem = lane_problem(seats)
+        def by_slots(slots: int, compiled: bool = compiled) -> tuple[InteriorPointEngine, Posed]:
+            problem = lane_problem(slots)
             rng = np.random.default_rng(4)
-            return InteriorPointEngine(problem, NODES, compiled=compiled), posed(*evasion(rng, seats), problem, NODES)
+            return InteriorPointEngine(problem, NODES, compiled=compiled), posed(*evasion(rng, slots), problem, NODES)
 
         each(f"{kind}, N =", [20, 40, 80, 160], by_nodes)
-        each(f"{kind}, neighbours =", [1, 2, 4, 8, 12], by_seats)
+        each(f"{kind}, neighbours =", [1, 2, 4, 8, 12], by_slots)
 
 
 def growth_of_others(repeats: int = 5) -> None:
@@ -282,15 +282,15 @@ def growth_of_others(repeats: int = 5) -> None:
         "do-mpc": DoMpcEngine,
         "acados": AcadosEngine,
     }
-    sizes = {"N": [(n, 3) for n in (20, 40, 80, 160)], "neighbours": [(NODES, seats) for seats in (1, 2, 4, 8, 12)]}
+    sizes = {"N": [(n, 3) for n in (20, 40, 80, 160)], "neighbours": [(NODES, slots) for slots in (1, 2, 4, 8, 12)]}
     for name, make in makers.items():
         cap = 8 if "8 steps" in name else 300
         for what, pairs in sizes.items():
-            values, cost, missed = [n if what == "N" else seats for n, seats in pairs], [], 0
+            values, cost, missed = [n if what == "N" else slots for n, slots in pairs], [], 0
             try:
-                for nodes, seats in pairs:
-                    problem = lane_problem(seats)
-                    engine, q = make(problem, nodes), posed(*evasion(np.random.default_rng(4), seats), problem, nodes)
+                for nodes, slots in pairs:
+                    problem = lane_problem(slots)
+                    engine, q = make(problem, nodes), posed(*evasion(np.random.default_rng(4), slots), problem, nodes)
                     times, ending = [], Ending.FAILED
                     for _ in range(repeats):
                         started = time.thread_time()

@@ -37,8 +37,8 @@ class Terms(Directive):
         costs = [(c.name, f"{c.weight:g}", f"{c.terminal_weight:g}" if c.terminal_weight else "-") for c in lane.costs]
         constraints = []
         for constraint in lane.constraints:
-            price = lane.prices[constraint.slack]
-            constraints.append((constraint.name, f"{price.linear:g} s + {price.quadratic:g} s^2"))
+            penalty = lane.penalties[constraint.slack]
+            constraints.append((constraint.name, f"{penalty.linear:g} s + {penalty.quadratic:g} s^2"))
         problem = lane.stage_problem()
         bounds = [
             (name, _number(low), _number(high))
@@ -49,7 +49,7 @@ class Terms(Directive):
         ]
         return [
             table(("cost: residual", "weight at a node of 0.1 s", "at the last node"), costs),
-            table(("constraint (soft, by an exact penalty)", "price of a violation s"), constraints),
+            table(("constraint (soft, by an exact penalty)", "penalty of a violation s"), constraints),
             table(("bound (hard), here of the sedan", "from", "to"), bounds),
         ]
 

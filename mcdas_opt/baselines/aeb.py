@@ -21,7 +21,7 @@ _SMOOTHING_S = 0.4  # time constant of the other's acceleration
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Watched:
+class AebTarget:
     """The car ahead as it was seen last, with its smoothed acceleration, and since when there is an intervention (None: there is
     none); handed from cycle to cycle."""
 
@@ -63,11 +63,11 @@ class AebMethod:
         if situation.request is Request.PARK:
             return Refusal(reason="parking is planned by park, not by the lane planner")
         ahead = neighbours_in(situation.road.lane_of(situation.host.d_m), situation, self.vehicle).ahead
-        before = carried(previous, Watched)
+        before = carried(previous, AebTarget)
         leader = leader_of(ahead, situation, self.vehicle)
         if ahead is None or leader is None:
             return judged(self.name, situation, self.vehicle, self.settings, law=SteadyLaw(), reason="nobody ahead")
-        seen = self._watched(situation, ahead, before)
+        seen = self._target(situation, ahead, before)
         if not self._must_brake(situation, leader, seen):
             calm = replace(seen, braking_since_s=None)
             return judged(self.name, situation, self.vehicle, self.settings, law=SteadyLaw(), reason="braking can wait", memory=calm)
@@ -83,9 +83,9 @@ class AebMethod:
             memory=going,
         )
 
-    def _watched(self, situation: Situation, ahead: Track, before: Watched | None) -> Watched:
+    def _target(self, situation: Situation, ahead: Track, before: AebTarget | None) -> AebTarget:
         """The car ahead now; its acceleration from how its speed has changed, smoothed. Another car begins with none."""
-        now = Watched(track=ahead.id, time_s=situation.time_s, speed_mps=ahead.speed_s_mps)
+        now = AebTarget(track=ahead.id, time_s=situation.time_s, speed_mps=ahead.speed_s_mps)
         if before is None or before.track != ahead.id or situation.time_s <= before.time_s:
             return now
         step = situation.time_s - before.time_s
@@ -94,7 +94,7 @@ class AebMethod:
         smooth = before.acceleration_mps2 + share * (change - before.acceleration_mps2)
         return replace(now, acceleration_mps2=smooth, braking_since_s=before.braking_since_s)
 
-    def _must_brake(self, situation: Situation, leader: Leader, seen: Watched) -> bool:
+    def _must_brake(self, situation: Situation, leader: Leader, seen: AebTarget) -> bool:
         closing = situation.host.speed_mps - leader.speed_mps
         if closing <= 0.0:
             return False

@@ -99,7 +99,7 @@ class CompetentDriverMethod:
         coming = []
         for track in situation.tracks:
             beside = road.lane_of(track.d_m) - lane
-            strayed = (road.lane_centre_m(lane + beside) - track.d_m) * beside
-            if abs(beside) == 1 and track.s_m > host.s_m and strayed > WANDERING_M:
+            departed = (road.lane_centre_m(lane + beside) - track.d_m) * beside
+            if abs(beside) == 1 and track.s_m > host.s_m and departed > WANDERING_M:
                 coming.append(track)
         return coming if own is None else [own, *coming]

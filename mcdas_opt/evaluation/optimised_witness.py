@@ -19,7 +19,7 @@ from mcdas_opt.geometry.clearance import Body, separating_lines
 from mcdas_opt.geometry.rectangle import corners
 from mcdas_opt.manoeuvres.clearance import clearance
 from mcdas_opt.ocp.lane_mpc import FAR_M, LaneParameters
-from mcdas_opt.ocp.parted_lane import PartedLaneProblem
+from mcdas_opt.ocp.side_constrained_lane import SideConstrainedLaneProblem
 from mcdas_opt.planning.roll_out import roll_out
 from mcdas_opt.solvers.ipopt_engine import IpoptEngine
 from mcdas_opt.solvers.stage_problem import StageGuess
@@ -120,4 +120,4 @@ def _lines(vehicle: Vehicle, grid: TimeGrid, bodies: tuple[PredictedBody, ...], 
 
 @lru_cache(maxsize=4)
 def _engine(vehicle: Vehicle) -> IpoptEngine:
-    return IpoptEngine(PartedLaneProblem(vehicle=vehicle, neighbours=_LINES).stage_problem(), _NODES, tolerance=1e-5)
+    return IpoptEngine(SideConstrainedLaneProblem(vehicle=vehicle, neighbours=_LINES).stage_problem(), _NODES, tolerance=1e-5)

@@ -42,7 +42,7 @@ _STEADY_MPS2 = 0.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class UnderWay:
+class ActivePlan:
     """A trajectory of the package, driven for three steps; handed from cycle to cycle."""
 
     planned_s: float
@@ -95,7 +95,7 @@ class ReactiveMethod:
         started = time.perf_counter()
         prediction = predict_for(situation, self.settings.prediction)
         self._lay(situation)
-        before = carried(previous, UnderWay) or carried(previous, FullBraking)
+        before = carried(previous, ActivePlan) or carried(previous, FullBraking)
         if before is not None and situation.time_s - before.planned_s < _AGAIN_S - 1e-6:
             if isinstance(before, FullBraking):
                 return self._braking(situation, before)
@@ -104,15 +104,15 @@ class ReactiveMethod:
         if trajectory is None:
             strongest = strongest_braking_mps2(situation, self.vehicle)
             return self._braking(situation, FullBraking(planned_s=situation.time_s, strength_mps2=strongest))
-        under_way = UnderWay(planned_s=situation.time_s, trajectory=trajectory)
-        return self._plan(situation, prediction, under_way, f"cheapest free one of {self._planner.total_count_samples} samples", started)
+        active = ActivePlan(planned_s=situation.time_s, trajectory=trajectory)
+        return self._plan(situation, prediction, active, f"cheapest free one of {self._planner.total_count_samples} samples", started)
 
     def _braking(self, situation: Situation, law: FullBraking) -> Plan:
         why = "no sample is free: brakes"
         return judged(self.name, situation, self.vehicle, self.settings, law=law, reason=why, warning=True, memory=law)
 
-    def _plan(self, situation: Situation, prediction: Prediction, under_way: UnderWay, reason: str, started: float) -> Plan:
-        trajectory = _from(under_way.trajectory, situation.time_s - under_way.planned_s)
+    def _plan(self, situation: Situation, prediction: Prediction, active: ActivePlan, reason: str, started: float) -> Plan:
+        trajectory = _from(active.trajectory, situation.time_s - active.planned_s)
         solved = time.perf_counter()
         verdict = judge(trajectory, situation.host, self.vehicle, situation.road, prediction)
         mode, side = _meaning(trajectory, situation.road)
@@ -128,7 +128,7 @@ class ReactiveMethod:
             timing_ms=Timing(solve=1e3 * (solved - started), verify=1e3 * (time.perf_counter() - solved)),
             chosen=mode.value,
             time_s=situation.time_s,
-            memory=under_way,
+            memory=active,
         )
 
     def _lay(self, situation: Situation) -> None:

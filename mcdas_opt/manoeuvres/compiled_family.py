@@ -99,9 +99,9 @@ class CompiledMembers:
             half = 0.5 * self._sizes[:, k, None] + fixed
             self._bodies[:, 5 + k] = half + margins.share_of_prediction * self._margins[:, k]
         f.clear = scoring.clear_m
-        f.price_acceleration, f.price_speed, f.price_lateral = family.ACCELERATION_COST, family.SPEED_COST, family.LATERAL_COST
-        f.price_near, f.nearness, f.price_change = family.NEARNESS_COST, family.NEARNESS_M, family.LANE_CHANGE_COST
-        f.price_closing, f.end_room = family.END_CLOSING_COST, family.END_ROOM_M
+        f.cost_acceleration, f.cost_speed, f.cost_lateral = family.ACCELERATION_COST, family.SPEED_COST, family.LATERAL_COST
+        f.cost_near, f.nearness, f.cost_change = family.NEARNESS_COST, family.NEARNESS_M, family.LANE_CHANGE_COST
+        f.cost_closing, f.end_room = family.END_CLOSING_COST, family.END_ROOM_M
 
     def scored(self, scoring: Scoring) -> Scored:
         """Every member against everybody."""

@@ -56,7 +56,7 @@ def default_weights() -> dict[str, float]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SlackPrice:
+class SlackPenalty:
     """Exact penalty of a family of soft rows: linear per unit, and quadratic; `scale` is its order of magnitude."""
 
     linear: float
@@ -64,12 +64,12 @@ class SlackPrice:
     scale: float
 
 
-def _prices() -> dict[str, SlackPrice]:
+def _penalties() -> dict[str, SlackPenalty]:
     return {
-        "friction": SlackPrice(linear=1000.0, quadratic=500.0, scale=0.05),
-        "road": SlackPrice(linear=1000.0, quadratic=500.0, scale=0.03),
-        "collision": SlackPrice(linear=400.0, quadratic=200.0, scale=0.05),
-        "headway": SlackPrice(linear=2.0, quadratic=1.0, scale=1.0),
+        "friction": SlackPenalty(linear=1000.0, quadratic=500.0, scale=0.05),
+        "road": SlackPenalty(linear=1000.0, quadratic=500.0, scale=0.03),
+        "collision": SlackPenalty(linear=400.0, quadratic=200.0, scale=0.05),
+        "headway": SlackPenalty(linear=2.0, quadratic=1.0, scale=1.0),
     }
 
 
@@ -84,7 +84,7 @@ class LaneProblem:
     costs: tuple[Cost, ...] = field(default_factory=_costs)
     free_weights: bool = False  # the weights are parameters of every node, `weight_<cost>`: one compiled problem for all of them
     free_centre: bool = False  # so is the body centre's lead over the point that moves along the car's axis, `centre`
-    prices: dict[str, SlackPrice] = field(default_factory=_prices)
+    penalties: dict[str, SlackPenalty] = field(default_factory=_penalties)
 
     @property
     def constraints(self) -> tuple[Constraint, ...]:
@@ -120,7 +120,7 @@ class LaneProblem:
         terminal = [
             ca.sqrt(c.terminal_weight * f) * c.residual(stage) for c, f in zip(costs, factor, strict=True) if c.terminal_weight > 0.0
         ]
-        families = {family: column for column, family in enumerate(self.prices)}
+        families = {family: column for column, family in enumerate(self.penalties)}
         rows = [(c.slack, c.name, row) for c in constraints for row in c.rows(stage)]
         m = self.limit_margin
         inf = np.inf
@@ -131,15 +131,15 @@ class LaneProblem:
             terminal_residual=ca.Function("terminal_residual", [x, p], [ca.vertcat(*terminal)]),
             inequality=ca.Function("inequality", [x, u, p], [ca.vertcat(*(row for _, _, row in rows))]),
             slack_of=tuple(families[slack] for slack, _, _ in rows),
-            slack_linear=np.array([self.prices[f].linear for f in families]),
-            slack_quadratic=np.array([self.prices[f].quadratic for f in families]),
+            slack_linear=np.array([self.penalties[f].linear for f in families]),
+            slack_quadratic=np.array([self.penalties[f].quadratic for f in families]),
             x_lower=np.array([-inf, -inf, -1.2, 0.0, m * vehicle.acceleration_min_mps2, -m * vehicle.steering_max_rad]),
             x_upper=np.array([inf, inf, 1.2, m * vehicle.speed_max_mps, m * vehicle.acceleration_max_mps2, m * vehicle.steering_max_rad]),
             u_lower=np.array([m * vehicle.jerk_min_mps3, -m * vehicle.steering_rate_max_radps]),
             u_upper=np.array([m * vehicle.jerk_max_mps3, m * vehicle.steering_rate_max_radps]),
             x_scale=np.array([1.0, 0.3, 0.05, 0.5, 1.0, 0.02]),
             u_scale=np.array([5.0, 0.2]),
-            s_scale=np.array([self.prices[f].scale for f in families]),
+            s_scale=np.array([self.penalties[f].scale for f in families]),
             states=STATES,
             inputs=INPUTS,
             parameters=parameters,

@@ -108,8 +108,8 @@ class BarrierStage:
         """The condensed gradient (nz,) and the slacks' constant step (ns,), for residuals r = c + t and targets of t l."""
         ng, ns = self.ng, self.ns
         y = target / t + sigma * r
-        price = ca.DM(self.problem.slack_linear) + ca.DM(self.problem.slack_quadratic) * s
-        slack = node * (price - ca.mtimes(self.member, y[:ng]) - y[ng : ng + ns]) * inverse
+        penalty = ca.DM(self.problem.slack_linear) + ca.DM(self.problem.slack_quadratic) * s
+        slack = node * (penalty - ca.mtimes(self.member, y[:ng]) - y[ng : ng + ns]) * inverse
         gradient = ca.densify(cost + ca.mtimes(slope.T, y[:ng]) + ca.mtimes(coupling.T, slack))
         for row, (i, sign, _) in enumerate(self.bounds):
             gradient[i] += sign * y[ng + ns + row]
@@ -144,7 +144,7 @@ class BarrierStage:
         return ca.vertcat(*least)
 
     def cost(self, z: Any, p: Any, moving: Any) -> Any:
-        """Of one stage, without the slacks' price."""
+        """Of one stage, without the slacks' penalty."""
         x, u = z[: self.nx], z[self.nx :]
         terminal = ca.sumsqr(self.problem.terminal_residual(x, p))
         return 0.5 * (moving * ca.sumsqr(self.problem.residual(x, u, p)) + (1.0 - moving) * terminal)

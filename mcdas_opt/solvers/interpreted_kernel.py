@@ -150,8 +150,8 @@ def over_horizon(stage: BarrierStage, f: StageFunctions, nodes: int) -> dict[str
     centre = ca.fmax(mu, (reached / average) ** 3 * average)
     second = ca.fmax(-CORRECTION * centre, ca.fmin(CORRECTION * centre, affine[2] * affine[3]))
     cost, gap, slacks = side_by_side(f.measure, n)(z, p, h, flags, following)
-    price = stage.problem
-    paid = ca.mtimes(ca.DM(price.slack_linear).T, slacks) + 0.5 * ca.mtimes(ca.DM(price.slack_quadratic).T, slacks**2)
+    problem = stage.problem
+    paid = ca.mtimes(ca.DM(problem.slack_linear).T, slacks) + 0.5 * ca.mtimes(ca.DM(problem.slack_quadratic).T, slacks**2)
     return {
         "plain": ca.Function("plain", arguments, taken(step(mu * active)[0])),
         "corrected": ca.Function("corrected", arguments, taken(step(active * (centre - second), factor)[0])),

@@ -82,7 +82,7 @@ class IpoptEngine:
         s = np.vstack([np.zeros((1, ns)), w[(nodes + 1) * nx + nodes * nu :].reshape(nodes, ns)])
         ending = _ENDINGS.get(str(stats["return_status"]), Ending.FAILED)
         objective = float(out["f"])
-        if np.all(np.isfinite(w)):  # IPOPT moves bounds out by 1e-8, which pays at the slacks' prices: count the least slacks instead
+        if np.all(np.isfinite(w)):  # IPOPT moves bounds out by 1e-8, which pays at the slacks' penalties: count the least slacks instead
             s = self.linearisation.slacks(x, u, p)
             objective = self.linearisation.objective(x, u, s, p)
         else:

@@ -13,7 +13,7 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.evaluation.optimised_witness import optimised_witness_from
 from mcdas_opt.geometry.rectangle import corners
-from mcdas_opt.ocp.parted_lane import PartedLaneProblem
+from mcdas_opt.ocp.side_constrained_lane import SideConstrainedLaneProblem
 from mcdas_opt.simulation.neighbours import known_bodies
 from mcdas_opt.verification.judge import judge
 
@@ -45,7 +45,7 @@ def test_nothing_is_found_where_nothing_is_and_bends_are_left_alone() -> None:
 @pytest.mark.parametrize("psi", [-0.3, 0.0, 0.2])
 def test_the_rows_of_a_line_are_the_corners_distances_from_it(psi: float) -> None:
     car = Vehicle()
-    problem = PartedLaneProblem(vehicle=car, neighbours=1).stage_problem()
+    problem = SideConstrainedLaneProblem(vehicle=car, neighbours=1).stage_problem()
     x = np.array([12.0, 1.5, psi, 20.0, 0.0, 0.0])
     p = dict.fromkeys(problem.parameters, 0.0) | {"line0_angle": 0.7, "line0_offset": 3.0, "grip": 8.8, "road_end": 1e4}
     rows = np.asarray(problem.inequality(x, np.zeros(2), [p[name] for name in problem.parameters])).ravel()

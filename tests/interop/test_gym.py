@@ -67,11 +67,11 @@ def test_an_observation_says_what_is_there() -> None:
     road, vehicle = env.scene.true_road, env.scene.vehicle
     assert values[:5] == pytest.approx([0.0, 0.0, 11.1, 0.0, 0.0], abs=1e-5)
     assert values[5:7] == pytest.approx([road.left_edge_m, -road.right_edge_m], abs=1e-5)
-    seats = values[7:].reshape(-1, 6)
-    assert sorted(seat[1] for seat in seats[:2]) == pytest.approx([-29.5, 29.5], abs=1e-4)
-    rear = min(seats[:2], key=lambda seat: seat[1])
+    slots = values[7:].reshape(-1, 6)
+    assert sorted(slot[1] for slot in slots[:2]) == pytest.approx([-29.5, 29.5], abs=1e-4)
+    rear = min(slots[:2], key=lambda slot: slot[1])
     assert rear[3] == pytest.approx(16.7 - 11.1, abs=1e-4)
-    assert not seats[2:].any()
+    assert not slots[2:].any()
     assert vehicle.name == "sedan"
 
 

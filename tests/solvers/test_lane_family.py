@@ -171,8 +171,8 @@ def test_work_grows_linearly_with_neighbours():
     from mcdas_opt.solvers.stage_functions import stage_functions
 
     work = []
-    for seats in (1, 2, 3, 4, 5):
-        _, f = stage_functions(lane_problem(seats))
+    for slots in (1, 2, 3, 4, 5):
+        _, f = stage_functions(lane_problem(slots))
         work.append(sum(function.n_instructions() for function in f))
     growth = np.diff(work)
     assert growth.max() <= 1.1 * growth.min()

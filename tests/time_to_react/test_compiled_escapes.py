@@ -19,7 +19,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.native.compile_cache import SWITCH
-from mcdas_opt.time_to_react import compiled_case as seat
+from mcdas_opt.time_to_react import compiled_case
 from mcdas_opt.time_to_react.compiled_map import answered
 from mcdas_opt.time_to_react.escapes import escapes_under
 from mcdas_opt.time_to_react.guess import Case
@@ -38,7 +38,7 @@ CLOSE = 1e-9
 def library() -> ctypes.CDLL:
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv(SWITCH, raising=False)
-        built = seat.compiled_escapes()
+        built = compiled_case.compiled_escapes()
     if built is None:
         pytest.skip("there is no C compiler here")
     return built
@@ -108,7 +108,7 @@ def test_the_predicted_traffic_is_what_numpy_makes_of_it_and_of_each_body_alone(
     bodies = predict(situation.tracks).bodies
     bodies = with_changing(bodies, index)
     grown = Margins(along_m=0.3, across_m=0.1)
-    plain, fast = PredictedTraffic.of(bodies, 14.0, grown), seat.predicted_traffic(library, bodies, 14.0, grown)
+    plain, fast = PredictedTraffic.of(bodies, 14.0, grown), compiled_case.predicted_traffic(library, bodies, 14.0, grown)
     alone = [PredictedTraffic.of([KnownBody(id=b.id, length_m=b.length_m, width_m=b.width_m, motion=b.at)], 14.0, grown) for b in bodies]
     for field in fields(PredictedTraffic):
         one, other = getattr(plain, field.name), getattr(fast, field.name)
@@ -139,7 +139,7 @@ def test_the_map_is_the_same_without_a_compiler(
     situation, car = situation_of(seed, index), replace(CAR, zero_sideslip_point_m=point_m)
     fast = escapes_under(predict(situation.tracks), situation, car)
     monkeypatch.setenv(SWITCH, "0")
-    assert seat.compiled_escapes() is None
+    assert compiled_case.compiled_escapes() is None
     plain = escapes_under(predict(situation.tracks), situation, car)
     for kind in KINDS:
         one, other = getattr(plain, kind), getattr(fast, kind)
@@ -181,10 +181,10 @@ def test_a_machine_that_cannot_build_it_answers_in_numpy(monkeypatch: pytest.Mon
     monkeypatch.setenv("CC", "no-such-compiler")
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.delenv(SWITCH, raising=False)
-    seat.TIME_TO_REACT.forget()
+    compiled_case.TIME_TO_REACT.forget()
     try:
-        assert seat.compiled_escapes() is None
+        assert compiled_case.compiled_escapes() is None
         situation = situation_of(33, 1)
         assert escapes_under(predict(situation.tracks), situation, CAR).to_dict()
     finally:
-        seat.TIME_TO_REACT.forget()
+        compiled_case.TIME_TO_REACT.forget()

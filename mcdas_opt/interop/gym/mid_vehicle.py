@@ -6,9 +6,9 @@ The plant, the traffic and what ends a drive are the closed loop's (`simulation`
 acceleration asked for, as a share of the road's grip, left positive; at low speed the steering angle's limit binds first. The actuators
 take both there as fast as the vehicle's jerk and steering rate allow.
 
-**Observation** (7 + 6 seats,), each entry divided by its `SCALES` and clipped to [-1, 1]: d [m], heading [rad], speed [m/s], acceleration
+**Observation** (7 + 6 slots,), each entry divided by its `SCALES` and clipped to [-1, 1]: d [m], heading [rad], speed [m/s], acceleration
 [m/s^2], steering [rad], distance from the body centre to the left and to the right edge [m]; then of the nearest neighbours, nearest
-first: present (0 or 1), ahead [m], left [m], speed along and across the road relative to the host [m/s], length [m]; zeros in empty seats.
+first: present (0 or 1), ahead [m], left [m], speed along and across the road relative to the host [m/s], length [m]; zeros in empty slots.
 
 **Reward** of a step: 0.1 (1 - |v - v wanted| / v wanted) - 0.01 (a / 3)^2 - 0.01 (lateral acceleration / 3)^2; a collision or a
 departure from the road ends the episode with -10. At the scene's end the episode is truncated.
@@ -37,10 +37,10 @@ from mcdas_opt.simulation.plant import PlantFactory
 from mcdas_opt.simulation.record import Outcome
 
 CYCLE_S = 0.1
-SEATS = 4
+SLOTS = 4
 _HOST_SCALES = (20.0, 0.5, 50.0, 10.0, 0.6, 20.0, 20.0)
-_SEAT_SCALES = (1.0, 150.0, 20.0, 40.0, 10.0, 20.0)
-SCALES = np.array(_HOST_SCALES + _SEAT_SCALES * SEATS)
+_SLOT_SCALES = (1.0, 150.0, 20.0, 40.0, 10.0, 20.0)
+SCALES = np.array(_HOST_SCALES + _SLOT_SCALES * SLOTS)
 _ENDED_REWARD = -10.0
 _DRAWS = 50  # of a first situation, until one is sound
 
@@ -164,13 +164,13 @@ class MidVehicle(gymnasium.Env[Observation, NDArray[np.float32]]):
         own += [road.left_edge_m - host.d_m, host.d_m - road.right_edge_m]
         along, across = host.speed_mps * math.cos(host.heading_rad), host.speed_mps * math.sin(host.heading_rad)
         moments = self._traffic.motions(np.array(self._steps * CYCLE_S))
-        seats: list[tuple[float, ...]] = [
+        slots: list[tuple[float, ...]] = [
             (1.0, float(m.s_m) - host.s_m, float(m.d_m) - host.d_m, float(m.speed_s_mps) - along, float(m.speed_d_mps) - across, length)
             for m, (length, _) in zip(moments, self._traffic.sizes, strict=True)
         ]
-        seats = sorted(seats, key=lambda seat: math.hypot(seat[1], seat[2]))[:SEATS]
-        seats += [(0.0,) * len(_SEAT_SCALES)] * (SEATS - len(seats))
-        values = np.array(own + [entry for seat in seats for entry in seat]) / SCALES
+        slots = sorted(slots, key=lambda slot: math.hypot(slot[1], slot[2]))[:SLOTS]
+        slots += [(0.0,) * len(_SLOT_SCALES)] * (SLOTS - len(slots))
+        values = np.array(own + [entry for slot in slots for entry in slot]) / SCALES
         return np.asarray(np.clip(values, -1.0, 1.0), dtype=np.float32)
 
     def _reward(self, lateral: float) -> float:

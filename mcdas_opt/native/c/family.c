@@ -29,7 +29,7 @@ typedef struct {
     double grip_squared, curvature_max, turn_max;                      /* tangents of steering angle and of its step, over the wheelbase */
     double left, right, end;                                           /* the road */
     double wanted, lane_d, half_lane, clear, reach;
-    double price_acceleration, price_speed, price_lateral, price_near, nearness, price_change, price_closing, end_room;
+    double cost_acceleration, cost_speed, cost_lateral, cost_near, nearness, cost_change, cost_closing, end_room;
 } Family;
 
 /* NAME(n, x): the one of all that CHOSEN chooses of two. */
@@ -254,14 +254,14 @@ static double end_closing(const Family *f, const double *q, const double *w)
 {
     const whole n = ROW, t = n - 1;
     const double s = w[WAY_S * n + t], d = w[WAY_D * n + t], v = q[SPEED * n + t];
-    double price = 0.0;
+    double cost = 0.0;
     for (whole i = 0; i < f->count_of_bodies; i++) {
         const double *o = f->bodies + i * OF_BODY * n, *size = f->sizes + 4 * i;
         const double ahead = o[BODY_S * n + t] - s, apart = fabs(ahead) - 0.5 * (f->length + size[0]), gap = GREATER(apart, 1.0);
         const double sign = (double)((ahead > 0.0) - (ahead < 0.0)), faster = sign * (v - size[2]), closing = GREATER(faster, 0.0);
-        if (fabs(o[BODY_D * n + t] - d) - 0.5 * (size[1] + f->width) <= f->end_room) price += f->price_closing * closing * closing / gap;
+        if (fabs(o[BODY_D * n + t] - d) - 0.5 * (size[1] + f->width) <= f->end_room) cost += f->cost_closing * closing * closing / gap;
     }
-    return price;
+    return cost;
 }
 
 /* what a phase costs, whatever its lane change */
@@ -271,9 +271,9 @@ static double cost_along(const Family *f, const double *restrict q)
     const double *restrict v = q + SPEED * n, *restrict a = q + ACCELERATION * n, h = f->times[1] - f->times[0];
     double *restrict scratch = f->work + SCRATCH * n, push;
     for (whole t = 0; t < n; t++) scratch[t] = a[t] * a[t];
-    push = f->price_acceleration * total(n, scratch, f->weights);
+    push = f->cost_acceleration * total(n, scratch, f->weights);
     for (whole t = 0; t < n; t++) scratch[t] = (v[t] - f->wanted) * (v[t] - f->wanted);
-    return h * (push + f->price_speed * total(n, scratch, f->weights));
+    return h * (push + f->cost_speed * total(n, scratch, f->weights));
 }
 
 static double cost_across(const Family *f, const double *restrict q, const double *restrict w)
@@ -285,7 +285,7 @@ static double cost_across(const Family *f, const double *restrict q, const doubl
         const double lateral = v[t] * v[t] * curvature[t];
         scratch[t] = lateral * lateral;
     }
-    return h * f->price_lateral * total(n, scratch, f->weights);
+    return h * f->cost_lateral * total(n, scratch, f->weights);
 }
 
 static double cost_near(const Family *f, const double *restrict gap)
@@ -293,12 +293,12 @@ static double cost_near(const Family *f, const double *restrict gap)
     const whole n = ROW;
     double *restrict scratch = f->work + SCRATCH * n;
     for (whole t = 0; t < n; t++) scratch[t] = exp(GREATER(gap[t], 0.0) * (-1.0 / f->nearness));
-    return (f->times[1] - f->times[0]) * f->price_near * total(n, scratch, f->weights);
+    return (f->times[1] - f->times[0]) * f->cost_near * total(n, scratch, f->weights);
 }
 
 static double cost_change(const Family *f, const double *w)
 {
-    return fabs(w[WAY_D * ROW + ROW - 1] - f->lane_d) > f->half_lane ? f->price_change : 0.0;
+    return fabs(w[WAY_D * ROW + ROW - 1] - f->lane_d) > f->half_lane ? f->cost_change : 0.0;
 }
 
 /* results (OF_RESULT, phases, steps) of every member */

@@ -1,4 +1,4 @@
-/* The interior point's iteration over a horizon. The stage functions, their sizes (NX ... NFEEDBACK) and the slack prices are generated
+/* The interior point's iteration over a horizon. The stage functions, their sizes (NX ... NFEEDBACK) and the slack penalties are generated
  * and stand before this text. No memory is taken, so instances may run in threads.
  *
  * Arrays hold entry j of node k at [j * LD + k]. Nodes beyond N pad the vectors: no inequality is active there and nothing moves. */

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from mcdas_opt.ocp.lane_mpc import LaneProblem, SlackPrice
+from mcdas_opt.ocp.lane_mpc import LaneProblem, SlackPenalty
 from mcdas_opt.ocp.terms import Constraint, Cost, Effort, FrictionCircle, RoadEdges, RoadEnd, Stage
 
 
@@ -47,22 +47,22 @@ def _costs() -> tuple[Cost, ...]:
     )
 
 
-def _prices() -> dict[str, SlackPrice]:
+def _penalties() -> dict[str, SlackPenalty]:
     return {
-        "friction": SlackPrice(linear=100.0, quadratic=100.0, scale=0.05),
-        "road": SlackPrice(linear=200.0, quadratic=100.0, scale=0.03),
-        "collision": SlackPrice(linear=100.0, quadratic=50.0, scale=0.05),
+        "friction": SlackPenalty(linear=100.0, quadratic=100.0, scale=0.05),
+        "road": SlackPenalty(linear=200.0, quadratic=100.0, scale=0.03),
+        "collision": SlackPenalty(linear=100.0, quadratic=50.0, scale=0.05),
     }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PartedLaneProblem(LaneProblem):
+class SideConstrainedLaneProblem(LaneProblem):
     """`neighbours` lines; the whole of every limit may be used."""
 
     road_margin_m: float = 0.01
     limit_margin: float = 1.0
     costs: tuple[Cost, ...] = field(default_factory=_costs)
-    prices: dict[str, SlackPrice] = field(default_factory=_prices)
+    penalties: dict[str, SlackPenalty] = field(default_factory=_penalties)
 
     @property
     def constraints(self) -> tuple[Constraint, ...]:
