@@ -31,6 +31,7 @@ from mcdas_opt.cli.simulate import simulate
 from mcdas_opt.cli.stop import INTERRUPTED, Stopped, terminated_as_interrupted
 from mcdas_opt.cli.streams import prepare_streams, told_where_stdout_ends
 from mcdas_opt.cli.studio import studio
+from mcdas_opt.cli.sumo import sumo
 from mcdas_opt.cli.tune import tune
 from mcdas_opt.cli.verify import judge, verify
 from mcdas_opt.cli.warmup import warmup
@@ -44,7 +45,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
 )
-driving = (plan, simulate, verify, escapes, replay, live)
+driving = (plan, simulate, verify, escapes, replay, live, sumo)
 parking = (park, follow)
 studying = (reproduce, tune, benchmark, studio)
 carrying = (export_c, export_log, doctor, warmup, schema)

@@ -1,0 +1,1 @@
+"""Eclipse SUMO: our planner at the wheel of one of its vehicles."""

@@ -1,0 +1,152 @@
+"""What is asked of SUMO: libsumo as a module or a connection of traci, whichever the user has; and what is said when it ends."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, Protocol
+
+from mcdas_opt.errors import InputError, McdasError, MissingExtraError
+
+Point = tuple[float, float]
+# of traci.constants: what is subscribed to around the host
+VEHICLES = 0xA4
+LANE_ID, POSITION_3D, ANGLE, SPEED, LENGTH, WIDTH, ACCELERATION = 0x51, 0x39, 0x43, 0x40, 0x44, 0x4D, 0x72
+SUBSCRIBED = (LANE_ID, POSITION_3D, ANGLE, SPEED, LENGTH, WIDTH, ACCELERATION)
+
+
+class VehicleDomain(Protocol):
+    """`traci.vehicle`, as far as it is used."""
+
+    def getIDList(self) -> Sequence[str]: ...  # noqa: N802
+    def getRoute(self, vehID: str) -> Sequence[str]: ...  # noqa: N802
+    def getLaneID(self, vehID: str) -> str: ...  # noqa: N802
+    def getRouteIndex(self, vehID: str) -> int: ...  # noqa: N802
+    def getPosition3D(self, vehID: str) -> tuple[float, float, float]: ...  # noqa: N802
+    def getAngle(self, vehID: str) -> float: ...  # noqa: N802
+    def getSpeed(self, vehID: str) -> float: ...  # noqa: N802
+    def getAcceleration(self, vehID: str) -> float: ...  # noqa: N802
+    def getLength(self, vehID: str) -> float: ...  # noqa: N802
+    def getWidth(self, vehID: str) -> float: ...  # noqa: N802
+    def getAccel(self, vehID: str) -> float: ...  # noqa: N802
+    def getEmergencyDecel(self, vehID: str) -> float: ...  # noqa: N802
+    def getMaxSpeed(self, vehID: str) -> float: ...  # noqa: N802
+    def getVehicleClass(self, vehID: str) -> str: ...  # noqa: N802
+    def setSpeedMode(self, vehID: str, speedMode: int) -> None: ...  # noqa: N802
+    def setLaneChangeMode(self, vehID: str, laneChangeMode: int) -> None: ...  # noqa: N802
+    def subscribeContext(self, objectID: str, domain: int, dist: float, varIDs: Sequence[int]) -> None: ...  # noqa: N802
+    def getContextSubscriptionResults(self, objectID: str) -> Mapping[str, Mapping[int, Any]]: ...  # noqa: N802
+    def moveToXY(  # noqa: N802
+        self, vehID: str, edgeID: str, laneIndex: int, x: float, y: float, angle: float, keepRoute: int, matchThreshold: float
+    ) -> None: ...
+
+
+class LaneDomain(Protocol):
+    """`traci.lane`, as far as it is used."""
+
+    def getShape(self, laneID: str) -> Sequence[Point]: ...  # noqa: N802
+    def getWidth(self, laneID: str) -> float: ...  # noqa: N802
+    def getMaxSpeed(self, laneID: str) -> float: ...  # noqa: N802
+    def getAllowed(self, laneID: str) -> Sequence[str]: ...  # noqa: N802
+    def getDisallowed(self, laneID: str) -> Sequence[str]: ...  # noqa: N802
+    def getLinks(self, laneID: str) -> Sequence[tuple[Any, ...]]: ...  # noqa: N802
+
+
+class EdgeDomain(Protocol):
+    """`traci.edge`, as far as it is used."""
+
+    def getLaneNumber(self, edgeID: str) -> int: ...  # noqa: N802
+
+
+class SimulationDomain(Protocol):
+    """`traci.simulation`, as far as it is used."""
+
+    def getTime(self) -> float: ...  # noqa: N802
+    def getDeltaT(self) -> float: ...  # noqa: N802
+    def getEndTime(self) -> float: ...  # noqa: N802
+    def getMinExpectedNumber(self) -> int: ...  # noqa: N802
+
+
+class Connection(Protocol):
+    """The module libsumo, or what `traci.getConnection()` returns."""
+
+    @property
+    def vehicle(self) -> VehicleDomain: ...
+    @property
+    def lane(self) -> LaneDomain: ...
+    @property
+    def edge(self) -> EdgeDomain: ...
+    @property
+    def simulation(self) -> SimulationDomain: ...
+    def simulationStep(self) -> object: ...  # noqa: N802
+
+
+class SumoError(McdasError, RuntimeError):
+    """SUMO ended, or refused what it was asked."""
+
+
+@contextmanager
+def asking(what: str) -> Iterator[None]:
+    """Turns whatever traci or libsumo raises into a `SumoError`: what was being done, and what SUMO said."""
+    try:
+        yield
+    except Exception as error:
+        if not _is_sumos(error):
+            raise
+        raise SumoError(f"SUMO ended or refused while {what}: {str(error).strip() or type(error).__name__}") from None
+
+
+def _is_sumos(error: Exception) -> bool:
+    """Both packages name their errors alike; a connection that breaks is an OSError of the socket."""
+    return any(kind.__name__ in ("TraCIException", "FatalTraCIError") for kind in type(error).__mro__) or isinstance(error, OSError)
+
+
+@contextmanager
+def started(config: Path, seed: int, options: Sequence[str] = ()) -> Iterator[Connection]:
+    """libsumo with a configuration and a seed, in steps of 0.1 s; ended at the end. One at a time in a process.
+
+    Raises `MissingExtraError` without libsumo, `InputError` for a configuration that is not there or that SUMO does not take.
+    """
+    require_libsumo()
+    libsumo = _libsumo()
+    if not config.is_file():
+        raise InputError(config, "", None, "no such file")
+    steps = ("--step-length", "0.1", "--no-step-log", "--collision.action", "warn")
+    try:
+        libsumo.start(["sumo", "-c", str(config), "--seed", str(seed), *steps, *options])
+    except Exception as error:
+        if not _is_sumos(error):
+            raise
+        raise InputError(config, "", None, f"SUMO does not take it: {' '.join(str(error).split())}") from None
+    try:
+        yield libsumo
+    finally:
+        with suppress(Exception):
+            libsumo.close()
+
+
+def require_libsumo() -> None:
+    """Raises `MissingExtraError` where libsumo is not installed; loads nothing."""
+    if importlib.util.find_spec("libsumo") is None:
+        raise MissingExtraError("libsumo", "sumo")
+
+
+def _libsumo() -> Any:
+    """The module. It would warn of another pyarrow than its own on stdout, which is the user's."""
+    if "libsumo" not in sys.modules:
+        before = os.environ.get("LIBSUMO_AS_TRACI")
+        os.environ["LIBSUMO_AS_TRACI"] = "quiet"
+        try:
+            import libsumo
+        finally:
+            if before is None:
+                del os.environ["LIBSUMO_AS_TRACI"]
+            else:
+                os.environ["LIBSUMO_AS_TRACI"] = before
+    import libsumo
+
+    return libsumo

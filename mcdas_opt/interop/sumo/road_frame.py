@@ -1,0 +1,217 @@
+"""The route as a road of ours: a reference line along the middle of one column of lanes, and which lanes there are where."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.interop.commonroad.lane_line import Placement
+from mcdas_opt.interop.sumo.connection import LaneDomain
+from mcdas_opt.interop.sumo.route import Edge
+
+_KNOT_M, _SAMPLE_M = 5.0, 1.0
+_SMOOTH_M = 15  # samples of the moving average over headings
+_RETURN_1PM = 1.0 / 25.0  # how fast the line comes back to the lane's middle: critically damped
+_STRAIGHT_1PM = 3e-6  # less curvature than this is none
+_BEYOND_M = 400.0  # the line goes straight on before the route's beginning and after its end
+_WINDOW_M, _STRIDE_M = (300.0, 800.0), 100.0
+_GENTLE_MPS2 = 1.5  # on the way to a lower limit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Section:
+    """An edge of the route in the frame: from where its lanes begin to where they end."""
+
+    edge: Edge
+    begin_m: float
+    end_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LaneEnd:
+    """Where a column of lanes ends for this route: no lane there leads on."""
+
+    column: int
+    s_m: float
+
+
+class RoadFrame:
+    """The route's plane against our (s, d): d = 0 is the middle of column `base`. Lanes are as wide as the base's first."""
+
+    def __init__(self, lanes: LaneDomain, edges: Sequence[Edge], base: int, friction: float) -> None:
+        self.base, self._friction = base, friction
+        self.lane_width_m = edges[0].nearest(base).width_m
+        pieces = [self._middle(edge) for edge in edges]
+        parts = (part for piece, edge in zip(pieces, edges, strict=True) for part in (piece, *_through(lanes, edge, base)))
+        line = _even(np.concatenate(list(parts)))
+        self.placement, self._knots = _followed(line)
+        self._frame = FrenetFrame(
+            road=Road(curvature=self._knots), s_min_m=-_BEYOND_M, s_max_m=self._knots[-1][0] + _BEYOND_M
+        )  # fmt: skip
+        ends = [self._along(piece) for piece in pieces]
+        self.sections = tuple(Section(edge=edge, begin_m=begin, end_m=end) for edge, (begin, end) in zip(edges, ends, strict=True))
+        self._begins = [section.begin_m for section in self.sections]
+        self._road = lru_cache(maxsize=8)(self._window)
+
+    @property
+    def end_m(self) -> float:
+        return self.sections[-1].end_m
+
+    def to_road(self, x: Array, y: Array, yaw: Array, near_s_m: float | None = None) -> tuple[Array, Array, Array]:
+        """(s, d, heading relative to the road) of poses in SUMO's plane, yaw counter-clockwise from its x axis."""
+        return self._frame.to_road(*self.placement.to_frame(x, y, yaw), near_s_m=near_s_m)
+
+    def to_plane(self, s: float, d: float, psi: float) -> tuple[float, float, float]:
+        """(x, y, yaw) in SUMO's plane."""
+        x, y, yaw = self._frame.to_plane(np.array(s), np.array(d), np.array(psi))
+        return tuple(float(q) for q in self.placement.to_plane(x, y, yaw))  # type: ignore[return-value]
+
+    def curvature_at(self, s_m: float) -> float:
+        return float(self._frame.road.curvature_at(s_m))
+
+    def section_at(self, s_m: float) -> Section:
+        """What lies between two edges belongs to the one before."""
+        return self.sections[max(bisect_right(self._begins, s_m) - 1, 0)]
+
+    def column_at(self, s_m: float, d_m: float) -> int:
+        """Of the lanes that there are."""
+        columns = self.section_at(s_m).edge.columns
+        return min(max(self.base + math.floor(d_m / self.lane_width_m + 0.5), columns.start), columns.stop - 1)
+
+    def centre_m(self, column: int) -> float:
+        return (column - self.base) * self.lane_width_m
+
+    def lane_ends(self, s_m: float, ahead_m: float) -> tuple[LaneEnd, ...]:
+        """Of the columns that there are at `s_m`, where those end that end within `ahead_m`."""
+        open_columns, found = set(self.section_at(s_m).edge.columns), []
+        for section, after in zip(self.sections, self.sections[1:], strict=False):
+            if section.end_m < s_m:
+                continue
+            if section.end_m > s_m + ahead_m:
+                break
+            for column in sorted(open_columns):
+                lane = section.edge.lane(column)
+                if lane is None or not lane.goes_on or column not in after.edge.columns:
+                    found.append(LaneEnd(column=column, s_m=section.end_m))
+                    open_columns.discard(column)
+        return tuple(found)
+
+    def reach_m(self, s_m: float, column: int) -> float:
+        """How far ahead that column goes on."""
+        return next((end.s_m - s_m for end in self.lane_ends(s_m, math.inf) if end.column == column), math.inf)
+
+    def limit_mps(self, s_m: float, column: int, ahead_m: float) -> float:
+        """The speed limit here, or what is on the way to a lower one ahead."""
+        here = self.section_at(s_m)
+        found = here.edge.nearest(column).limit_mps
+        for section in self.sections:
+            way = section.begin_m - s_m
+            if 0.0 < way < ahead_m:
+                found = min(found, math.sqrt(section.edge.nearest(column).limit_mps ** 2 + 2.0 * _GENTLE_MPS2 * way))
+        return found
+
+    def road_at(self, s_m: float, limit_mps: float) -> Road:
+        """Our road as it is at `s_m`, the base's lane as lane 0; the same record while nothing changes."""
+        columns = self.section_at(s_m).edge.columns
+        stretch = math.floor(s_m / _STRIDE_M)
+        return self._road(stretch, max(columns.stop - 1 - self.base, 0), max(self.base - columns.start, 0), limit_mps)
+
+    def _window(self, stretch: int, left: int, right: int, limit_mps: float) -> Road:
+        low, high = stretch * _STRIDE_M - _WINDOW_M[0], stretch * _STRIDE_M + _WINDOW_M[1]
+        s = [low, *(knot for knot, _ in self._knots if low < knot < high), high]
+        kappa = self._frame.road.curvature_at(np.array(s)).tolist()
+        knots = tuple(zip(s, kappa, strict=True)) if any(kappa) else ((0.0, 0.0),)
+        return Road(
+            lane_width_m=self.lane_width_m,
+            lanes_left=left,
+            lanes_right=right,
+            friction=self._friction,
+            speed_limit_mps=limit_mps,
+            curvature=knots,
+        )
+
+    def _middle(self, edge: Edge) -> Array:
+        """Of the base on an edge, or of where it would be."""
+        lane = edge.nearest(self.base)
+        return _shifted(lane.shape, (lane.column - self.base) * self.lane_width_m)
+
+    def _along(self, piece: Array) -> tuple[float, float]:
+        s, _, _ = self.to_road(piece[[0, -1], 0], piece[[0, -1], 1], np.zeros(2))
+        return float(s[0]), float(s[1])
+
+
+def _through(lanes: LaneDomain, edge: Edge, base: int) -> list[Array]:
+    """The lanes inside the junction behind an edge, beside which the base lies."""
+    lane = edge.nearest(base)
+    if not lane.goes_on:
+        lane = min((one for one in edge.lanes if one.goes_on), key=lambda one: abs(one.column - base), default=lane)
+    found, via = [], lane.via
+    while via.startswith(":"):
+        found.append(_shifted(np.asarray(lanes.getShape(via), dtype=np.float64)[:, :2], (lane.column - base) * lane.width_m))
+        via = next((str(link[0]) for link in lanes.getLinks(via)), "")
+    return found
+
+
+def _shifted(shape: Array, right_m: float) -> Array:
+    """The polyline moved to its right."""
+    if right_m == 0.0:
+        return shape
+    way = np.gradient(shape, axis=0)
+    way /= np.maximum(np.hypot(*way.T), 1e-9)[:, None]
+    return np.asarray(shape + right_m * np.column_stack([way[:, 1], -way[:, 0]]))
+
+
+def _even(points: Array) -> Array:
+    """A point every metre; steps back (where two pieces overlap) are left out."""
+    kept = [points[0]]
+    for point in points[1:]:
+        step = point - kept[-1]
+        if np.hypot(*step) > 0.05 and (len(kept) < 2 or float(step @ (kept[-1] - kept[-2])) > 0.0):
+            kept.append(point)
+    line = np.array(kept)
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+    even = np.linspace(0.0, along[-1], max(round(along[-1] / _SAMPLE_M), 8) + 1)
+    return np.column_stack([np.interp(even, along, line[:, i]) for i in (0, 1)])
+
+
+def _followed(points: Array) -> tuple[Placement, tuple[tuple[float, float], ...]]:
+    """A line of piecewise linear curvature that stays with the points: their own curvature, and feedback of how far off it is.
+
+    The knots' curvature is what the points have there, less the heading's and the offset's error, as a driver steers; so the line never
+    drifts away, however long it is.
+    """
+    way = np.diff(points, axis=0)
+    heading = np.unwrap(np.arctan2(way[:, 1], way[:, 0]))
+    half = _SMOOTH_M // 2
+    padded = np.concatenate([np.full(half, heading[0]), heading, np.full(half, heading[-1])])
+    smooth = np.convolve(padded, np.full(_SMOOTH_M, 1.0 / _SMOOTH_M), mode="valid")
+    bent = np.gradient(smooth) / _SAMPLE_M
+    step = float(np.hypot(*way[0]))
+    knots, s = [(-1.0, 0.0), (0.0, 0.0)], 0.0
+    x, y, theta = float(points[0, 0]), float(points[0, 1]), float(heading[0])
+    first, kappa, inside = theta, 0.0, round(_KNOT_M / 0.5)
+    while s < step * (len(points) - 1) - _KNOT_M:
+        k = min(int(s / step), len(heading) - 1)
+        dx, dy = x - points[k, 0], y - points[k, 1]
+        across = -dx * math.sin(smooth[k]) + dy * math.cos(smooth[k])
+        wanted = float(bent[min(k + round(_KNOT_M), len(bent) - 1)])
+        wanted -= 2.0 * _RETURN_1PM * (theta - float(smooth[k])) + _RETURN_1PM**2 * across
+        wanted = 0.0 if abs(wanted) < _STRAIGHT_1PM else wanted
+        slope = (wanted - kappa) / _KNOT_M
+        for i in range(inside):
+            middle = (i + 0.5) * _KNOT_M / inside
+            turn = theta + kappa * middle + 0.5 * slope * middle**2
+            x, y = x + math.cos(turn) * _KNOT_M / inside, y + math.sin(turn) * _KNOT_M / inside
+        theta += kappa * _KNOT_M + 0.5 * slope * _KNOT_M**2
+        s, kappa = s + _KNOT_M, wanted
+        knots.append((s, kappa))
+    knots.append((s + _KNOT_M, 0.0))
+    return Placement(x_m=float(points[0, 0]), y_m=float(points[0, 1]), yaw_rad=first), tuple(knots)

@@ -1,0 +1,158 @@
+"""Who drives around a SUMO vehicle, in the frame of its road; and the ends of lanes as bodies that stand there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mcdas_opt.domain.track import Track
+from mcdas_opt.interop.sumo.connection import (
+    ACCELERATION,
+    ANGLE,
+    LANE_ID,
+    LENGTH,
+    POSITION_3D,
+    SPEED,
+    SUBSCRIBED,
+    VEHICLES,
+    WIDTH,
+    Connection,
+)
+from mcdas_opt.interop.sumo.road_frame import RoadFrame
+from mcdas_opt.simulation.ordinary import Placed
+from mcdas_opt.tracking.acceleration import AccelerationFilter
+
+_LEVEL_M = 3.0  # who is farther above or below is on another road
+_SPEED_SD_MPS = 0.1  # of an exact speed, for the filter that learns the acceleration from it
+_END_LENGTH_M, _END_BESIDE_M = 2.0, 0.3  # of a lane's end, and the room that it leaves to its lane's edges
+
+
+@dataclass(slots=True)
+class Traffic:
+    """What SUMO says of everybody within `look_m` (ahead, behind) of the host, step by step."""
+
+    sumo: Connection
+    host: str
+    look_m: tuple[float, float]
+    _seen: dict[str, _Seen] = field(default_factory=dict)
+
+    def subscribe(self) -> None:
+        """Asks SUMO for everybody near the host, from the next step on."""
+        self.sumo.vehicle.subscribeContext(self.host, VEHICLES, max(self.look_m) + 20.0, SUBSCRIBED)
+
+    def forget(self) -> None:
+        """Positions across another frame cannot be compared with those before."""
+        self._seen.clear()
+
+    def around(self, frame: RoadFrame, s_m: float, time_s: float) -> tuple[Placed, ...]:
+        """Everybody near on the host's road, or over it: bodies in the frame, speeds along it."""
+        found = self.sumo.vehicle.getContextSubscriptionResults(self.host)
+        level = float(self.sumo.vehicle.getPosition3D(self.host)[2])
+        near = {name: facts for name, facts in found.items() if name != self.host and abs(facts[POSITION_3D][2] - level) < _LEVEL_M}
+        if not near:
+            self._seen.clear()
+            return ()
+        x, y, yaw = centres(near.values())
+        s, d, psi = frame.to_road(x, y, yaw, near_s_m=s_m)
+        bodies = []
+        for k, (name, facts) in enumerate(near.items()):
+            if not -self.look_m[1] <= s[k] - s_m <= self.look_m[0] or not _on_road(frame, float(s[k]), float(d[k]), facts):
+                continue
+            stretch = max(1.0 - float(d[k]) * frame.curvature_at(float(s[k])), 0.1)
+            bodies.append(
+                Placed(
+                    id=name,
+                    s_m=float(s[k]),
+                    d_m=float(d[k]),
+                    heading_rad=float(psi[k]),
+                    speed_mps=float(facts[SPEED]) * math.cos(float(psi[k])) / stretch,
+                    acceleration_mps2=float(facts[ACCELERATION]),
+                    length_m=float(facts[LENGTH]),
+                    width_m=float(facts[WIDTH]),
+                    lane=frame.column_at(float(s[k]), float(d[k])),
+                )
+            )
+        self._learn(bodies, time_s)
+        return tuple(bodies)
+
+    def tracks(self, bodies: tuple[Placed, ...], time_s: float) -> Iterator[Track]:
+        """As a planner is told of them: exact places and speeds, the acceleration that their speed has shown."""
+        for body in bodies:
+            seen = self._seen[body.id]
+            acceleration, sd = seen.speed.at(time_s)
+            yield Track(
+                id=body.id,
+                s_m=body.s_m,
+                d_m=body.d_m,
+                speed_s_mps=body.speed_mps,
+                speed_d_mps=seen.across_mps,
+                length_m=body.length_m,
+                width_m=body.width_m,
+                age_s=time_s - seen.first_s,
+                acceleration_s_mps2=acceleration,
+                acceleration_s_sd_mps2=sd,
+            )
+
+    def _learn(self, bodies: list[Placed], time_s: float) -> None:
+        kept = {}
+        for body in bodies:
+            seen = self._seen.get(body.id) or _Seen(first_s=time_s, across_mps=body.speed_mps * math.tan(body.heading_rad))
+            seen.take(time_s, body)
+            kept[body.id] = seen
+        self._seen = kept
+
+
+@dataclass(slots=True)
+class _Seen:
+    """What a vehicle's past tells: its speed across the road, and its acceleration."""
+
+    first_s: float
+    across_mps: float
+    time_s: float = -math.inf
+    d_m: float = 0.0
+    speed: AccelerationFilter = field(default_factory=AccelerationFilter)
+
+    def take(self, time_s: float, body: Placed) -> None:
+        if time_s <= self.time_s:
+            return
+        if math.isfinite(self.time_s):
+            self.across_mps = (body.d_m - self.d_m) / (time_s - self.time_s)
+        self.time_s, self.d_m = time_s, body.d_m
+        self.speed.take(time_s, body.speed_mps, _SPEED_SD_MPS**2)
+
+
+def lane_end_tracks(frame: RoadFrame, s_m: float, ahead_m: float) -> Iterator[Track]:
+    """Every lane that ends within `ahead_m`, as a body that stands behind its end."""
+    for end in frame.lane_ends(s_m, ahead_m):
+        yield Track(
+            id=f"end of lane {end.column}",
+            s_m=end.s_m + 0.5 * _END_LENGTH_M,
+            d_m=frame.centre_m(end.column),
+            speed_s_mps=0.0,
+            length_m=_END_LENGTH_M,
+            width_m=frame.lane_width_m - 2.0 * _END_BESIDE_M,
+            age_s=10.0,
+            acceleration_s_sd_mps2=0.0,
+        )
+
+
+def centres(found: Any) -> tuple[Any, Any, Any]:
+    """(x, y, yaw) of body centres: SUMO says where the middle of the front bumper is, and turns clockwise from north."""
+    x, y, yaw, length = (
+        np.array([float(value) for value in column])
+        for column in zip(*((f[POSITION_3D][0], f[POSITION_3D][1], math.radians(90.0 - f[ANGLE]), f[LENGTH]) for f in found), strict=True)
+    )
+    return x - 0.5 * length * np.cos(yaw), y - 0.5 * length * np.sin(yaw), yaw
+
+
+def _on_road(frame: RoadFrame, s_m: float, d_m: float, facts: Any) -> bool:
+    """On an edge of the route; or on another, but with its body over our lanes, or beside them within a lane's width."""
+    section = frame.section_at(s_m)
+    if str(facts[LANE_ID]).rpartition("_")[0] == section.edge.id:
+        return True
+    columns, reach = section.edge.columns, frame.lane_width_m + 0.5 * float(facts[WIDTH])
+    return frame.centre_m(columns.start) - reach <= d_m <= frame.centre_m(columns.stop - 1) + reach
