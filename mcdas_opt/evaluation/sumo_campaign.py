@@ -57,8 +57,10 @@ def run(
 
     Raises `InputError` for a folder of something else, and `BrokenOffError` where an episode breaks off, its row written.
     """
-    _open(folder, _manifest(settings, seeds, drivers), resume)
+    _open(folder, _manifest(settings, seeds, drivers))
     with Journal(folder / JOURNAL) as journal:
+        if journal.records and not resume:
+            raise InputError(folder, "", None, "holds rows of this very run: add --resume to go on, or name another --out")
         there = {(row["seed"], row["driver"]) for row in journal.records}
         wanted = [(seed, driver) for seed in seeds for driver in drivers if (seed, driver) not in there]
         tasks = [Task(episode_row, (settings, seed, driver, folder / PICTURES), _LIMIT_S) for seed, driver in wanted]
@@ -69,6 +71,8 @@ def run(
             if answer.ended is not Ended.RETURNED:
                 raise BrokenOffError(f"seed {seed}, {driver}: {answer.reason}; {len(journal.records)} rows are kept in {folder}")
             row: Record = answer.value
+            if row["error"] and not row["snapshots"]:
+                raise BrokenOffError(f"{row['error']} (seed {seed}, {driver})")
             if row["error"]:
                 write_whole(folder / f"broken-{seed}-{driver}.json", json.dumps(row, allow_nan=False, indent=1) + "\n")
                 kept = f"{len(journal.records)} rows and what was driven of this one are kept in {folder}"
@@ -89,6 +93,7 @@ def episode_row(settings: EpisodeSettings, seed: int, driver: str, pictures: Pat
         "seed": seed,
         "driver": driver,
         "error": episode.error,
+        "snapshots": len(episode.snapshots),
         **({} if episode.summary is None else to_document(episode.summary) | {"driver": driver}),
         "pictures": draw(episode, pictures),
     }
@@ -245,7 +250,7 @@ def _manifest(settings: EpisodeSettings, seeds: Sequence[int], drivers: Sequence
     }
 
 
-def _open(folder: Path, manifest: Record, resume: bool) -> None:
+def _open(folder: Path, manifest: Record) -> None:
     """Makes the folder, or checks that it is of the same run."""
     path = folder / MANIFEST
     if path.is_file():
@@ -253,8 +258,6 @@ def _open(folder: Path, manifest: Record, resume: bool) -> None:
         wrong = next((key for key in manifest if not isinstance(found, dict) or found.get(key) != manifest[key]), None)
         if wrong is not None:
             raise InputError(path, wrong, None, "is of another run: name another --out")
-        if not resume:
-            raise InputError(path, "", None, "holds rows of this very run: add --resume to go on, or name another --out")
         return
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InputError(folder, "", None, "is not empty and holds no such run: name another --out")

@@ -52,9 +52,9 @@ def _show(axes: Axes, moment: Snapshot, other: str, time_s: float) -> None:
         style.draw_body(axes, x, y, yaw, body.length_m, body.width_m, colour)
         axes.annotate(f"{body.speed_mps:.0f}", (x, y), ha="center", va="center", fontsize=6, color="white", zorder=6)
     if moment.plan is not None:
-        x = moment.plan.trajectory
-        later = x.t_s >= moment.time_s - moment.plan.time_s
-        axes.plot(*camera.place(x.s_m[later], x.d_m[later])[:2], color=style.PLAN, lw=1.2, zorder=3)
+        path = moment.plan.trajectory
+        later = path.t_s >= moment.time_s - moment.plan.time_s
+        axes.plot(*camera.place(path.s_m[later], path.d_m[later])[:2], color=style.PLAN, lw=1.2, zorder=3)
     middle = 0.5 * (road.left_edge_m + road.right_edge_m)
     half = max(0.5 * (road.left_edge_m - road.right_edge_m) + 1.5, 7.0)
     axes.set(xlim=(-_BACK_M, _AHEAD_M), ylim=(middle - half, middle + half), aspect="equal")

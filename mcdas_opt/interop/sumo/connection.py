@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import os
 import sys
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -116,17 +117,36 @@ def started(config: Path, seed: int, options: Sequence[str] = ()) -> Iterator[Co
     if not config.is_file():
         raise InputError(config, "", None, "no such file")
     steps = ("--step-length", "0.1", "--no-step-log", "--collision.action", "warn")
+    said: list[str] = []
     try:
-        libsumo.start(["sumo", "-c", str(config), "--seed", str(seed), *steps, *options])
+        with _listening(said):
+            libsumo.start(["sumo", "-c", str(config), "--seed", str(seed), *steps, *options])
     except Exception as error:
         if not _is_sumos(error):
             raise
-        raise InputError(config, "", None, f"SUMO does not take it: {' '.join(str(error).split())}") from None
+        told = next((line for line in said if line.startswith("Error")), str(error))
+        raise InputError(config, "", None, f"SUMO does not take it: {' '.join(told.removeprefix('Error:').split())}") from None
     try:
         yield libsumo
     finally:
         with suppress(Exception):
             libsumo.close()
+
+
+@contextmanager
+def _listening(said: list[str]) -> Iterator[None]:
+    """Gathers the lines that SUMO itself writes to stderr."""
+    sys.stderr.flush()
+    kept = os.dup(2)
+    with tempfile.TemporaryFile() as file:
+        os.dup2(file.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(kept, 2)
+            os.close(kept)
+            file.seek(0)
+            said += file.read().decode(errors="replace").splitlines()
 
 
 def require_libsumo() -> None:

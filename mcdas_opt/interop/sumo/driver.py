@@ -24,6 +24,7 @@ from mcdas_opt.interop.sumo.record import Contact, SumoSummary
 from mcdas_opt.interop.sumo.road_frame import RoadFrame
 from mcdas_opt.interop.sumo.route import read_route
 from mcdas_opt.interop.sumo.traffic import Traffic, centres, lane_end_tracks
+from mcdas_opt.planning.method import Method
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.simulation.controller import FeedForward
 from mcdas_opt.simulation.idm import STEP_S
@@ -52,7 +53,7 @@ class SumoDriver:
         self,
         connection: Connection,
         ego: str,
-        method: str = "mpc",
+        method: str | Method = "mpc",
         *,
         desired_mps: float | None = None,
         look_m: tuple[float, float] = (150.0, 100.0),

@@ -1,0 +1,299 @@
+"""SUMO's vehicles in our frame, ours in SUMO's; who caused a contact; and what is said where SUMO cannot go on."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from mcdas_opt.baselines.lane import judged
+from mcdas_opt.baselines.steady import SteadyLaw
+from mcdas_opt.catalogue.data_files import models_folder
+from mcdas_opt.cli.app import app
+from mcdas_opt.cli.sumo import seeds_of
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.evaluation.sumo_campaign import lines, summarise
+from mcdas_opt.interop.sumo.blame import caused_by
+from mcdas_opt.interop.sumo.connection import Connection, SumoError, started
+from mcdas_opt.interop.sumo.driver import SumoDriver
+from mcdas_opt.interop.sumo.episode import EpisodeSettings, drive, sumo_config
+from mcdas_opt.interop.sumo.record import Cause
+from mcdas_opt.interop.sumo.road_frame import LaneEnd, RoadFrame
+from mcdas_opt.interop.sumo.route import read_route
+from mcdas_opt.plotting.traffic_moments import draw_moments
+from mcdas_opt.simulation.ordinary import Placed, Snapshot
+
+libsumo = pytest.importorskip("libsumo")
+
+NETS = models_folder() / "sumo"
+MOTORWAY = ("start", "merging", "bend", "narrow", "wide")
+BENDS = ("first", "left", "right", "sharp", "back", "last")
+
+
+def configuration(folder: Path, routes: str, net: str = "bends", end_s: float = 60.0) -> Path:
+    """A configuration of our own on a shipped network."""
+    (folder / "own.rou.xml").write_text(f"<routes>{routes}</routes>", "utf-8")
+    text = (NETS / f"{net}.sumocfg").read_text("utf-8").replace(f'"{net}.net.xml"', f'"{NETS / net}.net.xml"')
+    text = text.replace(f"{net}.rou.xml", "own.rou.xml").replace('<end value="600"/>', f'<end value="{end_s:g}"/><route-steps value="1"/>')
+    (folder / "own.sumocfg").write_text(text, "utf-8")
+    return folder / "own.sumocfg"
+
+
+ROUTE = f'<vType id="car" length="4.5" width="1.8" accel="2.6" sigma="0"/><route id="r" edges="{" ".join(BENDS)}"/>'
+EGO = '<vehicle id="ego" type="car" route="r" depart="0.5" departPos="50" departSpeed="20"/>'
+STANDING = '<vehicle id="wall" type="car" route="r" depart="0" departPos="160"><stop lane="first_0" endPos="160" duration="500"/></vehicle>'
+
+
+@contextmanager
+def on_the_road(config: Path, seed: int = 1, ego: str = "ego") -> Iterator[Connection]:
+    with started(config, seed) as sumo:
+        while ego not in sumo.vehicle.getIDList():
+            sumo.simulationStep()
+        yield sumo
+
+
+class Blind:
+    """Keeps its speed and its lane."""
+
+    has_ladder = False
+
+    def __init__(self, vehicle: Vehicle) -> None:
+        self.vehicle = vehicle
+
+    def plan(self, situation: Situation, previous: Plan | None) -> Plan:
+        return judged("blind", situation, self.vehicle, Settings(), law=SteadyLaw(), reason="blind")
+
+
+@pytest.mark.parametrize(("net", "route", "base"), [("motorway", MOTORWAY, 0), ("motorway", MOTORWAY, 1), ("bends", BENDS, 1)])
+def test_every_lane_lies_where_the_frame_says(net: str, route: tuple[str, ...], base: int) -> None:
+    with started(NETS / f"{net}.sumocfg", 1) as sumo:
+        edges = read_route(sumo, route, 0, "passenger")
+        frame = RoadFrame(sumo.lane, edges, base, 0.9)
+    for edge in edges:
+        for lane in edge.lanes:
+            points = np.concatenate([np.linspace(a, b, 4) for a, b in zip(lane.shape, lane.shape[1:], strict=False)])
+            s, d, psi = frame.to_road(points[:, 0], points[:, 1], np.zeros(len(points)))
+            assert np.abs(d - frame.centre_m(lane.column)).max() < 0.2, lane.id
+            assert frame.column_at(float(s[2]), float(d[2])) == lane.column
+            x, y, yaw = frame.to_plane(float(s[1]), float(d[1]), float(psi[1]))
+            assert (x, y) == pytest.approx(tuple(points[1]), abs=1e-6)
+            assert math.sin(yaw) == pytest.approx(0.0, abs=1e-9)
+    lengths = [section.end_m - section.begin_m for section in frame.sections]
+    assert lengths == pytest.approx([float(np.hypot(*np.diff(edge.nearest(base).shape, axis=0).T).sum()) for edge in edges], rel=5e-3)
+
+
+def test_columns_go_on_where_links_lead_and_end_where_none_does() -> None:
+    with started(NETS / "motorway.sumocfg", 1) as sumo:
+        through = read_route(sumo, MOTORWAY, 0, "passenger")
+        ramp = read_route(sumo, ("ramp", *MOTORWAY[1:]), 0, "passenger")
+        frame = RoadFrame(sumo.lane, ramp, 0, 0.9)
+    assert [list(edge.columns) for edge in through] == [[0, 1, 2], [-1, 0, 1, 2], [0, 1, 2], [0, 1], [0, 1, 2]]
+    assert [list(edge.columns) for edge in ramp] == [[0], [0, 1, 2, 3], [1, 2, 3], [1, 2], [1, 2, 3]]
+    merging = frame.sections[1]
+    assert frame.lane_ends(0.0, 2000.0) == (LaneEnd(column=0, s_m=merging.end_m),)
+    assert [end.column for end in frame.lane_ends(merging.begin_m + 1.0, 2000.0)] == [0, 3]
+    road = frame.road_at(merging.begin_m + 1.0, 30.0)
+    assert (road.lanes_left, road.lanes_right) == (3, 0)
+    limits = [frame.limit_mps(s, 1, 300.0) for s in (frame.sections[3].begin_m - 400.0, frame.sections[3].begin_m - 30.0)]
+    assert limits == pytest.approx([33.33, math.sqrt(27.78**2 + 2.0 * 1.5 * 30.0)], rel=1e-3)
+
+
+def test_the_vehicle_is_where_the_plan_has_it_and_the_limit_is_kept(tmp_path: Path) -> None:
+    with on_the_road(configuration(tmp_path, ROUTE + EGO.replace('"50"', '"480"'))) as sumo:
+        driver = SumoDriver(sumo, "ego", "idm-mobil", look_m=(80, 80))
+        assert (driver.vehicle.length_m, driver.vehicle.width_m, driver.vehicle.acceleration_max_mps2) == pytest.approx((4.5, 1.8, 2.6))
+        for _ in range(100):
+            assert driver.step()
+            host = driver.snapshots[-1].host
+            x, y, yaw = driver.frame.to_plane(host.s_m, host.d_m, host.heading_rad)
+            front = (x + 2.25 * math.cos(yaw), y + 2.25 * math.sin(yaw))
+            assert sumo.vehicle.getPosition3D("ego")[:2] == pytest.approx(front, abs=1e-6)
+    summary = driver.summary
+    assert summary.driver == "idm-mobil"
+    assert (summary.ended, summary.contacts, summary.plans) == ("driving", (), 100)
+    assert summary.ordinary.distance_m == pytest.approx(host.s_m - driver.snapshots[0].host.s_m, rel=1e-3)
+    assert max(abs(one.host.d_m) for one in driver.snapshots) < 0.2
+    assert driver.frame.section_at(host.s_m).edge.id == "left"
+    assert host.speed_mps < 25.3
+
+
+def test_whoever_watches_changes_nothing() -> None:
+    places = []
+    for watched in (False, True):
+        with on_the_road(NETS / "bends.sumocfg", seed=3) as sumo:
+            driver = SumoDriver(sumo, "ego", "sumo") if watched else None
+            for _ in range(40):
+                if driver is None:
+                    sumo.simulationStep()
+                else:
+                    driver.step()
+            places.append((sumo.vehicle.getPosition3D("ego"), len(sumo.vehicle.getIDList())))
+    assert places[0] == places[1]
+
+
+def test_who_drives_on_blindly_causes_the_contact_and_the_picture_shows_it(tmp_path: Path) -> None:
+    with on_the_road(configuration(tmp_path, ROUTE + STANDING + EGO)) as sumo:
+        driver = SumoDriver(sumo, "ego", "sumo")
+        driver = SumoDriver(sumo, "ego", Blind(driver.vehicle))
+        while driver.step() and not driver.contacts:
+            pass
+        assert len(driver.contacts) == 1
+        for _ in range(3):
+            driver.step()
+    contact = driver.contacts[0]
+    assert (len(driver.contacts), contact.other, contact.cause) == (1, "wall", Cause.HOST)
+    assert contact.speed_mps == pytest.approx(20.0, abs=1.0)
+    near = driver.summary.ordinary
+    assert near.least_time_to_collision_s is not None
+    assert near.least_time_to_collision_s < 0.2
+    assert [miss.other for miss in near.near_misses] == ["wall"]
+    figure = draw_moments(driver.snapshots, contact.time_s, "wall", contact.why)
+    assert len(figure.axes) == 6
+    assert all(axes.has_data() for axes in figure.axes)
+
+
+def test_the_planner_stops_where_the_blind_one_hits(tmp_path: Path) -> None:
+    beside = STANDING.replace("wall", "second").replace("first_0", "first_1").replace("departPos", 'departLane="1" departPos')
+    config = configuration(tmp_path, ROUTE + STANDING + beside + EGO.replace('"50"', '"105"').replace('"20"', '"12"'), end_s=8.0)
+    episode = drive(EpisodeSettings(config=config, ego="ego"), 1, "mpc")
+    assert episode.summary is not None
+    assert (episode.error, episode.summary.contacts, episode.summary.unverified_plans) == ("", (), 0)
+    assert episode.snapshots[-1].host.speed_mps < 2.0
+    assert episode.snapshots[-1].time_s == pytest.approx(8.0, abs=0.11)
+
+
+def moment(time_s: float, host: tuple[float, float, int], other: tuple[float, float, int]) -> Snapshot:
+    bodies = [
+        Placed(id=name, s_m=s, d_m=d, speed_mps=20.0, length_m=4.5, width_m=1.8, lane=lane)
+        for name, (s, d, lane) in (("host", host), ("x", other))
+    ]
+    return Snapshot(time_s=time_s, road=Road(lanes_left=1), host=bodies[0], others=(bodies[1],))
+
+
+@pytest.mark.parametrize(
+    ("host", "other", "cause"),
+    [
+        ([(0, 0, 0)] * 3, [(4.4, 0, 0)] * 3, Cause.HOST),
+        ([(0, 0, 0)] * 3, [(-4.4, 0, 0)] * 3, Cause.OTHER),
+        ([(0, 0, 0)] * 3, [(4.4, 3, 1), (4.4, 1.5, 0), (4.4, 1.0, 0)], Cause.OTHER),
+        ([(0, 3, 1), (0, 1.5, 0), (0, 1.0, 0)], [(-4.4, 0, 0)] * 3, Cause.HOST),
+        ([(0, 0, 0), (0, 0.6, 0), (0, 1.2, 0)], [(1, 3, 1)] * 3, Cause.HOST),
+        ([(0, 0, 0)] * 3, [(1, 3, 1), (1, 2.4, 1), (1, 1.8, 1)], Cause.OTHER),
+    ],
+)
+def test_who_came_in_or_drove_into_whom(host: list[tuple[float, float, int]], other: list[tuple[float, float, int]], cause: Cause) -> None:
+    snapshots = [moment(0.3 * k, one, two) for k, (one, two) in enumerate(zip(host, other, strict=True))]
+    assert caused_by(snapshots, "x")[0] is cause
+
+
+def test_no_ego_and_a_step_that_makes_no_cycle_are_one_sentence(tmp_path: Path) -> None:
+    config = configuration(tmp_path, ROUTE + EGO, end_s=20.0)
+    with pytest.raises(
+        InputError, match=r"own\.sumocfg: ego = 'nobody': never departs in this configuration, which was watched until 20 s"
+    ):
+        drive(EpisodeSettings(config=config, ego="nobody"), 1, "sumo")
+    with on_the_road(config) as sumo:
+        with pytest.raises(InputError, match="SUMO: ego = 'nobody': is not on the road"):
+            SumoDriver(sumo, "nobody")
+        with pytest.raises(ParameterError, match="look_m"):
+            SumoDriver(sumo, "ego", look_m=(80.0, 0.0))
+        with pytest.raises(ParameterError, match="desired_mps"):
+            SumoDriver(sumo, "ego", desired_mps=math.nan)
+    slow = config.with_name("slow.sumocfg")
+    slow.write_text(config.read_text("utf-8").replace('<step-length value="0.1"/>', '<step-length value="0.25"/>'), "utf-8")
+    libsumo.start(["sumo", "-c", str(slow), "--no-step-log"])
+    while "ego" not in libsumo.vehicle.getIDList():
+        libsumo.simulationStep()
+    with pytest.raises(ParameterError, match=r"step-length = 0\.25 s: .* start SUMO with --step-length 0\.1"):
+        SumoDriver(libsumo, "ego")
+    libsumo.close()
+    with pytest.raises(InputError, match="no shipped SUMO configuration of that name"):
+        sumo_config("motorwya")
+    (tmp_path / "bad.sumocfg").write_text('<configuration><input><net-file value="nope.net.xml"/></input></configuration>', "utf-8")
+    with pytest.raises(InputError, match=r"bad\.sumocfg: SUMO does not take it: .*nope\.net\.xml"), started(tmp_path / "bad.sumocfg", 1):
+        pass
+
+
+def test_sumo_that_ends_while_driving_leaves_what_was_driven(tmp_path: Path) -> None:
+    with on_the_road(configuration(tmp_path, ROUTE + EGO)) as sumo:
+        driver = SumoDriver(sumo, "ego", "sumo")
+        for _ in range(5):
+            driver.step()
+        sumo.close()  # type: ignore[attr-defined]
+        with pytest.raises(SumoError, match="SUMO ended or refused while ego was driven"):
+            driver.step()
+    assert len(driver.snapshots) == 5
+    assert driver.summary.ordinary.duration_s == pytest.approx(0.4)
+
+
+def test_the_command_keeps_what_was_driven_goes_on_and_prints_a_table(tmp_path: Path) -> None:
+    late = "".join(f'<vehicle id="f{t}" type="car" route="r" depart="{t}"/>' for t in (2, 3))
+    late += '<vehicle id="x" type="{}" route="r" depart="4"/>'
+    config = configuration(tmp_path, ROUTE + EGO + late.format("nosuch"), end_s=5.0)
+    arguments = ["sumo", str(config), "--seeds", "1", "--planner", "aeb", "--out", str(tmp_path / "out")]
+    broken = CliRunner().invoke(app, arguments)
+    assert "The vehicle type 'nosuch' for vehicle 'x' is not known" in str(broken.exception)
+    assert "what was driven of this one are kept" in str(broken.exception)
+    kept = json.loads((tmp_path / "out" / "broken-1-aeb.json").read_text("utf-8"))
+    assert kept["ordinary"]["distance_m"] > 5.0
+    configuration(tmp_path, ROUTE + EGO + late.format("car"), end_s=5.0)
+    whole = CliRunner().invoke(app, [*arguments, "--json"])
+    rows = json.loads(whole.stdout)["rows"]
+    assert [(row["seed"], row["driver"], row["ended"]) for row in rows] == [(1, "aeb", "driving"), (1, "sumo", "driving")]
+    assert "| collisions caused by the host | 0 of 1" in (tmp_path / "out" / "table.md").read_text("utf-8")
+    assert "add --resume" in str(CliRunner().invoke(app, arguments).exception)
+    assert "mean speed" in CliRunner().invoke(app, [*arguments, "--resume"], env={"COLUMNS": "160"}).stdout
+    assert "is of another run" in str(CliRunner().invoke(app, [*arguments[:3], "4", *arguments[4:]]).exception)
+
+
+def row(seed: int, driver: str, distance_m: float, short_s: float, cause: str | None = None) -> dict[str, object]:
+    ordinary = {
+        "duration_s": 100.0, "distance_m": distance_m, "following_s": 50.0, "short_headway_s": [0.0, 0.0, short_s],
+        "short_headway_any_s": 2.0 * short_s, "least_headway_s": 0.7, "least_time_to_collision_s": None, "near_misses": [],
+        "lane_changes": 2, "followers_braked": 1, "outside_iso_s": 1.0,
+    }  # fmt: skip
+    contacts = [] if cause is None else [{"cause": cause}]
+    counts = {"plans": 0, "fallbacks": 0, "unavoidable": 0, "unverified_plans": 0}
+    return {"seed": seed, "driver": driver, "ended": "arrived", "ordinary": ordinary, "contacts": contacts, **counts}
+
+
+def test_the_table_counts_by_driver_and_compares_seed_by_seed() -> None:
+    rows = [row(k, "mpc", 2000.0 + k, 1.0 + k, "host" if k == 1 else None) for k in range(4)]
+    rows += [row(k, "sumo", 1000.0 + 0.5 * k, 0.0) for k in range(4)]
+    found = summarise(rows, ["mpc", "sumo"])
+    assert (found["mpc"]["collisions_by_host"]["k"], found["mpc"]["collisions_by_others"]["k"]) == (1, 0)
+    own = found["mpc"]["own_headway_under_0.8_s"]
+    assert own["value"] == pytest.approx((1 + 2 + 3 + 4) / 200.0)
+    assert own["low"] < own["value"] < own["high"]
+    assert found["mpc"]["any_headway_under_0.8_s"]["value"] == pytest.approx(2.0 * own["value"])
+    speed = found["mpc"]["speed_over_sumo"]
+    assert (speed["value"], speed["low"], speed["high"]) == pytest.approx((2.0, 2.0, 2.0))
+    cells = dict(lines(found))
+    assert cells["followers made to brake > 4 m/s^2, of lane changes"][0].startswith("4 of 8")
+    assert cells["mean speed over sumo's, same seeds"] == ["200.00 [200.00, 200.00] %", "-"]
+
+
+def test_seeds_are_ranges_and_lists() -> None:
+    assert (seeds_of("0-3"), seeds_of("7"), seeds_of("1,5-6")) == ([0, 1, 2, 3], [7], [1, 5, 6])
+    for text in ("", "a", "4-1", "1-", "-3", "1,1"):
+        with pytest.raises(InputError, match="--seeds"):
+            seeds_of(text)
+
+
+def test_the_page_says_what_its_example_prints(capsys: pytest.CaptureFixture[str]) -> None:
+    page = Path(__file__).resolve().parents[2] / "docs" / "sumo.md"
+    code, printed = re.findall(r"```(?:python|text)\n(.*?)```", page.read_text("utf-8"), flags=re.DOTALL)[:2]
+    exec(compile(code, str(page), "exec"), {})
+    assert capsys.readouterr().out == printed
