@@ -1,4 +1,4 @@
-"""Car following: the Intelligent Driver Model."""
+"""Car following: the Intelligent Driver Model, and what ISO 15622 allows."""
 
 from __future__ import annotations
 
@@ -44,3 +44,9 @@ def idm_acceleration(speed_mps: float, desired_mps: float, leader: Leader | None
         crowd = (wanted / max(leader.gap_m, 0.01)) ** 2
     free = 1.0 - math.pow(speed_mps / desired_mps, s.exponent)
     return max(s.acceleration_mps2 * (free - crowd), -s.braking_limit_mps2)
+
+
+def iso_15622_limits(speed_mps: float) -> tuple[float, float, float]:
+    """(acceleration, braking [m/s^2], jerk [m/s^3]) of cruise control by ISO 15622:2018: between 5 and 20 m/s they fall linearly."""
+    share = min(max((speed_mps - 5.0) / 15.0, 0.0), 1.0)
+    return 4.0 - 2.0 * share, 5.0 - 1.5 * share, 5.0 - 2.5 * share

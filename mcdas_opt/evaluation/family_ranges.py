@@ -20,8 +20,11 @@ class RoadSpread(Part):
 
 
 class HostSpread(Part):
+    """`eager_mps`: by how much its desired speed exceeds its own at the start."""
+
     vehicle: str = "sedan"
     speed_mps: Number
+    eager_mps: Number = 0.0
 
 
 class FrontSpread(Part):

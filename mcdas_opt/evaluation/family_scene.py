@@ -55,6 +55,9 @@ class _Draw:
         self._event = self._of(ranges.event_s)
         self._grip = self._road["friction"] * GRAVITY_MPS2
         self._host: Document = {"vehicle": ranges.host.vehicle, "speed_mps": self._speed}
+        eager = self._of(ranges.host.eager_mps)
+        if eager:
+            self._host["desired_speed_mps"] = min(self._speed + eager, self._vehicle.speed_max_mps)
         bend = draw(road.bend_mps2, rng, self._speed)
         if bend:
             kappa = bend / self._speed**2

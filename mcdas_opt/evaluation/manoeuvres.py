@@ -6,17 +6,24 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import Field, model_validator
+import numpy as np
+from pydantic import Field, ValidationInfo, model_validator
 
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.evaluation.spread import Part
+from mcdas_opt.interop.host_motion import HostMotion
 
 _LENGTH_M = 4.5
+_RECORDED_S = 0.5  # between two samples of a recorded lead's speed, whose acceleration is constant in between
 
 
 class Manoeuvre(Part):
-    """`gap_m` is bumper to bumper; the lead holds its first speed until the first of `lead_at_s` and its last from the last on."""
+    """`gap_m` is bumper to bumper; the lead holds its first speed until the first of `lead_at_s` and its last from the last on.
+
+    `lead_file`, beside the suite, is a recording of its speed instead (CSV of t_s, speed_mps), from `lead_from_s` on. With `idm_gap_m` the
+    host follows a driver by the IDM, who follows the lead with that gap. `limit_mps` is the road's.
+    """
 
     name: str
     about: str = ""
@@ -26,13 +33,38 @@ class Manoeuvre(Part):
     gap_m: float | None = None
     lead_mps: list[Annotated[float, Field(ge=0.0)]] = Field(default_factory=list)
     lead_at_s: list[Annotated[float, Field(ge=0.0)]] = Field(default_factory=list)
+    lead_file: str | None = None
+    lead_from_s: Annotated[float, Field(ge=0.0)] = 0.0
+    idm_gap_m: Annotated[float, Field(gt=0.0)] | None = None
+    friction: Annotated[float, Field(gt=0.0, le=1.5)] = 0.9
+    limit_mps: Annotated[float, Field(gt=0.0)] = 40.0
+    nominal: bool = False
     vehicle: str = "sedan"
     sensors: dict[str, Any] = Field(default_factory=dict)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _recorded(cls, document: Any, info: ValidationInfo) -> Any:
+        """Fills in the speeds of the recording."""
+        if not isinstance(document, dict) or not isinstance(document.get("lead_file"), str):
+            return document
+        if "lead_mps" in document or "lead_at_s" in document:
+            raise ValueError("lead_file and lead_mps exclude each other")
+        beside = info.context.parent if isinstance(info.context, Path) else Path()
+        motion = HostMotion.read(beside / document["lead_file"])
+        start, duration = float(document.get("lead_from_s", 0.0)), float(document.get("duration_s", 0.0))
+        if start + duration > float(motion.t_s[-1]):
+            raise ValueError(f"lead_file ends after {motion.t_s[-1]:g} s: lead_from_s and duration_s ask for {start + duration:g} s")
+        t = np.arange(start, start + duration + _RECORDED_S, _RECORDED_S)
+        speeds = np.interp(t, motion.t_s, motion.speed_mps).tolist()
+        return document | {"lead_at_s": np.round(t - start, 9).tolist(), "lead_mps": speeds}
 
     @model_validator(mode="after")
     def _profile_is_whole(self) -> Self:
         if len(self.lead_mps) != len(self.lead_at_s) or (self.gap_m is None) != (not self.lead_mps):
             raise ValueError("gap_m, lead_mps and lead_at_s belong together, the lists equally long")
+        if self.idm_gap_m is not None and self.gap_m is None:
+            raise ValueError("idm_gap_m needs a gap_m and a lead")
         if any(after <= before for before, after in pairwise(self.lead_at_s)):
             raise ValueError("lead_at_s must increase")
         return self
@@ -42,6 +74,9 @@ class Manoeuvre(Part):
         neighbours = []
         if self.gap_m is not None:
             apart = self.gap_m + 0.5 * (load_vehicle(self.vehicle).length_m + _LENGTH_M)
+            if self.idm_gap_m is not None:
+                neighbours.append({"name": "between", "s_m": apart, "speed_mps": self.lead_mps[0], "behaviour": "idm"})
+                apart += self.idm_gap_m + _LENGTH_M
             lead: dict[str, Any] = {"name": "lead", "s_m": apart, "speed_mps": self.lead_mps[0]}
             motion = speed_script(self.lead_at_s, self.lead_mps)
             neighbours.append(lead | ({"motion": motion} if motion else {}))
@@ -50,7 +85,7 @@ class Manoeuvre(Part):
             "name": name,
             "duration_s": self.duration_s,
             "seed": seed,
-            "road": {"speed_limit_mps": 40.0},
+            "road": {"speed_limit_mps": self.limit_mps} | ({} if self.friction == 0.9 else {"friction": self.friction}),
             "host": {"vehicle": self.vehicle, "speed_mps": self.host_mps, "desired_speed_mps": self.desired_mps},
             "neighbour": neighbours,
             "sensors": dict(self.sensors),

@@ -11,8 +11,10 @@ import numpy as np
 from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.settings import Settings, WarningSettings
 from mcdas_opt.domain.vocabulary import Mode, Status
+from mcdas_opt.evaluation.aftermath import ordinary_again
 from mcdas_opt.evaluation.case import Case
 from mcdas_opt.simulation.idm import STEP_S
+from mcdas_opt.simulation.ordinary import instants_of, ordinary_driving
 from mcdas_opt.simulation.record import Outcome, Simulation
 
 HARD_BRAKING_MPS2 = 3.5  # in ordinary following nobody needs as much
@@ -28,6 +30,7 @@ class Row:
     """A row. `ended`: drove, raised, too long or died; where it did not drive, everything from `outcome` on is empty.
 
     `hit`: on which face of the host (front, rear, side). `intervention`: steering or braking beyond ordinary driving.
+    Time gaps are those that no cut-in had made (`simulation.ordinary`): the least, and the seconds under 0.8 s.
     `settling_error_m`: distance to the target lane's centre when a lane change ended (sideways motion stopped or turned).
     """
 
@@ -56,6 +59,12 @@ class Row:
     settling_error_m: float | None = None
     intervention: str = ""
     modes: str = ""
+    least_headway_s: float | None = None
+    short_headway_s: float | None = None
+    outside_iso_s: float | None = None
+    lane_changes: int = 0
+    followers_braked: int = 0
+    ordinary_again: bool | None = None
     plans: int = 0
     fallbacks: int = 0
     unavoidable: int = 0
@@ -104,6 +113,8 @@ def drive(case: Case, planner: str, plant: str) -> Driven:
 
 def row_of(case: Case, run: Simulation) -> Row:
     """The figures of a drive."""
+    instants = instants_of(run)
+    ordinary = ordinary_driving(instants)
     emergencies = [cycle.plan.reason for cycle in run.cycles if cycle.plan.status is not Status.PLANNED]
     return Row(
         **head(case, run.planner, run.plant),
@@ -123,6 +134,12 @@ def row_of(case: Case, run: Simulation) -> Row:
         settling_error_m=settling_error_m(run),
         intervention=_intervention(run),
         modes=" ".join(f"{t:g}:{mode}" for t, mode in run.modes),
+        least_headway_s=ordinary.least_headway_s,
+        short_headway_s=ordinary.short_headway_s[-1],
+        outside_iso_s=ordinary.outside_iso_s,
+        lane_changes=ordinary.lane_changes,
+        followers_braked=ordinary.followers_braked,
+        ordinary_again=ordinary_again(run, instants),
         plans=run.plans,
         fallbacks=run.fallbacks,
         unavoidable=run.unavoidable,

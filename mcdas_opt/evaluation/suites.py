@@ -106,7 +106,7 @@ def expand(name: str | Path, scenes: int | None = None, seed: int | None = None,
 def _read(path: Path) -> Family | SuiteFile:
     document = read_toml(path)
     several = any(key in document for key in ("family", "manoeuvre", "recorded", "part"))
-    return checked(SuiteFile, document, path).equipped() if several else checked(Family, document, path)
+    return checked(SuiteFile, document, path, context=path).equipped() if several else checked(Family, document, path)
 
 
 def _expanded(
@@ -158,7 +158,7 @@ def _of_manoeuvres(manoeuvres: Sequence[Manoeuvre], count: int, seed: int) -> li
         one = manoeuvres[index % len(manoeuvres)]
         branch = np.random.SeedSequence(entropy=seed, spawn_key=(zlib.crc32(one.name.encode()), index))
         scene = one.scene(index, int(branch.generate_state(1)[0]))
-        found.append(_Found(family="manoeuvres", scene=scene, labelled=False))
+        found.append(_Found(family="manoeuvres", scene=scene, nominal=one.nominal, labelled=False))
     return found
 
 

@@ -14,6 +14,7 @@ from mcdas_opt.evaluation.statistics import Pairs, Share, quantiles
 Record = dict[str, Any]
 Test = Callable[[Record], bool]
 
+SHORT_S = 0.5  # of a drive: less is not counted as following too closely, or as beyond ISO 15622
 FACES = ("front", "rear", "side")
 DISTRIBUTIONS = (
     "min_clearance_m",
@@ -24,6 +25,8 @@ DISTRIBUTIONS = (
     "max_jerk_mps3",
     "max_steering_rate_radps",
     "settling_error_m",
+    "least_headway_s",
+    "outside_iso_s",
 )
 
 
@@ -81,6 +84,10 @@ def figures(rows: Sequence[Record]) -> dict[str, Any]:
         "road_departures": share(rows, lambda row: row["outcome"] == "left_road"),
         "road_departures_on_A": share(avoidable, lambda row: row["outcome"] == "left_road"),
         "false_interventions": share([row for row in rows if row["nominal"]], lambda row: bool(row["intervention"]) or failed(row)),
+        "short_headways": share([row for row in rows if not failed(row)], lambda row: row["short_headway_s"] > SHORT_S),
+        "beyond_iso": share([row for row in rows if row["nominal"] and not failed(row)], lambda row: row["outside_iso_s"] > SHORT_S),
+        "followers_braked": Share(k=sum(row["followers_braked"] for row in rows), n=sum(row["lane_changes"] for row in rows)),
+        "ordinary_again": share([row for row in rows if row["ordinary_again"] is not None], lambda row: bool(row["ordinary_again"])),
         "failures": share(rows, failed),
         "unverified_plans": Share(k=sum(row["unverified_plans"] for row in rows), n=sum(row["plans"] for row in rows)),
         "fallback_plans": Share(k=sum(row["fallbacks"] for row in rows), n=sum(row["plans"] for row in rows)),

@@ -15,6 +15,7 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vocabulary import Status
+from mcdas_opt.dynamics.car_following import iso_15622_limits
 from mcdas_opt.simulation.record import Simulation
 
 HEADWAYS_S = (0.3, 0.5, 0.8)  # ISO 15622 asks for at least 0.8 s
@@ -222,18 +223,12 @@ def _lane_changes(instants: Sequence[Instant]) -> Iterator[bool]:
         yield now.follower is not None and any(one.accelerations_mps2.get(now.follower, 0.0) < -HARD_MPS2 for one in watched)
 
 
-def iso_limits(speed_mps: Array) -> tuple[Array, Array, Array]:
-    """(acceleration, braking, jerk) that ISO 15622:2018 allows: between 5 and 20 m/s they fall on a straight line."""
-    found = [np.interp(speed_mps, (5.0, 20.0), ends) for ends in ((4.0, 2.0), (5.0, 3.5), (5.0, 2.5))]
-    return found[0], found[1], found[2]
-
-
 def outside_iso(t_s: Array, speed_mps: Array, acceleration_mps2: Array) -> Array:
     """(n,) true where the mean acceleration of the next 2 s or the mean jerk of the next 1 s is beyond the limits at that speed."""
     gained = np.concatenate([[0.0], np.cumsum(0.5 * (acceleration_mps2[1:] + acceleration_mps2[:-1]) * np.diff(t_s))])
     mean = (np.interp(t_s + 2.0, t_s, gained) - gained) / 2.0
     jerk = np.interp(t_s + 1.0, t_s, acceleration_mps2) - acceleration_mps2
-    most, least, jolt = iso_limits(speed_mps)
+    most, least, jolt = np.array([iso_15622_limits(v) for v in speed_mps.tolist()]).T
     return np.asarray((mean > most + _TOLERANCE) | (mean < -least - _TOLERANCE) | (jerk < -jolt - _TOLERANCE))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from mcdas_opt.catalogue.scenes import load_scene
+from mcdas_opt.dynamics.car_following import iso_15622_limits
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.ordinary import (
     OWED_S,
@@ -17,7 +18,6 @@ from mcdas_opt.simulation.ordinary import (
     Placed,
     instant,
     instants_of,
-    iso_limits,
     made_by_others,
     ordinary_driving,
     outside_iso,
@@ -77,7 +77,7 @@ def test_in_the_lane_is_whose_centre_is_in_it_or_who_reaches_over() -> None:
 
 
 def test_iso_15622_is_stricter_the_faster() -> None:
-    assert [tuple(float(q) for q in iso_limits(np.array(v))) for v in (0.0, 5.0, 12.5, 20.0, 40.0)] == [
+    assert [iso_15622_limits(v) for v in (0.0, 5.0, 12.5, 20.0, 40.0)] == [
         (4.0, 5.0, 5.0), (4.0, 5.0, 5.0), (3.0, 4.25, 3.75), (2.0, 3.5, 2.5), (2.0, 3.5, 2.5)
     ]  # fmt: skip
     t = np.arange(0.0, 10.0, 0.1)

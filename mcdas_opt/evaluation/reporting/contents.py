@@ -25,8 +25,12 @@ _HEADLINE = (
     ("collisions, every scene", "collisions"),
     ("lost, every scene", "lost"),
     ("false interventions", "false_interventions"),
+    ("time gap under 0.8 s, own doing", "short_headways"),
+    ("beyond ISO 15622", "beyond_iso"),
+    ("followers made to brake", "followers_braked"),
     ("unverified plans", "unverified_plans"),
 )
+_AFTER = (("ordinary again at the end", "ordinary_again"), ("plans by the fallback", "fallback_plans"))
 _DISTRIBUTIONS = (
     ("least clearance [m]", "min_clearance_m"),
     ("least time to collision, front [s]", "min_ttc_front_s"),
@@ -35,6 +39,8 @@ _DISTRIBUTIONS = (
     ("largest braking [m/s²]", "max_deceleration_mps2"),
     ("largest jerk [m/s³]", "max_jerk_mps3"),
     ("settling error [m]", "settling_error_m"),
+    ("least own time gap [s]", "least_headway_s"),
+    ("time beyond ISO 15622 [s]", "outside_iso_s"),
     ("impact speed on U [m/s]", "impact_speed_on_U_mps"),
 )
 _MEANINGS = (
@@ -47,6 +53,11 @@ _MEANINGS = (
     "False interventions: of the scenes that need none, those in which the planner steered out (evaded, left its lane, or had over 2 "
     "m/s² of lateral acceleration beyond the road's bend) or braked harder than 3.5 m/s². Unverified plans: plans that left without "
     "the judge's pass. Settling error: distance from the new lane's centre when the sideways motion of a lane change ended.",
+    "Time gap under 0.8 s: drives with more than 0.5 s of it, not counting 10 s after a cut-in. Beyond ISO 15622: of the scenes that need "
+    "no intervention, those with more than 0.5 s of acceleration or braking (means over 2 s) or jerk (over 1 s) beyond the standard. "
+    "Followers made to brake: of the lane changes, those whose new follower braked by more than 4 m/s² from 2 s before to 3 s after. "
+    "Ordinary again: of the drives with an emergency, those that ended calm for 1 s, in the middle of a lane, as fast as desired speed, "
+    "limit and leader let them (or gaining speed), with a time gap of 0.8 s (or an opening one); a drive that ends too early is a no.",
 )
 
 
@@ -87,6 +98,7 @@ def _traffic(kind: str, rows: Sequence[Record], planners: Sequence[str], summary
         Heading(text=f"{kind.capitalize()} traffic"),
         Paragraph(text=f"{first['scenes']} scenes ({labels})."),
         _shares(shown, found),
+        *([_after(found)] if any(figures["ordinary_again"]["n"] for figures in found.values()) else []),
         Heading(text="Distributions", level=3),
         _distributions(found),
     ]
@@ -119,6 +131,11 @@ def _shares(shown: Sequence[tuple[str, str]], found: Mapping[str, Any]) -> Table
         best[key] = min((rate for rate in rates if rate is not None), default=None) if len(rates) > 1 else None
     rows = [[Cell(planner), *(_share(figures[key], best[key]) for _, key in shown)] for planner, figures in found.items()]
     return Table(columns=["planner", *(title for title, _ in shown)], rows=rows, caption="The fewest stand out.")
+
+
+def _after(found: Mapping[str, Any]) -> Table:
+    rows = [[Cell(planner), *(_share(figures[key], None) for _, key in _AFTER)] for planner, figures in found.items()]
+    return Table(columns=["planner", *(title for title, _ in _AFTER)], rows=rows, caption="After an emergency; the share of cycles.")
 
 
 def _distributions(found: Mapping[str, Any]) -> Table:
