@@ -84,8 +84,8 @@ def figures(rows: Sequence[Record]) -> dict[str, Any]:
         "road_departures": share(rows, lambda row: row["outcome"] == "left_road"),
         "road_departures_on_A": share(avoidable, lambda row: row["outcome"] == "left_road"),
         "false_interventions": share([row for row in rows if row["nominal"]], lambda row: bool(row["intervention"]) or failed(row)),
-        "short_headways": share([row for row in rows if not failed(row)], lambda row: row["short_headway_s"] > SHORT_S),
-        "beyond_iso": share([row for row in rows if row["nominal"] and not failed(row)], lambda row: row["outside_iso_s"] > SHORT_S),
+        "short_headways": _longer(rows, "short_headway_s"),
+        "beyond_iso": _longer([row for row in rows if row["nominal"]], "outside_iso_s"),
         "followers_braked": Share(k=sum(row["followers_braked"] for row in rows), n=sum(row["lane_changes"] for row in rows)),
         "ordinary_again": share([row for row in rows if row["ordinary_again"] is not None], lambda row: bool(row["ordinary_again"])),
         "failures": share(rows, failed),
@@ -110,6 +110,11 @@ def figures(rows: Sequence[Record]) -> dict[str, Any]:
         **{name: quantiles([row[name] for row in rows]) for name in DISTRIBUTIONS},
         "families": families,
     }
+
+
+def _longer(rows: Sequence[Record], column: str) -> Share:
+    """Drives in which it lasted for more than SHORT_S."""
+    return share([row for row in rows if row[column] is not None], lambda row: bool(row[column] > SHORT_S))
 
 
 def pairs(rows: Sequence[Record], planners: Sequence[str]) -> list[dict[str, Any]]:

@@ -253,3 +253,36 @@ def test_recordings_begin_as_recorded_and_the_rear_car_reacts(data: Callable[[Pa
 def test_a_family_file_is_a_suite_of_one() -> None:
     family = load_family(suites_folder() / "offset.toml")
     assert len(expand("offset").cases) == family.size
+
+
+def test_ordinary_reaches_from_walking_pace_to_40_mps_with_leaders_of_three_kinds() -> None:
+    suite = expand("ordinary")
+    speeds = [case.scene.host.speed_mps for case in suite.cases]
+    assert (min(speeds) < 5.0, max(speeds)) == (True, 40.0)
+    families = {"following", "cut-in", "merge", "overtaking", "bends", "manoeuvres"}
+    assert {case.family for case in suite.cases} == families
+    recorded = next(case.scene for case in suite.cases if case.scene.name.startswith("recorded-11"))
+    assert len(recorded.neighbour[0].motion) == 120
+    lines = (suites_folder() / "leaders" / "motorway-11.csv").read_text("utf-8").splitlines()
+    assert recorded.neighbour[0].speed_mps == pytest.approx(float(lines[1 + 60].split(",")[1]))
+    between = next(case.scene for case in suite.cases if case.scene.name.startswith("waves-idm"))
+    assert [(one.name, one.behaviour) for one in between.neighbour] == [("between", "idm"), ("lead", "scripted")]
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ('lead_file = "nowhere.csv"', r"nowhere\.csv: cannot be read"),
+        ('lead_file = "short.csv"', r"manoeuvre\[0\].*: lead_file ends after 2 s: lead_from_s and duration_s ask for 10 s"),
+        ('lead_file = "bad.csv"', r"bad\.csv: line 3: .*"),
+        ('lead_file = "short.csv"\nlead_mps = [1.0]', "lead_file and lead_mps exclude each other"),
+    ],
+)
+def test_a_leader_that_is_missing_or_too_short_is_one_line(change: str, told: str, tmp_path: Path) -> None:
+    (tmp_path / "short.csv").write_text("t_s,speed_mps\n0,20\n2,21\n", "utf-8")
+    (tmp_path / "bad.csv").write_text("t_s,speed_mps\n0,20\nx,21\n20,20\n", "utf-8")
+    text = f'name = "own"\n[[manoeuvre]]\nname = "a"\nduration_s = 10.0\nhost_mps = 20.0\ndesired_mps = 25.0\ngap_m = 20.0\n{change}\n'
+    (tmp_path / "own.toml").write_text(text, "utf-8")
+    with pytest.raises(InputError, match=told) as caught:
+        expand(tmp_path / "own.toml")
+    assert "\n" not in str(caught.value)

@@ -10,6 +10,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from mcdas_opt.actuation.adaptive_cruise import AdaptiveCruise
+from mcdas_opt.baselines.acc import AccMethod
 from mcdas_opt.baselines.aeb import AebMethod, needed_gap_m
 from mcdas_opt.baselines.competent_driver import BRAKING_MPS2, JERK_MPS3, CompetentDriverMethod
 from mcdas_opt.baselines.idm_mobil import IDM, IdmMobilMethod
@@ -22,7 +24,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Request, Side
-from mcdas_opt.dynamics.car_following import Leader
+from mcdas_opt.dynamics.car_following import Leader, iso_15622_limits
 from mcdas_opt.planning.method import build_method, known_methods
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.record import Outcome
@@ -30,7 +32,7 @@ from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.judge import judge
 
 CAR = Vehicle()
-BASELINES = ("aeb", "un-r157", "idm-mobil")
+BASELINES = ("aeb", "un-r157", "idm-mobil", "acc")
 
 
 def situation(*tracks: Track, speed: float = 20.0, time_s: float = 0.0, wanted: float | None = None, **road: object) -> Situation:
@@ -185,3 +187,49 @@ def test_the_competent_driver_perceives_critical_closing_and_whoever_leaves_the_
         assert planned(method, situation(coming, lanes_left=1)).mode is mode
         mirrored = ahead(15.0, 5.0, d_m=out_of_lane_m - 3.7, name="next")
         assert planned(method, situation(mirrored, lanes_right=1)).mode is mode
+
+
+@pytest.mark.parametrize("time_gap", [0.8, 1.2, 2.0])
+def test_acc_gains_are_those_of_the_riccati_equation_and_damp_both_errors(time_gap: float) -> None:
+    cruise = AdaptiveCruise(time_gap_s=time_gap)
+    on_gap, on_closing = cruise.gains
+    a, b = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[-time_gap], [-1.0]])
+    closed = a + b @ np.array([[on_gap, on_closing]])
+    assert np.linalg.eigvals(closed).real.max() < -0.1
+    from scipy.linalg import solve_continuous_are
+
+    p = solve_continuous_are(a, b, np.diag([1.0 / 25.0, 1.0 / 2.25]), np.eye(1))
+    assert (-on_gap, -on_closing) == pytest.approx(tuple((b.T @ p)[0]))
+    steady = Leader(gap_m=cruise.standstill_m + 20.0 * time_gap, speed_mps=20.0)
+    assert cruise.wanted_mps2(20.0, 30.0, steady) == pytest.approx(0.0)
+
+
+@given(
+    speed=st.floats(0.0, 45.0),
+    wanted=st.floats(0.0, 45.0),
+    gap=st.floats(-5.0, 200.0),
+    front=st.floats(0.0, 45.0),
+    acceleration=st.floats(-3.0, 2.0),
+)
+def test_acc_asks_for_no_more_than_iso_15622_allows(speed: float, wanted: float, gap: float, front: float, acceleration: float) -> None:
+    asked = AdaptiveCruise().wanted_mps2(speed, wanted, Leader(gap_m=gap, speed_mps=front))
+    most, least, _ = iso_15622_limits(speed)
+    assert -least <= asked <= most
+
+
+@pytest.mark.parametrize(("speed", "wanted"), [(5.0, 10.0), (20.0, 25.0), (33.0, 36.0)])
+def test_acc_settles_at_its_time_gap_and_its_limit(speed: float, wanted: float) -> None:
+    document = {
+        "duration_s": 40.0,
+        "road": {"speed_limit_mps": 40.0},
+        "host": {"speed_mps": speed, "desired_speed_mps": wanted},
+        "neighbour": [{"name": "front", "s_m": 2.5 * speed + 4.5, "speed_mps": speed}],
+    }
+    run = simulate(scene_from_document(document, Path("acc.toml")), "acc")
+    gap = float(run.neighbours[0].s_m[-1] - run.trajectory.s_m[-1]) - 4.5
+    assert gap == pytest.approx(2.0 + 1.2 * speed, rel=0.03)
+    assert float(run.trajectory.speed_mps[-1]) == pytest.approx(speed, abs=0.1)
+    assert run.trajectory.acceleration_mps2.max() < iso_15622_limits(speed)[0] + 0.05
+    alone = situation(speed=30.0, wanted=40.0, speed_limit_mps=32.0)
+    assert isinstance(plan := AccMethod(CAR).plan(alone, None), Plan)
+    assert plan.trajectory.speed_mps.max() < 32.05

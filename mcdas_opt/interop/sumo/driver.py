@@ -28,8 +28,8 @@ from mcdas_opt.planning.method import Method
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.simulation.controller import FeedForward
 from mcdas_opt.simulation.idm import STEP_S
+from mcdas_opt.simulation.kinematic_plant import KinematicPlant
 from mcdas_opt.simulation.ordinary import Placed, Snapshot, instant, ordinary_driving
-from mcdas_opt.simulation.plant import KinematicPlant
 
 SUMO = "sumo"  # the method that leaves the vehicle to SUMO
 LANE_END_M = 300.0  # a map tells of a lane's end so far ahead
