@@ -126,7 +126,7 @@ class HeadwaySettings:
 
     time_gap_s: float = 1.2
     standstill_m: float = 2.0
-    opening: float = 0.05
+    opening: float = 0.1
     pressed_s: float = 0.05
 
     def __post_init__(self) -> None:

@@ -13,6 +13,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.bicycle import INPUTS, STATES, road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.ocp.terms import (
+    Comfort,
     Constraint,
     Cost,
     Effort,
@@ -70,6 +71,7 @@ def _penalties() -> dict[str, SlackPenalty]:
         "road": SlackPenalty(linear=1000.0, quadratic=500.0, scale=0.03),
         "collision": SlackPenalty(linear=400.0, quadratic=200.0, scale=0.05),
         "headway": SlackPenalty(linear=2.0, quadratic=1.0, scale=1.0),
+        "comfort": SlackPenalty(linear=20.0, quadratic=10.0, scale=0.1),
     }
 
 
@@ -94,6 +96,7 @@ class LaneProblem:
             RoadEdges(margin=self.road_margin_m),
             RoadEnd(),
             Headway(horizon_s=HEADWAY_HORIZON_S),
+            Comfort(),
             *bodies,
         )
 

@@ -244,3 +244,20 @@ class Headway:
             p["standstill"] + p["time_gap"] * stage.v + self.horizon_s * closing(stage.v - p["front_speed"]) - ahead,
             p["standstill"] + self.horizon_s * closing(p["rear_speed"] - stage.v) - behind,
         ]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comfort:
+    """-most_braking <= a <= most_acceleration, and |jerk| <= most_jerk; far limits where comfort counts for nothing."""
+
+    name: str = "comfort [m/s^2]"
+    slack: str = "comfort"
+    parameters: Sequence[str] = ("most_acceleration", "most_braking", "most_jerk")
+
+    def rows(self, stage: Stage) -> list[Any]:
+        p = stage.p
+        return [
+            stage.a - p["most_acceleration"],
+            -stage.a - p["most_braking"],
+            stage.m.sqrt(stage.jerk**2 + 1e-4) - p["most_jerk"],
+        ]

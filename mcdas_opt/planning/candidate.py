@@ -26,7 +26,8 @@ class Proposed:
     """What to aim at: keep the lane towards a speed, or steer along a path. `refusal` says why it is not even tried.
 
     `guess` (N + 1, 6) are states that the optimiser begins from; None: those of the path. `is_delayed`: it begins later. `speeds_mps`
-    (N + 1) is the speed to drive at each node; None: `speed_mps` is asked for at once.
+    (N + 1) is the speed to drive at each node; None: `speed_mps` is asked for at once. `is_comfortable`: nothing presses, and its
+    acceleration and jerk are bound by what a person finds comfortable.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Proposed:
     guess: Array | None = field(default=None, compare=False)
     is_delayed: bool = False
     speeds_mps: Array | None = field(default=None, compare=False)
+    is_comfortable: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -24,6 +24,7 @@ class CostWeights:
     lateral_acceleration: float = 0.08  # per (m/s^2)^2
     jerk: float = 0.001  # per (m/s^3)^2
     speed: float = 0.03  # per (m/s)^2 off the desired speed
+    discomfort: float = 1.0  # in ordinary driving, per (share of acceleration, braking or jerk beyond what is comfortable)^2
     lane_change: float = 2.0  # once
     other_side: float = 0.3  # once, for steering to the side that is not preferred
     delayed: float = 1.5  # once, for a candidate that begins later: what is open now may close
@@ -51,6 +52,8 @@ def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[fl
     lateral = lateral_acceleration(v, drives[:, 6], vehicle.wheelbase_m, np)
     rate = weights.acceleration * a**2 + weights.lateral_acceleration * lateral**2 + weights.jerk * drives[:, 8] ** 2
     rate = rate + weights.speed * (v - desired_mps) ** 2
+    if cycle.is_ordinary:
+        rate = rate + weights.discomfort * _discomfort(drives, cycle) ** 2
     if near.ends:
         closest = np.minimum.reduce(near.separation_m, axis=1)
         rate = rate + weights.headway * _missing_headway(near, cycle) ** 2
@@ -72,10 +75,17 @@ def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[fl
 def _desired_mps(drives: Array, cycle: Cycle) -> Array | float:
     """The desired speed; while nothing threatens no more than is comfortable in the bends: (drives, n)."""
     desired = cycle.situation.wanted_speed_mps
-    if cycle.assessment.threatened or cycle.situation.road.is_straight:
+    if not cycle.is_ordinary or cycle.situation.road.is_straight:
         return desired
     bends = bends_ahead(cycle, cycle.lane_centre_m)
     return desired if bends is None else np.minimum(desired, bends.at(drives[:, 1]))
+
+
+def _discomfort(drives: Array, cycle: Cycle) -> Array:
+    """(drives, n): by which share the drives accelerate, brake or jerk beyond what is comfortable at the host's speed."""
+    limits, a = cycle.settings.comfort.limits(cycle.situation.host.speed_mps), drives[:, 5]
+    along = np.maximum(a / limits.acceleration_mps2, -a / limits.braking_mps2)
+    return np.asarray(np.maximum(np.maximum(along, np.abs(drives[:, 8]) / limits.jerk_mps3) - 1.0, 0.0))
 
 
 def _missing_headway(near: Nearness, cycle: Cycle) -> Array:

@@ -17,6 +17,7 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
+from mcdas_opt.planning.headway import ORDINARY_MPS2
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory
 from mcdas_opt.planning.reach import in_reach_ever
@@ -24,6 +25,9 @@ from mcdas_opt.situation.assess import assess
 from mcdas_opt.situation.doubts import believed
 from mcdas_opt.tracking.prediction import names_of, predict_for
 
+_STANDING_GAP_M = 2.0
+_BRAKING_MPS2 = 0.5  # who brakes by less may as well hold its speed
+_STOPPING_MPS2 = 2.5
 _STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side
 
 
@@ -122,15 +126,35 @@ class Cycle:
         return Sector.REAR in self.assessment.threats
 
     @property
+    def is_ordinary(self) -> bool:
+        """Nothing threatens but a front car for which gentle braking is enough."""
+        assessment = self.assessment
+        return not assessment.threatened or (Sector.REAR not in assessment.threats and self.brakes_gently)
+
+    @property
+    def brakes_gently(self) -> bool:
+        """Braking is enough for the front car; half of what is ordinary would end the closing, and little more stop the host behind it
+        where it brakes itself."""
+        situation, assessment = self.situation, self.assessment
+        front = next((track for track in situation.tracks if track.id == assessment.front_id), None)
+        if assessment.mode is not Mode.BRAKE or front is None:
+            return False
+        speed, its_speed, room = situation.host.speed_mps, front.speed_s_mps, assessment.front_gap_m - _STANDING_GAP_M
+        braking = -front.acceleration_s_mps2
+        if braking > _BRAKING_MPS2 and speed**2 > 2.0 * _STOPPING_MPS2 * (room + max(its_speed, 0.0) ** 2 / (2.0 * braking)):
+            return False
+        return bool(max(speed - its_speed, 0.0) ** 2 <= ORDINARY_MPS2 * room)
+
+    @property
     def owed_m(self) -> dict[str, float]:
         """By name in the prediction: how short of the front distance that can be held (at most 0) others made it."""
         return {name: one.owed_m for one in self.deficits for name in names_of(one.id)}
 
     @property
     def headway(self) -> HeadwaySettings:
-        """What is asked for in this cycle: less while something threatens."""
+        """What is asked for in this cycle: less where more than ordinary driving is called for."""
         headway = self.settings.headway
-        return replace(headway, time_gap_s=headway.pressed_s) if self.assessment.threatened else headway
+        return headway if self.is_ordinary else replace(headway, time_gap_s=headway.pressed_s)
 
     @property
     def preferred_side(self) -> Side:

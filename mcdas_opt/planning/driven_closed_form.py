@@ -48,8 +48,7 @@ def groups(cycle: Cycle) -> Groups:
     brake, accelerate, left, right = basic_four(cycle, None)
     last = [[left, right], [brake], [accelerate]]
     if cycle.active is not None:
-        threatened = cycle.assessment.threatened
-        return [[go_on(cycle.active) if threatened else go_on_unpressed(cycle, cycle.active)], *last]
+        return [[go_on_unpressed(cycle, cycle.active) if cycle.is_ordinary else go_on(cycle.active)], *last]
     if not cycle.assessment.threatened:
         return [[keep_lane(cycle, Mode.CRUISE if cycle.assessment.mode is Mode.CRUISE else Mode.HOLD)], *last]
     return last

@@ -8,7 +8,9 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import HeadwaySettings
 
 ORDINARY_MPS2 = 2.0  # braking behind a front car, where that is enough
+INTRUSION_M = 0.2  # a body that reaches further than this into a lane is in it
 _GENTLE_MPS2 = 1.2  # what is asked for leaves room to brake by so much
+_BUILT_UP_S = 1.0  # until braking counts: it begins with a comfortable jerk
 _BEGINNING_S = 1.5  # until a gap opens at its full rate
 _SLOWEST_MPS = 1.0  # time gaps are those of at least this speed
 
@@ -30,9 +32,10 @@ def asked_time_gap_s(
     """
     after = np.maximum(times_s - since_s, 0.0)
     slowest = np.where(times_s < since_s, speed_mps, np.clip(front_mps, 0.0, max(speed_mps, 0.0)))
-    speed = np.maximum(speed_mps - _GENTLE_MPS2 * after, slowest)
+    speed = np.maximum(speed_mps - _GENTLE_MPS2 * np.maximum(after - _BUILT_UP_S, 0.0), slowest)
+    counted = np.maximum(speed, np.broadcast_to(front_mps, speed.shape))  # a gap that a faster one opens is his
     gone = np.zeros_like(speed)
-    gone[..., 1:] = np.cumsum(0.5 * (speed[..., 1:] + speed[..., :-1]) * (times_s[1:] - times_s[:-1]), axis=-1)
+    gone[..., 1:] = np.cumsum(0.5 * (counted[..., 1:] + counted[..., :-1]) * (times_s[1:] - times_s[:-1]), axis=-1)
     free = room_m - gone - headway.standstill_m - closing_s * np.maximum(speed - front_mps, 0.0)
     found = np.maximum(free / np.maximum(speed, _SLOWEST_MPS), 0.0)
     return np.asarray(np.minimum(headway.time_gap_s, found + headway.opening * after * after / (after + _BEGINNING_S)))

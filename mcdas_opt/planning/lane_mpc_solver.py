@@ -222,7 +222,8 @@ class LaneMpcSolver:
     def _filled(self, scene: _Scene, proposed: Proposed, guess_s: Array) -> Array:
         """(N + 1, np): the parameters of every node."""
         p, cycle = scene.matrix.copy(), scene.cycle
-        values = proposal_values(cycle.situation, cycle.vehicle, scene.others, proposed, self.settings.grid.times_s, guess_s, cycle.headway)
+        situation, times_s, comfort = cycle.situation, self.settings.grid.times_s, self.settings.comfort
+        values = proposal_values(situation, cycle.vehicle, scene.others, proposed, times_s, guess_s, cycle.headway, comfort)
         if len(scene.others) > scene.transcribed.slots:
             values |= nearest_values(scene.others, scene.transcribed.slots, proposed, guess_s)
         values["left_edge"] -= self.settings.edge_reserve_m

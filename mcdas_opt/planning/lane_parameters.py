@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from mcdas_opt.domain.comfort import ComfortSettings
 from mcdas_opt.domain.prediction import BodyMotion, PredictedBody, together
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import HeadwaySettings
@@ -17,11 +18,10 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.ocp.lane_mpc import FAR_M, HEADWAY_HORIZON_S
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.grown_bodies import grown_bodies
-from mcdas_opt.planning.headway import asked_time_gap_s
+from mcdas_opt.planning.headway import INTRUSION_M, asked_time_gap_s
 
 _SETTLING_S = 0.8  # of the guess, from where the host is onto the path
 _ROAD_END_GAP_M = 0.5
-INTRUSION_M = 0.2  # a body that reaches further than this into a lane is in it
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +88,7 @@ def proposal_values(
     times_s: Array,
     guess_s: Array,
     headway: HeadwaySettings | None = None,
+    comfort: ComfortSettings | None = None,
 ) -> dict[str, Any]:
     """What is the candidate's own; the road's curvature is linearised around `guess_s` (N + 1)."""
     road, path = situation.road, proposed.path
@@ -109,6 +110,7 @@ def proposal_values(
         "left_edge": left_edge,
         "right_edge": right_edge,
         **_headway(situation, vehicle, others, proposed, times_s, headway or HeadwaySettings()),
+        **_comfort(situation, proposed, times_s, comfort or ComfortSettings()),
     }
 
 
@@ -139,6 +141,24 @@ def _headway(
         since_s=arrival,
     )
     return {**bumpers, "standstill": headway.standstill_m, "time_gap": time_gap}
+
+
+def _comfort(situation: Situation, proposed: Proposed, times_s: Array, comfort: ComfortSettings) -> dict[str, Any]:
+    """What the host's speed makes comfortable, reached from its acceleration with the jerk that is."""
+    if not proposed.is_comfortable:
+        return {"most_acceleration": FAR_M, "most_braking": FAR_M, "most_jerk": FAR_M}
+    limits, a = comfort.limits(situation.host.speed_mps), situation.host.acceleration_mps2
+    change = limits.jerk_mps3 * times_s
+    return {
+        "most_acceleration": _reached(limits.acceleration_mps2, a, change),
+        "most_braking": _reached(limits.braking_mps2, -a, change),
+        "most_jerk": limits.jerk_mps3,
+    }
+
+
+def _reached(limit: float, now: float, change: Array) -> Array:
+    """From `now` up to a limit, or back to it, by no more than `change`."""
+    return np.minimum(limit, now + change) if now <= limit else np.maximum(limit, now - change)
 
 
 def _bumpers(situation: Situation, others: ObstacleSlots, proposed: Proposed, times_s: Array) -> tuple[float, dict[str, Any]]:
@@ -184,7 +204,7 @@ def guessed_states(situation: Situation, proposed: Proposed, vehicle: Vehicle, t
     gained = np.minimum(np.maximum(rate * times_s, min(gap, 0.0)), max(gap, 0.0))
     x = np.zeros((times_s.size, 6))
     s, d, psi, v = x[:, 0], x[:, 1], x[:, 2], x[:, 3]
-    np.maximum(host.speed_mps + gained, 0.0, out=v)
+    v[:] = np.maximum(host.speed_mps + gained, 0.0) if proposed.speeds_mps is None else proposed.speeds_mps
     s[0] = host.s_m
     s[1:] = host.s_m + np.cumsum(0.5 * (v[1:] + v[:-1]) * (times_s[1:] - times_s[:-1]))
     path_d, slope = proposed.path.d_and_slope(s)

@@ -22,7 +22,6 @@ from mcdas_opt.planning.headway import ORDINARY_MPS2
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.reference.offset_path import OffsetPath, corrected
 
-_STANDING_GAP_M = 2.0
 _BODY_ROOM_M = 0.25  # from the body's flank to the road's edge, for the targets of steering
 
 
@@ -44,7 +43,7 @@ def keep_lane(cycle: Cycle, mode: Mode) -> Proposed:
     situation, path = cycle.situation, keep_path(cycle.situation)
     wanted = situation.wanted_speed_mps if situation.coverage.front else min(situation.wanted_speed_mps, situation.host.speed_mps)
     goal, speeds = comfortable_speed(cycle, 0.0 if mode is Mode.PARK else wanted, path.target_d_m)
-    return Proposed(name="keep", mode=mode, side=Side.NONE, path=path, speed_mps=goal, speeds_mps=speeds)
+    return Proposed(name="keep", mode=mode, side=Side.NONE, path=path, speed_mps=goal, speeds_mps=speeds, is_comfortable=True)
 
 
 def go_on(active: Manoeuvre) -> Proposed:
@@ -62,7 +61,7 @@ def go_on(active: Manoeuvre) -> Proposed:
 def go_on_unpressed(cycle: Cycle, active: Manoeuvre) -> Proposed:
     """The same where nothing threatens any more: slowly enough for the bends ahead."""
     goal, speeds = comfortable_speed(cycle, active.speed_mps, active.target_d_m)
-    return replace(go_on(active), speed_mps=goal, speeds_mps=speeds)
+    return replace(go_on(active), speed_mps=goal, speeds_mps=speeds, is_comfortable=True)
 
 
 def basic_four(cycle: Cycle, active: Manoeuvre | None) -> tuple[Proposed, ...]:
@@ -192,16 +191,10 @@ def _bent_path(cycle: Cycle, target_d_m: float) -> OffsetPath:
 
 
 def _eased(cycle: Cycle, slower_mps: float) -> Array | None:
-    """Falling as is ordinary where braking is enough, half of that would do in the room that there is, and the front car itself brakes no
-    harder; elsewhere as hard as it may be."""
-    situation, assessment = cycle.situation, cycle.assessment
-    front = next((track for track in situation.tracks if track.id == assessment.front_id), None)
-    if assessment.mode is not Mode.BRAKE or front is None or front.acceleration_s_mps2 < -ORDINARY_MPS2:
+    """Falling as is ordinary where that is enough; elsewhere as hard as it may be."""
+    if not cycle.brakes_gently:
         return None
-    closing, room = situation.host.speed_mps - front.speed_s_mps, assessment.front_gap_m - _STANDING_GAP_M
-    if max(closing, 0.0) ** 2 > ORDINARY_MPS2 * room:
-        return None
-    return np.maximum(slower_mps, situation.host.speed_mps - ORDINARY_MPS2 * cycle.settings.grid.times_s)
+    return np.maximum(slower_mps, cycle.situation.host.speed_mps - ORDINARY_MPS2 * cycle.settings.grid.times_s)
 
 
 def _unwatched(situation: Situation, side: Side) -> str:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,6 +15,13 @@ from mcdas_opt.domain.rules import Array
 
 _STEP_M = 2.0
 _AHEAD_S = 6.0  # looked ahead so far beyond the way to a stop
+_CLOSING_S = 3.5  # a small difference from the gap to keep decays with
+_CLOSING_MPS2 = 1.2  # who closes in over a large one brakes by
+_NEAREST_M = 0.1
+_BEHIND_MPS2, _AS_HARD = 1.5, 1.25  # who follows brakes by at least so much, and so many times as hard as who is ahead
+_STANDING_MPS, _STOPPING_S = 0.3, 2.5
+_NEAR_M = _CLOSING_MPS2 * _CLOSING_S**2  # as far as that is small
+PATH_SHARE = 0.9  # of the lateral acceleration that is comfortable: a driven path bends more than the road, here and there
 _STRAIGHTEST_1PM = 1e-6  # what bends less is straight
 
 
@@ -41,8 +50,17 @@ def profile_ahead(road: Road, s_m: float, d_m: float, fastest_mps: float, comfor
     kappa = road.curvature_at(s_m + places)
     bend = np.maximum(np.abs(kappa / (1.0 - d_m * kappa)), _STRAIGHTEST_1PM)
     gained = 2.0 * comfort.bend_braking_mps2 * places  # of the speed's square, on the way
-    squares = np.minimum.accumulate((comfort.lateral_mps2 / bend + gained)[::-1])[::-1] - gained
+    squares = np.minimum.accumulate((PATH_SHARE * comfort.lateral_mps2 / bend + gained)[::-1])[::-1] - gained
     return SpeedProfile(s_m, _STEP_M, np.sqrt(squares))
+
+
+class FrontCar(NamedTuple):
+    """Somebody ahead, at each of the times (n,): how far the car may go up to him, from where it is now [m], his speed [m/s], and the
+    time gap to keep [s]."""
+
+    room_m: Array
+    speed_mps: Array
+    time_gap_s: Array
 
 
 def speeds_along(
@@ -54,14 +72,16 @@ def speeds_along(
     rising_mps2: float,
     falling_mps2: float,
     late_mps2: float,
+    fronts: Sequence[FrontCar] = (),
 ) -> Array:
     """(n,): the speed at each of the times of a car at the profile's start that goes towards a speed, rising and falling no faster than
-    that, and obeys the profile, braking by `late_mps2` where it comes too fast."""
+    that, follows who is ahead, and obeys the profile, braking by up to `late_mps2` where it comes too fast."""
     found = np.empty(times_s.size)
     found[0] = v = speed_mps
     s, times = 0.0, times_s.tolist()
     speeds, step = ([], 1.0) if profile is None else (profile.speed_mps.tolist(), profile.step_m)
-    last = len(speeds) - 1
+    last, ahead = len(speeds) - 1, [tuple(row.tolist() for row in front) for front in fronts]
+    behind = [max(_BEHIND_MPS2, _AS_HARD * (its[0] - its[1]) / (times[1] - times[0])) for _, its, _ in ahead]
     for k in range(1, found.size):
         h = times[k] - times[k - 1]
         s += v * h
@@ -72,5 +92,20 @@ def speeds_along(
             most = math.sqrt(speeds[i] ** 2 + share * (speeds[i + 1] ** 2 - speeds[i] ** 2))
             if most < aim:
                 aim = max(most, min(aim, v - late_mps2 * h))
+        for (rooms, its_speeds, gaps), least in zip(ahead, behind, strict=True):
+            room = rooms[k] - s
+            most = its_speeds[k] + _closing_mps(room - gaps[k] * v)
+            if its_speeds[k] < _STANDING_MPS:  # no time gap is kept from who stands
+                most = max(most, room / _STOPPING_S)
+            if most < aim:
+                needed = max(v - its_speeds[k], 0.0) ** 2 / (2.0 * max(room, _NEAREST_M))
+                aim = max(most, min(aim, v - min(max(needed, least), late_mps2) * h))
         found[k] = v = max(aim, 0.0)
     return found
+
+
+def _closing_mps(room_m: float) -> float:
+    """The speed to close with over so much room: in proportion to little of it, else such that gentle braking ends it."""
+    if room_m <= _NEAR_M:
+        return room_m / _CLOSING_S
+    return math.sqrt(2.0 * _CLOSING_MPS2 * (room_m - 0.5 * _NEAR_M))

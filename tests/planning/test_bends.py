@@ -44,7 +44,7 @@ def test_a_bend_is_entered_in_comfort(method: str, speed_mps: float, kappa: floa
     way_m = speed_mps * speed_mps / (2.0 * SETTINGS.comfort.bend_braking_mps2)
     hosts, plans = driven(planner, bend(kappa, way_m), speed_mps, 1.8 * (way_m + 60.0) / speed_mps)
     lateral = [lateral_acceleration(host.speed_mps, host.steering_rad, planner.vehicle.wheelbase_m, np) for host in hosts]
-    assert float(np.abs(lateral).max()) == pytest.approx(SETTINGS.comfort.lateral_mps2, rel=0.15)
+    assert 0.85 * SETTINGS.comfort.lateral_mps2 <= float(np.abs(lateral).max()) <= 1.05 * SETTINGS.comfort.lateral_mps2
     assert min(host.acceleration_mps2 for host in hosts) >= -SETTINGS.comfort.late_braking_mps2
     assert {plan.status for plan in plans} == {Status.PLANNED}
 
@@ -65,4 +65,4 @@ def test_who_comes_too_fast_brakes_but_not_hard() -> None:
 def test_a_setting_says_what_is_comfortable() -> None:
     slow = Planner(settings=replace(SETTINGS, comfort=replace(SETTINGS.comfort, lateral_mps2=1.0)))
     hosts, _ = driven(slow, bend(0.02, 60.0), 14.0, 9.0)
-    assert min(host.speed_mps for host in hosts) == pytest.approx(np.sqrt(1.0 / 0.02), abs=0.3)
+    assert min(host.speed_mps for host in hosts) == pytest.approx(np.sqrt(0.9 / 0.02), abs=0.3)

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from mcdas_opt.domain.comfort import ComfortSettings
 from mcdas_opt.domain.road import Road
-from mcdas_opt.errors import ParameterError
-from mcdas_opt.reference.speed_profile import profile_ahead, speeds_along
+from mcdas_opt.reference.speed_profile import PATH_SHARE, FrontCar, profile_ahead, speeds_along
 
 COMFORT = ComfortSettings()
 TIMES_S = 0.1 * np.arange(301)
@@ -33,7 +32,7 @@ def test_bends_are_comfortable_and_reached_by_gentle_braking(road: Road, fastest
     assert np.all(profile.speed_mps**2 * np.abs(kappa / (1.0 - d * kappa)) <= COMFORT.lateral_mps2 * (1.0 + 1e-9))
     falling = np.diff(profile.speed_mps**2)
     assert falling.min() >= -2.0 * COMFORT.bend_braking_mps2 * profile.step_m - 1e-6
-    free = np.sqrt(COMFORT.lateral_mps2 / np.maximum(np.abs(kappa / (1.0 - d * kappa)), 1e-6))
+    free = np.sqrt(PATH_SHARE * COMFORT.lateral_mps2 / np.maximum(np.abs(kappa / (1.0 - d * kappa)), 1e-6))
     braked = np.isclose(profile.speed_mps, free) | (np.append(falling, 0.0) < -2.0 * COMFORT.bend_braking_mps2 * profile.step_m + 1e-6)
     assert np.all(braked)  # never slower than it has to be
 
@@ -68,8 +67,22 @@ def test_who_drives_along_it_obeys_it(road: Road, speed: float, wanted: float) -
         assert np.all((over[1:] <= 1e-6) | (change <= -3.0 + 1e-6) | (speeds[1:] == 0.0))
 
 
-@pytest.mark.parametrize("name", ["lateral_mps2", "bend_braking_mps2", "late_braking_mps2"])
-@pytest.mark.parametrize("value", [0.0, -1.0, float("nan")])
-def test_what_is_no_comfort_is_refused_by_name(name: str, value: float) -> None:
-    with pytest.raises(ParameterError, match=name):
-        ComfortSettings(**{name: value})
+@given(room=st.floats(0.0, 150.0), speed=st.floats(0.0, 35.0), its_speed=st.floats(1.0, 35.0))
+def test_who_follows_comes_to_the_gap_that_is_asked_for(room: float, speed: float, its_speed: float) -> None:
+    times_s = 0.1 * np.arange(901)
+    front = FrontCar(room + its_speed * times_s, np.full_like(times_s, its_speed), np.full_like(times_s, 1.2))
+    speeds = speeds_along(None, speed, 40.0, times_s, rising_mps2=2.0, falling_mps2=2.0, late_mps2=3.0, fronts=(front,))
+    left = front.room_m - np.concatenate([[0.0], np.cumsum(speeds[:-1] * np.diff(times_s))])
+    assert np.diff(speeds).min() >= -0.3 - 1e-9
+    if left.min() > 0.1:
+        assert left[-1] == pytest.approx(1.2 * its_speed, abs=0.5 + 0.05 * its_speed)
+    if room > 1.2 * max(speed, its_speed) + max(speed - its_speed, 0.0) ** 2 / 2.0:
+        assert left.min() >= 1.2 * its_speed - 1.0 - 0.2 * max(speed - its_speed, 0.0)
+
+
+def test_who_closes_in_over_a_long_way_brakes_gently() -> None:
+    for closing in (2.0, 5.0, 10.0):
+        room = 5.0 * closing
+        front = FrontCar(room + (30.0 - closing) * TIMES_S, np.full_like(TIMES_S, 30.0 - closing), np.zeros_like(TIMES_S))
+        speeds = speeds_along(None, 30.0, 40.0, TIMES_S, rising_mps2=2.0, falling_mps2=2.0, late_mps2=3.0, fronts=(front,))
+        assert np.diff(speeds).min() >= -0.2 - 1e-9

@@ -14,7 +14,7 @@ def active_manoeuvre_alone(search: Search) -> Iterator[Round]:
     """Enough up to the re-planning ratio over what it cost when the candidates were last compared."""
     cycle = search.cycle
     active, least_cost = cycle.active, cycle.memory.least_cost
-    if active is None or not cycle.assessment.threatened:
+    if active is None or cycle.is_ordinary:
         return
 
     def has_hardly_risen(best: Costed) -> bool:
@@ -30,7 +30,7 @@ def beside_the_active_manoeuvre(search: Search) -> Iterator[Round]:
     active = cycle.active
     if active is None:
         return
-    known = active.side if cycle.assessment.threatened else None
+    known = None if cycle.is_ordinary else active.side
     search.solve(proposed for proposed in search.basic if proposed.side is not known)
     yield Round(competing=list(search.evaluator.passing), before=cycle.memory.chosen)
     search.pending = further(cycle)

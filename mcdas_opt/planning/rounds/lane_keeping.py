@@ -1,4 +1,4 @@
-"""Nothing threatens: the lane is kept, or the active manoeuvre goes on."""
+"""Ordinary driving: the lane is kept, or the active manoeuvre goes on."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from mcdas_opt.planning.search import Search
 def lane_keeping(search: Search) -> Iterator[Round]:
     """Who begins, or kept no lane before, compares it with the closed forms."""
     cycle = search.cycle
-    if cycle.assessment.threatened:
+    if not cycle.is_ordinary:
         return
     if cycle.active is not None:
         yield Round(competing=search.solve((go_on_unpressed(cycle, cycle.active),)), is_comparison=False)
         return
-    quiet = cycle.assessment.mode if cycle.assessment.mode in (Mode.CRUISE, Mode.PARK) else Mode.HOLD
+    quiet = cycle.assessment.mode if cycle.assessment.mode in (Mode.CRUISE, Mode.BRAKE, Mode.PARK) else Mode.HOLD
     search.keep = (keep_lane(cycle, quiet),)
     passing = search.solve(search.keep)
     cheaper = _cheaper_closed_forms(search, passing[0]) if passing and cycle.memory.chosen != search.keep[0].name else []
@@ -28,10 +28,10 @@ def lane_keeping(search: Search) -> Iterator[Round]:
 
 def _cheaper_closed_forms(search: Search, solved: Costed) -> list[Costed]:
     """Those that cost notably less than what was solved. A planner that begins looks at all of them where keeping the lane does not pass
-    in closed form: the closed form would begin with something else."""
+    in closed form, or something threatens: the closed form would begin with something else."""
     evaluator = search.evaluator
     passing, departing = evaluator.drive(search.keep)
-    if not passing and search.cycle.memory.is_empty:
+    if search.cycle.memory.is_empty and (not passing or search.cycle.assessment.threatened):
         passing, more = evaluator.drive(search.basic)
         departing += more
     evaluator.passing += passing
