@@ -45,6 +45,7 @@ class Timing:
 class Plan(Result):
     """A trajectory with its verdict. Time 0 of the trajectory is the situation's time.
 
+    `indicator` is the side that it indicates: where it steers out, and before a lane change that it announces.
     `chosen` is the name of the candidate that it is. `converged` false: its solve was cut short at its cap on iterations; it is judged as
     any other, but its last digits say nothing. `solver` says which engine the method runs and in which form (compiled and
     interpreted agree to 1e-6, not to the byte). `safe_end` says how it ends (None: nobody looked, as with the bare closed forms).
@@ -60,6 +61,7 @@ class Plan(Result):
     planner: str
     mode: Mode
     side: Side = Side.NONE
+    indicator: Side = Side.NONE
     warning: bool = False
     status: Status = Status.PLANNED
     reason: str = ""

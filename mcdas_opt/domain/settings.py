@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from mcdas_opt.domain.comfort import ComfortSettings
 from mcdas_opt.domain.grid import TimeGrid
+from mcdas_opt.domain.manners import MannersSettings
 from mcdas_opt.domain.rules import at_most, finite, negative, non_negative, positive, require, require_type, true_or_false, within, word
 from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
@@ -149,6 +150,7 @@ class Settings:
     sigmoid: SigmoidSettings = field(default_factory=SigmoidSettings)
     headway: HeadwaySettings = field(default_factory=HeadwaySettings)
     comfort: ComfortSettings = field(default_factory=ComfortSettings)
+    manners: MannersSettings = field(default_factory=MannersSettings)
     safe_end: SafeEndSettings = field(default_factory=SafeEndSettings)
     warning: WarningSettings = field(default_factory=WarningSettings)
 
@@ -161,6 +163,7 @@ class Settings:
         require_type("sigmoid", self.sigmoid, SigmoidSettings)
         require_type("headway", self.headway, HeadwaySettings)
         require_type("comfort", self.comfort, ComfortSettings)
+        require_type("manners", self.manners, MannersSettings)
         require_type("safe_end", self.safe_end, SafeEndSettings)
         require_type("warning", self.warning, WarningSettings)
         within("steering_rate_share", self.steering_rate_share, 0.05, 1.0)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.headway import INTRUSION_M, ORDINARY_MPS2, asked_time_gap_s
+from mcdas_opt.planning.headway import ORDINARY_MPS2, asked_time_gap_s
+from mcdas_opt.planning.lane_choice import reaches_into
 from mcdas_opt.reference.speed_profile import FrontCar, SpeedProfile, profile_ahead, speeds_along
 
 _STANDING_MPS = 0.4
@@ -50,21 +53,23 @@ def comfortable_speed(cycle: Cycle, towards_mps: float, d_m: float) -> Comfortab
 
 
 def _fronts(cycle: Cycle, d_m: float) -> list[FrontCar]:
-    """Who is next ahead along the offset d, and in the lane that the host is in."""
+    """Who is next ahead along the offset d, and in the lane that the host is in; and whoever must not be passed on the wrong side."""
     host, road, vehicle, times_s = cycle.situation.host, cycle.situation.road, cycle.vehicle, cycle.settings.grid.times_s
-    found = []
+    manners, found = cycle.settings.manners, []
+    ahead = [(track, track.s_m - host.s_m - 0.5 * (track.length_m + vehicle.length_m)) for track in cycle.situation.tracks]
     for centre in dict.fromkeys((cycle.lane_centre_m, d_m)):
-        there = [
-            track
-            for track in cycle.situation.tracks
-            if track.s_m > host.s_m and abs(track.d_m - centre) - 0.5 * track.width_m <= 0.5 * road.lane_width_m - INTRUSION_M
-        ]
+        there = [one for one in ahead if one[0].s_m > host.s_m and reaches_into(one[0], centre, road.lane_width_m)]
         if there:
-            front = min(there, key=lambda track: track.s_m - 0.5 * track.length_m)
+            front, room_m = min(there, key=itemgetter(1))
             speeds, way = _going_on(front, times_s)
-            room = front.s_m + way - host.s_m - 0.5 * (front.length_m + vehicle.length_m)
-            gaps = asked_time_gap_s(room, speeds, host.speed_mps, times_s, cycle.headway)
-            found.append(FrontCar(room - cycle.headway.standstill_m, speeds, gaps))
+            gaps = asked_time_gap_s(room_m + way, speeds, host.speed_mps, times_s, cycle.headway)
+            found.append(FrontCar(room_m + way - cycle.headway.standstill_m, speeds, gaps))
+    if manners.passes_inside:
+        inner = d_m + (road.lane_width_m if manners.inside is Side.LEFT else -road.lane_width_m)
+        for track, room_m in ahead:
+            if room_m > 0.0 and track.speed_s_mps > manners.queue_mps and reaches_into(track, inner, road.lane_width_m):
+                speeds, way = _going_on(track, times_s)
+                found.append(FrontCar(room_m + way, speeds, np.zeros_like(times_s)))
     return found
 
 

@@ -29,6 +29,7 @@ class CostWeights:
     other_side: float = 0.3  # once, for steering to the side that is not preferred
     delayed: float = 1.5  # once, for a candidate that begins later: what is open now may close
     unneeded_lane_change: float = 1.5  # once, for steering out where the selector finds braking or accelerating enough
+    inconsiderate: float = 6.0  # once, where that asks a follower for more braking than manners allow
     headway: float = 1.0  # per (share of the front distance asked for that is missing)^2
     nearness: float = 6.0  # per exp(-gap / 0.7 m)
     end_closing: float = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
@@ -106,7 +107,9 @@ def _missing_headway(near: Nearness, cycle: Cycle) -> Array:
 
 def lane_change_cost(side: Side, cycle: Cycle, weights: CostWeights) -> float:
     """What steering out to `side` costs beside what is driven; nothing for keeping the lane."""
-    unneeded = 0.0 if side is Side.NONE or not cycle.needs_no_steering else weights.unneeded_lane_change
+    if side is Side.NONE or not cycle.needs_no_steering:
+        return needed_lane_change_cost(side, cycle, weights)
+    unneeded = weights.unneeded_lane_change + (weights.inconsiderate if cycle.is_inconsiderate(side) else 0.0)
     return needed_lane_change_cost(side, cycle, weights) + unneeded
 
 

@@ -18,6 +18,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
 from mcdas_opt.planning.headway import ORDINARY_MPS2
+from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, lane_choice, neighbours_in
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory
 from mcdas_opt.planning.reach import in_reach_ever
@@ -53,6 +54,7 @@ class Cycle:
     doubts: tuple[Doubt, ...]
     supposed: tuple[SupposedTrack, ...]
     deficits: tuple[FrontDeficit, ...]
+    lane_choice: LaneChoice
     active: Manoeuvre | None
     stop_at_s: float | None
 
@@ -73,6 +75,7 @@ class Cycle:
         what = believed(there, memory.tracks, memory.elapsed_s, memory.supposed, vehicle)
         local = _limited(_in_order(what.situation), settings)
         active = memory.active
+        active = None if active is None or active.finished(local) else active
         return cls(
             given=situation,
             told=there.tracks,
@@ -85,7 +88,8 @@ class Cycle:
             doubts=what.doubts,
             supposed=what.supposed,
             deficits=front_deficits(local, vehicle, settings.safe_end, memory.deficits, memory.elapsed_s),
-            active=None if active is None or active.finished(local) else active,
+            lane_choice=lane_choice(local, vehicle, settings, memory.lane_choice, memory.elapsed_s) if active is None else LaneChoice(),
+            active=active,
             stop_at_s=stop_at_s,
         )
 
@@ -144,6 +148,13 @@ class Cycle:
         if braking > _BRAKING_MPS2 and speed**2 > 2.0 * _STOPPING_MPS2 * (room + max(its_speed, 0.0) ** 2 / (2.0 * braking)):
             return False
         return bool(max(speed - its_speed, 0.0) ** 2 <= ORDINARY_MPS2 * room)
+
+    def is_inconsiderate(self, side: Side) -> bool:
+        """Whether somebody in the next lane on that side would have to brake harder than manners allow."""
+        situation = self.situation
+        lane = situation.road.lane_of(situation.host.d_m) + (1 if side is Side.LEFT else -1)
+        there = neighbours_in(lane, situation, self.vehicle)
+        return demanded_braking_mps2(there, situation.host.speed_mps) > self.settings.manners.follower_braking_mps2
 
     @property
     def owed_m(self) -> dict[str, float]:

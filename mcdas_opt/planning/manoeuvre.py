@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from mcdas_opt.domain.situation import Situation
-from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.reference.offset_path import OffsetPath
 
 _SETTLED_M, _SETTLED_RAD = 0.25, 0.03  # from the target, and askew
@@ -14,12 +14,14 @@ _PAST_S = 0.5  # of driving beyond the path's end
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Manoeuvre:
-    """Its side, its path, the lateral position where it ends and the speed that it drives towards."""
+    """Its side, its path, the lateral position where it ends and the speed that it drives towards. `mode` is what it is while nothing
+    presses: evading, or cruising into another lane."""
 
     side: Side
     path: OffsetPath
     target_d_m: float
     speed_mps: float
+    mode: Mode = Mode.EVADE
 
     def seen_from(self, s_m: float) -> Manoeuvre:
         """The same with its s counted from `s_m`."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from mcdas_opt.domain.assessment import Assessment
@@ -14,6 +14,7 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Alert, Mode, Sector, Side, Status
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit
+from mcdas_opt.planning.lane_choice import LaneChoice
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 
 M = TypeVar("M")
@@ -74,7 +75,7 @@ class Memory:
     of a planner which begins.
 
     `chosen` names the candidate that was chosen last; `least_cost` is the least that one was chosen for since the candidates were last
-    compared. `deficits` is who was ahead, and what front distance is owed to whom; `tracks` is what was
+    compared. `deficits` is who was ahead, and what front distance is owed to whom; `lane_choice` what lane was wanted; `tracks` is what was
     told, before any doubt, and `supposed` whose track jumped away. `warm_starts` is the
     mark of the solver's workspace that this memory goes with: one with another mark begins cold.
     """
@@ -94,6 +95,7 @@ class Memory:
     deficits: tuple[FrontDeficit, ...] = ()
     tracks: tuple[Track, ...] = ()
     supposed: tuple[SupposedTrack, ...] = ()
+    lane_choice: LaneChoice = field(default_factory=LaneChoice)
     warm_starts: object = None
 
     @property
@@ -137,6 +139,7 @@ def remembered(
     deficits: tuple[FrontDeficit, ...],
     tracks: tuple[Track, ...],
     supposed: tuple[SupposedTrack, ...],
+    lane_choice: LaneChoice,
 ) -> Memory:
     """What a plan of a cycle there means for the next one: the method's own part, and what holds for all of them."""
     own = plan.memory if isinstance(plan.memory, Memory) else Memory()
@@ -151,6 +154,7 @@ def remembered(
         deficits=deficits,
         tracks=tracks,
         supposed=supposed,
+        lane_choice=lane_choice,
     )
 
 

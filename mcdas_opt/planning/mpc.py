@@ -8,7 +8,7 @@ from mcdas_opt.domain.plan import Plan, Refusal, Timing
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.manoeuvres.kinds import build_family
 from mcdas_opt.native.kernels import CONSERVATIVE_ACCEPT
 from mcdas_opt.planning.candidate import Ended
@@ -59,9 +59,8 @@ class MpcMethod:
         cycle = Cycle.of(situation, self.vehicle, self.settings, carried(previous, Memory))
         answer = self.answer(cycle)
         if isinstance(answer, Plan):
-            return cycle.given_from(
-                replace(answer, memory=remembered(answer, situation, cycle.origin_m, cycle.deficits, cycle.told, cycle.supposed))
-            )
+            memory = remembered(answer, situation, cycle.origin_m, cycle.deficits, cycle.told, cycle.supposed, cycle.lane_choice)
+            return cycle.given_from(replace(answer, memory=memory))
         return Refusal(reason=answer.reason, candidates=answer.candidates, iterations=answer.iterations)
 
     def answer(self, cycle: Cycle) -> Plan | NothingPasses:
@@ -94,8 +93,11 @@ class MpcMethod:
             planner="mpc",
             mode=best.candidate.checked.driven_mode,
             side=proposed.side,
+            indicator=cycle.lane_choice.side if cycle.lane_choice.is_announced else Side.NONE,
             warning=cycle.assessment.threatened and proposed.side is not Side.NONE,
-            reason=reason(cycle.assessment, best, account.rows, is_comparison=found.is_comparison) + _haste(best, cycle),
+            reason=reason(cycle.assessment, best, account.rows, is_comparison=found.is_comparison)
+            + _lane_change(best, cycle)
+            + _haste(best, cycle),
             chosen=proposed.name,
             verdict=best.continuation.verdict,
             prediction=cycle.prediction.name,
@@ -119,6 +121,15 @@ class MpcMethod:
             least_cost=least_cost,
             warm_starts=self._warm_starts,
         )
+
+
+def _lane_change(best: Ended, cycle: Cycle) -> str:
+    """Said of a lane change that nothing forces."""
+    proposed = best.proposed
+    if proposed.side is Side.NONE or proposed.mode is not Mode.CRUISE:
+        return ""
+    overtakes = proposed.side is cycle.settings.manners.inside
+    return f"; changes lanes to the {proposed.side.value}, {'past who is slower' if overtakes else 'where it keeps to'}"
 
 
 def _haste(best: Ended, cycle: Cycle) -> str:

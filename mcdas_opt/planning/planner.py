@@ -16,7 +16,7 @@ from mcdas_opt.domain.rules import all_of, finite, not_a_class, positive, requir
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Request
+from mcdas_opt.domain.vocabulary import Request, Side
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.fallback import NothingPasses, fall_back, host_refused, remainder_instead
@@ -146,13 +146,16 @@ class Planner:
         else:
             plan = with_time_to_react(self._answered(cycle), cycle)
         plan, reported = with_reported_mode(plan, cycle)
-        self.memory = replace(remembered(plan, cycle.given, cycle.origin_m, cycle.deficits, cycle.told, cycle.supposed), reported=reported)
+        told = cycle.deficits, cycle.told, cycle.supposed, cycle.lane_choice
+        self.memory = replace(remembered(plan, cycle.given, cycle.origin_m, *told), reported=reported)
+        indicator = plan.indicator if plan.side is Side.NONE else plan.side
         timing = replace(plan.timing_ms, total=1e3 * (time.perf_counter() - started))
         self._asked.previous = cycle.given_from(
             replace(
                 plan,
                 planner=self.name,
                 solver=plan.solver or self._asked.solver,
+                indicator=indicator,
                 timing_ms=timing,
                 memory=self._carried(plan),
                 situation=cycle.given,

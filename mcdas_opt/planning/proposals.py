@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from itertools import chain
@@ -61,7 +62,26 @@ def go_on(active: Manoeuvre) -> Proposed:
 def go_on_unpressed(cycle: Cycle, active: Manoeuvre) -> Proposed:
     """The same where nothing threatens any more: slowly enough for the bends ahead."""
     goal, speeds = comfortable_speed(cycle, active.speed_mps, active.target_d_m)
-    return replace(go_on(active), speed_mps=goal, speeds_mps=speeds, is_comfortable=True)
+    return replace(go_on(active), mode=active.mode, speed_mps=goal, speeds_mps=speeds, is_comfortable=True)
+
+
+def change_lanes(cycle: Cycle) -> Proposed | None:
+    """Into the lane that is wanted, once that has been announced, as slowly as a person does it; None where none is due."""
+    side, situation, sigmoid = cycle.lane_choice.side, cycle.situation, cycle.settings.sigmoid
+    if not cycle.lane_choice.is_due:
+        return None
+    host, road = situation.host, situation.road
+    target = road.lane_centre_m(road.lane_of(host.d_m) + (1 if side is Side.LEFT else -1))
+    way_m = max(host.speed_mps, sigmoid.speed_floor_mps) * cycle.settings.manners.changing_s
+    path = OffsetPath(
+        start_s_m=host.s_m,
+        start_d_m=host.d_m,
+        amplitude_m=target - host.d_m,
+        a_per_m=-2.0 * math.log(sigmoid.b) / way_m,
+        b=sigmoid.b,
+    )
+    wanted = situation.wanted_speed_mps
+    return go_on_unpressed(cycle, Manoeuvre(side=side, path=path, target_d_m=target, speed_mps=wanted, mode=Mode.CRUISE))
 
 
 def basic_four(cycle: Cycle, active: Manoeuvre | None) -> tuple[Proposed, ...]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.manners import MannersSettings
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings, WarningSettings
@@ -16,7 +17,7 @@ from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
 from mcdas_opt.planning.planner import Planner
 
-SETTINGS = Settings(warning=WarningSettings(escapes=False))
+SETTINGS = Settings(warning=WarningSettings(escapes=False), manners=MannersSettings(changes_lanes=False))
 
 
 def bend(kappa: float, way_m: float) -> Road:

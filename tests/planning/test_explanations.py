@@ -105,7 +105,9 @@ def test_who_begins_to_steer_out_of_a_threat_warns() -> None:
 
 def test_the_mode_is_what_the_plan_does() -> None:
     for plan in _plans():
-        assert (plan.mode is Mode.EVADE) == (plan.side is not Side.NONE)
+        changes_lanes = plan.mode is Mode.CRUISE and plan.side is not Side.NONE  # as nothing forces it to
+        assert not changes_lanes or plan.indicator is plan.side
+        assert (plan.mode is Mode.EVADE or changes_lanes) == (plan.side is not Side.NONE)
         strongest = strongest_mps2(plan.trajectory)
         assert not (plan.mode is Mode.BRAKE and strongest >= 0.3)
         assert not (plan.mode is Mode.ACCELERATE and strongest <= -0.3)

@@ -7,18 +7,22 @@ from collections.abc import Iterator
 from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.planning.candidate import Costed
 from mcdas_opt.planning.choice import Round
-from mcdas_opt.planning.proposals import go_on_unpressed, keep_lane
+from mcdas_opt.planning.proposals import change_lanes, go_on_unpressed, keep_lane
 from mcdas_opt.planning.search import Search
 
 
 def lane_keeping(search: Search) -> Iterator[Round]:
-    """Who begins, or kept no lane before, compares it with the closed forms."""
+    """A lane change that is due comes first; if it does not come to a safe end, it waits. Who begins, or kept no lane before, compares the
+    lane with the closed forms."""
     cycle = search.cycle
     if not cycle.is_ordinary:
         return
     if cycle.active is not None:
         yield Round(competing=search.solve((go_on_unpressed(cycle, cycle.active),)), is_comparison=False)
         return
+    change = change_lanes(cycle)
+    if change is not None:
+        yield Round(competing=search.solve((change,)), is_comparison=False)
     quiet = cycle.assessment.mode if cycle.assessment.mode in (Mode.CRUISE, Mode.BRAKE, Mode.PARK) else Mode.HOLD
     search.keep = (keep_lane(cycle, quiet),)
     passing = search.solve(search.keep)

@@ -1,0 +1,147 @@
+"""Which lane one wants to be in while nothing presses: past who is slower, and back to the outer lane; announced before it is done."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Request, Sector, Side
+from mcdas_opt.planning.headway import INTRUSION_M
+
+_ANTICIPATION_S = 10.0  # how far ahead somebody slower counts ...
+_FREE_S = 20.0  # ... and in a lane that one goes back to
+_CLOSING_MPS2 = 1.2  # gentle braking
+_RESPONSE_S = 1.0  # of who is behind there
+_SLOWEST_MPS = 3.0  # slower than this nobody changes lanes
+_STRAIGHT_RAD = 0.03
+_LOOKS = 20  # along the way of a change
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LaneChoice:
+    """The side that is wanted, and for how long it has been [s]."""
+
+    side: Side = Side.NONE
+    age_s: float = 0.0
+    is_announced: bool = False
+    is_due: bool = False
+
+
+class Neighbour(NamedTuple):
+    """Somebody in a lane: the gap from bumper to bumper [m], and the speed [m/s]."""
+
+    gap_m: float
+    speed_mps: float
+    is_ahead: bool
+
+
+def lane_choice(
+    situation: Situation, vehicle: Vehicle, settings: Settings, before: LaneChoice | None = None, elapsed_s: float = 0.0
+) -> LaneChoice:
+    """What is wanted now, given what was wanted `elapsed_s` ago. A wish that ends for a moment begins anew."""
+    manners = settings.manners
+    side = _wanted(situation, vehicle, settings)
+    if side is Side.NONE:
+        return LaneChoice()
+    age_s = before.age_s + elapsed_s if before is not None and before.side is side else 0.0
+    begins_s = manners.lingering_s if side is manners.drives_on else 0.0
+    announced_s = round(age_s - begins_s, 6)
+    return LaneChoice(side=side, age_s=age_s, is_announced=announced_s >= 0.0, is_due=announced_s >= manners.announced_s)
+
+
+def _wanted(situation: Situation, vehicle: Vehicle, settings: Settings) -> Side:
+    host, road, manners = situation.host, situation.road, settings.manners
+    if not manners.changes_lanes or situation.request is not Request.DRIVE or host.speed_mps < _SLOWEST_MPS:
+        return Side.NONE
+    lane = road.lane_of(host.d_m)
+    if abs(host.heading_rad) > _STRAIGHT_RAD or _bends(situation, settings):
+        return Side.NONE
+    here = neighbours_in(lane, situation, vehicle)
+    own = _expected_mps(here, situation, settings, _ANTICIPATION_S)
+    sides = (manners.inside,) if manners.passes_inside else (manners.inside, manners.drives_on)
+    for side in sides:
+        there = _open(lane, side, situation, vehicle, settings)
+        if there is not None and _expected_mps(there, situation, settings, _ANTICIPATION_S) >= own + manners.advantage_mps:
+            return side
+    if not manners.keeps_outer_lane:
+        return Side.NONE
+    outer = _open(lane, manners.drives_on, situation, vehicle, settings)
+    free = outer is not None and _expected_mps(outer, situation, settings, _FREE_S) >= own - manners.loss_mps
+    return manners.drives_on if free else Side.NONE
+
+
+def _bends(situation: Situation, settings: Settings) -> bool:
+    """Whether the road asks for more than half of the lateral acceleration that is comfortable on the way that a lane change takes."""
+    host, road = situation.host, situation.road
+    if road.is_straight:
+        return False
+    way_m = host.speed_mps * (settings.manners.announced_s + settings.manners.changing_s)
+    sharpest = float(np.abs(road.curvature_at(host.s_m + np.linspace(0.0, way_m, _LOOKS))).max())
+    return sharpest * host.speed_mps**2 > 0.5 * settings.comfort.lateral_mps2
+
+
+def neighbours_in(lane: int, situation: Situation, vehicle: Vehicle) -> list[Neighbour]:
+    """Everybody whose body reaches into a lane."""
+    host, road = situation.host, situation.road
+    return [
+        Neighbour(
+            gap_m=abs(track.s_m - host.s_m) - 0.5 * (track.length_m + vehicle.length_m),
+            speed_mps=track.speed_s_mps,
+            is_ahead=track.s_m > host.s_m,
+        )
+        for track in situation.tracks
+        if reaches_into(track, road.lane_centre_m(lane), road.lane_width_m)
+    ]
+
+
+def reaches_into(track: Track, centre_m: float, width_m: float) -> bool:
+    """Whether a body reaches into the lane around that centre."""
+    return abs(track.d_m - centre_m) - 0.5 * track.width_m <= 0.5 * width_m - INTRUSION_M
+
+
+def demanded_braking_mps2(there: Iterable[Neighbour], host_mps: float, kept_m: float = 0.0) -> float:
+    """The most that somebody behind in a lane must brake by, after its response, to keep so much of its gap if the host comes into it."""
+    most = 0.0
+    for one in there:
+        closing = one.speed_mps - host_mps
+        if not one.is_ahead and closing > 0.0:
+            room = one.gap_m - kept_m - closing * _RESPONSE_S
+            most = max(most, closing * closing / (2.0 * room) if room > 0.0 else math.inf)
+    return most
+
+
+def _open(lane: int, side: Side, situation: Situation, vehicle: Vehicle, settings: Settings) -> list[Neighbour] | None:
+    """Who is in the next lane, where there is one that is watched, with the headway that is asked for ahead and behind."""
+    road, host, seen = situation.road, situation.host, situation.coverage
+    other = lane + (1 if side is Side.LEFT else -1)
+    if not road.has_lane(other) or not (seen.sees(Sector(side.value)) and seen.sees(Sector.FRONT) and seen.sees(Sector.REAR)):
+        return None
+    there = neighbours_in(other, situation, vehicle)
+    if any(one.gap_m < _asked_m(one, host.speed_mps, settings) for one in there):
+        return None
+    braking = demanded_braking_mps2(there, host.speed_mps, settings.headway.standstill_m)
+    return there if braking <= settings.manners.follower_braking_mps2 else None
+
+
+def _asked_m(one: Neighbour, host_mps: float, settings: Settings) -> float:
+    """The headway of whoever follows, and what gentle braking closes, or the follower has come up by half-way through the change."""
+    headway, follower_mps = settings.headway, host_mps if one.is_ahead else one.speed_mps
+    closing = max(host_mps - one.speed_mps if one.is_ahead else one.speed_mps - host_mps, 0.0)
+    closes_m = closing * closing / (2.0 * _CLOSING_MPS2) if one.is_ahead else 0.5 * settings.manners.changing_s * closing
+    return headway.standstill_m + headway.time_gap_s * max(follower_mps, 0.0) + closes_m
+
+
+def _expected_mps(there: Iterable[Neighbour], situation: Situation, settings: Settings, within_s: float) -> float:
+    """The speed that a lane lets the host drive: the desired one, or what comes up to who is ahead in that time."""
+    headway = settings.headway
+    kept_m = headway.standstill_m + headway.time_gap_s * situation.host.speed_mps
+    ahead = (one.speed_mps + max(one.gap_m - kept_m, 0.0) / within_s for one in there if one.is_ahead)
+    return min(situation.wanted_speed_mps, *ahead, math.inf)
