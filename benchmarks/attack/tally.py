@@ -76,7 +76,7 @@ class Tally:
             return
         if plan.status is Status.UNAVOIDABLE:
             return
-        believed = "contradicts itself" not in plan.reason
+        believed = "state cannot be" not in plan.reason
         if not plan.verdict.passed or (believed and not verify(plan.trajectory, situation).passed):
             self.unverified += 1
             self.note(f"unverified, called {plan.status.value}", situation.to_json())

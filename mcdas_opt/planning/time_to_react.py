@@ -20,6 +20,7 @@ def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
     if wanted.escapes:
         comfort = _comfortable(wanted.comfort_mps2, wanted.comfort_share)
         found = escapes_under(cycle.prediction, cycle.situation, cycle.vehicle, comfort)
+        found = replace(found, situation=cycle.situation, vehicle=cycle.vehicle)
         told = alert(found, wanted, cycle.memory.alert)
     if plan.warning and told is Alert.NONE:
         told = Alert.WARN

@@ -19,6 +19,7 @@ from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.simulation.first_situation import situation_of
 from mcdas_opt.simulation.neighbours import Traffic, known_bodies
+from mcdas_opt.situation.doubts import planned_around
 from mcdas_opt.tracking.prediction import CONSTANT_VELOCITY, predict, predict_for
 from mcdas_opt.verification.judge import judge
 
@@ -36,16 +37,19 @@ def verify(
     """The judge's verdict on a trajectory that begins at the start of a scene, or at the time of a situation.
 
     `prediction` says how the neighbours move: "scene" by the scene's script (default there; followers react to the trajectory),
-    "constant-velocity" as a planner with perfect sensors predicts at t = 0 (the only one for a situation, from its tracks). Judged with
-    the friction that plans are made with, and the target's vehicle unless another is given. Raises `ParameterError` for another name.
+    "constant-velocity" as a planner with perfect sensors predicts at t = 0 (the only one for a situation, from the tracks that are planned
+    around: `situation/doubts.py`). Judged with the friction that plans are made with, and the target's vehicle unless another is given.
+    Raises `ParameterError` for another name.
     """
     require_type("trajectory", trajectory, Trajectory)
     require_type("target", target, Scene, Situation)
     require_type_if_given("settings", settings, PredictionSettings)
     require_type_if_given("vehicle", vehicle, Vehicle)
-    foreseen = foresee(trajectory, target, prediction, settings)
     if isinstance(target, Situation):
-        return judge(trajectory, target.host, vehicle or load_vehicle(target.vehicle), target.road, foreseen)
+        car = vehicle or load_vehicle(target.vehicle)
+        foreseen = foresee(trajectory, planned_around(target, car), prediction, settings)
+        return judge(trajectory, target.host, car, target.road, foreseen)
+    foreseen = foresee(trajectory, target, prediction, settings)
     return judge(trajectory, target.host_state, vehicle or target.vehicle, target.assumed_road, foreseen)
 
 

@@ -70,6 +70,11 @@ def believed(
     return Believed(situation=situation if same else replace(situation, tracks=tuple(tracks)), doubts=tuple(doubts), supposed=tuple(still))
 
 
+def planned_around(situation: Situation, vehicle: Vehicle) -> Situation:
+    """The situation with the tracks that somebody who remembers nothing plans around: what plans are judged in."""
+    return believed(situation, (), 0.0, (), vehicle).situation
+
+
 def _drivable(track: Track, last: Track | None, doubts: list[Doubt]) -> Track:
     """The track at a speed that a car can have."""
     fastest = max(abs(track.speed_s_mps), abs(track.speed_d_mps))

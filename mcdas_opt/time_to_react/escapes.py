@@ -12,6 +12,7 @@ from mcdas_opt.domain.rules import require_type, require_type_if_given
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.situation.doubts import planned_around
 from mcdas_opt.time_to_react.compiled_case import compiled_escapes
 from mcdas_opt.time_to_react.compiled_map import answered
 from mcdas_opt.time_to_react.guess import Case
@@ -38,7 +39,9 @@ def escapes(
     require_type_if_given("prediction", prediction, PredictionSettings)
     require_type_if_given("settings", settings, EscapeSettings)
     car = load_vehicle(situation.vehicle) if vehicle is None else vehicle
-    return replace(escapes_under(predict_for(situation, prediction), situation, car, settings), situation=situation, vehicle=car)
+    return replace(
+        escapes_under(predict_for(planned_around(situation, car), prediction), situation, car, settings), situation=situation, vehicle=car
+    )
 
 
 def escapes_under(prediction: Prediction, situation: Situation, vehicle: Vehicle, settings: EscapeSettings | None = None) -> Escapes:
