@@ -96,7 +96,7 @@ def evasion(rng: np.random.Generator, neighbours: int = 3, *, side: Side | None 
 def evading(situation: Situation, side: Side) -> Proposed:
     """Into the next lane on `side` along the corrected sigmoid."""
     host, road = situation.host, situation.road
-    target = road.lane_centre_m(road.lane_of(host.d_m) + (1 if side is Side.LEFT else -1))
+    target = road.lane_centre_m(road.lane_of(host.d_m, host.s_m) + (1 if side is Side.LEFT else -1), host.s_m)
     path = corrected(
         start_s_m=host.s_m,
         start_d_m=host.d_m,
@@ -161,10 +161,10 @@ class NoisyLoop:
     def _second(self) -> None:
         situation, rng = self.situation, self.rng
         host, road = situation.host, situation.road
-        lane = road.lane_of(host.d_m)
+        lane = road.lane_of(host.d_m, host.s_m)
         speed = max(host.speed_mps - rng.uniform(3.0, 10.0), 0.0)
         gap = max(8.0, (host.speed_mps - speed) * rng.uniform(1.5, 2.5) * (0.9 / road.friction) ** 0.5) / self.urgency
-        car = Track(id="front", s_m=host.s_m + gap + 4.5, d_m=road.lane_centre_m(lane), speed_s_mps=speed, covariance=_COVARIANCE)
+        car = Track(id="front", s_m=host.s_m + gap + 4.5, d_m=road.lane_centre_m(lane, host.s_m), speed_s_mps=speed, covariance=_COVARIANCE)
         back = Side.RIGHT if lane > 0 or (lane == 0 and rng.random() < 0.5) else Side.LEFT
         others = tuple(t for t in situation.tracks if t.id != "front" and abs(t.s_m - host.s_m) > 25.0)
         wanted = max(host.speed_mps, 5.0)

@@ -94,12 +94,12 @@ class CompetentDriverMethod:
     def _ahead(self, situation: Situation) -> list[Track]:
         """Whoever is ahead in the lane, and those who come into it from the next ones."""
         road, host = situation.road, situation.host
-        lane = road.lane_of(host.d_m)
+        lane = road.lane_of(host.d_m, host.s_m)
         own = neighbours_in(lane, situation, self.vehicle).ahead
         coming = []
         for track in situation.tracks:
-            beside = road.lane_of(track.d_m) - lane
-            departed = (road.lane_centre_m(lane + beside) - track.d_m) * beside
+            beside = road.lane_of(track.d_m, track.s_m) - lane
+            departed = (road.lane_centre_m(lane + beside, track.s_m) - track.d_m) * beside
             if abs(beside) == 1 and track.s_m > host.s_m and departed > WANDERING_M:
                 coming.append(track)
         return coming if own is None else [own, *coming]

@@ -88,9 +88,10 @@ class IdmMobilMethod:
         if going is not None and going.finished(situation):
             going = None
         going = going or self._change(situation)
-        lanes = {situation.road.lane_of(situation.host.d_m)}
+        road, host = situation.road, situation.host
+        lanes = {road.lane_of(host.d_m, host.s_m)}
         if going is not None:
-            lanes.add(situation.road.lane_of(going.target_d_m))
+            lanes.add(road.lane_of(going.target_d_m, host.s_m))
         ahead = [neighbours_in(lane, situation, self.vehicle).ahead for lane in sorted(lanes)]
         law = Following(
             situation=situation,
@@ -115,9 +116,9 @@ class IdmMobilMethod:
     def exchange(self, situation: Situation, side: Side) -> Exchange | None:
         """The accelerations on both sides of the choice; None where there is no lane, nobody watches it, or somebody is alongside."""
         road, host = situation.road, situation.host
-        lane = road.lane_of(host.d_m)
+        lane = road.lane_of(host.d_m, host.s_m)
         other = lane + (1 if side is Side.LEFT else -1)
-        if not road.has_lane(other) or not situation.coverage.sees(_SECTORS[side]) or host.speed_mps < _STANDING_MPS:
+        if not road.has_lane(other, host.s_m) or not situation.coverage.sees(_SECTORS[side]) or host.speed_mps < _STANDING_MPS:
             return None
         here, there = neighbours_in(lane, situation, self.vehicle), neighbours_in(other, situation, self.vehicle)
         new_leader = leader_of(there.ahead, situation, self.vehicle)
@@ -146,7 +147,7 @@ class IdmMobilMethod:
         if best is None:
             return None
         side, road, host = best[2], situation.road, situation.host
-        target = road.lane_centre_m(road.lane_of(host.d_m) + (1 if side is Side.LEFT else -1))
+        target = road.lane_centre_m(road.lane_of(host.d_m, host.s_m) + (1 if side is Side.LEFT else -1), host.s_m)
         path = corrected(
             start_s_m=host.s_m,
             start_d_m=host.d_m,

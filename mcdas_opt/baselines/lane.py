@@ -32,11 +32,11 @@ class Neighbours(NamedTuple):
 def neighbours_in(lane: int, situation: Situation, vehicle: Vehicle) -> Neighbours:
     """By their centres. In a lane is whose centre is in it, and in the host's own whoever it would touch, too."""
     host, road = situation.host, situation.road
-    own = lane == road.lane_of(host.d_m)
+    own = lane == road.lane_of(host.d_m, host.s_m)
     there = [
         track
         for track in situation.tracks
-        if road.lane_of(track.d_m) == lane or (own and abs(track.d_m - host.d_m) < 0.5 * (track.width_m + vehicle.width_m))
+        if road.lane_of(track.d_m, track.s_m) == lane or (own and abs(track.d_m - host.d_m) < 0.5 * (track.width_m + vehicle.width_m))
     ]
     ahead = min((track for track in there if track.s_m > host.s_m), key=lambda track: track.s_m, default=None)
     behind = max((track for track in there if track.s_m <= host.s_m), key=lambda track: track.s_m, default=None)
@@ -54,8 +54,8 @@ def leader_of(track: Track | None, situation: Situation, vehicle: Vehicle, s_m: 
 
 def lane_centre(situation: Situation) -> LaneCentre:
     """The middle of the lane that the host is in."""
-    road = situation.road
-    return LaneCentre(d_m=road.lane_centre_m(road.lane_of(situation.host.d_m)))
+    road, host = situation.road, situation.host
+    return LaneCentre(d_m=road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m))
 
 
 def strongest_braking_mps2(situation: Situation, vehicle: Vehicle) -> float:

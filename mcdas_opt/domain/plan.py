@@ -73,6 +73,7 @@ class Plan(Result):
     iterations: int = 0
     converged: bool = True
     chosen: str = ""
+    destination: str = ""
     solver: str = ""
     literal_mode: str | None = None
     safe_end: SafeEnd | None = None

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from itertools import pairwise
 from operator import itemgetter
 from typing import Any
 
 import numpy as np
 
-from mcdas_opt.domain.rules import FARTHEST_M, Array, finite, non_negative, positive, require, within
+from mcdas_opt.domain.lane import Lane
+from mcdas_opt.domain.lane_borders import Edges, LaneBorders
+from mcdas_opt.domain.rules import FARTHEST_M, Array, all_of, finite, non_negative, positive, require, within
+from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import ParameterError
 
 _STRETCH_M = 1000.0
+_SOON_S, _CHANGE_S = 0.5, 5.0  # a lane change crosses the marking no sooner, and is done by then
+_TIGHTEST = 0.9  # of a bend's radius: no edge lies further in
+_NOTHING_M = 1e-6  # a lane that is narrower is not there
 # What a road can have: from a footpath to a square, from wet ice to a racing tyre on rubber and wings.
 _LANE_WIDTHS_M = (0.1, 20.0)
 _WIDEST_SHOULDER_M = 1000.0
@@ -32,10 +39,12 @@ def local_origin_m(s_m: float) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Road:
-    """Lanes of one direction along a reference line of piecewise linear curvature.
+    """Lanes along a reference line of piecewise linear curvature.
 
     `curvature` holds knots (s [m], kappa [1/m]), linear in between and held at both ends; a left turn is positive.
     `friction` is what the reader of this record believes: the planner's belief in a `Situation`, the truth in the plant.
+    `lanes` says of single lanes what is not so all along: where they begin and end, narrow, are closed or limited (`domain.lane`).
+    Lanes are counted from the host's first, 0, to the left. Whoever asks for a lane or an edge says where: `s_m`.
     """
 
     lane_width_m: float = 3.7
@@ -47,6 +56,8 @@ class Road:
     speed_limit_mps: float = 36.0
     curvature: tuple[tuple[float, float], ...] = ((0.0, 0.0),)
     road_end_s_m: float | None = None
+    lanes: tuple[Lane, ...] = ()
+    borders: LaneBorders | None = field(init=False, repr=False, compare=False, default=None)
 
     def __post_init__(self) -> None:
         require(self, positive, "lane_width_m", "friction", "speed_limit_mps")
@@ -75,19 +86,68 @@ class Road:
             raise ParameterError("curvature", self.curvature, f"s_m of the knots must lie within {2.0 * FARTHEST_M:g} of 0", "m")
         if np.any(np.diff(s) < NEAREST_KNOTS_M):
             raise ParameterError("curvature", self.curvature, f"s_m of the knots must increase, by at least {NEAREST_KNOTS_M:g}", "m")
-        widest = max(self.left_edge_m, -self.right_edge_m)
-        if max(abs(k) for _, k in knots) * widest >= 0.9:
+        self._set_borders()
+        if self._folds():
             raise ParameterError("curvature", self.curvature, "is too tight: the road would fold over itself", "1/m")
+
+    def _folds(self) -> bool:
+        """Whether an edge on the inside of a bend comes near its centre; of a road that is the same all along, either edge of any bend."""
+        if self.borders is None:
+            return max(abs(k) for _, k in self.curvature) * max(self.left_edge_m, -self.right_edge_m) >= _TIGHTEST
+        s = np.union1d(self.borders.edges.table[0], [k[0] for k in self.curvature])
+        bend = self.curvature_at(s)
+        return bool(np.maximum(bend * self.borders.edges.left(s), bend * self.borders.edges.right(s)).max() >= _TIGHTEST)
+
+    def _set_borders(self) -> None:
+        """From the lanes that differ from what the road says of all: the others are left out."""
+        lanes = all_of("lanes", self.lanes, Lane)
+        numbers = [lane.lane for lane in lanes]
+        for k, number in enumerate(numbers):
+            if number in numbers[:k]:
+                raise ParameterError(f"lanes[{k}].lane", number, "is described twice: its pieces overlap")
+            if not -self.lanes_right <= number <= self.lanes_left:
+                raise ParameterError(f"lanes[{k}].lane", number, f"is none of the road's: {-self.lanes_right} to {self.lanes_left}")
+            if lanes[k].closed_m and number == 0 and self.lanes_left and self.lanes_right and lanes[k].merges is Side.NONE:
+                raise ParameterError(f"lanes[{k}].merges", "none", "must say to which side a closed lane 0 is passed: left or right")
+        lanes = tuple(lane for lane in lanes if lane.differs_from(self.lane_width_m, self.speed_limit_mps))
+        object.__setattr__(self, "lanes", lanes)
+        object.__setattr__(self, "borders", None)
+        if not lanes:
+            return
+        width, shoulders = self.lane_width_m, (self.shoulder_left_m, self.shoulder_right_m)
+        object.__setattr__(self, "borders", LaneBorders.of(lanes, width, self.lanes_left, self.lanes_right, *shoulders))
 
     @property
     def left_edge_m(self) -> float:
-        """d of the left edge of the drivable surface [m]."""
+        """d of the left edge of the drivable surface [m], where that is farthest."""
+        if self.borders is not None:
+            return float(self.borders.edges.table[1].max())
         return (self.lanes_left + 0.5) * self.lane_width_m + self.shoulder_left_m
 
     @property
     def right_edge_m(self) -> float:
-        """d of the right edge of the drivable surface [m], negative."""
+        """d of the right edge of the drivable surface [m], where that is farthest; negative."""
+        if self.borders is not None:
+            return float(self.borders.edges.table[2].min())
         return -(self.lanes_right + 0.5) * self.lane_width_m - self.shoulder_right_m
+
+    @property
+    def edges(self) -> Edges | None:
+        """The edges along the road; None where they are the same all along."""
+        return None if self.borders is None else self.borders.edges
+
+    @property
+    def steered_edges(self) -> Edges | None:
+        """Edges for plans, nowhere outside `edges`, which a car can follow; None where they are the same all along."""
+        return None if self.borders is None else self.borders.steered
+
+    def left_edge_at(self, s_m: Array | float) -> Array | float:
+        """d of the left edge [m] at s [m]; one number where it is the same all along."""
+        return self.left_edge_m if self.borders is None else self.borders.edges.left(s_m)
+
+    def right_edge_at(self, s_m: Array | float) -> Array | float:
+        """d of the right edge [m] at s [m]; one number where it is the same all along."""
+        return self.right_edge_m if self.borders is None else self.borders.edges.right(s_m)
 
     @property
     def is_straight(self) -> bool:
@@ -98,20 +158,100 @@ class Road:
         knots = np.asarray(self.curvature)
         return np.asarray(np.interp(s, knots[:, 0], knots[:, 1]), dtype=np.float64)
 
-    def lane_of(self, d_m: float) -> int:
-        """Index of the lane that holds d: 0 the host's first lane, positive to the left; clipped to the lanes there are."""
-        lane = math.floor(d_m / self.lane_width_m + 0.5)
-        return min(max(lane, -self.lanes_right), self.lanes_left)
-
     def seen_from(self, s_m: float) -> Road:
         """The same road with its s counted from `s_m`: the same record where that is 0."""
         return self if s_m == 0.0 else _seen_from(self, s_m)
 
-    def lane_centre_m(self, lane: int) -> float:
-        return lane * self.lane_width_m
+    def lane_of(self, d_m: float, s_m: float) -> int:
+        """Index of the lane that holds d at s: 0 the host's first lane, positive to the left; clipped to the lanes there are."""
+        if self.borders is None:
+            lane = math.floor(d_m / self.lane_width_m + 0.5)
+            return min(max(lane, -self.lanes_right), self.lanes_left)
+        borders = self.borders.at(s_m)
+        beside = {lane.lane + self.lanes_right for lane in self.lanes if lane.shoulder}
+        there = [k for k in range(len(borders) - 1) if borders[k + 1] - borders[k] > _NOTHING_M and k not in beside]
+        inside = [k for k in there if d_m < borders[k + 1]]
+        return (inside[0] if inside else there[-1] if there else self.lanes_right) - self.lanes_right
 
-    def has_lane(self, lane: int) -> bool:
-        return -self.lanes_right <= lane <= self.lanes_left
+    def lane_centre_m(self, lane: int, s_m: float) -> float:
+        """d of the middle of a lane [m] at s [m]."""
+        if self.borders is None:
+            return lane * self.lane_width_m
+        right, left = self._lane_borders(lane, s_m)
+        return 0.5 * (left + right)
+
+    def lane_width_at(self, lane: int, s_m: float) -> float:
+        """The width of a lane [m] at s [m]; 0 where there is none."""
+        if self.borders is None:
+            return self.lane_width_m
+        right, left = self._lane_borders(lane, s_m)
+        return left - right
+
+    def has_lane(self, lane: int, from_s_m: float, until_s_m: float | None = None) -> bool:
+        """Whether there is such a lane of the host's direction, open and of half the usual width at least, at s, or until then."""
+        if not -self.lanes_right <= lane <= self.lanes_left:
+            return False
+        if self.borders is None:
+            return True
+        return self.lane_ends_m(lane, from_s_m, 0.5 * self.lane_width_m) > (from_s_m if until_s_m is None else until_s_m)
+
+    def goes_on(self, lane: int, s_m: float, speed_mps: float) -> bool:
+        """Whether there is such a lane beside a car that drives so fast, for as long as changing to it takes."""
+        if self.borders is None:
+            return self.has_lane(lane, s_m)
+        return self.has_lane(lane, s_m + _SOON_S * speed_mps, s_m + _CHANGE_S * speed_mps)
+
+    def lane_ends_m(self, lane: int, s_m: float, width_m: float) -> float:
+        """How far a lane goes on from s: where it is first narrower than `width_m` or closed, infinite where it never is; not at all (minus
+        infinity) where it is none to drive in."""
+        if self.borders is None:
+            return math.inf
+        described = next((one for one in self.lanes if one.lane == lane), None)
+        if described is None:
+            return math.inf
+        if described.oncoming or described.shoulder:
+            return -math.inf
+        end = min((begin for begin, until in described.closed_m if until > s_m), default=math.inf)
+        knots = [(s_m, float(described.width_at(s_m, self.lane_width_m)))] + [(s, width) for s, width in described.width_m if s > s_m]
+        if knots[0][1] < width_m:
+            return -math.inf
+        for (before, wide), (after, narrow) in pairwise(knots):
+            if narrow < width_m:
+                return min(end, before + (after - before) * (wide - width_m) / (wide - narrow))
+        return end if end > s_m else -math.inf
+
+    def ends_m(self, lane: int, s_m: float, width_m: float) -> float:
+        """Where a car of this width that keeps its lane comes to an end from s on: of the lane or of the road; infinite without."""
+        road_end = math.inf if self.road_end_s_m is None else self.road_end_s_m
+        return road_end if self.borders is None else min(road_end, max(self.lane_ends_m(lane, s_m, width_m), s_m))
+
+    def markings_at(self, s_m: Array) -> list[Array]:
+        """d [m] of each border between two lanes at s (n,), from the right; NaN where one of the two is not there."""
+        if self.borders is None:
+            return [np.full(s_m.shape, (lane + 0.5) * self.lane_width_m) for lane in range(-self.lanes_right, self.lanes_left)]
+        d = np.array([np.interp(s_m, self.borders.s_m, row) for row in self.borders.d_m])
+        there = np.diff(d, axis=0) > _NOTHING_M
+        return [np.where(there[k] & there[k + 1], d[k + 1], np.nan) for k in range(len(there) - 1)]
+
+    def limits_from(self, lane: int, s_m: float) -> list[tuple[float, float]]:
+        """The speed limits of a lane from s on: (where it begins to hold [m], limit [m/s]), the first at `s_m`."""
+        described = next((one.speed_limit_mps for one in self.lanes if one.lane == lane and one.speed_limit_mps), None)
+        if described is None:
+            return [(s_m, self.speed_limit_mps)]
+        now = [limit for s, limit in described if s <= s_m]
+        return [(s_m, now[-1] if now else described[0][1]), *((s, limit) for s, limit in described if s > s_m)]
+
+    def _lane_borders(self, lane: int, s_m: float) -> tuple[float, float]:
+        """Right and left border d [m] of a lane at s; beyond the lanes that there are, a lane of the usual width further out."""
+        assert self.borders is not None
+        row = self.borders.at(s_m)
+        k = lane + self.lanes_right
+        if k < 0:
+            return row[0] + k * self.lane_width_m, row[0] + (k + 1) * self.lane_width_m
+        if k >= len(row) - 1:
+            out = k - (len(row) - 1)
+            return row[-1] + out * self.lane_width_m, row[-1] + (out + 1) * self.lane_width_m
+        return row[k], row[k + 1]
 
 
 @lru_cache(maxsize=64)
@@ -120,4 +260,5 @@ def _seen_from(road: Road, s_m: float) -> Road:
     knots = road.curvature
     if len(knots) > 1:  # one knot is the same curvature everywhere
         knots = tuple((s - s_m, kappa) for s, kappa in knots)
-    return replace(road, curvature=knots, road_end_s_m=None if end is None else end - s_m)
+    lanes = tuple(lane.seen_from(s_m) for lane in road.lanes)
+    return replace(road, curvature=knots, road_end_s_m=None if end is None else end - s_m, lanes=lanes)

@@ -6,6 +6,7 @@ import json
 from dataclasses import dataclass, field
 from typing import Any
 
+from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.document import SCHEMA_VERSION, from_document, to_document
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.parsing import parsed_json
@@ -21,6 +22,7 @@ class Situation:
     """Everything a plan may depend on. `road.friction` is the friction that the planner assumes.
 
     `vehicle` names the host's car (a shipped vehicle or a path); `desired_speed_mps` defaults to the host's speed.
+    `destination`: where to be, and when, if that matters; times are those of `time_s`.
     """
 
     time_s: float = 0.0
@@ -31,6 +33,7 @@ class Situation:
     vehicle: str = "sedan"
     desired_speed_mps: float | None = None
     request: Request = Request.DRIVE
+    destination: Destination | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time_s", finite("time_s", self.time_s, "s"))
@@ -38,6 +41,8 @@ class Situation:
         require_type("coverage", self.coverage, Coverage)
         require_type("road", self.road, Road)
         require_type("vehicle", self.vehicle, str)
+        if self.destination is not None:
+            require_type("destination", self.destination, Destination)
         object.__setattr__(self, "tracks", all_of("tracks", self.tracks, Track))
         if type(self.request) is not Request:
             object.__setattr__(self, "request", word("request", self.request, Request))

@@ -70,15 +70,15 @@ class DrivenProfiles:
         return Trajectory.from_states(self.times_s, self.states[member], self.inputs[member])
 
 
-def evasive_profiles(road: Road, vehicle: Vehicle, d_m: float) -> EvasiveProfiles:
+def evasive_profiles(road: Road, vehicle: Vehicle, d_m: float, s_m: float = 0.0) -> EvasiveProfiles:
     """Every pair of a profile sideways and a profile along from d: some thousands."""
     limit = road.friction * GRAVITY_MPS2
     most = (min(-vehicle.acceleration_min_mps2, limit), min(vehicle.acceleration_max_mps2, limit))
     along = [(share, 0.0, share) for share in _STEADY] + [(a, t, then) for (a, then), t in itertools.product(_TURNS, _TURN_S)]
     half = 0.5 * vehicle.width_m
-    lane = road.lane_of(d_m)
+    lane = road.lane_of(d_m, s_m)
     ends = [d_m + side * beside for side in (1, -1) for beside in _BESIDE_M]
-    ends += [road.lane_centre_m(lane + step) for step in (1, -1, 2, -2) if road.has_lane(lane + step)]
+    ends += [road.lane_centre_m(lane + step, s_m) for step in (1, -1, 2, -2) if road.has_lane(lane + step, s_m)]
     ends = [d for d in ends if road.right_edge_m + half < d < road.left_edge_m - half]
     sideways = [(d_m, 0.0, 1.0, 1.6), *itertools.product(ends, _DELAYS_S, _GRIP, _BANDWIDTH_RADPS)]
     rows = np.array([(*side, *pace) for side in sideways for pace in along])

@@ -153,16 +153,16 @@ def settling_error_m(run: Simulation) -> float | None:
     """How far from the centre of its new lane the host was when its sideways motion first stopped or turned after it had crossed into
     that lane, in a drive that ended there; None without a lane change or where it never stopped. (The paper's Tables 3 and 4 take the
     distance from the target at the end of the path.)"""
-    road, d = run.scene.true_road, run.history.states[:, 1]
-    lane = road.lane_of(float(d[-1]))
-    if lane == road.lane_of(float(d[0])) or run.outcome is not Outcome.SAFE:
+    road, s, d = run.scene.true_road, run.history.states[:, 0], run.history.states[:, 1]
+    lanes = np.array([road.lane_of(float(here), float(along)) for along, here in zip(s, d, strict=True)])
+    lane = int(lanes[-1])
+    if lane == lanes[0] or run.outcome is not Outcome.SAFE:
         return None
-    lanes = np.array([road.lane_of(float(value)) for value in d])
     crossed = int(np.flatnonzero(lanes != lane)[-1]) + 1
-    heading = np.sign(road.lane_centre_m(lane) - road.lane_centre_m(road.lane_of(float(d[0]))))
+    heading = np.sign(road.lane_centre_m(lane, float(s[-1])) - road.lane_centre_m(int(lanes[0]), float(s[0])))
     sideways = heading * np.diff(d) / STEP_S
     stopped = np.flatnonzero(sideways[crossed:] < _STILL_MPS)
-    return abs(float(d[crossed + int(stopped[0])]) - road.lane_centre_m(lane)) if stopped.size else None
+    return abs(float(d[crossed + int(stopped[0])]) - road.lane_centre_m(lane, float(s[-1]))) if stopped.size else None
 
 
 def _face(run: Simulation) -> str:
@@ -181,7 +181,7 @@ def _intervention(run: Simulation) -> str:
     road, states = run.scene.true_road, run.history.states
     bend = states[:-1, 3] ** 2 * np.asarray(road.curvature_at(states[:-1, 0]))
     sharp = np.abs(run.history.lateral_acceleration_mps2 - bend).max(initial=0.0) > SHARP_STEERING_MPS2
-    left_lane = road.lane_of(float(states[-1, 1])) != road.lane_of(float(states[0, 1]))
+    left_lane = road.lane_of(float(states[-1, 1]), float(states[-1, 0])) != road.lane_of(float(states[0, 1]), float(states[0, 0]))
     evaded = any(mode == Mode.EVADE.value for _, mode in run.modes)
     braked = float(states[:, 4].min()) < -HARD_BRAKING_MPS2
     return "+".join(word for word, true in (("steering", evaded or sharp or left_lane), ("braking", braked)) if true)

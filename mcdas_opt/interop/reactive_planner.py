@@ -231,7 +231,8 @@ def _from(trajectory: Trajectory, since_s: float) -> Trajectory:
 
 def _meaning(trajectory: Trajectory, road: Road) -> tuple[Mode, Side]:
     """What the plan does, in the contract's words."""
-    lanes = road.lane_of(float(trajectory.d_m[-1])) - road.lane_of(float(trajectory.d_m[0]))
+    last, first = (road.lane_of(float(trajectory.d_m[k]), float(trajectory.s_m[k])) for k in (-1, 0))
+    lanes = last - first
     if lanes:
         return Mode.EVADE, Side.LEFT if lanes > 0 else Side.RIGHT
     change = float(trajectory.speed_mps[-1] - trajectory.speed_mps[0]) / float(trajectory.t_s[-1])

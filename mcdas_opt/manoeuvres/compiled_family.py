@@ -24,6 +24,7 @@ from mcdas_opt.native.kernels import FAMILY
 _LANES = 8  # samples come in whole lanes
 _OF_PHASE, _OF_BODY, _OF_MEMBER, _OF_RESULT = 10, 7, 8, 6  # rows, as the C text numbers them
 _STEEPEST_RAD = 1.5  # so far a step of the steering angle is bounded by its tangent
+_NO_EDGES = np.empty((3, 0))
 _Family = record("family.c", "Family")
 
 
@@ -59,6 +60,7 @@ class CompiledMembers:
             "sizes": self._sizes,
             "knots": knots[0],
             "kappas": knots[1],
+            "edges": _NO_EDGES if road.edges is None else road.edges.table,
             "by_phase": np.empty((self._shape[0], _OF_PHASE, row)),
             "work": np.empty((_OF_MEMBER, row)),
         }
@@ -69,6 +71,7 @@ class CompiledMembers:
             samples=times_s.size,
             count_of_bodies=len(prediction.bodies),
             count_of_knots=knots.shape[1],
+            count_of_edges=0 if road.edges is None else road.edges.table.shape[1],
             **_now(situation, vehicle, float(times_s[1] - times_s[0])),
         )
         self._at = ctypes.addressof(self._family)
@@ -174,8 +177,8 @@ def _now(situation: Situation, vehicle: Vehicle, step_s: float) -> dict[str, Any
         "right": road.right_edge_m,
         "end": np.inf if road.road_end_s_m is None else road.road_end_s_m,
         "wanted": situation.wanted_speed_mps,
-        "lane_d": road.lane_centre_m(road.lane_of(host.d_m)),
-        "half_lane": 0.5 * road.lane_width_m,
+        "lane_d": road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m),
+        "half_lane": 0.5 * road.lane_width_at(road.lane_of(host.d_m, host.s_m), host.s_m),
         "reach": 0.5 * np.hypot(vehicle.length_m, vehicle.width_m),
     }
 

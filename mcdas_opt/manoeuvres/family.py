@@ -12,6 +12,7 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array, positive, require
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.geometry.edges import beyond_edges
 from mcdas_opt.manoeuvres.clearance import Clearance, Margins, clearance
 from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles, paths
 from mcdas_opt.manoeuvres.paths import Paths
@@ -118,7 +119,7 @@ def roll_out(
         & (turned <= share.steering * vehicle.steering_rate_max_radps)
     )
     room = 0.5 * (vehicle.width_m * members.cosine + vehicle.length_m * np.abs(members.sine)) + EDGE_M
-    on_road = ((members.d_m + room).max(-1) <= road.left_edge_m) & ((members.d_m - room).min(-1) >= road.right_edge_m)
+    on_road = beyond_edges(members.s_m, members.d_m - room, members.d_m + room, vehicle, road).max(-1) <= 0.0
     if road.road_end_s_m is not None:
         on_road &= members.s_m.max(-1) + 0.5 * vehicle.length_m + EDGE_M <= road.road_end_s_m
     return Rolled(

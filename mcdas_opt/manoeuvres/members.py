@@ -44,7 +44,8 @@ class InterpretedMembers:
     def scored(self, scoring: Scoring) -> Scored:
         """Every member against everybody."""
         situation, road = self._situation, self._situation.road
-        lane = road.lane_centre_m(road.lane_of(situation.host.d_m))
+        host = situation.host
+        lane = road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m)
         return score(self._rolled, self._prediction, self._vehicle, road, situation.wanted_speed_mps, lane, scoring)
 
     def best(self, scoring: Scoring, kinds: NDArray[np.intp]) -> list[Member]:

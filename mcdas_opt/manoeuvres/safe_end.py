@@ -119,7 +119,7 @@ def ends(
     the beginning.
 
     The front car is any body whose width overlaps the host's there and that is ahead; a standing host asks nothing of it. The end of the
-    road is a car that stands.
+    road, or of the lane there, is a car that stands.
     """
     cfg = settings or SafeEndSettings()
     s, d, psi, v = (column[samples] for column in (drive.s_m, drive.d_m, drive.heading_rad, drive.speed_mps))
@@ -150,8 +150,9 @@ def ends(
         allowed = np.maximum(np.where(first_s < start.s_m, asked_before, 0.0), cfg.follower_demand_mps2)
         demand = np.where(behind, asked, -math.inf).max(axis=0)
         follower_fails |= (behind & (asked > allowed[:, None] + _ROUNDING_MPS2)).any(axis=0)
-    if road.road_end_s_m is not None:
-        room = road.road_end_s_m - s - 0.5 * vehicle.length_m - distance_to_hold(v, 0.0, vehicle, road, cfg)
+    if road.road_end_s_m is not None or road.lanes:
+        end = np.array([_end_m(road, *place, vehicle) for place in zip(s.tolist(), d.tolist(), strict=True)])
+        room = end - s - 0.5 * vehicle.length_m - distance_to_hold(v, 0.0, vehicle, road, cfg)
         margin = np.minimum(margin, room)
         front_fails |= ~standing & (room < 0.0)
     return Ends(margin, demand, standing, ~front_fails & ~follower_fails, front_fails, follower_fails)
@@ -194,11 +195,19 @@ def last_end(
                 asked_before = _demand(start.s_m - first_s - lengths, first_v - start.speed_mps, response)
             demand = max(demand, asked)
             follower_fails = follower_fails or asked > max(cfg.follower_demand_mps2, asked_before) + _ROUNDING_MPS2
-    if road.road_end_s_m is not None:
-        room = road.road_end_s_m - s - 0.5 * vehicle.length_m - max(braking.needed(v, 0.0), 0.0)
+    if road.road_end_s_m is not None or road.lanes:
+        room = _end_m(road, s, d, vehicle) - s - 0.5 * vehicle.length_m - max(braking.needed(v, 0.0), 0.0)
         margin, front_fails = min(margin, room), front_fails or (not standing and room < 0.0)
     end = _record(margin, demand, drive.t_s.item(-1), not front_fails and not follower_fails, standing)
     return LastEnd(end, front_fails, follower_fails)
+
+
+def _end_m(road: Road, s_m: float, d_m: float, vehicle: Vehicle) -> float:
+    """Where a host that is there comes to an end in its lane."""
+    if not road.lanes:
+        assert road.road_end_s_m is not None
+        return road.road_end_s_m
+    return road.ends_m(road.lane_of(d_m, s_m), s_m, vehicle.width_m)
 
 
 def _demand(gap_m: float, closing_mps: float, response_s: float) -> float:

@@ -24,6 +24,7 @@ from mcdas_opt.ocp.terms import (
     PathDeviation,
     RoadEdges,
     RoadEnd,
+    SlopingRoadEdges,
     SpeedDeviation,
     Stage,
 )
@@ -85,6 +86,7 @@ class LaneProblem:
     limit_margin: float = 0.995
     costs: tuple[Cost, ...] = field(default_factory=_costs)
     free_weights: bool = False  # the weights are parameters of every node, `weight_<cost>`: one compiled problem for all of them
+    sloping_edges: bool = False  # the road's edges change along it
     free_centre: bool = False  # so is the body centre's lead over the point that moves along the car's axis, `centre`
     penalties: dict[str, SlackPenalty] = field(default_factory=_penalties)
 
@@ -93,7 +95,7 @@ class LaneProblem:
         bodies = tuple(MovingBody(slot=i) for i in range(self.neighbours))
         return (
             FrictionCircle(),
-            RoadEdges(margin=self.road_margin_m),
+            SlopingRoadEdges(margin=self.road_margin_m) if self.sloping_edges else RoadEdges(margin=self.road_margin_m),
             RoadEnd(),
             Headway(horizon_s=HEADWAY_HORIZON_S),
             Comfort(),

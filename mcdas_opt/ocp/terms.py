@@ -178,6 +178,22 @@ class RoadEdges:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SlopingRoadEdges:
+    """The same between edges that change along the road: linear in s around `edge_s`."""
+
+    margin: float
+    name: str = "road edge [m]"
+    slack: str = "road"
+    parameters: Sequence[str] = ("left_edge", "right_edge", "left_slope", "right_slope", "edge_s")
+
+    def rows(self, stage: Stage) -> list[Any]:
+        p, reach = stage.p, stage.half_across + self.margin
+        on = stage.s - p["edge_s"]
+        left, right = p["left_edge"] + p["left_slope"] * on, p["right_edge"] + p["right_slope"] * on
+        return [stage.d + reach - left, right - (stage.d - reach)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RoadEnd:
     """The front bumper short of the road's end; far away where there is none."""
 

@@ -25,6 +25,7 @@ from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, TURNED_STEPS, P
 _LANES, _ROOM = 8, 104  # nodes come in whole lanes, and there are at most so many
 _PIECE = 16  # nodes are looked at so many at a time where a row may go wrong
 CaseRecord, _Nodes = (record("time_to_react.c", name) for name in ("Case", "Nodes"))
+_NO_EDGES = np.empty((3, 0))
 NUMBERS = tuple(name for name, kind, *_ in CaseRecord._fields_ if kind is ctypes.c_double)
 
 
@@ -68,8 +69,11 @@ def cruisers(bodies: Sequence[CruisingBody], margins: Margins) -> list[float]:
     return numbers
 
 
-def case_constants(vehicle: Vehicle, road: Road, chosen: EscapeSettings, straightening_mps2: float) -> tuple[tuple[float, ...], Array]:
-    """What neither the host nor the others change of a case: its numbers, and the road's knots as columns (2, K)."""
+def case_constants(
+    vehicle: Vehicle, road: Road, chosen: EscapeSettings, straightening_mps2: float
+) -> tuple[tuple[float, ...], Array, Array]:
+    """What neither the host nor the others change of a case: its numbers, the road's knots as columns (2, K), and its edges (3, K), empty
+    where they are the same all along."""
     knots, bend = _knots(road.curvature)
     grip = road.friction * GRAVITY_MPS2
     numbers = (
@@ -79,7 +83,7 @@ def case_constants(vehicle: Vehicle, road: Road, chosen: EscapeSettings, straigh
         *(road.left_edge_m, road.right_edge_m, np.inf if road.road_end_s_m is None else road.road_end_s_m),
         *(bend, chosen.clear_m, CLEAR_S, chosen.comfort_on(road.friction), SHORTEST_S, straightening_mps2),
     )
-    return numbers, knots
+    return numbers, knots, _NO_EDGES if road.edges is None else road.edges.table
 
 
 @lru_cache(maxsize=8)
@@ -96,7 +100,7 @@ def faded(fade_s: float, count: int) -> Array:
 
 class CompiledCase:
     """One situation. `table` (6, H) is contiguous: `constant_input` writes into it. `columns` (5, M): of the members; `curvature` (2, K):
-    knots."""
+    knots; `edges` (3, K)."""
 
     def __init__(
         self,
@@ -105,6 +109,7 @@ class CompiledCase:
         table: Array,
         columns: Array,
         curvature: Array,
+        edges: Array,
         numbers: tuple[float, ...],
         *,
         in_lane: int,
@@ -120,14 +125,14 @@ class CompiledCase:
             traffic.half_width_m,
             np.maximum.reduce(traffic.half_length_m, -1),
         )
-        self._kept = tuple(map(np.ascontiguousarray, (*blocks, table, columns, curvature)))
-        *tables, of_members, of_road = (address(block) for block in self._kept)
+        self._kept = tuple(map(np.ascontiguousarray, (*blocks, table, columns, curvature, edges)))
+        *tables, of_members, of_road, of_edges = (address(block) for block in self._kept)
         self.bodies, self.held_count, self.members = bodies, table.shape[1], columns.shape[1]
         self._case = CaseRecord(
             *tables,
             *range(of_members, of_members + columns.nbytes, columns.strides[0]),
-            *(of_road, of_road + curvature.strides[0]),
-            *(bodies, lattice, self.held_count, self.members, in_lane, half_steps, curvature.shape[1]),
+            *(of_road, of_road + curvature.strides[0], of_edges),
+            *(bodies, lattice, self.held_count, self.members, in_lane, half_steps, curvature.shape[1], edges.shape[1]),
             *numbers,
         )
         self._at = ctypes.addressof(self._case)

@@ -55,11 +55,12 @@ class _Ground:
         self.steps = round(self.until_s / LATTICE_S) + 1
         of_any = forces(road, HostState(), vehicle, chosen)
         self.forces = of_any if road.is_straight else None
-        numbers, knots = case_constants(vehicle, road, chosen, of_any.gentle)
+        numbers, knots, edges = case_constants(vehicle, road, chosen, of_any.gentle)
         times_s = lattice_s(self.steps)
-        self._kept = knots, times_s
+        self._kept = knots, edges, times_s
         bare = CaseRecord(lattice=self.steps, moments=KEPT_TIMES_S.size, half_steps=round(0.5 * CLEAR_S / LATTICE_S))
         bare.count_of_knots, bare.knots, bare.kappas = knots.shape[1], address(knots), address(knots) + knots.strides[0]
+        bare.edges, bare.count_of_edges = address(edges), edges.shape[1]
         for name, number in zip(NUMBERS, numbers, strict=True):
             setattr(bare, name, number)
         near_m = 0.5 * road.lane_width_m + 0.5
@@ -68,9 +69,10 @@ class _Ground:
         self._lanes: dict[int, tuple[_Manoeuvres, float, float]] = {}
 
     def lanes(self, situation: Situation) -> tuple[_Manoeuvres, float, float]:
-        """The members, and the middles of the lanes to the left and the right [m], NaN without; they depend on the host's lane alone."""
-        lane = self.road.lane_of(situation.host.d_m)
-        known = self._lanes.get(lane)
+        """The members, and the middles of the lanes to the left and the right [m], NaN without; they depend on the host's lane alone, on a
+        road whose lanes are the same all along."""
+        lane = self.road.lane_of(situation.host.d_m, situation.host.s_m)
+        known = None if self.road.lanes else self._lanes.get(lane)
         if known is None:
             left, right = (next_lane_m(situation, self.vehicle, side) for side in (Side.LEFT, Side.RIGHT))
             manoeuvres = _Manoeuvres(spread_of(left is not None, right is not None))

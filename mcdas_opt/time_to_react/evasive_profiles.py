@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.geometry.edges import beyond_edges
 from mcdas_opt.manoeuvres.family import Demand
 from mcdas_opt.manoeuvres.paths import body_paths
 from mcdas_opt.manoeuvres.starts import Starts, rear_axle
@@ -113,7 +114,7 @@ def evasive_motions(rows: EvasiveProfiles, times_s: Array, start: Starts, vehicl
     np.maximum(used, np.abs(steering).max(-1) / (demand.steering * vehicle.steering_max_rad), out=used)
     np.maximum(used, turned / (demand.steering * vehicle.steering_rate_max_radps), out=used)
     room = 0.5 * (vehicle.width_m * cosine + vehicle.length_m * np.abs(sine))
-    edge = np.minimum(road.left_edge_m - (d + room).max(-1), (d - room).min(-1) - road.right_edge_m)
+    edge = -beyond_edges(s, d - room, d + room, vehicle, road).max(-1)
     if road.road_end_s_m is not None:
         edge = np.minimum(edge, road.road_end_s_m - s[:, -1] - 0.5 * vehicle.length_m)
     return Motions(

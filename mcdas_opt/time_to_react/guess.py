@@ -15,6 +15,7 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.geometry.edges import beyond_edges
 from mcdas_opt.manoeuvres.starts import Starts
 from mcdas_opt.time_to_react.compiled_case import CompiledCase, Nodes, case_constants, predicted_traffic
 from mcdas_opt.time_to_react.constant_input import EVERY, constant_input
@@ -105,13 +106,14 @@ class Case:
     def _compiled(self, library: ctypes.CDLL) -> CompiledCase:
         all_of = self.members
         columns = np.array((all_of.level_mps2, all_of.until_s, all_of.until_mps, all_of.target_d_m, all_of.lateral_mps2))
-        numbers, knots = case_constants(self.vehicle, self.situation.road, self.chosen, all_of.straightening_mps2)
+        numbers, knots, edges = case_constants(self.vehicle, self.situation.road, self.chosen, all_of.straightening_mps2)
         return CompiledCase(
             library,
             self.traffic,
             self.table,
             columns,
             knots,
+            edges,
             numbers,
             in_lane=int(all_of.kind.searchsorted(SIDEWAYS)),
             half_steps=round(0.5 * CLEAR_S / LATTICE_S),
@@ -138,7 +140,7 @@ class Case:
         step, who = self._met(sine, cosine)
         moment = self.times_s[step] if step >= 0 else np.inf
         room = 0.5 * (vehicle.width_m * cosine + vehicle.length_m * np.abs(sine)) + EDGE_M
-        off = (path.d_m + room > road.left_edge_m) | (path.d_m - room < road.right_edge_m)
+        off = beyond_edges(path.s_m, path.d_m - room, path.d_m + room, vehicle, road) > 0.0
         if road.road_end_s_m is not None:
             off |= path.s_m + 0.5 * vehicle.length_m + EDGE_M > road.road_end_s_m
         leaves = float(self.times_s[max(int(off.argmax()) - 1, 0)]) if off.any() else np.inf

@@ -103,7 +103,7 @@ def lane_change(track: Track, settings: PredictionSettings, road: Road) -> tuple
     lane = math.ceil((across + seen * settings.lateral_fade_s) / width)
     to_go = lane * width - across
     gone = width - to_go
-    if gone < CHANGE_FROM_M or not road.has_lane(lane if left else -lane):
+    if gone < CHANGE_FROM_M or not road.has_lane(lane if left else -lane, track.s_m):
         return None
     for sideways in (seen + settings.sigmas * sd, seen):
         peak = min(CHANGE_GROWTH * sideways, CHANGE_PEAK_MPS)

@@ -108,7 +108,7 @@ def figures_of(document: Mapping[str, Any]) -> DriveFigures:
 def manoeuvre_m(run: Simulation) -> float:
     """Distance driven further than 0.1 m from the middle of a lane [m]."""
     s, d, road = run.trajectory.s_m, run.trajectory.d_m, run.scene.true_road
-    centre = np.array([road.lane_centre_m(road.lane_of(float(value))) for value in d])
+    centre = np.array([road.lane_centre_m(road.lane_of(here, along), along) for here, along in zip(d.tolist(), s.tolist(), strict=True)])
     beside = np.abs(d - centre) > _BESIDE_M
     return float(np.diff(s)[beside[1:]].sum())
 

@@ -24,6 +24,8 @@ from mcdas_opt.verification.motion import FINE_STEP_S
 from mcdas_opt.verification.tolerances import Tolerances
 
 _as_a_row = attrgetter(*MOVING, "length_m", "width_m")
+_EDGES = slice(12, 14)  # where `Rules` has left and right
+_PAD_M = 20.0  # before and behind the body's centre
 _HALF_STEPS = 10  # in a sample interval, at most
 
 
@@ -34,6 +36,10 @@ def accepts(compiled: ctypes.CDLL, table: Array, start: HostState | None, rules:
     """
     if bodies is None:
         return False
+    if frame.road.edges is not None:  # as if the road were all along as it is where it is narrowest
+        s = table[1]
+        rules = rules.copy()
+        rules[_EDGES] = frame.road.edges.narrowest(float(s.min()) - _PAD_M, float(s.max()) + _PAD_M)
     n = table.shape[1]
     work = np.empty((4, _HALF_STEPS * max(n - 1, 0) + 1))  # of each call: threads may judge at once
     begun = None if start is None else start.to_vector().copy()

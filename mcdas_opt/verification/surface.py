@@ -9,6 +9,7 @@ import numpy as np
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import ViolationKind
+from mcdas_opt.geometry.edges import corners_beyond, knots_inside
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners, half_extent
 from mcdas_opt.verification.finding import Findings
@@ -22,6 +23,9 @@ _BETWEEN_SAMPLES_M = 0.05  # a lateral motion bows out of its samples' chords by
 def on_road(samples: Samples, motion: Motion, vehicle: Vehicle, frame: FrenetFrame, tolerances: Tolerances, found: Findings) -> None:
     """Every corner between the road's edges, none beyond its end, at every fine step (and the samples' own d, whatever the frame)."""
     road, slack = frame.road, tolerances.edge_m
+    if road.edges is not None:
+        _between_changing_edges(samples, motion, vehicle, frame, slack, found)
+        return
     left_edge, right_edge = road.left_edge_m, road.right_edge_m
     front, left, right = _on_straight(motion, vehicle) if road.is_straight else _on_curve(motion, vehicle, frame)
     times = motion.node_t_s
@@ -34,6 +38,34 @@ def on_road(samples: Samples, motion: Motion, vehicle: Vehicle, frame: FrenetFra
     found.below(ViolationKind.RIGHT_EDGE, samples.t_s, inside, right_edge, right_edge - slack, "m")
     if road.road_end_s_m is not None:
         found.above(ViolationKind.ROAD_END, times, front - road.road_end_s_m, 0.0, slack, "m")  # how far beyond it
+
+
+def _between_changing_edges(
+    samples: Samples, motion: Motion, vehicle: Vehicle, frame: FrenetFrame, slack_m: float, found: Findings
+) -> None:
+    """The same where the edges change along the road: how far a corner is beyond the edge where that corner is, or how deep a knot of an
+    edge stands in the body."""
+    road, times = frame.road, motion.node_t_s
+    points = corners(motion.node_x_m, motion.node_y_m, motion.node_yaw_rad, vehicle.length_m, vehicle.width_m)
+    if road.is_straight:
+        s, d = motion.node_x_m, motion.node_y_m
+        feet, offset, psi = points[..., 0], points[..., 1], motion.node_yaw_rad
+    else:
+        s, d = motion.node_s_m, motion.node_d_m
+        guess = np.repeat(s[..., None], 4, axis=-1)
+        feet, offset, _ = frame.to_road(points[..., 0], points[..., 1], np.zeros(guess.shape), guess_s_m=guess)
+        psi = motion.node_yaw_rad - frame.road_heading(s)
+    beyond, inside = corners_beyond(feet, offset, road), knots_inside(s, d, psi, vehicle, road)
+    left, right = (np.maximum(one, other) for one, other in zip(beyond, inside, strict=True))
+    found.above(ViolationKind.LEFT_EDGE, times, left, 0.0, slack_m, "m")
+    found.above(ViolationKind.RIGHT_EDGE, times, right, 0.0, slack_m, "m")
+    clear = np.array([not violations for violations in found.of])  # who was found outside is not told twice
+    own_left = np.where(clear[:, None], samples.d_m - road.left_edge_at(samples.s_m), -np.inf)
+    own_right = np.where(clear[:, None], road.right_edge_at(samples.s_m) - samples.d_m, -np.inf)
+    found.above(ViolationKind.LEFT_EDGE, samples.t_s, own_left, 0.0, slack_m, "m")
+    found.above(ViolationKind.RIGHT_EDGE, samples.t_s, own_right, 0.0, slack_m, "m")
+    if road.road_end_s_m is not None:
+        found.above(ViolationKind.ROAD_END, times, feet.max(axis=-1) - road.road_end_s_m, 0.0, slack_m, "m")
 
 
 def _on_straight(motion: Motion, vehicle: Vehicle) -> tuple[Array, Array, Array]:

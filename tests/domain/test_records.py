@@ -135,10 +135,10 @@ def test_a_trajectorys_columns_are_equally_long():
 @given(left=st.integers(0, 3), right=st.integers(0, 3), width=st.floats(2.5, 4.0), d=st.floats(-20.0, 20.0))
 def test_every_place_across_the_road_is_in_the_lane_whose_centre_is_nearest(left, right, width, d):
     road = Road(lanes_left=left, lanes_right=right, lane_width_m=width)
-    lane = road.lane_of(d)
-    assert road.has_lane(lane)
+    lane = road.lane_of(d, 0.0)
+    assert road.has_lane(lane, 0.0)
     others = [k for k in range(-right, left + 1) if k != lane]
-    assert all(abs(d - road.lane_centre_m(lane)) <= abs(d - road.lane_centre_m(k)) + 1e-9 for k in others)
+    assert all(abs(d - road.lane_centre_m(lane, 0.0)) <= abs(d - road.lane_centre_m(k, 0.0)) + 1e-9 for k in others)
     assert road.left_edge_m - road.right_edge_m == pytest.approx((1 + left + right) * width)
 
 

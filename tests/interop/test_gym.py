@@ -182,7 +182,7 @@ def test_lanes_and_edges_are_where_it_has_them(lane: int, lanes: int, offset: fl
     side = RoadSide(x_m=0.0, y_m=lane * width)
     x, y = network.get_lane(("0", "1", car)).position(50.0, offset)
     track = side.track("a", x=float(x), y=float(y), heading=0.1, speed=20.0)
-    assert road.lane_of(track.d_m) == lane - car
+    assert road.lane_of(track.d_m, track.s_m) == lane - car
     assert track.s_m == pytest.approx(50.0)
     assert track.speed_d_mps < 0.0  # its positive heading turns right
     top = network.get_lane(("0", "1", 0)).position(0.0, -0.5 * width)[1]

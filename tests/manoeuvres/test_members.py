@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.prediction import BodyMotion, KnownBody, Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
@@ -55,6 +56,8 @@ def random_situation(rng: np.random.Generator) -> Situation:
         curvature=BENDS[int(rng.integers(0, 3))],
         road_end_s_m=float(rng.choice([1e4, 80.0])),
     )
+    if rng.random() < 0.4:
+        road = replace(road, lanes=(Lane(lane=-1, width_m=((10.0, 3.7), (60.0, 0.0))), Lane(lane=1, closed_m=((30.0, 50.0),))))
     host = HostState(
         s_m=rng.uniform(-5.0, 5.0),
         d_m=rng.uniform(-0.6, 0.6),
@@ -143,7 +146,11 @@ def test_mirrored_members_are_the_same_to_the_bit(seed: int) -> None:
         situation,
         host=replace(host, d_m=-host.d_m, heading_rad=-host.heading_rad, steering_rad=-host.steering_rad),
         tracks=tuple(replace(t, d_m=-t.d_m, speed_d_mps=-t.speed_d_mps) for t in situation.tracks),
-        road=replace(road, curvature=tuple((s, -kappa) for s, kappa in road.curvature)),
+        road=replace(
+            road,
+            curvature=tuple((s, -kappa) for s, kappa in road.curvature),
+            lanes=tuple(replace(lane, lane=-lane.lane) for lane in road.lanes),
+        ),
     )
     times = np.round(0.1 * np.arange(41), 9)
     one = compiled(phases, profiles, times, situation, SEDAN, predict(situation.tracks))

@@ -12,7 +12,10 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.cycle import Cycle
+
+_OTHER_SIDE = {Side.LEFT: Side.RIGHT, Side.RIGHT: Side.LEFT, Side.NONE: Side.NONE}
 
 
 def under(prediction: Prediction, vehicle: Vehicle, road: Road) -> Cycle:
@@ -56,12 +59,18 @@ def mirrored(situation: Situation) -> Situation:
         host=replace(host, d_m=-host.d_m, heading_rad=-host.heading_rad, steering_rad=-host.steering_rad),
         tracks=tuple(replace(t, d_m=-t.d_m, speed_d_mps=-t.speed_d_mps) for t in situation.tracks),
         coverage=Coverage(front=seen.front, rear=seen.rear, left=seen.right, right=seen.left),
-        road=replace(
-            road,
-            lanes_left=road.lanes_right,
-            lanes_right=road.lanes_left,
-            shoulder_left_m=road.shoulder_right_m,
-            shoulder_right_m=road.shoulder_left_m,
-            curvature=tuple((s, -kappa) for s, kappa in road.curvature),
-        ),
+        road=mirrored_road(road),
+    )
+
+
+def mirrored_road(road: Road) -> Road:
+    """Left and right exchanged."""
+    return replace(
+        road,
+        lanes_left=road.lanes_right,
+        lanes_right=road.lanes_left,
+        shoulder_left_m=road.shoulder_right_m,
+        shoulder_right_m=road.shoulder_left_m,
+        curvature=tuple((s, -kappa) for s, kappa in road.curvature),
+        lanes=tuple(replace(lane, lane=-lane.lane, merges=_OTHER_SIDE[lane.merges]) for lane in reversed(road.lanes)),
     )

@@ -13,10 +13,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.escape_truth import situation_of
+from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.prediction import CruisingBody, KnownBody, PredictedBody, Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.native.compile_cache import SWITCH
 from mcdas_opt.time_to_react import compiled_case
@@ -52,6 +54,9 @@ def varied(index: int) -> Situation:
         road = replace(road, curvature=((-20.0, 0.0), (15.0, 0.003), (60.0, 0.001), (120.0, -0.002)))
     if index % 5 == 2:
         road = Road(lanes_left=1, lanes_right=1, friction=road.friction, road_end_s_m=90.0)
+    if index % 6 == 3:
+        narrow = Lane(lane=0, width_m=((30.0, 3.7), (90.0, 0.0)), merges=Side.LEFT if index % 12 == 3 else Side.NONE)
+        road = replace(road, lanes_left=1, lanes_right=1, lanes=(narrow, Lane(lane=1, closed_m=((60.0, 90.0),))))
     if index % 3 == 0:
         host = replace(host, speed_mps=(1.5, CAR.speed_max_mps)[index % 2], acceleration_mps2=(-1.0, 1.0)[index % 2])
     return replace(situation, road=road, host=host)

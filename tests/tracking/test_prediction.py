@@ -54,7 +54,7 @@ def under_way(draw: st.DrawFn) -> tuple[float, float]:
     gone = draw(st.floats(0.21, 2.4))
     speed = draw(st.floats(0.5, min(3.0, ROAD.lane_width_m - gone - 0.01)))
     lane, side = draw(st.sampled_from([(0, 1.0), (1, 1.0), (-1, 1.0), (0, -1.0), (1, -1.0), (2, -1.0)]))
-    return ROAD.lane_centre_m(lane) + side * gone, side * speed
+    return ROAD.lane_centre_m(lane, 0.0) + side * gone, side * speed
 
 
 def changing(track: Track, road: Road = ROAD) -> CruisingBody:
@@ -79,8 +79,8 @@ def test_a_lane_change_begins_as_the_track_is_and_ends_in_the_middle_of_a_lane_a
     assert motion.d_m[0] == d
     assert motion.speed_d_mps[0] == pytest.approx(body.speed_d_mps, rel=1e-12)
     assert abs(vd) <= body.speed_d_mps * np.sign(vd) <= abs(vd) + SETTINGS.sigmas * SEEN_SD_MPS + 1e-12
-    lane = ROAD.lane_of(float(motion.d_m[-1]))
-    assert motion.d_m[-1] == pytest.approx(ROAD.lane_centre_m(lane), abs=1e-6)
+    lane = ROAD.lane_of(float(motion.d_m[-1]), 0.0)
+    assert motion.d_m[-1] == pytest.approx(ROAD.lane_centre_m(lane, 0.0), abs=1e-6)
     assert (motion.speed_d_mps * np.sign(vd) >= 0.0).all()
     np.testing.assert_allclose(np.diff(motion.d_m), 0.01 * 0.5 * (motion.speed_d_mps[1:] + motion.speed_d_mps[:-1]), atol=2e-4)
     assert abs(motion.d_m[-1] - d) > abs(vd) * SETTINGS.lateral_fade_s  # else it would be the drift once more
@@ -113,7 +113,7 @@ def test_nobody_changes_lanes_who_does_not_plainly_move_sideways(d: float, vd: f
     if lane_change(sideways(d, vd, sd=sd, speed=speed), SETTINGS, ROAD) is not None:
         assert abs(vd) >= max(0.5, 2.5 * sd)
         assert abs(vd) <= abs(speed)
-        assert abs(d - ROAD.lane_centre_m(round(d / ROAD.lane_width_m))) > 0.0
+        assert abs(d - ROAD.lane_centre_m(round(d / ROAD.lane_width_m), 0.0)) > 0.0
     assert lane_change(sideways(d, 0.45, sd=sd), SETTINGS, ROAD) is None
     assert lane_change(sideways(0.1, 0.8), SETTINGS, ROAD) is None  # hardly out of the middle of its lane
     assert lane_change(sideways(d, vd), SETTINGS, Road()) is None or abs(d) > 1.85 - 0.2  # nowhere to go on a single lane

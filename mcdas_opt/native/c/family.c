@@ -1,7 +1,7 @@
 /* The family of `manoeuvres.family`, member by member: speeds of `phases`, paths of `lane_change_profiles`, separations of `clearance`, costs.
  * Operation by operation as there; the numbers in capitals stand before this text. Rows of samples are ROW long, a whole number of
  * LANES, filled up with the last sample. Loops over them are written so that a compiler can vectorise them. */
-#include "curvature.h"
+#include "edges.h"
 #include "rectangles.h"
 
 #ifdef VECTOR_MATH
@@ -20,10 +20,10 @@ typedef struct {
     const double *times, *weights;              /* (ROW): weights are 1, and 0 for what fills it up */
     const double *bodies;                       /* (bodies, OF_BODY, ROW) */
     const double *sizes;                        /* (bodies, 4): length, width, speed along the road at the end, bow */
-    const double *knots, *kappas;
+    const double *knots, *kappas, *edges;
     double *by_phase;                           /* (phases, OF_PHASE, ROW), filled by mcdas_family_speeds */
     double *work;                               /* (OF_MEMBER, ROW) */
-    whole count_of_phases, count_of_steps, samples, count_of_bodies, count_of_knots;
+    whole count_of_phases, count_of_steps, samples, count_of_bodies, count_of_knots, count_of_edges;
     double s0, d0, sine0, bend0, speed0, acceleration0, join;          /* the rear axle now */
     double centre, wheelbase, length, width, rise, fall, top;          /* the car, and its limits as far as they are used */
     double grip_squared, curvature_max, turn_max;                      /* tangents of steering angle and of its step, over the wheelbase */
@@ -213,7 +213,13 @@ static int on_road(const Family *f, double *restrict w)
 {
     const whole n = ROW;
     double *restrict out = w + SCRATCH * n;
-    for (whole t = 0; t < n; t++) {
+    if (f->count_of_edges) {
+        const Edges edges = {f->edges, f->count_of_edges};
+        for (whole t = 0; t < n; t++) {
+            const double room = 0.5 * (f->width * w[COSINE * n + t] + f->length * fabs(w[SINE * n + t])) + EDGE_M, d = w[WAY_D * n + t];
+            out[t] = beyond_edges(&edges, w[WAY_S * n + t], 0.5 * f->length, d + room, d - room);
+        }
+    } else for (whole t = 0; t < n; t++) {
         const double room = 0.5 * (f->width * w[COSINE * n + t] + f->length * fabs(w[SINE * n + t])) + EDGE_M, d = w[WAY_D * n + t];
         out[t] = GREATER(d + room - f->left, f->right - (d - room));
     }

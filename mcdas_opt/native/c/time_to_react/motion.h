@@ -9,8 +9,8 @@ typedef struct {
     const double *longest;                           /* (bodies): the greatest half length */
     const double *table;                            /* (STATES, moments): the host under constant inputs */
     const double *level, *until, *until_mps, *target, *lateral;
-    const double *knots, *kappas;
-    whole bodies, lattice, moments, members, in_lane, half_steps, count_of_knots;
+    const double *knots, *kappas, *edges;
+    whole bodies, lattice, moments, members, in_lane, half_steps, count_of_knots, count_of_edges;
     double wheelbase, centre, length, width, jerk_min, jerk_max, speed_max, steering_max, steering_rate;
     double limit, steering_share, brake, accelerate, left, right, end, bend, clear_m, clear_s, comfort, shortest, straightening;
 } Case;
@@ -39,10 +39,18 @@ typedef struct {
     double steep[LANES], squared[LANES], tangents[LANES], left[LANES], right[LANES]; /* the most so far, lane by lane */
     double s0, rear_s, turn, sine_of_turn, cosine_of_turn, rate;
     int wide;
-    double demand, ability, edge;
+    double demand, ability, edge, beyond;
 } Motion;
 
 OUT_OF_LINE static double curvature(const Case *q, double s) { return curvature_at(s, q->count_of_knots, q->knots, q->kappas); }
+
+/* how far a body here is beyond edges that change along the road */
+OUT_OF_LINE static double beyond_here(const Case *q, double s, double d, double sine, double cosine)
+{
+    const Edges edges = {q->edges, q->count_of_edges};
+    const double room = 0.5 * (q->width * cosine + q->length * fabs(sine));
+    return beyond_edges(&edges, s, 0.5 * q->length, d + room, d - room);
+}
 
 static double sign(double x) { return (double)((x > 0.0) - (x < 0.0)); }
 
@@ -246,6 +254,7 @@ static void start_out(double s0, Motion *m)
     m->turn = m->sine_of_turn = m->rate = 0.0;
     m->cosine_of_turn = 1.0;
     m->wide = 0;
+    m->beyond = -INFINITY;
     for (int j = 0; j < LANES; j++) {
         m->steep[j] = m->squared[j] = m->tangents[j] = 0.0;
         m->left[j] = -INFINITY;
@@ -317,6 +326,10 @@ static int driven(const Case *q, const Profile *p, const Nodes *e, int from, int
         }
     double edge = q->left - most_of(m->left);
     edge = LESSER(edge, least_of_lanes(m->right) - q->right);
+    if (q->count_of_edges) {
+        for (int t = from; t < to; t++) m->beyond = GREATER(m->beyond, beyond_here(q, m->s[t], m->d[t], m->sine[t], m->cosine[t]));
+        edge = -m->beyond;
+    }
     if (done) edge = LESSER(edge, q->end - m->s[e->n - 1] - 0.5 * q->length);
     m->edge = edge - EDGE_M;
     return 1;

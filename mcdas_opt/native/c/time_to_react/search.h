@@ -35,7 +35,8 @@ static double end_of_constant_input(const Search *o, whole *clock, whole *ender)
     if (step >= 0) moment = o->times[step];
     for (whole t = 0; t < n; t++) {
         const double room = 0.5 * (q->width * cosine[t] + q->length * fabs(sine[t])) + EDGE_M;
-        if (d[t] + room > q->left || d[t] - room < q->right || s[t] + 0.5 * q->length + EDGE_M > q->end) {
+        const int off = q->count_of_edges ? beyond_here(q, s[t], d[t], sine[t], cosine[t]) + EDGE_M > 0.0 : d[t] + room > q->left || d[t] - room < q->right;
+        if (off || s[t] + 0.5 * q->length + EDGE_M > q->end) {
             leaves = o->times[t > 0 ? t - 1 : 0];
             break;
         }

@@ -1,0 +1,80 @@
+"""Edges that change along the road: the judge against shapely."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mcdas_opt.domain.lane import Lane
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.geometry.rectangle import corners
+from mcdas_opt.simulation.contact import surroundings
+from tests.verification.rollouts import legal, names
+
+BENDS = [((0.0, 0.0),), ((0.0, 0.0), (30.0, 0.012), (60.0, -0.01), (140.0, 0.008))]
+
+
+def changing(seed: int, bend: tuple[tuple[float, float], ...]) -> Road:
+    """A wide road that loses lanes to both sides within the drive."""
+    rng = np.random.default_rng(seed)
+    width = float(rng.uniform(6.0, 9.0))
+    lanes = []
+    for lane in (-1, 1):
+        begin = float(rng.uniform(0.0, 40.0))
+        if rng.random() < 0.5:
+            lanes.append(Lane(lane=lane, width_m=((begin, width), (begin + float(rng.uniform(5.0, 40.0)), 0.0))))
+        else:
+            lanes.append(Lane(lane=lane, closed_m=((begin, begin + float(rng.uniform(1.0, 30.0))),)))
+    lanes.append(Lane(lane=0, width_m=((10.0, width), (50.0, float(rng.uniform(2.5, width)))), merges=list(Side)[int(rng.integers(3))]))
+    return Road(lane_width_m=width, lanes_left=1, lanes_right=1, lanes=tuple(lanes), curvature=bend)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**9))
+@pytest.mark.parametrize("bend", BENDS, ids=["straight", "curved"])
+def test_what_passes_is_on_the_surface_and_what_fails_is_not(seed: int, bend: tuple[tuple[float, float], ...]) -> None:
+    road = changing(seed, bend)
+    free = Road(shoulder_left_m=60.0, shoulder_right_m=60.0, curvature=bend)
+    drive = legal(seed, free)
+    frame = FrenetFrame(road=road, s_min_m=-100.0, s_max_m=300.0)
+    assert road.edges is not None
+    s = np.union1d(np.arange(-60.0, 250.0, 0.25), road.edges.table[0])
+    zero = np.zeros(s.size)
+    left, right = (np.column_stack(frame.to_plane(s, np.asarray(d), zero)[:2]) for d in (road.left_edge_at(s), road.right_edge_at(s)))
+    surface = shapely.Polygon([*left, *right[::-1]])
+    x = drive.trajectory
+    bodies = [shapely.Polygon(four) for four in corners(*frame.to_plane(x.s_m, x.d_m, x.heading_rad), 4.5, 1.8)]
+    verdict = drive.verdict(road=road)
+    if verdict.passed:
+        assert all(surface.buffer(0.03).covers(body) for body in bodies)
+    else:
+        assert set(names(verdict)) <= {"left road edge", "right road edge"}
+        driven = drive.verdict(road=free)
+        assert driven.passed
+    if not all(surface.buffer(0.1).covers(body) for body in bodies):
+        assert not verdict.passed
+    if all(surface.buffer(-0.15).covers(body) for body in bodies):
+        assert verdict.passed
+    states = x.table[1:7].T
+    beyond = surroundings(states, (), (), drive.vehicle, road).beyond_edge_m
+    outside = np.array([not surface.buffer(0.03).covers(body) for body in bodies])
+    assert np.all(beyond[outside] > 0.0)
+
+
+def test_an_edge_that_pokes_into_the_flank_is_seen_though_no_corner_is_beyond() -> None:
+    """A closed stretch shorter than the car, beside its middle."""
+    drive = legal(3, Road(shoulder_left_m=60.0, shoulder_right_m=60.0), duration_s=0.2)
+    s, d = float(drive.trajectory.s_m[0]), float(drive.trajectory.d_m[0])
+    left = d + 0.6  # less than half the width
+    poke = Lane(lane=1, closed_m=((s - 0.1, s + 0.1),))
+    road = Road(lane_width_m=2.0 * left, lanes_left=1, lanes_right=20, lanes=(poke,))
+    verdict = drive.verdict(road=road)
+    assert "left road edge" in names(verdict)
+    assert drive.verdict(road=replace(road, lanes=(Lane(lane=1, closed_m=((s + 90.0, s + 91.0),)),))).passed
