@@ -91,17 +91,17 @@ class BirdsEye:
         low, high = s_m - view.back_m - 15.0, s_m + view.ahead_m + 15.0
         if road.road_end_s_m is not None:
             high = min(high, road.road_end_s_m)
-        s = np.array([low, high]) if road.is_straight else np.arange(low, high + 2.0, 2.0)
-        sides = [camera.place(s, d)[:2] for d in (road.right_edge_m, road.left_edge_m)]
+        s = np.array([low, high]) if road.is_straight and road.edges is None else np.arange(low, high + 2.0, 2.0)
+        sides = [camera.place(s, d)[:2] for d in (road.right_edge_at(s), road.left_edge_at(s))]
         self._asphalt.set_xy(np.concatenate([np.column_stack(sides[0]), np.column_stack(sides[1])[::-1]]))
         for line, side in zip(self._edges, sides, strict=True):
             line.set_data(*side)
         starts = np.arange(math.floor(low / (_DASH_M + _GAP_M)), math.ceil(high / (_DASH_M + _GAP_M))) * (_DASH_M + _GAP_M)
         along = np.clip(starts[:, None] + np.array([0.0, _DASH_M]), low, high)
-        lanes = [(lane + 0.5) * road.lane_width_m for lane in range(-road.lanes_right, road.lanes_left)]
+        lanes = road.markings_at(along)
         self._dashes.set_segments([segment for d in lanes for segment in np.stack(camera.place(along, d)[:2], axis=-1)])
         if road.road_end_s_m is not None:
-            across = np.array([road.right_edge_m, road.left_edge_m])
+            across = np.array([float(d) for d in (road.right_edge_at(road.road_end_s_m), road.left_edge_at(road.road_end_s_m))])
             self._end.set_data(*camera.place(road.road_end_s_m, across)[:2])
 
     def _show_paths(self, camera: Camera, moment: Moment) -> None:

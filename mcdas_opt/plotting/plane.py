@@ -26,6 +26,13 @@ def rounded(values: Any, digits: int = 2) -> list[Any]:
     return [round(float(v), digits) if math.isfinite(v) else None for v in array]
 
 
+def _pieces(d_m: Array) -> list[slice]:
+    """Where numbers are, as slices of two at least."""
+    there = np.concatenate([[False], np.isfinite(d_m), [False]])
+    begins, ends = np.flatnonzero(there[1:] & ~there[:-1]), np.flatnonzero(~there[1:] & there[:-1])
+    return [slice(begin, end) for begin, end in zip(begins.tolist(), ends.tolist(), strict=True) if end - begin > 1]
+
+
 class Ground:
     """A road's plane between two places along it: every pose on it, and its edges and markings."""
 
@@ -46,13 +53,14 @@ class Ground:
         """Edges, lane markings and the road's end as polylines; `low` and `high` are the d of the edges where it is straight."""
         road, low = self.road, self.low_m
         high = self.high_m if road.road_end_s_m is None else min(self.high_m, road.road_end_s_m)
-        s = np.array([low, high]) if road.is_straight else np.append(np.arange(low, high, _EVERY_M), high)
-        lanes = [(lane + 0.5) * road.lane_width_m for lane in range(-road.lanes_right, road.lanes_left)]
-        ends = self.place(high, np.array([road.right_edge_m, road.left_edge_m]))[:, :2] if road.road_end_s_m is not None else None
+        is_even = road.is_straight and road.edges is None
+        s = np.array([low, high]) if is_even else np.append(np.arange(low, high, _EVERY_M), high)
+        across = np.array([float(road.right_edge_at(high)), float(road.left_edge_at(high))])
+        ends = self.place(high, across)[:, :2] if road.road_end_s_m is not None else None
         return {
-            "left": rounded(self.place(s, road.left_edge_m)[:, :2]),
-            "right": rounded(self.place(s, road.right_edge_m)[:, :2]),
-            "marks": [rounded(self.place(s, d)[:, :2]) for d in lanes],
+            "left": rounded(self.place(s, road.left_edge_at(s))[:, :2]),
+            "right": rounded(self.place(s, road.right_edge_at(s))[:, :2]),
+            "marks": [rounded(self.place(s[piece], d[piece])[:, :2]) for d in road.markings_at(s) for piece in _pieces(d)],
             "end": None if ends is None or road.road_end_s_m is None or road.road_end_s_m > self.high_m else rounded(ends),
             "low": road.right_edge_m,
             "high": road.left_edge_m,

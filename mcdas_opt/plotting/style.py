@@ -99,12 +99,13 @@ def picture(fig: Figure) -> Image:
 
 def draw_road(axes: Axes, road: Road, s_from_m: float, s_to_m: float) -> None:
     """A straight road seen from above, s along x and d along y (left is up): asphalt, edges, dashed lane markings."""
-    w = road.lane_width_m
-    axes.fill_between([s_from_m, s_to_m], road.right_edge_m, road.left_edge_m, color=ASPHALT, lw=0, zorder=0)
-    for d in (road.right_edge_m, road.left_edge_m):
-        axes.plot([s_from_m, s_to_m], [d, d], color=EDGE, lw=1.4, zorder=1)
-    for lane in range(-road.lanes_right, road.lanes_left):
-        axes.plot([s_from_m, s_to_m], [(lane + 0.5) * w] * 2, color=MARKING, lw=1.6, dashes=(6, 5), zorder=1)
+    s = np.array([s_from_m, s_to_m]) if road.edges is None else np.linspace(s_from_m, s_to_m, 400)
+    low, high = (np.broadcast_to(d, s.shape) for d in (road.right_edge_at(s), road.left_edge_at(s)))
+    axes.fill_between(s, low, high, color=ASPHALT, lw=0, zorder=0)
+    for d in (low, high):
+        axes.plot(s, d, color=EDGE, lw=1.4, zorder=1)
+    for d in road.markings_at(s):
+        axes.plot(s, d, color=MARKING, lw=1.6, dashes=(6, 5), zorder=1)
     axes.grid(False)
 
 

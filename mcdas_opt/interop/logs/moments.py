@@ -83,11 +83,13 @@ def lines(drive: Simulation) -> dict[str, Array]:
     low, high = float(drive.trajectory.s_m.min()) - _BEHIND_M, float(drive.trajectory.s_m.max()) + _AHEAD_M
     high = high if road.road_end_s_m is None else min(high, road.road_end_s_m)
     s = np.arange(max(low, frame.s_min_m), min(high, frame.s_max_m), 2.0)
-    offsets = {"left edge": road.left_edge_m, "right edge": road.right_edge_m}
-    offsets |= {f"border {lane}": (lane + 0.5) * road.lane_width_m for lane in range(-road.lanes_right, road.lanes_left)}
+    offsets = {"left edge": road.left_edge_at(s), "right edge": road.right_edge_at(s)}
+    offsets |= {f"border {k - road.lanes_right}": d for k, d in enumerate(road.markings_at(s))}
     found = {}
-    for name, d in offsets.items():
-        x, y, _ = frame.to_plane(s, np.full_like(s, d), np.zeros_like(s))
+    for name, across in offsets.items():
+        d = np.broadcast_to(across, s.shape)
+        there = np.isfinite(d)
+        x, y, _ = frame.to_plane(s[there], d[there], np.zeros(int(there.sum())))
         found[name] = np.column_stack([x, y])
     return found
 
