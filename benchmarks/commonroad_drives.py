@@ -26,7 +26,7 @@ from mcdas_opt.interop.commonroad.scenario import read_scenario
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.record import Outcome, Simulation
 
-COLUMNS = ("scenario", "kind", "end", "duration_s", "of_s", "cycles", "fallback", "unavoidable", "neighbours", "p50_ms", "why")
+COLUMNS = ("scenario", "kind", "end", "duration_s", "of_s", "cycles", "fallback", "unavoidable", "neighbours", "p50_ms", "goal", "why")
 
 
 def kind_of(text: str) -> str:
@@ -52,9 +52,10 @@ def row(path: Path, planner: str) -> dict[str, object]:
     warnings.simplefilter("ignore")  # the reader's
     found: dict[str, object] = {"scenario": path.stem, "kind": kind_of(path.read_text("utf-8"))}
     try:
-        scene = read_scenario(path).scene
+        read = read_scenario(path)
     except InputError as error:
         return found | {"end": "refused", "why": f"{error.key}: {error.rule}"}
+    scene = read.scene
     drive = simulate(scene, planner)
     end = end_of(drive)
     return found | {
@@ -66,6 +67,7 @@ def row(path: Path, planner: str) -> dict[str, object]:
         "unavoidable": drive.unavoidable,
         "neighbours": len(scene.neighbour),
         "p50_ms": round(drive.cycle_ms.p50, 1),
+        "goal": f"off: {read.goal_is_off}" if read.goal_is_off else drive.destination,
         "why": "" if end == "safe" else f"{drive.cycles[-1].plan.status.value}: {drive.cycles[-1].plan.reason}",
     }
 
@@ -95,6 +97,9 @@ def table(rows: list[dict[str, object]]) -> list[str]:
         counts = Counter(str(one["end"]) for one in chosen)
         lines.append(f"| {kind} | " + " | ".join(str(counts[end]) for end in ends) + f" | {len(chosen)} |")
     cycles, fallback, unavoidable = (sum(int(str(one.get(key, 0))) for one in rows) for key in ("cycles", "fallback", "unavoidable"))
+    driven = [one for one in rows if one["end"] != "refused"]
+    goals = Counter(str(one.get("goal", "")).split(":")[0] or "none asked" for one in driven)
+    lines += ["", f"goals of {len(driven)} driven: " + ", ".join(f"{count} {name}" for name, count in goals.most_common())]
     return [*lines, "", f"{cycles} cycles: {fallback} fallback, {unavoidable} unavoidable"]
 
 

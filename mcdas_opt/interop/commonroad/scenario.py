@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -11,13 +12,19 @@ import numpy as np
 
 from mcdas_opt.catalogue.scenes import TRAJECTORY_COLUMNS, Scene, load_scene
 from mcdas_opt.catalogue.vehicles import load_vehicle, vehicle_text
+from mcdas_opt.domain.destination import Destination
+from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import InputError, ParameterError, writing
 from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.interop.commonroad.goal import destination
 from mcdas_opt.interop.commonroad.lane_line import LaneLine, Placement, fit
 from mcdas_opt.interop.commonroad.lanes import EgoLane, ego_lane
 from mcdas_opt.interop.commonroad.library import read_file
+from mcdas_opt.interop.commonroad.road_lanes import with_lanes, with_surface
 
 VEHICLE = "bmw_320i"  # vehicle type 2 of the benchmarks
 VEHICLE_FILE = "commonroad_bmw_320i.toml"
@@ -30,6 +37,7 @@ _LONGEST_S = 600.0
 class CommonRoadScene:
     """`scene` is ours; `placement` takes its plane to the scenario's. `left_out`: obstacles that are not in it, and why.
 
+    `goal_is_off`: why no goal can be reached along the ego's road, empty where one may be: then it is the scene's destination.
     `lane_off_m`: the largest distance of our reference line from the lane's middle. `obstacles`: neighbour's name to the obstacle's id.
     """
 
@@ -43,6 +51,7 @@ class CommonRoadScene:
     left_out: dict[int, str]
     lane_off_m: float
     lanelets: tuple[int, ...]
+    goal_is_off: str
     files: dict[str, str] = field(repr=False)
 
     @property
@@ -75,7 +84,11 @@ def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str 
     own_s, own_d, own_psi = (float(q[0]) for q in frame.to_road(x, y, yaw, near_s_m=0.0))
     if abs(own_s) > 1e-6:  # the fitted line's own foot is s = 0
         line, road, frame = _moved(line, lane, own_s, frame, path)
+    car = load_vehicle(vehicle or VEHICLE)
+    road = _described(road, lane, line, scenario.lanelet_network, own_d, own_psi, car)
     duration = _duration(scenario, chosen)
+    begun = HostState(d_m=own_d, heading_rad=own_psi, speed_mps=max(float(first.velocity), 0.0))
+    goal, off = destination(chosen, scenario.lanelet_network, road, line.placement, begun, float(scenario.dt), car.speed_max_mps)
     names: dict[str, int] = {}
     left_out: dict[int, str] = {}
     tables: dict[str, tuple[Array, float, float]] = {}
@@ -89,7 +102,7 @@ def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str 
         tables[name] = (samples, *_size(obstacle.obstacle_shape))
     host = {"d_m": own_d, "heading_rad": own_psi, "speed_mps": max(float(first.velocity), 0.0), "vehicle": vehicle or VEHICLE_FILE}
     while True:
-        files = _files(path.stem, road, host, tables, duration) | ({VEHICLE_FILE: own_vehicle_text()} if vehicle is None else {})
+        files = _files(path.stem, road, host, goal, tables, duration) | ({VEHICLE_FILE: own_vehicle_text()} if vehicle is None else {})
         try:
             with tempfile.TemporaryDirectory() as folder:
                 scene = load_scene(_write(files, Path(folder)))
@@ -111,6 +124,7 @@ def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str 
         left_out=left_out,
         lane_off_m=line.off_m,
         lanelets=lane.lanelets,
+        goal_is_off=off,
         files=files,
     )
 
@@ -127,13 +141,21 @@ def _problem(problems: Any, wanted: int | None, path: Path) -> Any:
 
 
 def _road(lane: EgoLane, line: LaneLine, path: Path) -> Road:
+    """The ego's lane alone."""
     end = line.length_m if lane.ends else None
     try:
-        return Road(
-            lane_width_m=lane.width_m, lanes_left=lane.lanes_left, lanes_right=lane.lanes_right, curvature=line.curvature, road_end_s_m=end
-        )
+        return Road(lane_width_m=lane.width_m, curvature=line.curvature, road_end_s_m=end)
     except ParameterError as error:
         raise InputError(path, f"lanelets {lane.lanelets}: {error.name}", error.value, error.rule) from None
+
+
+def _described(road: Road, lane: EgoLane, line: LaneLine, network: Any, own_d_m: float, own_psi_rad: float, car: Vehicle) -> Road:
+    """The road with its lanes and what lies beside them; the ego's lane alone where the lanelets make no such road."""
+    reach = 0.5 * (car.width_m * math.cos(own_psi_rad) + car.length_m * abs(math.sin(own_psi_rad)))
+    try:
+        return with_surface(with_lanes(road, network, lane.rows, line.placement), network, line.placement, own_d_m, reach)
+    except ParameterError:
+        return road
 
 
 def _moved(line: LaneLine, lane: EgoLane, by_m: float, frame: FrenetFrame, path: Path) -> tuple[LaneLine, Road, FrenetFrame]:
@@ -199,13 +221,30 @@ def _size(shape: Any) -> tuple[float, float]:
     return float(length), float(width)
 
 
-def _files(name: str, road: Road, host: dict[str, Any], tables: dict[str, tuple[Array, float, float]], duration_s: float) -> dict[str, str]:
+def _files(
+    name: str,
+    road: Road,
+    host: dict[str, Any],
+    goal: Destination | None,
+    tables: dict[str, tuple[Array, float, float]],
+    duration_s: float,
+) -> dict[str, str]:
     """The scene's files by name."""
     knots = ", ".join(f"[{s!r}, {kappa!r}]" for s, kappa in road.curvature)
     lines = [f'name = "{_plain(name)}"', f"duration_s = {duration_s!r}", "", "[road]", f"lane_width_m = {road.lane_width_m!r}"]
     lines += [f"lanes_left = {road.lanes_left}", f"lanes_right = {road.lanes_right}", f"curvature = [{knots}]"]
     if road.road_end_s_m is not None:
         lines.append(f"road_end_s_m = {road.road_end_s_m!r}")
+    for lane in road.lanes:
+        lines += ["", "[[road.lane]]", f"lane = {lane.lane}"]
+        for key, pairs in (("width_m", lane.width_m), ("speed_limit_mps", lane.speed_limit_mps)):
+            lines += [f"{key} = [{', '.join(f'[{s!r}, {value!r}]' for s, value in pairs)}]"] if pairs else []
+        lines += ["shoulder = true"] if lane.shoulder else []
+        lines += [f'merges = "{lane.merges.value}"'] if lane.merges is not Side.NONE else []
+    if goal is not None:
+        lines += ["", "[destination]"]
+        lines += [f"{key} = [{pair[0]!r}, {pair[1]!r}]" for key, pair in (("s_m", goal.s_m), ("time_s", goal.time_s)) if pair is not None]
+        lines += [] if goal.lane is None else [f"lane = {goal.lane}"]
     lines += ["", "[host]", *(f"{key} = {_toml(value)}" for key, value in host.items())]
     files: dict[str, str] = {}
     for neighbour, (samples, length, width) in tables.items():

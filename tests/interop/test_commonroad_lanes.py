@@ -1,0 +1,107 @@
+"""Lanelets as lanes along our road, and goals as destinations: scenarios written here."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mcdas_opt.interop.commonroad.scenario import CommonRoadScene, read_scenario
+
+pytest.importorskip("commonroad")
+pytest.importorskip("defusedxml")
+WIDTH = 3.5
+
+
+@pytest.fixture(autouse=True)
+def quiet() -> None:
+    warnings.simplefilter("ignore")
+
+
+def lanelet(
+    identifier: int, lane: int, begin: float, end: float, *, after: int = 0, left: int = 0, right: int = 0, onto: int | None = None
+) -> str:
+    """A straight lanelet eastwards in a lane (1 is to the left of 0), which ends up in lane `onto`, narrowing; `after` is its successor."""
+    to = lane if onto is None else onto
+
+    def bound(side: str, offset: float) -> str:
+        rows = [(x, WIDTH * (lane + (to - lane) * (x - begin) / (end - begin)) + offset) for x in np.linspace(begin, end, 9).tolist()]
+        return f"<{side}Bound>{''.join(f'<point><x>{x}</x><y>{y}</y></point>' for x, y in rows)}</{side}Bound>"
+
+    following = f'<successor ref="{after}"/>' if after else ""
+    beside = "".join(f'<adjacent{side} ref="{ref}" drivingDir="same"/>' for side, ref in (("Left", left), ("Right", right)) if ref)
+    bounds = bound("left", 0.5 * WIDTH) + bound("right", -0.5 * WIDTH)
+    return f'<lanelet id="{identifier}">{bounds}{following}{beside}<laneletType>urban</laneletType></lanelet>'
+
+
+def read(folder: Path, lanelets: list[str], *, goal_x: float, goal_y: float, steps: tuple[int, int], y: float = 0.0) -> CommonRoadScene:
+    area = f"<rectangle><length>20</length><width>3</width><center><x>{goal_x}</x><y>{goal_y}</y></center></rectangle>"
+    window = f"<time><intervalStart>{steps[0]}</intervalStart><intervalEnd>{steps[1]}</intervalEnd></time>"
+    state = (
+        f"<initialState><position><point><x>0</x><y>{y}</y></point></position><orientation><exact>0</exact></orientation><time><exact>0</exact>"
+        "</time><velocity><exact>12</exact></velocity><yawRate><exact>0</exact></yawRate><slipAngle><exact>0</exact></slipAngle></initialState>"
+    )
+    path = folder / "own.xml"
+    path.write_text(
+        '<?xml version="1.0"?><commonRoad commonRoadVersion="2020a" benchmarkID="ZAM_Own-1_1_T-1" timeStepSize="0.1" author="a" '
+        'affiliation="b" source="c" date="2026-11-22"><location><geoNameId>-999</geoNameId><gpsLatitude>999</gpsLatitude>'
+        "<gpsLongitude>999</gpsLongitude></location><scenarioTags><urban/></scenarioTags>"
+        + "".join(lanelets)
+        + f'<planningProblem id="9">{state}<goalState><position>{area}</position>{window}</goalState></planningProblem></commonRoad>',
+        "utf-8",
+    )
+    return read_scenario(path)
+
+
+BESIDE_ENDS = [lanelet(1, 0, -60, 100, after=3, left=2), lanelet(2, 1, -60, 100, right=1), lanelet(3, 0, 100, 300)]
+OWN_ENDS = [lanelet(1, 0, -60, 100, left=2), lanelet(2, 1, -60, 100, after=4, right=1), lanelet(4, 1, 100, 300)]
+SPLIT_AND_BEGIN = [lanelet(1, 0, -60, 100, after=3), lanelet(3, 0, 100, 300, right=5), lanelet(5, -1, 100, 300, left=3)]
+
+
+def test_a_lane_beside_that_leads_nowhere_ends(tmp_path: Path) -> None:
+    road = read(tmp_path, BESIDE_ENDS, goal_x=150.0, goal_y=0.0, steps=(100, 140)).scene.true_road
+    assert road.has_lane(1, 50.0)
+    assert not road.has_lane(1, 110.0)
+    assert road.lane_ends_m(1, 0.0, 1.8) == pytest.approx(100.0, abs=4.0)
+    assert road.lane_ends_m(0, 0.0, 1.8) == np.inf
+    assert float(road.left_edge_at(50.0)) == pytest.approx(1.5 * WIDTH, abs=0.1)
+    assert float(road.left_edge_at(150.0)) == pytest.approx(0.5 * WIDTH, abs=0.3)
+
+
+def test_where_the_own_lane_leads_nowhere_the_road_goes_on_with_the_one_beside_it(tmp_path: Path) -> None:
+    scene = read(tmp_path, OWN_ENDS, goal_x=180.0, goal_y=WIDTH, steps=(120, 160))
+    road = scene.scene.true_road
+    assert scene.lanelets == (1, 4)
+    assert road.lane_ends_m(0, 0.0, 1.8) == pytest.approx(100.0, abs=4.0)
+    assert road.has_lane(1, 200.0)
+    assert road.lane_centre_m(1, 200.0) == pytest.approx(WIDTH, abs=0.1)
+    assert float(road.right_edge_at(200.0)) == pytest.approx(0.5 * WIDTH, abs=0.3)
+    there = scene.scene.destination_to_reach
+    assert there is not None
+    assert there.s_m == pytest.approx((170.0, 190.0), abs=0.5)
+    assert (there.lane, there.time_s) == (1, (12.0, 16.0))
+
+
+def test_a_lane_begins(tmp_path: Path) -> None:
+    road = read(tmp_path, SPLIT_AND_BEGIN, goal_x=200.0, goal_y=0.0, steps=(100, 200)).scene.true_road
+    assert not road.has_lane(-1, 50.0)
+    assert road.has_lane(-1, 120.0, 250.0)
+
+
+def test_the_host_is_on_the_road_though_its_body_is_over_its_lanelets_edge(tmp_path: Path) -> None:
+    road = read(tmp_path, [lanelet(1, 0, -60, 300)], goal_x=90.0, goal_y=0.0, steps=(50, 90), y=-1.2).scene.true_road
+    assert float(road.right_edge_at(0.0)) < -1.2 - 0.8
+    assert float(road.right_edge_at(60.0)) == pytest.approx(-0.5 * WIDTH, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("goal", "steps", "said"),
+    [((-40.0, 0.0), (10, 90), "behind the host"), ((90.0, 40.0), (10, 90), "off the ego's road"), ((280.0, 0.0), (0, 1), "")],
+)
+def test_a_goal_that_cannot_be_had_is_said_to_be_so(tmp_path: Path, goal: tuple[float, float], steps: tuple[int, int], said: str) -> None:
+    scene = read(tmp_path, [lanelet(1, 0, -60, 300)], goal_x=goal[0], goal_y=goal[1], steps=steps)
+    assert said in scene.goal_is_off
+    assert scene.scene.destination_to_reach is None
+    assert scene.goal_is_off
