@@ -58,6 +58,9 @@ def row(path: Path, planner: str) -> dict[str, object]:
     scene = read.scene
     drive = simulate(scene, planner)
     end = end_of(drive)
+    last_m = float(drive.trajectory.s_m[-1])
+    if end == "safe" and drive.destination != "reached" and read.map_end_s_m is not None and last_m > read.map_end_s_m:
+        end = "off the map"
     return found | {
         "end": end,
         "duration_s": round(drive.duration_s, 2),
@@ -90,7 +93,7 @@ def files(given: list[Path]) -> Iterator[list[Path]]:
 
 def table(rows: list[dict[str, object]]) -> list[str]:
     kinds = sorted({str(one["kind"]) for one in rows})
-    ends = ["safe", "struck in front", "struck at the side", "struck from behind", "left_road", "refused"]
+    ends = ["safe", "struck in front", "struck at the side", "struck from behind", "left_road", "off the map", "refused"]
     lines = ["| | " + " | ".join([*ends, "all"]) + " |", "|---" * (len(ends) + 2) + "|"]
     for kind in [*kinds, "all"]:
         chosen = [one for one in rows if kind in ("all", one["kind"])]

@@ -14,12 +14,14 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, field_validator,
 from mcdas_opt.catalogue.data_files import checked, find, read_text, read_toml
 from mcdas_opt.catalogue.sensors import IDEAL, NONE, load_sensor
 from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import FARTHEST_M, FASTEST_MPS, Array
 from mcdas_opt.domain.track import LONGEST_M
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Request, Sector
+from mcdas_opt.domain.vocabulary import Request, Sector, Side
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners, separation
@@ -39,6 +41,44 @@ class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
 
 
+Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
+
+
+class LanePart(_Part):
+    """One lane where it is not as the road says of all; a list of pairs is in the order of s."""
+
+    lane: int
+    width_m: list[Pair] = []
+    speed_limit_mps: Annotated[float, Field(gt=0.0, le=100.0)] | list[Pair] = []
+    closed_m: list[Pair] = []
+    oncoming: bool = False
+    shoulder: bool = False
+    merges: Literal["left", "right", "none"] = "none"
+
+    @model_validator(mode="after")
+    def _lane_is_sound(self) -> Self:
+        try:
+            self.record()
+        except ParameterError as error:
+            raise ValueError(str(error)) from None
+        return self
+
+    def record(self) -> Lane:
+        """The lane; one limit holds all along."""
+        given = self.speed_limit_mps
+        limits = [[0.0, given]] if isinstance(given, float) else given
+        width, limit, closed = (tuple((s, value) for s, value in pairs) for pairs in (self.width_m, limits, self.closed_m))
+        return Lane(
+            lane=self.lane,
+            width_m=width,
+            speed_limit_mps=limit,
+            closed_m=closed,
+            oncoming=self.oncoming,
+            shoulder=self.shoulder,
+            merges=Side(self.merges),
+        )
+
+
 class RoadPart(_Part):
     lane_width_m: Annotated[Positive, Field(description="of every lane")] = 3.7
     lanes_left: Annotated[int, Field(ge=0, description="lanes to the left of the host's lane, same direction")] = 0
@@ -54,6 +94,7 @@ class RoadPart(_Part):
         Field(description="knots [s_m, kappa_1pm], linear in between, held at both ends; a left turn is positive"),
     ] = [[0.0, 0.0]]
     road_end_s_m: Annotated[float | None, Field(description="where the road ends; without it, nowhere")] = None
+    lane: Annotated[list[LanePart], Field(description="lanes that are not the same all along")] = []
 
     @model_validator(mode="after")
     def _road_is_sound(self) -> Self:
@@ -65,9 +106,31 @@ class RoadPart(_Part):
 
     def record(self, friction: float | None = None) -> Road:
         """The road, with the friction that its reader believes (default the road's own)."""
-        values = self.model_dump(exclude={"curvature", "friction"})
+        values = self.model_dump(exclude={"curvature", "friction", "lane"})
         knots = tuple((s, k) for s, k in self.curvature)
-        return Road(**values, curvature=knots, friction=self.friction if friction is None else friction)
+        lanes = tuple(lane.record() for lane in self.lane)
+        return Road(**values, curvature=knots, friction=self.friction if friction is None else friction, lanes=lanes)
+
+
+class DestinationPart(_Part):
+    """Where the host is to be, and when, counted from the scene's beginning."""
+
+    s_m: Pair | None = None
+    lane: int | None = None
+    time_s: Pair | None = None
+
+    @model_validator(mode="after")
+    def _is_sound(self) -> Self:
+        try:
+            self.record()
+        except ParameterError as error:
+            raise ValueError(str(error)) from None
+        return self
+
+    def record(self) -> Destination:
+        """The destination."""
+        place, times = (None if pair is None else (pair[0], pair[1]) for pair in (self.s_m, self.time_s))
+        return Destination(s_m=place, lane=self.lane, time_s=times)
 
 
 class HostPart(_Part):
@@ -190,6 +253,7 @@ class Scene(_Part):
     road: Annotated[RoadPart, Field(description="the road, in the frame of the host's lane: s forward, d left")] = RoadPart()
     host: Annotated[HostPart, Field(description="the car that is planned for")]
     neighbour: Annotated[list[NeighbourPart], Field(description="everybody else")] = []
+    destination: Annotated[DestinationPart | None, Field(description="where to be, and when; without it, along the road")] = None
     sensors: Annotated[SensorsPart, Field(description="what looks where")] = SensorsPart()
     _vehicle: Vehicle = PrivateAttr()
     _file: str = PrivateAttr(default="scene")
@@ -253,6 +317,10 @@ class Scene(_Part):
     def desired_speed_mps(self) -> float:
         host = self.host
         return host.speed_mps if host.desired_speed_mps is None else host.desired_speed_mps
+
+    @property
+    def destination_to_reach(self) -> Destination | None:
+        return None if self.destination is None else self.destination.record()
 
     @property
     def request(self) -> Request:
@@ -329,8 +397,16 @@ def _check_values(scene: Scene, path: Path) -> None:
     low, high = vehicle.acceleration_min_mps2, vehicle.acceleration_max_mps2
     if not low <= host.acceleration_mps2 <= high:
         raise InputError(path, "host.acceleration_mps2", host.acceleration_mps2, f"must lie in [{low:g}, {high:g}]")
-    if not road.right_edge_m < host.d_m < road.left_edge_m:
-        raise InputError(path, "host.d_m", host.d_m, f"is off the road [{road.right_edge_m:g}, {road.left_edge_m:g}] m")
+    destination = scene.destination_to_reach
+    why = "" if destination is None else destination.why_unreachable(scene.host_state, 0.0, road, top)
+    if why:
+        raise InputError(path, "destination", None, f"cannot be reached: {why}")
+    width = road.lane_width_at(0, 0.0)
+    if road.lanes and width < vehicle.width_m:
+        raise InputError(path, "road.lane 0: width_m", width, f"is narrower at the host than its {vehicle.width_m:g} m")
+    low, high = float(road.right_edge_at(0.0)), float(road.left_edge_at(0.0))
+    if not low < host.d_m < high:
+        raise InputError(path, "host.d_m", host.d_m, f"is off the road [{low:g}, {high:g}] m")
     frame = FrenetFrame(road=road)
     zero = np.zeros(1)
 

@@ -18,6 +18,7 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import ParameterError
 
 _STRETCH_M = 1000.0
+_LEFT_S = 20.0  # no lane is gone to for its speed that ends sooner
 _SOON_S, _CHANGE_S = 0.5, 5.0  # a lane change crosses the marking no sooner, and is done by then
 _TIGHTEST = 0.9  # of a bend's radius: no edge lies further in
 _NOTHING_M = 1e-6  # a lane that is narrower is not there
@@ -200,6 +201,12 @@ class Road:
         if self.borders is None:
             return self.has_lane(lane, s_m)
         return self.has_lane(lane, s_m + _SOON_S * speed_mps, s_m + _CHANGE_S * speed_mps)
+
+    def leads_on(self, lane: int, s_m: float, speed_mps: float, width_m: float) -> bool:
+        """Whether there is such a lane beside a car that drives so fast, which it would not have to leave soon."""
+        if self.borders is None:
+            return self.has_lane(lane, s_m)
+        return self.goes_on(lane, s_m, speed_mps) and self.lane_ends_m(lane, s_m, width_m) > s_m + _LEFT_S * speed_mps
 
     def lane_ends_m(self, lane: int, s_m: float, width_m: float) -> float:
         """How far a lane goes on from s: where it is first narrower than `width_m` or closed, infinite where it never is; not at all (minus

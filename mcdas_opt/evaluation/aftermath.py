@@ -21,9 +21,9 @@ def ordinary_again(run: Simulation, instants: tuple[Instant, ...]) -> bool | Non
     if run.outcome is not Outcome.SAFE or emergencies[-1] > run.duration_s - CALM_S:
         return False
     road, last = run.scene.true_road, instants[-1]
-    d, heading = float(run.trajectory.d_m[-1]), float(run.trajectory.heading_rad[-1])
+    s, d, heading = float(run.trajectory.s_m[-1]), float(run.trajectory.d_m[-1]), float(run.trajectory.heading_rad[-1])
     bend = float(road.curvature_at(run.trajectory.s_m[-1])) * run.scene.vehicle.centre_m
-    settled = abs(d - road.lane_centre_m(road.lane_of(d))) < _OFFSET_M and abs(heading + bend) < _HEADING_RAD
+    settled = abs(d - road.lane_centre_m(road.lane_of(d, s), s)) < _OFFSET_M and abs(heading + bend) < _HEADING_RAD
     most = min(run.scene.desired_speed_mps, road.speed_limit_mps, *([last.leader.speed_mps] if last.leader is not None else []))
     fast = last.speed_mps > most - _SLOWER_MPS or last.acceleration_mps2 > _GAINING_MPS2
     gap = last.headway_s is None or last.headway_s >= HEADWAYS_S[-1] or (last.leader is not None and last.leader.speed_mps > last.speed_mps)

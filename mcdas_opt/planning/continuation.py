@@ -76,8 +76,9 @@ def _laws(plan: Trajectory, road: Road, vehicle: Vehicle, *, follower_fails: boo
 def _driven(drive: Trajectory, law: SpeedLaw, road: Road, vehicle: Vehicle) -> Trajectory:
     """The next piece along the lane, from the drive's last sample, which is its first."""
     s, d, psi, v, a, delta = drive.table[1:7, -1].tolist()
-    centre = road.lane_centre_m(road.lane_of(d))
-    if abs(d - centre) > 0.5 * road.lane_width_m:
+    lane = road.lane_of(d, s)
+    centre = road.lane_centre_m(lane, s)
+    if abs(d - centre) > 0.5 * road.lane_width_at(lane, s):
         centre = d  # on a shoulder
     then = follow(
         HostState(s_m=s, d_m=d, heading_rad=psi, speed_mps=max(v, 0.0), acceleration_mps2=a, steering_rad=delta),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 import time
 from dataclasses import dataclass, replace
@@ -22,11 +23,14 @@ from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, la
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory
 from mcdas_opt.planning.reach import in_reach_ever
+from mcdas_opt.planning.required_lane import RequiredLane, required_lane
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.situation.doubts import believed
 from mcdas_opt.tracking.prediction import names_of, predict_for
 
 _STANDING_GAP_M = 2.0
+_EASING_MPS2 = 1.5  # of braking towards a lower speed limit ahead
+_CLOSELY_S = 2.0
 _BRAKING_MPS2 = 0.5  # who brakes by less may as well hold its speed
 _STOPPING_MPS2 = 2.5
 _STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side
@@ -73,7 +77,7 @@ class Cycle:
         memory = (memory or Memory()).seen_by(situation)
         there = _local(situation, memory.origin_m)
         what = believed(there, memory.tracks, memory.elapsed_s, memory.supposed, vehicle)
-        local = _limited(_in_order(what.situation), settings)
+        local = _limited(_in_order(what.situation), settings, vehicle)
         active = memory.active
         active = None if active is None or active.finished(local) else active
         return cls(
@@ -121,8 +125,30 @@ class Cycle:
     @property
     def lane_centre_m(self) -> float:
         """The middle of the lane that holds the host's body centre."""
-        road = self.situation.road
-        return road.lane_centre_m(road.lane_of(self.situation.host.d_m))
+        road, host = self.situation.road, self.situation.host
+        return road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m)
+
+    @property
+    def destination(self) -> str:
+        """How it stands with the destination: reached, ahead, or unreachable and why; empty without one."""
+        given, wanted = self.given, self.given.destination
+        if wanted is None:
+            return ""
+        if wanted.is_reached(given.host.s_m, given.host.d_m, given.time_s, given.road):
+            return "reached"
+        why = wanted.why_unreachable(given.host, given.time_s, given.road, self.vehicle.speed_max_mps)
+        return f"unreachable: {why}" if why else "ahead"
+
+    @property
+    def required_lane(self) -> RequiredLane | None:
+        """Where to change lanes though nobody is slower; None where the host's lane leads on to where it is to go."""
+        return required_lane(self.situation, self.vehicle)
+
+    @property
+    def close_follower_mps(self) -> float | None:
+        """The speed of whoever follows the host in its lane by little time; None without."""
+        gap, speed = self.assessment.rear_gap_m, self.assessment.rear_speed_mps
+        return speed if speed is not None and gap < _CLOSELY_S * speed else None
 
     @property
     def is_pressed(self) -> bool:
@@ -152,7 +178,7 @@ class Cycle:
     def is_inconsiderate(self, side: Side) -> bool:
         """Whether somebody in the next lane on that side would have to brake harder than manners allow."""
         situation = self.situation
-        lane = situation.road.lane_of(situation.host.d_m) + (1 if side is Side.LEFT else -1)
+        lane = situation.road.lane_of(situation.host.d_m, situation.host.s_m) + (1 if side is Side.LEFT else -1)
         there = neighbours_in(lane, situation, self.vehicle)
         return demanded_braking_mps2(there, situation.host.speed_mps) > self.settings.manners.follower_braking_mps2
 
@@ -194,17 +220,33 @@ def _place(track: Track) -> tuple[float | str, ...]:
 
 
 def _limit_mps(situation: Situation, settings: Settings) -> float:
-    return (1.0 + settings.speed_limit_excess) * situation.road.speed_limit_mps
+    """The limit of the host's lane, and of those ahead what ordinary braking still keeps."""
+    road, host = situation.road, situation.host
+    if not road.lanes:
+        return (1.0 + settings.speed_limit_excess) * road.speed_limit_mps
+    limits = road.limits_from(road.lane_of(host.d_m, host.s_m), host.s_m)
+    allowed = (((1.0 + settings.speed_limit_excess) * limit) ** 2 + 2.0 * _EASING_MPS2 * (s - host.s_m) for s, limit in limits)
+    return math.sqrt(min(allowed))
 
 
-def _limited(situation: Situation, settings: Settings) -> Situation:
+def _limited(situation: Situation, settings: Settings, vehicle: Vehicle) -> Situation:
+    """With a desired speed that is there in time, and within the limit; without a destination that cannot be had any more."""
+    destination, wanted = situation.destination, situation.wanted_speed_mps
+    if destination is not None:
+        if destination.why_unreachable(situation.host, situation.time_s, situation.road, vehicle.speed_max_mps):
+            situation = replace(situation, destination=None, desired_speed_mps=wanted)
+        else:
+            wanted = destination.wanted_mps(situation.host, situation.time_s, wanted)
+            situation = replace(situation, desired_speed_mps=wanted)
     limit = _limit_mps(situation, settings)
-    return replace(situation, desired_speed_mps=limit) if situation.wanted_speed_mps > limit else situation
+    return replace(situation, desired_speed_mps=limit) if wanted > limit else situation
 
 
 def _local(given: Situation, origin_m: float) -> Situation:
+    destination = given.destination and given.destination.seen_from(origin_m, given.time_s)
     if origin_m == 0.0:
-        return given if given.time_s == 0.0 else replace(given, time_s=0.0)
+        return given if given.time_s == 0.0 else replace(given, time_s=0.0, destination=destination)
     near = (track for track in given.tracks if abs(track.s_m - origin_m) <= FARTHEST_M)  # half a world away is not in traffic
     tracks = tuple(track.seen_from(origin_m) for track in near)
-    return replace(given, time_s=0.0, host=given.host.seen_from(origin_m), tracks=tracks, road=given.road.seen_from(origin_m))
+    host, road = given.host.seen_from(origin_m), given.road.seen_from(origin_m)
+    return replace(given, time_s=0.0, host=host, tracks=tracks, road=road, destination=destination)

@@ -60,7 +60,7 @@ def _replaced(host: HostState, names: tuple[str, ...], now: float, road: Road, v
     most_rad = min(vehicle.steering_max_rad, math.atan2(vehicle.wheelbase_m * grip_mps2, speed_mps**2))
     within = {
         "s_m": min(max(host.s_m, -FARTHEST_M), FARTHEST_M),
-        "d_m": min(max(host.d_m, road.right_edge_m), road.left_edge_m),
+        "d_m": min(max(host.d_m, float(road.right_edge_at(host.s_m))), float(road.left_edge_at(host.s_m))),
         "heading_rad": 0.0,
         "speed_mps": speed_mps,
         "acceleration_mps2": min(max(host.acceleration_mps2, vehicle.acceleration_min_mps2), vehicle.acceleration_max_mps2),

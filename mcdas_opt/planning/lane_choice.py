@@ -59,9 +59,11 @@ def lane_choice(
 
 def _wanted(situation: Situation, vehicle: Vehicle, settings: Settings) -> Side:
     host, road, manners = situation.host, situation.road, settings.manners
+    if situation.destination is not None and situation.destination.lane is not None:
+        return Side.NONE  # it is said which lane
     if not manners.changes_lanes or situation.request is not Request.DRIVE or host.speed_mps < _SLOWEST_MPS:
         return Side.NONE
-    lane = road.lane_of(host.d_m)
+    lane = road.lane_of(host.d_m, host.s_m)
     if abs(host.heading_rad) > _STRAIGHT_RAD or _bends(situation, settings):
         return Side.NONE
     here = neighbours_in(lane, situation, vehicle)
@@ -98,7 +100,7 @@ def neighbours_in(lane: int, situation: Situation, vehicle: Vehicle) -> list[Nei
             is_ahead=track.s_m > host.s_m,
         )
         for track in situation.tracks
-        if reaches_into(track, road.lane_centre_m(lane), road.lane_width_m)
+        if reaches_into(track, road.lane_centre_m(lane, track.s_m), road.lane_width_at(lane, track.s_m))
     ]
 
 
@@ -122,7 +124,9 @@ def _open(lane: int, side: Side, situation: Situation, vehicle: Vehicle, setting
     """Who is in the next lane, where there is one that is watched, with the headway that is asked for ahead and behind."""
     road, host, seen = situation.road, situation.host, situation.coverage
     other = lane + (1 if side is Side.LEFT else -1)
-    if not road.has_lane(other) or not (seen.sees(Sector(side.value)) and seen.sees(Sector.FRONT) and seen.sees(Sector.REAR)):
+    if not road.leads_on(other, host.s_m, host.speed_mps, vehicle.width_m) or not (
+        seen.sees(Sector(side.value)) and seen.sees(Sector.FRONT) and seen.sees(Sector.REAR)
+    ):
         return None
     there = neighbours_in(other, situation, vehicle)
     if any(one.gap_m < _asked_m(one, host.speed_mps, settings) for one in there):

@@ -21,7 +21,9 @@ def departure(trajectory: Trajectory, proposed: Proposed, cycle: Cycle) -> Side:
     if proposed.side is not Side.NONE:
         return Side.NONE
     situation, vehicle = cycle.situation, cycle.vehicle
-    half, centre, psi, d = 0.5 * situation.road.lane_width_m, proposed.path.start_d_m, trajectory.heading_rad, trajectory.d_m
+    road, s = situation.road, situation.host.s_m
+    centre, psi, d = proposed.path.start_d_m, trajectory.heading_rad, trajectory.d_m
+    half = 0.5 * road.lane_width_at(road.lane_of(centre, s), s)
     turned = max(_most(psi), -_least(psi))
     if max(_most(d) - centre, centre - _least(d)) + 0.5 * (vehicle.width_m + vehicle.length_m * turned) < half:
         return Side.NONE  # well within it

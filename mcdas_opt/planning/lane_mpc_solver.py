@@ -207,7 +207,8 @@ class LaneMpcSolver:
         last = self._scene
         if last is None or last.cycle is not cycle:
             others = self.who_matters(cycle)
-            transcribed = self.problems.holding(len(others), cycle.vehicle)
+            sloping = cycle.situation.road.edges is not None
+            transcribed = self.problems.holding(len(others), cycle.vehicle, sloping_edges=sloping)
             matrix = self.problems.constant(transcribed).copy()
             share = self.own.friction_share * self.settings.friction_share
             values = shared_values(cycle.situation, others, slots=min(len(others), transcribed.slots), friction_share=share)

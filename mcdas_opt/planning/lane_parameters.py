@@ -92,7 +92,6 @@ def proposal_values(
 ) -> dict[str, Any]:
     """What is the candidate's own; the road's curvature is linearised around `guess_s` (N + 1)."""
     road, path = situation.road, proposed.path
-    left_edge, right_edge = _bounds(situation, proposed)
     bent = not road.is_straight
     return {
         "kappa": road.curvature_at(guess_s) if bent else 0.0,
@@ -107,22 +106,44 @@ def proposal_values(
         "ref_bend_s": path.bend_s_m,
         "ref_bend_width": path.bend_width_m,
         "speed_ref": proposed.speed_mps if proposed.speeds_mps is None else proposed.speeds_mps,
-        "left_edge": left_edge,
-        "right_edge": right_edge,
+        **_bounds(situation, vehicle, proposed, guess_s),
+        **_lane_end(situation, vehicle, proposed),
         **_headway(situation, vehicle, others, proposed, times_s, headway or HeadwaySettings()),
         **_comfort(situation, proposed, times_s, comfort or ComfortSettings()),
     }
 
 
-def _bounds(situation: Situation, proposed: Proposed) -> tuple[float, float]:
-    """The road's edges; for a candidate that keeps its lane, the lane's own edge on a side that nobody watches."""
+def _bounds(situation: Situation, vehicle: Vehicle, proposed: Proposed, guess_s: Array) -> dict[str, Any]:
+    """The road's edges, linear around `guess_s` where they change along it; for a candidate that keeps its lane, the lane's own edge on a
+    side that nobody watches."""
     road, seen = situation.road, situation.coverage
-    left, right = road.left_edge_m, road.right_edge_m
+    edges = road.steered_edges
+    left: Any = road.left_edge_m
+    right: Any = road.right_edge_m
+    slopes: dict[str, Any] = {}
+    if edges is not None:
+        half = 0.5 * vehicle.length_m
+        tail, middle, nose = ((edges.left(s), edges.right(s)) for s in (guess_s - half, guess_s, guess_s + half))
+        left, right = (
+            least.reduce(side) for least, side in zip((np.minimum, np.maximum), zip(tail, middle, nose, strict=True), strict=True)
+        )
+        left_slope, right_slope = ((after - before) / vehicle.length_m for before, after in zip(tail, nose, strict=True))
+        slopes = {"left_slope": left_slope, "right_slope": right_slope, "edge_s": guess_s}
     if proposed.manoeuvre is None:
-        centre, half = proposed.path.start_d_m, 0.5 * road.lane_width_m
-        left = left if seen.left else min(left, centre + half)
-        right = right if seen.right else max(right, centre - half)
-    return left, right
+        centre = proposed.path.start_d_m
+        half = 0.5 * road.lane_width_at(road.lane_of(centre, situation.host.s_m), situation.host.s_m)
+        left = left if seen.left else np.minimum(left, centre + half)
+        right = right if seen.right else np.maximum(right, centre - half)
+    return {"left_edge": left, "right_edge": right, **slopes}
+
+
+def _lane_end(situation: Situation, vehicle: Vehicle, proposed: Proposed) -> dict[str, Any]:
+    """Who keeps a lane that ends stops before; nothing where it is too narrow already."""
+    road, host = situation.road, situation.host
+    if not road.lanes or proposed.manoeuvre is not None:
+        return {}
+    end = road.ends_m(road.lane_of(proposed.path.start_d_m, host.s_m), host.s_m, vehicle.width_m) - _ROAD_END_GAP_M
+    return {"road_end": min(end, FAR_M)} if end > host.s_m + 0.5 * vehicle.length_m else {}
 
 
 def _headway(
@@ -169,10 +190,11 @@ def _bumpers(situation: Situation, others: ObstacleSlots, proposed: Proposed, ti
         crossing = proposed.path.start_s_m + 0.6 * proposed.path.length_m
         arrival = max(crossing - host.s_m, 0.0) / max(host.speed_mps, 1.0)
         target = proposed.manoeuvre.target_d_m
+    width = road.lane_width_at(road.lane_of(target, host.s_m), host.s_m)
     ahead: list[tuple[Array, Array]] = []
     behind: list[tuple[Array, Array]] = []
     for i, (body, (s, d, _)) in enumerate(zip(others.bodies, others.first, strict=True)):
-        if abs(d - target) - 0.5 * body.width_m > 0.5 * road.lane_width_m - INTRUSION_M:
+        if abs(d - target) - 0.5 * body.width_m > 0.5 * width - INTRUSION_M:
             continue
         if s > host.s_m:
             ahead.append((others.motion.s_m[i] - 0.5 * body.length_m, others.motion.speed_s_mps[i]))

@@ -39,4 +39,5 @@ class Manoeuvre:
 
     def half_done(self, situation: Situation) -> bool:
         """The body centre is in the lane that it ends in."""
-        return situation.road.lane_of(situation.host.d_m) == situation.road.lane_of(self.target_d_m)
+        road, host = situation.road, situation.host
+        return road.lane_of(host.d_m, host.s_m) == road.lane_of(self.target_d_m, host.s_m)

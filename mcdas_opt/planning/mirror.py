@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vocabulary import Side
@@ -35,12 +36,18 @@ def is_turned(situation: Situation, others: ObstacleSlots, proposed: Proposed) -
         host.heading_rad,
         host.steering_rad,
         sum(sorted(lateral, key=abs)),
-        road.left_edge_m + road.right_edge_m - 2.0 * proposed.path.start_d_m,
+        float(road.left_edge_at(host.s_m)) + float(road.right_edge_at(host.s_m)) - 2.0 * proposed.path.start_d_m,
+        _lean_m(road),
         sum(kappa for _, kappa in road.curvature),
     ):
         if abs(oddness) > _NOTHING:
             return oddness < 0.0
     return False
+
+
+def _lean_m(road: Road) -> float:
+    """How much wider the road is to the left than to the right, summed over where its edges change."""
+    return 0.0 if road.edges is None else float((road.edges.table[1] + road.edges.table[2]).sum())
 
 
 def turned_states(x: Array) -> Array:
@@ -62,11 +69,13 @@ class TurnedParameters:
     """Parameters (N + 1, np) of these names in the mirror: lateral positions and curvatures change sign, the road's edges places too."""
 
     def __init__(self, names: Sequence[str]) -> None:
-        left, right = names.index("left_edge"), names.index("right_edge")
-        odd = _ODD_PARAMETERS | {"left_edge", "right_edge"}
+        odd = _ODD_PARAMETERS | {"left_edge", "right_edge", "left_slope", "right_slope"}
         self._sign = np.array([-1.0 if name in odd or (name.startswith("body") and name.endswith("_d")) else 1.0 for name in names])
         self._order = np.arange(len(names))
-        self._order[[left, right]] = right, left
+        for pair in (("left_edge", "right_edge"), ("left_slope", "right_slope")):
+            if pair[0] in names:
+                left, right = map(names.index, pair)
+                self._order[[left, right]] = right, left
 
     def __call__(self, p: Array) -> Array:
         return np.asarray(p[:, self._order] * self._sign)

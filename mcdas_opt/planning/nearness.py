@@ -39,10 +39,11 @@ def nearness_of(tables: Array, t_s: Array, cycle: Cycle) -> Nearness:
     bodies, rows = cycle.prediction.bodies, cycle.prediction.rows_on(t_s)
     places = rows.s_m
     frame = frame_near(road, float(tables[0, 1, 0]))
-    if not road.is_straight:  # who is beyond the frame is far enough away there too
-        places = np.clip(places, frame.s_min_m, frame.s_max_m)
+    along = tables[:, 1]
+    if not road.is_straight:  # who is beyond the frame is far enough away there too; a host near a bend's centre may seem to fly off
+        places, along = (np.clip(s, frame.s_min_m, frame.s_max_m) for s in (places, along))
     x, y, yaw = frame.to_plane(places, rows.d_m, rows.heading_rad)
-    hosts = frame.to_plane(tables[:, 1], tables[:, 2], tables[:, 3])
+    hosts = frame.to_plane(along, tables[:, 2], tables[:, 3])
     halves = np.array([(0.5 * body.length_m, 0.5 * body.width_m) for body in bodies]).reshape(-1, 2)
     separation = separations(hosts, (x, y, yaw), (0.5 * vehicle.length_m, 0.5 * vehicle.width_m), halves)
     ends = tuple(zip(rows.s_m[:, -1].tolist(), rows.d_m[:, -1].tolist(), rows.speed_s_mps[:, -1].tolist(), strict=True))

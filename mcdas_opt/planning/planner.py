@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.domain.plan import Plan
@@ -66,6 +67,7 @@ class Planner:
         self._asked = AskedMethod(name or (method if isinstance(method, str) else type(method).__name__), built, deadline_s)
         self.sensing = Sensing(self.vehicle, road or Road())
         self.memory = Memory()
+        self._destination: Destination | None = None
         self._one_thread = OneThread()
 
     @property
@@ -109,6 +111,12 @@ class Planner:
         own = getattr(self.method, "vehicle", None)
         if isinstance(own, Vehicle) and own.zero_sideslip_point_m != point_m:
             self.method.vehicle = replace(own, zero_sideslip_point_m=point_m)
+
+    def set_destination(self, destination: Destination | None) -> None:
+        """Where `step` is to go from now on; None: along the road. Whoever asks `plan` says it in the situation."""
+        if destination is not None:
+            require_type("destination", destination, Destination)
+        self._destination = destination
 
     def reset(self) -> None:
         """Forgets tracks and the last plan."""
@@ -156,6 +164,7 @@ class Planner:
                 planner=self.name,
                 solver=plan.solver or self._asked.solver,
                 indicator=indicator,
+                destination=cycle.destination,
                 timing_ms=timing,
                 memory=self._carried(plan),
                 situation=cycle.given,
@@ -198,4 +207,4 @@ class Planner:
         with self._one_thread.inside():
             believed, _ = self.sensing.believed(host, now, road, self.previous)
             seen = self.sensing.situation(measurements, believed, now, road=road, desired_speed_mps=desired_speed_mps, request=request)
-            return self.plan(seen)
+            return self.plan(seen if self._destination is None else replace(seen, destination=self._destination))

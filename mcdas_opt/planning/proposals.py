@@ -23,13 +23,15 @@ from mcdas_opt.planning.headway import ORDINARY_MPS2
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.reference.offset_path import OffsetPath, corrected
 
+_STANDING_GAP_M = 2.0
+_STEERABLE_MPS = 0.5
 _BODY_ROOM_M = 0.25  # from the body's flank to the road's edge, for the targets of steering
 
 
 def keep_path(situation: Situation) -> OffsetPath:
     """The centre of the lane that holds the body centre."""
     road, host = situation.road, situation.host
-    centre = road.lane_centre_m(road.lane_of(host.d_m))
+    centre = road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m)
     return OffsetPath(start_s_m=host.s_m, start_d_m=centre, amplitude_m=0.0, a_per_m=-0.1, b=50.0)
 
 
@@ -38,13 +40,25 @@ def lateral_bound_mps2(situation: Situation, sigmoid: SigmoidSettings) -> float:
     return min(sigmoid.lateral_acceleration_mps2, sigmoid.lateral_friction_share * situation.road.friction * GRAVITY_MPS2)
 
 
-def keep_lane(cycle: Cycle, mode: Mode) -> Proposed:
-    """Nothing threatens: keep the lane at the desired speed, but no faster than now where nobody watches ahead; asked to park, stand until
-    `park` takes over."""
+def keep_lane(cycle: Cycle, mode: Mode, speed_mps: float | None = None) -> Proposed:
+    """Nothing threatens: keep the lane at the desired speed, or another within the limit, but no faster than now where nobody watches
+    ahead; asked to park, stand until `park` takes over."""
     situation, path = cycle.situation, keep_path(cycle.situation)
-    wanted = situation.wanted_speed_mps if situation.coverage.front else min(situation.wanted_speed_mps, situation.host.speed_mps)
-    goal, speeds = comfortable_speed(cycle, 0.0 if mode is Mode.PARK else wanted, path.target_d_m)
+    wanted = situation.wanted_speed_mps if speed_mps is None else min(speed_mps, cycle.limit_mps)
+    wanted = wanted if situation.coverage.front else min(wanted, situation.host.speed_mps)
+    wanted = 0.0 if mode is Mode.PARK else min(wanted, _fastest_to_lane_end_mps(cycle))
+    goal, speeds = comfortable_speed(cycle, wanted, path.target_d_m)
     return Proposed(name="keep", mode=mode, side=Side.NONE, path=path, speed_mps=goal, speeds_mps=speeds, is_comfortable=True)
+
+
+def _fastest_to_lane_end_mps(cycle: Cycle) -> float:
+    """What ordinary braking still brings to a stop before the host's lane ends."""
+    host, road, vehicle = cycle.situation.host, cycle.situation.road, cycle.vehicle
+    if not road.lanes:
+        return math.inf
+    end = road.lane_ends_m(road.lane_of(host.d_m, host.s_m), host.s_m, vehicle.width_m)
+    room = end - host.s_m - 0.5 * vehicle.length_m - _STANDING_GAP_M
+    return math.sqrt(2.0 * ORDINARY_MPS2 * max(room, 0.0))
 
 
 def go_on(active: Manoeuvre) -> Proposed:
@@ -67,11 +81,21 @@ def go_on_unpressed(cycle: Cycle, active: Manoeuvre) -> Proposed:
 
 def change_lanes(cycle: Cycle) -> Proposed | None:
     """Into the lane that is wanted, once that has been announced, as slowly as a person does it; None where none is due."""
-    side, situation, sigmoid = cycle.lane_choice.side, cycle.situation, cycle.settings.sigmoid
-    if not cycle.lane_choice.is_due:
+    return _unhurried(cycle, cycle.lane_choice.side) if cycle.lane_choice.is_due else None
+
+
+def change_to_required(cycle: Cycle, side: Side) -> Proposed | None:
+    """The same because the lane has to be reached; None where nobody watches that side, or the car stands."""
+    situation = cycle.situation
+    if _unwatched(situation, side) or situation.host.speed_mps < _STEERABLE_MPS:
         return None
+    return _unhurried(cycle, side)
+
+
+def _unhurried(cycle: Cycle, side: Side) -> Proposed:
+    situation, sigmoid = cycle.situation, cycle.settings.sigmoid
     host, road = situation.host, situation.road
-    target = road.lane_centre_m(road.lane_of(host.d_m) + (1 if side is Side.LEFT else -1))
+    target = road.lane_centre_m(road.lane_of(host.d_m, host.s_m) + (1 if side is Side.LEFT else -1), host.s_m)
     way_m = max(host.speed_mps, sigmoid.speed_floor_mps) * cycle.settings.manners.changing_s
     path = OffsetPath(
         start_s_m=host.s_m,
@@ -178,8 +202,12 @@ def given_path(situation: Situation, vehicle: Vehicle, design: SigmoidDesign, si
     host, road = situation.host, situation.road
     room = 0.5 * vehicle.width_m + _BODY_ROOM_M
     reach = design.reach_m if side is Side.LEFT else -design.reach_m
-    centre = road.lane_centre_m(road.lane_of(host.d_m))
-    target = float(np.clip(centre + reach, min(road.right_edge_m + room, centre), max(road.left_edge_m - room, centre)))
+    centre = road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m)
+    target = float(
+        np.clip(
+            centre + reach, min(float(road.right_edge_at(host.s_m)) + room, centre), max(float(road.left_edge_at(host.s_m)) - room, centre)
+        )
+    )
     return OffsetPath(start_s_m=host.s_m, start_d_m=host.d_m, amplitude_m=target - host.d_m, a_per_m=design.a_per_m, b=design.b)
 
 
@@ -191,8 +219,8 @@ def _bent_path(cycle: Cycle, target_d_m: float) -> OffsetPath:
     front = next((t for t in situation.tracks if t.id == cycle.assessment.front_id), None)
     if front is not None:
         room = 0.5 * cycle.vehicle.width_m + _BODY_ROOM_M
-        low, high = road.right_edge_m + room, road.left_edge_m - room
-        half_lane_room = max(0.5 * road.lane_width_m - room, 0.0)
+        low, high = float(road.right_edge_at(host.s_m)) + room, float(road.left_edge_at(host.s_m)) - room
+        half_lane_room = max(0.5 * road.lane_width_at(road.lane_of(host.d_m, host.s_m), host.s_m) - room, 0.0)
         bend = float(np.clip(cycle.assessment.offset_m, -half_lane_room, half_lane_room))
         bend = float(np.clip(target_d_m + bend, min(low, target_d_m), max(high, target_d_m)) - target_d_m)
         bend_s = front.s_m + front.speed_s_mps * 2.5

@@ -77,7 +77,8 @@ def _slower(body: PredictedBody, share: float) -> PredictedBody:
 def _severity(trajectory: Trajectory, cycle: Cycle, separations: Array) -> tuple[float, float]:
     vehicle, road, prediction = cycle.vehicle, cycle.situation.road, cycle.prediction
     reach = 0.5 * (vehicle.width_m * np.cos(trajectory.heading_rad) + vehicle.length_m * np.abs(np.sin(trajectory.heading_rad)))
-    beyond = float(np.maximum(trajectory.d_m + reach - road.left_edge_m, road.right_edge_m - trajectory.d_m + reach).max())
+    left, right = road.left_edge_at(trajectory.s_m), road.right_edge_at(trajectory.s_m)
+    beyond = float(np.maximum(trajectory.d_m + reach - left, right - trajectory.d_m + reach).max())
     if beyond > _ON_THE_EDGE_M:
         return (_OFF_THE_ROAD + beyond, 0.0)
     hits = [(int(np.argmax(row <= 0.0)), i) for i, row in enumerate(separations) if np.any(row <= 0.0)]
@@ -102,5 +103,6 @@ def _impact_mps(trajectory: Trajectory, k: int, body: PredictedBody, vehicle: Ve
     overlap = 0.5 * (vehicle.width_m + body.width_m) - abs(float(trajectory.d_m[k]) - float(motion.d_m[0]))
     share = min(max(overlap / min(vehicle.width_m, body.width_m), _LEAST_SHARE), 1.0)
     beside = abs(float(body.at(np.zeros(1)).d_m[0]) - float(trajectory.d_m[0])) - 0.5 * body.width_m
-    third = _THIRD_VEHICLE if beside > 0.5 * road.lane_width_m - 0.2 else 0.0
+    s, d = float(trajectory.s_m[0]), float(trajectory.d_m[0])
+    third = _THIRD_VEHICLE if beside > 0.5 * road.lane_width_at(road.lane_of(d, s), s) - 0.2 else 0.0
     return third + math.hypot(ds, dd) * math.sqrt(share)

@@ -59,7 +59,8 @@ def steering_out(cycle: Cycle) -> Iterator[Driven]:
 def driven_in_lane(proposed: Proposed, law: SpeedLaw, cycle: Cycle) -> Driven:
     """Along the middle of the lane that holds the body centre, by this law, with half the grip for coming back to it."""
     road = cycle.situation.road
-    middle = LaneCentre(d_m=road.lane_centre_m(road.lane_of(cycle.situation.host.d_m)))
+    host = cycle.situation.host
+    middle = LaneCentre(d_m=road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m))
     return _driven(proposed, middle, law, 0.5 * _grip_mps2(cycle), cycle)
 
 

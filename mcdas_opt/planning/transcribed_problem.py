@@ -77,20 +77,21 @@ class TranscribedProblems:
         self._planned = replace(vehicle, steering_rate_max_radps=rate, zero_sideslip_point_m=0.0)
         self._settings, self._solver = settings, solver
         self._free_point = False
-        self._built: dict[tuple[int, bool], TranscribedProblem] = {}
+        self._built: dict[tuple[int, bool, bool], TranscribedProblem] = {}
         self._constant: dict[tuple[str, ...], Array] = {}
 
     def __iter__(self) -> Iterator[TranscribedProblem]:
         return iter(self._built.values())
 
-    def holding(self, neighbours: int, vehicle: Vehicle) -> TranscribedProblem:
-        """The one with the fewest slots that hold so many neighbours (at most the last), built when first asked for."""
+    def holding(self, neighbours: int, vehicle: Vehicle, *, sloping_edges: bool = False) -> TranscribedProblem:
+        """The one with the fewest slots that hold so many neighbours (at most the last), built when first asked for; another one where
+        the road's edges change along it."""
         slots = next((n for n in self._solver.slots if n >= neighbours), self._solver.slots[-1])
         self._free_point |= vehicle.zero_sideslip_point_m > 0.0
-        asked = slots, self._free_point
+        asked = slots, self._free_point, sloping_edges
         if asked not in self._built:
             weights, nodes = self._solver.weights is not None, self._settings.grid.nodes
-            original = _original(self._planned, slots, weights, asked[1], nodes, _circumstances())
+            original = _original(self._planned, slots, weights, asked[1:], nodes, _circumstances())
             backup = OsqpSettings(qp_iterations=_BACKUP_QP_ITERATIONS)
             self._built[asked] = original.twin(OsqpSettings() if self._solver.solver == "osqp" else backup)
         return self._built[asked]
@@ -112,6 +113,8 @@ def _circumstances() -> tuple[str, str]:
 @lru_cache(maxsize=12)
 @held_interrupts()
 def _original(
-    vehicle: Vehicle, slots: int, free_weights: bool, free_centre: bool, nodes: int, circumstances: tuple[str, str]
+    vehicle: Vehicle, slots: int, free_weights: bool, kind: tuple[bool, bool], nodes: int, circumstances: tuple[str, str]
 ) -> TranscribedProblem:
-    return TranscribedProblem(LaneProblem(vehicle=vehicle, neighbours=slots, free_weights=free_weights, free_centre=free_centre), nodes)
+    free_centre, sloping = kind
+    lane = LaneProblem(vehicle=vehicle, neighbours=slots, free_weights=free_weights, free_centre=free_centre, sloping_edges=sloping)
+    return TranscribedProblem(lane, nodes)

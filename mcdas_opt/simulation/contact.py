@@ -12,6 +12,7 @@ from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.geometry.edges import corners_beyond, knots_inside
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners, distance, separation
 from mcdas_opt.geometry.window import REACH_M, frame_near
@@ -50,15 +51,15 @@ def surroundings(
         near, other = _near(frame, apart, motion, slice(None), size, road)
         clearance[i, near] = distance(own[near], other)
         touching[i, near] = (separation(own[near], other) <= 0.0) & (apart[near] < TOUCH_WITHIN_M)
-    return Surroundings(clearance_m=clearance, touching=touching, beyond_edge_m=_beyond_edge(own, s, road))
+    return Surroundings(clearance_m=clearance, touching=touching, beyond_edge_m=_beyond_edge(own, host, vehicle, road))
 
 
 def is_free(host: Array, neighbours: tuple[BodyMotion, ...], sizes: tuple[tuple[float, float], ...], vehicle: Vehicle, road: Road) -> bool:
     """Whether the shadows of the bodies along and across a straight road alone rule out that anybody touches or leaves it.
 
-    Sufficient, not necessary, and never true on a bent road.
+    Sufficient, not necessary, and never true on a bent road, or where its edges change.
     """
-    if not road.is_straight:
+    if not road.is_straight or road.edges is not None:
         return False
     s, d = host[:, 0], host[:, 1]
     turned = np.abs(host[:, 2])  # at least the sine; the cosine is at most 1
@@ -117,11 +118,12 @@ def _near(
     return near, corners(*frame.to_plane(*place), *size)
 
 
-def _beyond_edge(own: Array, s: Array, road: Road) -> Array:
+def _beyond_edge(own: Array, host: Array, vehicle: Vehicle, road: Road) -> Array:
+    s = host[:, 0]
     x, y = own[..., 0], own[..., 1]
     guess = np.repeat(s[:, None], 4, axis=1)
     along, across, _ = frame_near(road, float(s[0])).to_road(x, y, np.zeros_like(x), guess_s_m=guess)
-    beyond = np.maximum(across.max(axis=1) - road.left_edge_m, road.right_edge_m - across.min(axis=1))
+    beyond = np.maximum.reduce([*corners_beyond(along, across, road), *knots_inside(s, host[:, 1], host[:, 2], vehicle, road)])
     if road.road_end_s_m is not None:
         beyond = np.maximum(beyond, along.max(axis=1) - road.road_end_s_m)
     return np.asarray(beyond)

@@ -131,6 +131,7 @@ class Drive:
         trajectory = driven(history)
         front, rear = times_to_collision(states, others, sizes, scene.vehicle, scene.true_road)
         plans = [cycle.plan for cycle in self.cycles]
+        reached = self._destination_reached_s(history)
         return Simulation(
             name=scene.name,
             planner=planner,
@@ -155,11 +156,23 @@ class Drive:
             unverified_plans=sum(plan.status is not Status.UNAVOIDABLE and not plan.verdict.passed for plan in plans),
             cycle_ms=CycleTimes.of(self.took_ms),
             trajectory=trajectory,
+            destination=plans[-1].destination if reached is None else "reached",
+            destination_reached_s=reached,
             neighbours=self._neighbours(trajectory.t_s),
             scene=scene,
             cycles=tuple(self.cycles),
             history=history,
         )
+
+    def _destination_reached_s(self, history: History) -> float | None:
+        """When the host was first where it was to be, while it drove safely."""
+        destination, road = self.scene.destination_to_reach, self.scene.true_road
+        if destination is None:
+            return None
+        for t, (s, d) in zip(history.t_s.tolist(), history.states[:, :2].tolist(), strict=True):
+            if destination.is_reached(s, d, t, road):
+                return float(t)
+        return None
 
     def _modes(self) -> tuple[tuple[float, str], ...]:
         """(time, mode) where the mode changes."""

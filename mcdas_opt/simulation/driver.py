@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
+from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.domain.plan import Plan
@@ -45,6 +46,9 @@ class Driver(Protocol):
 
     def set_zero_sideslip_point(self, point_m: float) -> None:
         """Called before every plan: where ahead of its rear axle the car moves along its own axis (`Vehicle.zero_sideslip_point_m`)."""
+
+    def set_destination(self, destination: Destination | None) -> None:
+        """Called before the drive, after `reset`: where to go, if anywhere. Who cannot be told drives on along the road."""
 
     def reset(self) -> None:
         """Called before the drive: forgets what came before."""

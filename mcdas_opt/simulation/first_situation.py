@@ -32,6 +32,7 @@ def first_situation(scene: Scene, seed: int | None = None) -> Situation:
         vehicle=scene.host.vehicle,
         desired_speed_mps=scene.desired_speed_mps,
         request=scene.request,
+        destination=scene.destination_to_reach,
     )
 
 

@@ -61,11 +61,11 @@ class Follower:
 
     def look(self, own: Presence, others: Iterable[Presence]) -> None:
         """Notes the nearest body ahead whose centre is in its lane or whose body overlaps its width."""
-        lane = self.road.lane_of(own.d_m)
+        lane = self.road.lane_of(own.d_m, own.s_m)
         best: Leader | None = None
         for other in others:
             across = abs(other.d_m - own.d_m) < 0.5 * (other.width_m + own.width_m)
-            if other.s_m <= own.s_m or not (across or self.road.lane_of(other.d_m) == lane):
+            if other.s_m <= own.s_m or not (across or self.road.lane_of(other.d_m, other.s_m) == lane):
                 continue
             gap = other.s_m - own.s_m - 0.5 * (other.length_m + own.length_m)
             if best is None or gap < best.gap_m:

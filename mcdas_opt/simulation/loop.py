@@ -63,6 +63,7 @@ def simulate(
     not_a_class("planner", planner)
     traffic, car = Traffic(scene), Car(plant, scene.vehicle, scene.true_road, scene.host_state)
     driver = _driver(planner, scene, planned_for(settings, slips=car.slips), slips=car.slips)
+    driver.set_destination(scene.destination_to_reach)
     monitor = GripMonitor(vehicle=scene.vehicle, believed=scene.assumed_road.friction, step_s=STEP_S)
     turned = driver.takes_zero_sideslip_point
     tracking = controller or default_controller(scene.vehicle, slips=car.slips, turned=turned, grip=monitor)

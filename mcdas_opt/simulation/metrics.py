@@ -63,8 +63,9 @@ def times_to_collision(
 
 def lane_changed(host: Array, road: Road) -> bool:
     """Whether the drive ended settled in another lane than it began in: within 0.3 m of its centre and 0.03 rad of its direction."""
-    first, last = road.lane_of(float(host[0, 1])), road.lane_of(float(host[-1, 1]))
-    settled = abs(float(host[-1, 1]) - road.lane_centre_m(last)) < SETTLED_M and abs(float(host[-1, 2])) < SETTLED_RAD
+    s = float(host[-1, 0])
+    first, last = road.lane_of(float(host[0, 1]), float(host[0, 0])), road.lane_of(float(host[-1, 1]), s)
+    settled = abs(float(host[-1, 1]) - road.lane_centre_m(last, s)) < SETTLED_M and abs(float(host[-1, 2])) < SETTLED_RAD
     return first != last and settled
 
 

@@ -252,7 +252,7 @@ def instants_of(drive: Simulation, step_s: float = _STEP_S) -> tuple[Instant, ..
                 acceleration_mps2=float(gains[k]),
                 length_m=length,
                 width_m=width,
-                lane=road.lane_of(across[k]),
+                lane=road.lane_of(across[k], along[k]),
             )
             for k in range(len(t))
         ]

@@ -71,7 +71,7 @@ class Simulation(Result):
     The drive ends at the scene's duration, at the first touch of another body, or where a corner leaves the road: `duration_s` is the
     time driven. Distances and times are of the true bodies, 0.01 s apart. `impact_speed_mps` is the speed of one body's centre
     relative to the other's; jerk and steering rate are the actuators', so that the jolt with which braking ends at standstill is not
-    counted.
+    counted. `destination` says how a drive that had one stands with it at its end; `destination_reached_s` when it was first there.
     """
 
     drawn_by: ClassVar[str] = "mcdas_opt.plotting.animation:sheet"
@@ -100,6 +100,8 @@ class Simulation(Result):
     unverified_plans: int
     cycle_ms: CycleTimes
     trajectory: Trajectory
+    destination: str = ""
+    destination_reached_s: float | None = None
     neighbours: tuple[NeighbourHistory, ...] = ()
     scene: Scene = field(repr=False, compare=False)
     cycles: tuple[Cycle, ...] = field(repr=False, compare=False)

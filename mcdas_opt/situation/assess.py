@@ -19,15 +19,17 @@ from mcdas_opt.situation.selector import MODES, SIDES, Facts, closing_time, mode
 from mcdas_opt.situation.table1 import literal_mode
 
 _TIE_M = 0.1  # a smaller difference between the sides is a tie
+_LANE_END_MPS2 = 3.0  # of braking: a lane's end that asks for less is no threat
 _LANE_REACHED = 0.75  # of a lane's width: an evasion that came this far counts lanes anew
 
 
 class _Ahead(NamedTuple):
-    """The next in line: a car, the end of the road (no id), or nobody (infinite gap)."""
+    """The next in line: a car, the end of the road or of the lane (no id), or nobody (infinite gap)."""
 
     id: str | None
     gap_m: float
     speed_mps: float | None
+    is_road_end: bool = False
 
 
 def assess(situation: Situation, vehicle: Vehicle, settings: SelectorSettings, previous: Assessment | None = None) -> Assessment:
@@ -36,13 +38,13 @@ def assess(situation: Situation, vehicle: Vehicle, settings: SelectorSettings, p
     lane = _lane(situation, previous)
     assigned = assign_roles(tracks, lane, host, vehicle, road, settings)
     front_car, rear_car = assigned.front, assigned.rear
-    front = _road_end(situation, vehicle, _car(front_car, situation, vehicle))
+    front = _end(situation, lane, vehicle, _car(front_car, situation, vehicle))
     rear = _car(rear_car, situation, vehicle)
     ttc_front = float(closing_time(front.gap_m, host.speed_mps - (front.speed_mps or 0.0), one_state))
     ttc_rear = float(closing_time(rear.gap_m, (rear.speed_mps or 0.0) - host.speed_mps, one_state))
     before = previous or Assessment()
     blocked = set(blocked_sides(tracks, coverage, lane, host, vehicle, road, settings, before.side))
-    if front.id is None and ttc_front < settings.ttc_warning_s:  # the end of the road: no lane goes on
+    if front.is_road_end and ttc_front < settings.ttc_warning_s:  # no lane goes on
         blocked |= {Sector.LEFT, Sector.RIGHT}
     offset = 0.0 if front_car is None else front_car.d_m - host.d_m
     age = math.inf if previous is None or situation.time_s < previous.since_s else situation.time_s - previous.since_s
@@ -58,7 +60,7 @@ def assess(situation: Situation, vehicle: Vehicle, settings: SelectorSettings, p
             rear_speed=rear.speed_mps or 0.0,
             left_open=Sector.LEFT not in blocked,
             right_open=Sector.RIGHT not in blocked,
-            preferred_side=_preferred_side(-offset if front_car is not None else host.d_m - road.lane_centre_m(lane)),
+            preferred_side=_preferred_side(-offset if front_car is not None else host.d_m - road.lane_centre_m(lane, host.s_m)),
             park_requested=situation.request is Request.PARK,
             acceleration_mps2=vehicle.acceleration_max_mps2,
             previous_mode=mode_code(None if previous is None else previous.mode),
@@ -102,12 +104,13 @@ def assess(situation: Situation, vehicle: Vehicle, settings: SelectorSettings, p
 
 def _lane(situation: Situation, previous: Assessment | None) -> int:
     """The lane that the host is in; during an evasion the one that it began in, until the next lane's centre is near."""
-    road, d = situation.road, situation.host.d_m
-    if previous is not None and previous.mode is Mode.EVADE and road.has_lane(previous.lane):
-        moved = (d - road.lane_centre_m(previous.lane)) * (1.0 if previous.side is Side.LEFT else -1.0)
-        if -0.5 * road.lane_width_m <= moved < _LANE_REACHED * road.lane_width_m:
+    road, d, s = situation.road, situation.host.d_m, situation.host.s_m
+    if previous is not None and previous.mode is Mode.EVADE and road.has_lane(previous.lane, s):
+        moved = (d - road.lane_centre_m(previous.lane, s)) * (1.0 if previous.side is Side.LEFT else -1.0)
+        width = road.lane_width_at(previous.lane, s)
+        if -0.5 * width <= moved < _LANE_REACHED * width:
             return previous.lane
-    return road.lane_of(d)
+    return road.lane_of(d, s)
 
 
 def _car(track: Track | None, situation: Situation, vehicle: Vehicle) -> _Ahead:
@@ -116,13 +119,15 @@ def _car(track: Track | None, situation: Situation, vehicle: Vehicle) -> _Ahead:
     return _Ahead(track.id, gap_m(track, situation.host, vehicle), track.speed_s_mps)
 
 
-def _road_end(situation: Situation, vehicle: Vehicle, front: _Ahead) -> _Ahead:
-    """The end of the road is a wall, where it comes before the front vehicle."""
-    end = situation.road.road_end_s_m
-    if end is None:
+def _end(situation: Situation, lane: int, vehicle: Vehicle, front: _Ahead) -> _Ahead:
+    """The end of the road, or of the host's lane, is a wall, where it comes before the front vehicle; of the lane only when it is time to
+    brake for it, since there is another lane to go to."""
+    host, road = situation.host, situation.road
+    end = road.ends_m(lane, host.s_m, vehicle.width_m)
+    gap, is_road_end = end - host.s_m - 0.5 * vehicle.length_m, end == road.road_end_s_m
+    if gap >= front.gap_m or not (is_road_end or gap < host.speed_mps**2 / (2.0 * _LANE_END_MPS2)):
         return front
-    gap = end - situation.host.s_m - 0.5 * vehicle.length_m
-    return _Ahead(None, gap, 0.0) if gap < front.gap_m else front
+    return _Ahead(None, gap, 0.0, is_road_end)
 
 
 def _preferred_side(left_minus_right_m: float) -> int:

@@ -42,7 +42,7 @@ def host_faults(host: HostState, road: Road, before_mps: tuple[float, ...], elap
     steering, slowest = abs(host.steering_rad), min(max(speed, 0.0), fastest)
     if steering > _HOST_STEERING_RAD or slowest**2 * math.tan(steering) > _HOST_LATERAL_MPS2 * vehicle.wheelbase_m:
         faults["steering_rad"] = f"the host's wheels are turned by {host.steering_rad:.3g} rad at {speed:.0f} m/s"
-    off_road = max(host.d_m - road.left_edge_m, road.right_edge_m - host.d_m)
+    off_road = max(host.d_m - float(road.left_edge_at(host.s_m)), float(road.right_edge_at(host.s_m)) - host.d_m)
     if off_road > _HOST_OFF_ROAD_M or (off_road > 0.0 and max(kappa * host.d_m for _, kappa in road.curvature) > _FOLD):
         faults["d_m"] = f"the host is {off_road:.3g} m beyond the edge of the road"
     if isinstance(host, SlidingState) and (

@@ -29,7 +29,7 @@ def blocked_sides(
     """
     blocked = set()
     for sector, side_lane in ((Sector.LEFT, lane + 1), (Sector.RIGHT, lane - 1)):
-        if not road.has_lane(side_lane) or not coverage.sees(sector):
+        if not road.goes_on(side_lane, host.s_m, host.speed_mps) or not coverage.sees(sector):
             blocked.add(sector)
             continue
         begun = sector.value == evading.value

@@ -29,7 +29,10 @@ def gap_m(track: Track, host: HostState, vehicle: Vehicle) -> float:
 
 def in_lane(track: Track, lane: int, road: Road, settings: SelectorSettings) -> bool:
     """Whether the body reaches into the lane by the intrusion margin."""
-    return _overlap(track.d_m, track.width_m, road.lane_centre_m(lane), road.lane_width_m) >= settings.lane_intrusion_m
+    return (
+        _overlap(track.d_m, track.width_m, road.lane_centre_m(lane, track.s_m), road.lane_width_at(lane, track.s_m))
+        >= settings.lane_intrusion_m
+    )
 
 
 def in_the_way(track: Track, lane: int, host: HostState, vehicle: Vehicle, road: Road, settings: SelectorSettings) -> bool:

@@ -285,3 +285,25 @@ def test_a_byte_order_mark_is_no_fault(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text("\ufeff[host]\nspeed_mps = 10.0\n", encoding="utf-8")
     assert load_scene(path).host.speed_mps == 10.0
+
+
+@pytest.mark.parametrize(
+    ("lane", "key", "said"),
+    [
+        ("lane = 1\nwidth_m = [[0.0, -3.0]]", "road.lane[0]", "must lie in [0, 20]"),
+        ("lane = 1\nclosed_m = [[9.0, 3.0]]", "road.lane[0]", "must begin before it ends"),
+        ("lane = 1\nwidht_m = []", "road.lane[0].widht_m", "width_m"),
+        ("lane = 3\noncoming = true", "road", "is none of the road's"),
+        ("lane = 1\noncoming = true\n[[road.lane]]\nlane = 1", "road", "described twice"),
+        ('lane = 0\nmerges = "left"\nwidth_m = [[-10.0, 1.0], [50.0, 3.7]]', "road.lane 0: width_m", "is narrower at the host than its"),
+        ("lane = 1\nspeed_limit_mps = 130.0", "road.lane[0].speed_limit_mps", "100"),
+    ],
+)
+def test_lanes_that_cannot_be_are_refused(tmp_path, lane, key, said):
+    path = tmp_path / "scene.toml"
+    path.write_text(f"[road]\nlanes_left = 1\n[[road.lane]]\n{lane}\n[host]\nspeed_mps = 10.0\n", encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        load_scene(path)
+    assert str(path) in str(error.value)
+    assert key in error.value.key
+    assert said in str(error.value)

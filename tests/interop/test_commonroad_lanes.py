@@ -74,6 +74,7 @@ def test_where_the_own_lane_leads_nowhere_the_road_goes_on_with_the_one_beside_i
     scene = read(tmp_path, OWN_ENDS, goal_x=180.0, goal_y=WIDTH, steps=(120, 160))
     road = scene.scene.true_road
     assert scene.lanelets == (1, 4)
+    assert scene.map_end_s_m == pytest.approx(300.0, abs=2.0)
     assert road.lane_ends_m(0, 0.0, 1.8) == pytest.approx(100.0, abs=4.0)
     assert road.has_lane(1, 200.0)
     assert road.lane_centre_m(1, 200.0) == pytest.approx(WIDTH, abs=0.1)

@@ -7,8 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.rectangle import corners, separation
 from mcdas_opt.native.compile_cache import SWITCH
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.nearness import nearness
 from mcdas_opt.planning.separations import Poses, separations
 
 HALF = (2.25, 0.9)
@@ -57,3 +65,16 @@ def test_they_are_the_separations_of_the_corners() -> None:
     one = corners(*mine, 2.0 * HALF[0], 2.0 * HALF[1])[:, None]
     other = corners(*others, 2.0 * halves[:, :1], 2.0 * halves[:, 1:])
     np.testing.assert_allclose(separations(mine, others, HALF, halves), separation(one, other), atol=1e-12)
+
+
+def test_a_drive_that_seems_to_fly_off_near_a_bends_centre_is_measured_where_the_road_is_known() -> None:
+    road = Road(lane_width_m=3.0, curvature=((0.0, 0.0), (20.0, 0.18), (40.0, 0.0)))
+    cycle = Cycle.of(
+        Situation(host=HostState(speed_mps=5.0), tracks=(Track(id="a", s_m=12.0, d_m=0.0, speed_s_mps=0.0),), road=road), Vehicle()
+    )
+    states = np.zeros((11, 6))
+    states[:, 0], states[:, 3] = np.linspace(0.0, 5000.0, 11), 5.0
+    far = Trajectory.from_states(0.1 * np.arange(11), states, np.zeros((10, 2)))
+    near = nearness([far], cycle)
+    assert np.isfinite(near.separation_m).all()
+    assert near.separation_m[0, 0, -1] > 100.0

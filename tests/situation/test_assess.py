@@ -116,7 +116,7 @@ def test_every_situation_is_assessed_without_contradiction(situation: Situation)
     assert (a.side is Side.NONE) == (a.mode is not Mode.EVADE)
     if a.side is not Side.NONE:
         assert Sector(a.side.value) not in a.occupied
-        assert situation.road.has_lane(a.lane + (1 if a.side is Side.LEFT else -1))
+        assert situation.road.has_lane(a.lane + (1 if a.side is Side.LEFT else -1), situation.host.s_m)
     assert not a.threats or a.warning
     for sector in Sector:
         if not situation.coverage.sees(sector):

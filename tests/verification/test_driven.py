@@ -33,7 +33,17 @@ def test_a_driven_trajectory_passes(road, seed, speed, braking):
     x, u = np.array(states), np.array(applied)
     across = x[:, 3] ** 2 * np.tan(x[:, 5]) / SEDAN.wheelbase_m
     nobody = np.full(len(x), np.inf)
-    trajectory = driven(History(states=x, inputs=u[:, :2], lateral_acceleration_mps2=u[:, 2], clearance_m=nobody))
+    trajectory = driven(
+        History(
+            states=x,
+            inputs=u[:, :2],
+            lateral_acceleration_mps2=u[:, 2],
+            clearance_m=nobody,
+            sideslip_rad=nobody,
+            yaw_rate_radps=nobody,
+            friction=nobody,
+        )
+    )
     verdict = judge(trajectory, start, SEDAN, road, NOBODY)
     if np.hypot(x[:, 4], across).max() < road.friction * GRAVITY_MPS2:
         assert verdict.passed, verdict.reason

@@ -38,6 +38,7 @@ class CommonRoadScene:
     """`scene` is ours; `placement` takes its plane to the scenario's. `left_out`: obstacles that are not in it, and why.
 
     `goal_is_off`: why no goal can be reached along the ego's road, empty where one may be: then it is the scene's destination.
+    `map_end_s_m`: where the last lanelet ends, after which the road is taken to go on straight; None where it ends farther than we look.
     `lane_off_m`: the largest distance of our reference line from the lane's middle. `obstacles`: neighbour's name to the obstacle's id.
     """
 
@@ -52,6 +53,7 @@ class CommonRoadScene:
     lane_off_m: float
     lanelets: tuple[int, ...]
     goal_is_off: str
+    map_end_s_m: float | None
     files: dict[str, str] = field(repr=False)
 
     @property
@@ -125,6 +127,7 @@ def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str 
         lane_off_m=line.off_m,
         lanelets=lane.lanelets,
         goal_is_off=off,
+        map_end_s_m=line.length_m if lane.ends else None,
         files=files,
     )
 
@@ -142,9 +145,8 @@ def _problem(problems: Any, wanted: int | None, path: Path) -> Any:
 
 def _road(lane: EgoLane, line: LaneLine, path: Path) -> Road:
     """The ego's lane alone."""
-    end = line.length_m if lane.ends else None
     try:
-        return Road(lane_width_m=lane.width_m, curvature=line.curvature, road_end_s_m=end)
+        return Road(lane_width_m=lane.width_m, curvature=line.curvature)
     except ParameterError as error:
         raise InputError(path, f"lanelets {lane.lanelets}: {error.name}", error.value, error.rule) from None
 
@@ -233,8 +235,6 @@ def _files(
     knots = ", ".join(f"[{s!r}, {kappa!r}]" for s, kappa in road.curvature)
     lines = [f'name = "{_plain(name)}"', f"duration_s = {duration_s!r}", "", "[road]", f"lane_width_m = {road.lane_width_m!r}"]
     lines += [f"lanes_left = {road.lanes_left}", f"lanes_right = {road.lanes_right}", f"curvature = [{knots}]"]
-    if road.road_end_s_m is not None:
-        lines.append(f"road_end_s_m = {road.road_end_s_m!r}")
     for lane in road.lanes:
         lines += ["", "[[road.lane]]", f"lane = {lane.lane}"]
         for key, pairs in (("width_m", lane.width_m), ("speed_limit_mps", lane.speed_limit_mps)):

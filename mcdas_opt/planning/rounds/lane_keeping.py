@@ -1,4 +1,4 @@
-"""Ordinary driving: the lane is kept, or the active manoeuvre goes on."""
+"""Ordinary driving: the lane is kept, left for one that leads on, or the active manoeuvre goes on."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.planning.candidate import Costed
 from mcdas_opt.planning.choice import Round
-from mcdas_opt.planning.proposals import change_lanes, go_on_unpressed, keep_lane
+from mcdas_opt.planning.proposals import change_lanes, change_to_required, go_on_unpressed, keep_lane
+from mcdas_opt.planning.required_lane import in_the_way, speed_to_make_room_mps
 from mcdas_opt.planning.search import Search
 
 
@@ -20,11 +21,17 @@ def lane_keeping(search: Search) -> Iterator[Round]:
     if cycle.active is not None:
         yield Round(competing=search.solve((go_on_unpressed(cycle, cycle.active),)), is_comparison=False)
         return
-    change = change_lanes(cycle)
+    required, speed = cycle.required_lane, None
+    blocking = None if required is None else in_the_way(cycle.situation, cycle.vehicle, required)
+    if required is None:
+        change = change_lanes(cycle)
+    else:
+        change = change_to_required(cycle, required.side) if blocking is None else None
+        speed = blocking and speed_to_make_room_mps(cycle.situation, cycle.vehicle, required, blocking, cycle.close_follower_mps)
     if change is not None:
         yield Round(competing=search.solve((change,)), is_comparison=False)
     quiet = cycle.assessment.mode if cycle.assessment.mode in (Mode.CRUISE, Mode.BRAKE, Mode.PARK) else Mode.HOLD
-    search.keep = (keep_lane(cycle, quiet),)
+    search.keep = (keep_lane(cycle, quiet, speed),)
     passing = search.solve(search.keep)
     cheaper = _cheaper_closed_forms(search, passing[0]) if passing and cycle.memory.chosen != search.keep[0].name else []
     yield Round(competing=passing + cheaper, is_comparison=False)

@@ -1,0 +1,118 @@
+"""Somewhere to go: what is refused, what can still be had, how fast."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mcdas_opt.catalogue.scenes import load_scene
+from mcdas_opt.domain.destination import Destination
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.planning.planner import Planner
+from mcdas_opt.simulation.loop import simulate
+
+ROAD = Road(lanes_left=1)
+HOST = HostState(s_m=100.0, speed_mps=20.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({}, "must say where or when"),
+        ({"s_m": (5.0, 3.0)}, "s_m.*must begin before it ends"),
+        ({"s_m": (5.0,)}, "must be a pair"),
+        ({"s_m": (float("nan"), 3.0)}, "must be finite"),
+        ({"lane": 1.5}, "must be a whole number"),
+        ({"time_s": ("a", 3.0)}, "must be a number"),
+    ],
+)
+def test_a_destination_that_is_none_is_refused(given: dict[str, Any], said: str) -> None:
+    with pytest.raises(ParameterError, match=said):
+        Destination(**given)
+
+
+@pytest.mark.parametrize(
+    ("destination", "said"),
+    [
+        (Destination(s_m=(10.0, 90.0)), "behind the host"),
+        (Destination(s_m=(210.0, 250.0), time_s=(1.0, 2.0)), "are beyond the car's"),
+        (Destination(lane=2), "there is no lane 2"),
+        (Destination(time_s=(-9.0, -1.0)), "its time is over"),
+        (Destination(lane=1, s_m=(150.0, 160.0), time_s=(0.0, 9.0)), ""),
+    ],
+)
+def test_what_cannot_be_had_is_said_and_driven_on_without(destination: Destination, said: str) -> None:
+    assert said in destination.why_unreachable(HOST, 0.0, ROAD, 50.0)
+    plan = Planner().plan(Situation(host=HOST, road=ROAD, destination=destination))
+    assert plan.destination.startswith("unreachable" if said else "ahead")
+    assert said in plan.destination
+    assert plan.verdict.passed
+    if said:
+        without = Planner().plan(Situation(host=HOST, road=ROAD))
+        assert (plan.trajectory.table == without.trajectory.table).all()
+
+
+@given(
+    s=st.floats(101.0, 900.0),
+    length=st.floats(20.0, 50.0),
+    early=st.floats(1.0, 60.0),
+    lasting=st.floats(2.0, 30.0),
+    wanted=st.floats(0.0, 40.0),
+)
+def test_the_speed_that_is_wanted_is_there_in_time_and_not_past_it(
+    s: float, length: float, early: float, lasting: float, wanted: float
+) -> None:
+    place, times = (s, s + length), (early, early + lasting)
+    v = Destination(s_m=place, time_s=times).wanted_mps(HOST, 0.0, wanted)
+    low, high = (s - 100.0) / (times[1] - 0.5), (s + length - 100.0) / (times[0] + 0.5)  # half a second to spare
+    assert v <= high + 1e-9
+    if low <= high:
+        assert v == pytest.approx(min(max(wanted, low), high))
+
+
+def test_it_is_the_same_seen_from_elsewhere_and_later() -> None:
+    there = Destination(s_m=(150.0, 160.0), lane=1, time_s=(3.0, 9.0))
+    moved = there.seen_from(100.0, 2.0)
+    assert (moved.s_m, moved.time_s, moved.lane) == ((50.0, 60.0), (1.0, 7.0), 1)
+    assert there.is_reached(155.0, 3.7, 4.0, ROAD)
+    assert moved.is_reached(55.0, 3.7, 2.0, ROAD)
+    assert not there.is_reached(155.0, 0.0, 4.0, ROAD)
+    situation = Situation(host=HOST, road=ROAD, destination=there)
+    again = Situation.from_json(situation.to_json())
+    assert again.destination == there
+    later = replace(situation, time_s=2.0, destination=there.seen_from(0.0, -2.0))
+    assert (Planner().plan(later).trajectory.table == Planner().plan(situation).trajectory.table).all()
+
+
+def scene(folder: Path, destination: str) -> Path:
+    path = folder / "there.toml"
+    path.write_text(f"duration_s = 11.0\n[road]\nlanes_left = 2\n[destination]\n{destination}\n[host]\nspeed_mps = 15.0\n", "utf-8")
+    return path
+
+
+def test_a_lane_two_away_is_reached_in_its_window(tmp_path: Path) -> None:
+    drive = simulate(load_scene(scene(tmp_path, "lane = 2\ns_m = [140.0, 200.0]\ntime_s = [8.0, 10.0]")))
+    assert (drive.outcome.value, drive.fallbacks, drive.destination) == ("safe", 0, "reached")
+    assert drive.destination_reached_s is not None
+    assert 8.0 <= drive.destination_reached_s <= 10.0
+
+
+@pytest.mark.parametrize(
+    ("destination", "said"),
+    [
+        ("s_m = [-50.0, -20.0]", "destination: cannot be reached: it lies 20 m behind the host"),
+        ("lane = 4", "cannot be reached: there is no lane 4"),
+        ("", "must say where or when"),
+    ],
+)
+def test_a_scene_with_a_goal_behind_the_host_is_refused(tmp_path: Path, destination: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        load_scene(scene(tmp_path, destination))

@@ -1,0 +1,116 @@
+"""Lanes that end: left in good time, or the car stops before; laws over whole drives and plans."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mcdas_opt.catalogue.scenes import load_scene
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.lane import Lane
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.manoeuvres.kinds import next_lane_m
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.planner import Planner
+from mcdas_opt.simulation.loop import simulate
+from tests.planning.situations import car, mirrored, random_sandwich
+
+ENDING = """
+duration_s = {duration}
+[road]
+lanes_left = 1
+[[road.lane]]
+lane = 0
+width_m = [[{begin}, 3.7], [{end}, 0.0]]
+merges = "left"
+[host]
+speed_mps = {speed}
+"""
+BESIDE = '[[neighbour]]\nname = "n{k}"\ns_m = {s}\nd_m = 3.7\nspeed_mps = {speed}\n'
+
+
+def written(folder: Path, *, begin: float, end: float, speed: float, duration: float = 12.0, beside: str = "") -> Path:
+    path = folder / "ending.toml"
+    path.write_text(ENDING.format(begin=begin, end=end, speed=speed, duration=duration) + beside, "utf-8")
+    return path
+
+
+@pytest.mark.parametrize("speed", [8.0, 20.0, 33.0])
+def test_an_ending_lane_is_left_in_time_and_calmly(tmp_path: Path, speed: float) -> None:
+    scene = load_scene(written(tmp_path, begin=6.0 * speed, end=9.0 * speed, speed=speed))
+    drive = simulate(scene)
+    assert (drive.outcome.value, drive.fallbacks, drive.unavoidable) == ("safe", 0, 0)
+    assert drive.trajectory.d_m[-1] == pytest.approx(3.7, abs=0.1)
+    assert float(drive.trajectory.speed_mps.min()) > 0.95 * speed
+    assert drive.max_lateral_acceleration_mps2 < 2.0
+
+
+def test_a_car_that_cannot_get_out_stops_before_the_end(tmp_path: Path) -> None:
+    """A column beside it, as fast as it, without a gap."""
+    column = "".join(BESIDE.format(k=k, s=5.6 * (k - 20) + 2.0, speed=8.0) for k in range(27))
+    drive = simulate(load_scene(written(tmp_path, begin=60.0, end=80.0, speed=8.0, duration=11.0, beside=column)))
+    assert drive.outcome.value == "safe"
+    assert float(drive.trajectory.s_m[-1]) < 75.0
+
+
+def ending(lane: Lane, situation: Situation) -> Situation:
+    return replace(situation, road=replace(situation.road, lanes=(lane,)))
+
+
+@pytest.mark.parametrize("seed", range(100, 112))
+def test_a_mirrored_situation_with_an_ending_lane_has_the_mirrored_plan_to_the_bit(seed: int) -> None:
+    situation = random_sandwich(seed)
+    road = replace(situation.road, lanes_left=1, lanes_right=1)
+    edge = Lane(lane=1 if seed % 2 else -1, width_m=((20.0, 3.7), (70.0, 0.0)))
+    situation = ending(edge, replace(situation, road=road))
+    plan, image = Planner().plan(situation), Planner().plan(mirrored(situation))
+    assert np.array_equal(plan.trajectory.d_m, -image.trajectory.d_m)
+    assert np.array_equal(plan.trajectory.s_m, image.trajectory.s_m)
+
+
+@pytest.mark.parametrize("seed", range(100, 108))
+def test_a_lane_that_says_nothing_new_changes_no_bit(seed: int) -> None:
+    situation = random_sandwich(seed)
+    said = ending(Lane(lane=0, width_m=((10.0, 3.7), (90.0, 3.7))), situation)
+    assert np.array_equal(Planner().plan(situation).trajectory.table, Planner().plan(said).trajectory.table)
+
+
+@pytest.mark.parametrize("by_m", [2000.0, -7000.0])
+def test_the_same_farther_along_the_road(by_m: float) -> None:
+    """Whole kilometres: states to 1e-6 m."""
+    road = Road(lanes_left=1, lanes=(Lane(lane=0, width_m=((120.0, 3.7), (180.0, 0.0)), merges=Side.LEFT),))
+    here = Situation(host=HostState(speed_mps=20.0), tracks=(car("a", 20.0, 3.7, 19.0),), road=road)
+    there = replace(
+        here, host=replace(here.host, s_m=by_m), tracks=tuple(replace(t, s_m=t.s_m + by_m) for t in here.tracks), road=road.seen_from(-by_m)
+    )
+    one, other = Planner().plan(here), Planner().plan(there)
+    assert (one.chosen, one.side) == (other.chosen, other.side)
+    assert other.trajectory.s_m - by_m == pytest.approx(one.trajectory.s_m, abs=1e-6)
+    assert other.trajectory.d_m == pytest.approx(one.trajectory.d_m, abs=1e-6)
+
+
+def test_no_candidate_goes_to_a_lane_that_ends_before_it_is_there() -> None:
+    host, vehicle = HostState(speed_mps=20.0), Planner().vehicle
+    for end, there in ((90.0, False), (400.0, True)):
+        road = Road(lanes_left=1, lanes=(Lane(lane=1, width_m=((end - 40.0, 3.7), (end, 0.0))),))
+        situation = Situation(host=host, tracks=(car("front", 30.0, 0.0, 5.0),), road=road)
+        assert (next_lane_m(situation, vehicle, Side.LEFT) is not None) is there
+        plan = Planner().plan(situation)
+        if not there:
+            assert all(row.refusal for row in plan.candidates if row.name == "left")
+
+
+def test_an_oncoming_lane_is_none_to_change_into_and_limits_are_seen_ahead() -> None:
+    host, vehicle = HostState(speed_mps=20.0), Planner().vehicle
+    road = Road(lanes_left=1, lanes=(Lane(lane=1, oncoming=True), Lane(lane=0, speed_limit_mps=((0.0, 30.0), (60.0, 10.0)))))
+    situation = Situation(host=host, road=road, desired_speed_mps=30.0)
+    assert next_lane_m(situation, vehicle, Side.LEFT) is None
+    limits = [Cycle.of(replace(situation, host=replace(host, s_m=s)), vehicle).limit_mps for s in (-200.0, 0.0, 50.0, 61.0)]
+    assert limits[0] == pytest.approx(np.sqrt(10.0**2 + 2 * 1.5 * 260.0))
+    assert limits == sorted(limits, reverse=True)
+    assert limits[-1] == 10.0
