@@ -22,12 +22,13 @@ def lane_keeping(search: Search) -> Iterator[Round]:
         yield Round(competing=search.solve((go_on_unpressed(cycle, cycle.active),)), is_comparison=False)
         return
     required, speed = cycle.required_lane, None
-    blocking = None if required is None else in_the_way(cycle.situation, cycle.vehicle, required)
     if required is None:
         change = change_lanes(cycle)
+    elif (blocking := in_the_way(cycle.situation, cycle.vehicle, required)) is None:
+        change = change_to_required(cycle, required.side)
     else:
-        change = change_to_required(cycle, required.side) if blocking is None else None
-        speed = blocking and speed_to_make_room_mps(cycle.situation, cycle.vehicle, required, blocking, cycle.close_follower_mps)
+        change = None
+        speed = speed_to_make_room_mps(cycle.situation, cycle.vehicle, required, blocking, cycle.close_follower_mps)
     if change is not None:
         yield Round(competing=search.solve((change,)), is_comparison=False)
     quiet = cycle.assessment.mode if cycle.assessment.mode in (Mode.CRUISE, Mode.BRAKE, Mode.PARK) else Mode.HOLD
