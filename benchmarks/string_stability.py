@@ -8,7 +8,8 @@ its exact place, speed and acceleration (`--noise`: as a radar's tracker knows t
 settled. String stable: no car swings more than the one ahead, up to 1 %, in speed.
 
 `--recorded` is a folder of recordings t, veh1_x, veh1_y, veh1_v, ...: the hosts follow the speed of vehicle 1, and beside them stands how
-the recorded drivers behind it did. There the measure is the standard deviation of speed, and its least and greatest value.
+the recorded drivers behind it did. There the measure is the swing between 0.02 and 0.5 Hz (root of the power, under a Hann window: what the
+recording begins and ends with counts little), and the least and greatest speed.
 """
 
 from __future__ import annotations
@@ -128,6 +129,16 @@ def recorded(file: Path, *, planner: str, noise: bool) -> tuple[str, Array, Plat
     return file.stem, speeds, drive(speeds[0], planner=planner, noise=noise)
 
 
+def swing_in_band(speed_mps: Array) -> Array:
+    """(rows,): root of the power between the least and the greatest frequency, of rows of speeds [m/s], one a cycle."""
+    n = speed_mps.shape[-1]
+    window = np.hanning(n)
+    spectrum = np.abs(np.fft.rfft((speed_mps - speed_mps.mean(axis=-1, keepdims=True)) * window)) ** 2
+    f = np.fft.rfftfreq(n, CYCLE_S)
+    band = (f >= FREQUENCIES_HZ[0]) & (f <= FREQUENCIES_HZ[-1])
+    return np.asarray(np.sqrt(2.0 * spectrum[:, band].sum(axis=-1) / (n * (window**2).sum())))
+
+
 def _map(function: Callable[..., object], over: Sequence[object], workers: int) -> list[object]:
     if workers == 1:
         return [function(one) for one in over]
@@ -154,8 +165,10 @@ def main() -> None:
             partial(recorded, planner=args.planner, noise=args.noise), files[: 1 if args.quick else None], args.workers
         ):
             for who, speeds in (("recorded drivers", drivers), ("hosts", ours.speed_mps)):
-                told = ", ".join(f"{v.std():.2f} ({v.min():.1f} to {v.max():.1f})" for v in speeds)
-                print(f"{name} {who}: standard deviation of speed [m/s] (least to greatest) {told}")
+                told = ", ".join(
+                    f"{one:.2f} ({v.min():.1f} to {v.max():.1f})" for one, v in zip(swing_in_band(speeds), speeds, strict=True)
+                )
+                print(f"{name} {who}: swing of speed [m/s] (least to greatest) {told}")
             print(f"{name} hosts: least gap {ours.least_gap_m.min():.1f} m; cycles by the fallback {ours.fallbacks}")
         return
     run = partial(swinging, speed_mps=args.speed, cars=args.cars, planner=args.planner, noise=args.noise)

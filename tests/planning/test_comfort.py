@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.string_stability import CYCLE_S, amplitudes, drive
+from benchmarks.string_stability import CYCLE_S, amplitudes, drive, swing_in_band
 from mcdas_opt.domain.comfort import ComfortSettings
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.rules import Array
@@ -79,6 +79,15 @@ def swings(frequency_hz: float, speed_mps: float) -> Array:
 def test_swings_of_speed_shrink_from_car_to_car(frequency_hz: float, speed_mps: float) -> None:
     found = swings(frequency_hz, speed_mps)
     assert np.all(found[1:] <= found[:-1])
+
+
+@given(frequency=st.floats(0.05, 0.4), swing=st.floats(0.1, 5.0))
+def test_the_swing_in_the_band_is_that_of_a_sine_and_nothing_of_what_is_slower(frequency: float, swing: float) -> None:
+    t = CYCLE_S * np.arange(2000)
+    rows = np.stack([swing * np.sin(2.0 * np.pi * frequency * t), swing * np.sin(2.0 * np.pi * 0.004 * t)])
+    within, slower = swing_in_band(12.0 + rows)
+    assert within == pytest.approx(swing / np.sqrt(2.0), rel=0.02)
+    assert slower < 0.01 * swing
 
 
 @pytest.mark.parametrize("name", ComfortSettings.__slots__)
