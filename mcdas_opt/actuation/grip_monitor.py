@@ -16,7 +16,7 @@ from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import positive
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.dynamics.single_track import axle_loads, fiala_limit
+from mcdas_opt.dynamics.single_track import axle_loads, axle_pulls, fiala_limit
 
 SLIDING_SHARE = 0.5  # of an axle's contact must slide before it is believed: it then gives 87 % of what it can
 SIGNIFICANT = 0.95  # the belief stands while the estimate is at least this share of it
@@ -134,7 +134,7 @@ class GripMonitor:
         turning = (last.yaw_rate_radps - first.yaw_rate_radps) / span
         aside = (last.lateral_speed_mps - first.lateral_speed_mps) / span + b * turning + v * r
         loads = axle_loads(c, ax)
-        along = [ax / GRAVITY_MPS2 * load for load in loads]
+        along = axle_pulls(c, ax, loads)
         front = (c.yaw_inertia_kgm2 * turning + b * c.mass_kg * aside) / c.wheelbase_m
         across = (
             (front - along[0] * math.sin(delta)) / math.cos(delta),

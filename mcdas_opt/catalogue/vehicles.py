@@ -10,11 +10,24 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from mcdas_opt.catalogue.data_files import checked, find, read_toml
 from mcdas_opt.catalogue.toml_text import toml_text
+from mcdas_opt.domain.actuator_response import ActuatorResponse
 from mcdas_opt.domain.chassis import Chassis
-from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vehicle import DrivenAxle, Vehicle
 from mcdas_opt.errors import InputError, ParameterError
 
 _WHERE_FROM = ("source", "sources")  # the keys that are no numbers of the car
+
+
+class ActuatorsPart(BaseModel):
+    """The table [actuators]: dead time and lags [s]."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+    steering_delay_s: Annotated[float, Field(description="dead time of steering; acceleration commands wait as long")] = 0.0
+    steering_lag_s: Annotated[float, Field(description="time constant of the wheels behind the commanded angle")] = 0.0
+    brake_build_up_s: Annotated[float, Field(description="time constant of deceleration that grows")] = 0.0
+    brake_release_s: Annotated[float, Field(description="time constant of deceleration that ends")] = 0.0
+    engine_lag_s: Annotated[float, Field(description="time constant of acceleration")] = 0.0
 
 
 class VehicleFile(BaseModel):
@@ -41,6 +54,10 @@ class VehicleFile(BaseModel):
     cog_height_m: Annotated[float | None, Field(description="centre of gravity above the road")] = None
     cornering_stiffness_front_nprad: Annotated[float | None, Field(description="of the front axle, at small slip")] = None
     cornering_stiffness_rear_nprad: Annotated[float | None, Field(description="of the rear axle, at small slip")] = None
+    axle_load_front_kg: Annotated[float | None, Field(description="static; with the rear axle's, says mass and centre of gravity")] = None
+    axle_load_rear_kg: Annotated[float | None, Field(description="static; with the front axle's")] = None
+    driven_axle: Annotated[str, Field(description="front, rear or both: who gets the engine's force")] = DrivenAxle.BOTH
+    actuators: Annotated[ActuatorsPart, Field(description="how steering, brakes and engine answer")] = ActuatorsPart()
 
 
 def load_vehicle(name: str | Path, beside: Path | None = None) -> Vehicle:
@@ -49,6 +66,7 @@ def load_vehicle(name: str | Path, beside: Path | None = None) -> Vehicle:
     entry = checked(VehicleFile, read_toml(path), path)
     limits = entry.model_dump(exclude=set(_WHERE_FROM))
     try:
+        limits["actuators"] = ActuatorResponse(**limits["actuators"])
         vehicle = Vehicle(name=path.stem, **limits)
         Chassis.of(vehicle)
     except ParameterError as error:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mcdas_opt.domain.rules import non_negative, positive, require
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, DrivenAxle, Vehicle
 from mcdas_opt.errors import ParameterError
 
 TYPICAL_MASS_KG = 1500.0
@@ -26,6 +26,7 @@ class Chassis:
     cog_height_m: float
     cornering_stiffness_front_nprad: float
     cornering_stiffness_rear_nprad: float
+    driven_axle: DrivenAxle = DrivenAxle.BOTH
 
     def __post_init__(self) -> None:
         require(self, positive, "wheelbase_m", "mass_kg", "cog_to_front_axle_m")
@@ -43,8 +44,11 @@ class Chassis:
         the front axle, yaw inertia m a b (radius of gyration sqrt(a b)), a centre of gravity 0.55 m high, and axles of 14.7 and 21.4 N/rad
         per N of static load, which understeer by 1.2 degrees per g.
         """
-        mass = _first(vehicle.mass_kg, TYPICAL_MASS_KG)
-        front = _first(vehicle.cog_to_front_axle_m, TYPICAL_FRONT_SHARE * vehicle.wheelbase_m)
+        mass, front = TYPICAL_MASS_KG, TYPICAL_FRONT_SHARE * vehicle.wheelbase_m
+        if vehicle.axle_loads_kg is not None:
+            mass = sum(vehicle.axle_loads_kg)
+            front = vehicle.wheelbase_m * vehicle.axle_loads_kg[1] / mass
+        mass, front = _first(vehicle.mass_kg, mass), _first(vehicle.cog_to_front_axle_m, front)
         rear = vehicle.wheelbase_m - front
         weight = mass * GRAVITY_MPS2 / vehicle.wheelbase_m
         return cls(
@@ -55,6 +59,7 @@ class Chassis:
             cog_height_m=_first(vehicle.cog_height_m, TYPICAL_HEIGHT_M),
             cornering_stiffness_front_nprad=_first(vehicle.cornering_stiffness_front_nprad, TYPICAL_STIFFNESS_FRONT * weight * rear),
             cornering_stiffness_rear_nprad=_first(vehicle.cornering_stiffness_rear_nprad, TYPICAL_STIFFNESS_REAR * weight * front),
+            driven_axle=vehicle.driven_axle,
         )
 
     @property

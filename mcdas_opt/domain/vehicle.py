@@ -3,17 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 
-from mcdas_opt.domain.rules import negative, non_negative, positive, require, within
+from mcdas_opt.domain.actuator_response import ActuatorResponse
+from mcdas_opt.domain.rules import negative, non_negative, positive, require, within, word
+from mcdas_opt.errors import ParameterError
 
 GRAVITY_MPS2 = 9.80665
+_IMMEDIATE = ActuatorResponse()
+_LOADS_AGREE = 0.01  # of the mass, of the wheelbase: figures of data sheets are rounded
+
+
+class DrivenAxle(StrEnum):
+    """Which wheels the engine turns; brakes act on all."""
+
+    FRONT = "front"
+    REAR = "rear"
+    BOTH = "both"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Vehicle:
     """Size and actuator limits of a car; the limits are what the judge enforces, comfort is a cost.
 
-    What the dynamic plant needs besides may stay open: `Chassis.of` fills in typical figures.
+    What the dynamic plant needs besides may stay open: `Chassis.of` fills in typical figures. Axle loads, where both are given, say the
+    mass and the place of the centre of gravity; what is given of these besides has to agree with them.
 
     `zero_sideslip_point_m` ahead of the rear axle is the point at which the vehicle moves along its own axis: 0, the rear axle, of a
     kinematic vehicle. It is no key of a vehicle file: it depends on the speed (`Chassis.zero_sideslip_point_m`); the planner is told it.
@@ -37,6 +51,10 @@ class Vehicle:
     cog_height_m: float | None = None
     cornering_stiffness_front_nprad: float | None = None
     cornering_stiffness_rear_nprad: float | None = None
+    axle_load_front_kg: float | None = None
+    axle_load_rear_kg: float | None = None
+    driven_axle: DrivenAxle = DrivenAxle.BOTH
+    actuators: ActuatorResponse = _IMMEDIATE
     zero_sideslip_point_m: float = 0.0
 
     def __post_init__(self) -> None:
@@ -45,6 +63,31 @@ class Vehicle:
         require(self, positive, "steering_rate_max_radps", "acceleration_max_mps2", "jerk_max_mps3", "speed_max_mps")
         require(self, negative, "acceleration_min_mps2", "jerk_min_mps3")
         non_negative("zero_sideslip_point_m", self.zero_sideslip_point_m, "m")
+        object.__setattr__(self, "driven_axle", word("driven_axle", self.driven_axle, DrivenAxle))
+        self._check_loads()
+
+    def _check_loads(self) -> None:
+        loads = self.axle_loads_kg
+        if loads is None:
+            for name, value in (("axle_load_front_kg", self.axle_load_front_kg), ("axle_load_rear_kg", self.axle_load_rear_kg)):
+                if value is not None:
+                    raise ParameterError(name, value, "says nothing without the other axle's load", "kg")
+            return
+        require(self, positive, "axle_load_front_kg", "axle_load_rear_kg")
+        total = sum(loads)
+        if self.mass_kg is not None and abs(total - self.mass_kg) > _LOADS_AGREE * self.mass_kg:
+            rule = f"and axle_load_rear_kg = {loads[1]:g} kg must add up to mass_kg = {self.mass_kg:g}"
+            raise ParameterError("axle_load_front_kg", loads[0], rule, "kg")
+        behind = self.wheelbase_m * loads[1] / total
+        if self.cog_to_front_axle_m is not None and abs(self.cog_to_front_axle_m - behind) > _LOADS_AGREE * self.wheelbase_m:
+            rule = f"must be {behind:.3f}, as the axle loads say"
+            raise ParameterError("cog_to_front_axle_m", self.cog_to_front_axle_m, rule, "m")
+
+    @property
+    def axle_loads_kg(self) -> tuple[float, float] | None:
+        """Static loads of front and rear axle, where both are given."""
+        front, rear = self.axle_load_front_kg, self.axle_load_rear_kg
+        return None if front is None or rear is None else (front, rear)
 
     @property
     def length_m(self) -> float:

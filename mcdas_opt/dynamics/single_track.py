@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from mcdas_opt.domain.chassis import Chassis
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, DrivenAxle
 
 NO_SLIP_BELOW_MPS, SLIPS_ABOVE_MPS = 1.0, 3.0
 _SLOWEST_MPS = 0.1  # below, slip angles are taken at this speed
@@ -77,10 +77,18 @@ def axle_loads(chassis: Chassis, acceleration: float) -> tuple[float, float]:
     return front, total - front
 
 
+def axle_pulls(chassis: Chassis, acceleration: float, loads: tuple[float, float]) -> tuple[float, float]:
+    """Longitudinal forces [N] asked of front and rear axle: brakes share by load, the engine's goes to the driven axle."""
+    if acceleration <= 0.0 or chassis.driven_axle is DrivenAxle.BOTH:
+        return acceleration / GRAVITY_MPS2 * loads[0], acceleration / GRAVITY_MPS2 * loads[1]
+    pull = chassis.mass_kg * acceleration
+    return (pull, 0.0) if chassis.driven_axle is DrivenAxle.FRONT else (0.0, pull)
+
+
 def axle_forces(
     vx: float, vy: float, yaw_rate: float, acceleration: float, steering: float, chassis: Chassis, friction: float
 ) -> tuple[AxleForces, AxleForces]:
-    """Front and rear: the wanted acceleration is shared by load, and the rest of each circle is for turning."""
+    """Front and rear: the wanted acceleration is shared by `axle_pulls`, and the rest of each circle is for turning."""
     c = chassis
     v = max(vx, _SLOWEST_MPS)
     slip = (
@@ -88,10 +96,10 @@ def axle_forces(
         -math.atan2(vy - c.cog_to_rear_axle_m * yaw_rate, v),
     )
     stiffness = (c.cornering_stiffness_front_nprad, c.cornering_stiffness_rear_nprad)
-    forces = []
-    for load, angle, stiff in zip(axle_loads(c, acceleration), slip, stiffness, strict=True):
+    forces, loads = [], axle_loads(c, acceleration)
+    for load, pull, angle, stiff in zip(loads, axle_pulls(c, acceleration, loads), slip, stiffness, strict=True):
         most = friction * load
-        along = min(max(acceleration / GRAVITY_MPS2 * load, -most), most)
+        along = min(max(pull, -most), most)
         forces.append(AxleForces(along, fiala(angle, stiff, math.sqrt(max(most**2 - along**2, 0.0))), load))
     return forces[0], forces[1]
 

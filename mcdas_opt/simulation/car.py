@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from mcdas_opt.actuation.grip_monitor import within_grip
@@ -14,7 +15,10 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.single_track import zero_sideslip_point_m
 from mcdas_opt.errors import McdasError, ParameterError
 from mcdas_opt.simulation.actuators import Applied
+from mcdas_opt.simulation.command_chain import CommandChain
+from mcdas_opt.simulation.dynamic_plant import DynamicPlant
 from mcdas_opt.simulation.idm import STEP_S
+from mcdas_opt.simulation.kinematic_plant import KinematicPlant
 from mcdas_opt.simulation.plant import Plant, PlantFactory, make_plant, plant_name
 
 if TYPE_CHECKING:
@@ -44,6 +48,7 @@ class Car:
         try:
             self._plant: Plant = make_plant(plant, vehicle, road, state)
             self._state = _checked(self._plant.state)
+            self._commands = CommandChain(vehicle, self._state)
         except McdasError:
             raise
         except Exception as error:
@@ -60,21 +65,40 @@ class Car:
         return isinstance(self._state, SlidingState)
 
     @property
-    def zero_sideslip_point_m(self) -> float:
-        """The zero-sideslip point at this speed, ahead of the rear axle (`Vehicle.zero_sideslip_point_m`)."""
-        return zero_sideslip_point_m(self._chassis, self._state.speed_mps) if self.slips else 0.0
+    def delay_s(self) -> float:
+        """How long a command takes to reach the actuators."""
+        return self._commands.delay_steps * STEP_S
 
-    def without_slip(self, road: Road, point_m: float) -> HostState:
-        """The no-slip bicycle that moves as the car does now, its rear axle at that point: what plans are made with. Of a dynamic vehicle
-        its path bends no more than the road's grip allows."""
-        moving = self._state.without_slip(self._vehicle.wheelbase_m, point_m)
+    def ahead(self, friction: float) -> HostState:
+        """The state at the moment at which a command of now takes effect, on a road of that friction; its wheels as commanded by then.
+
+        Without delay and lag, the state. Else the commands on their way, through the single track with the file's tyres (`DynamicPlant`),
+        or through the kinematic bicycle for a car that does not slip.
+        """
+        if self._vehicle.actuators.is_immediate:
+            return self._state
+        road = self._road if friction == self._road.friction else replace(self._road, friction=friction)
+        model = (DynamicPlant if self.slips else KinematicPlant)(self._vehicle, road, self._state)
+        commands = self._commands.copied()
+        for _ in range(commands.delay_steps):
+            model.step(*commands.apply(0.0, 0.0, model.state))
+        return replace(model.state, steering_rad=self._commands.steering_rad)
+
+    def zero_sideslip_point_m(self, state: HostState) -> float:
+        """The zero-sideslip point at that speed, ahead of the rear axle (`Vehicle.zero_sideslip_point_m`)."""
+        return zero_sideslip_point_m(self._chassis, state.speed_mps) if self.slips else 0.0
+
+    def without_slip(self, state: HostState, road: Road, point_m: float) -> HostState:
+        """The no-slip bicycle that moves as the car does in that state, its rear axle at that point: what plans are made with. Of a dynamic
+        vehicle its path bends no more than the road's grip allows."""
+        moving = state.without_slip(self._vehicle.wheelbase_m, point_m)
         return within_grip(moving, road, self._vehicle.wheelbase_m) if self.slips else moving
 
     def step(self, jerk_mps3: float, steering_rate_radps: float) -> Applied:
         """As `Plant.step`."""
         before, time_s = self._state, (self._steps + 1) * STEP_S
         try:
-            applied = self._plant.step(jerk_mps3, steering_rate_radps)
+            applied = self._plant.step(*self._commands.apply(jerk_mps3, steering_rate_radps, before))
             after = _checked(self._plant.state)
             require(applied, finite, "jerk_mps3", "steering_rate_radps", "lateral_acceleration_mps2")
         except Exception as error:

@@ -44,17 +44,6 @@ class FeedForward:
         return jerk, (float(trajectory.steering_rad[after]) - state.steering_rad) / left
 
 
-class GripAwareController:
-    """Passes every state that the controller is given to the grip monitor, which learns from it what the road gives."""
-
-    def __init__(self, controller: Controller, monitor: GripMonitor) -> None:
-        self._controller, self._monitor = controller, monitor
-
-    def command(self, trajectory: Trajectory, since_s: float, state: HostState) -> tuple[float, float]:
-        self._monitor.note(state, float(np.interp(since_s, trajectory.t_s, trajectory.acceleration_mps2)))
-        return self._controller.command(trajectory, since_s, state)
-
-
 def default_controller(vehicle: Vehicle, *, slips: bool, turned: bool = False, grip: GripMonitor | None = None) -> Controller:
     """Feed-forward alone suffices for a kinematic vehicle, which plans are made with. A dynamic one, that `slips`, is tracked with
     feedback. `turned`: whether plans are made about its zero-sideslip point (`LqrTracking`)."""

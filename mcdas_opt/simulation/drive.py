@@ -66,7 +66,9 @@ class Drive:
         been, fault = [state], None
         self.turns.append(first)
         for k in range(steps):
-            jerk, rate = controller.command(plan.trajectory, k * STEP_S, state)
+            asked = plan.trajectory
+            self.monitor.note(state, float(np.interp(k * STEP_S, asked.t_s, asked.acceleration_mps2)))
+            jerk, rate = controller.command(asked, k * STEP_S, self.car.ahead(self.monitor.friction))
             try:
                 applied = self.car.step(jerk, rate)
             except PlantError as error:

@@ -16,7 +16,7 @@ from mcdas_opt.domain.rules import not_a_class, require_type, require_type_if_gi
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.simulation.car import Car, PlantError
-from mcdas_opt.simulation.controller import Controller, GripAwareController, default_controller, planned_for
+from mcdas_opt.simulation.controller import Controller, default_controller, planned_for
 from mcdas_opt.simulation.drive import Drive
 from mcdas_opt.simulation.driver import Driver
 from mcdas_opt.simulation.idm import STEP_S
@@ -67,21 +67,20 @@ def simulate(
     monitor = GripMonitor(vehicle=scene.vehicle, believed=scene.assumed_road.friction, step_s=STEP_S)
     turned = driver.takes_zero_sideslip_point
     tracking = controller or default_controller(scene.vehicle, slips=car.slips, turned=turned, grip=monitor)
-    aware = GripAwareController(tracking, monitor)
     perception = Perception(scene, seed, driver.tracker, faults)
     perception.warm_up(scene, traffic, car.state)
     drive = Drive(scene=scene, traffic=traffic, car=car, monitor=monitor)
     turns = _turns(scene.duration_s, settings.cycle_s)
     for turn, (now, steps) in enumerate(turns, start=1):
         started = time.perf_counter()
-        road = _believed(scene.assumed_road, monitor)
-        point = car.zero_sideslip_point_m if turned else 0.0
+        road, seen = _believed(scene.assumed_road, monitor), car.ahead(monitor.friction)
+        point = car.zero_sideslip_point_m(seen) if turned else 0.0
         driver.set_zero_sideslip_point(point)
-        state = car.without_slip(road, point)
+        state = car.without_slip(seen, road, point)
         plan = driver.step(
-            perception.arrived(now),
+            perception.arrived(now, before_s=car.delay_s),
             state if faults is None else faults.told(state, scene.vehicle.wheelbase_m),
-            now,
+            now + car.delay_s,
             road=road,
             desired_speed_mps=scene.desired_speed_mps,
             request=scene.request,
@@ -89,7 +88,7 @@ def simulate(
         took_ms = 1e3 * (time.perf_counter() - started)
         drive.note(now, plan, () if driver.situation is None else driver.situation.tracks, took_ms)
         try:
-            drive.advance(plan, aware, steps, perception)
+            drive.advance(plan, tracking, steps, perception)
         except PlantError as error:
             error.drive = drive.summary(planner=driver.name, seed=seed)
             raise

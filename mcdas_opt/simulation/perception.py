@@ -55,12 +55,12 @@ class Perception:
         """Takes the scans that are due at t_s; they arrive `latency_s` later."""
         self._pending.extend((scan, host) for scan in self._suite.scans(t_s, host, bodies))
 
-    def arrived(self, now: float) -> list[Scan]:
-        """Scans for the planner's step at `now`; older ones have gone to its tracker."""
+    def arrived(self, now: float, before_s: float = 0.0) -> list[Scan]:
+        """Scans for a planner's step that plans from `before_s` after `now` on; older ones have gone to its tracker."""
         fresh: list[Scan] = []
         while self._pending and self._pending[0][0].t_s + self._latency_s <= now + _ROUNDING_S:
             scan, host = self._pending.popleft()
-            if self._tracker is None or scan.t_s > now - _ROUNDING_S:
+            if self._tracker is None or scan.t_s > now + before_s - _ROUNDING_S:
                 fresh.append(scan)
             else:
                 self._tracker.update([scan], self._measured(host), self._road, scan.t_s + self._latency_s)
