@@ -99,7 +99,7 @@ def with_vehicle(scene: Scene, vehicle: str) -> Scene:
     return Scene.model_validate(document)
 
 
-def rows_of(asked: tuple[str, Case], *, planner: str, plants: Sequence[str], vehicle: str) -> list[Row]:
+def rows_of(asked: tuple[str, Case], *, planner: str, plants: Sequence[str], vehicle: str, controller: str | None) -> list[Row]:
     """A row for each plant; none for a scene that is not avoidable."""
     suite, given = asked
     scene = with_vehicle(given.scene, vehicle)
@@ -108,9 +108,9 @@ def rows_of(asked: tuple[str, Case], *, planner: str, plants: Sequence[str], veh
         return []
     rows = []
     for plant in plants:
-        drive, followed = simulate(scene, planner, plant), ""
+        drive, followed = simulate(scene, planner, plant, controller=controller), ""
         if drive.outcome is not Outcome.SAFE and label is not None and label.witness is not None:
-            followed = ended(simulate(scene, OraclesDrive(label.witness), plant))
+            followed = ended(simulate(scene, OraclesDrive(label.witness), plant, controller=controller))
         rows.append(row(suite, given, drive, followed))
     return rows
 
@@ -144,14 +144,15 @@ def main() -> None:
     parser.add_argument("suites", nargs="?", default="mid-vehicle", help="names, with commas between")
     parser.add_argument("--planner", default="mpc")
     parser.add_argument("--plants", default="kinematic,dynamic,std,multi-body")
-    parser.add_argument("--vehicle", default="bmw_320i", help="what std and multi-body are")
+    parser.add_argument("--vehicle", default="bmw_320i", help="what std and multi-body are; or a vehicle file, with delays for instance")
+    parser.add_argument("--controller", help="tracks the plans; default the plant's")
     parser.add_argument("--scenes", type=int, default=40, help="of each suite")
     parser.add_argument("--seed", type=int, default=8100)
     parser.add_argument("--workers", type=int, default=2)
     arguments = parser.parse_args()
     plants = arguments.plants.split(",")
     asked = [(suite, case) for suite in arguments.suites.split(",") for case in expand(suite, arguments.scenes, arguments.seed).cases]
-    task = partial(rows_of, planner=arguments.planner, plants=plants, vehicle=arguments.vehicle)
+    task = partial(rows_of, planner=arguments.planner, plants=plants, vehicle=arguments.vehicle, controller=arguments.controller)
     with multiprocessing.get_context("spawn").Pool(arguments.workers) as pool:
         found = list(pool.imap(task, asked))
     counted = f"{sum(bool(rows) for rows in found)} asked of {len(asked)} scenes"

@@ -72,14 +72,18 @@ class LqrTracking:
         if since_s >= trajectory.t_s[-1] - 1e-9:
             return 0.0, 0.0
         car, h = self.vehicle, self.step_s
-        at, soon = _sample(trajectory, since_s, h)
-        off = np.array([state.speed_mps - at.speed_mps, state.acceleration_mps2 - at.acceleration_mps2])
-        jerk = (soon.acceleration_mps2 - at.acceleration_mps2) / h - float(self.speed_gains @ off)
+        at, soon = sample(trajectory, since_s, h)
+        jerk = self.jerk(at, soon, state)
         ahead = float(np.interp(since_s + self._lag_s(state), trajectory.t_s, trajectory.steering_rad))
         rate = (self._wheels(at, state, ahead) - state.steering_rad) / _STEERING_LAG_S
         most = min(car.steering_rate_max_radps, max((car.steering_max_rad - state.steering_rad) / h, 0.0))
         least = -min(car.steering_rate_max_radps, max((car.steering_max_rad + state.steering_rad) / h, 0.0))
         return min(max(jerk, car.jerk_min_mps3), car.jerk_max_mps3), min(max(rate, least), most)
+
+    def jerk(self, at: HostState, soon: HostState, state: HostState) -> float:
+        """The plan's, from now to a step later, and feedback of the errors of speed and acceleration."""
+        off = np.array([state.speed_mps - at.speed_mps, state.acceleration_mps2 - at.acceleration_mps2])
+        return (soon.acceleration_mps2 - at.acceleration_mps2) / self.step_s - float(self.speed_gains @ off)
 
     def _lag_s(self, state: HostState) -> float:
         """Delay of the lateral acceleration behind what is asked of the inner loop: slip grows by the yaw rate less the turn of the course,
@@ -170,7 +174,7 @@ def _moving(state: HostState) -> float:
     return max(state.speed_mps, SPEEDS_MPS[0])
 
 
-def _sample(trajectory: Trajectory, t: float, h: float) -> tuple[HostState, HostState]:
+def sample(trajectory: Trajectory, t: float, h: float) -> tuple[HostState, HostState]:
     """The plan's state at t and a step later: linear between samples, but the speed, which is the integral of the acceleration."""
     k = min(max(int(np.searchsorted(trajectory.t_s, t + 1e-9, side="right")) - 1, 0), len(trajectory) - 2)
     first, second = trajectory.states[k], trajectory.states[k + 1]

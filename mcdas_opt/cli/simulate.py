@@ -18,6 +18,7 @@ def simulate(
     scene: SceneArgument,
     planner: PlannerOption = "mpc",
     plant: options.Plant = "kinematic",
+    controller: options.Controller = None,
     seed: options.NoiseSeed = None,
     out: Annotated[
         Path | None,
@@ -37,7 +38,7 @@ def simulate(
     title = f"{planner}: {scene}"
     try:
         with progress_bar("drive") as progress:
-            drive = run(load_scene(scene), planner, plant, seed, progress=progress)
+            drive = run(load_scene(scene), planner, plant, seed, controller=controller, progress=progress)
     except PlantError as error:
         if error.drive is not None:
             _show(error.drive, f"{title}, until the plant failed", out, as_json)

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
 
+from mcdas_opt.actuation.error_lqr import ErrorLqr
 from mcdas_opt.actuation.grip_monitor import GripMonitor
 from mcdas_opt.actuation.lateral_lqr import LqrTracking
+from mcdas_opt.actuation.plan_tracking import PlanTracking
+from mcdas_opt.actuation.stanley import Stanley
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.errors import ParameterError, nearest
 
 STEERING_RATE_SHARE = 0.3  # planned with; chosen on sandwiches that were left at the side without it
 FRICTION_SHARE = 0.965  # planned with, of the 97 % that a kinematic vehicle is planned with
@@ -44,10 +49,43 @@ class FeedForward:
         return jerk, (float(trajectory.steering_rad[after]) - state.steering_rad) / left
 
 
+def _lqr_inverse_tyre(vehicle: Vehicle, turned: bool, grip: GripMonitor | None) -> Controller:
+    return LqrTracking.design(vehicle, turned=turned, grip=grip)
+
+
+def _stanley(vehicle: Vehicle, turned: bool, grip: GripMonitor | None) -> Controller:
+    return PlanTracking(law=Stanley(vehicle=vehicle), vehicle=vehicle, turned=turned, grip=grip)
+
+
+def _lqr_errors(vehicle: Vehicle, turned: bool, grip: GripMonitor | None) -> Controller:
+    return PlanTracking(law=ErrorLqr.design(vehicle), vehicle=vehicle, turned=turned, grip=grip)
+
+
+def _feed_forward(vehicle: Vehicle, turned: bool, grip: GripMonitor | None) -> Controller:
+    return FeedForward()
+
+
+CONTROLLERS: dict[str, Callable[[Vehicle, bool, GripMonitor | None], Controller]] = {
+    "feed-forward": _feed_forward,
+    "lqr-inverse-tyre": _lqr_inverse_tyre,
+    "stanley": _stanley,
+    "lqr-errors": _lqr_errors,
+}
+WITHOUT_SLIP, WITH_SLIP = "feed-forward", "lqr-inverse-tyre"  # the defaults
+
+
+def make_controller(name: str, vehicle: Vehicle, *, turned: bool = False, grip: GripMonitor | None = None) -> Controller:
+    """The controller of that name. `turned`: whether plans are made about the zero-sideslip point of a dynamic vehicle (`LqrTracking`).
+    Raises `ParameterError` that names the nearest known one."""
+    if name not in CONTROLLERS:
+        raise ParameterError("controller", name, f"is not a known controller; {nearest(name, CONTROLLERS)}")
+    return CONTROLLERS[name](vehicle, turned, grip)
+
+
 def default_controller(vehicle: Vehicle, *, slips: bool, turned: bool = False, grip: GripMonitor | None = None) -> Controller:
     """Feed-forward alone suffices for a kinematic vehicle, which plans are made with. A dynamic one, that `slips`, is tracked with
-    feedback. `turned`: whether plans are made about its zero-sideslip point (`LqrTracking`)."""
-    return LqrTracking.design(vehicle, turned=turned, grip=grip) if slips else FeedForward()
+    feedback."""
+    return make_controller(WITH_SLIP if slips else WITHOUT_SLIP, vehicle, turned=turned, grip=grip)
 
 
 def planned_for(settings: Settings, *, slips: bool) -> Settings:

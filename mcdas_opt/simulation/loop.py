@@ -16,7 +16,7 @@ from mcdas_opt.domain.rules import not_a_class, require_type, require_type_if_gi
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.simulation.car import Car, PlantError
-from mcdas_opt.simulation.controller import Controller, default_controller, planned_for
+from mcdas_opt.simulation.controller import Controller, default_controller, make_controller, planned_for
 from mcdas_opt.simulation.drive import Drive
 from mcdas_opt.simulation.driver import Driver
 from mcdas_opt.simulation.idm import STEP_S
@@ -36,7 +36,7 @@ def simulate(
     plant: PlantName | str | PlantFactory = "kinematic",
     seed: int | None = None,
     settings: Settings | None = None,
-    controller: Controller | None = None,
+    controller: str | Controller | None = None,
     progress: Callable[[int, int], None] | None = None,
     faults: SensorFaults | None = None,
 ) -> Simulation:
@@ -46,7 +46,7 @@ def simulate(
     a registered name, a `Driver`, or a method (`planning.method.Method`). `plant` is a registered name, or a class or function that
     builds one (`simulation.plant.Plant`). The planner gets the plant's true state; of a dynamic vehicle it gets the no-slip state that
     moves alike. Friction is what the scene assumes until `GripMonitor` finds less.
-    The default controller is the plant's: `default_controller`.
+    `controller` is one of `simulation.controller.CONTROLLERS` by name, or an object; default the plant's (`default_controller`).
     `faults` is what the sensors and the host's own measurements do wrong beyond their noise (`simulation.sensor_faults`).
     `progress` is told after every turn how many are done, and of how many.
     Without its `cycle_ms` the result repeats to the byte for the same scene and seed (default the scene's). Raises `InputError` or
@@ -66,6 +66,8 @@ def simulate(
     driver.set_destination(scene.destination_to_reach)
     monitor = GripMonitor(vehicle=scene.vehicle, believed=scene.assumed_road.friction, step_s=STEP_S)
     turned = driver.takes_zero_sideslip_point
+    if isinstance(controller, str):
+        controller = make_controller(controller, scene.vehicle, turned=turned, grip=monitor)
     tracking = controller or default_controller(scene.vehicle, slips=car.slips, turned=turned, grip=monitor)
     perception = Perception(scene, seed, driver.tracker, faults)
     perception.warm_up(scene, traffic, car.state)

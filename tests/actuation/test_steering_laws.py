@@ -1,0 +1,96 @@
+"""Stanley's law and the regulator of the single track's errors: stable, back on the plan, and no further than tyres can use."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from mcdas_opt.actuation.error_lqr import error_model
+from mcdas_opt.actuation.grip_monitor import GripMonitor
+from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.domain.chassis import Chassis
+from mcdas_opt.domain.host import HostState, SlidingState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.errors import ParameterError
+from mcdas_opt.simulation.controller import CONTROLLERS, make_controller
+from mcdas_opt.simulation.dynamic_plant import DynamicPlant
+from mcdas_opt.simulation.loop import simulate
+from tests.actuation.test_lateral_lqr import driven, follow, modes
+from tests.simulation.fake_driver import FakeDriver
+from tests.simulation.scene_maker import make_scene
+
+CARS = [load_vehicle(name) for name in ("sedan", "bmw_320i", "lincoln_mkz")]
+LAWS = pytest.mark.parametrize("law", ["stanley", "lqr-errors"])
+ROAD = Road(lanes_left=3, lanes_right=3)
+
+
+@LAWS
+@pytest.mark.parametrize("car", CARS, ids=lambda car: car.name)
+def test_the_loop_is_stable_from_walking_pace_to_top_speed(law: str, car: Vehicle) -> None:
+    for speed in np.geomspace(1.5, 45.0, 8):
+        assert modes(make_controller(law, car), car, float(speed)).max() < 0.985  # type: ignore[arg-type]
+
+
+@LAWS
+@pytest.mark.parametrize("speed", [6.0, 20.0, 33.0])
+def test_it_comes_back_from_beside_the_plan(law: str, speed: float) -> None:
+    car = CARS[0]
+    plan = driven(car, HostState(speed_mps=speed), [(0.0, 0.0)] * 50)
+    plant = DynamicPlant(car, ROAD, HostState(speed_mps=speed, d_m=0.5))
+    states, inputs = follow(plant, make_controller(law, car, grip=GripMonitor(vehicle=car, believed=0.9)), plan)
+    assert abs(states[-1, 1]) < 0.03
+    assert states[:, 1].min() > -0.15
+    assert np.abs(inputs[:, 1]).max() <= car.steering_rate_max_radps
+
+
+@LAWS
+@pytest.mark.parametrize("car", CARS, ids=lambda car: car.name)
+def test_a_steady_turn_is_driven_without_error(law: str, car: Vehicle) -> None:
+    """Slip and understeer are in the feed-forward: nothing is left for feedback."""
+    speed, bend = 20.0, 0.006
+    road = Road(curvature=((0.0, bend),), lanes_left=3, lanes_right=3)
+    start = HostState(speed_mps=speed, steering_rad=math.atan(car.wheelbase_m * bend), heading_rad=-math.asin(car.centre_m * bend))
+    plan = driven(car, start, [(0.0, 0.0)] * 40, road)
+    states, _ = follow(DynamicPlant(car, road, start), make_controller(law, car), plan)
+    assert abs(states[-1, 1] - np.interp(4.0, plan.t_s, plan.d_m)) < 0.1
+
+
+def test_the_errors_move_as_the_plants() -> None:
+    """The regulator's model against the plant, by differences around driving straight ahead."""
+    car, speed = CARS[0], 20.0
+    a, b = error_model(Chassis.of(car), speed)
+    behind = Chassis.of(car).cog_to_rear_axle_m
+    speeds = np.zeros((3, 3))  # of (lateral speed, yaw rate, wheels), where the errors' rates are e1' = lateral speed + v e2
+    speeds[:2, :2] = a[1::2, 1::2] - [[0.0, speed], [0.0, 0.0]]
+    speeds[:2, 2] = b[1::2, 0]
+    step = expm(0.01 * speeds)
+    for k, small in enumerate(1e-4 * np.eye(3)):
+        lateral, yaw_rate, wheels = (float(q) for q in small)
+        start = SlidingState(speed_mps=speed, steering_rad=wheels, lateral_speed_mps=lateral - behind * yaw_rate, yaw_rate_radps=yaw_rate)
+        plant = DynamicPlant(car, Road(friction=5.0), start)
+        plant.step(0.0, 0.0)
+        after = (plant.state.lateral_speed_mps + behind * plant.state.yaw_rate_radps, plant.state.yaw_rate_radps)
+        assert np.array(after) / 1e-4 == pytest.approx(step[:2, k], rel=1e-3, abs=1e-4)
+
+
+@LAWS
+def test_wheels_are_turned_no_further_than_the_front_tyres_can_use(law: str) -> None:
+    """On ice, far beside the plan."""
+    car = CARS[0]
+    plan = driven(car, HostState(speed_mps=20.0), [(0.0, 0.0)] * 30)
+    plant = DynamicPlant(car, Road(friction=0.2, lanes_left=3), HostState(speed_mps=20.0, d_m=3.0))
+    states, _ = follow(plant, make_controller(law, car, grip=GripMonitor(vehicle=car, believed=0.2)), plan)
+    assert np.abs(states[:, 5]).max() < 0.08
+    assert abs(plant.state.lateral_speed_mps / plant.state.speed_mps) < 0.15
+
+
+def test_controllers_are_found_by_name() -> None:
+    scene = make_scene(speed_mps=20.0, duration_s=0.3)
+    for name in CONTROLLERS:
+        assert simulate(scene, FakeDriver(lambda host, now: (0.0, 0.1)), plant="dynamic", controller=name).duration_s == 0.3
+    with pytest.raises(ParameterError, match="did you mean 'stanley'"):
+        simulate(scene, FakeDriver(), controller="stanly")
