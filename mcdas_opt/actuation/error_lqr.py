@@ -12,7 +12,7 @@ from functools import cache
 import numpy as np
 
 from mcdas_opt.actuation.lateral_lqr import SPEEDS_MPS
-from mcdas_opt.actuation.plan_tracking import PathError, gains_at, understeer_rad
+from mcdas_opt.actuation.plan_tracking import PathError, gains_at
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
@@ -44,7 +44,7 @@ class ErrorLqr:
                 error.yaw_rate_radps,
             ]
         )
-        return understeer_rad(c, error) - float(gains_at(error.speed_mps, self.gains) @ errors)
+        return error.feed_forward_rad - float(gains_at(error.speed_mps, self.gains) @ errors)
 
 
 @cache

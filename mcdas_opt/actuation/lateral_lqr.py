@@ -27,7 +27,7 @@ from mcdas_opt.dynamics.single_track import SLIPS_ABOVE_MPS, axle_loads, fiala, 
 SPEEDS_MPS = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 11.0, 15.0, 20.0, 26.0, 33.0, 41.0, 50.0)
 GRIP_SHARE = 0.93  # of what an axle can give, asked of it at most: beyond, more slip gives hardly more, and takes long to take back
 _STEERING_LAG_S = 0.02
-_PLENTY = 10.0  # friction, where nobody says how much there is: tyres in proportion to their slip
+PLENTY = 10.0  # friction, where nobody says how much there is: tyres in proportion to their slip
 
 
 # the errors that cost as much as their regulator's input does [Bryson's rule]
@@ -127,7 +127,7 @@ class LqrTracking:
 
     def _grip(self, state: HostState) -> float:
         """What is left of friction beside the acceleration along the car, as a share of the load."""
-        friction = _PLENTY if self.grip is None else self.grip.friction
+        friction = PLENTY if self.grip is None else self.grip.friction
         return math.sqrt(max(friction**2 - (state.acceleration_mps2 / GRAVITY_MPS2) ** 2, 1e-6))
 
     def _path_gain(self, speed: float) -> Array:

@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from mcdas_opt.actuation.grip_monitor import GripMonitor
-from mcdas_opt.actuation.lateral_lqr import GRIP_SHARE, SPEEDS_MPS, LqrTracking, sample
+from mcdas_opt.actuation.lateral_lqr import GRIP_SHARE, PLENTY, SPEEDS_MPS, LqrTracking, sample
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.rules import Array
@@ -32,8 +32,9 @@ class PathError:
     heading_rad: float  # of the body, against the one it has where the plan's curvature is driven steadily
     yaw_rate_radps: float
     speed_mps: float
-    steering_rad: float  # the plan's, of a no-slip bicycle
-    curvature_pm: float  # the plan's, by what the law looks ahead
+    feed_forward_rad: (
+        float  # the wheels that drive the plan's curvature steadily, by what the law looks ahead: L kappa, and what tyres slip
+    )
 
 
 class SteeringLaw(Protocol):
@@ -54,7 +55,7 @@ class PlanTracking:
     """Implements `Controller` by a steering law. Speed by the regulator of `LqrTracking`; beyond the plan's end its inputs are 0.
 
     Saturation: the front wheels are turned against the way that their axle moves by no more than the slip at which it gives GRIP_SHARE
-    of what the road allows beside the acceleration, and curvature feed-forward asks for no more lateral acceleration than that.
+    of what the road allows beside the acceleration; the slip that goes with the plan's curvature is taken up to there.
     """
 
     law: SteeringLaw
@@ -82,24 +83,34 @@ class PlanTracking:
         along, across = state.s_m - at.s_m, state.d_m - at.d_m
         curvature = math.tan(at.steering_rad) / car.wheelbase_m
         behind = c.zero_sideslip_point_m(state.speed_mps) if self.turned else 0.0
-        slip = 0.0 if self.turned else c.rear_slip_gradient * speed**2 * curvature * slip_share(speed)
+        lateral = speed**2 * curvature
+        planned = c.rear_slip_gradient * lateral * slip_share(speed) if self.turned else 0.0  # in the plan's heading already
         off = state.heading_rad - at.heading_rad
         moves = state.speed_mps * math.sin(off) + aside + car.centre_m * yaw_rate
+        front, rear = self._slips(speed**2 * math.tan(ahead_rad) / car.wheelbase_m, state)
         return PathError(
             lateral_m=across * math.cos(at.heading_rad) - along * math.sin(at.heading_rad),
             lateral_speed_mps=moves - (car.centre_m - behind) * state.speed_mps * curvature,
-            heading_rad=off - slip,
+            heading_rad=off - (self._slips(lateral, state)[1] - planned),
             yaw_rate_radps=yaw_rate - state.speed_mps * curvature,
             speed_mps=speed,
-            steering_rad=at.steering_rad,
-            curvature_pm=self._within_grip(math.tan(ahead_rad) / car.wheelbase_m, speed),
+            feed_forward_rad=ahead_rad + front - rear,
         )
 
-    def _within_grip(self, curvature_pm: float, speed: float) -> float:
-        if self.grip is None:
-            return curvature_pm
-        most = GRIP_SHARE * self.grip.friction * GRAVITY_MPS2 / speed**2
-        return min(max(curvature_pm, -most), most)
+    def _slips(self, lateral_mps2: float, state: HostState) -> tuple[float, float]:
+        """Slip [rad] of front and rear tyres that goes with a steady lateral acceleration, by their own curve (`fiala_slip`)."""
+        c = Chassis.of(self.vehicle)
+        left, loads = self._grip(state), axle_loads(c, state.acceleration_mps2)
+        force, share = c.mass_kg * lateral_mps2 / c.wheelbase_m, slip_share(state.speed_mps)
+        return (
+            share * fiala_slip(force * c.cog_to_rear_axle_m, c.cornering_stiffness_front_nprad, left * loads[0], share=GRIP_SHARE),
+            share * fiala_slip(force * c.cog_to_front_axle_m, c.cornering_stiffness_rear_nprad, left * loads[1], share=GRIP_SHARE),
+        )
+
+    def _grip(self, state: HostState) -> float:
+        """What is left of friction beside the acceleration along the car, as a share of the load."""
+        friction = PLENTY if self.grip is None else self.grip.friction
+        return math.sqrt(max(friction**2 - (state.acceleration_mps2 / GRAVITY_MPS2) ** 2, 1e-6))
 
     def _held(self, wheels_rad: float, state: HostState) -> float:
         """The wheels, turned no further than the front tyres can use."""
@@ -109,16 +120,9 @@ class PlanTracking:
         c = Chassis.of(self.vehicle)
         aside, yaw_rate = state.turning(c.wheelbase_m)
         course = math.atan2(aside + c.wheelbase_m * yaw_rate, max(state.speed_mps, SPEEDS_MPS[0]))
-        left = math.sqrt(max(self.grip.friction**2 - (state.acceleration_mps2 / GRAVITY_MPS2) ** 2, 1e-6))
-        limit = left * axle_loads(c, state.acceleration_mps2)[0]
+        limit = self._grip(state) * axle_loads(c, state.acceleration_mps2)[0]
         most = fiala_slip(limit, c.cornering_stiffness_front_nprad, limit, share=GRIP_SHARE)
         return share * min(max(wheels_rad, course - most), course + most) + (1.0 - share) * wheels_rad
-
-
-def understeer_rad(chassis: Chassis, error: PathError) -> float:
-    """Steering for the plan's curvature: that of a no-slip bicycle, and the understeer that goes with it (Rajamani 2012, eq 3.3)."""
-    lateral = slip_share(error.speed_mps) * error.speed_mps**2 * error.curvature_pm
-    return math.atan(chassis.wheelbase_m * error.curvature_pm) + chassis.understeer_gradient * lateral
 
 
 def gains_at(speed: float, table: Array) -> Array:

@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mcdas_opt.actuation.plan_tracking import PathError, understeer_rad
-from mcdas_opt.domain.chassis import Chassis
+from mcdas_opt.actuation.plan_tracking import PathError
 from mcdas_opt.domain.vehicle import Vehicle
 
 
@@ -29,5 +28,4 @@ class Stanley:
         to_front = 0.5 * (car.wheelbase_m + car.rear_overhang_m - car.front_overhang_m)  # from the body centre
         off = error.lateral_m + to_front * math.sin(error.heading_rad)
         steered_back = math.atan(self.gain_hz * off / (self.softening_mps + error.speed_mps))
-        feed_forward = understeer_rad(Chassis.of(car), error)
-        return feed_forward - error.heading_rad - steered_back - self.damping_s * error.yaw_rate_radps
+        return error.feed_forward_rad - error.heading_rad - steered_back - self.damping_s * error.yaw_rate_radps
