@@ -14,7 +14,7 @@ import numpy as np
 from mcdas_opt.actuation.grip_monitor import GripMonitor
 from mcdas_opt.actuation.lateral_lqr import GRIP_SHARE, PLENTY, SPEEDS_MPS, LqrTracking, sample
 from mcdas_opt.domain.chassis import Chassis
-from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
@@ -70,7 +70,8 @@ class PlanTracking:
         car, h = self.vehicle, self.step_s
         at, soon = sample(trajectory, since_s, h)
         jerk = LqrTracking.design(car, h).jerk(at, soon, state)
-        ahead_rad = float(np.interp(since_s + self.law.lead_s, trajectory.t_s, trajectory.steering_rad))
+        lead_s = self.law.lead_s if isinstance(state, SlidingState) else 0.0  # a car without slip turns with its wheels
+        ahead_rad = float(np.interp(since_s + lead_s, trajectory.t_s, trajectory.steering_rad))
         wanted = self._held(self.law.wheels_rad(self._error(at, ahead_rad, state)), state)
         rate = (wanted - state.steering_rad) / _STEERING_LAG_S
         most = min(car.steering_rate_max_radps, max((car.steering_max_rad - state.steering_rad) / h, 0.0))
@@ -101,7 +102,7 @@ class PlanTracking:
         """Slip [rad] of front and rear tyres that goes with a steady lateral acceleration, by their own curve (`fiala_slip`)."""
         c = Chassis.of(self.vehicle)
         left, loads = self._grip(state), axle_loads(c, state.acceleration_mps2)
-        force, share = c.mass_kg * lateral_mps2 / c.wheelbase_m, slip_share(state.speed_mps)
+        force, share = c.mass_kg * lateral_mps2 / c.wheelbase_m, slip_share(state.speed_mps) if isinstance(state, SlidingState) else 0.0
         return (
             share * fiala_slip(force * c.cog_to_rear_axle_m, c.cornering_stiffness_front_nprad, left * loads[0], share=GRIP_SHARE),
             share * fiala_slip(force * c.cog_to_front_axle_m, c.cornering_stiffness_rear_nprad, left * loads[1], share=GRIP_SHARE),
