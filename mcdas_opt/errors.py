@@ -39,6 +39,10 @@ class SharedPlannerError(McdasError, RuntimeError):
         super().__init__("a planner remembers what it did and belongs to one thread: another thread is in it; build a Planner for each")
 
 
+class PlannerFaultWarning(RuntimeWarning):
+    """A method raised what it must not; the fallback ladder has answered."""
+
+
 @contextmanager
 def reading(file: object) -> Iterator[None]:
     """Turns a failure to read the file into an `InputError` that names it."""

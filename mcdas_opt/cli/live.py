@@ -27,9 +27,7 @@ def live(
     speed: speeds.HostSpeed = None,
     rate: Annotated[float, typer.Option("--rate", min=1.0, max=100.0, help="Cycles a second [Hz].")] = 20.0,
     silence: Annotated[float, typer.Option("--silence", help="Give up when nothing was heard for so long [s].")] = 1.0,
-    deadline: Annotated[
-        float | None, typer.Option("--deadline", help="Begin no candidate later than so many ms into a cycle; default 0.6 cycles.")
-    ] = None,
+    deadline: Annotated[float | None, typer.Option("--deadline", help="A plan is due so many ms into a cycle; default 0.9 cycles.")] = None,
     cycles: Annotated[int | None, typer.Option("--cycles", help="Stop after so many; default at Ctrl-C.")] = None,
     trajectories: Annotated[bool, typer.Option("--trajectories", help="Print the plan's whole trajectory in every line.")] = False,
     planner: PlannerOption = "mpc",

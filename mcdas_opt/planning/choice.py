@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from mcdas_opt.planning.candidate import Costed, Ended
+from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.evaluator import Evaluator
 
 
@@ -31,7 +32,7 @@ def choose(evaluator: Evaluator, among: Round) -> Ended | None:
     """The cheapest that comes to a safe end; where none does, or the deadline passes meanwhile, the cheapest, with its open end."""
     cheapest = None
     for candidate in sorted(among.competing, key=lambda one: persistent_cost(one, evaluator, among.before)):
-        if cheapest is not None and evaluator.cycle.is_late:
+        if cheapest is not None and evaluator.cycle.is_late_for(Stage.SAFE_END):
             break
         ended = evaluator.ended(candidate)
         if ended.is_sound:

@@ -16,6 +16,7 @@ from mcdas_opt.manoeuvres.safe_end import ends, last_end
 from mcdas_opt.planning.candidate import Continuation, Costed, Ended
 from mcdas_opt.planning.collision_check import verdicts
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
 
@@ -31,14 +32,14 @@ def ended(candidate: Costed, cycle: Cycle) -> Ended:
 def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle) -> Continuation:
     """The plan as it is where it failed or its end is safe, else continued to the first safe end that the judge passes.
 
-    Where no such end is found: as it is, with its open end. The continuation keeps the lane that the plan ends in (or its offset, on a
-    shoulder), gently first.
+    Where no such end is found, or the deadline leaves no time to look: as it is, with its open end. The continuation keeps the lane that
+    the plan ends in (or its offset, on a shoulder), gently first.
     """
     situation, vehicle, prediction, settings = cycle.situation, cycle.vehicle, cycle.prediction, cycle.settings.safe_end
     owed_m = cycle.owed_m
     last = last_end(plan, situation.host, vehicle, situation.road, prediction, settings, owed_m)
     as_it_is = Continuation(plan, verdict, last.end)
-    if not verdict.passed or last.end.safe:
+    if not verdict.passed or last.end.safe or cycle.is_late_for(Stage.SAFE_END):
         return as_it_is
     for law in _laws(plan, situation.road, vehicle, follower_fails=last.follower_fails, front_fails=last.front_fails):
         pieces, known = [plan], len(plan)

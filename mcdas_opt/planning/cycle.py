@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import operator
-import time
 from dataclasses import dataclass, replace
 
 from mcdas_opt.domain.assessment import Assessment
@@ -18,6 +17,7 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
+from mcdas_opt.planning.deadline import Deadline, Stage
 from mcdas_opt.planning.headway import ORDINARY_MPS2
 from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, lane_choice, neighbours_in
 from mcdas_opt.planning.manoeuvre import Manoeuvre
@@ -44,7 +44,7 @@ class Cycle:
     neither a clock's origin nor a place along the road makes a difference, with its desired speed within the limit, and with the tracks
     that are planned around, where some of those that were `told` are doubted (`situation/doubts.py`). What is planned in it is brought back
     by `given_from`.
-    `stop_at_s` (of `time.perf_counter`) is when no further candidate is begun; None: never.
+    `deadline` is by when the answer has to be there; None: work is counted, and nothing else bounds it.
     """
 
     given: Situation
@@ -60,7 +60,7 @@ class Cycle:
     deficits: tuple[FrontDeficit, ...]
     lane_choice: LaneChoice
     active: Manoeuvre | None
-    stop_at_s: float | None
+    deadline: Deadline | None
 
     @classmethod
     def of(
@@ -69,7 +69,7 @@ class Cycle:
         vehicle: Vehicle,
         settings: Settings | None = None,
         memory: Memory | None = None,
-        stop_at_s: float | None = None,
+        deadline: Deadline | None = None,
     ) -> Cycle:
         """Assesses and predicts. A memory that is not older than the situation is none; a manoeuvre that it holds is active until it is
         finished."""
@@ -94,7 +94,7 @@ class Cycle:
             deficits=front_deficits(local, vehicle, settings.safe_end, memory.deficits, memory.elapsed_s),
             lane_choice=lane_choice(local, vehicle, settings, memory.lane_choice, memory.elapsed_s) if active is None else LaneChoice(),
             active=active,
-            stop_at_s=stop_at_s,
+            deadline=deadline,
         )
 
     def given_from(self, plan: Plan) -> Plan:
@@ -113,9 +113,9 @@ class Cycle:
         """Where its s = 0 lies in the situation as it was given."""
         return self.memory.origin_m
 
-    @property
-    def is_late(self) -> bool:
-        return self.stop_at_s is not None and time.perf_counter() > self.stop_at_s
+    def is_late_for(self, stage: Stage) -> bool:
+        """Whether the deadline, where there is one, leaves no time to begin it."""
+        return self.deadline is not None and self.deadline.is_over_for(stage)
 
     @property
     def limit_mps(self) -> float:

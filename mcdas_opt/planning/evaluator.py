@@ -13,6 +13,7 @@ from mcdas_opt.planning.collision_check import verdicts
 from mcdas_opt.planning.continuation import ended
 from mcdas_opt.planning.cost import CostWeights, driving_costs, lane_change_cost
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.driven_closed_form import drive
 from mcdas_opt.planning.lane_departure import departure
 from mcdas_opt.planning.nearness import nearness
@@ -82,7 +83,7 @@ class Evaluator:
         """One candidate, unless there is a reason not even to try."""
         if proposed.refusal:
             return Refused(proposed=proposed, reason=proposed.refusal)
-        if self.cycle.is_late:
+        if self.cycle.is_late_for(Stage.SEARCH):
             return Refused(proposed=proposed, reason="the deadline passed before it was tried")
         started = time.perf_counter()
         solved = by(self.cycle, proposed)

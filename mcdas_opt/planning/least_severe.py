@@ -10,6 +10,7 @@ from typing import NamedTuple
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.candidate import Checked
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.follower_reaction import with_follower_reaction
 from mcdas_opt.planning.memory import FollowerReaction
 from mcdas_opt.planning.rounds.corrected_sigmoid import NAME as CORRECTED_SIGMOID
@@ -37,7 +38,8 @@ def least_severe(driven: Sequence[Checked], optimised: Sequence[Checked], cycle:
     hurt = severities([option.trajectory for option in options], cycle)
     forms = [speed for one, (speed, _) in zip(options, hurt, strict=True) if one.proposed.name == CORRECTED_SIGMOID]
     most = min(forms, default=math.inf) + _STEERING_OUT_MPS
-    found = with_follower_reaction([one for one, (speed, _) in zip(options, hurt, strict=True) if speed <= most], cycle)
+    late = cycle.is_late_for(Stage.FOLLOWER)
+    found = None if late else with_follower_reaction([one for one, (speed, _) in zip(options, hurt, strict=True) if speed <= most], cycle)
     if found is not None:
         one, reaction = found
         asked = cycle.settings.safe_end.attentive_braking_mps2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -12,8 +13,9 @@ from mcdas_opt.domain.rules import require_type
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.errors import ParameterError, nearest
+from mcdas_opt.errors import McdasError, ParameterError, PlannerFaultWarning, nearest
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.deadline import Deadline
 from mcdas_opt.planning.fallback import NothingPasses
 
 GROUP = "mcdas_opt.methods"
@@ -64,7 +66,7 @@ class SolvingMethod(Protocol):
 class AskedMethod:
     """A method under its name, asked by the cycle; `previous` is the last plan that left, its own or the fallback's.
 
-    It is asked to begin no candidate that much time after the cycle began; None: there is no such deadline.
+    Its answer is due `deadline_s` after a cycle began; None: whenever its work is done.
     """
 
     def __init__(self, name: str, method: Method, deadline_s: float | None = None) -> None:
@@ -76,9 +78,9 @@ class AskedMethod:
         """A method that does not say gets the fallback ladder."""
         return getattr(self.method, "has_ladder", True)
 
-    def stop_at_s(self, started_s: float) -> float | None:
-        """The deadline of a cycle that began at `started_s` (of `time.perf_counter`)."""
-        return None if self.deadline_s is None else started_s + self.deadline_s
+    def deadline(self, began_s: float) -> Deadline | None:
+        """Of a cycle that began then (`time.perf_counter`)."""
+        return None if self.deadline_s is None else Deadline(began_s=began_s, length_s=self.deadline_s)
 
     @property
     def solver(self) -> str:
@@ -86,7 +88,21 @@ class AskedMethod:
         return self.method.solver if isinstance(self.method, SolvingMethod) else ""
 
     def answer(self, cycle: Cycle) -> Plan | NothingPasses:
-        """What it answers to this cycle. One that does not know cycles plans in the place and time that were given."""
+        """What it answers to this cycle. An exception that is not ours is no answer, and told in a `PlannerFaultWarning`; of a method
+        without a ladder it is raised."""
+        try:
+            return self._answer(cycle)
+        except McdasError:
+            raise
+        except Exception as error:
+            if not self.has_ladder:
+                raise
+            fault = f"{self.name} failed: {type(error).__name__}: {error}"
+            warnings.warn(fault, PlannerFaultWarning, stacklevel=2)
+            return NothingPasses(reason=fault, memory=replace(cycle.memory, warm_starts=None))
+
+    def _answer(self, cycle: Cycle) -> Plan | NothingPasses:
+        """One that does not know cycles plans in the place and time that were given."""
         if isinstance(self.method, CycleMethod):
             return self.method.answer(cycle)
         answer = self.method.plan(cycle.believed, None if cycle.memory.is_empty else self.previous)

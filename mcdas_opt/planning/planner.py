@@ -36,8 +36,8 @@ class Planner:
     (`SharedPlannerError`).
 
     `vehicle` is a `Vehicle`, a shipped name or a path; `method` a registered name or an object with `plan(situation, previous)`.
-    `road` is what `step` drives on unless it is told another. With `deadline_s` the method is asked to begin no further candidate
-    after that much wall-clock time (then runs do not repeat to the byte); without, work is bounded by counted iterations alone.
+    `road` is what `step` drives on unless it is told another. With `deadline_s` an answer is due after that much wall-clock
+    time, the ladder's too (then runs do not repeat to the byte); without, work is bounded by counted iterations alone.
     Raises `InputError` or `ParameterError` for what it does not know.
     """
 
@@ -125,7 +125,8 @@ class Planner:
             self.memory, self._asked.previous = Memory(), None
 
     def plan(self, situation: Situation) -> Plan:
-        """One plan for a situation, judged. Never raises in traffic: a refusal is answered by the fallback.
+        """One plan for a situation, judged. Never raises in traffic: a refusal is answered by the fallback, and so is an exception of a
+        method with a ladder, with a `PlannerFaultWarning`.
 
         A situation that is not later than the last one begins without memory. Tracks that cannot all be true stop no planning
         (`Plan.doubts`). A host's state that no car can have is answered from one that the car can have (`HostPlausibility`): for a moment
@@ -148,7 +149,7 @@ class Planner:
     def _plan(self, situation: Situation, fault: str, faulty_s: float) -> Plan:
         """`fault` says what is wrong with the host's state as it was measured, and that for so long; the situation's is one that can be."""
         started = time.perf_counter()
-        cycle = Cycle.of(situation, self.vehicle, self.settings, self.memory, self._asked.stop_at_s(started))
+        cycle = Cycle.of(situation, self.vehicle, self.settings, self.memory, self._asked.deadline(started))
         if fault and self._asked.has_ladder:
             plan = host_refused(cycle, fault, faulty_s)
         else:

@@ -11,6 +11,7 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.candidate import Costed, Ended, Proposed
 from mcdas_opt.planning.choice import Round, choose
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.evaluator import Evaluator
 from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
 from mcdas_opt.planning.proposals import basic_four
@@ -50,7 +51,10 @@ class Search:
 
     @cached_property
     def closed_forms(self) -> list[Costed]:
-        """The closed forms that a comparison is made with: what swings half out of its lane too, at the cost of leaving it."""
+        """The closed forms that a comparison is made with: what swings half out of its lane too, at the cost of leaving it. None where the
+        deadline leaves no time for them."""
+        if self.cycle.is_late_for(Stage.SEARCH):
+            return []
         passing, departing = self.evaluator.drive(self.basic + self.keep)
         return passing + departing
 

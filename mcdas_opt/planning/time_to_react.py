@@ -8,6 +8,7 @@ from functools import lru_cache
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.time_to_react.alert import alert
 from mcdas_opt.time_to_react.escapes import escapes_under
 from mcdas_opt.time_to_react.library import EscapeSettings
@@ -15,9 +16,12 @@ from mcdas_opt.time_to_react.library import EscapeSettings
 
 def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
     """The plan with its map of time to react and its alert: the map's (none where the settings turn the map off), and a warning at least
-    where the plan itself warns. `warning` says whether there is an alert."""
+    where the plan itself warns. `warning` says whether there is an alert. Where the deadline leaves no time for a map, the alert is that of
+    the cycle before."""
     wanted, found, told = cycle.settings.warning, None, Alert.NONE
-    if wanted.escapes:
+    if wanted.escapes and cycle.is_late_for(Stage.TIME_TO_REACT):
+        told = cycle.memory.alert
+    elif wanted.escapes:
         comfort = _comfortable(wanted.comfort_mps2, wanted.comfort_share)
         found = escapes_under(cycle.prediction, cycle.situation, cycle.vehicle, comfort)
         found = replace(found, situation=cycle.situation, vehicle=cycle.vehicle)

@@ -27,6 +27,7 @@ from mcdas_opt.planning import continuation, evaluator, lane_mpc_solver
 from mcdas_opt.planning.collision_check import verdicts
 from mcdas_opt.planning.cost import CostWeights
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.severity import severities, severity
@@ -346,7 +347,7 @@ def test_after_the_deadline_a_comparison_continues_only_the_cheapest(monkeypatch
 
     def late(candidate: Any, cycle: Cycle) -> Any:
         continued.append(candidate)
-        monkeypatch.setattr(Cycle, "is_late", True)
+        monkeypatch.setattr(Cycle, "is_late_for", lambda cycle, stage: stage in (Stage.SEARCH, Stage.SAFE_END))
         return continuation.ended(candidate, cycle)
 
     monkeypatch.setattr(evaluator, "ended", late)

@@ -8,15 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.random_traffic import ask, episodes
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import SelectorSettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Request, Side, Status
-from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.errors import InputError, ParameterError, PlannerFaultWarning
+from mcdas_opt.planning.deadline import Deadline, Stage
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.judge import judge
@@ -199,6 +201,43 @@ def test_a_deadline_gone_by_leaves_the_answer_to_the_ladder() -> None:
     assert plan.status is Status.FALLBACK
     assert plan.verdict.passed
     assert any("deadline" in c.refusal for c in plan.candidates)
+
+
+@pytest.mark.parametrize("over", [tuple(Stage)[k:] for k in range(len(Stage) + 1)])
+def test_whenever_the_deadline_comes_the_answer_is_judged(over: tuple[Stage, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a last stage only the simple drives are left, and the least severe of them."""
+    monkeypatch.setattr(Deadline, "is_over_for", lambda deadline, stage: stage in over)
+    planner = Planner(deadline_s=60.0)
+    for family in ("sandwich", "dense", "slippery", "contradictory"):
+        for one in episodes(family, 5):
+            planner.reset()
+            for _, plan in ask(one, planner):
+                assert np.isfinite(plan.trajectory.table).all()
+                assert plan.verdict.passed or plan.status is Status.UNAVOIDABLE
+                assert (plan.escapes is None) is (Stage.TIME_TO_REACT in over) or "contradicts" in plan.reason
+
+
+def test_a_deadline_that_does_not_come_changes_nothing() -> None:
+    with_one, without = Planner(deadline_s=600.0), Planner()
+    for one in episodes("sandwich", 6):
+        for planner in (with_one, without):
+            planner.reset()
+        for (_, plan), (_, other) in zip(ask(one, with_one), ask(one, without), strict=True):
+            assert plan.trajectory.table.tobytes() == other.trajectory.table.tobytes()
+
+
+class Broken:
+    has_ladder, vehicle = True, Vehicle()
+
+    def plan(self, situation: Situation, previous: Plan | None) -> Plan:
+        raise ZeroDivisionError("of a planner")
+
+
+def test_what_a_method_raises_is_answered_by_the_ladder_and_told() -> None:
+    with pytest.warns(PlannerFaultWarning, match="Broken failed: ZeroDivisionError: of a planner"):
+        plan = Planner(method=Broken()).plan(sandwich())
+    assert (plan.status, plan.verdict.passed) == (Status.FALLBACK, True)
+    assert "Broken failed: ZeroDivisionError: of a planner" in plan.reason
 
 
 @pytest.mark.parametrize("kmh", [20, 40, 60, 80, 100, 130])

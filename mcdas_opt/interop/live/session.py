@@ -26,7 +26,7 @@ from mcdas_opt.interop.live.record import LiveSummary
 from mcdas_opt.interop.live.watchdog import Watchdog
 from mcdas_opt.planning.planner import Planner
 
-DEADLINE_SHARE = 0.6  # of the cycle: after it the planner begins no further candidate
+DEADLINE_SHARE = 0.9  # of the cycle: by then a plan is due
 VIRTUAL = "virtual"
 _CROWDS = (1, 3, 8)  # neighbours: each is a problem of its own size
 
@@ -50,9 +50,8 @@ def live(
 
     `play` is a candump log (a path or a shipped name) that is played onto virtual buses of the names `bus` and `rear`, which are then
     the log's own. `road` is a scene whose road and vehicle are used; default one straight lane, so that there is nowhere to steer out
-    to. `deadline_s`: the planner begins no further candidate after so much time in a cycle (default 0.6 cycles); a plan that is not
-    there when the next cycle is due is announced by a line "late". Runs for `cycles`, or until interrupted; `ended` gets the summary
-    however it ended.
+    to. `deadline_s`: a plan is due so long after its cycle began (default 0.9 cycles); one that is not there when the next cycle is due is
+    announced by a line "late". Runs for `cycles`, or until interrupted; `ended` gets the summary however it ended.
 
     Raises `SilentBusError` when the buses are or go silent, `InputError` for a bus that cannot be opened, a DBC without the messages or
     a log that is none, `ParameterError` for a setting out of range, `MissingExtraError` without python-can and cantools.

@@ -9,14 +9,15 @@ from mcdas_opt.domain.plan import Candidate
 from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.planning.candidate import Checked
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.driven_closed_form import closed_form, groups
 
 NAME = "corrected sigmoid, driven,"
 
 
 def corrected_sigmoid(cycle: Cycle, rows: list[Candidate]) -> Iterator[Checked]:
-    """What the closed form chooses; nothing where the driver asks to park."""
-    if cycle.situation.request is Request.PARK:
+    """What the closed form chooses; nothing where the driver asks to park, or the deadline is near."""
+    if cycle.situation.request is Request.PARK or cycle.is_late_for(Stage.CLOSED_FORM):
         return
     found = closed_form(cycle, groups(cycle))
     rows += [one.row() for one in found.tried]

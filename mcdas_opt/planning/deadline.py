@@ -1,0 +1,32 @@
+"""By when a cycle has to have its answer, and what is no longer begun as that comes near."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Stage(Enum):
+    """What takes time in a cycle, and after which share of the deadline it is no longer begun.
+
+    The search leaves room for the ladder below it, which leaves room for its last rung: simple drives, the least severe of which is always
+    an answer. That rung is never left out.
+    """
+
+    SEARCH = 0.45  # a candidate's solve, and what it is compared with
+    CLOSED_FORM = 0.55  # the ladder's drive of the closed form
+    SAFE_END = 0.7  # a plan that passes, continued to a safe end
+    FOLLOWER = 0.8  # of what does not pass, whether a follower's reaction would do
+    TIME_TO_REACT = 0.75  # the assessment that goes with the answer
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Deadline:
+    """The answer is due `length_s` after `began_s` (of `time.perf_counter`)."""
+
+    began_s: float
+    length_s: float
+
+    def is_over_for(self, stage: Stage) -> bool:
+        return time.perf_counter() - self.began_s > stage.value * self.length_s
