@@ -13,8 +13,8 @@ from mcdas_opt.domain.parsing import parsed_json
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import FARTHEST_M, FASTEST_MPS, all_of, finite, non_negative, require_type, within, word
 from mcdas_opt.domain.track import Coverage, Track
-from mcdas_opt.domain.vocabulary import Request
-from mcdas_opt.errors import ParameterError
+from mcdas_opt.domain.vocabulary import Request, Sector
+from mcdas_opt.errors import InputError, ParameterError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,6 +70,15 @@ class Situation:
 
     @classmethod
     def from_json(cls, text: str, file: object = "situation") -> Situation:
-        """From a JSON document; raises `InputError` that names `file`, key, value and rule."""
+        """From a JSON document; raises `InputError` that names `file`, key, value and rule. Which sectors are watched has to be said:
+        "nothing there" and "cannot see" are different."""
         require_type("text", text, str)
-        return from_document(cls, parsed_json(text, file), file)
+        document = parsed_json(text, file)
+        if isinstance(document, dict):
+            said = document.get("coverage")
+            for sector in Sector:
+                if said is None or (isinstance(said, dict) and sector.value not in said):
+                    raise InputError(
+                        file, f"coverage.{sector.value}", None, "missing key: whether a working sensor watches it, true or false"
+                    )
+        return from_document(cls, document, file)

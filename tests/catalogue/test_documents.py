@@ -122,6 +122,13 @@ def test_missing_keys_and_broken_json_are_told():
     del changed["tracks"][0]["d_m"]
     with pytest.raises(InputError, match=r"mine.json: tracks\[0\].d_m: missing key"):
         Situation.from_json(json.dumps(changed), "mine.json")
+    changed = document()
+    del changed["coverage"]["rear"]
+    with pytest.raises(InputError, match=r"mine.json: coverage.rear: missing key: whether a working sensor watches it"):
+        Situation.from_json(json.dumps(changed), "mine.json")
+    del changed["coverage"]
+    with pytest.raises(InputError, match=r"mine.json: coverage.front: missing key"):
+        Situation.from_json(json.dumps(changed), "mine.json")
     with pytest.raises(InputError, match=r"mine.json: line 2: is not JSON"):
         Situation.from_json('{\n"host": }', "mine.json")
     with pytest.raises(InputError, match="must be an object"):
