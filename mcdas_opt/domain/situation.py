@@ -78,7 +78,5 @@ class Situation:
             said = document.get("coverage")
             for sector in Sector:
                 if said is None or (isinstance(said, dict) and sector.value not in said):
-                    raise InputError(
-                        file, f"coverage.{sector.value}", None, "missing key: whether a working sensor watches it, true or false"
-                    )
+                    raise InputError(file, f"coverage.{sector.value}", None, "missing key: whether a working sensor watches it")
         return from_document(cls, document, file)

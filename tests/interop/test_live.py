@@ -28,6 +28,7 @@ from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.candump import Frame
 from mcdas_opt.interop.esr_can import write_esr
 from mcdas_opt.interop.esr_codec import EsrCodec
+from mcdas_opt.interop.live import loop as loop_module
 from mcdas_opt.interop.live.assembler import Drops, ScanAssembler
 from mcdas_opt.interop.live.host import LiveHost
 from mcdas_opt.interop.live.inbox import Arrival, BusInbox, open_bus
@@ -204,6 +205,15 @@ def test_a_speed_given_by_hand_replaces_the_bus() -> None:
     loop, lines = loop_on(Clockwork(write_esr(traffic(1.0), slots=SLOTS)), {"can0": Sector.FRONT}, speed_mps=7.0)
     loop.run(cycles=15)
     assert all(line.host is not None and line.host.speed_mps == 7.0 for line in lines)
+
+
+def test_hours_of_cycles_are_remembered_by_their_latest_and_their_longest(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(loop_module, "_LATEST", 5)
+    loop, _ = loop_on(Clockwork(frames(traffic(2.0)), work_s=0.001), {"can0": Sector.FRONT})
+    summary = loop.run(30)
+    assert len(loop._run.took_ms) == 5
+    assert summary.cycles == 30
+    assert summary.cycle_ms.max >= summary.cycle_ms.p99 >= summary.cycle_ms.p50 > 0.0
 
 
 def test_cycles_that_take_too_long_are_counted() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -27,6 +27,7 @@ from mcdas_opt.simulation.record import CycleTimes
 from mcdas_opt.situation.roles import assign_roles
 
 Publish = Callable[[Line], None]
+_LATEST = 72_000  # cycles, an hour of them at 20 Hz, of which the times are kept
 
 
 class SilentBusError(InputError):
@@ -54,7 +55,8 @@ class _Run:
 
     began_s: float
     statuses: Counter[str] = field(default_factory=Counter)
-    took_ms: list[float] = field(default_factory=list)
+    took_ms: deque[float] = field(default_factory=lambda: deque(maxlen=_LATEST))
+    longest_ms: float = 0.0
     cycles: int = 0
     late: int = 0
     missed: int = 0
@@ -108,6 +110,7 @@ class LiveLoop:
             run.statuses[line.status] += 1
             run.now_s = self._clock()
             run.took_ms.append(1e3 * (run.now_s - now))
+            run.longest_ms = max(run.longest_ms, run.took_ms[-1])
             passed = int((run.now_s - run.began_s) / cycle_s + 1e-9)
             run.missed += max(passed - beat, 0)
             beat = max(beat, passed)
@@ -115,7 +118,7 @@ class LiveLoop:
 
     @property
     def summary(self) -> LiveSummary:
-        """Of what has been run so far."""
+        """Of what has been run so far; the middle and the 99th of a hundred times are those of the latest 72,000 cycles."""
         run = self._run
         return LiveSummary(
             cycles=run.cycles,
@@ -126,7 +129,7 @@ class LiveLoop:
             unverified_plans=run.unverified,
             faults=run.faults,
             drops={name: radar.drops for name, radar in self._radars.items()},
-            cycle_ms=CycleTimes.of(run.took_ms or [0.0]),
+            cycle_ms=replace(CycleTimes.of(list(run.took_ms) or [0.0]), max=run.longest_ms),
         )
 
     def _cycle(self, now: float, due: float, silent: tuple[str, ...]) -> Line:
