@@ -64,7 +64,7 @@ def test_a_run_says_what_holds_and_keeps_it_where_it_is_asked_to(
     monkeypatch.setattr(measuring, "_run", lambda claim: said)
     assert program.main(["run", "one", "--write"]) == 0
     assert records()["one"].value == 80
-    assert not entry("one").record.is_old  # type: ignore[union-attr]
+    assert not entry("one").record.is_old
     said["plans"] = 81
     assert program.main(["run", "quick"]) == 1
     assert "BROKEN" in capsys.readouterr().out

@@ -64,7 +64,7 @@ def test_the_table_the_document_and_the_file_say_the_same(kind: str, tmp_path: P
 def test_the_table_is_a_data_frame(kind: str, library: str) -> None:
     pytest.importorskip(library)
     answer = answers()[kind]
-    frame = answer.to_dataframe(library)  # type: ignore[call-overload]
+    frame = answer.to_dataframe(library)
     assert list(frame.columns) == list(answer.columns())
     assert len(frame) == len(next(iter(answer.columns().values())))
 
@@ -76,11 +76,11 @@ def test_what_moves_moves_and_what_does_not_says_so(tmp_path: Path) -> None:
     with pytest.raises(mo.InputError, match=r"\.json \(the document\)"):
         answers()["plan"].save(tmp_path / "plan.txt")
     with pytest.raises(mo.ParameterError, match="must be a str or a Path"):
-        answers()["plan"].plot(3)  # type: ignore[arg-type]
+        answers()["plan"].plot(3)
     with pytest.raises(mo.InputError, match="no such folder"):
         answers()["plan"].save(tmp_path / "no" / "plan.csv")
     with pytest.raises(mo.ParameterError, match="no answer of this package"):
-        mo.plot(3)  # type: ignore[arg-type]
+        mo.plot(3)
 
 
 def test_a_design_is_saved_as_what_planners_take(tmp_path: Path) -> None:
@@ -95,7 +95,7 @@ def test_a_data_frame_without_its_library_says_what_to_install(monkeypatch: pyte
     with pytest.raises(MissingExtraError, match=r"pip install 'mcdas-opt\[dataframe\]'"):
         answers()["plan"].to_dataframe()
     with pytest.raises(mo.ParameterError, match="must be pandas or polars"):
-        answers()["plan"].to_dataframe("numpy")  # type: ignore[call-overload]
+        answers()["plan"].to_dataframe("numpy")
 
 
 def test_a_benchmark_is_held_like_any_other_answer(tmp_path: Path) -> None:
@@ -113,6 +113,6 @@ def test_a_benchmark_is_held_like_any_other_answer(tmp_path: Path) -> None:
         found.shares("luck")
     for wrong in ({"scenes": 0}, {"scenes": "3"}, {"scenes": 2, "seed": -1}, {"scenes": 2, "workers": True}):
         with pytest.raises(mo.ParameterError, match="must be a whole number"):
-            mo.benchmark("euro-ncap-aeb", planners, **wrong)  # type: ignore[arg-type]
+            mo.benchmark("euro-ncap-aeb", planners, **wrong)
     with pytest.raises(mo.ParameterError, match="not a known planner"):
         mo.benchmark("euro-ncap-aeb", ["nobody"], scenes=1)

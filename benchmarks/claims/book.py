@@ -129,7 +129,7 @@ def words(claim: Claim, file: object) -> list[str]:
 
         from mcdas_opt.cli.app import app
 
-        known = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+        known = typer.main.get_command(app).commands
         if found[1] not in known:
             raise InputError(file, f"{claim.name}.command", found[1], f"is no command; {nearest(found[1], known)}")
         return found

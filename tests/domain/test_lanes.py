@@ -149,7 +149,7 @@ def test_a_road_with_nothing_left_to_drive_on_is_refused() -> None:
 )
 def test_a_lane_that_is_none_is_refused(lane: dict[str, object], said: str) -> None:
     with pytest.raises(ParameterError, match=said):
-        Lane(**lane)  # type: ignore[arg-type]
+        Lane(**lane)
 
 
 def test_a_road_with_lanes_is_a_document_and_back() -> None:

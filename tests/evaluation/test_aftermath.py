@@ -38,7 +38,7 @@ def test_too_slow_too_near_or_between_lanes_is_not_ordinary(calm: Simulation) ->
     run, instants = alarmed(calm, 1.0), instants_of(calm)
 
     def ended(**changes: object) -> bool | None:
-        return ordinary_again(run, (*instants[:-1], replace(instants[-1], **changes)))  # type: ignore[arg-type]
+        return ordinary_again(run, (*instants[:-1], replace(instants[-1], **changes)))
 
     assert ended(speed_mps=12.0) is False
     assert ended(speed_mps=12.0, acceleration_mps2=1.0) is True

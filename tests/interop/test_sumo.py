@@ -231,7 +231,7 @@ def test_sumo_that_ends_while_driving_leaves_what_was_driven(tmp_path: Path) -> 
         driver = SumoDriver(sumo, "ego", "sumo")
         for _ in range(5):
             driver.step()
-        sumo.close()  # type: ignore[attr-defined]
+        sumo.close()
         with pytest.raises(SumoError, match="SUMO ended or refused while ego was driven"):
             driver.step()
     assert len(driver.snapshots) == 5

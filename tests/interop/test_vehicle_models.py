@@ -60,10 +60,10 @@ def test_a_bmw_moves_as_the_package_moves_it(plant: PlantFactory, rates: object,
     tire = replace(p.tire, p_dx1=0.8, p_dy1=0.8)
     tire = replace(tire, p_vx1=tire.p_vx1 * 0.8 / 1.1739, p_vy1=tire.p_vy1 * 0.8 / 1.0489, p_vy3=tire.p_vy3 * 0.8 / 1.0489)
     p = replace(p, tire=tire)
-    x = begin([0.0, 0.0, 0.0, 22.0, 0.0, 0.0, 0.0], p)  # type: ignore[operator]
+    x = begin([0.0, 0.0, 0.0, 22.0, 0.0, 0.0, 0.0], p)
 
     def motion(t: float, y: np.ndarray) -> list[float]:
-        return rates(list(y), [0.06 if t < 0.7 else -0.06, -2.0], p)  # type: ignore[operator, no-any-return]
+        return rates(list(y), [0.06 if t < 0.7 else -0.06, -2.0], p)
 
     theirs = solve_ivp(motion, (0.0, 1.5), x, method="LSODA", rtol=1e-8, atol=1e-8, max_step=0.01).y[:, -1]
     car = plant(BMW, Road(friction=0.8, curvature=((0.0, 1e-3),)), SlidingState(speed_mps=22.0, acceleration_mps2=-2.0))

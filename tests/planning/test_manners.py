@@ -210,4 +210,4 @@ def test_what_is_no_manners_is_refused_by_name(name: str, value: float) -> None:
 )
 def test_so_is_what_is_no_side_and_no_truth(name: str, value: object) -> None:
     with pytest.raises(ParameterError, match=name):
-        MannersSettings(**{name: value})  # type: ignore[arg-type]
+        MannersSettings(**{name: value})

@@ -39,7 +39,7 @@ class Failing:
     @property
     def state(self) -> HostState:
         state = self._inner.state
-        return state if self._steps < self._at else self._wrong(state)  # type: ignore[return-value]
+        return state if self._steps < self._at else self._wrong(state)
 
     def step(self, jerk_mps3: float, steering_rate_radps: float) -> Applied:
         self._steps += 1
@@ -86,13 +86,13 @@ def test_what_our_own_plants_do_is_never_taken_for_a_fault(plant: str, speed: fl
 @pytest.mark.parametrize("value", [3, None, KinematicPlant(Vehicle(), Road(), HostState())])
 def test_what_builds_no_plant_is_refused(value: object) -> None:
     with pytest.raises(ParameterError, match="plant"):
-        simulate(make_scene(), FakeDriver(), plant=value)  # type: ignore[arg-type]
+        simulate(make_scene(), FakeDriver(), plant=value)
 
 
 def test_an_object_goes_by_the_name_of_its_class_or_function() -> None:
     assert plant_name("dynamic") == "dynamic"
     assert plant_name(KinematicPlant) == "KinematicPlant"
-    assert plant_name(partial(KinematicPlant, Vehicle())) == "KinematicPlant"  # type: ignore[arg-type]
+    assert plant_name(partial(KinematicPlant, Vehicle())) == "KinematicPlant"
     assert simulate(make_scene(duration_s=0.2), FakeDriver(), plant=KinematicPlant).plant == "KinematicPlant"
 
 
