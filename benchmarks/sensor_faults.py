@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import csv
 import multiprocessing
+import os
 from functools import partial
 from math import radians
 from pathlib import Path
@@ -96,19 +97,23 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=71)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--conditions", nargs="+", choices=list(CONDITIONS), default=list(CONDITIONS))
-    parser.add_argument("--out", type=Path, help="every drive as a row (CSV)")
+    parser.add_argument("--out", type=Path, help="every drive as a row (CSV), written scene by scene")
     parser.add_argument("--quick", action="store_true", help="six scenes, four conditions")
     arguments = parser.parse_args()
     scenes = 6 if arguments.quick else arguments.scenes
     conditions = tuple(dict.fromkeys(["clean", *(["splits", "ghosts", "all together"] if arguments.quick else arguments.conditions)]))
     task = partial(rows_of, suite=arguments.suite, scenes=scenes, seed=arguments.seed, conditions=conditions)
-    with multiprocessing.get_context("spawn").Pool(arguments.workers) as pool:
-        rows = [row for found in pool.imap(task, range(scenes)) for row in found]
-    if arguments.out is not None:
-        with arguments.out.open("w", newline="", encoding="utf-8") as out:
-            writer = csv.DictWriter(out, COLUMNS)
-            writer.writeheader()
-            writer.writerows(rows)
+    rows: list[Row] = []
+    with (
+        multiprocessing.get_context("spawn").Pool(arguments.workers) as pool,
+        (arguments.out or Path(os.devnull)).open("w", newline="") as out,
+    ):
+        writer = csv.DictWriter(out, COLUMNS)
+        writer.writeheader()
+        for found in pool.imap(task, range(scenes)):
+            rows += found
+            writer.writerows(found)
+            out.flush()
     print(f"{arguments.suite}, {scenes} scenes, seed {arguments.seed}\n")
     print("\n".join(table(rows, conditions)))
 
