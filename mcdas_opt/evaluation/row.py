@@ -10,7 +10,7 @@ import numpy as np
 
 from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.settings import Settings, WarningSettings
-from mcdas_opt.domain.vocabulary import Mode, Status
+from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.evaluation.aftermath import ordinary_again
 from mcdas_opt.evaluation.case import Case
 from mcdas_opt.simulation.idm import STEP_S
@@ -177,11 +177,14 @@ def _face(run: Simulation) -> str:
 
 
 def _intervention(run: Simulation) -> str:
-    """What went beyond ordinary driving: steering out, or hard braking."""
+    """What went beyond ordinary driving: steering out, or hard braking. Changing lanes without evading is ordinary."""
     road, states = run.scene.true_road, run.history.states
     bend = states[:-1, 3] ** 2 * np.asarray(road.curvature_at(states[:-1, 0]))
     sharp = np.abs(run.history.lateral_acceleration_mps2 - bend).max(initial=0.0) > SHARP_STEERING_MPS2
-    left_lane = road.lane_of(float(states[-1, 1]), float(states[-1, 0])) != road.lane_of(float(states[0, 1]), float(states[0, 0]))
+    changed = any(cycle.plan.side is not Side.NONE and cycle.plan.mode is not Mode.EVADE for cycle in run.cycles)
+    left_lane = not changed and road.lane_of(float(states[-1, 1]), float(states[-1, 0])) != road.lane_of(
+        float(states[0, 1]), float(states[0, 0])
+    )
     evaded = any(mode == Mode.EVADE.value for _, mode in run.modes)
     braked = float(states[:, 4].min()) < -HARD_BRAKING_MPS2
     return "+".join(word for word, true in (("steering", evaded or sharp or left_lane), ("braking", braked)) if true)

@@ -50,9 +50,10 @@ _MEANINGS = (
     "Rates are k of n with the interval of Clopper and Pearson at 95 %. Lost: a collision, a departure from the road, or a planner that "
     "raised, hung or took its process with it; such a failure counts as a collision too. Scripted, reacting and recorded traffic are "
     "never counted together.",
-    "False interventions: of the scenes that need none, those in which the planner steered out (evaded, left its lane, or had over 2 "
-    "m/s² of lateral acceleration beyond the road's bend) or braked harder than 3.5 m/s². Unverified plans: plans that left without "
-    "the judge's pass. Settling error: distance from the new lane's centre when the sideways motion of a lane change ended.",
+    "False interventions: of the scenes that need none, those in which the planner steered out (evaded, left its lane but by a lane change "
+    "that is no evasion, or had over 2 m/s² of lateral acceleration beyond the road's bend) or braked harder than 3.5 m/s². Unverified "
+    "plans: plans that left without the judge's pass. Settling error: distance from the new lane's centre when the sideways motion of a "
+    "lane change ended.",
     "Time gap under 0.8 s: drives with more than 0.5 s of it, not counting 10 s after a cut-in. Beyond ISO 15622: of the scenes that need "
     "no intervention, those with more than 0.5 s of acceleration or braking (means over 2 s) or jerk (over 1 s) beyond the standard. "
     "Followers made to brake: of the lane changes, those whose new follower braked by more than 4 m/s² from 2 s before to 3 s after. "
