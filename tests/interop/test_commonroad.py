@@ -203,7 +203,7 @@ def test_a_problem_that_is_not_there_and_a_file_that_is_not_there(tmp_path: Path
 
 def test_another_version_is_refused_by_the_pins_name(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(library, "version", lambda name: "2026.1")
-    with pytest.raises(InputError, match=r"commonroad-io: version = '2026.1': must be 2024.3: pip install commonroad-io==2024.3"):
+    with pytest.raises(InputError, match=r"commonroad-io: version = '2026.1': must be 2024.3: pip install 'mcdas-opt\[commonroad\]'"):
         library.require()
 
 
@@ -212,7 +212,7 @@ def test_without_the_package_the_extra_is_named(monkeypatch: pytest.MonkeyPatch)
         raise library.PackageNotFoundError(name)
 
     monkeypatch.setattr(library, "version", missing)
-    with pytest.raises(MissingExtraError, match=r"pip install mcdas-opt\[commonroad\]"):
+    with pytest.raises(MissingExtraError, match=r"pip install 'mcdas-opt\[commonroad\]'"):
         library.require()
 
 
