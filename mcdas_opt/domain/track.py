@@ -14,7 +14,6 @@ from mcdas_opt.domain.rules import (
     Array,
     as_floats,
     covariance,
-    non_negative,
     positive,
     require_type,
     true_or_false,
@@ -22,6 +21,7 @@ from mcdas_opt.domain.rules import (
 )
 from mcdas_opt.domain.vocabulary import Sector
 
+HARDEST_MPS2 = 1e4  # beyond is no number of traffic
 LONGEST_M = 1000.0  # of a body: a long train, or a wall
 _NUMBERS = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "age_s", "acceleration_s_mps2")
 
@@ -62,8 +62,9 @@ class Track:
                 within(name, attrgetter(name)(self), -FARTHEST_M, FARTHEST_M, "m")
             for name in ("speed_s_mps", "speed_d_mps"):
                 within(name, attrgetter(name)(self), -FASTEST_MPS, FASTEST_MPS, "m/s")
+        within("acceleration_s_mps2", self.acceleration_s_mps2, -HARDEST_MPS2, HARDEST_MPS2, "m/s^2")
         if self.acceleration_s_sd_mps2 is not None:
-            non_negative("acceleration_s_sd_mps2", self.acceleration_s_sd_mps2, "m/s^2")
+            within("acceleration_s_sd_mps2", self.acceleration_s_sd_mps2, 0.0, HARDEST_MPS2, "m/s^2")
         positive("length_m", self.length_m, "m")
         positive("width_m", self.width_m, "m")
         if max(self.length_m, self.width_m) > LONGEST_M:

@@ -20,6 +20,7 @@ _CLOSED_UP_M = 1.5  # beyond the gap at standstill: nobody drives on for so litt
 
 
 _FADING_S, _BRAKING_FADES_S = 1.0, 2.0
+_NONE_MPS2 = 1e-100  # whose square is still a number
 _DEVIATIONS = 2.0  # an acceleration of so many standard deviations counts half
 
 
@@ -76,7 +77,7 @@ def _fronts(cycle: Cycle, d_m: float) -> list[FrontCar]:
 def _going_on(track: Track, times_s: Array) -> tuple[Array, Array]:
     """(speeds [m/s], way [m]) of somebody whose acceleration, as far as it is known, fades."""
     a, sd = track.acceleration_s_mps2, track.acceleration_s_sd_mps2
-    known = 0.0 if sd is None or a == 0.0 else a * a * a / (a * a + (_DEVIATIONS * sd) ** 2)
+    known = 0.0 if sd is None or abs(a) < _NONE_MPS2 else a * a * a / (a * a + (_DEVIATIONS * sd) ** 2)
     fading_s = _BRAKING_FADES_S if known < 0.0 else _FADING_S
     speeds = np.maximum(track.speed_s_mps + known * fading_s * -np.expm1(-times_s / fading_s), 0.0)
     way = np.concatenate([[0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * (times_s[1:] - times_s[:-1]))])

@@ -115,6 +115,8 @@ def test_what_is_taken_is_planned_for(record: type) -> None:
         (lambda: Road(curvature=((1e300, 0.0),)), "must lie within"),
         (lambda: Track(**NEEDED[Track] | {"id": 1}), "id = 1: must be a str"),
         (lambda: Track(**NEEDED[Track] | {"speed_s_mps": 1e308}), "speed_s_mps = 1e+308 m/s: must lie in"),
+        (lambda: Track(**NEEDED[Track] | {"acceleration_s_mps2": 1e308}), "acceleration_s_mps2 = 1e+308 m/s^2: must lie in"),
+        (lambda: Track(**NEEDED[Track] | {"acceleration_s_sd_mps2": -1.0}), "acceleration_s_sd_mps2 = -1.0 m/s^2: must lie in"),
         (lambda: Coverage(front="yes"), "front = 'yes': must be true or false"),
         (lambda: Scan(**NEEDED[Scan] | {"t_s": "now"}), "t_s = 'now' s: must be a number"),
         (lambda: Scan(**NEEDED[Scan] | {"sector": "up"}), "sector = 'up': must be one of front, rear, left, right"),
@@ -188,6 +190,12 @@ def test_a_planner_of_words_drives_as_one_of_enums() -> None:
     """It died at the end of the drive, where its modes are counted."""
     said = simulate("benign-following", planner=Answering(replace(PLAN, mode="brake", side="none", status="planned", alert="warn")))
     assert said.modes == ((0.0, "brake"),)
+
+
+def test_an_acceleration_whose_square_is_no_number_is_planned_for() -> None:
+    """It divided nothing by nothing."""
+    track = Track(**NEEDED[Track] | {"acceleration_s_mps2": 1e-200, "acceleration_s_sd_mps2": 0.0})
+    assert Planner().plan(Situation(host=HOST, tracks=(track,))).verdict.passed
 
 
 def test_words_will_do_where_a_closed_set_is_meant() -> None:
