@@ -28,6 +28,7 @@ from mcdas_opt.situation.assess import assess
 from mcdas_opt.situation.doubts import believed
 from mcdas_opt.tracking.prediction import names_of, predict_for
 
+_IN_TRAFFIC_M = 0.5 * FARTHEST_M  # who is farther away is not in traffic, and could not be moved on
 _STANDING_GAP_M = 2.0
 _EASING_MPS2 = 1.5  # of braking towards a lower speed limit ahead
 _CLOSELY_S = 2.0
@@ -243,10 +244,12 @@ def _limited(situation: Situation, settings: Settings, vehicle: Vehicle) -> Situ
 
 
 def _local(given: Situation, origin_m: float) -> Situation:
+    near = tuple(track for track in given.tracks if max(abs(track.s_m - origin_m), abs(track.d_m)) <= _IN_TRAFFIC_M)
+    if len(near) < len(given.tracks):
+        given = replace(given, tracks=near)
     destination = given.destination and given.destination.seen_from(origin_m, given.time_s)
     if origin_m == 0.0:
         return given if given.time_s == 0.0 else replace(given, time_s=0.0, destination=destination)
-    near = (track for track in given.tracks if abs(track.s_m - origin_m) <= FARTHEST_M)  # half a world away is not in traffic
     tracks = tuple(track.seen_from(origin_m) for track in near)
     host, road = given.host.seen_from(origin_m), given.road.seen_from(origin_m)
     return replace(given, time_s=0.0, host=host, tracks=tracks, road=road, destination=destination)

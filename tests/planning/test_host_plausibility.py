@@ -121,7 +121,7 @@ def test_a_car_that_rolls_back_a_little_stands() -> None:
 
 def test_a_car_half_a_world_away_makes_no_difference() -> None:
     here = Situation(host=HostState(s_m=-1e9, speed_mps=20.0))
-    far = replace(here, tracks=(Track(id="far", s_m=1e9, d_m=0.0, speed_s_mps=10.0),))
+    far = replace(here, tracks=(Track(id="far", s_m=1e9, d_m=0.0, speed_s_mps=10.0), Track(id="off", s_m=0.0, d_m=-1e9, speed_s_mps=1.0)))
     assert Planner().plan(far).trajectory.table.tobytes() == Planner().plan(here).trajectory.table.tobytes()
 
 
