@@ -47,13 +47,20 @@ Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 class LanePart(_Part):
     """One lane where it is not as the road says of all; a list of pairs is in the order of s."""
 
-    lane: int
-    width_m: list[Pair] = []
-    speed_limit_mps: Annotated[float, Field(gt=0.0, le=100.0)] | list[Pair] = []
-    closed_m: list[Pair] = []
-    oncoming: bool = False
-    shoulder: bool = False
-    merges: Literal["left", "right", "none"] = "none"
+    lane: Annotated[int, Field(description="which: 0 is the host's at the start, 1 the next to the left, -1 to the right")]
+    width_m: Annotated[
+        list[Pair], Field(description="knots [s_m, width_m], linear in between; 0: there is no lane; without any, the road's")
+    ] = []
+    speed_limit_mps: Annotated[
+        Annotated[float, Field(gt=0.0, le=100.0)] | list[Pair],
+        Field(description="one number, or steps [s_m, limit_mps], each from there on; without any, the road's"),
+    ] = []
+    closed_m: Annotated[list[Pair], Field(description="stretches [from_s_m, to_s_m] that nobody may drive on")] = []
+    oncoming: Annotated[bool, Field(description="true: its traffic comes towards the host; no lane to change into")] = False
+    shoulder: Annotated[bool, Field(description="true: road without traffic of its own, and no lane to change into")] = False
+    merges: Annotated[
+        Literal["left", "right", "none"], Field(description="of lane 0 alone: to which side its traffic goes where it narrows or is closed")
+    ] = "none"
 
     @model_validator(mode="after")
     def _lane_is_sound(self) -> Self:
@@ -115,9 +122,9 @@ class RoadPart(_Part):
 class DestinationPart(_Part):
     """Where the host is to be, and when, counted from the scene's beginning."""
 
-    s_m: Pair | None = None
-    lane: int | None = None
-    time_s: Pair | None = None
+    s_m: Annotated[Pair | None, Field(description="between which places; without it, anywhere")] = None
+    lane: Annotated[int | None, Field(description="in which lane; without it, in any")] = None
+    time_s: Annotated[Pair | None, Field(description="between which times; without it, at any")] = None
 
     @model_validator(mode="after")
     def _is_sound(self) -> Self:

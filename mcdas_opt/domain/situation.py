@@ -21,7 +21,8 @@ from mcdas_opt.errors import InputError, ParameterError
 class Situation:
     """Everything a plan may depend on. `road.friction` is the friction that the planner assumes.
 
-    `vehicle` names the host's car (a shipped vehicle or a path); `desired_speed_mps` defaults to the host's speed.
+    `vehicle` names the host's car (a shipped vehicle or a path; None: whichever the planner has, the sedan where it has none);
+    `desired_speed_mps` defaults to the host's speed.
     `destination`: where to be, and when, if that matters; times are those of `time_s`.
     """
 
@@ -30,7 +31,7 @@ class Situation:
     tracks: tuple[Track, ...] = ()
     coverage: Coverage = field(default_factory=Coverage)
     road: Road = field(default_factory=Road)
-    vehicle: str = "sedan"
+    vehicle: str | None = None
     desired_speed_mps: float | None = None
     request: Request = Request.DRIVE
     destination: Destination | None = None
@@ -40,7 +41,8 @@ class Situation:
         require_type("host", self.host, HostState)
         require_type("coverage", self.coverage, Coverage)
         require_type("road", self.road, Road)
-        require_type("vehicle", self.vehicle, str)
+        if self.vehicle is not None:
+            require_type("vehicle", self.vehicle, str)
         if self.destination is not None:
             require_type("destination", self.destination, Destination)
         object.__setattr__(self, "tracks", all_of("tracks", self.tracks, Track))
@@ -56,6 +58,11 @@ class Situation:
         if len(set(ids)) != len(ids):
             twice = next(i for i in ids if ids.count(i) > 1)
             raise ParameterError("tracks.id", twice, "must be unique")
+
+    @property
+    def vehicle_name(self) -> str:
+        """Of the host's car, where somebody needs one: the sedan where none is said."""
+        return self.vehicle or "sedan"
 
     @property
     def wanted_speed_mps(self) -> float:

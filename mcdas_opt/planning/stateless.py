@@ -46,7 +46,7 @@ def plan(
     """
     require_type("situation", situation, Situation)
     chosen = renamed("plan", "method", method, "planner", planner) or "mpc"
-    begun = _begun(situation.vehicle if vehicle is None else vehicle, chosen, settings)
+    begun = _begun(situation.vehicle_name if vehicle is None else vehicle, chosen, settings)
     return begun.plan(situation if vehicle is None else replace(situation, vehicle=begun.vehicle.name))
 
 

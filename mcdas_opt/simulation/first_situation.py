@@ -49,7 +49,7 @@ def situation_of(name: str, seed: int | None = None) -> tuple[Situation, Vehicle
         if not os.path.isfile(path):
             raise InputError(name, "", None, "no such file")
         situation = Situation.from_json(read_text(path), path)
-        vehicle = load_vehicle(situation.vehicle, path.parent)
+        vehicle = load_vehicle(situation.vehicle_name, path.parent)
         if situation.host.speed_mps > vehicle.speed_max_mps:
             rule = f"exceeds the vehicle's maximum {vehicle.speed_max_mps:g} m/s (speeds are m/s, not km/h)"
             raise InputError(path, "host.speed_mps", situation.host.speed_mps, rule)

@@ -46,7 +46,7 @@ def verify(
     require_type_if_given("settings", settings, PredictionSettings)
     require_type_if_given("vehicle", vehicle, Vehicle)
     if isinstance(target, Situation):
-        car = vehicle or load_vehicle(target.vehicle)
+        car = vehicle or load_vehicle(target.vehicle_name)
         foreseen = foresee(trajectory, planned_around(target, car), prediction, settings)
         return judge(trajectory, target.host, car, target.road, foreseen)
     foreseen = foresee(trajectory, target, prediction, settings)

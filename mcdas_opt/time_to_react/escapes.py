@@ -38,7 +38,7 @@ def escapes(
     require_type_if_given("vehicle", vehicle, Vehicle)
     require_type_if_given("prediction", prediction, PredictionSettings)
     require_type_if_given("settings", settings, EscapeSettings)
-    car = load_vehicle(situation.vehicle) if vehicle is None else vehicle
+    car = load_vehicle(situation.vehicle_name) if vehicle is None else vehicle
     return replace(
         escapes_under(predict_for(planned_around(situation, car), prediction), situation, car, settings), situation=situation, vehicle=car
     )

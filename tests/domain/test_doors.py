@@ -146,7 +146,7 @@ def test_what_is_taken_is_planned_for(record: type) -> None:
         (lambda: Planner().step([], HOST, 0.0, request="fly"), "request = 'fly': must be one of drive, park"),
         (lambda: Planner(method=Planner), "is a class: give Planner(...)"),
         (lambda: Planner(name=3), "name = 3: must be a str"),
-        (lambda: Planner("bmw_320i", "closed-form").plan(Situation(host=HOST)), "is not the car of this planner, 'bmw_320i'"),
+        (lambda: Planner("bmw_320i", "aeb").plan(Situation(host=HOST, vehicle="sedan")), "is not the car of this planner, 'bmw_320i'"),
         (lambda: answering(None), "the answer of Answering = None: must be a Plan or a Refusal"),
         (lambda: answering(3), "must be a Plan or a Refusal"),
         (lambda: replace(PLAN, mode="fly"), "mode = 'fly': must be one of hold, cruise"),

@@ -108,5 +108,5 @@ def test_without_python_can_the_extra_is_named(tmp_path: Path, monkeypatch: pyte
     path = tmp_path / "a.log"
     path.write_text("(0.0) can0 500#00\n")
     monkeypatch.setitem(sys.modules, "can", None)
-    with pytest.raises(MissingExtraError, match=r"pip install mcdas-opt\[can\]"):
+    with pytest.raises(MissingExtraError, match=r"pip install 'mcdas-opt\[can\]'"):
         read_candump(path)

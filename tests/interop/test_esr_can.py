@@ -309,5 +309,5 @@ def test_a_file_that_is_no_dbc_is_refused(tmp_path: Path) -> None:
 
 def test_without_cantools_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "cantools", None)
-    with pytest.raises(MissingExtraError, match=r"pip install mcdas-opt\[can\]"):
+    with pytest.raises(MissingExtraError, match=r"pip install 'mcdas-opt\[can\]'"):
         EsrCodec()

@@ -32,7 +32,7 @@ def test_it_is_known_and_without_its_package_says_what_to_install(monkeypatch: p
     assert "commonroad-reactive" in known_methods()
     with monkeypatch.context() as patch:
         patch.setitem(sys.modules, "commonroad_rp.reactive_planner", None)
-        with pytest.raises(MissingExtraError, match=r"mcdas-opt\[commonroad-planner\], then pip install --no-deps commonroad-"):
+        with pytest.raises(MissingExtraError, match=r"mcdas-opt\[commonroad-planner\]', then pip install --no-deps commonroad-"):
             build_method("commonroad-reactive", CAR, Settings())
 
 

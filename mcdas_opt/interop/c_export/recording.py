@@ -137,7 +137,7 @@ def record(scene: Scene, steps: int, neighbours: int, arithmetic: Arithmetic = "
     """
     settings = Settings()
     method = MpcMethod(scene.vehicle, settings, SolverSettings(slots=(neighbours,)))
-    transcribed = method.solvers.usual.problems.holding(neighbours, scene.vehicle)
+    transcribed = method.solvers.usual.problems.holding(neighbours, scene.vehicle, sloping_edges=scene.assumed_road.edges is not None)
     engine = transcribed.interior_point = RecordingEngine(transcribed, steps, ARITHMETICS[arithmetic])
     for seed in range(scene.seed, scene.seed + _MOST_DRIVES):
         before = len(engine.steps)
