@@ -11,17 +11,19 @@ from mcdas_opt.errors import ParameterError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MannersSettings:
-    """Traffic keeps to the side `drives_on`: the lane there is the one to keep (`keeps_outer_lane`), and faster cars pass on the other side
-    alone (`passes_inside`), but in queues up to `queue_mps`.
+    """Traffic keeps to the side `drives_on`: after overtaking one goes back to the lane that one came from (`returns`), or, with
+    `keeps_outer_lane`, to the outermost that is free; and faster cars pass on the other side alone (`passes_inside`), but in queues up to
+    `queue_mps`.
 
     A lane change that nothing forces (`changes_lanes`) is announced for `announced_s`, takes `changing_s`, and asks nobody behind for more
     braking than `follower_braking_mps2` (the safety criterion of MOBIL: Kesting, Treiber, Helbing, Transp. Res. Rec. 1999 (2007) 86, eq 2).
-    It has to bring `advantage_mps`; back to the outer lane, once that has been free for `lingering_s`, it may cost `loss_mps`.
+    It has to bring `advantage_mps`; back, once that lane has been free for `lingering_s`, it may cost `loss_mps`.
     """
 
     drives_on: Side = Side.RIGHT
     changes_lanes: bool = True
-    keeps_outer_lane: bool = True
+    returns: bool = True
+    keeps_outer_lane: bool = False
     passes_inside: bool = True
     queue_mps: float = 17.0
     announced_s: float = 1.5
@@ -37,6 +39,7 @@ class MannersSettings:
         if self.drives_on is Side.NONE:
             raise ParameterError("manners.drives_on", self.drives_on, "must be left or right")
         true_or_false("manners.changes_lanes", self.changes_lanes)
+        true_or_false("manners.returns", self.returns)
         true_or_false("manners.keeps_outer_lane", self.keeps_outer_lane)
         true_or_false("manners.passes_inside", self.passes_inside)
         require(self, positive, "changing_s", "follower_braking_mps2", "advantage_mps")

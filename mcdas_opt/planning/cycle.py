@@ -93,7 +93,9 @@ class Cycle:
             doubts=what.doubts,
             supposed=what.supposed,
             deficits=front_deficits(local, vehicle, settings.safe_end, memory.deficits, memory.elapsed_s),
-            lane_choice=lane_choice(local, vehicle, settings, memory.lane_choice, memory.elapsed_s) if active is None else LaneChoice(),
+            lane_choice=lane_choice(local, vehicle, settings, memory.lane_choice, memory.elapsed_s)
+            if active is None
+            else memory.lane_choice.resting,
             active=active,
             deadline=deadline,
         )

@@ -1,4 +1,4 @@
-"""Which lane one wants to be in while nothing presses: past who is slower, and back to the outer lane; announced before it is done."""
+"""Which lane one wants to be in while nothing presses: past who is slower, and back again; announced before it is done."""
 
 from __future__ import annotations
 
@@ -27,12 +27,18 @@ _LOOKS = 20  # along the way of a change
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LaneChoice:
-    """The side that is wanted, and for how long it has been [s]."""
+    """The side that is wanted, and for how long it has been [s]. `own_lane` is the lane that the drive began in."""
 
+    own_lane: int | None = None
     side: Side = Side.NONE
     age_s: float = 0.0
     is_announced: bool = False
     is_due: bool = False
+
+    @property
+    def resting(self) -> LaneChoice:
+        """The same drive's, with nothing wanted."""
+        return LaneChoice(own_lane=self.own_lane)
 
 
 class Neighbour(NamedTuple):
@@ -47,17 +53,21 @@ def lane_choice(
     situation: Situation, vehicle: Vehicle, settings: Settings, before: LaneChoice | None = None, elapsed_s: float = 0.0
 ) -> LaneChoice:
     """What is wanted now, given what was wanted `elapsed_s` ago. A wish that ends for a moment begins anew."""
-    manners = settings.manners
-    side = _wanted(situation, vehicle, settings)
+    manners, road = settings.manners, situation.road
+    own_lane = None if before is None else before.own_lane
+    if own_lane is None:
+        own_lane = road.lane_of(situation.host.d_m, situation.host.s_m)
+    side = _wanted(situation, vehicle, settings, own_lane)
     if side is Side.NONE:
-        return LaneChoice()
+        return LaneChoice(own_lane=own_lane)
     age_s = before.age_s + elapsed_s if before is not None and before.side is side else 0.0
     begins_s = manners.lingering_s if side is manners.drives_on else 0.0
     announced_s = round(age_s - begins_s, 6)
-    return LaneChoice(side=side, age_s=age_s, is_announced=announced_s >= 0.0, is_due=announced_s >= manners.announced_s)
+    due = announced_s >= manners.announced_s
+    return LaneChoice(own_lane=own_lane, side=side, age_s=age_s, is_announced=announced_s >= 0.0, is_due=due)
 
 
-def _wanted(situation: Situation, vehicle: Vehicle, settings: Settings) -> Side:
+def _wanted(situation: Situation, vehicle: Vehicle, settings: Settings, own_lane: int) -> Side:
     host, road, manners = situation.host, situation.road, settings.manners
     if situation.destination is not None and situation.destination.lane is not None:
         return Side.NONE  # it is said which lane
@@ -73,7 +83,8 @@ def _wanted(situation: Situation, vehicle: Vehicle, settings: Settings) -> Side:
         there = _open(lane, side, situation, vehicle, settings)
         if there is not None and _expected_mps(there, situation, settings, _ANTICIPATION_S) >= own + manners.advantage_mps:
             return side
-    if not manners.keeps_outer_lane:
+    inside_of_own = (lane > own_lane) if manners.inside is Side.LEFT else (lane < own_lane)
+    if not (manners.returns and inside_of_own) and not manners.keeps_outer_lane:
         return Side.NONE
     outer = _open(lane, manners.drives_on, situation, vehicle, settings)
     free = outer is not None and _expected_mps(outer, situation, settings, _FREE_S) >= own - manners.loss_mps

@@ -177,6 +177,13 @@ def test_lanes_are_not_changed_in_a_bend_nor_before_one(kappa: float) -> None:
         assert lane_choice(situation, CAR, QUIET).side is side
 
 
+@pytest.mark.parametrize(("keeps_outer_lane", "d_m"), [(False, 0.0), (True, -LANE_M)])
+def test_a_lane_that_one_began_in_is_left_for_a_free_one_outside_only_where_a_setting_says_so(keeps_outer_lane: bool, d_m: float) -> None:
+    settings = replace(QUIET, manners=replace(MANNERS, keeps_outer_lane=keeps_outer_lane))
+    drive = Drive(cars=[(55.0, 0.0, 25.0)], speed_mps=25.0, wanted_mps=25.0, seconds=12.0, settings=settings, outer=1)
+    assert drive.d_m[-1] == pytest.approx(d_m, abs=0.3)
+
+
 def test_a_wish_that_ends_for_a_moment_begins_anew() -> None:
     slow = Track(id="slow", s_m=40.0, d_m=0.0, speed_s_mps=15.0)
     situation = Situation(host=HostState(speed_mps=25.0), tracks=(slow,), road=Road(lanes_left=1, speed_limit_mps=60.0))
