@@ -9,25 +9,23 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, field_validator, model_validator
+from pydantic import Field, PrivateAttr, field_validator, model_validator
 
 from mcdas_opt.catalogue.data_files import checked, find, read_text, read_toml
+from mcdas_opt.catalogue.road_tables import DestinationPart, NonNegative, Part, Positive, RoadPart
 from mcdas_opt.catalogue.sensors import IDEAL, NONE, load_sensor
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.host import HostState
-from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import FARTHEST_M, FASTEST_MPS, Array
 from mcdas_opt.domain.track import LONGEST_M
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Request, Sector, Side
-from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.domain.vocabulary import Request, Sector
+from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners, separation
 
-Positive = Annotated[float, Field(gt=0.0)]
-NonNegative = Annotated[float, Field(ge=0.0)]
 Place = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
 Speed = Annotated[float, Field(ge=0.0, le=FASTEST_MPS)]
 Acceleration = Annotated[float, Field(ge=-1e3, le=1e3)]
@@ -37,110 +35,7 @@ TRAJECTORY_COLUMNS = ("t_s", "s_m", "d_m", "heading_rad", "speed_mps")
 _FASTEST_MPS, _NOISE_M = 100.0, 2.0  # what a recorded car may seem to move by
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
-
-
-Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
-
-
-class LanePart(_Part):
-    """One lane where it is not as the road says of all; a list of pairs is in the order of s."""
-
-    lane: Annotated[int, Field(description="which: 0 is the host's at the start, 1 the next to the left, -1 to the right")]
-    width_m: Annotated[
-        list[Pair], Field(description="knots [s_m, width_m], linear in between; 0: there is no lane; without any, the road's")
-    ] = []
-    speed_limit_mps: Annotated[
-        Annotated[float, Field(gt=0.0, le=100.0)] | list[Pair],
-        Field(description="one number, or steps [s_m, limit_mps], each from there on; without any, the road's"),
-    ] = []
-    closed_m: Annotated[list[Pair], Field(description="stretches [from_s_m, to_s_m] that nobody may drive on")] = []
-    oncoming: Annotated[bool, Field(description="true: its traffic comes towards the host; no lane to change into")] = False
-    shoulder: Annotated[bool, Field(description="true: road without traffic of its own, and no lane to change into")] = False
-    merges: Annotated[
-        Literal["left", "right", "none"], Field(description="of lane 0 alone: to which side its traffic goes where it narrows or is closed")
-    ] = "none"
-
-    @model_validator(mode="after")
-    def _lane_is_sound(self) -> Self:
-        try:
-            self.record()
-        except ParameterError as error:
-            raise ValueError(str(error)) from None
-        return self
-
-    def record(self) -> Lane:
-        """The lane; one limit holds all along."""
-        given = self.speed_limit_mps
-        limits = [[0.0, given]] if isinstance(given, float) else given
-        width, limit, closed = (tuple((s, value) for s, value in pairs) for pairs in (self.width_m, limits, self.closed_m))
-        return Lane(
-            lane=self.lane,
-            width_m=width,
-            speed_limit_mps=limit,
-            closed_m=closed,
-            oncoming=self.oncoming,
-            shoulder=self.shoulder,
-            merges=Side(self.merges),
-        )
-
-
-class RoadPart(_Part):
-    lane_width_m: Annotated[Positive, Field(description="of every lane")] = 3.7
-    lanes_left: Annotated[int, Field(ge=0, description="lanes to the left of the host's lane, same direction")] = 0
-    lanes_right: Annotated[int, Field(ge=0, description="lanes to its right")] = 0
-    shoulder_left_m: Annotated[NonNegative, Field(description="drivable beyond the outermost left lane")] = 0.0
-    shoulder_right_m: Annotated[NonNegative, Field(description="drivable beyond the outermost right lane")] = 0.0
-    friction: Annotated[float, Field(gt=0.0, le=1.5, description="what the plant has")] = 0.9
-    speed_limit_mps: Annotated[
-        float, Field(gt=0.0, le=100.0, description="binds ordinary driving; escaping may exceed it, and the plan says so")
-    ] = 36.0  # more is km/h by mistake
-    curvature: Annotated[
-        Annotated[list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=1)],
-        Field(description="knots [s_m, kappa_1pm], linear in between, held at both ends; a left turn is positive"),
-    ] = [[0.0, 0.0]]
-    road_end_s_m: Annotated[float | None, Field(description="where the road ends; without it, nowhere")] = None
-    lane: Annotated[list[LanePart], Field(description="lanes that are not the same all along")] = []
-
-    @model_validator(mode="after")
-    def _road_is_sound(self) -> Self:
-        try:
-            self.record()
-        except ParameterError as error:
-            raise ValueError(str(error)) from None
-        return self
-
-    def record(self, friction: float | None = None) -> Road:
-        """The road, with the friction that its reader believes (default the road's own)."""
-        values = self.model_dump(exclude={"curvature", "friction", "lane"})
-        knots = tuple((s, k) for s, k in self.curvature)
-        lanes = tuple(lane.record() for lane in self.lane)
-        return Road(**values, curvature=knots, friction=self.friction if friction is None else friction, lanes=lanes)
-
-
-class DestinationPart(_Part):
-    """Where the host is to be, and when, counted from the scene's beginning."""
-
-    s_m: Annotated[Pair | None, Field(description="between which places; without it, anywhere")] = None
-    lane: Annotated[int | None, Field(description="in which lane; without it, in any")] = None
-    time_s: Annotated[Pair | None, Field(description="between which times; without it, at any")] = None
-
-    @model_validator(mode="after")
-    def _is_sound(self) -> Self:
-        try:
-            self.record()
-        except ParameterError as error:
-            raise ValueError(str(error)) from None
-        return self
-
-    def record(self) -> Destination:
-        """The destination."""
-        place, times = (None if pair is None else (pair[0], pair[1]) for pair in (self.s_m, self.time_s))
-        return Destination(s_m=place, lane=self.lane, time_s=times)
-
-
-class HostPart(_Part):
+class HostPart(Part):
     vehicle: Annotated[str, Field(description="a file in models/vehicles, or a path")] = "sedan"
     d_m: Annotated[Place, Field(description="body centre across the road, left positive; its s is 0")] = 0.0
     heading_rad: Annotated[float, Field(gt=-math.pi / 2, lt=math.pi / 2, description="relative to the road")] = 0.0
@@ -153,7 +48,7 @@ class HostPart(_Part):
     request: Annotated[Literal["drive", "park"], Field(description="park is granted only at standstill")] = "drive"
 
 
-class MotionPart(_Part):
+class MotionPart(Part):
     """One scripted piece: an acceleration piece, a lateral piece, or both at once."""
 
     start_s: Annotated[NonNegative, Field(description="when the piece begins")]
@@ -175,7 +70,7 @@ class MotionPart(_Part):
         return self
 
 
-class NeighbourPart(_Part):
+class NeighbourPart(Part):
     name: Annotated[str, Field(description="a label; roles come from geometry")] = ""
     s_m: Annotated[Place | None, Field(description="body centre, relative to the host's at t = 0")] = None
     d_m: Annotated[Place | None, Field(description="body centre across the road; default 0")] = None
@@ -184,7 +79,9 @@ class NeighbourPart(_Part):
     width_m: Annotated[Size, Field(description="of its body")] = 1.8
     behaviour: Annotated[Literal["scripted", "idm"], Field(description="idm follows whoever is ahead in its lane")] = "scripted"
     reaction_s: Annotated[NonNegative, Field(description="of an idm neighbour")] = 1.0
-    motion: Annotated[list[MotionPart], Field(description="scripted pieces in time order; before and after them the speed is held")] = []
+    motion: Annotated[
+        list[MotionPart], Field(description="scripted pieces in time order; before and after them the speed is held", default_factory=list)
+    ]
     trajectory: Annotated[str | None, Field(description="instead of state and motion: a CSV of t_s, s_m, d_m, heading_rad, speed_mps")] = (
         None
     )
@@ -227,7 +124,7 @@ class NeighbourPart(_Part):
         return self.s_m, self.d_m or 0.0, 0.0, self.speed_mps
 
 
-class SensorsPart(_Part):
+class SensorsPart(Part):
     front: Annotated[
         str, Field(description="who looks ahead: a file in models/sensors, ideal, or none (then that side counts as occupied)")
     ] = "ideal"
@@ -247,7 +144,7 @@ class SensorsPart(_Part):
         return str(vars(self)[sector])  # a field is called what its sector is
 
 
-class Scene(_Part):
+class Scene(Part):
     """A scene of the contract, all its rules kept and the files that it names read.
 
     From a file: `load_scene`, whose faults are `InputError`. From a dict: `Scene.model_validate`, whose faults are pydantic's (a
@@ -259,7 +156,7 @@ class Scene(_Part):
     seed: Annotated[int, Field(ge=0, description="of the measurement noise")] = 1
     road: Annotated[RoadPart, Field(description="the road, in the frame of the host's lane: s forward, d left")] = RoadPart()
     host: Annotated[HostPart, Field(description="the car that is planned for")]
-    neighbour: Annotated[list[NeighbourPart], Field(description="everybody else")] = []
+    neighbour: Annotated[list[NeighbourPart], Field(description="everybody else", default_factory=list)]
     destination: Annotated[DestinationPart | None, Field(description="where to be, and when; without it, along the road")] = None
     sensors: Annotated[SensorsPart, Field(description="what looks where")] = SensorsPart()
     _vehicle: Vehicle = PrivateAttr()
