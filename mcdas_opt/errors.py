@@ -21,6 +21,9 @@ class ParameterError(McdasError, ValueError):
         shown = f"{_shown(value)} {unit}".rstrip()
         super().__init__(printable(f"{name} = {shown}: {rule}"))
 
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        return type(self), (self.name, self.value, self.rule, self.unit)
+
 
 class InputError(McdasError, ValueError):
     """A file (or a document) is unusable: names the file, the key, the value and the rule."""
@@ -30,6 +33,9 @@ class InputError(McdasError, ValueError):
         where = f"{self.file}: {key}" if key else self.file
         shown = "" if value is None else f" = {_shown(value)}"
         super().__init__(printable(f"{where}{shown}: {rule}"))
+
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        return type(self), (self.file, self.key, self.value, self.rule)
 
 
 class SharedPlannerError(McdasError, RuntimeError):
@@ -68,6 +74,9 @@ class MissingExtraError(McdasError, ImportError):
         self.package, self.extra, self.then = package, extra, then
         also = f", then {then}" if then else ""
         super().__init__(f"this needs the package {package!r}: pip install 'mcdas-opt[{extra}]'{also}")
+
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        return type(self), (self.package, self.extra, self.then)
 
 
 def printable(text: str) -> str:
