@@ -21,8 +21,8 @@ from mcdas_opt.catalogue.sensors import load_sensor
 from mcdas_opt.domain.body import Body
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.vocabulary import Sector
-from mcdas_opt.interop.candump import write_candump
 from mcdas_opt.interop.esr_can import write_esr
+from mcdas_opt.interop.recordings.candump import write_candump
 from mcdas_opt.simulation.neighbours import Traffic
 from mcdas_opt.simulation.scripted import ScriptedMotion
 from mcdas_opt.simulation.sensors import SensorSuite, mounting, radar_detections

@@ -17,10 +17,10 @@ from mcdas_opt.catalogue.designs import load_parameters
 from mcdas_opt.catalogue.motion import load_motion
 from mcdas_opt.catalogue.schedules import load_schedule
 from mcdas_opt.evaluation.suites import expand
-from mcdas_opt.interop.candump import read_candump
 from mcdas_opt.interop.esr_codec import EsrCodec
 from mcdas_opt.interop.host_motion import HostMotion
-from mcdas_opt.interop.radar_csv import read_radar_csv
+from mcdas_opt.interop.recordings.candump import read_candump
+from mcdas_opt.interop.target_list import read_targets
 from mcdas_opt.interop.truth import read_truth
 
 Load = Callable[[str], object]
@@ -68,7 +68,7 @@ def _kinds(folder: Path) -> Iterator[tuple[str, Load, bytes]]:
     yield "situation.json", load_situation, situation.to_json().encode()
     yield "trajectory.csv", load_trajectory, table.encode()
     yield "tpcap.csv", load_parking_case, _TPCAP
-    yield "radar.csv", read_radar_csv, _RADAR
+    yield "radar.csv", read_targets, _RADAR
     yield "parameters.toml", lambda name: load_parameters(Path(name)), _PARAMETERS
     yield "host.csv", HostMotion.read, (models_folder() / "logs" / "front_and_rear.host.csv").read_bytes()[:_LONGEST]
     yield "truth.csv", read_truth, (models_folder() / "logs" / "front_and_rear.truth.csv").read_bytes()[:_LONGEST]

@@ -35,8 +35,8 @@ def replay(
 
     Example: mcdas-opt replay esr.log --format esr-candump --host speed.csv
     """
-    from mcdas_opt.interop.radar_csv import Columns
     from mcdas_opt.interop.replay import replay as run
+    from mcdas_opt.interop.target_list import Columns
     from mcdas_opt.interop.truth import compare
 
     check_picture(out, ".png")

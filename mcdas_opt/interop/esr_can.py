@@ -14,10 +14,11 @@ from mcdas_opt.domain.sensor import Sensor
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, ParameterError
-from mcdas_opt.interop.candump import Frame, read_candump
 from mcdas_opt.interop.esr_codec import TRACKS, EsrCodec, EsrHealth, EsrMotion, EsrTarget, TargetStatus, WrongLengthError
+from mcdas_opt.interop.recordings.can_frames import Frame
+from mcdas_opt.interop.recordings.candump import read_candump
+from mcdas_opt.interop.recordings.tally import Tally
 from mcdas_opt.interop.sensor_log import SensorLog, cycles, in_order_of_arrival, usual_period
-from mcdas_opt.interop.tally import Tally
 from mcdas_opt.simulation.sensors import mounting
 
 FORMAT = "esr-candump"

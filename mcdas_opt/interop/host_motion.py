@@ -13,8 +13,8 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array, vector
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError, ParameterError
-from mcdas_opt.interop.csv_table import CsvTable
-from mcdas_opt.interop.tally import Tally
+from mcdas_opt.interop.recordings.csv_table import CsvTable
+from mcdas_opt.interop.recordings.tally import Tally
 
 SLOPE_S = 0.5  # the acceleration is the slope of the speed over this much of the past
 HELD_S = 1.0  # beyond its ends the speed is held for so long at most

@@ -18,7 +18,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Role, Sector, Status
 from mcdas_opt.errors import InputError, nearest
-from mcdas_opt.interop import esr_can, radar_csv
+from mcdas_opt.interop import esr_can, target_list
 from mcdas_opt.interop.host_motion import HostMotion
 from mcdas_opt.interop.replay_record import Cycle, Replay, SeenTrack, Summary
 from mcdas_opt.interop.sensor_log import SensorLog
@@ -27,7 +27,7 @@ from mcdas_opt.simulation.record import CycleTimes
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.tracker import Tracker
 
-FORMATS = (esr_can.FORMAT, radar_csv.FORMAT)
+FORMATS = (esr_can.FORMAT, target_list.FORMAT)
 LONGEST_S = 6.0 * 3600.0  # a longer recording is taken for one with a broken clock
 
 Progress = Callable[[int, int], None]
@@ -41,7 +41,7 @@ def replay(
     rear: str | Path | None = None,
     host: str | Path | None = None,
     road: Scene | None = None,
-    columns: radar_csv.Columns | Mapping[str, str] | None = None,
+    columns: target_list.Columns | Mapping[str, str] | None = None,
     planner: str = "mpc",
     plan: bool = True,
     settings: Settings | None = None,
@@ -103,18 +103,18 @@ def _read(
     format: str,
     dbc: str | Path | None,
     rear: str | Path | None,
-    columns: radar_csv.Columns | Mapping[str, str] | None,
+    columns: target_list.Columns | Mapping[str, str] | None,
     vehicle: Vehicle,
 ) -> SensorLog:
     if format == esr_can.FORMAT:
         if columns is not None:
-            raise InputError("--columns", "", None, f"belongs to --format {radar_csv.FORMAT}")
+            raise InputError("--columns", "", None, f"belongs to --format {target_list.FORMAT}")
         return esr_can.read_esr(find("logs", str(log), ".log"), rear=rear, dbc=dbc, vehicle=vehicle)
-    if format == radar_csv.FORMAT:
+    if format == target_list.FORMAT:
         for name, value in (("--dbc", dbc), ("--rear", rear)):
             if value is not None:
                 raise InputError(name, "", None, f"belongs to --format {esr_can.FORMAT}")
-        return radar_csv.read_radar_csv(log, columns=columns, vehicle=vehicle)
+        return target_list.read_targets(log, columns=columns, vehicle=vehicle)
     raise InputError("--format", "", format, f"is not a known format; {nearest(format, FORMATS)}")
 
 

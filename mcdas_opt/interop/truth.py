@@ -19,9 +19,9 @@ from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.near_face import half_extent
 from mcdas_opt.geometry.window import frame_near
-from mcdas_opt.interop.csv_table import CsvTable
+from mcdas_opt.interop.recordings.csv_table import CsvTable
+from mcdas_opt.interop.recordings.tally import Tally
 from mcdas_opt.interop.replay_record import Cycle, Replay, SeenTrack
-from mcdas_opt.interop.tally import Tally
 
 GATE_M = 5.0  # a track farther from the true point than this is another object
 GAP_S = 0.5  # truth is not interpolated over a longer silence

@@ -4,32 +4,34 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import replace
-from importlib import import_module
-from importlib.metadata import entry_points
-from typing import Any, Literal, Protocol, runtime_checkable
+from typing import Literal, Protocol, runtime_checkable
 
 from mcdas_opt.domain.plan import Plan, Refusal
+from mcdas_opt.domain.registry import Registry
 from mcdas_opt.domain.rules import require_type
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.errors import McdasError, ParameterError, PlannerFaultWarning, nearest
+from mcdas_opt.errors import McdasError, PlannerFaultWarning
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Deadline
 from mcdas_opt.planning.fallback import NothingPasses
 
-GROUP = "mcdas_opt.methods"
 PlannerName = Literal["mpc", "closed-form", "closed-form-corrected", "closed-form-tuned", "aeb", "un-r157", "idm-mobil"]
 """The shipped planners; others are registered by entry point."""
-_OWN = {
-    "mpc": "mcdas_opt.planning.mpc:MpcMethod",
-    "closed-form": "mcdas_opt.baselines.literal:LiteralMethod",
-    "closed-form-corrected": "mcdas_opt.baselines.corrected:CorrectedMethod",
-    "closed-form-tuned": "mcdas_opt.baselines.tuned:TunedMethod",
-    "aeb": "mcdas_opt.baselines.aeb:AebMethod",
-    "un-r157": "mcdas_opt.baselines.competent_driver:CompetentDriverMethod",
-    "idm-mobil": "mcdas_opt.baselines.idm_mobil:IdmMobilMethod",
-}
+METHODS = Registry(
+    group="mcdas_opt.methods",
+    what="planner",
+    own={
+        "mpc": "mcdas_opt.planning.mpc:MpcMethod",
+        "closed-form": "mcdas_opt.baselines.literal:LiteralMethod",
+        "closed-form-corrected": "mcdas_opt.baselines.corrected:CorrectedMethod",
+        "closed-form-tuned": "mcdas_opt.baselines.tuned:TunedMethod",
+        "aeb": "mcdas_opt.baselines.aeb:AebMethod",
+        "un-r157": "mcdas_opt.baselines.competent_driver:CompetentDriverMethod",
+        "idm-mobil": "mcdas_opt.baselines.idm_mobil:IdmMobilMethod",
+    },
+)
 
 
 class Method(Protocol):
@@ -113,18 +115,10 @@ class AskedMethod:
 
 
 def known_methods() -> tuple[str, ...]:
-    return tuple(sorted({*_OWN, *(point.name for point in entry_points(group=GROUP))}))
+    return METHODS.known()
 
 
 def build_method(name: str, vehicle: Vehicle, settings: Settings) -> Method:
     """The method registered as `name`. Raises `ParameterError` that names the nearest known one."""
-    if name in _OWN:
-        module, _, attribute = _OWN[name].partition(":")
-        factory: Any = getattr(import_module(module), attribute)
-    else:
-        point = next((p for p in entry_points(group=GROUP) if p.name == name), None)
-        if point is None:
-            raise ParameterError("planner", name, f"is not a known planner; {nearest(name, known_methods())}")
-        factory = point.load()
-    method: Method = factory(vehicle, settings)
+    method: Method = METHODS.load(name)(vehicle, settings)
     return method

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from importlib import import_module
-from importlib.metadata import entry_points
 from types import FunctionType
-from typing import Any, Literal, Protocol
+from typing import Literal, Protocol
 
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.registry import Registry
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.errors import ParameterError, nearest
+from mcdas_opt.errors import ParameterError
 from mcdas_opt.simulation.actuators import Applied
 
-GROUP = "mcdas_opt.plants"
-_OWN = {
-    "kinematic": "mcdas_opt.simulation.kinematic_plant:KinematicPlant",
-    "dynamic": "mcdas_opt.simulation.dynamic_plant:DynamicPlant",
-}
+PLANTS = Registry(
+    group="mcdas_opt.plants",
+    what="plant",
+    own={
+        "kinematic": "mcdas_opt.simulation.kinematic_plant:KinematicPlant",
+        "dynamic": "mcdas_opt.simulation.dynamic_plant:DynamicPlant",
+    },
+)
 
 
 class Plant(Protocol):
@@ -45,7 +47,7 @@ PlantName = Literal["kinematic", "dynamic"]  # for editors; others come by entry
 
 
 def known_plants() -> tuple[str, ...]:
-    return tuple(sorted({*_OWN, *(point.name for point in entry_points(group=GROUP))}))
+    return PLANTS.known()
 
 
 def plant_name(plant: str | PlantFactory) -> str:
@@ -65,15 +67,7 @@ def plant_factory(plant: str | PlantFactory) -> PlantFactory:
         if not callable(plant):
             raise ParameterError("plant", plant, "must be the name of a plant, or be called as plant(vehicle, road, state)")
         return plant
-    if plant in _OWN:
-        module, _, attribute = _OWN[plant].partition(":")
-        found: Any = getattr(import_module(module), attribute)
-    else:
-        point = next((p for p in entry_points(group=GROUP) if p.name == plant), None)
-        if point is None:
-            raise ParameterError("plant", plant, f"is not a known plant; {nearest(plant, known_plants())}")
-        found = point.load()
-    factory: PlantFactory = found
+    factory: PlantFactory = PLANTS.load(plant)
     return factory
 
 

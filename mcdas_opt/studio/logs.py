@@ -12,11 +12,11 @@ from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.errors import InputError
-from mcdas_opt.interop import esr_can, radar_csv
+from mcdas_opt.interop import esr_can, target_list
 from mcdas_opt.interop.replay import replay
 from mcdas_opt.interop.replay_record import Cycle
 
-_FORMATS = {".log": esr_can.FORMAT, ".csv": radar_csv.FORMAT}
+_FORMATS = {".log": esr_can.FORMAT, ".csv": target_list.FORMAT}
 NOTE = "A log says nothing of the road: one lane to either side is assumed, and sides that no radar watches count as occupied."
 _LANES = Road(lanes_left=1, lanes_right=1)
 

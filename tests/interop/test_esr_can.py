@@ -17,9 +17,9 @@ from mcdas_opt.domain.measurement import RadarDetection, Scan
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, MissingExtraError, ParameterError
-from mcdas_opt.interop.candump import write_candump
 from mcdas_opt.interop.esr_can import read_esr, write_esr
 from mcdas_opt.interop.esr_codec import EsrCodec, EsrHealth, EsrMotion, EsrTarget, TargetStatus, WrongLengthError
+from mcdas_opt.interop.recordings.candump import write_candump
 from mcdas_opt.interop.sensor_log import SensorLog
 from mcdas_opt.simulation.sensors import mounting
 

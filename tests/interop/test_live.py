@@ -25,7 +25,6 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, ParameterError
-from mcdas_opt.interop.candump import Frame
 from mcdas_opt.interop.esr_can import write_esr
 from mcdas_opt.interop.esr_codec import EsrCodec
 from mcdas_opt.interop.live import loop as loop_module
@@ -36,6 +35,7 @@ from mcdas_opt.interop.live.loop import LiveLoop, LiveSettings, SilentBusError
 from mcdas_opt.interop.live.record import Line
 from mcdas_opt.interop.live.session import live
 from mcdas_opt.interop.live.watchdog import Watchdog
+from mcdas_opt.interop.recordings.can_frames import Frame
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.simulation.sensors import mounting
 

@@ -31,7 +31,7 @@ from mcdas_opt.interop.vehicle_models import FAST_MPS, SLOW_MPS, VehicleModelPla
 from mcdas_opt.simulation.car import Car
 from mcdas_opt.simulation.idm import STEP_S
 from mcdas_opt.simulation.loop import simulate
-from mcdas_opt.simulation.plant import GROUP, PlantFactory
+from mcdas_opt.simulation.plant import PLANTS, PlantFactory
 from mcdas_opt.simulation.record import Outcome
 
 BMW = load_vehicle("bmw_320i")
@@ -44,7 +44,7 @@ def slip_of(state: SlidingState) -> float:
 
 
 def test_both_are_registered_by_the_names_that_the_guide_says() -> None:
-    declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["entry-points"][GROUP]
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["entry-points"][PLANTS.group]
     found = {name: getattr(import_module(place.partition(":")[0]), place.partition(":")[2]) for name, place in declared.items()}
     assert (found["std"], found["multi-body"]) == (std, multi_body)
     doors = (ROOT / "docs" / "doors.md").read_text("utf-8")

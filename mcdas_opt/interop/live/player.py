@@ -7,7 +7,7 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from mcdas_opt.interop.candump import Frame
+from mcdas_opt.interop.recordings.can_frames import Frame
 
 
 class LogPlayer:

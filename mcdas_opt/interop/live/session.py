@@ -17,13 +17,13 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, ParameterError
-from mcdas_opt.interop.candump import read_candump
 from mcdas_opt.interop.esr_codec import EsrCodec
 from mcdas_opt.interop.live.inbox import BusInbox, open_bus
 from mcdas_opt.interop.live.loop import LiveLoop, LiveSettings, Publish
 from mcdas_opt.interop.live.player import LogPlayer
 from mcdas_opt.interop.live.record import LiveSummary
 from mcdas_opt.interop.live.watchdog import Watchdog
+from mcdas_opt.interop.recordings.candump import read_candump
 from mcdas_opt.planning.planner import Planner
 
 DEADLINE_SHARE = 0.9  # of the cycle: by then a plan is due

@@ -10,11 +10,11 @@ import io
 import math
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 
 from mcdas_opt.errors import InputError, MissingExtraError, reading
-from mcdas_opt.interop.tally import Tally
+from mcdas_opt.interop.recordings.can_frames import CanLog, Frame
+from mcdas_opt.interop.recordings.tally import Tally
 
 _SOUND = re.compile(
     r"\(\d{1,12}(\.\d{1,9})?\)\s+\S+\s+([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})#(([0-9A-Fa-f]{2}){0,8}|R\d?|#[0-9A-Fa-f]*)(\s+[RT])?"
@@ -23,32 +23,7 @@ _BEGUN = re.compile(r"\([\d.]*(\)(\s+(\S+(\s+[0-9A-Fa-f]{0,8}(#([0-9A-Fa-f]{0,15
 ISOLATED_S = 60.0  # a stamp this far from both its neighbours is no stamp of this recording
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Frame:
-    """One classic CAN data frame; `line` is where it stands in its file (0: nowhere yet)."""
-
-    t_s: float
-    channel: str
-    identifier: int
-    data: bytes
-    line: int = 0
-
-    def to_line(self) -> str:
-        """As candump writes it, without the line's end; times to the microsecond."""
-        digits = 3 if self.identifier < 0x800 else 8
-        return f"({self.t_s:.6f}) {self.channel} {self.identifier:0{digits}X}#{self.data.hex().upper()}"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CandumpLog:
-    """Data frames in the order of the file, what was bad, and how many sound lines held no data frame."""
-
-    frames: tuple[Frame, ...]
-    bad: Tally
-    other: int
-
-
-def read_candump(path: str | Path) -> CandumpLog:
+def read_candump(path: str | Path) -> CanLog:
     """Every sound data frame of a log. Bad lines are left out and counted by kind.
 
     Raises `InputError` where the file cannot be read or holds no line of the format, `MissingExtraError` without python-can.
@@ -72,7 +47,7 @@ def read_candump(path: str | Path) -> CandumpLog:
     kept = [frame for k, frame in enumerate(frames) if not _isolated(frames, k)]
     for frame in set(frames) - set(kept):
         bad.add("stamp far from its neighbours", frame.line)
-    return CandumpLog(frames=tuple(kept), bad=bad, other=len(sound) - len(frames))
+    return CanLog(frames=tuple(kept), bad=bad, other=len(sound) - len(frames))
 
 
 def write_candump(frames: Iterable[Frame]) -> str:

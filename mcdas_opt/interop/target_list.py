@@ -11,9 +11,9 @@ from mcdas_opt.domain.measurement import RadarDetection, Scan
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, nearest
-from mcdas_opt.interop.csv_table import CsvTable, Row
+from mcdas_opt.interop.recordings.csv_table import CsvTable, Row
+from mcdas_opt.interop.recordings.tally import Tally
 from mcdas_opt.interop.sensor_log import SensorLog, cycles, in_order_of_arrival, usual_period
-from mcdas_opt.interop.tally import Tally
 from mcdas_opt.simulation.sensors import mounting
 
 FORMAT = "radar-csv"
@@ -52,7 +52,7 @@ class Columns:
         return cls(**chosen)
 
 
-def read_radar_csv(path: str | Path, *, columns: Columns | Mapping[str, str] | None = None, vehicle: Vehicle | None = None) -> SensorLog:
+def read_targets(path: str | Path, *, columns: Columns | Mapping[str, str] | None = None, vehicle: Vehicle | None = None) -> SensorLog:
     """Scans of a radar in the middle of the front bumper.
 
     Rows without a time, or with text where a number belongs, are left out and counted; other empty or NaN cells become NaN in the

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mcdas_opt.errors import InputError, nearest, reading
-from mcdas_opt.interop.tally import Tally
+from mcdas_opt.interop.recordings.tally import Tally
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
