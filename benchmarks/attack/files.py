@@ -20,6 +20,7 @@ from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.interop.esr_codec import EsrCodec
 from mcdas_opt.interop.host_motion import HostMotion
 from mcdas_opt.interop.recordings.candump import read_candump
+from mcdas_opt.interop.recordings.csv_table import CsvTable
 from mcdas_opt.interop.target_list import read_targets
 from mcdas_opt.interop.truth import read_truth
 
@@ -68,7 +69,7 @@ def _kinds(folder: Path) -> Iterator[tuple[str, Load, bytes]]:
     yield "situation.json", load_situation, situation.to_json().encode()
     yield "trajectory.csv", load_trajectory, table.encode()
     yield "tpcap.csv", load_parking_case, _TPCAP
-    yield "radar.csv", read_targets, _RADAR
+    yield "radar.csv", lambda name: read_targets(CsvTable(name)), _RADAR
     yield "parameters.toml", lambda name: load_parameters(Path(name)), _PARAMETERS
     yield "host.csv", HostMotion.read, (models_folder() / "logs" / "front_and_rear.host.csv").read_bytes()[:_LONGEST]
     yield "truth.csv", read_truth, (models_folder() / "logs" / "front_and_rear.truth.csv").read_bytes()[:_LONGEST]

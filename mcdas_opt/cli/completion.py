@@ -33,6 +33,12 @@ def planners(incomplete: str) -> list[str]:
     return _beginning(known_methods(), incomplete)
 
 
+def formats(incomplete: str) -> list[str]:
+    from mcdas_opt.interop.recordings.readers import READERS
+
+    return _beginning(READERS.known(), incomplete)
+
+
 def planner_lists(incomplete: str) -> list[str]:
     """Of names with commas between, the last is completed."""
     before, comma, last = incomplete.rpartition(",")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mcdas_opt.cli import options
+from mcdas_opt.cli import completion, options
 from mcdas_opt.cli.screen import JsonOption, PlannerOption, check_picture, console, emit, facts_table, headed_table, number, progress_bar
 
 if TYPE_CHECKING:
@@ -17,13 +17,18 @@ if TYPE_CHECKING:
 
 def replay(
     log: Annotated[str, typer.Argument(metavar="LOG", help="A recording, or the name of a shipped one (front_and_rear).")],
-    log_format: Annotated[str, typer.Option("--format", help="esr-candump (Delphi ESR on CAN) or radar-csv (a front radar's track list).")],
+    log_format: Annotated[
+        str | None,
+        typer.Option(
+            "--format", help="esr-candump, radar-csv, mdf4, mcap, rosbag2; default: by its name.", autocompletion=completion.formats
+        ),
+    ] = None,
     dbc: options.Dbc = None,
     rear: Annotated[Path | None, typer.Option("--rear", help="The rear radar's log, where it is a file of its own.")] = None,
     host: Annotated[str | None, typer.Option("--host", help="The host's speed: a CSV of t_s, speed_mps.")] = None,
     road: options.Road = None,
     columns: Annotated[
-        str | None, typer.Option("--columns", help="radar-csv: time_s=t,x_m=dx,y_m=-right ... (a minus turns the sign).")
+        str | None, typer.Option("--columns", help="A target list's channels: time_s=t,x_m=dx,y_m=-right ... (a minus turns the sign).")
     ] = None,
     truth: Annotated[str | None, typer.Option("--truth", help="Compare with a truth file: t, front_range, front_azimuth_deg ...")] = None,
     planner: PlannerOption = "mpc",
@@ -33,7 +38,7 @@ def replay(
 ) -> None:
     """Recorded sensor data through tracker, situation and planner.
 
-    Example: mcdas-opt replay esr.log --format esr-candump --host speed.csv
+    Example: mcdas-opt replay esr.log --host speed.csv
     """
     from mcdas_opt.interop.replay import replay as run
     from mcdas_opt.interop.target_list import Columns

@@ -16,19 +16,18 @@ from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.esr_codec import TRACKS, EsrCodec, EsrHealth, EsrMotion, EsrTarget, TargetStatus, WrongLengthError
 from mcdas_opt.interop.recordings.can_frames import Frame
-from mcdas_opt.interop.recordings.candump import read_candump
+from mcdas_opt.interop.recordings.recording import Recording, listed
 from mcdas_opt.interop.recordings.tally import Tally
-from mcdas_opt.interop.sensor_log import SensorLog, cycles, in_order_of_arrival, usual_period
+from mcdas_opt.interop.sensor_log import SensorLog, cycles, in_order_of_arrival, increasing, usual_period
 from mcdas_opt.simulation.sensors import mounting
 
-FORMAT = "esr-candump"
 FRAME_SPACING_S = 0.0003  # a classic frame of 8 bytes at 500 kbit/s takes about 0.25 ms
 
 
 def read_esr(
-    log: str | Path,
+    log: Recording,
     *,
-    rear: str | Path | None = None,
+    rear: Recording | None = None,
     dbc: str | Path | None = None,
     vehicle: Vehicle | None = None,
     sensor: Sensor | None = None,
@@ -39,7 +38,7 @@ def read_esr(
     status says that the radar did not see its target in this cycle is gated and counted; bad frames are left out and counted.
     The standard deviations are those of `sensor` (default the shipped `delphi_esr`): the CAN interface carries none.
 
-    Raises `InputError` for a file that is no candump log, holds none of the radar's frames, or holds more than two buses with
+    Raises `InputError` for a recording that carries no CAN, holds none of the radar's frames, or holds more than two buses with
     them; for a DBC without the messages; `MissingExtraError` without cantools or python-can.
     """
     codec = EsrCodec(dbc=dbc)
@@ -48,7 +47,7 @@ def read_esr(
     buses = sorted({item.frame.channel for item in first})
     if len(buses) > (2 if rear is None else 1):
         rule = "at most a front and a rear bus may carry ESR tracks" if rear is None else "a log of two buses and --rear exclude each other"
-        raise InputError(log, "bus", ", ".join(buses), rule)
+        raise InputError(log.path, "bus", ", ".join(buses), rule)
     streams = {
         sector: [i for i in first if i.frame.channel == bus] for sector, bus in zip((Sector.FRONT, Sector.REAR), buses, strict=False)
     }
@@ -58,7 +57,7 @@ def read_esr(
         second, bad, more = _decoded(rear, codec, dbc)
         buses = sorted({item.frame.channel for item in second})
         if len(buses) > 1:
-            raise InputError(rear, "bus", ", ".join(buses), "the rear log must hold one bus with ESR tracks")
+            raise InputError(rear.path, "bus", ", ".join(buses), "the rear log must hold one bus with ESR tracks")
         streams[Sector.REAR] = second
         tally.absorb(bad, "rear: ")
         other += more
@@ -66,10 +65,10 @@ def read_esr(
     arriving = [_scans(sector, items, vehicle, sensor, gated) for sector, items in streams.items()]
     scans, arrivals = in_order_of_arrival(arriving)
     spoken = [(i.frame.t_s, i.item.speed_mps) for i in next(iter(streams.values())) if isinstance(i.item, EsrMotion)]
-    speeds = _increasing(spoken)
+    speeds = increasing(spoken)
     good = sum(len(items) for items in streams.values())
     host = np.array(speeds) if speeds else None
-    return SensorLog(format=FORMAT, scans=scans, arrivals_s=arrivals, good=good, bad=tally, other=other, gated=gated, host_speed=host)
+    return SensorLog(scans=scans, arrivals_s=arrivals, good=good, bad=tally, other=other, gated=gated, host_speed=host)
 
 
 def write_esr(
@@ -112,28 +111,32 @@ class _Decoded:
     item: EsrTarget | EsrMotion | EsrHealth
 
 
-def _decoded(path: str | Path, codec: EsrCodec, dbc: str | Path | None) -> tuple[list[_Decoded], Tally, int]:
+def _decoded(recording: Recording, codec: EsrCodec, dbc: str | Path | None) -> tuple[list[_Decoded], Tally, int]:
     """The radar's messages in a file, its bad frames, and how many sound lines were not the radar's."""
-    log = read_candump(path)
+    log = recording.can_log()
+    if log is None:
+        raise InputError(recording.path, "", None, f"carries no CAN frames; {listed(recording.channels)}")
+    bad = Tally()
+    bad.absorb(log.bad)
     items, seen, other = [], set(), log.other
     for frame in log.frames:
         key = (frame.t_s, frame.channel, frame.identifier, frame.data)
         try:
             item = codec.decode(frame.identifier, frame.data)
         except WrongLengthError as error:
-            log.bad.add("cut short" if error.short else "too long", frame.line)
+            bad.add("cut short" if error.short else "too long", frame.line)
             continue
         if item is None:
             other += 1
         elif key in seen:
-            log.bad.add("repeated", frame.line)
+            bad.add("repeated", frame.line)
         else:
             seen.add(key)
             items.append(_Decoded(frame=frame, item=item))
     if not any(isinstance(i.item, EsrTarget) for i in items):
         source = "the shipped DBC" if dbc is None else str(dbc)
-        raise InputError(path, "", None, f"holds no ESR track frame (0x500 to 0x53F by {source})")
-    return items, log.bad, other
+        raise InputError(recording.path, "", None, f"holds no ESR track frame (0x500 to 0x53F by {source}); {listed(recording.channels)}")
+    return items, bad, other
 
 
 def _scans(sector: Sector, items: list[_Decoded], vehicle: Vehicle, sensor: Sensor, gated: dict[str, int]) -> list[tuple[float, Scan]]:
@@ -175,11 +178,3 @@ def detection_of(target: EsrTarget, sensor: Sensor) -> RadarDetection:
 def _target(slot: int, detection: RadarDetection) -> EsrTarget:
     plain = EsrTarget(slot=slot, status=TargetStatus.UPDATED)
     return replace(plain, range_m=detection.range_m, azimuth_rad=detection.azimuth_rad, range_rate_mps=detection.range_rate_mps)
-
-
-def _increasing(pairs: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    kept: list[tuple[float, float]] = []
-    for pair in pairs:
-        if not kept or pair[0] > kept[-1][0]:
-            kept.append(pair)
-    return kept

@@ -17,17 +17,18 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Role, Sector, Status
-from mcdas_opt.errors import InputError, nearest
-from mcdas_opt.interop import esr_can, target_list
+from mcdas_opt.errors import InputError
+from mcdas_opt.interop.esr_can import read_esr
 from mcdas_opt.interop.host_motion import HostMotion
+from mcdas_opt.interop.recordings.readers import format_of, open_recording
 from mcdas_opt.interop.replay_record import Cycle, Replay, SeenTrack, Summary
 from mcdas_opt.interop.sensor_log import SensorLog
+from mcdas_opt.interop.target_list import Columns, read_targets
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.simulation.record import CycleTimes
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.tracker import Tracker
 
-FORMATS = (esr_can.FORMAT, target_list.FORMAT)
 LONGEST_S = 6.0 * 3600.0  # a longer recording is taken for one with a broken clock
 
 Progress = Callable[[int, int], None]
@@ -35,13 +36,13 @@ Progress = Callable[[int, int], None]
 
 def replay(
     log: str | Path,
-    format: str,
+    format: str | None = None,
     *,
     dbc: str | Path | None = None,
     rear: str | Path | None = None,
     host: str | Path | None = None,
     road: Scene | None = None,
-    columns: target_list.Columns | Mapping[str, str] | None = None,
+    columns: Columns | Mapping[str, str] | None = None,
     planner: str = "mpc",
     plan: bool = True,
     settings: Settings | None = None,
@@ -49,16 +50,21 @@ def replay(
 ) -> Replay:
     """Runs a recording of radars through tracker, situation and (with `plan`) planner, every `settings.cycle_s`.
 
-    `log` is a path, or the name of a shipped ESR recording. `host` is a CSV of the host's speed (or that name); without it the speed
-    that an ESR was told is taken from its status frames. The host keeps to the middle of its lane. `road` is a scene whose road and
-    vehicle are used; default one straight lane, so that there is nowhere to steer out to, and a sedan. Sectors without a log are not
-    covered, that is occupied. `progress(done, of)` is called every cycle.
+    `log` is a path, or the name of a shipped ESR recording; `format` is by default what the file is called (`recordings.readers`). CAN
+    frames are an ESR's; with `columns`, or without frames, a front radar's target list is read from the recording's tables. `host` is a
+    CSV of the host's speed (or that name); without it the recording's own is taken.
 
-    Raises `InputError` where a file is unusable, the host's speed is unknown or does not cover the log, or an option belongs to the
-    other format; `MissingExtraError` for ESR logs without cantools and python-can.
+    The host keeps to the middle of its lane. `road` is a scene whose road and vehicle are used; default one straight lane, so that there
+    is nowhere to steer out to, and a sedan. Sectors without a log are not covered, that is occupied. `progress(done, of)` is called every
+    cycle.
+
+    Raises `InputError` where a file is unusable or has not the channels (it lists those that there are), the host's speed is unknown or
+    does not cover the log, or an option belongs to another kind of recording; `MissingExtraError` for what a format needs.
     """
     vehicle = road.vehicle if road is not None else Vehicle()
-    recording = _read(log, format, dbc, rear, columns, vehicle)
+    path = find("logs", str(log), ".log") if not Path(log).exists() else Path(log)
+    format = format or format_of(path)
+    recording = _read(path, format, dbc, rear, columns, vehicle)
     motion = _motion(log, host, recording)
     lane = road.assumed_road if road is not None else Road()
     settings = settings or Settings()
@@ -99,31 +105,31 @@ def replay(
 
 
 def _read(
-    log: str | Path,
+    path: Path,
     format: str,
     dbc: str | Path | None,
     rear: str | Path | None,
-    columns: target_list.Columns | Mapping[str, str] | None,
+    columns: Columns | Mapping[str, str] | None,
     vehicle: Vehicle,
 ) -> SensorLog:
-    if format == esr_can.FORMAT:
-        if columns is not None:
-            raise InputError("--columns", "", None, f"belongs to --format {target_list.FORMAT}")
-        return esr_can.read_esr(find("logs", str(log), ".log"), rear=rear, dbc=dbc, vehicle=vehicle)
-    if format == target_list.FORMAT:
-        for name, value in (("--dbc", dbc), ("--rear", rear)):
-            if value is not None:
-                raise InputError(name, "", None, f"belongs to --format {esr_can.FORMAT}")
-        return target_list.read_targets(log, columns=columns, vehicle=vehicle)
-    raise InputError("--format", "", format, f"is not a known format; {nearest(format, FORMATS)}")
+    """An ESR's CAN frames where the recording has frames and nobody names its columns, else a front radar's target list."""
+    opened = open_recording(path, format)
+    if columns is None and opened.can_log() is not None:
+        behind = None if rear is None else open_recording(Path(rear), format_of(Path(rear)))
+        return read_esr(opened, rear=behind, dbc=dbc, vehicle=vehicle)
+    for name, value in (("--dbc", dbc), ("--rear", rear)):
+        if value is not None:
+            raise InputError(name, "", None, f"belongs to a recording of CAN frames, which {path} is not read as")
+    return read_targets(opened, columns=columns, vehicle=vehicle)
 
 
 def _motion(log: str | Path, host: str | Path | None, recording: SensorLog) -> HostMotion:
     if host is not None:
         return HostMotion.read(find("logs", str(host), ".host.csv"))
     if recording.host_speed is None or len(recording.host_speed) < 2:
-        raise InputError(log, "", None, "does not say the host's speed: pass --host, a CSV of t_s, speed_mps")
-    return HostMotion(t_s=recording.host_speed[:, 0], speed_mps=recording.host_speed[:, 1], source=f"{log}: ESR_Status1")
+        rule = "does not say the host's speed: pass --host, a CSV of t_s, speed_mps, or name its channel: --columns host_speed_mps=..."
+        raise InputError(log, "", None, rule)
+    return HostMotion(t_s=recording.host_speed[:, 0], speed_mps=recording.host_speed[:, 1], source=f"{log}: host speed")
 
 
 def _cycle_times(log: str | Path, recording: SensorLog, cycle_s: float) -> list[float]:

@@ -23,7 +23,6 @@ class SensorLog:
     speed where the log itself says it. `pieces` is how many targets the sensor's own bookkeeping told apart, where it says so.
     """
 
-    format: str
     scans: tuple[Scan, ...]
     arrivals_s: tuple[float, ...]
     good: int
@@ -82,3 +81,12 @@ def in_order_of_arrival(streams: Sequence[Sequence[tuple[float, Scan]]]) -> tupl
             arriving.append((latest, scan))
     arriving.sort(key=lambda pair: pair[0])
     return tuple(scan for _, scan in arriving), tuple(time for time, _ in arriving)
+
+
+def increasing(pairs: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Those whose first number is larger than all before."""
+    kept: list[tuple[float, float]] = []
+    for pair in pairs:
+        if not kept or pair[0] > kept[-1][0]:
+            kept.append(pair)
+    return kept

@@ -1,40 +1,57 @@
-"""Track lists of a front radar as CSV: one target a row, with a small mapping of column names."""
+"""Target lists of a front radar: one target a row of a table, whatever recording it is in, with a small mapping of channel names."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
+
+import numpy as np
 
 from mcdas_opt.domain.measurement import RadarDetection, Scan
+from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, nearest
-from mcdas_opt.interop.recordings.csv_table import CsvTable, Row
+from mcdas_opt.interop.recordings.recording import TIME, Recording, Row, Table, named
 from mcdas_opt.interop.recordings.tally import Tally
-from mcdas_opt.interop.sensor_log import SensorLog, cycles, in_order_of_arrival, usual_period
+from mcdas_opt.interop.sensor_log import SensorLog, cycles, in_order_of_arrival, increasing, usual_period
 from mcdas_opt.simulation.sensors import mounting
 
-FORMAT = "radar-csv"
-NEEDED = ("time_s", "x_m", "y_m", "range_rate_mps")
-OPTIONAL = ("slot", "new_track")
+TIME_NAMES = (TIME, "t_s")
+_CALLED = {
+    "time_s": TIME_NAMES,
+    "x_m": ("x_m",),
+    "y_m": ("y_m",),
+    "range_m": ("range_m", "range"),
+    "azimuth_rad": ("azimuth_rad", "azimuth"),
+    "range_rate_mps": ("range_rate_mps", "doppler_velocity"),
+    "slot": ("slot",),
+    "new_track": ("new_track",),
+    "host_speed_mps": ("host_speed_mps", "twist.linear.x"),
+}
+"""What each quantity is called where nobody says: our own name, and that of ROS 2's message."""
+_CARTESIAN, _POLAR = ("x_m", "y_m"), ("range_m", "azimuth_rad")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Columns:
-    """Which column of the file holds what; a leading minus turns the sign (`y_m=-right_m`).
+    """Which channel of the recording holds what; a leading minus turns the sign (`y_m=-right_m`). Empty: by its own name.
 
-    x ahead of the radar, y to the left [m], range rate positive when opening [m/s]. `slot` tells the targets of one cycle apart and
-    `new_track` (1: the slot now holds another target) their lives; both may be missing in the file when they keep their own names.
+    x ahead of the radar, y to the left [m], or range [m] and azimuth [rad], ISO 8855; range rate positive when opening [m/s]. `slot` tells
+    the targets of one cycle apart and `new_track` (1: the slot now holds another target) their lives; `host_speed_mps` may stand in
+    another table of the recording. The last three may be missing.
     """
 
-    time_s: str = "time_s"
-    x_m: str = "x_m"
-    y_m: str = "y_m"
-    range_rate_mps: str = "range_rate_mps"
-    slot: str = "slot"
-    new_track: str = "new_track"
+    time_s: str = ""
+    x_m: str = ""
+    y_m: str = ""
+    range_m: str = ""
+    azimuth_rad: str = ""
+    range_rate_mps: str = ""
+    slot: str = ""
+    new_track: str = ""
+    host_speed_mps: str = ""
 
     @classmethod
     def parse(cls, text: str) -> Columns:
@@ -44,48 +61,75 @@ class Columns:
             name, sign, column = (p.strip() for p in part.partition("="))
             if not sign or not column.lstrip("-"):
                 raise InputError("--columns", part, None, "must be NAME=COLUMN")
-            if name not in NEEDED + OPTIONAL:
-                raise InputError("--columns", name, column, f"unknown name; {nearest(name, NEEDED + OPTIONAL)}")
+            if name not in _CALLED:
+                raise InputError("--columns", name, column, f"unknown name; {nearest(name, _CALLED)}")
             if name in chosen:
                 raise InputError("--columns", name, column, "given twice")
             chosen[name] = column
         return cls(**chosen)
 
+    def names(self, quantity: str) -> tuple[str, ...]:
+        """What the quantity may be called."""
+        chosen: str = asdict(self)[quantity]
+        return (chosen,) if chosen else _CALLED[quantity]
 
-def read_targets(path: str | Path, *, columns: Columns | Mapping[str, str] | None = None, vehicle: Vehicle | None = None) -> SensorLog:
-    """Scans of a radar in the middle of the front bumper.
+    def place(self, header: tuple[str, ...]) -> tuple[str, str]:
+        """The two quantities that say where a target is: those that were chosen, else those that are there."""
+        if not (self.x_m or self.y_m) and (
+            self.range_m or self.azimuth_rad or (not _there(header, _CALLED["x_m"]) and _there(header, _CALLED["range_m"]))
+        ):
+            return _POLAR
+        return _CARTESIAN
+
+
+def read_targets(recording: Recording, *, columns: Columns | Mapping[str, str] | None = None, vehicle: Vehicle | None = None) -> SensorLog:
+    """Scans of a radar in the middle of the front bumper, from a table with a target a row.
 
     Rows without a time, or with text where a number belongs, are left out and counted; other empty or NaN cells become NaN in the
-    detection, which the tracker gates. Raises `InputError` for a missing column (the nearest one named) or a file without a row.
+    detection, which the tracker gates; a row with a time alone is a scan that saw nothing. Raises `InputError` for a missing channel
+    (the nearest one named, and all there are) or a table without a row.
     """
     if columns is not None and not isinstance(columns, Columns):
         columns = Columns.parse(",".join(f"{name}={column}" for name, column in columns.items()))
     columns = columns or Columns()
-    table, bad = CsvTable(path), Tally()
-    called: dict[str, str] = asdict(columns)
-    names = [*NEEDED, *(name for name in OPTIONAL if called[name] != name or name in table.header)]
-    found = {name: _locate(table, called[name]) for name in names}
+    table, bad = _table(recording, columns.names("range_rate_mps")), Tally()
+    place = columns.place(table.header)
+    chosen = asdict(columns)
+    optional = [name for name in ("slot", "new_track") if chosen[name] or _there(table.header, _CALLED[name])]
+    found = {name: _locate(table, columns.names(name)) for name in ("time_s", *place, "range_rate_mps", *optional)}
     rows: list[Row] = []
     for row in table.rows([index for index, _ in found.values()], bad):
         if math.isfinite(row.values[0]):
             rows.append(row)
         else:
-            bad.add(f"{columns.time_s} is not finite", row.line)
+            bad.add(f"{columns.names('time_s')[0]} is not finite", row.line)
     if not rows:
-        raise InputError(path, "", None, "holds no row with a time")
+        raise InputError(recording.path, "", None, "holds no row with a time")
     read = [{name: sign * value for (name, (_, sign)), value in zip(found.items(), row.values, strict=True)} for row in rows]
     stamps = [values["time_s"] for values in read]
     keys = [values.get("slot", row.line) for values, row in zip(read, rows, strict=True)]
     period = usual_period(stamps, keys) if "slot" in found else usual_period(stamps, [0] * len(stamps))
-    place = mounting(Sector.FRONT, vehicle or Vehicle())
+    mounted = mounting(Sector.FRONT, vehicle or Vehicle())
     stream = []
     for group in cycles(stamps, keys, period):
-        detections = tuple(_detection(read[k]) for k in group)
-        scan = Scan(sensor="radar-front", sector=Sector.FRONT, t_s=stamps[group[0]], mounting=place, radar=detections, period_s=period)
+        seen = (read[k] for k in group if any(math.isfinite(read[k][name]) for name in (*place, "range_rate_mps")))
+        detections = tuple(_detection(values, place) for values in seen)
+        scan = Scan(sensor="radar-front", sector=Sector.FRONT, t_s=stamps[group[0]], mounting=mounted, radar=detections, period_s=period)
         stream.append((max(stamps[k] for k in group), scan))
     scans, arrivals = in_order_of_arrival([stream])
     pieces = _pieces(keys, [values["new_track"] for values in read]) if {"slot", "new_track"} <= set(found) else None
-    return SensorLog(format=FORMAT, scans=scans, arrivals_s=arrivals, good=len(rows), bad=bad, pieces=pieces)
+    speed = _host_speed(recording, columns)
+    return SensorLog(scans=scans, arrivals_s=arrivals, good=len(rows), bad=bad, pieces=pieces, host_speed=speed)
+
+
+def _host_speed(recording: Recording, columns: Columns) -> Array | None:
+    """(n, 2) of time and speed [m/s], increasing in time; None where the recording does not say it and nobody says that it does."""
+    if not columns.host_speed_mps and not _there(recording.channels, columns.names("host_speed_mps")):
+        return None
+    table = _table(recording, columns.names("host_speed_mps"))
+    (time, _), (speed, sign) = _locate(table, columns.names("time_s")), _locate(table, columns.names("host_speed_mps"))
+    pairs = [(t, sign * v) for t, v in (row.values for row in table.rows([time, speed], Tally())) if math.isfinite(t) and math.isfinite(v)]
+    return np.array(increasing(pairs)).reshape(-1, 2)
 
 
 def _pieces(slots: Sequence[float], new: Sequence[float]) -> int:
@@ -98,13 +142,27 @@ def _pieces(slots: Sequence[float], new: Sequence[float]) -> int:
     return pieces
 
 
-def _locate(table: CsvTable, column: str) -> tuple[int, float]:
+def _table(recording: Recording, names: Sequence[str]) -> Table:
+    """The table in which one of these, its sign aside, stands."""
+    return recording.table(*(name if name in recording.channels else _unsigned(name) for name in names))
+
+
+def _locate(table: Table, names: Sequence[str]) -> tuple[int, float]:
     """Index and sign of a column; a name that itself begins with a minus is taken as it stands where the file has it."""
-    if column.startswith("-") and column not in table.header:
-        return table.column(column[1:]), -1.0
-    return table.column(column), 1.0
+    if names[0].startswith("-") and names[0] not in table.header:
+        return table.column(_unsigned(names[0])), -1.0
+    return table.column(*names), 1.0
 
 
-def _detection(values: Mapping[str, float]) -> RadarDetection:
-    x, y = values["x_m"], values["y_m"]
-    return RadarDetection(range_m=math.hypot(x, y), azimuth_rad=math.atan2(y, x), range_rate_mps=values["range_rate_mps"])
+def _unsigned(name: str) -> str:
+    return name.removeprefix("-")
+
+
+def _there(channels: Sequence[str], names: Sequence[str]) -> bool:
+    return any(named(name, channels) for name in names)
+
+
+def _detection(values: Mapping[str, float], place: tuple[str, str]) -> RadarDetection:
+    first, second = (values[name] for name in place)
+    range_m, azimuth = (first, second) if place == _POLAR else (math.hypot(first, second), math.atan2(second, first))
+    return RadarDetection(range_m=range_m, azimuth_rad=azimuth, range_rate_mps=values["range_rate_mps"])

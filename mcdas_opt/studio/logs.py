@@ -12,11 +12,9 @@ from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.errors import InputError
-from mcdas_opt.interop import esr_can, target_list
 from mcdas_opt.interop.replay import replay
 from mcdas_opt.interop.replay_record import Cycle
 
-_FORMATS = {".log": esr_can.FORMAT, ".csv": target_list.FORMAT}
 NOTE = "A log says nothing of the road: one lane to either side is assumed, and sides that no radar watches count as occupied."
 _LANES = Road(lanes_left=1, lanes_right=1)
 
@@ -70,9 +68,6 @@ def read(path: Path, progress: Callable[[int, int], None] | None = None) -> Mome
 
     Raises `InputError` for an unusable file, `MissingExtraError` for CAN logs without their packages.
     """
-    kind = _FORMATS.get(path.suffix.lower())
-    if kind is None:
-        raise InputError(path.name, "", None, f"is not a log: one ends in {' or '.join(_FORMATS)}")
     beside = path.with_name(f"{path.stem}.host.csv")
-    done = replay(path, kind, host=beside if beside.is_file() else None, plan=False, progress=progress)
+    done = replay(path, host=beside if beside.is_file() else None, plan=False, progress=progress)
     return Moments(name=path.name, cycles=done.cycles)

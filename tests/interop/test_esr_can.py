@@ -19,7 +19,7 @@ from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, MissingExtraError, ParameterError
 from mcdas_opt.interop.esr_can import read_esr, write_esr
 from mcdas_opt.interop.esr_codec import EsrCodec, EsrHealth, EsrMotion, EsrTarget, TargetStatus, WrongLengthError
-from mcdas_opt.interop.recordings.candump import write_candump
+from mcdas_opt.interop.recordings.candump import CandumpRecording, write_candump
 from mcdas_opt.interop.sensor_log import SensorLog
 from mcdas_opt.simulation.sensors import mounting
 
@@ -39,6 +39,10 @@ detections = st.builds(
     azimuth_rad=st.floats(math.radians(-51.1), math.radians(51.1)),
     range_rate_mps=st.floats(-81.9, 81.9),
 )
+
+
+def esr(log: Path, *, rear: Path | None = None, dbc: Path | None = None) -> SensorLog:
+    return read_esr(CandumpRecording(log), rear=None if rear is None else CandumpRecording(rear), dbc=dbc)
 
 
 def scan_of(found: list[RadarDetection], t_s: float = 1.0, sector: Sector = Sector.FRONT, working: bool = True) -> Scan:
@@ -88,7 +92,7 @@ def test_the_shipped_dbc_states_the_facts_of_the_published_one() -> None:
 @published
 def test_both_dbcs_decode_the_recording_alike() -> None:
     front, rear = (ESR / f"test1118_test3_host3_{side}.log" for side in ("front", "rear"))
-    ours, theirs = (read_esr(front, rear=rear, dbc=dbc) for dbc in (None, ESR / "ESR.dbc"))
+    ours, theirs = (esr(front, rear=rear, dbc=dbc) for dbc in (None, ESR / "ESR.dbc"))
     assert ours.scans == theirs.scans
     assert (ours.good, ours.bad.total, ours.other, len(ours.scans), ours.detections) == (2144, 0, 0, 2144, 2144)
 
@@ -97,7 +101,7 @@ def test_both_dbcs_decode_the_recording_alike() -> None:
 def test_the_azimuth_sign_agrees_with_the_recorded_positions() -> None:
     """The cars' positions are the judge: which side of the host's path the others were on, by their tracks in the plane."""
     cars = np.genfromtxt(SHARED / "cats_platoon" / "test1118_test3.csv", delimiter=",", names=True)
-    log = read_esr(ESR / "test1118_test3_host3_front.log", rear=ESR / "test1118_test3_host3_rear.log")
+    log = esr(ESR / "test1118_test3_host3_front.log", rear=ESR / "test1118_test3_host3_rear.log")
     host = np.column_stack([cars["veh3_x"], cars["veh3_y"]])
     for sector, car in ((Sector.FRONT, "veh2"), (Sector.REAR, "veh4")):
         other = np.column_stack([cars[f"{car}_x"], cars[f"{car}_y"]])
@@ -121,7 +125,7 @@ def test_the_azimuth_sign_agrees_with_the_recorded_positions() -> None:
 def test_scans_survive_the_round_trip(tmp_path_factory: pytest.TempPathFactory, found: list[RadarDetection], working: bool) -> None:
     folder = tmp_path_factory.mktemp("esr")
     scans = [scan_of(found, working=working), scan_of([], 1.05), scan_of(found[:1], 1.0, Sector.REAR)]
-    once = read_esr(written(folder, scans, slots=8))
+    once = esr(written(folder, scans, slots=8))
     read = {(scan.sector, scan.t_s): scan for scan in once.scans}
     for scan in scans:
         back = read[scan.sector, scan.t_s]
@@ -140,14 +144,14 @@ def test_only_targets_seen_in_this_cycle_pass_the_gate(tmp_path: Path, status: T
     path = tmp_path / "a.log"
     identifier, data = codec.encode(EsrTarget(slot=slot, status=status))
     path.write_text(f"(0.0) can0 {identifier:03X}#{data.hex()}\n")
-    log = read_esr(path)
+    log = esr(path)
     assert codec.decode(identifier, data) == EsrTarget(slot=slot, status=status)
     assert len(log.scans[0].radar) == int(status in (1, 2, 3, 5))
     assert sum(log.gated.values()) == int(status not in (1, 2, 3, 5))
 
 
 def test_empty_slots_look_valid_and_are_gated(tmp_path: Path) -> None:
-    log = read_esr(written(tmp_path, [scan_of([], t) for t in (0.0, 0.05, 0.1)]))
+    log = esr(written(tmp_path, [scan_of([], t) for t in (0.0, 0.05, 0.1)]))
     assert log.gated == {"no target": 3 * 64}
     assert log.detections == 0
     assert [scan.t_s for scan in log.scans] == [0.0, 0.05, 0.1]
@@ -161,7 +165,7 @@ def test_one_scan_a_radar_cycle(tmp_path: Path, spare: float) -> None:
     scans = [
         scan_of([RadarDetection(range_m=10.0 + k, azimuth_rad=0.0, range_rate_mps=0.0)], 0.05 * k + spare * (k % 2)) for k in range(20)
     ]
-    log = read_esr(written(tmp_path, scans, speeds_mps=[10.0] * 20))
+    log = esr(written(tmp_path, scans, speeds_mps=[10.0] * 20))
     assert [len(scan.radar) for scan in log.scans] == [1] * 20
     assert log.scans[0].period_s == pytest.approx(0.05, abs=spare + 1e-9)
     assert log.host_speed is not None
@@ -169,7 +173,7 @@ def test_one_scan_a_radar_cycle(tmp_path: Path, spare: float) -> None:
 
 
 def test_a_faulty_radar_is_a_dead_one(tmp_path: Path) -> None:
-    log = read_esr(written(tmp_path, [scan_of([], 0.0), scan_of([], 0.1, working=False), scan_of([], 0.2)]))
+    log = esr(written(tmp_path, [scan_of([], 0.0), scan_of([], 0.1, working=False), scan_of([], 0.2)]))
     assert [scan.working for scan in log.scans] == [True, False, True]
 
 
@@ -209,12 +213,12 @@ def two_buses(folder: Path) -> Path:
 
 
 def test_the_first_bus_by_name_is_the_front(tmp_path: Path) -> None:
-    log = read_esr(two_buses(tmp_path))
+    log = esr(two_buses(tmp_path))
     assert log.sectors == (Sector.FRONT, Sector.REAR)
     assert [scan.sector for scan in log.scans[:2]] == [Sector.FRONT, Sector.REAR]
     path = tmp_path / "b.log"
     path.write_text(two_buses(tmp_path).read_text().replace("can1", "can9").replace("can0", "can1"))
-    assert read_esr(path).scans == log.scans
+    assert esr(path).scans == log.scans
 
 
 def test_two_buses_and_a_rear_log_exclude_each_other(tmp_path: Path) -> None:
@@ -224,11 +228,11 @@ def test_two_buses_and_a_rear_log_exclude_each_other(tmp_path: Path) -> None:
     both = two_buses(tmp_path)
     for log, rear in ((both, front), (front, both)):
         with pytest.raises(InputError, match="bus = 'can0, can1'"):
-            read_esr(log, rear=rear)
+            esr(log, rear=rear)
     three = tmp_path / "three.log"
     three.write_text(both.read_text() + both.read_text().replace("can1", "can2"))
     with pytest.raises(InputError, match="can0, can1, can2"):
-        read_esr(three)
+        esr(three)
 
 
 def cut(log: SensorLog) -> tuple[int, dict[str, dict[str, int]]]:
@@ -239,10 +243,10 @@ def test_a_log_cut_in_mid_frame_keeps_the_good_frames(tmp_path: Path) -> None:
     detection = RadarDetection(range_m=10.0, azimuth_rad=0.0, range_rate_mps=0.0)
     path = written(tmp_path, [scan_of([detection], 0.1 * k) for k in range(3)], slots=1)
     whole = path.read_text()
-    assert cut(read_esr(path)) == (6, {})
+    assert cut(esr(path)) == (6, {})
     for missing in (3, 4):  # half a byte, a whole byte (and the line's end)
         path.write_text(whole[: -1 - missing])
-        log = read_esr(path)
+        log = esr(path)
         assert cut(log) == (5, {"cut short": {"count": 1, "first_line": 6}})
         assert log.detections == 2
 
@@ -251,7 +255,7 @@ def test_long_and_repeated_frames_are_bad_and_foreign_ones_other(tmp_path: Path)
     path = written(tmp_path, [scan_of([], 0.1 * k) for k in range(3)], slots=1)
     lines = path.read_text().splitlines()
     path.write_text("\n".join([*lines, lines[-1], "(0.3) can0 123#00", "(0.3) can7 4E1#00"]) + "\n")
-    log = read_esr(path)
+    log = esr(path)
     assert cut(log) == (6, {"cut short": {"count": 1, "first_line": 9}, "repeated": {"count": 1, "first_line": 7}})
     assert log.other == 1
     with pytest.raises(WrongLengthError):
@@ -262,7 +266,7 @@ def test_stamps_that_go_back_arrive_late_but_keep_their_time(tmp_path: Path) -> 
     path = tmp_path / "a.log"
     data = "006079E210000251"
     path.write_text("".join(f"({t:.6f}) can0 500#{data}\n" for t in (0.0, 0.1, 0.2, 0.05, 0.3)))
-    log = read_esr(path)
+    log = esr(path)
     assert [scan.t_s for scan in log.scans] == [0.0, 0.1, 0.2, 0.05, 0.3]
     assert log.arrivals_s == (0.0, 0.1, 0.2, 0.2, 0.3)
 
@@ -272,7 +276,7 @@ def test_a_log_without_the_radar_is_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / "a.log"
     path.write_text(text)
     with pytest.raises(InputError, match=r"a\.log: holds no ESR track frame"):
-        read_esr(path)
+        esr(path)
 
 
 def test_a_dbc_without_the_messages_is_refused_by_their_names(tmp_path: Path) -> None:
@@ -292,7 +296,7 @@ def test_a_dbc_without_the_messages_is_refused_by_their_names(tmp_path: Path) ->
 def test_a_dbc_without_status_messages_is_enough_to_read(tmp_path: Path) -> None:
     path = tmp_path / "tracks.dbc"
     path.write_text("\n\n".join(b for b in SHIPPED.read_text().split("\n\n") if not b.startswith(("BO_ 1248 ", "BO_ 1249 ", "CM_"))))
-    log = read_esr(written(tmp_path, [scan_of([], working=False)], speeds_mps=[10.0]), dbc=path)
+    log = esr(written(tmp_path, [scan_of([], working=False)], speeds_mps=[10.0]), dbc=path)
     assert (log.host_speed, log.other, log.scans[0].working) == (None, 2, True)
     with pytest.raises(ParameterError, match="0x4E1"):
         write_esr([scan_of([])], dbc=path)

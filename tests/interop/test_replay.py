@@ -159,9 +159,12 @@ def test_broken_numbers_never_reach_a_track(tmp_path: Path) -> None:
     ("options", "message"),
     [
         ({"format": "esr"}, "--format = 'esr': is not a known format; did you mean 'esr-candump'|known: esr-candump"),
-        ({"format": "esr-candump", "columns": {"x_m": "x"}}, "--columns: belongs to --format radar-csv"),
-        ({"format": "radar-csv", "dbc": "a.dbc"}, "--dbc: belongs to --format esr-candump"),
-        ({"format": "radar-csv", "rear": "a.log"}, "--rear: belongs to --format esr-candump"),
+        (
+            {"format": "esr-candump", "columns": {"x_m": "x"}},
+            "'range_rate_mps or doppler_velocity': no such channel; there are: can0, can1",
+        ),
+        ({"format": "radar-csv", "dbc": "a.dbc"}, "--dbc: belongs to a recording of CAN frames"),
+        ({"format": "radar-csv", "rear": "a.log"}, "--rear: belongs to a recording of CAN frames"),
         ({"format": "esr-candump", "host": "nowhere.csv"}, "nowhere.csv: no such file"),
     ],
 )

@@ -44,7 +44,7 @@ def test_the_table_and_the_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         (("replay", NAME, "--format", "csv"), "--format = 'csv': is not a known format"),
         ((*GOOD, "--dbc", __file__), "is no DBC"),
         ((*GOOD, "--out", "/nowhere/a.png"), "/nowhere/a.png: no such folder"),
-        (("replay", NAME, "--format", "radar-csv"), "cannot be read"),
+        (("replay", NAME, "--format", "radar-csv"), "'range_rate_mps or doppler_velocity': no such column; there are: "),
         ((*GOOD, "--road", "no-such-scene"), "no-such-scene: no such file"),
         (("replay", NAME, "--format", "esr-candump", "--planner", "magic"), "planner = 'magic'"),
     ],

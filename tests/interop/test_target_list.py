@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mcdas_opt.errors import InputError
+from mcdas_opt.interop.recordings.csv_table import CsvTable
 from mcdas_opt.interop.target_list import Columns, read_targets
 
 COMMA = Path(__file__).resolve().parents[3] / "shared" / "data" / "comma2k19_radar"
@@ -30,7 +31,7 @@ def test_positions_come_back_from_range_and_azimuth(
     tmp_path_factory: pytest.TempPathFactory, found: list[tuple[float, float, float]]
 ) -> None:
     rows = [f"0.5,{slot},{x!r},{y!r},{rate!r},0" for slot, (x, y, rate) in enumerate(found)]
-    log = read_targets(table(tmp_path_factory.mktemp("csv"), *rows))
+    log = read_targets(CsvTable(table(tmp_path_factory.mktemp("csv"), *rows)))
     (scan,) = log.scans
     assert (scan.t_s, log.good, log.pieces) == (0.5, len(found), len(found))
     for (x, y, rate), seen in zip(found, scan.radar, strict=True):
@@ -40,20 +41,23 @@ def test_positions_come_back_from_range_and_azimuth(
 
 
 def test_other_names_and_a_turned_sign_say_the_same(tmp_path: Path) -> None:
-    own = read_targets(table(tmp_path, "0,1,10,2,-1,0", "0.1,1,9.9,2,-1,0"))
+    own = read_targets(CsvTable(table(tmp_path, "0,1,10,2,-1,0", "0.1,1,9.9,2,-1,0")))
     other = table(tmp_path, "2;0".replace(";", ",") + ",10,-1", "2,0.1,9.9,-1", header="right,clock,ahead,doppler")
     text = "time_s=clock, x_m=ahead,y_m=right,range_rate_mps=doppler"
-    mirrored = read_targets(other, columns=Columns.parse(text.replace("y_m=", "y_m=-")))
-    same = read_targets(other, columns=Columns.parse(text))
+    mirrored = read_targets(CsvTable(other), columns=Columns.parse(text.replace("y_m=", "y_m=-")))
+    same = read_targets(CsvTable(other), columns=Columns.parse(text))
     assert same.scans == own.scans
     assert same.pieces is None
     assert [scan.radar[0].azimuth_rad for scan in mirrored.scans] == [-scan.radar[0].azimuth_rad for scan in own.scans]
-    assert read_targets(other, columns={"time_s": "clock", "x_m": "ahead", "y_m": "right", "range_rate_mps": "doppler"}).scans == own.scans
+    assert (
+        read_targets(CsvTable(other), columns={"time_s": "clock", "x_m": "ahead", "y_m": "right", "range_rate_mps": "doppler"}).scans
+        == own.scans
+    )
 
 
 def test_rows_of_one_cycle_make_one_scan_even_when_their_stamps_differ(tmp_path: Path) -> None:
     rows = [f"{0.05 * k + 0.003 * slot:.4f},{slot},{20 + slot},0,0,{int(k == 2)}" for k in range(4) for slot in range(3)]
-    log = read_targets(table(tmp_path, *rows))
+    log = read_targets(CsvTable(table(tmp_path, *rows)))
     assert [len(scan.radar) for scan in log.scans] == [3] * 4
     assert log.scans[0].period_s == pytest.approx(0.05)
     assert log.pieces == 6
@@ -62,7 +66,7 @@ def test_rows_of_one_cycle_make_one_scan_even_when_their_stamps_differ(tmp_path:
 
 def test_bad_rows_are_counted_by_kind_with_their_first_line(tmp_path: Path) -> None:
     rows = ["0,1,10,0,0,0", "0.1,1,ten,0,0,0", "0.2,1,10,0", "nan,1,10,0,0,0", ",1,10,0,0,0", "0.3,1,10,0,,0", "0.4,1,nan,0,0,0"]
-    log = read_targets(table(tmp_path, *rows))
+    log = read_targets(CsvTable(table(tmp_path, *rows)))
     assert log.bad.to_document() == {
         "not 6 cells": {"count": 1, "first_line": 4},
         "time_s is not finite": {"count": 2, "first_line": 5},
@@ -98,7 +102,7 @@ def test_a_mapping_that_is_none_is_refused(text: str, message: str) -> None:
 )
 def test_a_column_that_is_not_there_is_named(tmp_path: Path, columns: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
-        read_targets(table(tmp_path, "0,1,10,0,0,0"), columns=Columns.parse(columns))
+        read_targets(CsvTable(table(tmp_path, "0,1,10,0,0,0")), columns=Columns.parse(columns))
 
 
 @pytest.mark.parametrize(
@@ -107,7 +111,7 @@ def test_a_column_that_is_not_there_is_named(tmp_path: Path, columns: str, messa
         ("", "header line and rows"),
         (HEADER + "\n", "header line and rows"),
         (HEADER + "\nnan,1,2,3,4,5\n", "no row with a time"),
-        ("time_s,x_m,y_m\n0,1,2\n", "'range_rate_mps': no such column"),
+        ("time_s,x_m,y_m\n0,1,2\n", "'range_rate_mps or doppler_velocity': no such column; there are: time_s, x_m, y_m$"),
         ("time_s,x_m,x_m\n0,1,2\n", "two columns of this name"),
     ],
 )
@@ -115,17 +119,19 @@ def test_other_files_are_refused(tmp_path: Path, text: str, message: str) -> Non
     path = tmp_path / "radar.csv"
     path.write_text(text)
     with pytest.raises(InputError, match=message):
-        read_targets(path)
+        read_targets(CsvTable(path))
 
 
 def test_a_slot_that_is_given_away_is_another_piece(tmp_path: Path) -> None:
     """Three slots over forty cycles; each is given to another target every tenth cycle, one of them begins late."""
     held = [(k, slot) for k in range(40) for slot in range(3) if slot < 2 or k >= 15]
-    log = read_targets(table(tmp_path, *(f"{0.05 * k:.2f},{slot},{20 + slot},0,0,{int(k > 0 and k % 10 == 0)}" for k, slot in held)))
+    log = read_targets(
+        CsvTable(table(tmp_path, *(f"{0.05 * k:.2f},{slot},{20 + slot},0,0,{int(k > 0 and k % 10 == 0)}" for k, slot in held)))
+    )
     assert (log.good, log.bad.total, log.pieces, len(log.scans)) == (105, 0, 4 + 4 + 3, 40)
 
 
 @pytest.mark.published(COMMA)
 def test_the_recorded_track_list() -> None:
-    log = read_targets(COMMA / "radar_tracks.csv")
+    log = read_targets(CsvTable(COMMA / "radar_tracks.csv"))
     assert (log.good, log.bad.total, log.pieces, len(log.scans)) == (10100, 0, 144, 1200)

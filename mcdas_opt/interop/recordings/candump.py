@@ -14,6 +14,7 @@ from pathlib import Path
 
 from mcdas_opt.errors import InputError, MissingExtraError, reading
 from mcdas_opt.interop.recordings.can_frames import CanLog, Frame
+from mcdas_opt.interop.recordings.recording import Table, no_such_channel
 from mcdas_opt.interop.recordings.tally import Tally
 
 _SOUND = re.compile(
@@ -48,6 +49,28 @@ def read_candump(path: str | Path) -> CanLog:
     for frame in set(frames) - set(kept):
         bad.add("stamp far from its neighbours", frame.line)
     return CanLog(frames=tuple(kept), bad=bad, other=len(sound) - len(frames))
+
+
+class CandumpRecording:
+    """A log of CAN frames as text; raises as `read_candump`."""
+
+    suffixes = (".log", ".candump")
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = path
+        self._log = read_candump(path)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The buses."""
+        return tuple(sorted({frame.channel for frame in self._log.frames}))
+
+    def can_log(self) -> CanLog:
+        return self._log
+
+    def table(self, *names: str) -> Table:
+        """There is none in a log of frames."""
+        raise no_such_channel(self.path, names, self.channels)
 
 
 def write_candump(frames: Iterable[Frame]) -> str:

@@ -7,22 +7,21 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
-from mcdas_opt.errors import InputError, nearest, reading
+from mcdas_opt.errors import InputError, reading
+from mcdas_opt.interop.recordings.recording import Row, position
 from mcdas_opt.interop.recordings.tally import Tally
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
-    """One line of a table: where it stands and its values in the order of the columns asked for (NaN: an empty cell)."""
-
-    line: int
-    values: tuple[float, ...]
 
 
 @dataclass(slots=True)
 class CsvTable:
-    """A table with a header. Raises `InputError` where the file cannot be read, is empty, or names a column twice."""
+    """A table with a header, and a recording that is nothing else.
+
+    Raises `InputError` where the file cannot be read, is empty, or names a column twice.
+    """
+
+    suffixes: ClassVar[tuple[str, ...]] = (".csv",)
 
     path: str | Path
     header: tuple[str, ...] = ()
@@ -44,13 +43,21 @@ class CsvTable:
             raise InputError(self.path, "line 1", twice, "two columns of this name")
         self._lines = tuple(lines[1:])
 
+    @property
+    def channels(self) -> tuple[str, ...]:
+        return self.header
+
+    def can_log(self) -> None:
+        """A table carries no CAN."""
+
+    def table(self, *names: str) -> CsvTable:
+        """The whole file. Raises `InputError` that lists its columns where none of the names is one."""
+        self.column(*names)
+        return self
+
     def column(self, *names: str) -> int:
-        """Index of the column of the first of `names` that there is; `InputError` names the file's columns when there is none."""
-        for name in names:
-            if name in self.header:
-                return self.header.index(name)
-        rule = f"no such column; {nearest(names[0], self.header)}"
-        raise InputError(self.path, "column", " or ".join(names), rule)
+        """Index of the column of the first of `names` that there is; raises `InputError` that lists the columns when there is none."""
+        return position(self.path, names, self.header, "column")
 
     def rows(self, columns: Sequence[int], bad: Tally) -> Iterator[Row]:
         """Rows with a number (or nothing) in each of `columns`; others are left out and counted in `bad`, by kind and column."""

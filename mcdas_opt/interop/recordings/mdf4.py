@@ -1,0 +1,149 @@
+"""MDF4 files (ASAM measurement data) by asammdf: CAN bus logging, or channels in groups of one time base each."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.errors import MissingExtraError
+from mcdas_opt.interop.recordings.can_frames import CanLog, Frame
+from mcdas_opt.interop.recordings.recording import TIME, Row, no_such_channel, position, understood
+from mcdas_opt.interop.recordings.tally import Tally
+
+if TYPE_CHECKING:
+    from asammdf import MDF
+
+_FRAMES, _OTHER_FRAMES = "CAN_DataFrame", ("CAN_ErrorFrame", "CAN_RemoteFrame")
+_LONGEST = 8  # bytes of a classic frame
+_SI = {
+    "km/h": 1 / 3.6, "kph": 1 / 3.6, "kmh": 1 / 3.6, "mph": 0.44704, "deg": math.pi / 180, "°": math.pi / 180, "cm": 0.01, "mm": 0.001,
+    "km": 1000.0, "ms": 0.001, "us": 1e-6,
+}  # fmt: skip
+
+
+class Mdf4Recording:
+    """An MDF4 file. Times are seconds since its start. A channel whose unit is km/h, deg, mm and the like is read in SI.
+
+    A channel is called by its name, after its group and a slash where several have that name. Raises `InputError` for another file,
+    `MissingExtraError` without asammdf.
+    """
+
+    suffixes = (".mf4", ".mdf")
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = path
+        with self._open():
+            pass
+
+    @cached_property
+    def _places(self) -> dict[str, tuple[int, int]]:
+        """Group and index of every channel that is a number over time, by its name."""
+        found = []
+        with self._open() as mdf:
+            for g, group in enumerate(mdf.groups):
+                label = str(group.channel_group.acq_name or group.channel_group.comment or g)
+                masters = {mdf.masters_db.get(g)}
+                names = [str(channel.name) for channel in group.channels]
+                found += [(label, name, (g, c)) for c, name in enumerate(names) if c not in masters and not _of_frames(name)]
+        often = Counter(name for _, name, _ in found)
+        return {name if often[name] == 1 else f"{label}/{name}": place for label, name, place in found}
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        log = self.can_log()
+        return (*self._places, *sorted({frame.channel for frame in log.frames} if log is not None else ()))
+
+    def can_log(self) -> CanLog | None:
+        """The frames of every group of bus logging, in the order of their times."""
+        frames, other, is_bus = [], 0, False
+        with self._open() as mdf:
+            for g, group in enumerate(mdf.groups):
+                names = {str(channel.name) for channel in group.channels}
+                is_bus = is_bus or _FRAMES in names
+                other += group.channel_group.cycles_nr if names & set(_OTHER_FRAMES) else 0
+                if _FRAMES in names and group.channel_group.cycles_nr:
+                    frames += _frames(mdf, g)
+        if not is_bus:
+            return None
+        data = [frame for frame in frames if len(frame.data) <= _LONGEST]
+        return CanLog(frames=tuple(sorted(data, key=lambda frame: frame.t_s)), other=other + len(frames) - len(data))
+
+    def table(self, *names: str) -> GroupTable:
+        """The channel group of the first of these names that there is."""
+        known = tuple(self._places)
+        if not known:
+            raise no_such_channel(self.path, names, self.channels)
+        group, _ = self._places[known[position(self.path, names, known)]]
+        return GroupTable(self, tuple(name for name, place in self._places.items() if place[0] == group))
+
+    def values(self, name: str) -> tuple[Array, Array]:
+        """Times and values of a channel, invalid samples left out."""
+        group, index = self._places[name]
+        with self._open() as mdf:
+            signal = mdf.get(group=group, index=index)
+            scale = _SI.get(str(signal.unit).strip(), 1.0)
+            return np.asarray(signal.timestamps, dtype=np.float64), scale * np.asarray(signal.samples, dtype=np.float64)
+
+    @contextmanager
+    def _open(self) -> Iterator[MDF]:
+        try:
+            from asammdf import MDF
+        except ImportError:
+            raise MissingExtraError("asammdf", "mdf") from None
+        with understood(self.path, "MDF4"), MDF(str(self.path)) as mdf:
+            yield mdf
+
+
+class GroupTable:
+    """The channels of one group, a row at each of its times."""
+
+    def __init__(self, recording: Mdf4Recording, names: tuple[str, ...]) -> None:
+        self._recording, self._names = recording, names
+        self.header = names if TIME in names else (*names, TIME)
+
+    def column(self, *names: str) -> int:
+        return position(self._recording.path, names, self.header)
+
+    def rows(self, columns: Sequence[int], bad: Tally) -> Iterator[Row]:
+        """A sample that is invalid in its channel is NaN."""
+        chosen = [self.header[column] for column in columns]
+        read = {name: self._recording.values(name) for name in chosen if name in self._names}
+        times = np.unique(np.concatenate([t for t, _ in read.values()]))
+        table = [_at(times, *read[name]) if name in read else times for name in chosen]
+        for k, values in enumerate(zip(*(column.tolist() for column in table), strict=True)):
+            yield Row(line=k + 1, values=values)
+
+
+def _at(times: Array, t_s: Array, values: Array) -> Array:
+    found = np.full(times.shape, np.nan)
+    found[np.searchsorted(times, t_s)] = values
+    return found
+
+
+def _of_frames(name: str) -> bool:
+    return name.partition(".")[0] in (_FRAMES, *_OTHER_FRAMES)
+
+
+def _frames(mdf: MDF, group: int) -> list[Frame]:
+    signal = mdf.get(_FRAMES, group=group)
+    columns = {name.rpartition(".")[2]: signal.samples[name] for name in signal.samples.dtype.names}
+    t, identifiers, lengths = signal.timestamps, columns["ID"], columns["DataLength"]
+    buses = columns.get("BusChannel", np.zeros(len(t), dtype=np.uint8))
+    return [
+        Frame(
+            t_s=float(t[k]),
+            channel=f"can{int(buses[k])}",
+            identifier=int(identifiers[k]) & 0x1FFFFFFF,
+            data=columns["DataBytes"][k][: int(lengths[k])].tobytes(),
+            line=k + 1,
+        )
+        for k in range(len(t))
+    ]

@@ -1,0 +1,297 @@
+"""The same drive in every format that we read, written by the formats' own libraries; and recordings that hold something else."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asammdf import MDF, Signal, Source
+from mcap.writer import CompressionType, Writer
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as BagWriter
+
+from mcdas_opt.catalogue.data_files import models_folder
+from mcdas_opt.domain.document import to_document
+from mcdas_opt.errors import InputError
+from mcdas_opt.interop.recordings.can_frames import Frame
+from mcdas_opt.interop.recordings.candump import read_candump, write_candump
+from mcdas_opt.interop.recordings.messages import flattened, time_of
+from mcdas_opt.interop.recordings.readers import READERS, format_of, open_recording
+from mcdas_opt.interop.recordings.ros_messages import _DEFINITIONS, type_store
+from mcdas_opt.interop.replay import replay
+from mcdas_opt.interop.replay_record import Replay
+
+NAME = "front_and_rear"
+LOG = models_folder() / "logs" / f"{NAME}.log"
+NS = 1_000_000_000
+CAN_DTYPE = np.dtype(
+    [
+        ("CAN_DataFrame.BusChannel", "<u1"),
+        ("CAN_DataFrame.ID", "<u4"),
+        ("CAN_DataFrame.IDE", "<u1"),
+        ("CAN_DataFrame.DLC", "<u1"),
+        ("CAN_DataFrame.DataLength", "<u1"),
+        ("CAN_DataFrame.DataBytes", "(8,)u1"),
+    ]
+)
+
+
+def tracks(done: Replay) -> list[object]:
+    return [to_document(cycle) for cycle in done.cycles]
+
+
+@pytest.fixture(scope="module")
+def frames() -> tuple[Frame, ...]:
+    return tuple(frame for frame in read_candump(LOG).frames if frame.t_s < 2.0)
+
+
+@pytest.fixture(scope="module")
+def as_candump(frames: tuple[Frame, ...], tmp_path_factory: pytest.TempPathFactory) -> Replay:
+    path = tmp_path_factory.mktemp("candump") / "drive.log"
+    path.write_text(write_candump(frames))
+    return replay(path, plan=False)
+
+
+def mdf4(frames: tuple[Frame, ...], path: Path) -> Path:
+    """Bus logging, a group a bus as loggers write it."""
+    source = Source(source_type=Source.SOURCE_BUS, bus_type=Source.BUS_TYPE_CAN, name="CAN", path="", comment="")
+    with MDF(version="4.10") as mdf:
+        for number, bus in enumerate(sorted({frame.channel for frame in frames}), start=1):
+            own = [frame for frame in frames if frame.channel == bus]
+            samples = np.zeros(len(own), dtype=CAN_DTYPE)
+            samples["CAN_DataFrame.BusChannel"] = number
+            samples["CAN_DataFrame.ID"] = [frame.identifier for frame in own]
+            samples["CAN_DataFrame.DLC"] = samples["CAN_DataFrame.DataLength"] = [len(frame.data) for frame in own]
+            samples["CAN_DataFrame.DataBytes"] = [list(frame.data.ljust(8, b"\0")) for frame in own]
+            times = np.array([frame.t_s for frame in own])
+            mdf.append(Signal(samples=samples, timestamps=times, name="CAN_DataFrame", source=source), acq_source=source)
+        mdf.save(path, overwrite=True)
+    return path
+
+
+def ros_frame(store: object, frame: Frame) -> object:
+    """A can_msgs/msg/Frame."""
+    kinds = store.types  # type: ignore[attr-defined]
+    stamp = kinds["builtin_interfaces/msg/Time"](sec=round(frame.t_s * NS) // NS, nanosec=round(frame.t_s * NS) % NS)
+    return kinds["can_msgs/msg/Frame"](
+        header=kinds["std_msgs/msg/Header"](stamp=stamp, frame_id=""),
+        id=frame.identifier, is_rtr=False, is_extended=False, is_error=False, dlc=len(frame.data),
+        data=np.frombuffer(frame.data.ljust(8, b"\0"), dtype=np.uint8),
+    )  # fmt: skip
+
+
+def rosbag2(frames: tuple[Frame, ...], path: Path, storage: StoragePlugin = StoragePlugin.SQLITE3) -> Path:
+    store, kind = type_store(), "can_msgs/msg/Frame"
+    with BagWriter(path, version=9, storage_plugin=storage) as writer:
+        buses = {bus: writer.add_connection(f"/{bus}", kind, typestore=store) for bus in sorted({frame.channel for frame in frames})}
+        for frame in frames:
+            writer.write(buses[frame.channel], round(frame.t_s * NS), store.serialize_cdr(ros_frame(store, frame), kind))
+    return path
+
+
+def rosbag2_in_mcap(frames: tuple[Frame, ...], path: Path) -> Path:
+    return rosbag2(frames, path, StoragePlugin.MCAP)
+
+
+@contextmanager
+def mcap_writer(path: Path) -> Iterator[Writer]:
+    with path.open("wb") as file:
+        writer = Writer(file, compression=CompressionType.NONE)
+        writer.start()
+        yield writer
+        writer.finish()
+
+
+def mcap_ros(frames: tuple[Frame, ...], path: Path) -> Path:
+    """As ROS 2 records into MCAP."""
+    store, kind = type_store(), "can_msgs/msg/Frame"
+    definition, _ = store.generate_msgdef(kind, ros_version=2)
+    with mcap_writer(path) as writer:
+        schema = writer.register_schema(name=kind, encoding="ros2msg", data=definition.encode())
+        buses = {bus: writer.register_channel(f"/{bus}", "cdr", schema) for bus in sorted({frame.channel for frame in frames})}
+        for frame in frames:
+            t, data = round(frame.t_s * NS), bytes(store.serialize_cdr(ros_frame(store, frame), kind))
+            writer.add_message(buses[frame.channel], log_time=t, publish_time=t, data=data)
+    return path
+
+
+def mcap_json(frames: tuple[Frame, ...], path: Path) -> Path:
+    with mcap_writer(path) as writer:
+        schema = writer.register_schema(name="can_msgs/msg/Frame", encoding="jsonschema", data=b"{}")
+        buses = {bus: writer.register_channel(f"/{bus}", "json", schema) for bus in sorted({frame.channel for frame in frames})}
+        for frame in frames:
+            t, data = round(frame.t_s * NS), json.dumps({"id": frame.identifier, "dlc": len(frame.data), "data": list(frame.data)})
+            writer.add_message(buses[frame.channel], log_time=t, publish_time=t, data=data.encode())
+    return path
+
+
+@pytest.mark.parametrize(
+    ("write", "name", "format"),
+    [
+        (mdf4, "drive.mf4", "mdf4"),
+        (rosbag2, "drive", "rosbag2"),
+        (rosbag2_in_mcap, "drive", "rosbag2"),
+        (mcap_ros, "drive.mcap", "mcap"),
+        (mcap_json, "drive.mcap", "mcap"),
+    ],
+)
+def test_the_same_drive_replays_to_the_same_tracks(
+    write: Callable[[tuple[Frame, ...], Path], Path],
+    name: str,
+    format: str,
+    frames: tuple[Frame, ...],
+    as_candump: Replay,
+    tmp_path: Path,
+) -> None:
+    done = replay(write(frames, tmp_path / name), plan=False)
+    assert done.format == format
+    assert any(cycle.tracks for cycle in done.cycles)
+    assert tracks(done) == tracks(as_candump)
+    assert (done.summary.frames_good, done.summary.bad) == (as_candump.summary.frames_good, {})
+
+
+TARGETS = [(round(0.05 * k, 2), 1, 30.0 - 0.1 * k, 0.5, -2.0) for k in range(40)]
+SPEED = [(round(0.05 * k, 2), 10.0) for k in range(40)]
+
+
+def as_csv(path: Path) -> Path:
+    rows = [f"{t},{slot},{x},{y},{rate},{SPEED[0][1]}" for t, slot, x, y, rate in TARGETS]
+    path.write_text("\n".join(["time_s,slot,x_m,y_m,range_rate_mps,host_speed_mps", *rows]) + "\n")
+    return path
+
+
+def as_mdf_channels(path: Path) -> Path:
+    """Radar channels in one group, y to the right and the rate in km/h; the speed in another group, in km/h."""
+    t, slot, x, y, rate = (np.array(column, dtype=np.float64) for column in zip(*TARGETS, strict=True))
+    with MDF(version="4.10") as mdf:
+        mdf.append(
+            [
+                Signal(samples=slot, timestamps=t, name="slot"),
+                Signal(samples=x, timestamps=t, name="Radar_dx", unit="m"),
+                Signal(samples=-y, timestamps=t, name="Radar_right", unit="m"),
+                Signal(samples=rate, timestamps=t, name="Radar_vrel", unit="m/s"),
+            ]
+        )
+        mdf.append(Signal(samples=np.full(t.size, 36.0), timestamps=t, name="Ego_v", unit="km/h"))
+        mdf.save(path, overwrite=True)
+    return path
+
+
+def as_json_messages(path: Path) -> Path:
+    with mcap_writer(path) as writer:
+        schema = writer.register_schema(name="radar", encoding="jsonschema", data=b"{}")
+        radar, ego = (writer.register_channel(topic, "json", schema) for topic in ("/radar", "/ego"))
+        for t, slot, x, y, rate in TARGETS:
+            stamp = round(t * NS)
+            targets = [{"slot": slot, "x_m": x, "y_m": y, "range_rate_mps": rate}]
+            writer.add_message(radar, log_time=stamp, publish_time=stamp, data=json.dumps({"targets": targets}).encode())
+            writer.add_message(ego, log_time=stamp, publish_time=stamp, data=json.dumps({"host_speed_mps": 10.0}).encode())
+    return path
+
+
+def test_a_target_list_by_mapping_is_the_same_in_every_format(tmp_path: Path) -> None:
+    mapping = {"x_m": "Radar_dx", "y_m": "-Radar_right", "range_rate_mps": "Radar_vrel", "host_speed_mps": "Ego_v"}
+    own = replay(as_csv(tmp_path / "radar.csv"), plan=False)
+    assert [len(cycle.tracks) for cycle in own.cycles[5:]] == [1] * (len(own.cycles) - 5)
+    assert own.cycles[-1].host.speed_mps == 10.0
+    assert tracks(replay(as_json_messages(tmp_path / "radar.mcap"), plan=False)) == tracks(own)
+    mdf = replay(as_mdf_channels(tmp_path / "radar.mf4"), plan=False, columns=mapping)
+    for one, other in zip(mdf.cycles, own.cycles, strict=True):
+        assert one.host.speed_mps == pytest.approx(other.host.speed_mps, abs=1e-9)
+        for a, b in zip(one.tracks, other.tracks, strict=True):
+            assert (a.s_m, a.d_m, a.speed_s_mps) == pytest.approx((b.s_m, b.d_m, b.speed_s_mps), abs=1e-6)
+
+
+def test_a_ros_radar_scan_needs_no_mapping_and_an_empty_one_is_a_scan(tmp_path: Path) -> None:
+    store, kind = type_store(), "radar_msgs/msg/RadarScan"
+    kinds = store.types
+    with BagWriter(tmp_path / "bag", version=9) as writer:
+        radar, ego = (
+            writer.add_connection(topic, msgtype, typestore=store)
+            for topic, msgtype in (("/radar", kind), ("/odom", "geometry_msgs/msg/TwistStamped"))
+        )
+        for k in range(40):
+            stamp = kinds["builtin_interfaces/msg/Time"](sec=1_700_000_000 + k // 20, nanosec=50_000_000 * (k % 20))
+            header = kinds["std_msgs/msg/Header"](stamp=stamp, frame_id="radar")
+            seen = kinds["radar_msgs/msg/RadarReturn"](range=30.0, azimuth=0.0, elevation=0.0, doppler_velocity=0.0, amplitude=1.0)
+            scan = kinds[kind](header=header, returns=[seen] if k < 30 else [])
+            vector = kinds["geometry_msgs/msg/Vector3"]
+            twist = kinds["geometry_msgs/msg/Twist"](linear=vector(x=10.0, y=0.0, z=0.0), angular=vector(x=0.0, y=0.0, z=0.0))
+            t = stamp.sec * NS + stamp.nanosec + 3_000_000  # recorded a little later than measured
+            writer.write(radar, t, store.serialize_cdr(scan, kind))
+            moving = kinds["geometry_msgs/msg/TwistStamped"](header=header, twist=twist)
+            writer.write(ego, t, store.serialize_cdr(moving, "geometry_msgs/msg/TwistStamped"))
+    done = replay(tmp_path / "bag", plan=False)
+    assert (done.summary.scans, done.summary.detections) == (40, 30)
+    assert done.cycles[0].t_s == 1_700_000_000.0
+    (track,) = done.cycles[12].tracks
+    assert (track.s_m, track.speed_s_mps) == (pytest.approx(30.0 + 4.5, abs=0.1), pytest.approx(10.0, abs=0.2))
+    assert {"/radar.returns.range", "/odom.twist.linear.x"} <= set(open_recording(tmp_path / "bag", "rosbag2").channels)
+
+
+def test_what_is_missing_is_named_beside_what_is_there(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"radar\.mf4: channel = 'range_rate_mps or .*': no such channel; there are: slot, Radar_dx"):
+        replay(as_mdf_channels(tmp_path / "radar.mf4"), plan=False)
+    with pytest.raises(InputError, match=r"channel = 'Radar_vre': no such channel; did you mean 'Radar_vrel'\?; there are: "):
+        replay(tmp_path / "radar.mf4", plan=False, columns={"range_rate_mps": "Radar_vre"})
+    with pytest.raises(InputError, match=r"channel = '/ego\.x': no such channel; .*there are: /radar\.targets\.slot, .*, /ego\.host"):
+        replay(as_json_messages(tmp_path / "radar.mcap"), plan=False, columns={"range_rate_mps": "/ego.x"})
+    path = tmp_path / "candump.log"
+    path.write_text("(0.0) can0 500#006079E210000251\n(0.1) can1 500#006079E210000251\n")
+    with pytest.raises(InputError, match=r"candump\.log: channel = 'a': no such channel; there are: can0, can1"):
+        replay(path, columns={"range_rate_mps": "a"})
+    with pytest.raises(InputError, match=r"does not say the host's speed: pass --host, .*or name its channel"):
+        replay(tmp_path / "radar.mf4", columns={"x_m": "Radar_dx", "y_m": "Radar_right", "range_rate_mps": "Radar_vrel"})
+    with pytest.raises(InputError, match="--rear: belongs to a recording of CAN frames"):
+        replay(tmp_path / "radar.mcap", rear="rear.log")
+
+
+def test_two_radars_of_one_name_are_told_apart(tmp_path: Path) -> None:
+    with mcap_writer(tmp_path / "two.mcap") as writer:
+        schema = writer.register_schema(name="radar", encoding="jsonschema", data=b"{}")
+        for topic in ("/front", "/rear"):
+            channel = writer.register_channel(topic, "json", schema)
+            writer.add_message(channel, log_time=0, publish_time=0, data=b'{"x_m": 1, "y_m": 0, "range_rate_mps": 0}')
+    with pytest.raises(InputError, match=r"'range_rate_mps': is the end of several: /front\.range_rate_mps, /rear\.range_rate"):
+        replay(tmp_path / "two.mcap")
+
+
+@pytest.mark.parametrize(("name", "words"), [("a.mf4", "as MDF4"), ("a.mcap", "as MCAP"), ("a.db3", "as a bag of ROS 2")])
+@pytest.mark.parametrize("data", [b"", b"no such thing\n" * 40])
+def test_another_file_under_that_name_is_refused(name: str, words: str, data: bytes, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(InputError, match=f"{name}: cannot be read {words}"):
+        replay(tmp_path / name)
+
+
+def test_a_file_that_was_cut_short_is_refused(tmp_path: Path) -> None:
+    path = as_json_messages(tmp_path / "radar.mcap")
+    path.write_bytes(path.read_bytes()[:-400])
+    with pytest.raises(InputError, match=r"radar\.mcap: "):
+        replay(path)
+
+
+def test_formats_are_found_by_the_files_name_and_by_their_own(tmp_path: Path) -> None:
+    assert [format_of(Path(name)) for name in ("a.log", "a.CSV", "a.mf4", "a.mcap", "a.db3")] == list(READERS.own)
+    assert format_of(tmp_path) == "rosbag2"
+    with pytest.raises(InputError, match=r"a\.xyz: is of no known format by its name; say --format, one of esr-candump, mcap"):
+        format_of(Path("a.xyz"))
+    assert set(READERS.own) <= set(READERS.known())
+
+
+def test_messages_are_flattened_and_dated() -> None:
+    document = {"a": 1, "b": {"c": 2.5, "d": True, "e": "text"}, "f": [{"g": 1}, {"g": None}], "h": [1, 2]}
+    assert flattened(document) == ({"a": 1.0, "b.c": 2.5, "b.d": 1.0}, {"f": [{"g": 1.0}, {}]})
+    assert time_of({"header": {"stamp": {"sec": 2, "nanosec": 5}}}, 7) == 2.000000005
+    assert time_of({"header": {"stamp": {"sec": 2, "nsec": 5}}}, 7) == 2.000000005
+    for undated in ({}, {"header": {"stamp": {"sec": 0, "nanosec": 0}}}, {"header": {"stamp": {"sec": "2"}}}, {"header": 3}):
+        assert time_of(undated, 7) == 7e-9
+
+
+def test_every_type_that_we_define_is_known_with_its_parts() -> None:
+    store = type_store()
+    assert set(_DEFINITIONS) <= set(store.fielddefs)
