@@ -21,7 +21,7 @@ from mcdas_opt.planning.deadline import Deadline, Stage
 from mcdas_opt.planning.headway import ORDINARY_MPS2
 from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, lane_choice, neighbours_in
 from mcdas_opt.planning.manoeuvre import Manoeuvre
-from mcdas_opt.planning.memory import Memory
+from mcdas_opt.planning.memory import Memory, PreviousPlan
 from mcdas_opt.planning.reach import in_reach_ever
 from mcdas_opt.planning.required_lane import RequiredLane, required_lane
 from mcdas_opt.situation.assess import assess
@@ -87,22 +87,38 @@ class Cycle:
             situation=local,
             vehicle=vehicle,
             settings=settings,
-            assessment=assess(local, vehicle, settings.selector, memory.assessment),
-            prediction=in_reach_ever(predict_for(local, settings.prediction), local.host, vehicle, local.road),
             memory=memory,
             doubts=what.doubts,
             supposed=what.supposed,
-            deficits=front_deficits(local, vehicle, settings.safe_end, memory.deficits, memory.elapsed_s),
+            active=active,
             lane_choice=lane_choice(local, vehicle, settings, memory.lane_choice, memory.elapsed_s)
             if active is None
             else memory.lane_choice.resting,
-            active=active,
+            deficits=front_deficits(local, vehicle, settings.safe_end, memory.deficits, memory.elapsed_s),
+            prediction=in_reach_ever(predict_for(local, settings.prediction), local.host, vehicle, local.road),
+            assessment=assess(local, vehicle, settings.selector, memory.assessment),
             deadline=deadline,
         )
 
     def given_from(self, plan: Plan) -> Plan:
         """A plan of this cycle in the place and time of the situation as it was given, with what is doubted of that."""
         return replace(plan, trajectory=plan.trajectory.seen_from(-self.origin_m), time_s=self.given.time_s, doubts=self.doubts)
+
+    def remember(self, plan: Plan) -> Memory:
+        """What a plan of this cycle means for the next one: the method's own part, and what holds for all of them."""
+        return replace(
+            plan.memory if isinstance(plan.memory, Memory) else Memory(),
+            situation=self.given,
+            origin_m=self.origin_m,
+            elapsed_s=0.0,
+            previous=PreviousPlan.of(plan),
+            side=plan.side,
+            alert=plan.alert,
+            deficits=self.deficits,
+            tracks=self.told,
+            supposed=self.supposed,
+            lane_choice=self.lane_choice,
+        )
 
     @property
     def believed(self) -> Situation:

@@ -132,32 +132,6 @@ class Memory:
         )
 
 
-def remembered(
-    plan: Plan,
-    given: Situation,
-    origin_m: float,
-    deficits: tuple[FrontDeficit, ...],
-    tracks: tuple[Track, ...],
-    supposed: tuple[SupposedTrack, ...],
-    lane_choice: LaneChoice,
-) -> Memory:
-    """What a plan of a cycle there means for the next one: the method's own part, and what holds for all of them."""
-    own = plan.memory if isinstance(plan.memory, Memory) else Memory()
-    return replace(
-        own,
-        situation=given,
-        origin_m=origin_m,
-        elapsed_s=0.0,
-        previous=PreviousPlan.of(plan),
-        side=plan.side,
-        alert=plan.alert,
-        deficits=deficits,
-        tracks=tracks,
-        supposed=supposed,
-        lane_choice=lane_choice,
-    )
-
-
 def carried(previous: Plan | None, kind: type[M]) -> M | None:
     """What a method left in its last plan for itself, where that is of this kind."""
     return previous.memory if previous is not None and isinstance(previous.memory, kind) else None

@@ -17,7 +17,7 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.evaluator import Evaluator
 from mcdas_opt.planning.fallback import NothingPasses
 from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
-from mcdas_opt.planning.memory import Memory, carried, remembered
+from mcdas_opt.planning.memory import Memory, carried
 from mcdas_opt.planning.order import SEARCH
 from mcdas_opt.planning.reason import reason
 from mcdas_opt.planning.search import Found, Search, Solvers, run
@@ -59,8 +59,7 @@ class MpcMethod:
         cycle = Cycle.of(situation, self.vehicle, self.settings, carried(previous, Memory))
         answer = self.answer(cycle)
         if isinstance(answer, Plan):
-            memory = remembered(answer, situation, cycle.origin_m, cycle.deficits, cycle.told, cycle.supposed, cycle.lane_choice)
-            return cycle.given_from(replace(answer, memory=memory))
+            return cycle.given_from(replace(answer, memory=cycle.remember(answer)))
         return Refusal(reason=answer.reason, candidates=answer.candidates, iterations=answer.iterations)
 
     def answer(self, cycle: Cycle) -> Plan | NothingPasses:

@@ -21,7 +21,7 @@ from mcdas_opt.domain.vocabulary import Request, Side
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.fallback import NothingPasses, fall_back, host_refused, remainder_instead
-from mcdas_opt.planning.memory import Memory, remembered
+from mcdas_opt.planning.memory import Memory
 from mcdas_opt.planning.method import AskedMethod, Method, PlannerName, build_method
 from mcdas_opt.planning.one_thread import OneThread
 from mcdas_opt.planning.reported_mode import with_reported_mode
@@ -151,12 +151,11 @@ class Planner:
         started = time.perf_counter()
         cycle = Cycle.of(situation, self.vehicle, self.settings, self.memory, self._asked.deadline(started))
         if fault and self._asked.has_ladder:
-            plan = host_refused(cycle, fault, faulty_s)
+            plan, reported = with_reported_mode(host_refused(cycle, fault, faulty_s), cycle)
         else:
-            plan = with_time_to_react(self._answered(cycle), cycle)
-        plan, reported = with_reported_mode(plan, cycle)
-        told = cycle.deficits, cycle.told, cycle.supposed, cycle.lane_choice
-        self.memory = replace(remembered(plan, cycle.given, cycle.origin_m, *told), reported=reported)
+            plan, reported = with_reported_mode(self._answered(cycle), cycle)
+            plan = with_time_to_react(plan, cycle)
+        self.memory = replace(cycle.remember(plan), reported=reported)
         indicator = plan.indicator if plan.side is Side.NONE else plan.side
         timing = replace(plan.timing_ms, total=1e3 * (time.perf_counter() - started))
         self._asked.previous = cycle.given_from(
