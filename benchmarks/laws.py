@@ -245,6 +245,7 @@ def examine_forms(some: Sequence[Episode]) -> Iterator[tuple[Episode, Kept, str]
 
 # --- the program -----------------------------------------------------------------------------------------------------------------------
 
+AT_ONCE = 25
 Found = tuple[str, str, str, int, str]  # family, law, episode, what was kept, words
 
 
@@ -263,7 +264,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--plans", type=int, default=1000, help="of each family")
     parser.add_argument("--families", default=",".join(KINDS))
-    parser.add_argument("--laws", default=",".join(QUICK))
+    parser.add_argument("--laws", default=",".join(QUICK), help="default: all but forms")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", type=Path, metavar="FILE", help="a line of JSON for each sequence and law")
     parser.add_argument("--show", type=int, default=3, help="so many that break a law are named")
@@ -287,21 +288,28 @@ def main() -> int:
         if quick:
             for found in pool.imap_unordered(_task, [(one, quick) for one in some], chunksize=4):
                 note(found)
-    if "forms" in names:
-        for first in range(0, len(some), 50):
-            note(_forms_task(some[first : first + 50]))
+        if "forms" in names:  # one of them asks another process: as many episodes at once as make its start cheap
+            for found in pool.imap_unordered(_forms_task, [some[first : first + AT_ONCE] for first in range(0, len(some), AT_ONCE)]):
+                note(found)
     for law in names:
-        print(f"\n{law}: must be {LAWS[law].least.name.lower()}")
-        for family in given.families.split(","):
-            k = [counts[law, family, level] for level in Kept]
-            if sum(k):
-                print(
-                    f"    {family:<14} {sum(k[LAWS[law].least :]):>5} of {sum(k):<5}"
-                    f"  bits {k[3]}, states {k[2]}, decision {k[1]}, nothing {k[0]}"
-                )
-        for line in sorted(broken.get(law, []))[: given.show]:
-            print(f"      {line}")
+        _tell(law, counts, broken.get(law, []), given.show)
     return 1 if broken else 0
+
+
+def _tell(law: str, counts: Counter[tuple[str, str, int]], broken: list[str], show: int) -> None:
+    """Of how many sequences a law holds, in all and in each family; and some that break it."""
+
+    def line(name: str, k: list[int]) -> None:
+        levels = f"bits {k[3]}, states {k[2]}, decision {k[1]}, nothing {k[0]}"
+        print(f"    {name:<14} {sum(k[LAWS[law].least :]):>5} of {sum(k):<5}  {levels}")
+
+    families = [family for family in KINDS if any(counts[law, family, level] for level in Kept)]
+    print(f"\n{law}: must be {LAWS[law].least.name.lower()}")
+    for family in families:
+        line(family, [counts[law, family, level] for level in Kept])
+    line("all together", [sum(counts[law, family, level] for family in families) for level in Kept])
+    for words in sorted(broken)[:show]:
+        print(f"      {words}")
 
 
 if __name__ == "__main__":
