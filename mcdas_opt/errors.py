@@ -50,6 +50,15 @@ class PlannerFaultWarning(RuntimeWarning):
 
 
 @contextmanager
+def blaming(file: object, under: str = "") -> Iterator[None]:
+    """Turns a `ParameterError` into an `InputError` that names the file, and the key below `under`."""
+    try:
+        yield
+    except ParameterError as error:
+        raise InputError(file, f"{under}{error.name}", error.value, error.rule) from None
+
+
+@contextmanager
 def reading(file: object) -> Iterator[None]:
     """Turns a failure to read the file into an `InputError` that names it."""
     try:

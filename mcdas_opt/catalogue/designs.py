@@ -6,18 +6,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import Field
 
 from mcdas_opt.catalogue.data_files import checked, read_toml
+from mcdas_opt.catalogue.part import Part
 from mcdas_opt.domain.settings import SigmoidSettings
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.domain.vocabulary import Side
-from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.errors import InputError, blaming
 
 
-class _SigmoidPart(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
-
+class _SigmoidPart(Part):
     a_per_m: float
     b: float
     y_max_m: float
@@ -26,17 +25,15 @@ class _SigmoidPart(BaseModel):
     lateral_acceleration_mps2: float | None = None
 
 
-class DesignFile(BaseModel):
+class DesignFile(Part):
     """`sigmoid` or `values` is what a planner takes, one of them; the other tables say where it comes from."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
-
     sigmoid: _SigmoidPart | None = None
-    values: dict[str, float] = {}
-    design: dict[str, Any] = {}
-    provenance: dict[str, Any] = {}
-    constraint: list[dict[str, Any]] = []
-    set: list[dict[str, Any]] = []
+    values: dict[str, float] = Field(default_factory=dict)
+    design: dict[str, Any] = Field(default_factory=dict)
+    provenance: dict[str, Any] = Field(default_factory=dict)
+    constraint: list[dict[str, Any]] = Field(default_factory=list)
+    set: list[dict[str, Any]] = Field(default_factory=list)
 
 
 def load_parameters(path: Path) -> tuple[SigmoidSettings | None, dict[str, float]]:
@@ -52,10 +49,8 @@ def load_parameters(path: Path) -> tuple[SigmoidSettings | None, dict[str, float
 def _settings(part: _SigmoidPart, path: Path) -> SigmoidSettings:
     if part.lateral_acceleration_mps2 is not None and part.lateral_acceleration_mps2 <= 0.0:
         raise InputError(path, "sigmoid.lateral_acceleration_mps2", part.lateral_acceleration_mps2, "must be greater than 0")
-    try:
+    with blaming(path, "sigmoid."):
         given = SigmoidDesign(a_per_m=part.a_per_m, b=part.b, y_max_m=part.y_max_m, offset_m=part.offset_m, side=Side(part.side))
-    except ParameterError as error:
-        raise InputError(path, f"sigmoid.{error.name}", error.value, error.rule) from None
     settings = SigmoidSettings(given=given)
     if part.lateral_acceleration_mps2 is not None:
         settings = replace(settings, lateral_acceleration_mps2=part.lateral_acceleration_mps2)

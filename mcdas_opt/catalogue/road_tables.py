@@ -5,23 +5,14 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
+from mcdas_opt.catalogue.part import NonNegative, Pair, Part, Positive
 from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import ParameterError
-
-Positive = Annotated[float, Field(gt=0.0)]
-NonNegative = Annotated[float, Field(ge=0.0)]
-Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
-
-
-class Part(BaseModel):
-    """A table: no key that is not known, no number that is not finite."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
 
 
 class _Recorded(Part):
@@ -45,12 +36,12 @@ class LanePart(_Recorded):
     lane: Annotated[int, Field(description="which: 0 is the host's at the start, 1 the next to the left, -1 to the right")]
     width_m: Annotated[
         list[Pair], Field(description="knots [s_m, width_m], linear in between; 0: there is no lane; without any, the road's")
-    ] = []
+    ] = Field(default=[])
     speed_limit_mps: Annotated[
         Annotated[float, Field(gt=0.0, le=100.0)] | list[Pair],
         Field(description="one number, or steps [s_m, limit_mps], each from there on; without any, the road's"),
-    ] = []
-    closed_m: Annotated[list[Pair], Field(description="stretches [from_s_m, to_s_m] that nobody may drive on")] = []
+    ] = Field(default=[])
+    closed_m: Annotated[list[Pair], Field(description="stretches [from_s_m, to_s_m] that nobody may drive on")] = Field(default=[])
     oncoming: Annotated[bool, Field(description="true: its traffic comes towards the host; no lane to change into")] = False
     shoulder: Annotated[bool, Field(description="true: road without traffic of its own, and no lane to change into")] = False
     merges: Annotated[
@@ -86,11 +77,11 @@ class RoadPart(_Recorded):
         float, Field(gt=0.0, le=100.0, description="binds ordinary driving; escaping may exceed it, and the plan says so")
     ] = 36.0  # more is km/h by mistake
     curvature: Annotated[
-        Annotated[list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=1)],
+        Annotated[list[Pair], Field(min_length=1)],
         Field(description="knots [s_m, kappa_1pm], linear in between, held at both ends; a left turn is positive"),
-    ] = [[0.0, 0.0]]
+    ] = Field(default=[[0.0, 0.0]])
     road_end_s_m: Annotated[float | None, Field(description="where the road ends; without it, nowhere")] = None
-    lane: Annotated[list[LanePart], Field(description="lanes that are not the same all along")] = []
+    lane: Annotated[list[LanePart], Field(description="lanes that are not the same all along")] = Field(default=[])
 
     def record(self, friction: float | None = None) -> Road:
         """The road, with the friction that its reader believes (default the road's own)."""

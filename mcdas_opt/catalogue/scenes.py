@@ -12,7 +12,8 @@ import numpy as np
 from pydantic import Field, PrivateAttr, field_validator, model_validator
 
 from mcdas_opt.catalogue.data_files import checked, find, read_text, read_toml
-from mcdas_opt.catalogue.road_tables import DestinationPart, NonNegative, Part, Positive, RoadPart
+from mcdas_opt.catalogue.part import NonNegative, Part, Positive
+from mcdas_opt.catalogue.road_tables import DestinationPart, RoadPart
 from mcdas_opt.catalogue.sensors import IDEAL, NONE, load_sensor
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.destination import Destination

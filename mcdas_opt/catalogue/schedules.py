@@ -6,21 +6,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
+from pydantic import Field
 
 from mcdas_opt.catalogue.data_files import checked, find, read_toml, shipped
+from mcdas_opt.catalogue.part import Part
 from mcdas_opt.domain.gain_schedule import GainSchedule
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.errors import ParameterError, blaming
 
 Table = list[list[list[float]]]
 DEFAULT = "sedan"
 
 
-class ScheduleFile(BaseModel):
+class ScheduleFile(Part):
     """Axes, tables (friction, offset, speed), and where they come from."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
     speed_mps: list[float]
     offset_m: list[float]
@@ -29,14 +28,14 @@ class ScheduleFile(BaseModel):
     b: Table
     y_max_m: Table
     length_m: Table
-    provenance: dict[str, Any] = {}
+    provenance: dict[str, Any] = Field(default_factory=dict)
 
 
 def load_schedule(name: str | Path) -> GainSchedule:
     """The schedule behind a shipped name or a path. Raises `InputError` that names file, key, value and rule."""
     path = find("tuned", str(name))
     entry = checked(ScheduleFile, read_toml(path), path)
-    try:
+    with blaming(path):
         return GainSchedule(
             name=path.stem,
             speed_mps=tuple(entry.speed_mps),
@@ -47,8 +46,6 @@ def load_schedule(name: str | Path) -> GainSchedule:
             y_max_m=_even("y_max_m", entry.y_max_m),
             length_m=_even("length_m", entry.length_m),
         )
-    except ParameterError as error:
-        raise InputError(path, error.name, error.value, error.rule) from None
 
 
 def _even(name: str, table: Table) -> Array:

@@ -3,32 +3,30 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field
 
 from mcdas_opt.catalogue.data_files import checked, find, read_toml, shipped
+from mcdas_opt.catalogue.part import Part, SourcedFile
 from mcdas_opt.domain.sensor import Beam, Sensor
-from mcdas_opt.errors import InputError, ParameterError, nearest
+from mcdas_opt.errors import InputError, blaming
 
 IDEAL = "ideal"  # body centre and velocity of every neighbour in the sector
 NONE = "none"  # nobody watches the sector
-NUMBERS = ("range_min_m", "rate_hz", "range_sd_m", "azimuth_sd_rad", "range_rate_sd_mps", "detection_probability")
 
 
-class BeamPart(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
-
+class BeamPart(Part):
     name: Annotated[str, Field(description="of the beam")]
     range_max_m: Annotated[float, Field(description="farthest that it sees")]
     half_angle_rad: Annotated[float, Field(description="half its field of view")]
     source: Annotated[str, Field(min_length=1, description="where these come from")]
 
 
-class SensorFile(BaseModel):
+class SensorFile(SourcedFile):
     """The keys of a sensor file; `sources` says of every number where it comes from."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+    NUMBERS = ("range_min_m", "rate_hz", "range_sd_m", "azimuth_sd_rad", "range_rate_sd_mps", "detection_probability")
 
     description: Annotated[str, Field(description="what it is")] = ""
     beam: Annotated[list[BeamPart], Field(min_length=1, description="its beams")]
@@ -38,17 +36,6 @@ class SensorFile(BaseModel):
     azimuth_sd_rad: Annotated[float, Field(description="standard deviation of azimuth")]
     range_rate_sd_mps: Annotated[float, Field(description="standard deviation of range rate")]
     detection_probability: Annotated[float, Field(description="of a body in view, each scan")]
-    sources: Annotated[dict[str, str], Field(description="where each number comes from")]
-
-    @model_validator(mode="after")
-    def _every_number_has_a_source(self) -> Self:
-        for name in self.sources:
-            if name not in NUMBERS:
-                raise ValueError(f"sources.{name}: names no number of this file; {nearest(name, NUMBERS)}")
-        for name in NUMBERS:
-            if not self.sources.get(name, "").strip():
-                raise ValueError(f"sources.{name}: missing key (every number says where it comes from)")
-        return self
 
 
 def known_sensors() -> tuple[str, ...]:
@@ -60,11 +47,9 @@ def load_sensor(name: str | Path, beside: Path | None = None) -> Sensor:
     """The radar behind a shipped name or a path. Raises `InputError` that names the file, the key and the known sensors."""
     path = _find(str(name), beside)
     entry = checked(SensorFile, read_toml(path), path)
-    try:
+    with blaming(path):
         beams = tuple(Beam(name=b.name, range_max_m=b.range_max_m, half_angle_rad=b.half_angle_rad) for b in entry.beam)
-        return Sensor(name=path.stem, beams=beams, **entry.model_dump(include=set(NUMBERS)))
-    except ParameterError as error:
-        raise InputError(path, error.name, error.value, error.rule) from None
+        return Sensor(name=path.stem, beams=beams, **entry.numbers())
 
 
 def _find(name: str, beside: Path | None) -> Path:

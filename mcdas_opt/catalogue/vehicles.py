@@ -6,22 +6,21 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from mcdas_opt.catalogue.data_files import checked, find, read_toml
+from mcdas_opt.catalogue.part import Part
 from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.domain.actuator_response import ActuatorResponse
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.vehicle import DrivenAxle, Vehicle
-from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.errors import ParameterError, blaming
 
 _WHERE_FROM = ("source", "sources")  # the keys that are no numbers of the car
 
 
-class ActuatorsPart(BaseModel):
+class ActuatorsPart(Part):
     """The table [actuators]: dead time and lags [s]."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
     steering_delay_s: Annotated[float, Field(description="dead time of steering; acceleration commands wait as long")] = 0.0
     steering_lag_s: Annotated[float, Field(description="time constant of the wheels behind the commanded angle")] = 0.0
@@ -30,10 +29,8 @@ class ActuatorsPart(BaseModel):
     engine_lag_s: Annotated[float, Field(description="time constant of acceleration")] = 0.0
 
 
-class VehicleFile(BaseModel):
+class VehicleFile(Part):
     """The keys of a vehicle file; the limits are the contract's, the chassis is optional, the rest says where the numbers come from."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
     wheelbase_m: Annotated[float, Field(description="between the axles")]
     front_overhang_m: Annotated[float, Field(description="front axle to front bumper")]
@@ -47,7 +44,7 @@ class VehicleFile(BaseModel):
     jerk_max_mps3: Annotated[float, Field(description="fastest onset of acceleration")]
     speed_max_mps: Annotated[float, Field(description="top speed")]
     source: Annotated[str, Field(description="where the numbers come from")] = ""
-    sources: Annotated[dict[str, str], Field(description="the same, number by number")] = {}
+    sources: Annotated[dict[str, str], Field(description="the same, number by number")] = Field(default={})
     mass_kg: Annotated[float | None, Field(description="of the dynamic vehicle, as all that follows")] = None
     yaw_inertia_kgm2: Annotated[float | None, Field(description="about the vertical axis")] = None
     cog_to_front_axle_m: Annotated[float | None, Field(description="centre of gravity to front axle")] = None
@@ -65,12 +62,10 @@ def load_vehicle(name: str | Path, beside: Path | None = None) -> Vehicle:
     path = find("vehicles", str(name), beside=beside)
     entry = checked(VehicleFile, read_toml(path), path)
     limits = entry.model_dump(exclude=set(_WHERE_FROM))
-    try:
+    with blaming(path):
         limits["actuators"] = ActuatorResponse(**limits["actuators"])
         vehicle = Vehicle(name=path.stem, **limits)
         Chassis.of(vehicle)
-    except ParameterError as error:
-        raise InputError(path, error.name, error.value, error.rule) from None
     return vehicle
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from mcdas_opt.errors import InputError, ParameterError, nearest
+from mcdas_opt.errors import InputError, blaming, nearest
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -59,10 +59,8 @@ def from_document(cls: type[T], document: Any, file: object, key: str = "") -> T
             arguments[name] = _value(hints[name], document[name], file, f"{key}{name}")
         elif field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING:
             raise InputError(file, f"{key}{name}", None, "missing key")
-    try:
+    with blaming(file, key):
         return cls(**arguments)
-    except ParameterError as error:
-        raise InputError(file, f"{key}{error.name}", error.value, error.rule) from error
 
 
 def _value(hint: Any, value: Any, file: object, key: str) -> Any:

@@ -20,6 +20,17 @@ class DoubtKind(StrEnum):
     IDS_SWAPPED = "ids swapped"
 
 
+_WORDS = {
+    DoubtKind.DUPLICATE: "{who} are the same",
+    DoubtKind.ONE_PLACE: "{who} are in one place, {measured} deep",
+    DoubtKind.WITHIN_HOST: "{who} is where the host is, {measured} deep",
+    DoubtKind.TOO_FAST: "{who} moves at {measured}, faster than any car",
+    DoubtKind.JUMPED: "{who} jumped by {measured}",
+    DoubtKind.SPEED_JUMPED: "the speed of {who} jumped by {measured}",
+    DoubtKind.IDS_SWAPPED: "{who} changed ids, {measured} apart",
+}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Doubt:
     """One doubt, and the tracks that it is about. `value` is the evidence in `unit`: the deepest overlap [m], the jump [m] or [m/s], the
@@ -32,26 +43,8 @@ class Doubt:
     unit: str
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "words", self._words())
-
-    def _words(self) -> str:
         who = f"track{'s' if len(self.tracks) > 1 else ''} {' and '.join(self.tracks)}"
-        measured = f"{self.value:.3g} {self.unit}"
-        match self.kind:
-            case DoubtKind.DUPLICATE:
-                return f"{who} are the same"
-            case DoubtKind.ONE_PLACE:
-                return f"{who} are in one place, {measured} deep"
-            case DoubtKind.WITHIN_HOST:
-                return f"{who} is where the host is, {measured} deep"
-            case DoubtKind.TOO_FAST:
-                return f"{who} moves at {measured}, faster than any car"
-            case DoubtKind.JUMPED:
-                return f"{who} jumped by {measured}"
-            case DoubtKind.SPEED_JUMPED:
-                return f"the speed of {who} jumped by {measured}"
-            case DoubtKind.IDS_SWAPPED:
-                return f"{who} changed ids, {measured} apart"
+        object.__setattr__(self, "words", _WORDS[self.kind].format(who=who, measured=f"{self.value:.3g} {self.unit}"))
 
     def __str__(self) -> str:
         return self.words

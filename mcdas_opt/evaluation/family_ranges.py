@@ -6,7 +6,8 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from mcdas_opt.evaluation.spread import Number, Part, Spread
+from mcdas_opt.catalogue.part import Part
+from mcdas_opt.evaluation.spread import Number, Spread
 
 
 class RoadSpread(Part):

@@ -9,9 +9,9 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field, ValidationInfo, model_validator
 
+from mcdas_opt.catalogue.part import Part
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
 from mcdas_opt.catalogue.vehicles import load_vehicle
-from mcdas_opt.evaluation.spread import Part
 from mcdas_opt.interop.host_motion import HostMotion
 
 _LENGTH_M = 4.5

@@ -15,13 +15,13 @@ import numpy as np
 from pydantic import Field
 
 from mcdas_opt.catalogue.data_files import read_json, read_text
+from mcdas_opt.catalogue.part import Part
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.manoeuvres import speed_script
-from mcdas_opt.evaluation.spread import Part
 
 _STEP_S = 0.1
 _LEAST_GAP_M = 0.5

@@ -5,15 +5,11 @@ from __future__ import annotations
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
+
+from mcdas_opt.catalogue.part import Pair, Part
 
 _UNITS = {"km/h": 1.0 / 3.6, "mph": 0.44704}
-
-
-class Part(BaseModel):
-    """A table of a suite file: unknown keys are errors."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
 
 
 class Spread(Part):
@@ -26,7 +22,7 @@ class Spread(Part):
     first: float | None = None
     last: float | None = None
     step: Annotated[float, Field(gt=0.0)] | None = None
-    by_speed: Annotated[list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=1)] | None = None
+    by_speed: Annotated[list[Pair], Field(min_length=1)] | None = None
     unit: Literal["km/h", "mph"] | None = None
 
     @model_validator(mode="after")

@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from mcdas_opt.catalogue.data_files import checked, read_toml
+from mcdas_opt.catalogue.part import Part
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.case import Case, Traffic
@@ -19,7 +20,6 @@ from mcdas_opt.evaluation.families import Family, suite_file
 from mcdas_opt.evaluation.manoeuvres import Manoeuvre
 from mcdas_opt.evaluation.provenance import digest
 from mcdas_opt.evaluation.recordings import Recordings
-from mcdas_opt.evaluation.spread import Part
 
 
 class PartOfSuite(Part):

@@ -9,29 +9,24 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from mcdas_opt.catalogue.data_files import checked, find, models_folder, read_text, read_toml
+from mcdas_opt.catalogue.part import NonNegative, Part, Positive
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.parking import LARGEST_SLOT_M, ParallelSlot, ParkingCase, ParkingLimits, ParkingTolerance
 from mcdas_opt.domain.rules import FARTHEST_M, Array
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.errors import InputError, ParameterError, blaming
 from mcdas_opt.geometry.clearance import Body, body_corners, obstacle_field
 from mcdas_opt.geometry.polygon import convex_hull, is_simple, signed_area
 
 Stretch = Annotated[float, Field(gt=0.0, le=LARGEST_SLOT_M)]
-Positive = Annotated[float, Field(gt=0.0)]
-NonNegative = Annotated[float, Field(ge=0.0)]
 _START_AHEAD_M, _START_LEFT_M = 1.0, 1.4  # the contract's default start beside the front car
 _TPCAP_LIMITS = ParkingLimits(clearance_m=0.0, forward_mps=2.5, reverse_mps=2.5, acceleration_mps2=1.0)
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
-
-
-class VehiclePart(_Part):
+class VehiclePart(Part):
     """A shipped name or a path, and keys that differ from it."""
 
     name: Annotated[str, Field(description="a shipped vehicle or a path")] = "sedan"
@@ -48,7 +43,7 @@ class VehiclePart(_Part):
     speed_max_mps: Positive | None = None
 
 
-class GoalPart(_Part):
+class GoalPart(Part):
     x_m: Annotated[float | None, Field(description="rear axle's midpoint along the road; default in the slot")] = None
     y_m: Annotated[float | None, Field(description="rear axle's midpoint across, left positive")] = None
     heading_rad: Annotated[float | None, Field(description="counter-clockwise from x")] = None
@@ -58,13 +53,13 @@ class StartPart(GoalPart):
     steering_rad: Annotated[float, Field(description="at the start")] = 0.0
 
 
-class SlotPart(_Part):
+class SlotPart(Part):
     length_m: Annotated[Stretch, Field(description="the slot is 0 <= x <= length_m")]
     depth_m: Annotated[Stretch, Field(description="kerb at y = -depth_m")] = 2.1
     street_m: Annotated[Stretch, Field(description="the opposite side is at y = street_m")] = 4.5
 
 
-class ObstaclePart(_Part):
+class ObstaclePart(Part):
     vertices_m: Annotated[
         Annotated[list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=3)],
         Field(description="corners [x, y] of a simple polygon, of either turn"),
@@ -72,19 +67,19 @@ class ObstaclePart(_Part):
     name: Annotated[str, Field(description="in messages")] = ""
 
 
-class LimitsPart(_Part):
+class LimitsPart(Part):
     clearance_m: Annotated[NonNegative, Field(description="body to every obstacle, at all times")] = 0.05
     forward_mps: Annotated[Positive, Field(description="fastest forwards")] = 2.5
     reverse_mps: Annotated[Positive, Field(description="fastest in reverse")] = 2.0
     acceleration_mps2: Annotated[Positive, Field(description="both signs, may step; no jerk limit")] = 1.5
 
 
-class TolerancePart(_Part):
+class TolerancePart(Part):
     position_m: Annotated[Positive, Field(description="of the end against the goal, of the start too")] = 0.02
     heading_rad: Annotated[Positive, Field(description="of the end against the goal")] = 0.01
 
 
-class ParkingFile(_Part):
+class ParkingFile(Part):
     """The keys of a parking case."""
 
     name: Annotated[str, Field(description="of the case")] = ""
@@ -92,7 +87,7 @@ class ParkingFile(_Part):
     start: Annotated[StartPart, Field(description="where the car stands")] = StartPart()
     goal: Annotated[GoalPart, Field(description="where it shall stand")] = GoalPart()
     slot: Annotated[SlotPart | None, Field(description="a parallel slot, which builds its own obstacles")] = None
-    obstacle: Annotated[list[ObstaclePart], Field(description="polygons")] = []
+    obstacle: Annotated[list[ObstaclePart], Field(description="polygons")] = Field(default=[])
     limits: Annotated[LimitsPart, Field(description="what the judge enforces besides the vehicle's")] = LimitsPart()
     tolerance: Annotated[TolerancePart, Field(description="how near the end must be to the goal")] = TolerancePart()
 
@@ -165,10 +160,8 @@ def slot_case(length_m: float, *, clearance_m: float | None = None, vehicle: str
 def _vehicle(part: VehiclePart, path: Path) -> Vehicle:
     base = load_vehicle(part.name, path.parent)
     given = part.model_dump(exclude={"name"}, exclude_none=True)
-    try:
+    with blaming(path, "vehicle."):
         return replace(base, **given)
-    except ParameterError as error:
-        raise InputError(path, f"vehicle.{error.name}", error.value, error.rule) from None
 
 
 def _pose(key: str, part: GoalPart, default: tuple[float | None, ...], path: Path) -> Array:

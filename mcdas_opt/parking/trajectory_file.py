@@ -10,7 +10,7 @@ import numpy as np
 
 from mcdas_opt.catalogue.data_files import find, read_json, read_text
 from mcdas_opt.domain.parking import ParkingTrajectory
-from mcdas_opt.errors import InputError, ParameterError, nearest
+from mcdas_opt.errors import InputError, blaming, nearest
 
 COLUMNS = ("t_s", "x_m", "y_m", "heading_rad", "speed_mps", "acceleration_mps2", "steering_rad", "steering_rate_radps")
 _NEEDED = ("t_s", "x_m", "y_m", "heading_rad", "speed_mps", "steering_rad")
@@ -58,10 +58,8 @@ def _built(columns: dict[str, Any], path: Path) -> ParkingTrajectory:
             raise InputError(path, key, f"shape {value.shape}", f"must be a list of {size[0] if size else 0} numbers, as t_s")
         if not np.all(np.isfinite(value)):
             raise InputError(path, key, None, "must be finite")
-    try:
+    with blaming(path):
         return ParkingTrajectory.from_columns(arrays)
-    except ParameterError as error:
-        raise InputError(path, error.name, error.value, error.rule) from None
 
 
 def _table(path: Path) -> dict[str, list[float]]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from mcdas_opt.catalogue.designs import load_parameters
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.errors import InputError, blaming
 from mcdas_opt.planning.adjustable import adjusted
 from mcdas_opt.planning.planner import Planner
 
@@ -21,8 +21,6 @@ def planner_with(path: Path | None, vehicle: Vehicle, method: str) -> Planner:
         return Planner(vehicle=vehicle, method=method, settings=Settings(sigmoid=sigmoid))
     if method != "mpc":
         raise InputError(path, "values", None, f"are the MPC's: {method!r} does not take them")
-    try:
+    with blaming(path, "values."):
         made = adjusted(values)
-    except ParameterError as error:
-        raise InputError(path, f"values.{error.name}", error.value, error.rule) from None
     return Planner(vehicle=vehicle, method=made.method(vehicle), settings=made.settings, name=method)

@@ -9,7 +9,7 @@ import pytest
 
 from mcdas_opt.catalogue.data_files import find, read_toml, shipped
 from mcdas_opt.catalogue.motion import load_motion
-from mcdas_opt.catalogue.sensors import NUMBERS, SensorFile, known_sensors, load_sensor
+from mcdas_opt.catalogue.sensors import SensorFile, known_sensors, load_sensor
 from mcdas_opt.errors import InputError
 
 ESR = find("sensors", "delphi_esr").read_text()
@@ -22,7 +22,7 @@ def test_every_shipped_sensor_is_sound_and_every_number_has_a_source(name: str) 
     assert sensor.name == name
     assert 0.5 < sensor.detection_probability <= 1.0
     entry = SensorFile.model_validate(read_toml(find("sensors", name)))
-    assert set(entry.sources) == set(NUMBERS)
+    assert set(entry.sources) == set(SensorFile.NUMBERS)
     assert all(len(text) > 10 for text in [*entry.sources.values(), *(beam.source for beam in entry.beam)])
 
 
