@@ -7,12 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mcdas_opt.catalogue.data_files import models_folder, read_toml, shipped
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import InputError, writing
 from mcdas_opt.evaluation.table import CSV, TIMINGS
 
 _MOST_FILES = 400
 _OUTSIDE = "lies outside of the folder that the studio was started with"
 _MOST_SEEN, _DEEPEST = 20_000, 5
+
+
+class ExistsError(InputError):
+    """A scene of that name is there already."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,6 +70,10 @@ class Folder:
         """Files that hold a scene: those with a host."""
         return [name for name in self.names(".toml") if self._holds(name, "host")]
 
+    def vehicles(self) -> list[str]:
+        """Files that hold a vehicle."""
+        return [name for name in self.names(".toml") if self._holds(name, "wheelbase_m")]
+
     def cases(self) -> list[str]:
         """Files that hold a parking case."""
         return [name for name in self.names(".toml") if self._holds(name, "slot", "goal", "obstacle") and not self._holds(name, "host")]
@@ -78,6 +86,20 @@ class Folder:
     def results(self) -> list[str]:
         """Tables of benchmark rows."""
         return [name for name in self.names(".csv") if Path(name).name == CSV]
+
+    def save(self, path: Path, text: str, *, replace: bool) -> None:
+        """Writes a scene. Raises `InputError` outside of the folder or over what is none, `ExistsError` over one unless `replace`."""
+        name = path.relative_to(self.root).as_posix() if path.is_relative_to(self.root) else path.name
+        if not self._inside(path):
+            raise InputError(name, "", None, _OUTSIDE)
+        if path.exists() and not self._holds(name, "host"):
+            raise InputError(name, "", None, "is there already, and holds no scene: choose another name")
+        with writing(name):
+            try:
+                with path.open("w" if replace else "x", encoding="utf-8") as file:
+                    file.write(text)
+            except FileExistsError:
+                raise ExistsError(name, "", None, "is there already: replace it, or choose another name") from None
 
     def _holds(self, name: str, *keys: str) -> bool:
         try:

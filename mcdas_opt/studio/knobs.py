@@ -47,7 +47,7 @@ KNOBS = (
     Knob(key="b", label="b", unit="-", low=5.0, high=200.0, step=1.0, group="sigmoid"),
     Knob(key="y_max_m", label="y_max (literal)", unit="m", low=1.0, high=6.0, step=0.05, group="sigmoid"),
 )
-_BY_KEY = {knob.key: knob for knob in KNOBS}
+BY_KEY = {knob.key: knob for knob in KNOBS}
 _SAME_LANE = 0.65  # of the lane's width: nearer to the host's line than this is in its way
 SIGMOID = ("a_per_m", "b", "y_max_m")  # these turn the closed form, not the scene
 
@@ -85,11 +85,11 @@ def turned(scene: Scene, document: Mapping[str, Any], values: Mapping[str, objec
     host, road = made.setdefault("host", {}), made.setdefault("road", {})
     cars = dict(zip(("front", "rear"), front_and_rear(scene), strict=True))
     for key, raw in values.items():
-        if key not in _BY_KEY:
-            raise ParameterError("knob", key, nearest(key, _BY_KEY))
+        if key not in BY_KEY:
+            raise ParameterError("knob", key, nearest(key, BY_KEY))
         if key in SIGMOID:
             continue
-        value = _BY_KEY[key].checked(raw)
+        value = BY_KEY[key].checked(raw)
         if key == "friction":
             road["friction"] = value
             host.pop("assumed_friction", None)
@@ -113,5 +113,5 @@ def turned(scene: Scene, document: Mapping[str, Any], values: Mapping[str, objec
 
 def sigmoid_of(before: SigmoidSettings, values: Mapping[str, object]) -> SigmoidSettings:
     """The closed form's settings with other values of their knobs."""
-    new: dict[str, Any] = {key: _BY_KEY[key].checked(values[key]) for key in SIGMOID if key in values}
+    new: dict[str, Any] = {key: BY_KEY[key].checked(values[key]) for key in SIGMOID if key in values}
     return replace(before, **new)

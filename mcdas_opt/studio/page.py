@@ -11,16 +11,27 @@ from typing import Any
 
 from mcdas_opt import __version__
 from mcdas_opt.parking.park import PLANNERS as PARKERS
-from mcdas_opt.plotting.web import PLANNERS as PICTURED
-from mcdas_opt.plotting.web import look_of, palette, script, style_sheet
+from mcdas_opt.plotting.web import palette, script, style_sheet
 from mcdas_opt.studio import parking_tab
+from mcdas_opt.studio.form import form
 from mcdas_opt.studio.knobs import KNOBS, Knob
-from mcdas_opt.studio.page_session import PageSession, ParkingSession, Studio
+from mcdas_opt.studio.page_session import PageSession, ParkingSession, Studio, looks
 from mcdas_opt.studio.request_filter import LARGEST_BODY
 from mcdas_opt.studio.sandwich_tab import SandwichTab
 
 _WEB = Path(__file__).resolve().parent / "web"
-_SCRIPTS = ("files.js", "knobs.js", "times_to_react.js", "image.js", "asking.js", "sandwich_tab.js", "parking_tab.js")
+_SCRIPTS = (
+    "files.js",
+    "knobs.js",
+    "form.js",
+    "times_to_react.js",
+    "image.js",
+    "asking.js",
+    "scene_editor.js",
+    "drives.js",
+    "sandwich_tab.js",
+    "parking_tab.js",
+)
 Handler = Callable[[Mapping[str, Any]], Awaitable[None] | None]
 
 
@@ -83,8 +94,9 @@ def register(studio: Studio) -> None:
                     sandwich_view,
                     {
                         "knobs": _knobs(KNOBS),
-                        "planners": _planners(studio.workers.planners),
+                        "planners": looks(studio.planners({})),
                         "files": sandwich.data_files(),
+                        "form": form(studio.folder),
                         "upload": {"url": f"/studio/file?page={key}", "most": LARGEST_BODY},
                     },
                 )
@@ -102,13 +114,14 @@ def register(studio: Studio) -> None:
         listen(
             stage,
             {
-                "ready": lambda _: session.tell(sandwich.opened()),
+                "ready": session.ready,
                 "open": session.open,
                 "uploaded": lambda _: session.uploaded(),
                 "ask": session.ask,
                 "drive": session.drive,
                 "stop": lambda _: session.stop(),
-                "save": lambda wish: session.save(wish, download),
+                "download": lambda wish: session.download(wish, download),
+                "save": session.save,
             },
         )
         listen(
@@ -126,9 +139,3 @@ def register(studio: Studio) -> None:
 
 def _knobs(knobs: tuple[Knob, ...]) -> list[dict[str, Any]]:
     return [asdict(knob) for knob in knobs]
-
-
-def _planners(names: tuple[str, ...]) -> list[dict[str, Any]]:
-    """Every planner with its look; ours are shown, the others when they are asked for."""
-    others = [name for name in names if name not in PICTURED]
-    return [{"name": name, "shown": name in PICTURED, **look_of(name, others)} for name in names]

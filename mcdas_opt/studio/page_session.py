@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,12 @@ from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.errors import McdasError
 from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.plotting.player import drive_document
-from mcdas_opt.plotting.web import PLANNERS
+from mcdas_opt.plotting.web import PLANNERS, look_of
 from mcdas_opt.simulation.loop import simulate
-from mcdas_opt.studio.folder import Folder
+from mcdas_opt.studio.folder import ExistsError, Folder
 from mcdas_opt.studio.parking_tab import LIVE, ParkingTab
 from mcdas_opt.studio.planner_cache import methods
-from mcdas_opt.studio.sandwich_tab import SandwichTab
+from mcdas_opt.studio.sandwich_tab import Progress, SandwichTab
 from mcdas_opt.studio.worker_pool import WorkerPool
 
 Tell = Callable[[dict[str, Any]], None]
@@ -40,11 +41,18 @@ class Studio:
         self.workers = WorkerPool(methods())
         self.thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="studio")
         self.sessions: dict[str, PageSession] = {}
+        self._installed: tuple[str, ...] | None = None
 
     async def warm(self) -> None:
         """Lets the processes start and build their solvers before anybody asks."""
-        async for _ in self.workers.answer(SandwichTab(self.folder).question({}), self.planners({})):
+        async for _ in self.workers.answer(SandwichTab(self.folder).question(), self.planners({})):
             pass
+
+    async def installed(self) -> tuple[str, ...]:
+        """The planners that can be built here."""
+        if self._installed is None:
+            self._installed = await self.workers.installed()
+        return self._installed
 
     def planners(self, wish: Mapping[str, Any]) -> list[str]:
         """Those that the page wishes, as far as they are known; by default ours."""
@@ -92,6 +100,19 @@ class PageSession:
         self.waiting: dict[str, Any] | None = None
         self._stopped = False
 
+    async def ready(self, wish: Mapping[str, Any]) -> None:
+        """The page has been drawn: shows what its link holds, else the first scene; and which planners can be built here, once known."""
+        told: list[dict[str, Any]] = []
+        if wish.get("link"):
+            try:
+                self.tab.open("link", str(wish["link"]))
+            except McdasError as error:
+                told.append(self.studio.problem(error))
+        for part in (self.tab.opened(), *told):
+            self.tell(part)
+        with suppress(McdasError):  # else those that were offered stay
+            self.tell({"part": "planners", "planners": looks(await self.studio.installed())})
+
     async def open(self, wish: Mapping[str, Any]) -> None:
         loop = asyncio.get_running_loop()
 
@@ -108,10 +129,12 @@ class PageSession:
             self.waiting = None
 
     async def ask(self, wish: Mapping[str, Any]) -> None:
-        """Answers in parts; the last one, `done`, always comes."""
+        """Does what was edited, then answers in parts; the last one, `done`, always comes."""
         token = wish.get("token")
         try:
-            question = self.tab.question(_values(wish), wish.get("moment"))
+            self._edit(wish)
+            self.tell(self.tab.state())
+            question = self.tab.question(wish.get("moment"))
             self.tell({"part": "picture", "name": question.name, **Outlook(question.situation, question.vehicle).document()})
             async for part in self.studio.workers.answer(question, self.studio.planners(wish)):
                 self.tell(part)
@@ -120,36 +143,67 @@ class PageSession:
         finally:
             self.tell({"part": "done", "token": token})
 
+    def _edit(self, wish: Mapping[str, Any]) -> None:
+        """What was edited since the last wish. An edit that makes no scene is told, and changes nothing."""
+        actions = wish.get("actions")
+        for action in actions if isinstance(actions, list) else []:
+            try:
+                self.tab.act(action if isinstance(action, Mapping) else {})
+            except McdasError as error:
+                self.tell(self.studio.problem(error))
+
     async def drive(self, wish: Mapping[str, Any]) -> None:
-        """Drives the closed loop to its end, telling how far it is; `stop` ends it."""
+        """Drives the closed loop to its end with each of the planners, telling how far it is; `stop` ends it."""
         loop = asyncio.get_running_loop()
         self._stopped = False
+        self._edit(wish)
+        planners, scene, settings = self.studio.planners(wish), self.tab.at.scene, self.tab.settings
 
-        def progress(done: int, of: int) -> None:
-            if self._stopped:
-                raise _StoppedError
-            loop.call_soon_threadsafe(self.tell, {"part": "progress", "done": done, "of": of})
+        for number, planner in enumerate(planners):
 
-        def run() -> dict[str, Any]:
-            values = _values(wish)
-            scene, settings = self.tab.turned(values), self.tab.settings(values)
-            return drive_document(simulate(scene, str(wish.get("planner")), settings=settings, progress=progress))
+            def progress(done: int, of: int, number: int = number) -> None:
+                if self._stopped:
+                    raise _StoppedError
+                loop.call_soon_threadsafe(self.tell, {"part": "progress", "done": number * of + done, "of": len(planners) * of})
 
-        try:
-            await self._safely(run, lambda drive: self.tell({"part": "drive", "drive": drive}))
-        except _StoppedError:
-            self.tell({"part": "stopped"})
+            def run(planner: str = planner, progress: Progress = progress) -> dict[str, Any]:
+                return drive_document(simulate(scene, planner, settings=settings, progress=progress))
+
+            try:
+                drive = await self.studio.compute(run)
+            except McdasError as error:
+                self.tell(self.studio.problem(error))
+            except _StoppedError:
+                break
+            else:
+                self.tell({"part": "drive", "planner": planner, "drive": drive, "first": number == 0})
+        self.tell({"part": "stopped"})
 
     def stop(self) -> None:
         self._stopped = True
 
-    async def save(self, wish: Mapping[str, Any], download: Callable[[str, str], None]) -> None:
-        await self._safely(lambda: self.tab.toml(_values(wish)), lambda named: download(*named))
+    async def download(self, wish: Mapping[str, Any], download: Callable[[str, str], None]) -> None:
+        self._edit(wish)
+        await self._safely(self.tab.toml, lambda named: download(*named))
+
+    async def save(self, wish: Mapping[str, Any]) -> None:
+        """Writes the scene into the folder; over another one only when that is wished."""
+        self._edit(wish)
+
+        def saved(name: str) -> None:
+            self.tell({"part": "saved", "name": name, "files": self.tab.data_files()})
+
+        try:
+            await self._safely(lambda: self.tab.save(str(wish.get("name")), replace=wish.get("replace") is True), saved)
+        except ExistsError as error:
+            self.tell({"part": "exists", "text": str(error)})
 
     async def _safely(self, work: Callable[[], Any], then: Callable[[Any], None]) -> None:
         """`work` on the studio's thread, its outcome to `then`; bad input is told to the page."""
         try:
             then(await self.studio.compute(work))
+        except ExistsError:
+            raise
         except McdasError as error:
             self.tell(self.studio.problem(error))
 
@@ -184,6 +238,12 @@ class ParkingSession:
             download(*self.tab.toml(_values(wish)))
         except McdasError as error:
             self.tell(self.studio.problem(error))
+
+
+def looks(names: Sequence[str]) -> list[dict[str, Any]]:
+    """Every planner with its look; ours are shown, the others when they are asked for."""
+    others = [name for name in names if name not in PLANNERS]
+    return [{"name": name, "shown": name in PLANNERS, **look_of(name, others)} for name in names]
 
 
 def _values(wish: Mapping[str, Any]) -> dict[str, object]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,7 +13,8 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
-from mcdas_opt.planning.method import known_methods
+from mcdas_opt.errors import McdasError
+from mcdas_opt.planning.method import build_method, known_methods
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.plotting.outlook import Outlook
@@ -37,6 +39,16 @@ def methods() -> tuple[str, ...]:
     """Our planners, as far as they are registered, then everybody else's."""
     known = known_methods()
     return (*(name for name in ORDER if name in known), *(name for name in known if name not in ORDER))
+
+
+def installed(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Those of the planners that can be built with what is installed."""
+    found = []
+    for name in names:
+        with suppress(McdasError, ImportError):
+            build_method(name, Vehicle(), Settings())
+            found.append(name)
+    return tuple(found)
 
 
 def first_look(scene: Scene) -> Situation:

@@ -1,4 +1,4 @@
-"""What one open page looks at: a scene under its sliders, or a moment of a log."""
+"""What one open page looks at, and what was before it: a scene that is edited, or a moment of a log."""
 
 from __future__ import annotations
 
@@ -13,9 +13,12 @@ from mcdas_opt.catalogue.scenes import Scene, scene_from_document
 from mcdas_opt.domain.settings import Settings, SigmoidSettings
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.studio import logs, results
+from mcdas_opt.studio.edits import History, document_of, edited
 from mcdas_opt.studio.folder import Folder, download_name, shipped_file
-from mcdas_opt.studio.knobs import KNOBS, SIGMOID, positions, sigmoid_of, turned
+from mcdas_opt.studio.handles import handles
+from mcdas_opt.studio.knobs import KNOBS, SIGMOID, positions, sigmoid_of
 from mcdas_opt.studio.planner_cache import Question, first_look
+from mcdas_opt.studio.share import NAME, document_in, link_of
 
 FIRST = "sandwich-60-40"
 
@@ -24,10 +27,9 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Looked:
-    """What is looked at: a scene with the document that it came from (`row` of a benchmark's `table`, if any), or a log."""
+    """What is looked at: a scene (`row` of a benchmark's `table`, if any) with the file that it came from, or a log."""
 
     scene: Scene
-    document: dict[str, Any]
     path: Path
     sigmoid: SigmoidSettings = field(default_factory=SigmoidSettings)
     log: logs.Moments | None = None
@@ -41,7 +43,11 @@ class SandwichTab:
 
     def __init__(self, folder: Folder) -> None:
         self.folder = folder
-        self._at = _scene(shipped_file("scenes", FIRST))
+        self._history = History(present=_scene(shipped_file("scenes", FIRST)))
+
+    @property
+    def at(self) -> Looked:
+        return self._history.present
 
     def data_files(self) -> list[dict[str, Any]]:
         """What can be opened, in groups."""
@@ -54,103 +60,167 @@ class SandwichTab:
         ]
 
     def open(self, kind: str, name: str, progress: Progress | None = None) -> dict[str, Any]:
-        """Opens one of the data files. Raises `InputError` for what is not there, or lies outside of the folder."""
+        """Opens one of the data files, or what a link holds. Raises `InputError` for what is not there, or lies outside of the folder."""
         if kind == "shipped":
-            self._at = _scene(shipped_file("scenes", name))
+            self._look(_scene(shipped_file("scenes", name)))
         elif kind == "scene":
-            self._at = self._confined(self.folder.file(name), name)
+            self._look(self._confined(self.folder.file(name), name))
+        elif kind == "link":
+            self._look(self._linked(document_in(name)))
         elif kind == "shipped-log":
-            self._at = self._log(shipped_file("logs", name, ".log"), name, progress)
+            self._look(self._log(shipped_file("logs", name, ".log"), name, progress))
         elif kind == "log":
-            self._at = self._log(self.folder.file(name), name, progress)
+            self._look(self._log(self.folder.file(name), name, progress))
         elif kind == "results":
-            self._at = self._results(self.folder.file(name), name)
-        elif kind == "row" and self._at.table is not None:
-            self._at = _row(self._at.table, name)
+            self._look(self._results(self.folder.file(name), name))
+        elif kind == "row" and self.at.table is not None:
+            self._look(_row(self.at.table, name))
         else:
-            raise ParameterError("kind", kind, "must be shipped, scene, shipped-log, log, results, or row of a table that is open")
+            raise ParameterError("kind", kind, "must be shipped, scene, link, shipped-log, log, results, or row of a table that is open")
         return self.opened()
 
     def receive(self, file: Path, name: str, progress: Progress | None = None) -> dict[str, Any]:
         """Opens a file that the browser sent; `name` is what it was called there. Raises `InputError` that uses that name."""
         try:
             if Path(name).suffix.lower() == ".toml":
-                self._at = self._confined(file, name)
+                self._look(self._confined(file, name))
             elif results.is_results(file):
-                self._at = self._results(file, name)
+                self._look(self._results(file, name))
             else:
-                self._at = self._log(file, name, progress)
+                self._look(self._log(file, name, progress))
         except InputError as error:
             told = error.file.replace(str(file), name).replace(file.name, name)
             raise InputError(told, error.key, error.value, error.rule) from None
         return self.opened()
 
+    def act(self, action: Mapping[str, Any]) -> None:
+        """One step of editing: `do` is edit (`changes`, and the `stroke` that they belong to), undo or redo.
+
+        Raises `InputError` or `ParameterError` for an edit that makes no scene, and changes nothing then.
+        """
+        do, changes = action.get("do"), action.get("changes")
+        if do == "undo":
+            self._history = self._history.undone()
+        elif do == "redo":
+            self._history = self._history.redone()
+        elif do == "edit" and isinstance(changes, Mapping):
+            self._history = self._history.then(self._changed(changes), action.get("stroke"))
+        else:
+            raise ParameterError("do", do, "must be edit with changes, undo or redo")
+
     def opened(self) -> dict[str, Any]:
-        """Where the sliders stand, and the moments of a log."""
-        at = self._at
+        """What it is called, and the moments of a log."""
+        at = self.at
         if at.log is None:
             rows = None if at.table is None else at.table.offered()
-            stand = positions(at.scene, at.sigmoid)
-            return {"part": "opened", "name": at.scene.name, "positions": stand, "rows": rows, "row": str(at.row), "planner": at.planner}
-        sigmoid = asdict(at.sigmoid)
-        stand = {knob.key: sigmoid.get(knob.key) for knob in KNOBS}
+            return {"part": "opened", "name": at.scene.name, "rows": rows, "row": str(at.row), "planner": at.planner}
         return {
             "part": "opened",
             "name": at.log.name,
-            "positions": stand,
             "moments": at.log.times_s,
             "moment": at.log.first_threat,
             "note": logs.NOTE,
         }
 
-    def question(self, values: Mapping[str, object], moment: object = None) -> Question:
-        """The situation under the sliders, or at a moment of the log. Raises `InputError` or `ParameterError`."""
-        at = self._at
-        sigmoid = sigmoid_of(at.sigmoid, values)
+    def state(self) -> dict[str, Any]:
+        """Where the sliders stand, the scene's keys, who can be dragged, a link to it, and whether something can be undone or redone."""
+        at, history = self.at, self._history
+        shown = {"part": "state", "undo": bool(history.past), "redo": bool(history.future)}
+        if at.log is not None:
+            sigmoid = asdict(at.sigmoid)
+            return {**shown, "name": at.log.name, "positions": {knob.key: sigmoid.get(knob.key) for knob in KNOBS}}
+        document = document_of(at.scene)
+        shared = {"scene": document} | ({} if at.sigmoid == SigmoidSettings() else {"sigmoid": asdict(at.sigmoid)})
+        return {
+            **shown,
+            "name": at.scene.name,
+            "positions": positions(at.scene, at.sigmoid),
+            "scene": at.scene.model_dump(mode="json"),
+            "link": link_of(shared),
+            **handles(at.scene),
+        }
+
+    def question(self, moment: object = None) -> Question:
+        """The scene's situation, or that at a moment of the log. Raises `InputError`."""
+        at = self.at
         if at.log is not None:
             situation = at.log.situation(moment if isinstance(moment, int) else at.log.first_threat)
-            return Question(name=at.log.name, situation=situation, vehicle=at.log.vehicle, sigmoid=sigmoid)
-        scene = self.turned(values)
-        return Question(name=scene.name, situation=first_look(scene), vehicle=scene.vehicle, sigmoid=sigmoid)
+            return Question(name=at.log.name, situation=situation, vehicle=at.log.vehicle, sigmoid=at.sigmoid)
+        return Question(name=at.scene.name, situation=first_look(at.scene), vehicle=at.scene.vehicle, sigmoid=at.sigmoid)
 
-    def turned(self, values: Mapping[str, object]) -> Scene:
-        """The scene with the sliders' values."""
-        at = self._at
-        if not set(values) - set(SIGMOID):
-            return at.scene
-        return scene_from_document(turned(at.scene, at.document, values), at.path)
+    @property
+    def settings(self) -> Settings:
+        """The planners' settings, with the closed form's numbers."""
+        return Settings(sigmoid=self.at.sigmoid)
 
-    def settings(self, values: Mapping[str, object]) -> Settings:
-        """The closed form's settings with the sliders' values."""
-        return Settings(sigmoid=sigmoid_of(self._at.sigmoid, values))
+    def toml(self) -> tuple[str, str]:
+        """File name and text of the scene."""
+        return download_name(self.at.scene.name, "scene"), scene_file(self.at.scene)
 
-    def toml(self, values: Mapping[str, object]) -> tuple[str, str]:
-        """File name and text of the scene with the sliders' values."""
-        scene = self.turned(values)
-        return download_name(scene.name, "scene"), scene_file(scene)
+    def save(self, name: str, *, replace: bool) -> str:
+        """Writes the scene into the folder, beside the file that it came from, under this name; that name.
+
+        Raises `ExistsError` where a scene of that name is there and not to be replaced.
+        """
+        text, path = scene_file(self.at.scene), self._beside() / download_name(name.removesuffix(".toml"), "scene")
+        document = document_of(self.at.scene)
+        self.folder.confine(document, path)
+        self.folder.save(path, text, replace=replace)
+        self._history = self._history.then(Looked(scene=scene_from_document(document, path), path=path, sigmoid=self.at.sigmoid))
+        return path.relative_to(self.folder.root).as_posix()
+
+    def _look(self, at: Looked) -> None:
+        """Opening a scene can be undone; what is larger than a scene is not kept."""
+        large = at.log is not None or at.table is not None or self.at.log is not None or self.at.table is not None
+        self._history = History(present=at) if large else self._history.then(at)
+
+    def _changed(self, changes: Mapping[str, object]) -> Looked:
+        at = self.at
+        sigmoid = sigmoid_of(at.sigmoid, changes)
+        rest = {key: value for key, value in changes.items() if key not in SIGMOID}
+        if not rest:
+            return replace(at, sigmoid=sigmoid)
+        if at.log is not None:
+            raise ParameterError(next(iter(rest)), None, "a log cannot be edited")
+        document, path = edited(at.scene, rest), at.path
+        if not path.is_relative_to(self.folder.root) and not any(car.trajectory for car in at.scene.neighbour):
+            path = self.folder.root / path.name  # files that are named from now on are the folder's
+        self.folder.confine(document, path)
+        return replace(at, scene=scene_from_document(document, path), path=path, sigmoid=sigmoid)
+
+    def _linked(self, shared: object) -> Looked:
+        """What a link holds: `scene`, and the closed form's numbers where they are not the usual ones."""
+        if not isinstance(shared, dict) or not isinstance(shared.get("scene"), dict):
+            raise InputError(NAME, "scene", None, "missing key")
+        path, sigmoid = self.folder.root / NAME, shared.get("sigmoid", {})
+        self.folder.confine(shared["scene"], path)
+        scene = scene_from_document(shared["scene"], path)
+        return Looked(scene=scene, path=path, sigmoid=sigmoid_of(SigmoidSettings(), sigmoid if isinstance(sigmoid, dict) else {}))
+
+    def _beside(self) -> Path:
+        folder = self.at.path.parent
+        return folder if folder.is_relative_to(self.folder.root) else self.folder.root
 
     def _confined(self, path: Path, name: str) -> Looked:
         document = read_toml(path)
         if "host" not in document and {"slot", "goal", "obstacle"} & set(document):
             raise InputError(name, "", None, "is a parking case: open it on the parking tab")
-        self.folder.confine(document, path if path.is_relative_to(self.folder.root) else self.folder.root / name)
-        return _scene(path)
+        home = path if path.is_relative_to(self.folder.root) else self.folder.root / Path(name).name
+        self.folder.confine(document, home)
+        return replace(_scene(path), path=home)
 
     def _results(self, path: Path, name: str) -> Looked:
         table = results.read(path, name)
         return _row(table, table.offered()[0][0])
 
     def _log(self, path: Path, name: str, progress: Progress | None) -> Looked:
-        at = self._at
-        return Looked(scene=at.scene, document=at.document, path=at.path, log=replace(logs.read(path, progress), name=name))
+        return Looked(scene=self.at.scene, path=self.at.path, log=replace(logs.read(path, progress), name=name))
 
 
 def _row(table: results.Results, name: str) -> Looked:
     number, scene, planner = table.row(name)
-    document = scene.model_dump(mode="json", exclude_defaults=True, exclude_none=True)
-    return Looked(scene=scene, document=document, path=Path(scene.file), table=table, row=number, planner=planner)
+    return Looked(scene=scene, path=Path(scene.file), table=table, row=number, planner=planner)
 
 
 def _scene(path: Path) -> Looked:
-    document = read_toml(path)
-    return Looked(scene=scene_from_document(document, path), document=document, path=path)
+    return Looked(scene=scene_from_document(read_toml(path), path), path=path)

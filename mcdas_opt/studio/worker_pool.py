@@ -18,7 +18,7 @@ from mcdas_opt.errors import McdasError
 from mcdas_opt.evaluation.running.messages import Ended, Task
 from mcdas_opt.evaluation.running.worker import Worker
 from mcdas_opt.studio.parking_tab import LIVE, parked
-from mcdas_opt.studio.planner_cache import PlannerCache, Question
+from mcdas_opt.studio.planner_cache import PlannerCache, Question, installed
 
 _SOLVED = ("mpc",)  # planners of the second worker, which also computes the times to react
 
@@ -93,6 +93,11 @@ class WorkerPool:
         """A planner's answer to a parking case; the quick one does not wait for the others. Raises `McdasError`."""
         answer: dict[str, Any] = await (self._quick if planner == LIVE else self._parking).do(parked, case, planner)
         return answer
+
+    async def installed(self) -> tuple[str, ...]:
+        """Those of the planners that can be built here, with what they need installed."""
+        found: tuple[str, ...] = await self._parking.do(installed, self.planners)
+        return found
 
     def close(self) -> None:
         for worker in (self._quick, self._solving, self._parking):

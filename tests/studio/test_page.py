@@ -98,7 +98,7 @@ def test_a_slider_is_answered_by_keyboard_and_by_pointer(page: Any) -> None:
     for _ in range(6):
         page.keyboard.press("ArrowLeft")
     settle(page)
-    assert page.evaluate("mcdas.studio.values.rear_gap_m") == pytest.approx(22.0)
+    assert page.evaluate("mcdas.studio.state.positions.rear_gap_m") == pytest.approx(22.0)
     rear = page.evaluate("mcdas.studio.outlook.picture.bodies.find(b => b.name === 'rear').poses[0][0]")
     assert rear == pytest.approx(-26.5, abs=0.01)
     box = page.get_by_label("host [m/s]").bounding_box()
@@ -149,20 +149,20 @@ def test_the_closed_loop_plays_pauses_and_scrubs(page: Any) -> None:
     page.get_by_label("who drives the closed loop").select_option("closed-form-corrected")
     page.get_by_role("button", name="Drive the closed loop").click()
     page.get_by_role("button", name="Back to the paths").wait_for(timeout=90_000)
-    assert page.evaluate("mcdas.studio.drive.transport.time") == 0.0
+    assert page.evaluate("mcdas.studio.drives.transport.time") == 0.0
     page.locator(".mcdas-loop .mcdas-play").click()
-    page.wait_for_function("mcdas.studio.drive.transport.time > 0.2")
+    page.wait_for_function("mcdas.studio.drives.transport.time > 0.2")
     page.locator(".mcdas-loop .mcdas-play").click()
-    held = page.evaluate("mcdas.studio.drive.transport.time")
+    held = page.evaluate("mcdas.studio.drives.transport.time")
     page.wait_for_timeout(150)
-    assert page.evaluate("mcdas.studio.drive.transport.time") == held
+    assert page.evaluate("mcdas.studio.drives.transport.time") == held
     page.evaluate("document.activeElement.blur()")
     page.keyboard.press("End")
     ended = page.locator(".mcdas-loop .mcdas-words").inner_text()
-    assert ended == page.evaluate("mcdas.studio.drive.drive.outcome")
+    assert ended == page.evaluate("mcdas.studio.drives.all[0].drive.outcome")
     page.keyboard.press("ArrowLeft")
-    duration = page.evaluate("mcdas.studio.drive.drive.duration")
-    assert page.evaluate("mcdas.studio.drive.transport.time") == pytest.approx(duration - 0.1, abs=1e-6)
+    duration = page.evaluate("mcdas.studio.drives.all[0].drive.duration")
+    assert page.evaluate("mcdas.studio.drives.transport.time") == pytest.approx(duration - 0.1, abs=1e-6)
     page.get_by_role("button", name="Back to the paths").click()
     assert page.locator(".mcdas-paths").is_visible()
 
@@ -181,9 +181,9 @@ def test_paths_out_of_the_folder_and_wrong_values_are_told(page: Any) -> None:
     problem.get_by_text("outside of the folder").wait_for()
     page.evaluate("mcdas.studio.emit('open', {kind: 'shipped', name: '../../etc/passwd'})")
     problem.get_by_text("no shipped scene").wait_for()
-    page.evaluate("mcdas.studio.values = {friction: 'x'}; mcdas.studio.ask(null)")
+    page.evaluate("mcdas.studio.change({friction: 'x'})")
     problem.get_by_text("friction = 'x': must be a number").wait_for()
-    page.evaluate("mcdas.studio.values = {rear_gap_m: 2}; mcdas.studio.ask(null)")
+    page.evaluate("mcdas.studio.change({rear_gap_m: 2})")
     settle(page)
     assert not problem.is_visible(), "a good answer clears the complaint"
 
@@ -197,17 +197,128 @@ def test_scenes_go_up_and_come_down(page: Any, tmp_path: Path) -> None:
     page.get_by_label("friction [-]").fill("0.5")
     settle(page)
     with page.expect_download() as got:
-        page.get_by_role("button", name="Save scene").first.click()
+        page.get_by_role("button", name="Download").first.click()
     scene = tomllib.loads(Path(got.value.path()).read_text())
     assert (got.value.suggested_filename, scene["road"]["friction"], scene["neighbour"][0]["s_m"]) == ("mine.toml", 0.5, 40.0)
     with page.expect_download() as got:
-        page.get_by_role("button", name="Save PNG").first.click()
+        page.get_by_role("button", name="PNG").first.click()
     with Image.open(got.value.path()) as picture:
         assert picture.width > 1000
         assert len(picture.convert("RGB").getcolors(1 << 24)) > 50
     sent.write_text("[host]\nspeed_mps = -3\n")
     page.locator("input[type=file]").set_input_files(sent)
     page.locator(".mcdas-problem").first.get_by_text("mine.toml: host.speed_mps").wait_for()
+
+
+def drag(page: Any, key: str, by: tuple[int, int]) -> None:
+    box = page.locator(f"[data-grip='{key}'] path").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for k in range(1, 9):
+        page.mouse.move(x + k * by[0] / 8, y + k * by[1] / 8)
+        page.wait_for_timeout(20)
+    page.mouse.up()
+    settle(page)
+
+
+CARS = "mcdas.studio.state.scene.neighbour.map(car => [car.name, car.s_m, car.d_m])"
+
+
+def test_cars_are_dragged_added_removed_and_all_is_undone(page: Any) -> None:
+    began = page.evaluate(CARS)
+    scale = page.evaluate("mcdas.studio.outlook.bird.camera.scale")
+    drag(page, "neighbour[0]", (60, 0))
+    (_, s, d), _ = page.evaluate(CARS)
+    assert (s, d) == (pytest.approx(began[0][1] + 60 / scale, abs=0.2), 0.0)
+    shown = page.evaluate("mcdas.studio.outlook.picture.bodies.find(b => b.name === 'front').poses[0]")
+    assert shown[:2] == pytest.approx([s, 0.0], abs=0.01), "the picture is of the dragged car"
+    page.get_by_label("speed of the chosen car [m/s]").fill("7")
+    page.keyboard.press("Enter")
+    settle(page)
+    assert page.evaluate("mcdas.studio.state.scene.neighbour[0].speed_mps") == 7
+    page.get_by_role("button", name="add a car").click()
+    settle(page)
+    assert [name for name, *_ in page.evaluate(CARS)] == ["front", "rear", "car 3"]
+    page.locator("[data-grip='neighbour[2]']").focus()
+    page.keyboard.press("Delete")
+    settle(page)
+    assert len(page.evaluate(CARS)) == 2
+    drag(page, "neighbour[0]", (int(-28 * scale), 0))  # onto the host, which cannot be
+    assert "overlaps" in page.locator(".mcdas-problem").first.inner_text()
+    undo = page.get_by_role("button", name="undo")
+    while undo.is_enabled():
+        undo.click()
+        settle(page)
+    assert page.evaluate(CARS) == began
+    page.keyboard.press("Control+y")
+    settle(page)
+    assert page.evaluate(CARS) != began
+
+
+def test_a_link_shows_the_same_scene_and_planners(page: Any) -> None:
+    page.locator(".mcdas-files").first.select_option("curved-road")
+    page.wait_for_function("mcdas.studio.title.textContent === 'curved-road' && mcdas.studio.state.scene.name === 'curved-road'")
+    settle(page)
+    drag(page, "neighbour[0]", (-20, -12))
+    page.get_by_label("b [-]").fill("60")
+    settle(page)
+    page.get_by_label("show tuned").uncheck()
+    asked = "[mcdas.studio.state.scene, mcdas.studio.state.positions.b, mcdas.studio.told().map(p => p.name)]"
+    here, link = page.evaluate(asked), page.evaluate("location.href")
+    other = page.context.new_page()
+    other.goto(link)
+    other.wait_for_function(ANSWERED, timeout=60_000)
+    assert other.evaluate(asked) == here
+    other.goto("about:blank")
+    other.goto(link.partition("#")[0] + "#scene=nonsense")
+    other.locator(".mcdas-problem").first.get_by_text("shared link: is damaged").wait_for()
+    other.close()
+
+
+def test_on_a_phone_the_picture_stays_in_sight(page: Any) -> None:
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.locator(".mcdas-form summary", has_text="road").first.click()
+    for down in (0, 500, 1500, 10_000):
+        page.evaluate(f"window.scrollTo(0, {down})")
+        page.wait_for_timeout(60)
+        box = page.evaluate("mcdas.studio.outlook.bird.svg.getBoundingClientRect().toJSON()")
+        assert box["top"] >= 0.0
+        assert box["bottom"] <= 0.5 * 844
+    assert page.evaluate("document.documentElement.scrollWidth") <= 391
+    page.get_by_label("road.lanes_left").fill("3")
+    page.keyboard.press("Tab")
+    settle(page)
+    assert page.evaluate("mcdas.studio.state.scene.road.lanes_left") == 3
+
+
+def test_planners_drive_side_by_side(page: Any) -> None:
+    for name in ("literal", "MPC"):
+        page.get_by_label(f"show {name}", exact=True).uncheck()
+    page.get_by_label("who drives the closed loop").select_option("")
+    page.get_by_role("button", name="Drive the closed loop").click()
+    page.get_by_text("driving …").wait_for()
+    page.wait_for_function("mcdas.studio.stop.hidden && mcdas.studio.drives.all.length === 2", timeout=90_000)
+    page.evaluate("mcdas.studio.drives.transport.go(2)")
+    assert page.locator(".mcdas-drive h3").all_inner_texts() == ["corrected", "tuned"]
+    clocks = page.locator(".mcdas-loop .mcdas-transport")
+    assert clocks.count() == 1, "one clock for all"
+
+
+def test_a_scene_is_saved_over_another_only_when_asked(page: Any, room: Path) -> None:
+    page.get_by_label("name of the scene in the folder").fill("kept")
+    save = page.get_by_role("button", name="Save", exact=True).first
+    save.click()
+    page.get_by_text("Saved").wait_for()
+    page.get_by_label("friction [-]").fill("0.5")
+    settle(page)
+    save.click()
+    page.get_by_text("kept.toml: is there already").wait_for()
+    assert tomllib.loads((room / "kept.toml").read_text())["road"].get("friction", 0.9) == 0.9
+    page.get_by_role("button", name="Replace it").click()
+    page.get_by_text("Saved").wait_for()
+    assert tomllib.loads((room / "kept.toml").read_text())["road"]["friction"] == 0.5
+    (room / "kept.toml").unlink()
 
 
 def test_a_slot_is_dragged_and_planned_in(page: Any, tmp_path: Path) -> None:

@@ -33,22 +33,27 @@ def sandwich(tmp_path: Path) -> SandwichTab:
     return SandwichTab(Folder(root=tmp_path))
 
 
+def turn(sandwich: SandwichTab, changes: dict[str, Any], stroke: str | None = None) -> None:
+    sandwich.act({"do": "edit", "changes": changes, "stroke": stroke})
+
+
 @pytest.mark.parametrize("name", shipped("scenes"))
 def test_a_saved_scene_is_the_scene_that_was_seen(sandwich: SandwichTab, tmp_path: Path, name: str) -> None:
-    opened = sandwich.open("shipped", name)
-    turnable = {k: v for k, v in opened["positions"].items() if v is not None and k not in ("a_per_m", "b", "y_max_m")}
+    sandwich.open("shipped", name)
+    turnable = {k: v for k, v in sandwich.state()["positions"].items() if v is not None and k not in ("a_per_m", "b", "y_max_m")}
     values = {"friction": 0.55} | ({"rear_gap_m": turnable["rear_gap_m"] + 3.25} if "rear_gap_m" in turnable else {})
-    file, text = sandwich.toml(values)
+    turn(sandwich, values)
+    file, text = sandwich.toml()
     (tmp_path / file).write_text(text, encoding="utf-8")
     again = load_scene(tmp_path / file)
-    assert again.model_dump() == sandwich.turned(values).model_dump()
+    assert again.model_dump() == sandwich.at.scene.model_dump()
     assert again.road.friction == 0.55
 
 
 def test_a_name_with_tags_is_only_a_name(sandwich: SandwichTab, tmp_path: Path) -> None:
     (tmp_path / "evil.toml").write_text(f'name = "{NASTY}"\n[host]\nspeed_mps = 11.1\n')
     assert sandwich.open("scene", "evil.toml")["name"] == NASTY
-    file, text = sandwich.toml({})
+    file, text = sandwich.toml()
     assert "<" not in file
     assert "/" not in file
     (tmp_path / file).write_text(text)
@@ -86,7 +91,8 @@ def test_a_parking_case_belongs_to_the_other_tab(sandwich: SandwichTab, tmp_path
 
 
 def test_every_planner_answers_in_plain_json(sandwich: SandwichTab) -> None:
-    question = sandwich.question({"rear_gap_m": 20.0, "b": 40.0})
+    turn(sandwich, {"rear_gap_m": 20.0, "b": 40.0})
+    question = sandwich.question()
     assert question.sigmoid.b == 40.0
     cache, outlook = PlannerCache(), Outlook(question.situation, question.vehicle).document()
     assert set(PLANNERS) <= set(methods()) == set(known_methods())
@@ -104,10 +110,11 @@ def test_every_planner_answers_in_plain_json(sandwich: SandwichTab) -> None:
 
 
 def test_other_sigmoids_leave_the_solvers_as_they_are(sandwich: SandwichTab) -> None:
-    cache, question = PlannerCache(), sandwich.question({})
+    cache, question = PlannerCache(), sandwich.question()
     cache.plan("mpc", question)
-    warm = cache.plan("mpc", sandwich.question({"b": 30.0}))
-    cold = PlannerCache().plan("mpc", sandwich.question({"b": 30.0}))
+    turn(sandwich, {"b": 30.0})
+    warm = cache.plan("mpc", sandwich.question())
+    cold = PlannerCache().plan("mpc", sandwich.question())
     np.testing.assert_allclose(warm["poses"], cold["poses"], atol=0.02)
 
 
@@ -134,7 +141,7 @@ def test_rows_of_a_benchmark_are_their_scenes(sandwich: SandwichTab, tmp_path: P
     for number, text in opened["rows"]:
         row = sandwich.open("row", number)
         assert text.startswith(f"{row['name']} · {row['planner']}")
-        assert sandwich.turned({}).name == row["name"]
+        assert sandwich.at.scene.name == row["name"]
     for wrong in ("6", "-1", "x"):
         with pytest.raises(InputError, match="row"):
             sandwich.open("row", wrong)
@@ -155,15 +162,15 @@ def test_every_moment_of_a_log_is_a_situation(sandwich: SandwichTab) -> None:
     times = opened["moments"]
     assert times == sorted(times)
     assert times[0] == 0.0
-    assert opened["positions"]["front_gap_m"] is None
+    assert sandwich.state()["positions"]["front_gap_m"] is None
     for moment in (0, opened["moment"], len(times) - 1):
-        question = sandwich.question({}, moment)
+        question = sandwich.question(moment)
         host = question.situation.host
         assert all(abs(track.s_m - host.s_m) < 200.0 for track in question.situation.tracks)
-    assert sandwich.question({}, opened["moment"]).situation.tracks
+    assert sandwich.question(opened["moment"]).situation.tracks
     with pytest.raises(InputError, match="moment"):
-        sandwich.question({}, len(times))
-    assert sandwich.question({}, None).sigmoid == SigmoidSettings()
+        sandwich.question(len(times))
+    assert sandwich.question(None).sigmoid == SigmoidSettings()
 
 
 def test_the_dragged_slot_is_the_slot_that_is_planned_in(tmp_path: Path) -> None:

@@ -59,7 +59,7 @@ def test_a_planner_that_cannot_leaves_the_others_their_word(tmp_path: Path) -> N
     async def run() -> list[dict[str, Any]]:
         workers = WorkerPool(("closed-form", "nobody"))
         try:
-            question = SandwichTab(Folder(root=tmp_path)).question({})
+            question = SandwichTab(Folder(root=tmp_path)).question()
             return [part async for part in workers.answer(question, workers.planners)]
         finally:
             workers.close()

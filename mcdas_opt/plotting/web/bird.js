@@ -25,7 +25,7 @@
     // Lays the road out anew, after a change of width or road.
     relay() {
       if (!this.road || !this.width) return;
-      const most = 0.55 * window.innerHeight;
+      const most = (this.width < 620 ? 0.3 : 0.55) * window.innerHeight;
       const view = { ...this.view };
       const fewest = 5.5 * (view.back + view.ahead); // at least so many pixels a metre; what does not fit is cut off
       if (this.width < fewest) {
@@ -91,6 +91,7 @@
       for (const ghost of state.ghosts || []) this.drawBody(ghost, true);
       for (const body of state.bodies || []) this.drawBody(body, false);
       for (const track of state.tracks || []) this.drawTrack(track);
+      if (this.dressed) this.dressed(); // whoever lays something over the picture
     }
 
     line(points, how) {

@@ -62,6 +62,11 @@
       const along = this.c * dx + this.s * dy, across = -this.s * dx + this.c * dy;
       return [(along + this.view.back) * this.scale, (this.view.left - across) * this.scale];
     }
+    // The point of the plane at a place of the picture.
+    plane(x, y) {
+      const along = x / this.scale - this.view.back, across = this.view.left - y / this.scale;
+      return [this.x + this.c * along - this.s * across, this.y + this.s * along + this.c * across];
+    }
     // The same as an SVG matrix, for what stands still in the plane.
     get matrix() {
       const k = this.scale, [e, f] = this.place([0, 0]);

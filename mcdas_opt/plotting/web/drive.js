@@ -11,14 +11,15 @@
   }
 
   class Drive {
-    constructor(parent, look) {
+    // transport: the clock of several drives; by default one of its own
+    constructor(parent, look, transport) {
       this.look = look;
       this.head = html("div", "mcdas-head", parent);
       this.badge = html("span", "mcdas-badge", this.head);
       this.words = html("span", "mcdas-words", this.head);
       this.speed = html("span", "mcdas-speed", this.head);
       this.bird = new Bird(parent, look, "the drive from above");
-      this.transport = new Transport(parent, (time) => this.show(time));
+      this.transport = transport || new Transport(parent, (time) => this.show(time));
       this.legend = html("div", "mcdas-legend", parent);
       const strips = html("div", "mcdas-strips", parent);
       this.strips = [0, 1, 2].map(() => new Strip(strips, look, (t) => { this.transport.pause(); this.transport.go(t); }));

@@ -4,7 +4,7 @@ export default {
   props: { look: Object, setup: Object },
   mounted() {
     this.view = new window.mcdas.SandwichTab(this.$el, this.look, this.setup, (name, payload) => this.$emit(name, payload));
-    this.$emit("ready", {});
+    this.$emit("ready", this.view.first);
   },
   methods: {
     hear(part) { this.view.hear(part); },
