@@ -244,7 +244,8 @@ def test_cars_are_dragged_added_removed_and_all_is_undone(page: Any) -> None:
     page.keyboard.press("Delete")
     settle(page)
     assert len(page.evaluate(CARS)) == 2
-    drag(page, "neighbour[0]", (int(-28 * scale), 0))  # onto the host, which cannot be
+    scale = page.evaluate("mcdas.studio.outlook.bird.camera.scale")
+    drag(page, "neighbour[0]", (int(-s * scale), 0))  # onto the host, which cannot be
     assert "overlaps" in page.locator(".mcdas-problem").first.inner_text()
     undo = page.get_by_role("button", name="undo")
     while undo.is_enabled():
