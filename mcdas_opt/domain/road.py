@@ -20,6 +20,7 @@ from mcdas_opt.errors import ParameterError
 _STRETCH_M = 1000.0
 _LEFT_S = 20.0  # no lane is gone to for its speed that ends sooner
 _SOON_S, _CHANGE_S = 0.5, 5.0  # a lane change crosses the marking no sooner, and is done by then
+_EASING_MPS2 = 1.5  # of braking towards a lower speed limit ahead
 _TIGHTEST = 0.9  # of a bend's radius: no edge lies further in
 _NOTHING_M = 1e-6  # a lane that is narrower is not there
 # What a road can have: from a footpath to a square, from wet ice to a racing tyre on rubber and wings.
@@ -247,6 +248,13 @@ class Road:
             return [(s_m, self.speed_limit_mps)]
         now = [limit for s, limit in described if s <= s_m]
         return [(s_m, now[-1] if now else described[0][1]), *((s, limit) for s, limit in described if s > s_m)]
+
+    def limit_mps(self, lane: int, s_m: float, excess: float = 0.0) -> float:
+        """The speed limit of a lane at s, or less where gentle braking from there on keeps one ahead; each exceeded by a share of it."""
+        if not self.lanes:
+            return (1.0 + excess) * self.speed_limit_mps
+        ahead = (((1.0 + excess) * limit) ** 2 + 2.0 * _EASING_MPS2 * (s - s_m) for s, limit in self.limits_from(lane, s_m))
+        return math.sqrt(min(ahead))
 
     def _lane_borders(self, lane: int, s_m: float) -> tuple[float, float]:
         """Right and left border d [m] of a lane at s; beyond the lanes that there are, a lane of the usual width further out."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import operator
 from dataclasses import dataclass, replace
 
@@ -30,7 +29,6 @@ from mcdas_opt.tracking.prediction import names_of, predict_for
 
 _IN_TRAFFIC_M = 0.5 * FARTHEST_M  # who is farther away is not in traffic, and could not be moved on
 _STANDING_GAP_M = 2.0
-_EASING_MPS2 = 1.5  # of braking towards a lower speed limit ahead
 _CLOSELY_S = 2.0
 _BRAKING_MPS2 = 0.5  # who brakes by less may as well hold its speed
 _STOPPING_MPS2 = 2.5
@@ -239,13 +237,8 @@ def _place(track: Track) -> tuple[float | str, ...]:
 
 
 def _limit_mps(situation: Situation, settings: Settings) -> float:
-    """The limit of the host's lane, and of those ahead what ordinary braking still keeps."""
     road, host = situation.road, situation.host
-    if not road.lanes:
-        return (1.0 + settings.speed_limit_excess) * road.speed_limit_mps
-    limits = road.limits_from(road.lane_of(host.d_m, host.s_m), host.s_m)
-    allowed = (((1.0 + settings.speed_limit_excess) * limit) ** 2 + 2.0 * _EASING_MPS2 * (s - host.s_m) for s, limit in limits)
-    return math.sqrt(min(allowed))
+    return road.limit_mps(road.lane_of(host.d_m, host.s_m), host.s_m, settings.speed_limit_excess)
 
 
 def _limited(situation: Situation, settings: Settings, vehicle: Vehicle) -> Situation:
