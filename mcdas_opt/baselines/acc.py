@@ -47,8 +47,9 @@ class AccMethod:
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
         if situation.request is Request.PARK:
             return Refusal(reason="parking is planned by park, not by the lane planner")
-        front = neighbours_in(situation.road.lane_of(situation.host.d_m, situation.host.s_m), situation, self.vehicle).ahead
-        limit = (1.0 + self.settings.speed_limit_excess) * situation.road.speed_limit_mps
+        lane = situation.road.lane_of(situation.host.d_m, situation.host.s_m)
+        front = neighbours_in(lane, situation, self.vehicle).ahead
+        limit = situation.road.limit_mps(lane, situation.host.s_m, self.settings.speed_limit_excess)
         desired = min(situation.wanted_speed_mps, limit)
         law = CruiseLaw(cruise=self.cruise, situation=situation, vehicle=self.vehicle, front=front, desired_mps=desired)
         reason = "keeps its speed" if front is None else f"keeps its speed and its gap to {front.id}"

@@ -164,7 +164,8 @@ class IdmMobilMethod:
         return replace(IDM, braking_limit_mps2=strongest_braking_mps2(situation, self.vehicle))
 
     def _desired_mps(self, situation: Situation) -> float:
-        limit = (1.0 + self.settings.speed_limit_excess) * situation.road.speed_limit_mps
+        road, host = situation.road, situation.host
+        limit = road.limit_mps(road.lane_of(host.d_m, host.s_m), host.s_m, self.settings.speed_limit_excess)
         return min(situation.wanted_speed_mps, limit) if situation.wanted_speed_mps > 0.0 else limit
 
     def _acceleration(self, situation: Situation, leader: Leader | None) -> float:

@@ -30,8 +30,9 @@ from mcdas_opt.interop.sumo.connection import Connection, SumoError, started
 from mcdas_opt.interop.sumo.driver import SumoDriver
 from mcdas_opt.interop.sumo.episode import EpisodeSettings, drive, sumo_config
 from mcdas_opt.interop.sumo.record import Cause
-from mcdas_opt.interop.sumo.road_frame import LaneEnd, RoadFrame
-from mcdas_opt.interop.sumo.route import read_route
+from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
+from mcdas_opt.interop.sumo.route import Edge, read_route
+from mcdas_opt.interop.sumo.route import Lane as RouteLane
 from mcdas_opt.plotting.traffic_moments import draw_moments
 from mcdas_opt.simulation.ordinary import Placed, Snapshot
 
@@ -85,7 +86,7 @@ def test_every_lane_lies_where_the_frame_says(net: str, route: tuple[str, ...], 
         for lane in edge.lanes:
             points = np.concatenate([np.linspace(a, b, 4) for a, b in zip(lane.shape, lane.shape[1:], strict=False)])
             s, d, psi = frame.to_road(points[:, 0], points[:, 1], np.zeros(len(points)))
-            assert np.abs(d - frame.centre_m(lane.column)).max() < 0.2, lane.id
+            assert np.abs(d - frame.centre_m(lane.column, float(s[2]))).max() < 0.2, lane.id
             assert frame.column_at(float(s[2]), float(d[2])) == lane.column
             x, y, yaw = frame.to_plane(float(s[1]), float(d[1]), float(psi[1]))
             assert (x, y) == pytest.approx(tuple(points[1]), abs=1e-6)
@@ -101,13 +102,48 @@ def test_columns_go_on_where_links_lead_and_end_where_none_does() -> None:
         frame = RoadFrame(sumo.lane, ramp, 0, 0.9)
     assert [list(edge.columns) for edge in through] == [[0, 1, 2], [-1, 0, 1, 2], [0, 1, 2], [0, 1], [0, 1, 2]]
     assert [list(edge.columns) for edge in ramp] == [[0], [0, 1, 2, 3], [1, 2, 3], [1, 2], [1, 2, 3]]
-    merging = frame.sections[1]
-    assert frame.lane_ends(0.0, 2000.0) == (LaneEnd(column=0, s_m=merging.end_m),)
-    assert [end.column for end in frame.lane_ends(merging.begin_m + 1.0, 2000.0)] == [0, 3]
-    road = frame.road_at(merging.begin_m + 1.0, 30.0)
+    assert (main_column(through), main_column(ramp)) == (0, 1)
+    merging, narrow, wide = frame.sections[1], frame.sections[3], frame.sections[4]
+    at_m = merging.begin_m + 1.0
+    road = frame.road_at(at_m)
     assert (road.lanes_left, road.lanes_right) == (3, 0)
-    limits = [frame.limit_mps(s, 1, 300.0) for s in (frame.sections[3].begin_m - 400.0, frame.sections[3].begin_m - 30.0)]
+    ends = [road.lane_ends_m(lane, at_m, 1.8) for lane in range(4)]
+    assert ends == pytest.approx([merging.end_m, math.inf, math.inf, frame.sections[2].end_m])
+    road = frame.road_at(wide.begin_m - 500.0)
+    assert [road.has_lane(lane, s) for lane in (0, 3) for s in (narrow.begin_m + 5.0, wide.begin_m + 5.0)] == [False, False, False, True]
+    assert float(road.right_edge_at(narrow.begin_m)) == pytest.approx(0.5 * road.lane_width_m)
+    limits = [frame.road_at(s).limit_mps(1, s) for s in (narrow.begin_m - 400.0, narrow.begin_m - 30.0)]
     assert limits == pytest.approx([33.33, math.sqrt(27.78**2 + 2.0 * 1.5 * 30.0)], rel=1e-3)
+
+
+def stretch(name: str, columns: range, *, at_m: float, widths_m: dict[int, float] | None = None, goes_on: range | None = None) -> Edge:
+    """100 m straight along x; each lane beside the one to its right."""
+    lanes, right_m, widths = [], 0.0, dict.fromkeys(range(10), 3.2) | (widths_m or {})
+    for column in range(columns.stop):
+        middle_m, right_m = right_m + 0.5 * widths[column], right_m + widths[column]
+        if column in columns:
+            shape, leads = np.array([[at_m, middle_m], [at_m + 100.0, middle_m]]), goes_on is None or column in goes_on
+            facts = {"width_m": widths[column], "limit_mps": 30.0, "goes_on": leads, "via": ""}
+            lanes.append(RouteLane(id=f"{name}_{column}", column=column, shape=shape, **facts))
+    return Edge(id=name, lanes=tuple(lanes))
+
+
+def test_lanes_of_other_widths_and_a_base_that_ends_are_where_the_network_has_them() -> None:
+    """A lane of 4 m beside two of 3.2 m; then the right one ends, then the next."""
+    edges = (
+        stretch("a", range(3), at_m=0.0, widths_m={1: 4.0}, goes_on=range(1, 3)),
+        stretch("b", range(1, 3), at_m=100.0, widths_m={1: 4.0}, goes_on=range(2, 3)),
+        stretch("c", range(2, 3), at_m=200.0, widths_m={1: 4.0}),
+    )
+    assert main_column(edges) == 2
+    frame = RoadFrame(None, edges, 2, 0.9)  # type: ignore[arg-type]  # no junctions to ask about
+    for edge in edges:
+        for lane in edge.lanes:
+            s, d, _ = frame.to_road(lane.shape[1:, 0] - 40.0, lane.shape[1:, 1], np.zeros(1))
+            assert frame.centre_m(lane.column, float(s[0])) == pytest.approx(float(d[0]), abs=1e-3)
+            assert frame.column_at(float(s[0]), float(d[0])) == lane.column
+    ends = [frame.road_at(50.0).lane_ends_m(column - 2, 50.0, 1.8) for column in range(3)]
+    assert ends == pytest.approx([100.0, 200.0, math.inf], abs=0.5)
 
 
 def test_the_vehicle_is_where_the_plan_has_it_and_the_limit_is_kept(tmp_path: Path) -> None:

@@ -21,9 +21,9 @@ from mcdas_opt.geometry.rectangle import corners, separation
 from mcdas_opt.interop.sumo.blame import caused_by
 from mcdas_opt.interop.sumo.connection import ANGLE, LENGTH, POSITION_3D, Connection, asking
 from mcdas_opt.interop.sumo.record import Contact, SumoSummary
-from mcdas_opt.interop.sumo.road_frame import RoadFrame
+from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
 from mcdas_opt.interop.sumo.route import read_route
-from mcdas_opt.interop.sumo.traffic import Traffic, centres, lane_end_tracks
+from mcdas_opt.interop.sumo.traffic import Traffic, centres
 from mcdas_opt.planning.method import Method
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.simulation.controller import FeedForward
@@ -32,7 +32,6 @@ from mcdas_opt.simulation.kinematic_plant import KinematicPlant
 from mcdas_opt.simulation.ordinary import Placed, Snapshot, instant, ordinary_driving
 
 SUMO = "sumo"  # the method that leaves the vehicle to SUMO
-LANE_END_M = 300.0  # a map tells of a lane's end so far ahead
 FASTEST_MPS = 70.0
 _SETTLED_M = 0.3  # from the middle of its lane
 _STOP_SHORT_M = 3.0  # of the route's end, where SUMO takes the vehicle away
@@ -144,7 +143,7 @@ class SumoDriver:
         return Situation(
             time_s=now,
             host=state,
-            tracks=(*self._traffic.tracks(others, now), *lane_end_tracks(frame, state.s_m, LANE_END_M)),
+            tracks=tuple(self._traffic.tracks(others, now)),
             road=road,
             vehicle=self.vehicle.name,
             desired_speed_mps=road.speed_limit_mps if self._desired_mps is None else self._desired_mps,
@@ -173,13 +172,13 @@ class SumoDriver:
         self._sumo.vehicle.moveToXY(self.ego, "", -1, *at, 90.0 - math.degrees(yaw), keepRoute=1, matchThreshold=100.0)
 
     def _move_base(self, planner: Planner) -> None:
-        """Lane 0 of the road moves to the host's lane where the old one ends, once the host is settled: then everything begins anew."""
+        """Lane 0 of the road moves to the host's lane where there is none of the old one's any more, once the host is settled: then
+        everything begins anew."""
         frame, state = self._frame, self._state
         column = frame.column_at(state.s_m, state.d_m)
         gone = frame.base not in frame.section_at(state.s_m).edge.columns
         calm = self._plan is None or self._plan.side is Side.NONE
-        settled = calm and abs(state.d_m - frame.centre_m(column)) < _SETTLED_M and column != frame.base
-        if gone or (settled and frame.reach_m(state.s_m, frame.base) < min(LANE_END_M, frame.reach_m(state.s_m, column))):
+        if gone and calm and abs(state.d_m - frame.centre_m(column, state.s_m)) < _SETTLED_M:
             x, y, yaw = frame.to_plane(state.s_m, state.d_m, state.heading_rad)
             self._frame = RoadFrame(self._sumo.lane, self._edges, column, self._friction)
             s, d, psi = self._frame.to_road(np.array([x]), np.array([y]), np.array([yaw]), near_s_m=state.s_m)
@@ -247,7 +246,7 @@ class SumoDriver:
         )
 
     def _begun(self) -> RoadFrame:
-        """The frame along the lane that the vehicle is on."""
+        """The frame along the lanes of the vehicle's route."""
         vehicle = self._sumo.vehicle
         route = list(vehicle.getRoute(self.ego))[max(vehicle.getRouteIndex(self.ego), 0) :]
         lane = vehicle.getLaneID(self.ego)
@@ -255,12 +254,11 @@ class SumoDriver:
         if not route or edge != route[0]:
             raise InputError("SUMO", "ego", self.ego, f"is not on an edge of its route yet, but on {lane or 'none'}")
         self._edges = read_route(self._sumo, route, int(index), vehicle.getVehicleClass(self.ego))
-        return RoadFrame(self._sumo.lane, self._edges, 0, self._friction)
+        return RoadFrame(self._sumo.lane, self._edges, main_column(self._edges), self._friction)
 
     def _road(self) -> Road:
         """As it is where the host is now."""
-        column = self._frame.column_at(self._state.s_m, self._state.d_m)
-        return self._frame.road_at(self._state.s_m, self._frame.limit_mps(self._state.s_m, column, LANE_END_M))
+        return self._frame.road_at(self._state.s_m)
 
     def _read_state(self, near_s_m: float | None) -> HostState:
         """The vehicle as SUMO has it; its wheels as the road bends."""

@@ -1,17 +1,20 @@
-"""The route as a road of ours: a reference line along the middle of one column of lanes, and which lanes there are where."""
+"""The route as a road of ours: a reference line along the middle of one column of lanes, and the lanes beside it, from where to where."""
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
+from mcdas_opt.domain.lane import Knots, Lane
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.interop.commonroad.lane_line import Placement
 from mcdas_opt.interop.sumo.connection import LaneDomain
@@ -23,7 +26,8 @@ _RETURN_1PM = 1.0 / 25.0  # how fast the line comes back to the lane's middle: c
 _STRAIGHT_1PM = 3e-6  # less curvature than this is none
 _BEYOND_M = 400.0  # the line goes straight on before the route's beginning and after its end
 _WINDOW_M, _STRIDE_M = (300.0, 800.0), 100.0
-_GENTLE_MPS2 = 1.5  # on the way to a lower limit
+_WIDENS_M = 5.0  # a lane comes to another width within so much
+_CLOSED_M = 1.0  # the least that is closed where a lane leads nowhere
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,16 +39,17 @@ class Section:
     end_m: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LaneEnd:
-    """Where a column of lanes ends for this route: no lane there leads on."""
-
-    column: int
-    s_m: float
+def main_column(edges: Sequence[Edge]) -> int:
+    """The column that goes along most of the route; of several the one nearest to 0."""
+    length_m: Counter[int] = Counter()
+    for edge in edges:
+        for column in edge.columns:
+            length_m[column] += round(float(np.hypot(*np.diff(edge.nearest(column).shape, axis=0).T).sum()))
+    return min(length_m, key=lambda column: (-length_m[column], abs(column), column))
 
 
 class RoadFrame:
-    """The route's plane against our (s, d): d = 0 is the middle of column `base`. Lanes are as wide as the base's first."""
+    """The route's plane against our (s, d): d = 0 is the middle of column `base`, which counts as wide as its first lane all along."""
 
     def __init__(self, lanes: LaneDomain, edges: Sequence[Edge], base: int, friction: float) -> None:
         self.base, self._friction = base, friction
@@ -84,64 +89,75 @@ class RoadFrame:
     def column_at(self, s_m: float, d_m: float) -> int:
         """Of the lanes that there are."""
         columns = self.section_at(s_m).edge.columns
-        return min(max(self.base + math.floor(d_m / self.lane_width_m + 0.5), columns.start), columns.stop - 1)
+        return min(max(self.base + self.road_at(s_m).lane_of(d_m, s_m), columns.start), columns.stop - 1)
 
-    def centre_m(self, column: int) -> float:
-        return (column - self.base) * self.lane_width_m
+    def centre_m(self, column: int, s_m: float) -> float:
+        return self.road_at(s_m).lane_centre_m(column - self.base, s_m)
 
-    def lane_ends(self, s_m: float, ahead_m: float) -> tuple[LaneEnd, ...]:
-        """Of the columns that there are at `s_m`, where those end that end within `ahead_m`."""
-        open_columns, found = set(self.section_at(s_m).edge.columns), []
-        for section, after in zip(self.sections, self.sections[1:], strict=False):
-            if section.end_m < s_m:
-                continue
-            if section.end_m > s_m + ahead_m:
-                break
-            for column in sorted(open_columns):
-                lane = section.edge.lane(column)
-                if lane is None or not lane.goes_on or column not in after.edge.columns:
-                    found.append(LaneEnd(column=column, s_m=section.end_m))
-                    open_columns.discard(column)
-        return tuple(found)
+    def road_at(self, s_m: float) -> Road:
+        """Our road as far as it matters at `s_m`, the base's lane as lane 0; the same record for a stretch."""
+        return self._road(math.floor(s_m / _STRIDE_M))
 
-    def reach_m(self, s_m: float, column: int) -> float:
-        """How far ahead that column goes on."""
-        return next((end.s_m - s_m for end in self.lane_ends(s_m, math.inf) if end.column == column), math.inf)
-
-    def limit_mps(self, s_m: float, column: int, ahead_m: float) -> float:
-        """The speed limit here, or what is on the way to a lower one ahead."""
-        here = self.section_at(s_m)
-        found = here.edge.nearest(column).limit_mps
-        for section in self.sections:
-            way = section.begin_m - s_m
-            if 0.0 < way < ahead_m:
-                found = min(found, math.sqrt(section.edge.nearest(column).limit_mps ** 2 + 2.0 * _GENTLE_MPS2 * way))
-        return found
-
-    def road_at(self, s_m: float, limit_mps: float) -> Road:
-        """Our road as it is at `s_m`, the base's lane as lane 0; the same record while nothing changes."""
-        columns = self.section_at(s_m).edge.columns
-        stretch = math.floor(s_m / _STRIDE_M)
-        return self._road(stretch, max(columns.stop - 1 - self.base, 0), max(self.base - columns.start, 0), limit_mps)
-
-    def _window(self, stretch: int, left: int, right: int, limit_mps: float) -> Road:
+    def _window(self, stretch: int) -> Road:
         low, high = stretch * _STRIDE_M - _WINDOW_M[0], stretch * _STRIDE_M + _WINDOW_M[1]
         s = [low, *(knot for knot, _ in self._knots if low < knot < high), high]
         kappa = self._frame.road.curvature_at(np.array(s)).tolist()
-        knots = tuple(zip(s, kappa, strict=True)) if any(kappa) else ((0.0, 0.0),)
+        first = max(bisect_right(self._begins, low) - 1, 0)
+        there = range(first, max(bisect_right(self._begins, high), first + 1))
+        columns = {column for k in there for column in self.sections[k].edge.columns} | {self.base}
         return Road(
             lane_width_m=self.lane_width_m,
-            lanes_left=left,
-            lanes_right=right,
+            lanes_left=max(columns) - self.base,
+            lanes_right=self.base - min(columns),
             friction=self._friction,
-            speed_limit_mps=limit_mps,
-            curvature=knots,
+            speed_limit_mps=max(lane.limit_mps for k in there for lane in self.sections[k].edge.lanes),
+            curvature=tuple(zip(s, kappa, strict=True)) if any(kappa) else ((0.0, 0.0),),
+            lanes=tuple(self._lane(column, there) for column in range(min(columns), max(columns) + 1)),
         )
+
+    def _lane(self, column: int, there: range) -> Lane:
+        """A column as a lane of ours along some sections: closed where there is none, or where it does not lead on along the route; but not
+        where lanes further from the base lead on, which would be out of reach."""
+        closed: list[tuple[float, float]] = []
+        widths: list[tuple[float, float]] = []
+        limits: list[tuple[float, float]] = []
+        merges, far_m = Side.NONE, self.end_m + _BEYOND_M
+        for k in there:
+            section, begins_m = self.sections[k], self._begins[k]
+            until_m = self._begins[k + 1] if k + 1 < there.stop else math.inf
+            lane, nearest = section.edge.lane(column), section.edge.nearest(column)
+            if not limits or limits[-1][1] != nearest.limit_mps:
+                limits.append((begins_m, nearest.limit_mps))
+            if lane is None:
+                is_left, shut = section.edge.columns.start > column, (begins_m, min(until_m, far_m))
+            else:
+                at_m = widths[-1][0] if widths else -math.inf
+                widths += [(s_m, lane.width_m) for s_m in (begins_m + _WIDENS_M, section.end_m) if s_m > at_m]
+                if k + 1 == len(self.sections) or (lane.goes_on and column in self.sections[k + 1].edge.columns):
+                    continue
+                is_left, shut = self._leads_on_left(k, column), (section.end_m, max(min(until_m, far_m), section.end_m + _CLOSED_M))
+            if column == self.base or is_left == (column < self.base):
+                merges = Side.LEFT if is_left else Side.RIGHT
+                closed.append(shut)
+        own = column == self.base
+        return Lane(
+            lane=column - self.base,
+            width_m=() if own or {width for _, width in widths} <= {self.lane_width_m} else tuple(widths),
+            speed_limit_mps=tuple(limits),
+            closed_m=_joined(closed),
+            merges=merges if own and closed else Side.NONE,
+        )
+
+    def _leads_on_left(self, k: int, column: int) -> bool:
+        """Whether the nearest lane that goes on from a section lies to the left of that column."""
+        after = self.sections[k + 1].edge.columns
+        on = [lane.column for lane in self.sections[k].edge.lanes if lane.goes_on and lane.column in after]
+        return bool(on) and min(on, key=lambda one: abs(one - column)) > column
 
     def _middle(self, edge: Edge) -> Array:
         """Of the base on an edge, or of where it would be."""
         lane = edge.nearest(self.base)
-        return _shifted(lane.shape, (lane.column - self.base) * self.lane_width_m)
+        return _shifted(lane.shape, _beside_m(edge, lane.column, self.base, self.lane_width_m))
 
     def _along(self, piece: Array) -> tuple[float, float]:
         s, _, _ = self.to_road(piece[[0, -1], 0], piece[[0, -1], 1], np.zeros(2))
@@ -155,9 +171,27 @@ def _through(lanes: LaneDomain, edge: Edge, base: int) -> list[Array]:
         lane = min((one for one in edge.lanes if one.goes_on), key=lambda one: abs(one.column - base), default=lane)
     found, via = [], lane.via
     while via.startswith(":"):
-        found.append(_shifted(np.asarray(lanes.getShape(via), dtype=np.float64)[:, :2], (lane.column - base) * lane.width_m))
+        found.append(_shifted(np.asarray(lanes.getShape(via), dtype=np.float64)[:, :2], _beside_m(edge, lane.column, base, lane.width_m)))
         via = next((str(link[0]) for link in lanes.getLinks(via)), "")
     return found
+
+
+def _beside_m(edge: Edge, column: int, base: int, usual_m: float) -> float:
+    """From the middle of the base to that of a column [m], to the left; a lane that is not there counts as wide as usual."""
+    step = 1 if column > base else -1
+    between = [usual_m if (lane := edge.lane(k)) is None else lane.width_m for k in range(base, column + step, step)]
+    return step * (sum(between) - 0.5 * (between[0] + between[-1]))
+
+
+def _joined(stretches: list[tuple[float, float]]) -> Knots:
+    """The same with those in one that meet."""
+    joined: list[tuple[float, float]] = []
+    for begin, end in stretches:
+        if joined and begin <= joined[-1][1]:
+            joined[-1] = (joined[-1][0], max(end, joined[-1][1]))
+        else:
+            joined.append((begin, end))
+    return tuple(joined)
 
 
 def _shifted(shape: Array, right_m: float) -> Array:

@@ -1,4 +1,4 @@
-"""Who drives around a SUMO vehicle, in the frame of its road; and the ends of lanes as bodies that stand there."""
+"""Who drives around a SUMO vehicle, in the frame of its road."""
 
 from __future__ import annotations
 
@@ -28,7 +28,6 @@ from mcdas_opt.tracking.acceleration import AccelerationFilter
 
 _LEVEL_M = 3.0  # who is farther above or below is on another road
 _SPEED_SD_MPS = 0.1  # of an exact speed, for the filter that learns the acceleration from it
-_END_LENGTH_M, _END_BESIDE_M = 2.0, 0.3  # of a lane's end, and the room that it leaves to its lane's edges
 
 
 @dataclass(slots=True)
@@ -125,21 +124,6 @@ class _Seen:
         self.speed.take(time_s, body.speed_mps, _SPEED_SD_MPS**2)
 
 
-def lane_end_tracks(frame: RoadFrame, s_m: float, ahead_m: float) -> Iterator[Track]:
-    """Every lane that ends within `ahead_m`, as a body that stands behind its end."""
-    for end in frame.lane_ends(s_m, ahead_m):
-        yield Track(
-            id=f"end of lane {end.column}",
-            s_m=end.s_m + 0.5 * _END_LENGTH_M,
-            d_m=frame.centre_m(end.column),
-            speed_s_mps=0.0,
-            length_m=_END_LENGTH_M,
-            width_m=frame.lane_width_m - 2.0 * _END_BESIDE_M,
-            age_s=10.0,
-            acceleration_s_sd_mps2=0.0,
-        )
-
-
 def centres(found: Any) -> tuple[Any, Any, Any]:
     """(x, y, yaw) of body centres: SUMO says where the middle of the front bumper is, and turns clockwise from north."""
     x, y, yaw, length = (
@@ -155,4 +139,4 @@ def _on_road(frame: RoadFrame, s_m: float, d_m: float, facts: Any) -> bool:
     if str(facts[LANE_ID]).rpartition("_")[0] == section.edge.id:
         return True
     columns, reach = section.edge.columns, frame.lane_width_m + 0.5 * float(facts[WIDTH])
-    return frame.centre_m(columns.start) - reach <= d_m <= frame.centre_m(columns.stop - 1) + reach
+    return frame.centre_m(columns.start, s_m) - reach <= d_m <= frame.centre_m(columns.stop - 1, s_m) + reach
