@@ -93,7 +93,8 @@ class Instant:
 
 
 def instant(time_s: float, host: Placed, others: Iterable[Placed]) -> Instant:
-    """In the host's lane is whose centre is in it, or whose body reaches over the host's width."""
+    """Ahead in the host's lane is whose centre is in it, or whose body reaches over the host's width; behind whose centre is in it: who is
+    left behind in another lane follows no more."""
     leader: Leader | None = None
     behind: tuple[float, str] | None = None
     accelerations = {}
@@ -105,7 +106,7 @@ def instant(time_s: float, host: Placed, others: Iterable[Placed]) -> Instant:
         if other.s_m > host.s_m:
             if leader is None or gap < leader.gap_m:
                 leader = Leader(id=other.id, gap_m=gap, speed_mps=other.speed_mps)
-        elif behind is None or gap < behind[0]:
+        elif other.lane == host.lane and (behind is None or gap < behind[0]):
             behind = gap, other.id
     return Instant(
         time_s=time_s,

@@ -73,6 +73,13 @@ def test_in_the_lane_is_whose_centre_is_in_it_or_who_reaches_over() -> None:
     over, ahead = replace(beside, id="over", d_m=1.7), replace(host, id="ahead", s_m=30.0)
     assert instant(0.0, host, [beside, ahead]).leader == Leader(id="ahead", gap_m=26.0, speed_mps=20.0)
     assert instant(0.0, host, [over, ahead]).leader == Leader(id="over", gap_m=16.0, speed_mps=20.0)
+
+
+def test_behind_is_whose_centre_is_in_the_lane_not_who_is_left_in_the_old_one() -> None:
+    host = Placed(id="host", s_m=0.0, d_m=1.8, speed_mps=20.0, length_m=4.0, width_m=1.8, lane=1)
+    left, new = replace(host, id="left", s_m=-10.0, d_m=0.1, lane=0), replace(host, id="new", s_m=-30.0, d_m=3.5)
+    assert instant(0.0, host, [left, new]).follower == "new"
+    assert instant(0.0, host, [left]).follower is None
     assert instant(0.0, host, [replace(host, id="rear", s_m=-9.0), replace(host, id="last", s_m=-19.0)]).follower == "rear"
 
 
