@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from operator import itemgetter
 from typing import NamedTuple
 
@@ -12,7 +13,7 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.headway import ORDINARY_MPS2, asked_time_gap_s
-from mcdas_opt.planning.lane_choice import reaches_into
+from mcdas_opt.planning.lane_choice import known_acceleration_mps2, reaches_into
 from mcdas_opt.reference.speed_profile import FrontCar, SpeedProfile, profile_ahead, speeds_along
 
 _STANDING_MPS = 0.4
@@ -20,8 +21,6 @@ _CLOSED_UP_M = 1.5  # beyond the gap at standstill: nobody drives on for so litt
 
 
 _FADING_S, _BRAKING_FADES_S = 1.0, 2.0
-_NONE_MPS2 = 1e-100  # whose square is still a number
-_DEVIATIONS = 2.0  # an acceleration of so many standard deviations counts half
 
 
 class ComfortableSpeed(NamedTuple):
@@ -31,10 +30,10 @@ class ComfortableSpeed(NamedTuple):
     speeds_mps: Array
 
 
-def comfortable_speed(cycle: Cycle, towards_mps: float, d_m: float) -> ComfortableSpeed:
-    """Along the offset d: gently towards a speed, and no faster than the road's bends allow within the horizon. Who stands behind a front
-    car that stands stays where it is."""
-    times_s, comfort, profile = cycle.settings.grid.times_s, cycle.settings.comfort, bends_ahead(cycle, d_m)
+def comfortable_speed(cycle: Cycle, towards_mps: float, d_m: float, follows: Track | None = None) -> ComfortableSpeed:
+    """Along the offset d: gently towards a speed, behind somebody who is let ahead, and no faster than the road's bends and the lane's end
+    allow within the horizon. Who stands behind a front car that stands stays where it is."""
+    times_s, comfort, profile = cycle.settings.grid.times_s, cycle.settings.comfort, bends_ahead(cycle, d_m, _lane_end_ahead_m(cycle, d_m))
     host_mps = cycle.situation.host.speed_mps
     towards_mps = 0.0 if _stands(cycle) else towards_mps
     speeds = speeds_along(
@@ -45,7 +44,7 @@ def comfortable_speed(cycle: Cycle, towards_mps: float, d_m: float) -> Comfortab
         rising_mps2=comfort.share * comfort.limits(host_mps).acceleration_mps2,
         falling_mps2=ORDINARY_MPS2,
         late_mps2=comfort.late_braking_mps2,
-        fronts=_fronts(cycle, d_m),
+        fronts=_fronts(cycle, d_m) + ([] if follows is None else [_let_ahead(cycle, follows)]),
     )
     if profile is None:
         return ComfortableSpeed(towards_mps, speeds)
@@ -74,10 +73,17 @@ def _fronts(cycle: Cycle, d_m: float) -> list[FrontCar]:
     return found
 
 
+def _let_ahead(cycle: Cycle, track: Track) -> FrontCar:
+    """Somebody in another lane, behind whom a gap is opened at once."""
+    host, headway, times_s = cycle.situation.host, cycle.settings.headway, cycle.settings.grid.times_s
+    speeds, way = _going_on(track, times_s)
+    room_m = track.s_m - host.s_m - 0.5 * (track.length_m + cycle.vehicle.length_m) - headway.standstill_m
+    return FrontCar(room_m + way, speeds, np.full_like(times_s, headway.time_gap_s))
+
+
 def _going_on(track: Track, times_s: Array) -> tuple[Array, Array]:
     """(speeds [m/s], way [m]) of somebody whose acceleration, as far as it is known, fades."""
-    a, sd = track.acceleration_s_mps2, track.acceleration_s_sd_mps2
-    known = 0.0 if sd is None or abs(a) < _NONE_MPS2 else a * a * a / (a * a + (_DEVIATIONS * sd) ** 2)
+    known = known_acceleration_mps2(track)
     fading_s = _BRAKING_FADES_S if known < 0.0 else _FADING_S
     speeds = np.maximum(track.speed_s_mps + known * fading_s * -np.expm1(-times_s / fading_s), 0.0)
     way = np.concatenate([[0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * (times_s[1:] - times_s[:-1]))])
@@ -90,8 +96,17 @@ def _stands(cycle: Cycle) -> bool:
     return both_stand and assessment.front_gap_m < cycle.settings.headway.standstill_m + _CLOSED_UP_M
 
 
-def bends_ahead(cycle: Cycle, d_m: float) -> SpeedProfile | None:
-    """What the road's bends allow along the offset d from where the host is."""
+def bends_ahead(cycle: Cycle, d_m: float, stops_m: float = math.inf) -> SpeedProfile | None:
+    """What the road's bends allow along the offset d from where the host is, which stops within so much way."""
     situation = cycle.situation
     fastest = max(situation.host.speed_mps, situation.wanted_speed_mps)
-    return profile_ahead(situation.road, situation.host.s_m, d_m, fastest, cycle.settings.comfort)
+    return profile_ahead(situation.road, situation.host.s_m, d_m, fastest, cycle.settings.comfort, stops_m)
+
+
+def _lane_end_ahead_m(cycle: Cycle, d_m: float) -> float:
+    """The way to where a host along the offset d stops before its lane ends."""
+    host, road, vehicle = cycle.situation.host, cycle.situation.road, cycle.vehicle
+    if not road.lanes:
+        return math.inf
+    end = road.lane_ends_m(road.lane_of(d_m, host.s_m), host.s_m, vehicle.width_m)
+    return max(end - host.s_m - 0.5 * vehicle.length_m - cycle.settings.headway.standstill_m, 0.0)

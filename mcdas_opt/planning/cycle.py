@@ -17,19 +17,18 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
 from mcdas_opt.planning.deadline import Deadline, Stage
-from mcdas_opt.planning.headway import ORDINARY_MPS2
-from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, lane_choice, neighbours_in
+from mcdas_opt.planning.headway import INTRUSION_M, ORDINARY_MPS2
+from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, lane_choice, neighbours_in, presses
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory, PreviousPlan
 from mcdas_opt.planning.reach import in_reach_ever
-from mcdas_opt.planning.required_lane import RequiredLane, required_lane
+from mcdas_opt.planning.required_lane import LEAST_SHARE, RequiredLane, required_lane
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.situation.doubts import believed
 from mcdas_opt.tracking.prediction import names_of, predict_for
 
 _IN_TRAFFIC_M = 0.5 * FARTHEST_M  # who is farther away is not in traffic, and could not be moved on
 _STANDING_GAP_M = 2.0
-_CLOSELY_S = 2.0
 _BRAKING_MPS2 = 0.5  # who brakes by less may as well hold its speed
 _STOPPING_MPS2 = 2.5
 _STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side
@@ -162,12 +161,6 @@ class Cycle:
         return required_lane(self.situation, self.vehicle)
 
     @property
-    def close_follower_mps(self) -> float | None:
-        """The speed of whoever follows the host in its lane by little time; None without."""
-        gap, speed = self.assessment.rear_gap_m, self.assessment.rear_speed_mps
-        return speed if speed is not None and gap < _CLOSELY_S * speed else None
-
-    @property
     def is_pressed(self) -> bool:
         """Whether somebody closes in from behind."""
         return Sector.REAR in self.assessment.threats
@@ -198,6 +191,31 @@ class Cycle:
         lane = situation.road.lane_of(situation.host.d_m, situation.host.s_m) + (1 if side is Side.LEFT else -1)
         there = neighbours_in(lane, situation, self.vehicle)
         return demanded_braking_mps2(there, situation.host.speed_mps) > self.settings.manners.follower_braking_mps2
+
+    @property
+    def is_withdrawn(self) -> bool:
+        """Whether a lane change that nothing presses is given up, the body being in its lane still: somebody has come so near in the next
+        one that he, or the host, would have to brake harder than manners allow; where the lane has to be reached, than is comfortable."""
+        situation, active = self.situation, self.active
+        if active is None or active.mode is not Mode.CRUISE or active.half_done(situation):
+            return False
+        host, road = situation.host, situation.road
+        width = road.lane_width_at(road.lane_of(host.d_m, host.s_m), host.s_m)
+        if abs(host.d_m - self.lane_centre_m) > 0.5 * (width - self.vehicle.width_m) + INTRUSION_M:
+            return False
+        required, time_gap_s = self.required_lane, self.settings.headway.time_gap_s
+        if required is not None and required.side is active.side:
+            most = self.settings.comfort.limits(host.speed_mps).braking_mps2
+            return presses(active.side, situation, self.vehicle, LEAST_SHARE * time_gap_s, most)
+        return presses(active.side, situation, self.vehicle, time_gap_s, self.settings.manners.follower_braking_mps2)
+
+    @property
+    def indicator(self) -> Side:
+        """The side that the host's lane change is announced to, or goes on to."""
+        if self.active is not None:
+            return self.active.side if self.active.mode is Mode.CRUISE and not self.is_withdrawn else Side.NONE
+        required = self.required_lane
+        return required.side if required is not None else self.lane_choice.side if self.lane_choice.is_announced else Side.NONE
 
     @property
     def owed_m(self) -> dict[str, float]:

@@ -14,6 +14,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request, Sector, Side
+from mcdas_opt.dynamics.car_following import IdmSettings
 from mcdas_opt.planning.headway import INTRUSION_M
 
 _ANTICIPATION_S = 10.0  # how far ahead somebody slower counts ...
@@ -22,7 +23,12 @@ _CLOSING_MPS2 = 1.2  # gentle braking
 _RESPONSE_S = 1.0  # of who is behind there
 _SLOWEST_MPS = 3.0  # slower than this nobody changes lanes
 _STRAIGHT_RAD = 0.03
+_ACCELERATES_S = 1.5  # who does so
+_NONE_MPS2 = 1e-100  # whose square is still a number
+_DEVIATIONS = 2.0  # an acceleration of so many standard deviations counts half
 _LOOKS = 20  # along the way of a change
+_FOLLOWER = IdmSettings(acceleration_mps2=1.5, deceleration_mps2=2.0)
+_FOLLOWER_MPS2 = 2.0 * math.sqrt(_FOLLOWER.acceleration_mps2 * _FOLLOWER.deceleration_mps2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,11 +48,12 @@ class LaneChoice:
 
 
 class Neighbour(NamedTuple):
-    """Somebody in a lane: the gap from bumper to bumper [m], and the speed [m/s]."""
+    """Somebody in a lane: the gap from bumper to bumper [m], and the speed [m/s], now and once the host is there."""
 
     gap_m: float
     speed_mps: float
     is_ahead: bool
+    soon_mps: float
 
 
 def lane_choice(
@@ -109,15 +116,31 @@ def neighbours_in(lane: int, situation: Situation, vehicle: Vehicle) -> list[Nei
             gap_m=abs(track.s_m - host.s_m) - 0.5 * (track.length_m + vehicle.length_m),
             speed_mps=track.speed_s_mps,
             is_ahead=track.s_m > host.s_m,
+            soon_mps=track.speed_s_mps + _ACCELERATES_S * known_acceleration_mps2(track),
         )
         for track in situation.tracks
         if reaches_into(track, road.lane_centre_m(lane, track.s_m), road.lane_width_at(lane, track.s_m))
     ]
 
 
+def known_acceleration_mps2(track: Track) -> float:
+    """As far as it is known: half of one of two standard deviations, nearly all of a greater one."""
+    a, sd = track.acceleration_s_mps2, track.acceleration_s_sd_mps2
+    return 0.0 if sd is None or abs(a) < _NONE_MPS2 else a * a * a / (a * a + (_DEVIATIONS * sd) ** 2)
+
+
 def reaches_into(track: Track, centre_m: float, width_m: float) -> bool:
     """Whether a body reaches into the lane around that centre."""
     return abs(track.d_m - centre_m) - 0.5 * track.width_m <= 0.5 * width_m - INTRUSION_M
+
+
+def follower_gap_m(follower_mps: float, leader_mps: float, time_gap_s: float, braking_mps2: float = 0.0) -> float:
+    """The gap [m] in which somebody who follows with that time gap brakes by no more than that: the Intelligent Driver Model's, without its
+    free road (Treiber, Hennecke, Helbing, Phys. Rev. E 62 (2000) 1805, eq 3), under MOBIL's criterion of safety (eq 2 there). Whoever
+    drives away counts as one who does not."""
+    closing = max(follower_mps - leader_mps, 0.0)
+    wanted = _FOLLOWER.jam_distance_m + max(follower_mps, 0.0) * (time_gap_s + closing / _FOLLOWER_MPS2)
+    return wanted / math.sqrt(1.0 + braking_mps2 / _FOLLOWER.acceleration_mps2)
 
 
 def demanded_braking_mps2(there: Iterable[Neighbour], host_mps: float, kept_m: float = 0.0) -> float:
@@ -148,10 +171,25 @@ def _open(lane: int, side: Side, situation: Situation, vehicle: Vehicle, setting
 
 def _asked_m(one: Neighbour, host_mps: float, settings: Settings) -> float:
     """The headway of whoever follows, and what gentle braking closes, or the follower has come up by half-way through the change."""
-    headway, follower_mps = settings.headway, host_mps if one.is_ahead else one.speed_mps
-    closing = max(host_mps - one.speed_mps if one.is_ahead else one.speed_mps - host_mps, 0.0)
-    closes_m = closing * closing / (2.0 * _CLOSING_MPS2) if one.is_ahead else 0.5 * settings.manners.changing_s * closing
-    return headway.standstill_m + headway.time_gap_s * max(follower_mps, 0.0) + closes_m
+    headway = settings.headway
+    if one.is_ahead:
+        closing = max(host_mps - one.speed_mps, 0.0)
+        return headway.standstill_m + headway.time_gap_s * host_mps + closing * closing / (2.0 * _CLOSING_MPS2)
+    follower_mps = max(one.speed_mps, one.soon_mps, 0.0)
+    closes_m = 0.5 * settings.manners.changing_s * max(follower_mps - host_mps, 0.0)
+    safe_m = follower_gap_m(follower_mps, host_mps, headway.time_gap_s, settings.manners.follower_braking_mps2)
+    return max(headway.standstill_m + headway.time_gap_s * follower_mps + closes_m, safe_m)
+
+
+def presses(side: Side, situation: Situation, vehicle: Vehicle, time_gap_s: float, braking_mps2: float) -> bool:
+    """Whether somebody in the next lane on that side, or the host behind him, would have to brake by more if the host were there."""
+    road, host = situation.road, situation.host
+    lane, v = road.lane_of(host.d_m, host.s_m) + (1 if side is Side.LEFT else -1), host.speed_mps
+    for one in neighbours_in(lane, situation, vehicle):
+        speeds = (v, one.speed_mps) if one.is_ahead else (max(one.speed_mps, one.soon_mps), v)
+        if one.gap_m < follower_gap_m(*speeds, time_gap_s, braking_mps2):
+            return True
+    return False
 
 
 def _expected_mps(there: Iterable[Neighbour], situation: Situation, settings: Settings, within_s: float) -> float:

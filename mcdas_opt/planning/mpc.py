@@ -92,7 +92,7 @@ class MpcMethod:
             planner="mpc",
             mode=best.candidate.checked.driven_mode,
             side=proposed.side,
-            indicator=cycle.lane_choice.side if cycle.lane_choice.is_announced else Side.NONE,
+            indicator=cycle.indicator,
             warning=cycle.assessment.threatened and proposed.side is not Side.NONE,
             reason=reason(cycle.assessment, best, account.rows, is_comparison=found.is_comparison)
             + _lane_change(best, cycle)
@@ -127,8 +127,14 @@ def _lane_change(best: Ended, cycle: Cycle) -> str:
     proposed = best.proposed
     if proposed.side is Side.NONE or proposed.mode is not Mode.CRUISE:
         return ""
-    overtakes = proposed.side is cycle.settings.manners.inside
-    return f"; changes lanes to the {proposed.side.value}, {'past who is slower' if overtakes else 'where it keeps to'}"
+    required = cycle.required_lane
+    if required is not None and required.side is proposed.side:
+        why = (
+            "to the destination's lane" if required.end_m is None else f"its own ends in {required.end_m - cycle.situation.host.s_m:.0f} m"
+        )
+    else:
+        why = "past who is slower" if proposed.side is cycle.settings.manners.inside else "where it keeps to"
+    return f"; changes lanes to the {proposed.side.value}, {why}"
 
 
 def _haste(best: Ended, cycle: Cycle) -> str:

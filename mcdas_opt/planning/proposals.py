@@ -21,9 +21,9 @@ from mcdas_opt.planning.comfortable_speed import comfortable_speed
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.headway import ORDINARY_MPS2
 from mcdas_opt.planning.manoeuvre import Manoeuvre
+from mcdas_opt.planning.required_lane import Gap, RequiredLane, next_ahead
 from mcdas_opt.reference.offset_path import OffsetPath, corrected
 
-_STANDING_GAP_M = 2.0
 _STEERABLE_MPS = 0.5
 _BODY_ROOM_M = 0.25  # from the body's flank to the road's edge, for the targets of steering
 
@@ -40,25 +40,15 @@ def lateral_bound_mps2(situation: Situation, sigmoid: SigmoidSettings) -> float:
     return min(sigmoid.lateral_acceleration_mps2, sigmoid.lateral_friction_share * situation.road.friction * GRAVITY_MPS2)
 
 
-def keep_lane(cycle: Cycle, mode: Mode, speed_mps: float | None = None) -> Proposed:
-    """Nothing threatens: keep the lane at the desired speed, or another within the limit, but no faster than now where nobody watches
-    ahead; asked to park, stand until `park` takes over."""
+def keep_lane(cycle: Cycle, mode: Mode, towards: Gap | None = None) -> Proposed:
+    """Nothing threatens: keep the lane at the desired speed, or such that the host comes beside a gap in the next one, but no faster than
+    now where nobody watches ahead; asked to park, stand until `park` takes over."""
     situation, path = cycle.situation, keep_path(cycle.situation)
-    wanted = situation.wanted_speed_mps if speed_mps is None else min(speed_mps, cycle.limit_mps)
+    wanted = situation.wanted_speed_mps if towards is None else min(max(situation.wanted_speed_mps, towards.fastest_mps), cycle.limit_mps)
     wanted = wanted if situation.coverage.front else min(wanted, situation.host.speed_mps)
-    wanted = 0.0 if mode is Mode.PARK else min(wanted, _fastest_to_lane_end_mps(cycle))
-    goal, speeds = comfortable_speed(cycle, wanted, path.target_d_m)
+    wanted = 0.0 if mode is Mode.PARK else wanted
+    goal, speeds = comfortable_speed(cycle, wanted, path.target_d_m, towards.ahead if towards is not None and towards.is_slower else None)
     return Proposed(name="keep", mode=mode, side=Side.NONE, path=path, speed_mps=goal, speeds_mps=speeds, is_comfortable=True)
-
-
-def _fastest_to_lane_end_mps(cycle: Cycle) -> float:
-    """What ordinary braking still brings to a stop before the host's lane ends."""
-    host, road, vehicle = cycle.situation.host, cycle.situation.road, cycle.vehicle
-    if not road.lanes:
-        return math.inf
-    end = road.lane_ends_m(road.lane_of(host.d_m, host.s_m), host.s_m, vehicle.width_m)
-    room = end - host.s_m - 0.5 * vehicle.length_m - _STANDING_GAP_M
-    return math.sqrt(2.0 * ORDINARY_MPS2 * max(room, 0.0))
 
 
 def go_on(active: Manoeuvre) -> Proposed:
@@ -74,8 +64,9 @@ def go_on(active: Manoeuvre) -> Proposed:
 
 
 def go_on_unpressed(cycle: Cycle, active: Manoeuvre) -> Proposed:
-    """The same where nothing threatens any more: slowly enough for the bends ahead."""
-    goal, speeds = comfortable_speed(cycle, active.speed_mps, active.target_d_m)
+    """The same where nothing threatens any more: slowly enough for the bends ahead, and for the headway in the lane that is changed to."""
+    follows = next_ahead(cycle.situation, active.target_d_m) if active.mode is Mode.CRUISE else None
+    goal, speeds = comfortable_speed(cycle, active.speed_mps, active.target_d_m, follows)
     return replace(go_on(active), mode=active.mode, speed_mps=goal, speeds_mps=speeds, is_comfortable=True)
 
 
@@ -84,19 +75,21 @@ def change_lanes(cycle: Cycle) -> Proposed | None:
     return _unhurried(cycle, cycle.lane_choice.side) if cycle.lane_choice.is_due else None
 
 
-def change_to_required(cycle: Cycle, side: Side) -> Proposed | None:
-    """The same because the lane has to be reached; None where nobody watches that side, or the car stands."""
+def change_to_required(cycle: Cycle, required: RequiredLane) -> Proposed | None:
+    """The same because the lane has to be reached, sooner where it has to be soon; None where nobody watches that side, or the car
+    stands."""
     situation = cycle.situation
-    if _unwatched(situation, side) or situation.host.speed_mps < _STEERABLE_MPS:
+    if _unwatched(situation, required.side) or situation.host.speed_mps < _STEERABLE_MPS:
         return None
-    return _unhurried(cycle, side)
+    changing_s = cycle.settings.manners.changing_s
+    return _unhurried(cycle, required.side, min(changing_s, max(required.left_s - 1.0, 0.5 * changing_s)))
 
 
-def _unhurried(cycle: Cycle, side: Side) -> Proposed:
+def _unhurried(cycle: Cycle, side: Side, changing_s: float | None = None) -> Proposed:
     situation, sigmoid = cycle.situation, cycle.settings.sigmoid
     host, road = situation.host, situation.road
     target = road.lane_centre_m(road.lane_of(host.d_m, host.s_m) + (1 if side is Side.LEFT else -1), host.s_m)
-    way_m = max(host.speed_mps, sigmoid.speed_floor_mps) * cycle.settings.manners.changing_s
+    way_m = max(host.speed_mps, sigmoid.speed_floor_mps) * (changing_s or cycle.settings.manners.changing_s)
     path = OffsetPath(
         start_s_m=host.s_m,
         start_d_m=host.d_m,

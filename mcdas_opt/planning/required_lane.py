@@ -1,29 +1,50 @@
-"""Which lane has to be reached: one that leads on, or the destination's; and whether there is room in it."""
+"""Which lane has to be reached: one that leads on, or the destination's; which gap in it, and how to come beside that."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from operator import itemgetter
 from typing import NamedTuple
 
+from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.planning.lane_choice import follower_gap_m, known_acceleration_mps2, reaches_into
 
-AHEAD_S, AHEAD_M = 12.0, 60.0  # a lane that ends within so much driving, and at least so far ahead, is left
+AHEAD_S, AHEAD_M = 20.0, 60.0  # a lane that ends within so much driving, and at least so far ahead, is left
 _FARTHER_M = 30.0  # a lane must lead on by so much farther to be worth a change
-_STANDING_M = 2.0  # bumper to bumper in the new lane, and besides
-_EASY_GAP_S, _LEAST_GAP_S = 0.8, 0.3  # of the one behind's speed: while there is time, and where the lane is about to end
+_ADAPTING_S = 12.0  # before the end speed is adapted to a gap; until then one that comes by itself is taken
+_LAST_S = 3.0  # before the end the least that is ever accepted is
+LEAST_SHARE = 0.65  # of the time gap that is asked for; then 0.8 s where that is 1.2 s
 _CROSSING_S = 2.5  # from now until the body is in the new lane
-_OTHER_SPEED_MPS = 2.0  # faster or slower than who is in the way
-_HARDLY_MPS = 0.5
+_BESIDE_SHARE = 0.5  # of the gap that is asked for once there, already now
+_GAINING_MPS2, _LOSING_MPS2 = 1.0, 1.5  # to get ahead of somebody, or behind
+_SLOWER_MPS = 6.0  # at most, than who is let ahead
+_FASTER_MPS = 3.0  # than who is passed, where the host wants to be no faster itself
+_HARDLY_MPS = 0.3
+_OWN_GAP_S = 0.5  # to who is ahead in the own lane, while one gets past somebody in the next
 
 
 class RequiredLane(NamedTuple):
-    """The side to change to, and the time gap [s] that is asked for there: less as the lane comes to its end."""
+    """The side to change to, the time [s] until the lane there has to be reached, and where the own lane ends (None: it does not)."""
 
     side: Side
-    time_gap_s: float
+    left_s: float
+    end_m: float | None = None
+
+
+class Gap(NamedTuple):
+    """Between two in the required lane (None: nobody), or before or behind all: how soon it can be gone into [s], 0: now; whether the host
+    has to be slower for it until then, and the speed [m/s] that it may need for it."""
+
+    behind: Track | None
+    ahead: Track | None
+    wait_s: float = 0.0
+    is_slower: bool = False
+    fastest_mps: float = 0.0
 
 
 def required_lane(situation: Situation, vehicle: Vehicle) -> RequiredLane | None:
@@ -41,7 +62,8 @@ def _to_the_destination(situation: Situation, lane: int) -> RequiredLane | None:
     side, beside = (Side.LEFT, lane + 1) if destination.lane > lane else (Side.RIGHT, lane - 1)
     if not road.goes_on(beside, host.s_m, host.speed_mps):
         return None
-    return RequiredLane(side, _EASY_GAP_S)
+    left_s = _ADAPTING_S if destination.s_m is None else (destination.s_m[1] - host.s_m) / max(host.speed_mps, AHEAD_M / AHEAD_S)
+    return RequiredLane(side, min(left_s, _ADAPTING_S))
 
 
 def _to_lead_on(situation: Situation, vehicle: Vehicle, lane: int) -> RequiredLane | None:
@@ -49,8 +71,7 @@ def _to_lead_on(situation: Situation, vehicle: Vehicle, lane: int) -> RequiredLa
     if not road.lanes:
         return None
     end = road.lane_ends_m(lane, host.s_m, vehicle.width_m)
-    seen_m = max(AHEAD_S * host.speed_mps, AHEAD_M)
-    if end > host.s_m + seen_m:
+    if end > host.s_m + max(AHEAD_S * host.speed_mps, AHEAD_M):
         return None
     best, farthest = Side.NONE, max(end, host.s_m) + _FARTHER_M
     for side, beside in ((Side.LEFT, lane + 1), (Side.RIGHT, lane - 1)):
@@ -61,40 +82,79 @@ def _to_lead_on(situation: Situation, vehicle: Vehicle, lane: int) -> RequiredLa
             best, farthest = side, reached
     if best is Side.NONE:
         return None
-    left = min(max((end - host.s_m) / seen_m, 0.0), 1.0)
-    return RequiredLane(best, _LEAST_GAP_S + (_EASY_GAP_S - _LEAST_GAP_S) * left)
+    return RequiredLane(best, max(end - host.s_m, 0.0) / max(host.speed_mps, AHEAD_M / AHEAD_S), end)
 
 
-def in_the_way(situation: Situation, vehicle: Vehicle, choice: RequiredLane) -> Track | None:
-    """Who would be too near in the next lane once the host is there, both keeping their speeds; the nearest of them."""
+def best_gap(situation: Situation, vehicle: Vehicle, settings: Settings, required: RequiredLane, limit_mps: float) -> Gap | None:
+    """The gap that can be gone into soonest, before the lane has to be reached where the host has to be faster for it; None where there is
+    none. While there is time only one that is there now counts."""
+    found = _gaps(situation, vehicle, settings, required, limit_mps)
+    if required.left_s > _ADAPTING_S:
+        found = (gap for gap in found if gap.wait_s == 0.0)
+    return min(found, key=lambda gap: gap.wait_s, default=None)
+
+
+def _gaps(situation: Situation, vehicle: Vehicle, settings: Settings, required: RequiredLane, limit_mps: float) -> Iterator[Gap]:
     road, host = situation.road, situation.host
-    lane = road.lane_of(host.d_m, host.s_m) + (1 if choice.side is Side.LEFT else -1)
-    nearest, least = None, math.inf
-    for track in situation.tracks:
-        if road.lane_of(track.d_m, track.s_m) != lane:
-            continue
-        lengths = 0.5 * (track.length_m + vehicle.length_m)
-        relative = track.speed_s_mps - host.speed_mps
-        now, then = track.s_m - host.s_m, track.s_m - host.s_m + relative * _CROSSING_S
-        gap = min(abs(now), abs(then)) - lengths if now * then > 0.0 else -lengths
-        following = host.speed_mps if now > 0.0 else track.speed_s_mps
-        if gap < _STANDING_M + choice.time_gap_s * max(following, 0.0) and gap < least:
-            nearest, least = track, gap
-    return nearest
+    own = road.lane_of(host.d_m, host.s_m)
+    there = _in_lane(situation, own + (1 if required.side is Side.LEFT else -1))
+    leader = next_ahead(situation, road.lane_centre_m(own, host.s_m))
+    share = min(max((required.left_s - _LAST_S) / (_ADAPTING_S - _LAST_S), 0.0), 1.0)
+    time_gap_s = settings.headway.time_gap_s * (LEAST_SHARE + (1.0 - LEAST_SHARE) * share)
+    braking = (1.0 - share) * settings.manners.follower_braking_mps2
+    too_early, too_late = [], []  # for each of them: how far the host is short of being ahead, or behind
+    for track in there:
+        v, soon_mps = track.speed_s_mps, track.speed_s_mps + max(known_acceleration_mps2(track), 0.0)
+        asked_m = follower_gap_m(soon_mps, host.speed_mps, time_gap_s, braking)
+        too_early.append(_short_m(host.s_m - track.s_m, host.speed_mps - v, track, vehicle, asked_m))
+        asked_m = follower_gap_m(host.speed_mps, v, time_gap_s, braking)
+        too_late.append(_short_m(track.s_m - host.s_m, v - host.speed_mps, track, vehicle, asked_m))
+    for k in range(len(there) + 1):
+        early, behind = max(zip(too_early[:k], there[:k], strict=True), key=itemgetter(0), default=(-math.inf, None))
+        late, ahead = max(zip(too_late[k:], there[k:], strict=True), key=itemgetter(0), default=(-math.inf, None))
+        if early <= 0.0 and late <= 0.0:
+            yield Gap(behind, ahead)
+        elif late <= 0.0 and behind is not None:
+            fastest = min(max(situation.wanted_speed_mps, behind.speed_s_mps + _FASTER_MPS), limit_mps)
+            if leader is not None:
+                room_m = leader.s_m - host.s_m - 0.5 * (leader.length_m + vehicle.length_m) - _OWN_GAP_S * host.speed_mps
+                fastest = fastest if early <= room_m else min(fastest, leader.speed_s_mps)
+            wait_s = _gained_after_s(early, host.speed_mps - behind.speed_s_mps, fastest - behind.speed_s_mps, _GAINING_MPS2)
+            if wait_s + _CROSSING_S <= required.left_s:
+                yield Gap(behind, ahead, wait_s, fastest_mps=fastest)
+        elif early <= 0.0 and ahead is not None:
+            most = min(_SLOWER_MPS, ahead.speed_s_mps)
+            yield Gap(behind, ahead, _gained_after_s(late, ahead.speed_s_mps - host.speed_mps, most, _LOSING_MPS2), is_slower=True)
 
 
-def speed_to_make_room_mps(
-    situation: Situation, vehicle: Vehicle, choice: RequiredLane, blocking: Track, follower_mps: float | None
-) -> float:
-    """Faster, to get before somebody behind where there is room before him; else slower, to let him get ahead, but hardly slower than
-    whoever follows the host closely."""
+def next_ahead(situation: Situation, d_m: float) -> Track | None:
+    """Who is next ahead of the host in the lane that is there."""
     road, host = situation.road, situation.host
-    lane = road.lane_of(blocking.d_m, blocking.s_m)
-    ahead = [one for one in situation.tracks if one.s_m > blocking.s_m and road.lane_of(one.d_m, one.s_m) == lane]
-    leader = min(ahead, key=lambda one: one.s_m, default=None)
-    needed = vehicle.length_m + 2.0 * (_STANDING_M + choice.time_gap_s * max(blocking.speed_s_mps, 0.0))
-    room = math.inf if leader is None else leader.s_m - blocking.s_m - 0.5 * (leader.length_m + blocking.length_m)
-    if blocking.s_m <= host.s_m and room >= needed:
-        return max(situation.wanted_speed_mps, max(blocking.speed_s_mps, host.speed_mps) + _OTHER_SPEED_MPS)
-    slower = max(blocking.speed_s_mps - _OTHER_SPEED_MPS, 0.0)
-    return slower if follower_mps is None else max(slower, follower_mps - _HARDLY_MPS)
+    return next((track for track in _in_lane(situation, road.lane_of(d_m, host.s_m)) if track.s_m > host.s_m), None)
+
+
+def _in_lane(situation: Situation, lane: int) -> list[Track]:
+    """Whose body reaches into a lane, from behind to ahead."""
+    road = situation.road
+    there = (one for one in situation.tracks if reaches_into(one, road.lane_centre_m(lane, one.s_m), road.lane_width_at(lane, one.s_m)))
+    return sorted(there, key=lambda one: one.s_m)
+
+
+def _short_m(ahead_m: float, opening_mps: float, track: Track, vehicle: Vehicle, asked_m: float) -> float:
+    """By how much a distance between two middles, which opens at that speed, is less than what is asked for from bumper to bumper once the
+    host is in the lane, and half of that now."""
+    lengths = 0.5 * (track.length_m + vehicle.length_m)
+    return max(lengths + asked_m - ahead_m - opening_mps * _CROSSING_S, lengths + _BESIDE_SHARE * asked_m - ahead_m)
+
+
+def _gained_after_s(way_m: float, now_mps: float, most_mps: float, gain_mps2: float) -> float:
+    """When somebody has gained that way on another who begins with one relative speed, and goes over to another; infinite: never."""
+    if most_mps < _HARDLY_MPS:
+        return math.inf
+    if now_mps >= most_mps:
+        return way_m / most_mps
+    rising_s = (most_mps - now_mps) / gain_mps2
+    while_rising_m = 0.5 * (now_mps + most_mps) * rising_s
+    if while_rising_m < way_m:
+        return rising_s + (way_m - while_rising_m) / most_mps
+    return (-now_mps + math.sqrt(now_mps * now_mps + 2.0 * gain_mps2 * way_m)) / gain_mps2

@@ -17,6 +17,7 @@ _STEP_M = 2.0
 _AHEAD_S = 6.0  # looked ahead so far beyond the way to a stop
 _CLOSING_S = 3.5  # a small difference from the gap to keep decays with
 _CLOSING_MPS2 = 1.2  # who closes in over a large one brakes by
+_STOPPING_MPS2 = 2.0  # before the end of a lane
 _NEAREST_M = 0.1
 _BEHIND_MPS2, _AS_HARD = 1.5, 1.25  # who follows brakes by at least so much, and so many times as hard as who is ahead
 _STANDING_MPS, _STOPPING_S = 0.3, 2.5
@@ -40,17 +41,22 @@ class SpeedProfile:
         return np.asarray(np.sqrt(squares))
 
 
-def profile_ahead(road: Road, s_m: float, d_m: float, fastest_mps: float, comfort: ComfortSettings) -> SpeedProfile | None:
+def profile_ahead(
+    road: Road, s_m: float, d_m: float, fastest_mps: float, comfort: ComfortSettings, stops_m: float = math.inf
+) -> SpeedProfile | None:
     """From s on along the offset d, for a car that drives no faster than `fastest_mps`: as fast as the lateral acceleration allows, and no
-    faster than from where braking gently reaches every bend ahead in time. None where the road is straight."""
-    if road.is_straight:
-        return None
+    faster than from where braking gently reaches every bend ahead in time, and stops within `stops_m`. None where the road is straight,
+    and that is far."""
     reach_m = fastest_mps * fastest_mps / (2.0 * comfort.bend_braking_mps2) + fastest_mps * _AHEAD_S
+    if road.is_straight and stops_m > reach_m:
+        return None
     places = _STEP_M * np.arange(math.ceil(reach_m / _STEP_M) + 1)
     kappa = road.curvature_at(s_m + places)
     bend = np.maximum(np.abs(kappa / (1.0 - d_m * kappa)), _STRAIGHTEST_1PM)
     gained = 2.0 * comfort.bend_braking_mps2 * places  # of the speed's square, on the way
     squares = np.minimum.accumulate((PATH_SHARE * comfort.lateral_mps2 / bend + gained)[::-1])[::-1] - gained
+    if stops_m <= reach_m:
+        squares = np.minimum(squares, 2.0 * _STOPPING_MPS2 * np.maximum(stops_m - places, 0.0))
     return SpeedProfile(s_m, _STEP_M, np.sqrt(squares))
 
 

@@ -2,21 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
-from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Mode, Side
+from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
 from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.manoeuvre import Manoeuvre
+from mcdas_opt.planning.memory import Memory
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.planning.required_lane import RequiredLane, best_gap
+from mcdas_opt.reference.offset_path import OffsetPath
 from mcdas_opt.simulation.loop import simulate
 from tests.planning.situations import car, mirrored, random_sandwich
 
@@ -48,6 +59,73 @@ def test_an_ending_lane_is_left_in_time_and_calmly(tmp_path: Path, speed: float)
     assert drive.trajectory.d_m[-1] == pytest.approx(3.7, abs=0.1)
     assert float(drive.trajectory.speed_mps.min()) > 0.95 * speed
     assert drive.max_lateral_acceleration_mps2 < 2.0
+
+
+def test_the_shipped_one_is_left_behind_or_ahead_of_the_other_with_a_headway_that_nobody_has_to_brake_for() -> None:
+    drive = simulate(load_scene("lane-ends"))
+    assert (drive.outcome.value, drive.fallbacks, drive.unavoidable) == ("safe", 0, 0)
+    host = drive.trajectory
+    crossed = int(np.argmax(host.d_m > 0.5 * 3.7))
+    assert host.d_m[-1] == pytest.approx(3.7, abs=0.1)
+    for other in drive.neighbours:
+        ahead_m = float(other.s_m[crossed] - host.s_m[crossed])
+        follower_mps = float(host.speed_mps[crossed] if ahead_m > 0.0 else other.speed_mps[crossed])
+        assert abs(ahead_m) - 0.5 * (other.length_m + 4.5) > 0.7 * follower_mps
+    assert float(host.acceleration_mps2.min()) > -2.5
+
+
+speeds = st.floats(5.0, 36.0)
+
+
+@given(
+    cars=st.lists(st.tuples(st.floats(-120.0, 120.0), speeds, st.floats(3.0, 16.0)), max_size=5), speed=speeds, left_s=st.floats(0.0, 20.0)
+)
+def test_a_gap_that_is_gone_into_makes_nobody_brake_harder_than_manners_allow(
+    cars: list[tuple[float, float, float]], speed: float, left_s: float
+) -> None:
+    settings, vehicle = Settings(), Vehicle()
+    tracks = tuple(Track(id=f"{i}", s_m=s, d_m=3.7, speed_s_mps=v, length_m=length) for i, (s, v, length) in enumerate(cars))
+    situation = Situation(host=HostState(speed_mps=speed), tracks=tracks, road=Road(lanes_left=1, speed_limit_mps=40.0))
+    gap = best_gap(situation, vehicle, settings, RequiredLane(Side.LEFT, left_s), 40.0)
+    if gap is None or gap.wait_s > 0.0:
+        return
+    for track in tracks:
+        ahead_m = track.s_m - situation.host.s_m + 2.5 * (track.speed_s_mps - speed)
+        follower, leader = (speed, track.speed_s_mps) if ahead_m > 0.0 else (track.speed_s_mps, speed)
+        room_m = abs(ahead_m) - 0.5 * (track.length_m + vehicle.length_m)
+        braking = -idm_acceleration(
+            follower,
+            math.inf,
+            Leader(room_m, min(leader, follower)),
+            IdmSettings(headway_s=0.78, acceleration_mps2=1.5, deceleration_mps2=2.0),
+        )
+        assert braking <= 2.0 + 1.5 + 1e-6  # what is left of the model's own acceleration
+        assert room_m > 0.5 * follower
+
+
+def test_who_is_beside_is_let_ahead_or_passed_and_only_when_it_is_time() -> None:
+    vehicle, settings, host = Vehicle(), Settings(), HostState(speed_mps=22.0)
+    road = Road(lanes_left=1)
+    for s, slower in ((2.0, True), (-14.0, False)):
+        situation = Situation(host=host, tracks=(car("beside", s, 3.7, 22.0),), road=road, desired_speed_mps=30.0)
+        assert best_gap(situation, vehicle, settings, RequiredLane(Side.LEFT, 15.0), 36.0) is None
+        gap = best_gap(situation, vehicle, settings, RequiredLane(Side.LEFT, 11.0), 36.0)
+        assert gap is not None
+        assert (gap.is_slower, (gap.ahead or gap.behind).id) == (slower, "beside")  # type: ignore[union-attr]
+        assert 0.0 < gap.wait_s < 10.0
+
+
+def test_a_lane_change_that_somebody_spoils_is_withdrawn_before_the_line_and_not_after() -> None:
+    vehicle, road = Vehicle(), Road(lanes_left=1, speed_limit_mps=40.0)
+    path = OffsetPath(start_s_m=-20.0, start_d_m=0.0, amplitude_m=3.7, a_per_m=-0.06, b=50.0)
+    memory = Memory(situation=Situation(host=HostState(speed_mps=25.0), road=road), active=Manoeuvre(
+        side=Side.LEFT, path=path, target_d_m=3.7, speed_mps=30.0, mode=Mode.CRUISE))  # fmt: skip
+    for d, comes_mps, given_up in ((0.5, 33.0, True), (0.5, 25.0, False), (1.5, 33.0, False)):
+        host = HostState(d_m=d, heading_rad=0.03, speed_mps=25.0)
+        situation = Situation(time_s=0.1, host=host, tracks=(car("fast", -32.0, 3.7, comes_mps),), road=road, desired_speed_mps=30.0)
+        cycle = Cycle.of(situation, vehicle, memory=memory)
+        assert cycle.is_withdrawn is given_up
+        assert cycle.indicator is (Side.NONE if given_up else Side.LEFT)
 
 
 def test_a_car_that_cannot_get_out_stops_before_the_end(tmp_path: Path) -> None:

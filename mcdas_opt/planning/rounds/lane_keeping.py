@@ -1,4 +1,4 @@
-"""Ordinary driving: the lane is kept, left for one that leads on, or the active manoeuvre goes on."""
+"""Ordinary driving: the lane is kept, left for one that leads on, or the active manoeuvre goes on, unless it is withdrawn."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.planning.candidate import Costed
 from mcdas_opt.planning.choice import Round
 from mcdas_opt.planning.proposals import change_lanes, change_to_required, go_on_unpressed, keep_lane
-from mcdas_opt.planning.required_lane import in_the_way, speed_to_make_room_mps
+from mcdas_opt.planning.required_lane import best_gap
 from mcdas_opt.planning.search import Search
 
 
@@ -18,21 +18,19 @@ def lane_keeping(search: Search) -> Iterator[Round]:
     cycle = search.cycle
     if not cycle.is_ordinary:
         return
-    if cycle.active is not None:
+    if cycle.active is not None and not cycle.is_withdrawn:
         yield Round(competing=search.solve((go_on_unpressed(cycle, cycle.active),)), is_comparison=False)
         return
-    required, speed = cycle.required_lane, None
+    required, gap = cycle.required_lane, None
     if required is None:
         change = change_lanes(cycle)
-    elif (blocking := in_the_way(cycle.situation, cycle.vehicle, required)) is None:
-        change = change_to_required(cycle, required.side)
     else:
-        change = None
-        speed = speed_to_make_room_mps(cycle.situation, cycle.vehicle, required, blocking, cycle.close_follower_mps)
+        gap = best_gap(cycle.situation, cycle.vehicle, cycle.settings, required, cycle.limit_mps)
+        change = change_to_required(cycle, required) if gap is not None and gap.wait_s == 0.0 else None
     if change is not None:
         yield Round(competing=search.solve((change,)), is_comparison=False)
     quiet = cycle.assessment.mode if cycle.assessment.mode in (Mode.CRUISE, Mode.BRAKE, Mode.PARK) else Mode.HOLD
-    search.keep = (keep_lane(cycle, quiet, speed),)
+    search.keep = (keep_lane(cycle, quiet, gap),)
     passing = search.solve(search.keep)
     cheaper = _cheaper_closed_forms(search, passing[0]) if passing and cycle.memory.chosen != search.keep[0].name else []
     yield Round(competing=passing + cheaper, is_comparison=False)
