@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from mcdas_opt.domain.vocabulary import Alert, Mode, Request, Role, Sector, Side, Status
     from mcdas_opt.errors import InputError, McdasError, ParameterError
     from mcdas_opt.evaluation.comparison import benchmark
+    from mcdas_opt.interop.replay import replay
     from mcdas_opt.parking.case_file import load_parking_case
     from mcdas_opt.parking.closed_loop.follow import follow
     from mcdas_opt.parking.park import park
@@ -84,6 +85,7 @@ _HOME = {
     "step": "mcdas_opt.planning.stateless",
     "simulate": "mcdas_opt.simulation.loop",
     "escapes": "mcdas_opt.time_to_react.escapes",
+    "replay": "mcdas_opt.interop.replay",
     "verify": "mcdas_opt.simulation.judging",
     "park": "mcdas_opt.parking.park",
     "follow": "mcdas_opt.parking.closed_loop.follow",
@@ -138,6 +140,7 @@ __all__ = [
     "park",
     "plan",
     "plot",
+    "replay",
     "simulate",
     "step",
     "tune",

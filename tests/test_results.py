@@ -25,10 +25,11 @@ def answers() -> dict[str, Result]:
         "escapes": mo.escapes(situation),
         "parking": mo.park("parallel", "two-arc"),
         "design": mo.tune(speed_mps=20.0),
+        "replay": mo.replay("front_and_rear", plan=False),
     }
 
 
-KINDS = ("plan", "drive", "escapes", "parking", "design")
+KINDS = ("plan", "drive", "escapes", "parking", "design", "replay")
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -67,6 +68,17 @@ def test_the_table_is_a_data_frame(kind: str, library: str) -> None:
     frame = answer.to_dataframe(library)
     assert list(frame.columns) == list(answer.columns())
     assert len(frame) == len(next(iter(answer.columns().values())))
+
+
+def test_a_table_is_written_as_parquet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    answer = answers()["replay"]
+    table = parquet.read_table(answer.save(tmp_path / "a.parquet"))
+    assert table.column_names == list(answer.columns())
+    assert table["track_s_m"].to_pylist() == answer.columns()["track_s_m"]
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(MissingExtraError, match=r"pip install 'mcdas-opt\[parquet\]'"):
+        answer.save(tmp_path / "b.parquet")
 
 
 def test_what_moves_moves_and_what_does_not_says_so(tmp_path: Path) -> None:

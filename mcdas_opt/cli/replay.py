@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from mcdas_opt.interop.replay_record import Summary
     from mcdas_opt.interop.truth import Comparison
 
+SUFFIXES = (".html", ".png", ".svg", ".pdf", ".json", ".csv", ".parquet")
+
 
 def replay(
     log: Annotated[str, typer.Argument(metavar="LOG", help="A recording, or the name of a shipped one (front_and_rear).")],
@@ -33,7 +35,10 @@ def replay(
     truth: Annotated[str | None, typer.Option("--truth", help="Compare with a truth file: t, front_range, front_azimuth_deg ...")] = None,
     planner: PlannerOption = "mpc",
     planning: Annotated[bool, typer.Option("--plan/--no-plan", help="Plan every cycle, or only track and assess.")] = True,
-    out: Annotated[Path | None, typer.Option("--out", help="Draw the tracks (against the truth, if given) into a PNG.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="Page that plays (.html), picture (.png), .json, .csv or .parquet."),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Recorded sensor data through tracker, situation and planner.
@@ -44,7 +49,8 @@ def replay(
     from mcdas_opt.interop.target_list import Columns
     from mcdas_opt.interop.truth import compare
 
-    check_picture(out, ".png")
+    if out is not None:
+        check_picture(out, *(SUFFIXES if truth is None else (".png",)))
     scene = None
     if road is not None:
         from mcdas_opt.catalogue.scenes import load_scene
@@ -61,12 +67,15 @@ def replay(
     else:
         _print(done.summary, comparison, log)
     if out is not None:  # what was computed has been said by then
-        from mcdas_opt.plotting.export import save_figure
-        from mcdas_opt.plotting.replay import draw_against_truth, draw_tracks
+        if comparison is None:
+            done.save(out)
+        else:
+            from mcdas_opt.plotting.export import save_figure
+            from mcdas_opt.plotting.replay import draw_against_truth
 
-        save_figure(draw_tracks(done.cycles) if comparison is None else draw_against_truth(comparison.sectors), out)
+            save_figure(draw_against_truth(comparison.sectors), out)
         if not as_json:
-            console().print(f"drawn: {out}")
+            console().print(f"written: {out}")
 
 
 def _print(summary: Summary, comparison: Comparison | None, log: str) -> None:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Columns = Mapping[str, Sequence[Any] | Array]
+PARQUET = ".parquet"
 PICTURES = (".png", ".svg", ".pdf", ".gif", ".html")
 _LIBRARIES = ("pandas", "polars")
 
@@ -91,21 +92,22 @@ class Result(ABC):
         return made
 
     def save(self, path: str | Path) -> Path:
-        """Writes the document (.json), the table (.csv) or the picture (as `plot`). Raises `InputError` where that cannot be."""
+        """Writes the document (.json), the table (.csv, .parquet) or the picture (as `plot`). Raises `InputError` where that cannot be,
+        `MissingExtraError` for .parquet without pyarrow."""
         require_type("path", path, str, Path)
-        path = Path(path)
-        text = self.as_text(path.suffix.lower())
-        if text is None:
-            if path.suffix.lower() not in PICTURES:
-                raise InputError(
-                    path, "", None, f"must end in .json (the document), .csv (the table), or {', '.join(PICTURES)} (a picture)"
-                )
+        path, suffix = Path(path), Path(path).suffix.lower()
+        text = self.as_text(suffix)
+        if text is None and suffix != PARQUET:
+            if suffix not in PICTURES:
+                rule = f"must end in .json (the document), .csv or {PARQUET} (the table), or {', '.join(PICTURES)} (a picture)"
+                raise InputError(path, "", None, rule)
             self.plot(path)
             return path
         if not path.parent.is_dir():
             raise InputError(path, "", None, "no such folder")
+        data = _parquet(self.columns()) if text is None else text.encode()
         with writing(path):
-            path.write_text(text, "utf-8")
+            path.write_bytes(data)
         return path
 
     def as_text(self, suffix: str) -> str | None:
@@ -129,6 +131,19 @@ def _table(columns: Columns) -> str:
     writer.writerow(columns)
     writer.writerows(zip(*(to_document(list(column)) for column in columns.values()), strict=True))
     return text.getvalue()
+
+
+def _parquet(columns: Columns) -> bytes:
+    """The table as a Parquet file."""
+    try:
+        from pyarrow import BufferOutputStream, Table
+        from pyarrow.parquet import write_table
+    except ImportError:
+        raise MissingExtraError("pyarrow", "parquet") from None
+    sink = BufferOutputStream()
+    write_table(Table.from_pydict({name: to_document(list(column)) for name, column in columns.items()}), sink)
+    data: bytes = sink.getvalue().to_pybytes()
+    return data
 
 
 def _facts(document: Mapping[str, Any]) -> str:

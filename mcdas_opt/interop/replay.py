@@ -101,7 +101,9 @@ def replay(
             progress(k + 1, len(times))
     summary = _summary(recording, cycles, dict(tracker.counters), taken, 0 if answer is None else len(cycles), unverified)
     name = planner if plan else None
-    return Replay(format=format, planner=name, cycles=tuple(cycles), summary=summary, road=lane, log=recording)
+    return Replay(
+        name=path.stem, format=format, planner=name, cycles=tuple(cycles), summary=summary, road=lane, vehicle=vehicle, log=recording
+    )
 
 
 def _read(
@@ -154,7 +156,9 @@ def _cycle(situation: Situation, assessment: Assessment, answer: Plan | None) ->
         side=chosen.side,
         warning=chosen.warning,
         status=None if answer is None else answer.status,
+        alert=None if answer is None else answer.alert,
         reason=chosen.reason,
+        plan=answer,
     )
 
 

@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from operator import attrgetter
+from typing import Any, ClassVar
+
+import numpy as np
 
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Mounting
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
-from mcdas_opt.domain.vocabulary import Mode, Role, Sector, Side, Status
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Alert, Mode, Role, Sector, Side, Status
 from mcdas_opt.interop.sensor_log import SensorLog
 from mcdas_opt.simulation.record import CycleTimes
+
+_SAID = ("mode", "side", "status", "alert", "warning", "reason")
+_SEEN = ("id", "role", "s_m", "d_m", "speed_s_mps", "speed_d_mps", "length_m", "width_m", "coasting")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +62,10 @@ class SeenTrack:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cycle:
-    """One step of the pipeline. `mode` is the plan's, or the selector's where nothing was planned; `status` is then None."""
+    """One step of the pipeline. `mode` is the plan's, or the selector's where nothing was planned: `status`, `alert`, `plan` are then None.
+
+    The plan is no part of the document.
+    """
 
     t_s: float
     host: HostState
@@ -63,7 +75,9 @@ class Cycle:
     side: Side
     warning: bool
     status: Status | None
+    alert: Alert | None = None
     reason: str = ""
+    plan: Plan | None = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,20 +114,48 @@ class Summary:
     cycle_ms: CycleTimes = field(default_factory=CycleTimes)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Replay:
-    """A recording after its run through the pipeline. `road` and `log` are what it was run with; they are not part of the document."""
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Replay(Result):
+    """A recording after its run through the pipeline. What it was run with (`road`, `vehicle`, `log`) is not part of the document."""
 
+    drawn_by: ClassVar[str] = "mcdas_opt.plotting.replay:replay_figure"
+    moves_by: ClassVar[str] = "mcdas_opt.plotting.export:save_replay"
+
+    name: str
     format: str
     planner: str | None
     cycles: tuple[Cycle, ...]
     summary: Summary
     road: Road = field(repr=False)
+    vehicle: Vehicle = field(repr=False)
     log: SensorLog = field(repr=False)
 
     def mounting(self, sector: Sector) -> Mounting:
         """Where the radar of a sector sits on the host."""
         return next(scan.mounting for scan in self.log.scans if scan.sector is sector)
+
+    def in_brief(self) -> tuple[str, str, str]:
+        found = self.summary
+        plans = ", ".join(f"{count} {status}" for status, count in found.statuses.items()) or "no plans"
+        return (
+            f"Replay {self.name} ({self.format}): {found.cycles} cycles, {found.start_s:g} s to {found.end_s:g} s",
+            f"{found.detections} detections, {found.tracks_started} tracks, the longest {found.longest_track_s:.1f} s",
+            f"{plans}; " + ", ".join(f"{mode} {count}" for mode, count in found.modes.items()),
+        )
+
+    def columns(self) -> Columns:
+        """A track of a cycle a row, with what was decided in that cycle; a cycle without tracks is a row without one."""
+        pairs = [(cycle, track) for cycle in self.cycles for track in (cycle.tracks or (None,))]
+        table: dict[str, list[Any]] = {
+            "t_s": [cycle.t_s for cycle, _ in pairs],
+            "host_s_m": [cycle.host.s_m for cycle, _ in pairs],
+            "host_speed_mps": [cycle.host.speed_mps for cycle, _ in pairs],
+            **{name: [to_document(attrgetter(name)(cycle)) for cycle, _ in pairs] for name in _SAID},
+            **{f"track_{name}": [None if track is None else to_document(attrgetter(name)(track)) for _, track in pairs] for name in _SEEN},
+        }
+        for k, name in ((0, "s"), (2, "d")):
+            table[f"track_{name}_sd_m"] = [None if track is None else float(np.sqrt(track.covariance[k, k])) for _, track in pairs]
+        return table
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the contract."""

@@ -11,8 +11,8 @@ import numpy as np
 
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.plotting import style
+from mcdas_opt.plotting.bands import STATUSES
 from mcdas_opt.plotting.birdseye import BirdsEye, legend_handles
 from mcdas_opt.plotting.export import check_picture
 from mcdas_opt.plotting.moments import Moment, View, moment_at, moments, view_of
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 SUFFIXES = (".gif", ".png")
 MOST_FRAMES = 100
 _WIDTH_IN, _DPI = 9.6, 100
-_STATUS_COLOUR = {Status.PLANNED: style.GREEN, Status.FALLBACK: style.ORANGE, Status.UNAVOIDABLE: style.VERMILION}
 _LAST_FRAME_MS = 2000
 _STRIP_IN = 1.35  # of height, for the times to react over the drive
 
@@ -167,7 +166,7 @@ class _Stage:
         self._clock.set_text(f"t = {moment.time_s:.1f} s   {moment.speed_mps:4.1f} m/s ({3.6 * moment.speed_mps:.0f} km/h)")
         self._badge.set_text(moment.action)
         box: Any = self._badge.get_bbox_patch()
-        box.set_facecolor(_STATUS_COLOUR[plan.status] if plan.verdict.passed else style.VERMILION)
+        box.set_facecolor(STATUSES[plan.status] if plan.verdict.passed else style.VERMILION)
         words = plan_words(plan) if moment.ended is None else outcome_words(self._simulation)
         self._words.set_text(words)
 

@@ -20,6 +20,8 @@ from mcdas_opt.simulation.record import Simulation
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from mcdas_opt.plotting.replay import DrawnReplay
+
 MOVING = (".gif", ".png", ".html")
 STILL = (".png", ".svg", ".pdf")
 
@@ -39,6 +41,15 @@ def save_drive(simulation: Simulation, path: Path) -> Path:
 
     with whole_file(check_picture(path)) as file:
         (player.save_drive if _is_page(path) else animation.save)(simulation, file)
+    return path
+
+
+def save_replay(replay: DrawnReplay, path: Path) -> Path:
+    """A recording as a page that plays and scrubs (.html)."""
+    from mcdas_opt.plotting import replay_player
+
+    with whole_file(check_picture(path, (".html",))) as file:
+        replay_player.save(replay, file)
     return path
 
 

@@ -10,11 +10,13 @@ import numpy as np
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.plotting.moments import View
 
 _EVERY_M = 2.0  # between the points of a bent road's edges
 _DASH_PERIOD_M = 9.0
+_PLAN_EVERY = 2  # of a plan's samples
 SIGMAS = 2.5
 
 
@@ -67,15 +69,30 @@ class Ground:
         }
 
     def track(self, track: Track) -> list[float]:
-        """x, y, their speeds, and the ellipse of the position's uncertainty: semi-axes along and across it, its angle."""
-        ((x, y, yaw),) = self.place(track.s_m, track.d_m)
-        spread = track.covariance[np.ix_([0, 2], [0, 2])]
-        values, vectors = np.linalg.eigh(spread)
-        along, across = SIGMAS * np.sqrt(np.maximum(values[::-1], 0.0))
-        angle = math.atan2(float(vectors[1, 1]), float(vectors[0, 1])) + yaw
-        c, n = math.cos(yaw), math.sin(yaw)
-        vx, vy = c * track.speed_s_mps - n * track.speed_d_mps, n * track.speed_s_mps + c * track.speed_d_mps
-        return [round(float(q), 3) for q in (x, y, vx, vy, along, across, angle)]
+        """As `ellipse`."""
+        return ellipse(self, track.s_m, track.d_m, track.speed_s_mps, track.speed_d_mps, track.covariance)
+
+
+def ellipse(ground: Ground, s_m: float, d_m: float, speed_s_mps: float, speed_d_mps: float, covariance: Array) -> list[float]:
+    """x, y, their speeds, and the ellipse of the position's uncertainty: semi-axes along and across it, its angle.
+
+    `covariance` is 4 x 4 of (s, s speed, d, d speed).
+    """
+    ((x, y, yaw),) = ground.place(s_m, d_m)
+    values, vectors = np.linalg.eigh(covariance[np.ix_([0, 2], [0, 2])])
+    along, across = SIGMAS * np.sqrt(np.maximum(values[::-1], 0.0))
+    angle = math.atan2(float(vectors[1, 1]), float(vectors[0, 1])) + yaw
+    c, n = math.cos(yaw), math.sin(yaw)
+    vx, vy = c * speed_s_mps - n * speed_d_mps, n * speed_s_mps + c * speed_d_mps
+    return [round(float(q), 3) for q in (x, y, vx, vy, along, across, angle)]
+
+
+def plan_path(ground: Ground, x: Trajectory) -> tuple[list[Any], list[Any]]:
+    """A plan's path, every other sample, and where it is at every whole second."""
+    known = np.flatnonzero(np.isfinite(x.s_m) & np.isfinite(x.d_m))
+    marks = np.arange(1.0, float(x.t_s[-1]) + 1e-9)
+    path = rounded(ground.place(x.s_m[known][::_PLAN_EVERY], x.d_m[known][::_PLAN_EVERY])[:, :2])
+    return path, rounded(ground.place(np.interp(marks, x.t_s, x.s_m), np.interp(marks, x.t_s, x.d_m))[:, :2])
 
 
 def view_document(view: View) -> dict[str, float]:

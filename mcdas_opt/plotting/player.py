@@ -18,19 +18,19 @@ from mcdas_opt.geometry.clearance import Body, body_corners
 from mcdas_opt.parking.closed_loop.record import ParkingDrive, ParkingOutcome
 from mcdas_opt.plotting import style, web
 from mcdas_opt.plotting.animation import outcome_words, plan_words
+from mcdas_opt.plotting.bands import Decided, bands_document
 from mcdas_opt.plotting.moments import HOST, Moment, moment_at, neighbour_colours, view_of
 from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.plotting.parking import gears_of
 from mcdas_opt.plotting.parking_follow import drive_words
-from mcdas_opt.plotting.plane import Ground, rounded, view_document
+from mcdas_opt.plotting.plane import Ground, plan_path, rounded, view_document
 from mcdas_opt.plotting.strips import Strip, strips_of
-from mcdas_opt.simulation.record import Outcome, Simulation
+from mcdas_opt.simulation.record import Cycle, Outcome, Simulation
 
 SUFFIX = ".html"
 _BEYOND_M = 110.0  # road drawn before the first and beyond the last place of the host
 _POSE_EVERY_S = 0.05
 _CHART_EVERY_S = 0.02
-_PLAN_EVERY = 2  # of a plan's samples
 
 
 def save_drive(simulation: Simulation, path: str | Path) -> Path:
@@ -91,6 +91,7 @@ def drive_document(simulation: Simulation) -> dict[str, Any]:
         "t": rounded(times, 3),
         "cycles": [_cycle(ground, moment_at(simulation, t)) for t in times],
         "charts": [_chart(strip, simulation.duration_s) for strip in strips_of(simulation)],
+        **bands_document([_decided(cycle) for cycle in simulation.cycles], simulation.duration_s),
         "outcome": outcome_words(simulation),
         "safe": simulation.outcome is Outcome.SAFE,
         "struck": struck,
@@ -191,18 +192,29 @@ def parking_words(parking: Parking) -> str:
     return f"{parking.duration_s:.1f} s, {parking.path_m:.1f} m driven, {changes}{clearance}; passed by the judge"
 
 
+def _decided(cycle: Cycle) -> Decided:
+    plan = cycle.plan
+    return Decided(
+        t_s=cycle.time_s,
+        mode=plan.mode,
+        side=plan.side,
+        status=plan.status,
+        alert=plan.alert,
+        reason=plan.reason,
+        passed=plan.verdict.passed,
+    )
+
+
 def _cycle(ground: Ground, moment: Moment) -> dict[str, Any]:
     plan = moment.plan
-    x = plan.trajectory
-    known = np.flatnonzero(np.isfinite(x.s_m) & np.isfinite(x.d_m))
-    marks = np.arange(1.0, float(x.t_s[-1]) + 1e-9)
+    path, seconds = plan_path(ground, plan.trajectory)
     return {
         "action": moment.action,
         "status": plan.status.value,
         "sound": plan.verdict.passed,
         "words": plan_words(plan),
-        "plan": rounded(ground.place(x.s_m[known][::_PLAN_EVERY], x.d_m[known][::_PLAN_EVERY])[:, :2]),
-        "seconds": rounded(ground.place(np.interp(marks, x.t_s, x.s_m), np.interp(marks, x.t_s, x.d_m))[:, :2]),
+        "plan": path,
+        "seconds": seconds,
         "tracks": [ground.track(track) for track in moment.tracks],
     }
 

@@ -8,9 +8,13 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.vocabulary import Mode, Role, Sector, Status
-from mcdas_opt.plotting.style import BLACK, FRONT, GREEN, GREY, NEIGHBOUR, PURPLE, REAR, SKY, YELLOW, figure, styled
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Alert, Mode, Role, Sector, Side, Status
+from mcdas_opt.plotting.bands import MODES
+from mcdas_opt.plotting.style import BLACK, FRONT, GREEN, GREY, NEIGHBOUR, PURPLE, REAR, SKY, figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,8 +22,7 @@ if TYPE_CHECKING:
 
 SIGMAS = 2.0
 _COLOURS = {Sector.FRONT: FRONT, Sector.REAR: REAR}
-_ROLES = {Role.FRONT: FRONT, Role.REAR: REAR, Role.LEFT: GREEN, Role.RIGHT: PURPLE, Role.OTHER: NEIGHBOUR}
-_MODES = {Mode.HOLD: "#d8d8d8", Mode.CRUISE: SKY, Mode.BRAKE: REAR, Mode.ACCELERATE: GREEN, Mode.EVADE: PURPLE, Mode.PARK: YELLOW}
+ROLES = {Role.FRONT: FRONT, Role.REAR: REAR, Role.LEFT: GREEN, Role.RIGHT: PURPLE, Role.OTHER: NEIGHBOUR}
 
 
 class Compared(Protocol):
@@ -42,7 +45,7 @@ class Compared(Protocol):
 
 
 class DrawnTrack(Protocol):
-    """A track, relative to the host."""
+    """A track, relative to the host; `covariance` of (s, s speed, d, d speed)."""
 
     @property
     def id(self) -> str: ...
@@ -51,7 +54,17 @@ class DrawnTrack(Protocol):
     @property
     def s_m(self) -> float: ...
     @property
+    def d_m(self) -> float: ...
+    @property
     def speed_s_mps(self) -> float: ...
+    @property
+    def speed_d_mps(self) -> float: ...
+    @property
+    def covariance(self) -> Array: ...
+    @property
+    def length_m(self) -> float: ...
+    @property
+    def width_m(self) -> float: ...
 
 
 class DrawnCycle(Protocol):
@@ -66,7 +79,35 @@ class DrawnCycle(Protocol):
     @property
     def mode(self) -> Mode: ...
     @property
+    def side(self) -> Side: ...
+    @property
     def status(self) -> Status | None: ...
+    @property
+    def alert(self) -> Alert | None: ...
+    @property
+    def reason(self) -> str: ...
+    @property
+    def plan(self) -> Plan | None: ...
+
+
+class DrawnReplay(Protocol):
+    """A recording after its run through the pipeline."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def planner(self) -> str | None: ...
+    @property
+    def road(self) -> Road: ...
+    @property
+    def vehicle(self) -> Vehicle: ...
+    @property
+    def cycles(self) -> Sequence[DrawnCycle]: ...
+
+
+def replay_figure(replay: DrawnReplay) -> Figure:
+    """The tracks of a whole recording."""
+    return draw_tracks(replay.cycles)
 
 
 def draw_against_truth(sectors: Mapping[Sector, Compared]) -> Figure:
@@ -92,7 +133,7 @@ def draw_tracks(cycles: Sequence[DrawnCycle]) -> Figure:
     with styled():
         fig = figure(9.6, 6.4)
         above, below, band = fig.subplots(3, 1, sharex=True, height_ratios=[2.2, 1.6, 0.18])
-        for role, colour in _ROLES.items():
+        for role, colour in ROLES.items():
             rows = [(c.t_s, t.s_m, t.speed_s_mps) for c in cycles for t in c.tracks if t.role is role]
             if rows:
                 t, s, v = np.array(rows).T
@@ -107,7 +148,7 @@ def draw_tracks(cycles: Sequence[DrawnCycle]) -> Figure:
         band.set_xlabel("time [s]")
         handles, labels = above.get_legend_handles_labels()
         more, names = below.get_legend_handles_labels()
-        patches = [Patch(color=_MODES[mode], label=f"mode {mode.value}") for mode in dict.fromkeys(c.mode for c in cycles)]
+        patches = [Patch(color=MODES[mode], label=f"mode {mode.value}") for mode in dict.fromkeys(c.mode for c in cycles)]
         keys, texts = handles + more + patches, labels + names + [str(patch.get_label()) for patch in patches]
         fig.legend(keys, texts, loc="outside lower center", ncols=8, markerscale=3)
         above.set_title("Tracks of a recording")
@@ -140,7 +181,7 @@ def _modes(axis: Axes, times: Array, modes: Sequence[Mode]) -> None:
     for k in range(1, len(modes) + 1):
         if k == len(modes) or modes[k] is not modes[start]:
             end = times[min(k, len(modes) - 1)]
-            axis.axvspan(float(times[start]), float(end), color=_MODES[modes[start]], lw=0)
+            axis.axvspan(float(times[start]), float(end), color=MODES[modes[start]], lw=0)
             start = k
     axis.set_yticks([])
     axis.set_ylabel("mode", rotation=0, ha="right", va="center")

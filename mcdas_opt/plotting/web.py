@@ -17,7 +17,7 @@ from mcdas_opt.plotting import style
 
 _FOLDER = Path(__file__).resolve().parent / "web"
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
-_SCRIPTS = ("draw.js", "bird.js", "strip.js", "transport.js", "drive.js", "parking.js", "outlook.js")
+_SCRIPTS = ("draw.js", "bird.js", "strip.js", "transport.js", "bands.js", "drive.js", "parking.js", "outlook.js")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,6 +35,18 @@ PLANNERS = {
     "closed-form-tuned": Look(label="tuned", colour=style.BLACK, dash="8 3 2 3"),
     "mpc": Look(label="MPC", colour=style.PLAN, dash=""),
 }
+_DARK = {
+    "paper": "#17191c",
+    "ink": "#e2e4e8",
+    "grid": "#3a3e44",
+    "asphalt": "#2b2e33",
+    "edge": "#8d9199",
+    "marking": "#c9ccd1",
+    "obstacle": "#5b6068",
+    "black": "#f0f1f3",
+    "grey": "#a3a8af",
+    "plan": "#4aa8e0",
+}
 _OTHER_COLOURS = (style.ORANGE, style.SKY, style.VERMILION, style.GREY)
 _OTHER_DASHES = ("14 4", "3 3", "12 3 2 3 2 3", "6 2")
 
@@ -49,9 +61,12 @@ def look_of(planner: str, others: Sequence[str] = ()) -> dict[str, str]:
     return asdict(look)
 
 
-def palette() -> dict[str, str]:
-    """Colours by meaning, for the scripts."""
-    return {
+def palette(dark: bool = False) -> dict[str, str]:
+    """Colours by meaning, for the scripts; on a dark page what stands on the paper is light."""
+    light = {
+        "paper": "#ffffff",
+        "ink": "#222222",
+        "grid": "#e2e2e2",
         "asphalt": style.ASPHALT,
         "edge": style.EDGE,
         "marking": style.MARKING,
@@ -68,6 +83,7 @@ def palette() -> dict[str, str]:
         "forward": style.BLUE,
         "reverse": style.ORANGE,
     }
+    return {**light, **_DARK} if dark else light
 
 
 def script() -> str:
@@ -102,16 +118,18 @@ def page(title: str, view: str, document: Any) -> str:
 body {{ margin: 0; padding: 12px 16px; }}
 main {{ max-width: 1280px; margin: 0 auto; }}
 h1 {{ font-size: 18px; margin: 0 0 4px; overflow-wrap: anywhere; }}
-footer {{ color: #555; font-size: 12px; margin-top: 10px; }}
+footer {{ color: var(--soft); font-size: 12px; margin-top: 10px; }}
 </style>
 </head>
-<body class="mcdas">
+<body class="mcdas follows">
 <main id="view"><h1>{escape(title)}</h1></main>
 <script>
 {script()}
 </script>
 <script>
-const view = new mcdas.{view}(document.getElementById("view"), {in_script(palette())});
+const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+const look = dark ? {in_script(palette(dark=True))} : {in_script(palette())};
+const view = new mcdas.{view}(document.getElementById("view"), look);
 view.load({in_script(document)});
 const foot = mcdas.html("footer", "", document.getElementById("view"), "Charts can be dragged.");
 if (view.transport) {{

@@ -71,7 +71,7 @@
 
     word(parent, x, y, text, extra) {
       const made = shape("text", {
-        x, y, fill: "#222", "font-size": 11.5, "paint-order": "stroke", stroke: "#fff", "stroke-width": 3, "stroke-linejoin": "round", ...extra,
+        x, y, fill: this.look.ink, "font-size": 11.5, "paint-order": "stroke", stroke: this.look.paper, "stroke-width": 3, "stroke-linejoin": "round", ...extra,
       }, parent);
       made.textContent = text;
       return made;
@@ -103,7 +103,7 @@
     // { points, colour, dash, width, seconds }: a dot a second
     drawPath(one) {
       const width = one.width || 2.6;
-      this.line(one.points, { stroke: "#fff", "stroke-width": width + 2.6, opacity: 0.75 });
+      this.line(one.points, { stroke: this.look.paper, "stroke-width": width + 2.6, opacity: 0.75 });
       this.line(one.points, { stroke: one.colour, "stroke-width": width, "stroke-dasharray": one.dash || null, "stroke-linecap": one.dash ? "butt" : "round" });
       for (const point of one.seconds || []) {
         const [x, y] = this.camera.place(point);
@@ -143,7 +143,7 @@
         const u = a * Math.cos((k * Math.PI) / 16), v = b * Math.sin((k * Math.PI) / 16);
         points.push([x + c * u - s * v, y + s * u + c * v]);
       }
-      for (const [colour, width] of [["#fff", 4], [this.look.track, 1.8]]) {
+      for (const [colour, width] of [[this.look.paper, 4], [this.look.track, 1.8]]) {
         this.line(points, { stroke: colour, "stroke-width": width });
         const [px, py] = this.camera.place([x, y]);
         shape("circle", { cx: px, cy: py, r: width / 2 + 1, fill: colour }, this.moving);

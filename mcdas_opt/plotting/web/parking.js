@@ -65,7 +65,7 @@
     word(parent, pose, text) {
       const points = this.outline(pose);
       const x = points.reduce((sum, p) => sum + p[0], 0) / 4, y = points.reduce((sum, p) => sum + p[1], 0) / 4;
-      shape("text", { x, y: y + 4, "text-anchor": "middle", "font-size": 11.5, fill: "#222" }, parent).textContent = text;
+      shape("text", { x, y: y + 4, "text-anchor": "middle", "font-size": 11.5, fill: this.look.ink }, parent).textContent = text;
     }
 
     line(points, how) {

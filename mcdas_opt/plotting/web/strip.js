@@ -62,16 +62,16 @@
       clear(this.base);
       const floor = HEIGHT - BOTTOM;
       const put = (x, y, text, extra) => {
-        const made = shape("text", { x, y, "font-size": 10.5, fill: "#444", ...extra }, this.base);
+        const made = shape("text", { x, y, "font-size": 10.5, fill: look.ink, ...extra }, this.base);
         made.textContent = text;
       };
       for (const v of ticks(chart.low, chart.high, 3)) {
-        shape("path", { d: path([[LEFT, this.y(v)], [width - RIGHT, this.y(v)]]), stroke: "#e2e2e2", "stroke-width": 1 }, this.base);
+        shape("path", { d: path([[LEFT, this.y(v)], [width - RIGHT, this.y(v)]]), stroke: look.grid, "stroke-width": 1 }, this.base);
         put(LEFT - 5, this.y(v) + 3.5, brief(v), { "text-anchor": "end" });
       }
       for (const t of ticks(0, chart.duration, Math.min(5, Math.floor(width / 55)))) {
-        put(this.x(t), HEIGHT - 5, `${brief(t)} s`, { "text-anchor": "middle" });
-        shape("path", { d: path([[this.x(t), floor], [this.x(t), floor + 3]]), stroke: "#999", "stroke-width": 1 }, this.base);
+        put(Math.min(this.x(t), width - 13), HEIGHT - 5, `${brief(t)} s`, { "text-anchor": "middle" });
+        shape("path", { d: path([[this.x(t), floor], [this.x(t), floor + 3]]), stroke: look.grey, "stroke-width": 1 }, this.base);
       }
       for (const line of chart.lines) {
         const points = [];
@@ -90,7 +90,7 @@
         if (most > 0) {
           const up = line.v[where] > chart.high, px = Math.min(this.x(line.t[where]) + 6, width - 40);
           put(px, up ? TOP + 9 : floor - 3, `${up ? "▲" : "▼"} ${brief(line.v[where])}`, {
-            fill: line.colour, "font-weight": 600, "paint-order": "stroke", stroke: "#fff", "stroke-width": 3,
+            fill: line.colour, "font-weight": 600, "paint-order": "stroke", stroke: look.paper, "stroke-width": 3,
           });
         }
       }
@@ -100,7 +100,7 @@
         shape("path", { d: path([[LEFT, y], [width - RIGHT, y]]), stroke: colour, "stroke-width": 1.3, "stroke-dasharray": "6 4" }, this.base);
         const left = this.room(value, 0.0) > this.room(value, 0.75);
         put(left ? LEFT + 3 : width - RIGHT - 2, y < 22 ? y + 11 : y - 3, word, {
-          "text-anchor": left ? "start" : "end", fill: colour, "font-size": 10, "paint-order": "stroke", stroke: "#fff", "stroke-width": 3,
+          "text-anchor": left ? "start" : "end", fill: colour, "font-size": 10, "paint-order": "stroke", stroke: look.paper, "stroke-width": 3,
         });
       }
       if (this.time !== undefined) this.mark(this.time);
