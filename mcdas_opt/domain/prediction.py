@@ -163,12 +163,6 @@ class AnsweringBody(_OtherMotion):
             speed_d_mps=free.speed_d_mps,
         )
 
-    def margin_along_m(self, t_s: Any) -> Array:
-        return self.body.margin_along_m(t_s)
-
-    def margin_across_m(self, t_s: Any) -> Array:
-        return self.body.margin_across_m(t_s)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prediction:

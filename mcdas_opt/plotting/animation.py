@@ -14,7 +14,6 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.bands import STATUSES
 from mcdas_opt.plotting.birdseye import BirdsEye, legend_handles
-from mcdas_opt.plotting.export import check_picture
 from mcdas_opt.plotting.moments import Moment, View, moment_at, moments, view_of
 from mcdas_opt.plotting.strips import StripChart, mark_times, strips_of
 from mcdas_opt.plotting.time_to_react_strip import TimeToReactStrip, has_escapes
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from PIL.Image import Image
 
-SUFFIXES = (".gif", ".png")
 MOST_FRAMES = 100
 _WIDTH_IN, _DPI = 9.6, 100
 _LAST_FRAME_MS = 2000
@@ -34,8 +32,8 @@ _STRIP_IN = 1.35  # of height, for the times to react over the drive
 
 
 def save(simulation: Simulation, path: str | Path) -> Path:
-    """Writes the drive as an animation (.gif) or a sheet of moments (.png). Raises `InputError` for another suffix."""
-    target = check_picture(Path(path), SUFFIXES)
+    """Writes the drive as an animation (.gif) or a sheet of moments (.png)."""
+    target = Path(path)
     if target.suffix.lower() == ".png":
         return style.save_png(sheet(simulation), target, dpi=130)
     scenes = moments(simulation, at_most=MOST_FRAMES)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -9,13 +10,12 @@ from matplotlib.figure import Figure
 
 
 class Sheet(Figure):
-    """On the Agg canvas; nobody has to show it."""
+    """On the Agg canvas; nobody has to show it. `to_png` makes a PNG of a figure."""
 
-    def __init__(self, **how: Any) -> None:
+    def __init__(self, to_png: Callable[[Figure], bytes], **how: Any) -> None:
         super().__init__(**how)
+        self._to_png = to_png
         FigureCanvasAgg(self)
 
     def _repr_png_(self) -> bytes:
-        from mcdas_opt.plotting.style import png_bytes
-
-        return png_bytes(self)
+        return self._to_png(self)

@@ -60,7 +60,7 @@ def figure(width_in: float, height_in: float) -> Figure:
     """An empty figure on the Agg canvas, laid out by constraints. Call it inside `styled()`."""
     from mcdas_opt.plotting.sheet import Sheet
 
-    return Sheet(figsize=(width_in, height_in), layout="constrained")
+    return Sheet(png_bytes, figsize=(width_in, height_in), layout="constrained")
 
 
 def save_png(fig: Figure, path: Path, dpi: int = 150) -> Path:

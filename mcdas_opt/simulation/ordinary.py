@@ -14,7 +14,6 @@ import numpy as np
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.dynamics.car_following import iso_15622_limits
 from mcdas_opt.simulation.record import Simulation
 
@@ -261,8 +260,3 @@ def instants_of(drive: Simulation, step_s: float = _STEP_S) -> tuple[Instant, ..
     host = track("host", x.s_m, x.d_m, x.speed_mps, car.length_m, car.width_m)
     others = [track(one.name, one.s_m, one.d_m, one.speed_mps, one.length_m, one.width_m) for one in drive.neighbours]
     return tuple(instant(float(now), host[k], (one[k] for one in others)) for k, now in enumerate(t))
-
-
-def fallback_cycles(drive: Simulation) -> int:
-    """Cycles that the fallback answered, the least severe included."""
-    return sum(cycle.plan.status is not Status.PLANNED for cycle in drive.cycles)

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.rules import Array
@@ -95,9 +96,35 @@ class Design(Result):
         return {name: [attrgetter(name)(row) for row in self.constraints] for name in names}
 
     def as_text(self, suffix: str) -> str | None:
-        from mcdas_opt.tuning.design_file import design_text
+        return self.to_toml() if suffix == ".toml" else Result.as_text(self, suffix)
 
-        return design_text(self) if suffix == ".toml" else Result.as_text(self, suffix)
+    def to_toml(self) -> str:
+        """The TOML: `sigmoid` is what `plan --params` takes, the rest says where it comes from."""
+        from importlib.metadata import version
+
+        request = to_document(self.request)
+        vehicle = request.pop("vehicle")["name"]
+        facts = ("objective", "value", "unit", "length_m", "end_m", "duration_s", "speed_mps", "active")
+        document: dict[str, Any] = {
+            "sigmoid": {
+                "a_per_m": self.a_per_m,
+                "b": self.b,
+                "y_max_m": self.y_max_m,
+                "offset_m": self.offset_m,
+                "side": self.side.value,
+                "lateral_acceleration_mps2": next(c.limit for c in self.constraints if c.name == "lateral acceleration"),
+            },
+            "design": {key: to_document(attrgetter(key)(self)) for key in facts},
+            "provenance": {
+                "made_by": f"mcdas-opt {version('mcdas-opt')} tune",
+                "method": self.method,
+                "evaluations": self.evaluations,
+                "vehicle": vehicle,
+                **{f"request_{key}": value for key, value in request.items() if key != "objective"},
+            },
+            "constraint": [to_document(row) for row in self.constraints],
+        }
+        return toml_text(document)
 
 
 def design(request: DesignRequest) -> Design:

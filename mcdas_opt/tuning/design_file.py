@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from mcdas_opt.catalogue.toml_text import toml_text
-from mcdas_opt.domain.document import to_document
 from mcdas_opt.errors import InputError
 from mcdas_opt.tuning.design import Design
 
@@ -28,42 +25,13 @@ def write_design(design: Design, out: Path) -> tuple[Path, Path]:
     """Writes `out`'s stem as .toml and as .png; returns both."""
     parameters, picture = check_out(out).with_suffix(".toml"), out.with_suffix(".png")
     try:
-        parameters.write_text(design_text(design), encoding="utf-8")
+        parameters.write_text(design.to_toml(), encoding="utf-8")
         from mcdas_opt.plotting.style import save_png
 
         save_png(sheet(design), picture, dpi=120)
     except OSError as error:
         raise InputError(out, "", None, f"cannot be written: {error.strerror}") from None
     return parameters, picture
-
-
-def design_text(design: Design) -> str:
-    """The TOML: `sigmoid` is what `plan --params` takes, the rest says where it comes from."""
-    from importlib.metadata import version
-
-    request = to_document(design.request)
-    vehicle = request.pop("vehicle")["name"]
-    facts = ("objective", "value", "unit", "length_m", "end_m", "duration_s", "speed_mps", "active")
-    document: dict[str, Any] = {
-        "sigmoid": {
-            "a_per_m": design.a_per_m,
-            "b": design.b,
-            "y_max_m": design.y_max_m,
-            "offset_m": design.offset_m,
-            "side": design.side.value,
-            "lateral_acceleration_mps2": next(c.limit for c in design.constraints if c.name == "lateral acceleration"),
-        },
-        "design": {key: to_document(attrgetter(key)(design)) for key in facts},
-        "provenance": {
-            "made_by": f"mcdas-opt {version('mcdas-opt')} tune",
-            "method": design.method,
-            "evaluations": design.evaluations,
-            "vehicle": vehicle,
-            **{f"request_{key}": value for key, value in request.items() if key != "objective"},
-        },
-        "constraint": [to_document(row) for row in design.constraints],
-    }
-    return toml_text(document)
 
 
 def sheet(design: Design) -> Figure:

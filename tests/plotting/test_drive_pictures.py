@@ -18,9 +18,9 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.plotting import style
-from mcdas_opt.plotting.animation import MOST_FRAMES, SUFFIXES, frames, outcome_words, save, sheet
+from mcdas_opt.plotting.animation import MOST_FRAMES, frames, outcome_words, save, sheet
 from mcdas_opt.plotting.birdseye import Camera, ellipse
-from mcdas_opt.plotting.export import check_picture
+from mcdas_opt.plotting.export import MOVING, check_picture
 from mcdas_opt.plotting.moments import moment_at, moments, view_of
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.record import Simulation
@@ -167,5 +167,5 @@ def test_an_empty_curved_road_is_drawn_up_to_its_end(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["drive.mp4", "drive", "no/such/folder.gif"])
 def test_other_suffixes_and_missing_folders_are_refused(name: str, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"\.gif or \.png|no such folder"):
-        check_picture(tmp_path / name, SUFFIXES)
+    with pytest.raises(InputError, match=r"\.png or \.html|no such folder"):
+        check_picture(tmp_path / name, MOVING)
