@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from dataclasses import fields
 from enum import StrEnum
 from functools import cache
 from operator import attrgetter
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mcdas_opt.errors import ParameterError
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 Array = NDArray[np.float64]
 Rule = Callable[[str, float, str], float]
@@ -47,6 +51,15 @@ def require(record: object, rule: Rule, *names: str, of: str = "") -> None:
     """Every named field of a record keeps the rule; `of` is the key under which the record stands."""
     for name in names:
         rule(f"{of}.{name}" if of else name, attrgetter(name)(record), unit_of(name))
+
+
+def require_every(record: DataclassInstance, rule: Rule) -> None:
+    """Every real number among a record's fields keeps the rule; every whole number is at least 0."""
+    for field in fields(record):
+        if field.type == "float":
+            require(record, rule, field.name)
+        elif field.type == "int":
+            whole(field.name, attrgetter(field.name)(record))
 
 
 def as_floats(record: object, names: tuple[str, ...]) -> None:

@@ -14,6 +14,7 @@ from mcdas_opt.domain.rules import (
     Array,
     as_floats,
     covariance,
+    non_negative,
     positive,
     require_type,
     true_or_false,
@@ -65,6 +66,7 @@ class Track:
         within("acceleration_s_mps2", self.acceleration_s_mps2, -HARDEST_MPS2, HARDEST_MPS2, "m/s^2")
         if self.acceleration_s_sd_mps2 is not None:
             within("acceleration_s_sd_mps2", self.acceleration_s_sd_mps2, 0.0, HARDEST_MPS2, "m/s^2")
+        non_negative("age_s", self.age_s, "s")
         positive("length_m", self.length_m, "m")
         positive("width_m", self.width_m, "m")
         if max(self.length_m, self.width_m) > LONGEST_M:

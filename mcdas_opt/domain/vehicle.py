@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from operator import attrgetter
 
 from mcdas_opt.domain.actuator_response import ActuatorResponse
 from mcdas_opt.domain.rules import negative, non_negative, positive, require, within, word
@@ -11,6 +12,15 @@ from mcdas_opt.errors import ParameterError
 
 GRAVITY_MPS2 = 9.80665
 _IMMEDIATE = ActuatorResponse()
+_OPEN = (  # may stay open
+    "mass_kg",
+    "yaw_inertia_kgm2",
+    "cog_to_front_axle_m",
+    "cornering_stiffness_front_nprad",
+    "cornering_stiffness_rear_nprad",
+    "axle_load_front_kg",
+    "axle_load_rear_kg",
+)
 _LOADS_AGREE = 0.01  # of the mass, of the wheelbase: figures of data sheets are rounded
 
 
@@ -63,6 +73,9 @@ class Vehicle:
         require(self, positive, "steering_rate_max_radps", "acceleration_max_mps2", "jerk_max_mps3", "speed_max_mps")
         require(self, negative, "acceleration_min_mps2", "jerk_min_mps3")
         non_negative("zero_sideslip_point_m", self.zero_sideslip_point_m, "m")
+        require(self, positive, *(name for name in _OPEN if attrgetter(name)(self) is not None))
+        if self.cog_height_m is not None:
+            non_negative("cog_height_m", self.cog_height_m, "m")
         object.__setattr__(self, "driven_axle", word("driven_axle", self.driven_axle, DrivenAxle))
         self._check_loads()
 
@@ -73,7 +86,6 @@ class Vehicle:
                 if value is not None:
                     raise ParameterError(name, value, "says nothing without the other axle's load", "kg")
             return
-        require(self, positive, "axle_load_front_kg", "axle_load_rear_kg")
         total = sum(loads)
         if self.mass_kg is not None and abs(total - self.mass_kg) > _LOADS_AGREE * self.mass_kg:
             rule = f"and axle_load_rear_kg = {loads[1]:g} kg must add up to mass_kg = {self.mass_kg:g}"

@@ -9,7 +9,7 @@ import numpy as np
 
 from mcdas_opt.baselines.competent_driver import BRAKING_MPS2, JERK_MPS3, REACTION_S, RELEASE_MPS2
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
-from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.rules import Array, non_negative, require_every
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.record import Outcome
 
@@ -33,6 +33,9 @@ class BrakingLead:
     braking_spread: float = 0.35
     faster_mps: float = 0.0
     faster_spread_mps: float = 1.0
+
+    def __post_init__(self) -> None:
+        require_every(self, non_negative)
 
     def drawn(self, u: Array) -> tuple[Array, Array, Array, Array]:
         """Speed of the host, of the lead, the gap between them and the lead's deceleration (n,), from normals (n, 4)."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.rules import Array, positive, require_every
 from mcdas_opt.evaluation import published
 from mcdas_opt.plotting.tracking_bands import TrackingBands
 from mcdas_opt.tracking.paired_filter import PairedFilter, paired_process_noise
@@ -27,6 +27,9 @@ class TrackingChoices:
     position_sd_m: tuple[float, float] = (0.25, 0.1)  # R and the positions of P0: along, across
     speed_sd_mps: tuple[float, float] = (0.5, 0.2)  # P0: along, across
     acceleration_sd_mps2: tuple[float, float] = (0.1, 0.05)  # Q: white-noise acceleration along, across
+
+    def __post_init__(self) -> None:
+        require_every(self, positive)
 
     def in_words(self) -> str:
         (rx, ry), (px, py), (qx, qy) = self.position_sd_m, self.speed_sd_mps, self.acceleration_sd_mps2

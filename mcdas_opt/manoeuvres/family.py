@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import Array, positive, require
+from mcdas_opt.domain.rules import Array, non_negative, positive, require, require_every
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.geometry.edges import beyond_edges
 from mcdas_opt.manoeuvres.clearance import Clearance, Margins, clearance
@@ -133,6 +133,9 @@ class Scoring:
 
     margins: Margins = field(default_factory=Margins)
     clear_m: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_every(self, non_negative)
 
 
 def score(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
+from operator import attrgetter
 from typing import Any
 
 from mcdas_opt.domain.rules import finite
-from mcdas_opt.domain.settings import SelectorSettings, Settings, SigmoidSettings
+from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.ocp.lane_mpc import default_weights
@@ -15,7 +16,8 @@ from mcdas_opt.planning.cost import CostWeights
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.solver_settings import SolverSettings
 
-_GROUPS: dict[str, Any] = {"sigmoid": SigmoidSettings(), "selector": SelectorSettings(), "stage": SolverSettings(), "cost": CostWeights()}
+_OF_SETTINGS = ("sigmoid", "selector", "headway", "comfort", "manners", "safe_end", "warning")
+_GROUPS: dict[str, Any] = {name: attrgetter(name)(Settings()) for name in _OF_SETTINGS} | {"stage": SolverSettings(), "cost": CostWeights()}
 _RENAMED = {f"worth.{field.name}": f"cost.{field.name}" for field in fields(CostWeights)} | {  # as older files have them
     "worth.waiting": "cost.delayed",
     "worth.needless": "cost.unneeded_lane_change",
@@ -68,5 +70,5 @@ def adjusted(values: Mapping[str, float]) -> Adjusted:
     if groups["weight"]:
         weights = default_weights() | {f"weight_{key}": value for key, value in groups["weight"].items()}
         made["stage"] = replace(made["stage"], weights=tuple(weights.items()))
-    settings = Settings(sigmoid=made["sigmoid"], selector=made["selector"])
+    settings = Settings(**{name: made[name] for name in _OF_SETTINGS})
     return Adjusted(settings=settings, solver=made["stage"], weights=made["cost"])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.rules import Array, non_negative, require_every
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
@@ -37,6 +37,9 @@ class CostWeights:
     persistence: float = 0.5  # factor on what was chosen before
     replanning_ratio: float = 1.25  # the active manoeuvre goes on alone up to so many times its cost when candidates were last compared
     notable: float = 0.04  # where nothing threatens, what is driven without an optimiser must be cheaper by so much
+
+    def __post_init__(self) -> None:
+        require_every(self, non_negative)
 
 
 def trajectory_cost(trajectory: Trajectory, cycle: Cycle, weights: CostWeights) -> float:

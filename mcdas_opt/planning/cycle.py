@@ -20,7 +20,7 @@ from mcdas_opt.planning.deadline import Deadline, Stage
 from mcdas_opt.planning.headway import INTRUSION_M, ORDINARY_MPS2
 from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, lane_choice, neighbours_in, presses
 from mcdas_opt.planning.manoeuvre import Manoeuvre
-from mcdas_opt.planning.memory import Memory, PreviousPlan
+from mcdas_opt.planning.memory import Memory, PreviousPlan, ReportedMode
 from mcdas_opt.planning.reach import in_reach_ever
 from mcdas_opt.planning.required_lane import LEAST_SHARE, RequiredLane, required_lane
 from mcdas_opt.situation.assess import assess
@@ -101,8 +101,8 @@ class Cycle:
         """A plan of this cycle in the place and time of the situation as it was given, with what is doubted of that."""
         return replace(plan, trajectory=plan.trajectory.seen_from(-self.origin_m), time_s=self.given.time_s, doubts=self.doubts)
 
-    def remember(self, plan: Plan) -> Memory:
-        """What a plan of this cycle means for the next one: the method's own part, and what holds for all of them."""
+    def remember(self, plan: Plan, reported: ReportedMode | None = None) -> Memory:
+        """What a plan of this cycle, reported so, means for the next one: the method's own part, and what holds for all of them."""
         return replace(
             plan.memory if isinstance(plan.memory, Memory) else Memory(),
             situation=self.given,
@@ -111,6 +111,7 @@ class Cycle:
             previous=PreviousPlan.of(plan),
             side=plan.side,
             alert=plan.alert,
+            reported=reported,
             deficits=self.deficits,
             tracks=self.told,
             supposed=self.supposed,

@@ -74,6 +74,7 @@ class AskedMethod:
     def __init__(self, name: str, method: Method, deadline_s: float | None = None) -> None:
         self.name, self.method, self.deadline_s = name, method, deadline_s
         self.previous: Plan | None = None
+        self._of_cycles = method if isinstance(method, CycleMethod) else None
 
     @property
     def has_ladder(self) -> bool:
@@ -105,8 +106,8 @@ class AskedMethod:
 
     def _answer(self, cycle: Cycle) -> Plan | NothingPasses:
         """One that does not know cycles plans in the place and time that were given."""
-        if isinstance(self.method, CycleMethod):
-            return self.method.answer(cycle)
+        if self._of_cycles is not None:
+            return self._of_cycles.answer(cycle)
         answer = self.method.plan(cycle.believed, None if cycle.memory.is_empty else self.previous)
         if isinstance(answer, Plan):
             return replace(answer, trajectory=answer.trajectory.seen_from(cycle.origin_m))

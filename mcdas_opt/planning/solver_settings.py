@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from mcdas_opt.domain.rules import non_negative, require_every, whole, within
 from mcdas_opt.errors import ParameterError
 
 
@@ -38,3 +39,9 @@ class SolverSettings:
         ):
             if given not in known:
                 raise ParameterError(name, given, f"must be {' or '.join(known)}")
+        require_every(self, non_negative)
+        within("friction_share", self.friction_share, 0.1, 1.0)
+        for count in self.slots:
+            whole("slots", count, least=1)
+        for name, weight in self.weights or ():
+            non_negative(name, weight)

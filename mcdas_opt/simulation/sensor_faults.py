@@ -11,7 +11,7 @@ import numpy as np
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import BodyDetection, RadarDetection, Scan
-from mcdas_opt.domain.rules import finite, non_negative, require, within
+from mcdas_opt.domain.rules import finite, non_negative, require, whole, within
 from mcdas_opt.domain.sensor import Sensor
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import ParameterError
@@ -43,7 +43,7 @@ class SensorFaults:
     host_yaw_rate_radps: float = 0.0
 
     def __post_init__(self) -> None:
-        if not 1 <= self.reflections <= _MOST_REFLECTIONS:
+        if not 1 <= whole("reflections", self.reflections) <= _MOST_REFLECTIONS:
             raise ParameterError("reflections", self.reflections, f"must be a whole number from 1 to {_MOST_REFLECTIONS}")
         for name, value in (("duplicates", self.duplicates), ("ghosts", self.ghosts), ("missed", self.missed), ("dropouts", self.dropouts)):
             within(name, value, 0.0, 1.0)

@@ -14,12 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csc_matrix
 
-from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.rules import Array, positive, require_every
 from mcdas_opt.solvers.linearisation import Linearisation, Linearised
 from mcdas_opt.solvers.outcome import Ending, Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess, StageProblem
 
 _UNBOUNDED = 1e20
+_STEP_TOLERANCE = 1e-3  # of the scaled variables
+_RHO = 0.1  # penalty that a solve begins with
 Index = NDArray[np.int64]
 
 
@@ -29,8 +31,9 @@ class OsqpSettings:
 
     tolerance: float = 1e-4
     qp_iterations: int = 300
-    step_tolerance: float = 1e-3
-    rho: float = 0.1
+
+    def __post_init__(self) -> None:
+        require_every(self, positive)
 
 
 class OsqpEngine:
@@ -51,7 +54,7 @@ class OsqpEngine:
         y = guess.multipliers if guess.multipliers.size == pattern.rows else np.zeros(pattern.rows)
         inner = 0
         if self._solver is not None:  # what the step size adapted to in another problem must not colour this one
-            self._solver.update_settings(rho=self.settings.rho)
+            self._solver.update_settings(rho=_RHO)
         ending, message = Ending.LIMIT, ""
         done = 0
         for done in range(1, iterations + 1):
@@ -81,7 +84,7 @@ class OsqpEngine:
             step = max(float(np.abs((x_new - x) / self.problem.x_scale).max()), float(np.abs((u_new - u) / self.problem.u_scale).max()))
             x, u, s = x_new, u_new, s_new
             x[0] = x0
-            if step < self.settings.step_tolerance * 10.0 and status == 1:
+            if step < _STEP_TOLERANCE * 10.0 and status == 1:
                 ending = Ending.CONVERGED
                 break
             message = f"last step {step:.2g}"
@@ -120,7 +123,7 @@ class OsqpEngine:
                         eps_abs=self.settings.tolerance,
                         eps_rel=self.settings.tolerance,
                         max_iter=self.settings.qp_iterations,
-                        rho=self.settings.rho,
+                        rho=_RHO,
                         check_termination=10,
                         adaptive_rho_interval=25,
                         adaptive_rho_tolerance=2.0,

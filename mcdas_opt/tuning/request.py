@@ -83,6 +83,9 @@ class DesignRequest:
         for name, given in (("length_max_m", self.length_max_m), ("front_gap_m", self.front_gap_m), ("rear_gap_m", self.rear_gap_m)):
             if given is not None:
                 positive(name, given, "m")
+        for name, given in (("front_speed_mps", self.front_speed_mps), ("rear_speed_mps", self.rear_speed_mps)):
+            if given is not None:
+                finite(name, given, "m/s")
         low, high = self._ordered("a_bounds_per_m", self.a_bounds_per_m, "1/m")
         if high >= 0.0:
             raise ParameterError("a_bounds_per_m", self.a_bounds_per_m, "a is less than 0", "1/m")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from mcdas_opt.domain.rules import positive, require
+from mcdas_opt.domain.rules import positive, require, whole
 from mcdas_opt.tuning.search_space import SPACE, Range
 
 
@@ -27,3 +27,4 @@ class StudyOptions:
 
     def __post_init__(self) -> None:
         require(self, positive, "scenes", "held_out", "workers", "speed_mps")
+        whole("seed", self.seed)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from mcdas_opt.domain.rules import non_negative, require_every
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tolerances:
@@ -38,6 +40,9 @@ class Tolerances:
     longest_step_s: float = 0.1
     step_rounding_s: float = 1e-6
     largest_number: float = 1e5  # no column of a trajectory reaches it, and nothing below it overflows
+
+    def __post_init__(self) -> None:
+        require_every(self, non_negative)
 
 
 CONTRACT = Tolerances()

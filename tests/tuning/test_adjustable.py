@@ -18,8 +18,8 @@ from mcdas_opt.planning.parameter_files import planner_with
 
 def test_defaults_are_the_settings_that_there_are() -> None:
     made = adjusted({})
-    assert made.settings.sigmoid == Settings().sigmoid
-    assert made.settings.selector == Settings().selector
+    for group in ("sigmoid", "selector", "headway", "comfort", "manners", "safe_end", "warning"):
+        assert getattr(made.settings, group) == getattr(Settings(), group)
     assert made.solver.weights is None
     again = adjusted({name: value for name, value in defaults().items() if not name.startswith("weight.")})
     assert again.weights == made.weights
@@ -47,11 +47,14 @@ def test_free_weights_at_their_defaults_are_the_built_in_ones_and_scale_the_squa
 
 def test_files_of_values_are_for_the_mpc_and_told_their_faults(tmp_path: Path) -> None:
     file = tmp_path / "values.toml"
-    file.write_text('[values]\n"cost.nearness" = 4.0\n"worth.waiting" = 1.0\n"selector.hysteresis" = 1.6\n', encoding="utf-8")
+    file.write_text(
+        '[values]\n"cost.nearness" = 4.0\n"worth.waiting" = 1.0\n"selector.hysteresis" = 1.6\n"comfort.share" = 0.5\n', encoding="utf-8"
+    )
     planner = planner_with(file, Vehicle(), "mpc")
     assert planner.name == "mpc"
     assert isinstance(planner.method, MpcMethod)
     assert (planner.method.weights.nearness, planner.method.weights.delayed) == (4.0, 1.0)  # the second as older files name it
+    assert planner.settings.comfort.share == 0.5
     assert planner.settings.selector.ttc_clear_s == pytest.approx(1.6 * planner.settings.selector.ttc_threat_s)
     with pytest.raises(InputError, match="does not take them"):
         planner_with(file, Vehicle(), "closed-form-corrected")

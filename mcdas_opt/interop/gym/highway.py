@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mcdas_opt.domain.rules import positive, require
+from mcdas_opt.domain.rules import positive, require, whole
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.errors import MissingExtraError, ParameterError
@@ -32,6 +32,7 @@ class EpisodeSettings:
 
     def __post_init__(self) -> None:
         require(self, positive, "duration_s", "vehicles")
+        whole("frequency_hz", self.frequency_hz, least=1)
         if self.frequency_hz % round(1.0 / CYCLE_S):
             raise ParameterError("frequency_hz", self.frequency_hz, f"must be a multiple of {1.0 / CYCLE_S:g}", "Hz")
 
