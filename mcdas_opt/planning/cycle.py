@@ -13,7 +13,7 @@ from mcdas_opt.domain.rules import FARTHEST_M
 from mcdas_opt.domain.settings import HeadwaySettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
-from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
 from mcdas_opt.planning.deadline import Deadline, Stage
@@ -31,6 +31,8 @@ _IN_TRAFFIC_M = 0.5 * FARTHEST_M  # who is farther away is not in traffic, and c
 _STANDING_GAP_M = 2.0
 _BRAKING_MPS2 = 0.5  # who brakes by less may as well hold its speed
 _STOPPING_MPS2 = 2.5
+_CLEARLY = 1.5  # standard deviations
+_LIMIT_SHARE = 0.8  # of what tyres and brakes give is nearly all of it
 _STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side
 
 
@@ -171,6 +173,23 @@ class Cycle:
         """Nothing threatens but a front car for which gentle braking is enough."""
         assessment = self.assessment
         return not assessment.threatened or (Sector.REAR not in assessment.threats and self.brakes_gently)
+
+    @property
+    def brakes_to_the_limit(self) -> bool:
+        """The front car brakes so that stopping behind it, begun now, takes nearly all that tyres and brakes give (the distance of
+        Responsibility-Sensitive Safety, Shalev-Shwartz et al. 2017, with its braking as it is); and nobody closes in from behind."""
+        situation, assessment, safe_end = self.situation, self.assessment, self.settings.safe_end
+        front = next((track for track in situation.tracks if track.id == assessment.front_id), None)
+        if front is None or self.is_pressed or front.acceleration_s_sd_mps2 is None:
+            return False
+        braking = -front.acceleration_s_mps2
+        if braking < max(_BRAKING_MPS2, _CLEARLY * front.acceleration_s_sd_mps2):
+            return False
+        grip = situation.road.friction * GRAVITY_MPS2
+        most = _LIMIT_SHARE * safe_end.braking_share * min(-self.vehicle.acceleration_min_mps2, grip)
+        v, its = situation.host.speed_mps, max(front.speed_s_mps, 0.0)
+        room = assessment.front_gap_m - _STANDING_GAP_M - safe_end.response_s * v + its * its / (2.0 * min(braking, grip))
+        return v > its and v * v > 2.0 * most * room
 
     @property
     def brakes_gently(self) -> bool:

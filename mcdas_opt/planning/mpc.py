@@ -19,6 +19,7 @@ from mcdas_opt.planning.fallback import NothingPasses
 from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
 from mcdas_opt.planning.memory import Memory, carried
 from mcdas_opt.planning.order import SEARCH
+from mcdas_opt.planning.proposals import STOP_IN_LANE
 from mcdas_opt.planning.reason import reason
 from mcdas_opt.planning.search import Found, Search, Solvers, run
 from mcdas_opt.planning.solver_settings import SolverSettings
@@ -96,7 +97,8 @@ class MpcMethod:
             warning=cycle.assessment.threatened and proposed.side is not Side.NONE,
             reason=reason(cycle.assessment, best, account.rows, is_comparison=found.is_comparison)
             + _lane_change(best, cycle)
-            + _haste(best, cycle),
+            + _haste(best, cycle)
+            + _stop(best, cycle),
             chosen=proposed.name,
             verdict=best.continuation.verdict,
             prediction=cycle.prediction.name,
@@ -135,6 +137,12 @@ def _lane_change(best: Ended, cycle: Cycle) -> str:
     else:
         why = "past who is slower" if proposed.side is cycle.settings.manners.inside else "where it keeps to"
     return f"; changes lanes to the {proposed.side.value}, {why}"
+
+
+def _stop(best: Ended, cycle: Cycle) -> str:
+    """Said of braking that somebody's braking ahead asks for, though nobody comes near."""
+    stops = best.proposed.name == STOP_IN_LANE and cycle.is_ordinary and cycle.brakes_to_the_limit
+    return f"; {cycle.assessment.front_id} brakes about as hard as the road allows" if stops else ""
 
 
 def _haste(best: Ended, cycle: Cycle) -> str:

@@ -24,6 +24,7 @@ from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.required_lane import Gap, RequiredLane, next_ahead
 from mcdas_opt.reference.offset_path import OffsetPath, corrected
 
+STOP_IN_LANE = "brake"
 _STEERABLE_MPS = 0.5
 _BODY_ROOM_M = 0.25  # from the body's flank to the road's edge, for the targets of steering
 
@@ -49,6 +50,11 @@ def keep_lane(cycle: Cycle, mode: Mode, towards: Gap | None = None) -> Proposed:
     wanted = 0.0 if mode is Mode.PARK else wanted
     goal, speeds = comfortable_speed(cycle, wanted, path.target_d_m, towards.ahead if towards is not None and towards.is_slower else None)
     return Proposed(name="keep", mode=mode, side=Side.NONE, path=path, speed_mps=goal, speeds_mps=speeds, is_comfortable=True)
+
+
+def stop_in_lane(cycle: Cycle) -> Proposed:
+    """Behind somebody who brakes as hard as the road allows: as hard as he."""
+    return Proposed(name=STOP_IN_LANE, mode=Mode.BRAKE, side=Side.NONE, path=keep_path(cycle.situation), speed_mps=0.0)
 
 
 def go_on(active: Manoeuvre) -> Proposed:

@@ -197,3 +197,17 @@ def test_the_speed_limit_binds_idm_mobil_too() -> None:
     limited = replace(ROAD, speed_limit_mps=20.0)
     drive = Follow(Planner(method="idm-mobil"), 18.0, None, 33.0, limited).drive(20.0)
     assert 19.0 <= max(host.speed_mps for host in drive.hosts) <= 20.05
+
+
+@pytest.mark.parametrize(("friction", "braking_mps2", "hard"), [(0.31, 3.0, True), (0.31, 1.0, False), (0.9, 3.0, False)])
+def test_who_follows_somebody_that_brakes_as_hard_as_the_road_allows_does_so_at_once(
+    planner: Planner, friction: float, braking_mps2: float, hard: bool
+) -> None:
+    """At 39 m/s, 1.27 s behind: nobody comes near for 5 s, and gentle braking would be too little."""
+    planner.reset()
+    ahead = replace(leader(54.3, 37.9, -braking_mps2), acceleration_s_sd_mps2=1.19)
+    road = replace(ROAD, friction=friction)
+    plan = planner.plan(Situation(host=HostState(speed_mps=39.4), tracks=(ahead,), road=road, desired_speed_mps=45.0))
+    assert plan.status is Status.PLANNED
+    assert (float(plan.trajectory.acceleration_mps2[:15].min()) < -0.9 * friction * 9.81) is hard
+    assert plan.reason.endswith("brakes about as hard as the road allows") is hard

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.planning.candidate import Costed
 from mcdas_opt.planning.choice import Round
-from mcdas_opt.planning.proposals import change_lanes, change_to_required, go_on_unpressed, keep_lane
+from mcdas_opt.planning.proposals import change_lanes, change_to_required, go_on_unpressed, keep_lane, stop_in_lane
 from mcdas_opt.planning.required_lane import best_gap
 from mcdas_opt.planning.search import Search
 
@@ -21,6 +21,8 @@ def lane_keeping(search: Search) -> Iterator[Round]:
     if cycle.active is not None and not cycle.is_withdrawn:
         yield Round(competing=search.solve((go_on_unpressed(cycle, cycle.active),)), is_comparison=False)
         return
+    if cycle.brakes_to_the_limit:
+        yield Round(competing=search.solve((stop_in_lane(cycle),)), is_comparison=False)
     required, gap = cycle.required_lane, None
     if required is None:
         change = change_lanes(cycle)
