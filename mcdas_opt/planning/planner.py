@@ -67,7 +67,6 @@ class Planner:
         self._asked = AskedMethod(name or (method if isinstance(method, str) else type(method).__name__), built, deadline_s)
         self.sensing = Sensing(self.vehicle, road or Road())
         self.memory = Memory()
-        self._destination: Destination | None = None
         self._one_thread = OneThread()
 
     @property
@@ -114,9 +113,8 @@ class Planner:
 
     def set_destination(self, destination: Destination | None) -> None:
         """Where `step` is to go from now on; None: along the road. Whoever asks `plan` says it in the situation."""
-        if destination is not None:
-            require_type("destination", destination, Destination)
-        self._destination = destination
+        require_type_if_given("destination", destination, Destination)
+        self.sensing.destination = destination
 
     def reset(self) -> None:
         """Forgets tracks and the last plan."""
@@ -206,5 +204,6 @@ class Planner:
         require_type_if_given("road", road, Road)
         with self._one_thread.inside():
             believed, _ = self.sensing.believed(host, now, road, self.previous)
-            seen = self.sensing.situation(measurements, believed, now, road=road, desired_speed_mps=desired_speed_mps, request=request)
-            return self.plan(seen if self._destination is None else replace(seen, destination=self._destination))
+            return self.plan(
+                self.sensing.situation(measurements, believed, now, road=road, desired_speed_mps=desired_speed_mps, request=request)
+            )

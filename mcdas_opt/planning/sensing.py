@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.domain.plan import Plan
@@ -18,10 +19,12 @@ from mcdas_opt.tracking.tracker import Tracker
 
 
 class Sensing:
-    """Remembers tracks, poses and the host's last state between cycles. `road` is what the car drives on unless a cycle is told another."""
+    """Remembers tracks, poses and the host's last state between cycles. `road` is what the car drives on unless a cycle is told another,
+    `destination` where it is to go; None: along the road."""
 
     def __init__(self, vehicle: Vehicle, road: Road) -> None:
         self.road = road
+        self.destination: Destination | None = None
         self.tracker = Tracker(vehicle=vehicle)
         self._poses = PoseHistory()
         self._host_plausibility = HostPlausibility()
@@ -67,4 +70,5 @@ class Sensing:
             vehicle=self.tracker.vehicle.name,
             desired_speed_mps=desired_speed_mps,
             request=request,
+            destination=self.destination,
         )

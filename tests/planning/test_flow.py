@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import itertools
 import sys
 import tomllib
@@ -21,7 +22,7 @@ PACKAGE = Path(mcdas_opt.__file__).parent
 CONTRACTS = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
 LAYERS = next(each["layers"] for each in CONTRACTS if each["name"] == "the layers of the house")
 FLOOR = {name.split(".")[1]: -floor for floor, layer in enumerate(LAYERS) for name in layer.replace(" ", "").split("|")}
-MOST_CLIMBS = 5
+MOST_CLIMBS, MOST_ATTRIBUTES = 5, 6
 
 
 def flow(planner: Planner, situation: Situation) -> list[tuple[int, str]]:
@@ -45,6 +46,19 @@ def flow(planner: Planner, situation: Situation) -> list[tuple[int, str]]:
     finally:
         sys.setprofile(None)
     return [(floor, name) for name, floor in found.items()]
+
+
+def attributes(kind: ast.ClassDef) -> set[str]:
+    """What a class's own methods set on `self`."""
+    targets = (node for node in ast.walk(kind) if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store))
+    return {node.attr for node in targets if isinstance(node.value, ast.Name) and node.value.id == "self"}
+
+
+def test_no_class_of_planning_keeps_more_than_six_things() -> None:
+    trees = [ast.parse(path.read_text("utf-8")) for path in (PACKAGE / "planning").rglob("*.py")]
+    kept = {node.name: attributes(node) for tree in trees for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
+    assert {"Planner", "MpcMethod", "Sensing"} <= kept.keys()
+    assert {name: names for name, names in kept.items() if len(names) > MOST_ATTRIBUTES} == {}
 
 
 @pytest.mark.parametrize(
