@@ -80,6 +80,7 @@ class Cycle:
         local = _limited(_in_order(what.situation), settings, vehicle)
         active = memory.active
         active = None if active is None or active.finished(local) else active
+        leaves_lane = active is not None and active.mode is Mode.CRUISE and not active.half_done(local)
         return cls(
             given=situation,
             told=there.tracks,
@@ -95,7 +96,7 @@ class Cycle:
             else memory.lane_choice.resting,
             deficits=front_deficits(local, vehicle, settings.safe_end, memory.deficits, memory.elapsed_s),
             prediction=in_reach_ever(predict_for(local, settings.prediction), local.host, vehicle, local.road),
-            assessment=assess(local, vehicle, settings.selector, memory.assessment),
+            assessment=assess(local, vehicle, settings.selector, memory.assessment, leaves_lane=leaves_lane),
             deadline=deadline,
         )
 

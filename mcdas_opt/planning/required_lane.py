@@ -107,7 +107,7 @@ def _gaps(situation: Situation, vehicle: Vehicle, settings: Settings, required: 
         v, soon_mps = track.speed_s_mps, track.speed_s_mps + max(known_acceleration_mps2(track), 0.0)
         asked_m = follower_gap_m(soon_mps, host.speed_mps, time_gap_s, braking)
         too_early.append(_short_m(host.s_m - track.s_m, host.speed_mps - v, track, vehicle, asked_m))
-        asked_m = follower_gap_m(host.speed_mps, v, time_gap_s, braking)
+        asked_m = follower_gap_m(host.speed_mps, v, time_gap_s)
         too_late.append(_short_m(track.s_m - host.s_m, v - host.speed_mps, track, vehicle, asked_m))
     for k in range(len(there) + 1):
         early, behind = max(zip(too_early[:k], there[:k], strict=True), key=itemgetter(0), default=(-math.inf, None))

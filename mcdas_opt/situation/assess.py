@@ -32,13 +32,21 @@ class _Ahead(NamedTuple):
     is_road_end: bool = False
 
 
-def assess(situation: Situation, vehicle: Vehicle, settings: SelectorSettings, previous: Assessment | None = None) -> Assessment:
-    """Roles, gaps, times to collision, threats, open sides and the one mode; `previous` is the cycle before (hysteresis)."""
+def assess(
+    situation: Situation,
+    vehicle: Vehicle,
+    settings: SelectorSettings,
+    previous: Assessment | None = None,
+    *,
+    leaves_lane: bool = False,
+) -> Assessment:
+    """Roles, gaps, times to collision, threats, open sides and the one mode; `previous` is the cycle before (hysteresis). Whoever changes
+    lanes already (`leaves_lane`) is not threatened by the end of the one that it is in."""
     host, road, coverage, tracks = situation.host, situation.road, situation.coverage, situation.tracks
     lane = _lane(situation, previous)
     assigned = assign_roles(tracks, lane, host, vehicle, road, settings)
     front_car, rear_car = assigned.front, assigned.rear
-    front = _end(situation, lane, vehicle, _car(front_car, situation, vehicle))
+    front = _end(situation, lane, vehicle, _car(front_car, situation, vehicle), leaves_lane)
     rear = _car(rear_car, situation, vehicle)
     ttc_front = float(closing_time(front.gap_m, host.speed_mps - (front.speed_mps or 0.0), one_state))
     ttc_rear = float(closing_time(rear.gap_m, (rear.speed_mps or 0.0) - host.speed_mps, one_state))
@@ -119,13 +127,13 @@ def _car(track: Track | None, situation: Situation, vehicle: Vehicle) -> _Ahead:
     return _Ahead(track.id, gap_m(track, situation.host, vehicle), track.speed_s_mps)
 
 
-def _end(situation: Situation, lane: int, vehicle: Vehicle, front: _Ahead) -> _Ahead:
+def _end(situation: Situation, lane: int, vehicle: Vehicle, front: _Ahead, leaves_lane: bool) -> _Ahead:
     """The end of the road, or of the host's lane, is a wall, where it comes before the front vehicle; of the lane only when it is time to
     brake for it, since there is another lane to go to."""
     host, road = situation.host, situation.road
     end = road.ends_m(lane, host.s_m, vehicle.width_m)
     gap, is_road_end = end - host.s_m - 0.5 * vehicle.length_m, end == road.road_end_s_m
-    if gap >= front.gap_m or not (is_road_end or gap < host.speed_mps**2 / (2.0 * _LANE_END_MPS2)):
+    if gap >= front.gap_m or not (is_road_end or (gap < host.speed_mps**2 / (2.0 * _LANE_END_MPS2) and not leaves_lane)):
         return front
     return _Ahead(None, gap, 0.0, is_road_end)
 
