@@ -1,6 +1,6 @@
 """The attack on every door, and what came of it, counted.
 
-    python -m benchmarks.attack [--quick | --full] [--seed 1] [NAME ...]
+    python -m benchmarks.attack [--quick | --full] [--seed 1] [--out FILE] [NAME ...]
 
 | attack | what is tried |
 |---|---|
@@ -14,6 +14,9 @@
 
 Counted are: foreign exceptions, calls that took more than 2 s of the processor's time, numbers that are not finite, plans that left as
 verified and are not, and records lost. Exit code 1 where there is one. Of each distinct fault the shortest input is shown.
+
+A campaign is counted block by block. With `--out` each block is kept there, with the commit that it ran on, and the same command goes on
+where it was stopped; when all is there it prints the table, and a line of each commit's share.
 """
 
 from __future__ import annotations
@@ -22,25 +25,30 @@ import argparse
 import faulthandler
 import logging
 import sys
+import tempfile
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
 from benchmarks.attack import commands, constructors, files, journals, kills, situations, streams
+from benchmarks.attack.table import Block, Table
 from benchmarks.attack.tally import Tally
+from mcdas_opt.evaluation.provenance import commit
+from mcdas_opt.evaluation.running.journal import Journal
 
-# how many: quick, usual, full
-ATTACKS: dict[str, tuple[Callable[[Tally, int, int], None], tuple[int, int, int]]] = {
-    "constructors": (constructors.attack, (500, 20_000, 1_000_000)),
-    "situations": (situations.attack, (60, 2_000, 100_000)),
-    "streams": (streams.attack, (150, 2_000, 100_000)),
-    "files": (files.attack, (500, 10_000, 100_000)),
-    "journals": (journals.attack, (50, 1_000, 10_000)),
-    "kills": (kills.attack, (2, 50, 1_000)),
-    "commands": (commands.attack, (4, 60, 1_000)),
+# how many: quick, usual, full; and how many a block
+ATTACKS: dict[str, tuple[Callable[[Tally, int, int], None], tuple[int, int, int], int]] = {
+    "constructors": (constructors.attack, (500, 20_000, 1_000_000), 20_000),
+    "situations": (situations.attack, (60, 2_000, 100_000), 1_000),
+    "streams": (streams.attack, (150, 2_000, 100_000), 1_000),
+    "files": (files.attack, (500, 10_000, 100_000), 5_000),
+    "journals": (journals.attack, (50, 1_000, 10_000), 1_000),
+    "kills": (kills.attack, (2, 50, 1_000), 50),
+    "commands": (commands.attack, (4, 60, 1_000), 20),
 }
-_NEVER_S = 600.0  # without an answer: say where it hangs, and end
-_COLUMNS = ("tried", "answered", "refused", "foreign", "hangs", "non_finite", "unverified", "lost")
+_NEVER_S = 3600.0  # a block without an end: say where it hangs, and end
+_SEEDS = 100_000  # between those of two campaigns
 
 
 def run(name: str, count: int, seed: int) -> Tally:
@@ -61,24 +69,35 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, help="cases of each attack, instead of --quick or --full")
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(ATTACKS))
+    parser.add_argument("--out", type=Path, metavar="FILE", help="where the blocks are kept")
     asked = parser.parse_args()
     unknown = [name for name in asked.names if name not in ATTACKS]
     if unknown:
         parser.error(f"no such attack: {', '.join(unknown)}; known: {', '.join(ATTACKS)}")
-    print(f"{'attack':13s}" + "".join(f"{column:>12s}" for column in _COLUMNS) + f"{'worst [s]':>12s}{'took [s]':>10s}", flush=True)
-    wrong, faults = 0, list[tuple[str, str, str]]()
-    for name in asked.names or ATTACKS:
-        began = time.perf_counter()
-        faulthandler.dump_traceback_later(_NEVER_S * (1 + 100 * (asked.size == 2)), exit=True)
-        tally = run(name, asked.count or ATTACKS[name][1][asked.size], asked.seed)
-        counts = "".join(f"{getattr(tally, column):12d}" for column in _COLUMNS)
-        print(f"{name:13s}{counts}{tally.worst_s:12.2f}{time.perf_counter() - began:10.1f}", flush=True)
-        wrong += tally.wrong
-        faults += [(name, fault, shown) for fault, shown in sorted(tally.faults.items())]
-    faulthandler.cancel_dump_traceback_later()
-    for name, fault, shown in faults:
-        print(f"{name}: {fault}\n    {shown}")
-    return 1 if wrong else 0
+    with tempfile.TemporaryDirectory() as folder, Journal(asked.out or Path(folder) / "blocks") as kept:
+        table = Table(list(asked.names or ATTACKS), map(Block.of, kept.records))
+        print(table.heading, flush=True)
+        for name in table.names:
+            _, counts, per_block = ATTACKS[name]
+            count = asked.count or counts[asked.size]
+            for block in blocks(name, count, per_block, asked.seed * _SEEDS, table):
+                kept.append(block.to_dict())
+                table.add(block)
+                if asked.out:
+                    print(table.row(name), file=sys.stderr, flush=True)
+            print(table.row(name), flush=True)
+    print(table.closing)
+    return 1 if table.wrong else 0
+
+
+def blocks(name: str, count: int, per_block: int, seed: int, table: Table) -> Iterator[Block]:
+    """Those that `count` cases still lack."""
+    while (left := count - table.tried(name)) > 0:
+        began, place = time.perf_counter(), len(table.blocks[name])
+        faulthandler.dump_traceback_later(_NEVER_S, exit=True)
+        tally = run(name, min(left, per_block), seed + place)
+        faulthandler.cancel_dump_traceback_later()
+        yield Block(attack=name, seed=seed + place, took_s=time.perf_counter() - began, commit=commit(), tally=tally)
 
 
 if __name__ == "__main__":

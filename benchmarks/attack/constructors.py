@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
+import numpy as np
+
 from benchmarks.attack.campaign import examples
-from benchmarks.attack.strategies import hostile_fields
+from benchmarks.attack.strategies import NEEDED, RECORDS, anything
 from benchmarks.attack.tally import Tally
+
+_USES = 50  # of a value, by different fields: to make one takes longer than to try it
+_MOST_FIELDS = 3
 
 
 def attack(tally: Tally, count: int, seed: int) -> None:
-    def ask(asked: tuple[type, dict[str, Any]]) -> None:
-        record, given = asked
-        tally.ask(lambda: record(**given), lambda: f"{record.__name__}(**{given!r})")
-
-    examples(hostile_fields(), ask, count, seed)
+    """One to three fields of a record may be anything."""
+    values: list[Any] = []
+    examples(anything, values.append, max(count // _USES, 100), seed)
+    r = np.random.default_rng(seed)
+    fields = {record: [field.name for field in dataclasses.fields(record) if field.init] for record in RECORDS}
+    for _ in range(count):
+        record = RECORDS[int(r.integers(len(RECORDS)))]
+        names = {fields[record][int(r.integers(len(fields[record])))] for _ in range(int(r.integers(1, _MOST_FIELDS + 1)))}
+        given = {**NEEDED.get(record, {}), **{name: values[int(r.integers(len(values)))] for name in sorted(names)}}
+        tally.ask(lambda record=record, given=given: record(**given), lambda record=record, given=given: f"{record.__name__}(**{given!r})")

@@ -8,16 +8,18 @@ from benchmarks.attack.tally import Tally
 from mcdas_opt import Planner, Situation
 
 _RESET_EVERY = 3
+_EACH = 8  # situations of a draw
 
 
 def attack(tally: Tally, count: int, seed: int) -> None:
     planner = Planner()
 
-    def ask(situation: Situation) -> None:
-        if tally.tried % _RESET_EVERY == 0:
-            planner.reset()
-        plan = tally.ask(lambda: planner.plan(situation), situation.to_json, may_refuse=False)
-        if plan is not None:
-            tally.check_plan(plan, situation)
+    def ask(asked: tuple[Situation, ...]) -> None:
+        for situation in asked:
+            if tally.tried % _RESET_EVERY == 0:
+                planner.reset()
+            plan = tally.ask(lambda situation=situation: planner.plan(situation), situation.to_json, may_refuse=False)
+            if plan is not None:
+                tally.check_plan(plan, situation)
 
-    examples(situations(), ask, count, seed)
+    examples(situations(), ask, max(count // _EACH, 1), seed)

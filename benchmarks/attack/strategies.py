@@ -12,23 +12,54 @@ import numpy as np
 from hypothesis import strategies as st
 
 from mcdas_opt import Coverage, HostState, Mounting, RadarDetection, Request, Road, Scan, Sector, Settings, Situation, Track, Vehicle
+from mcdas_opt.domain.actuator_response import ActuatorResponse
+from mcdas_opt.domain.body import Body
+from mcdas_opt.domain.comfort import ComfortSettings
+from mcdas_opt.domain.destination import Destination
+from mcdas_opt.domain.lane import Lane
+from mcdas_opt.domain.manners import MannersSettings
 from mcdas_opt.domain.measurement import BodyDetection
-from mcdas_opt.domain.settings import PredictionSettings, SelectorSettings, SigmoidSettings, WarningSettings
+from mcdas_opt.domain.motion import TargetMotion
+from mcdas_opt.domain.parking import ParallelSlot, ParkingCase, ParkingLimits, ParkingTolerance
+from mcdas_opt.domain.safe_end import SafeEndSettings
+from mcdas_opt.domain.sensor import Beam, Sensor
+from mcdas_opt.domain.settings import HeadwaySettings, PredictionSettings, SelectorSettings, SigmoidSettings, WarningSettings
+from mcdas_opt.domain.sigmoid_design import SigmoidDesign
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import McdasError
+from mcdas_opt.interop.live.loop import LiveSettings
 
 R = TypeVar("R")
 HOST = HostState(speed_mps=20.0)
+_SERIES = ("t_s", "s_m", "d_m", "heading_rad", "speed_mps", "acceleration_mps2", "steering_rad", "steering_rate_radps", "jerk_mps3")
 NEEDED: dict[type, dict[str, Any]] = {
-    Situation: {"host": HOST},
+    Situation: {"host": HOST, "coverage": Coverage()},
     Track: {"id": "f", "s_m": 60.0, "d_m": 0.0, "speed_s_mps": 15.0},
     Scan: {"sensor": "esr", "sector": Sector.FRONT, "t_s": 0.0},
     RadarDetection: {"range_m": 30.0, "azimuth_rad": 0.0, "range_rate_mps": -5.0},
     BodyDetection: {"name": "x", "s_m": 30.0, "d_m": 0.0, "speed_s_mps": 10.0, "speed_d_mps": 0.0, "length_m": 4.5, "width_m": 1.8},
-}
+    Lane: {"lane": 0},
+    Destination: {"lane": 0},
+    Body: {"name": "x", "s_m": 30.0},
+    Beam: {"name": "long", "range_max_m": 174.0, "half_angle_rad": 0.17},
+    Sensor: {
+        "name": "x", "beams": (Beam(name="long", range_max_m=174.0, half_angle_rad=0.17),), "range_min_m": 0.5, "rate_hz": 20.0,
+        "range_sd_m": 0.25, "azimuth_sd_rad": 0.01, "range_rate_sd_mps": 0.1,
+    },
+    TargetMotion: {"name": "x", "acceleration_along_mps2": 2.0, "acceleration_across_mps2": 0.5},
+    SigmoidDesign: {"a_per_m": 0.2, "b": 3.0, "y_max_m": 3.7},
+    ParallelSlot: {"length_m": 5.4},
+    ParkingCase: {"start": (6.0, 1.4, 0.0), "goal": (1.35, -1.05, 0.0)},
+    Trajectory: dict.fromkeys(_SERIES, (0.0, 0.1)),
+}  # fmt: skip
 RECORDS: tuple[type, ...] = (
-    *NEEDED, HostState, Road, Coverage, Mounting, Vehicle, Settings, SelectorSettings, PredictionSettings, SigmoidSettings, WarningSettings
+    *NEEDED, HostState, Road, Coverage, Mounting, Vehicle, Settings, SelectorSettings, PredictionSettings, SigmoidSettings, WarningSettings,
+    HeadwaySettings, ComfortSettings, MannersSettings, SafeEndSettings, ActuatorResponse, ParkingLimits, ParkingTolerance,
+    LiveSettings,
 )  # fmt: skip
 EXTREMES = (0.0, -0.0, 5e-324, -5e-324, 1e-300, 1e-9, 0.1, 1.0, -1.0, 90.0, 400.0, 1e4, 1e6, 1e9, -1e9, 1e16, 1e300, 1e308, -1e308)
+_WHEELBASE_M = 2.7
 NOT_FINITE = (math.nan, math.inf, -math.inf)
 
 floats = st.one_of(st.sampled_from(EXTREMES + NOT_FINITE), st.floats(), st.floats(-100.0, 100.0))
@@ -41,15 +72,6 @@ anything = st.recursive(
     lambda inner: st.one_of(st.lists(inner, max_size=4), st.tuples(inner, inner), st.dictionaries(st.text(max_size=5), inner, max_size=3)),
     max_leaves=6,
 )
-
-
-@st.composite
-def hostile_fields(draw: st.DrawFn) -> tuple[type, dict[str, Any]]:
-    """A record, and what its constructor is given: one to three fields of it may be anything."""
-    record = draw(st.sampled_from(RECORDS))
-    names = [field.name for field in dataclasses.fields(record) if field.init]
-    chosen = draw(st.lists(st.sampled_from(names), min_size=1, max_size=3, unique=True))
-    return record, {**NEEDED.get(record, {}), **{name: draw(anything) for name in chosen}}
 
 
 def _mostly(low: float, high: float) -> st.SearchStrategy[float]:
@@ -69,11 +91,49 @@ def _with(record: R, **hostile: Any) -> R:
     return record
 
 
+_PLACES = st.one_of(st.floats(-200.0, 500.0), st.floats(-200.0, 500.0), st.sampled_from(EXTREMES))
+
+
+@st.composite
+def _lanes(draw: st.DrawFn, right: int, left: int) -> tuple[Lane, ...]:
+    """Those that begin, end, narrow, are closed or limited, each on its own."""
+    numbers = draw(st.lists(st.integers(-right, left), max_size=3, unique=True))
+
+    def knots(values: st.SearchStrategy[float]) -> tuple[tuple[float, float], ...]:
+        return tuple((place, draw(values)) for place in sorted(draw(st.lists(_PLACES, max_size=4, unique=True))))
+
+    closed = [sorted(pair) for pair in draw(st.lists(st.tuples(_PLACES, _PLACES), max_size=2))]
+    return tuple(
+        _with(
+            Lane(lane=number),
+            merges=draw(st.sampled_from(Side)),
+            width_m=knots(_mostly(0.0, 4.5)),
+            speed_limit_mps=knots(_mostly(1.0, 50.0)),
+            closed_m=tuple(closed),
+            oncoming=draw(st.integers(0, 9)) == 0,
+            shoulder=draw(st.integers(0, 9)) == 0,
+        )
+        for number in numbers
+    )
+
+
+@st.composite
+def _destinations(draw: st.DrawFn, time_s: float) -> Destination:
+    begin_m, begin_s = draw(_mostly(-50.0, 500.0)), time_s + draw(_mostly(0.0, 30.0))
+    return _with(
+        Destination(lane=0),
+        lane=draw(st.one_of(st.none(), st.integers(-3, 3))),
+        s_m=draw(st.one_of(st.none(), st.just((begin_m, begin_m + draw(_mostly(0.1, 50.0)))))),
+        time_s=draw(st.one_of(st.none(), st.just((begin_s, begin_s + draw(_mostly(0.1, 30.0)))))),
+    )
+
+
 @st.composite
 def roads(draw: st.DrawFn) -> Road:
     places = draw(st.lists(st.one_of(st.floats(-200.0, 500.0), st.sampled_from(EXTREMES)), min_size=1, max_size=5, unique=True))
+    left, right = draw(st.integers(0, 3)), draw(st.integers(0, 3))
     return _with(
-        Road(lanes_left=draw(st.integers(0, 3)), lanes_right=draw(st.integers(0, 3))),
+        Road(lanes_left=left, lanes_right=right),
         lane_width_m=draw(_mostly(2.5, 4.5)),
         shoulder_left_m=draw(_mostly(0.0, 3.0)),
         shoulder_right_m=draw(_mostly(0.0, 3.0)),
@@ -81,11 +141,23 @@ def roads(draw: st.DrawFn) -> Road:
         speed_limit_mps=draw(_mostly(5.0, 60.0)),
         curvature=tuple((place, draw(_CURVATURES)) for place in sorted(places)),
         road_end_s_m=draw(st.one_of(st.none(), _mostly(-10.0, 300.0))),
+        lanes=draw(_lanes(right, left)) if draw(st.booleans()) else (),
     )
 
 
 @st.composite
 def hosts(draw: st.DrawFn) -> HostState:
+    """One that drives as a car can, or, one in four, that is said to be anything."""
+    if draw(st.integers(0, 3)):
+        speed_mps, lateral_mps2 = draw(st.floats(0.0, 45.0)), draw(st.floats(-4.0, 4.0))
+        return HostState(
+            s_m=draw(st.floats(-100.0, 1000.0)),
+            d_m=draw(st.floats(-2.0, 2.0)),
+            heading_rad=draw(st.floats(-0.1, 0.1)),
+            speed_mps=speed_mps,
+            acceleration_mps2=draw(st.floats(-6.0, 3.0)),
+            steering_rad=_WHEELBASE_M * lateral_mps2 / max(speed_mps, 5.0) ** 2,
+        )
     return _with(
         HostState(),
         s_m=draw(_mostly(-100.0, 1000.0)),
@@ -120,16 +192,24 @@ def tracks(draw: st.DrawFn, from_s_m: float) -> tuple[Track, ...]:
 
 
 @st.composite
-def situations(draw: st.DrawFn) -> Situation:
-    host, seen = draw(hosts()), ("front", "rear", "left", "right")
+def situations(draw: st.DrawFn) -> tuple[Situation, ...]:
+    """Each of two hosts in each of two traffics on each of two roads: to draw them takes as long as to plan for one."""
     given = Situation(
         time_s=draw(st.sampled_from((0.0, 1.0, -5.0, 1.7e9, 1e15))),
         host=HOST,
-        coverage=Coverage(**{name: draw(st.integers(0, 5)) > 0 for name in seen}),
-        road=draw(roads()),
+        coverage=Coverage(**{sector.value: draw(st.integers(0, 5)) > 0 for sector in Sector}),
         request=draw(st.sampled_from(Request)),
     )
-    return _with(given, host=host, tracks=draw(tracks(host.s_m)), desired_speed_mps=draw(st.one_of(st.none(), _mostly(0.0, 50.0))))
+    wanted = draw(st.one_of(st.none(), _mostly(0.0, 50.0)))
+    destination = draw(_destinations(given.time_s)) if draw(st.integers(0, 3)) == 0 else None
+    asked = _with(given, desired_speed_mps=wanted, destination=destination)
+    drawn = [(draw(roads()), draw(hosts()), draw(tracks(0.0))) for _ in range(2)]
+    return tuple(
+        _with(asked, road=road, host=host, tracks=tuple(_with(track, s_m=track.s_m + host.s_m) for track in others))
+        for road, _, _ in drawn
+        for _, host, _ in drawn
+        for _, _, others in drawn
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

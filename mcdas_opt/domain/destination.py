@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
@@ -47,10 +48,13 @@ class Destination:
             raise ParameterError("s_m", self.s_m, f"must lie within {2.0 * FARTHEST_M:g} of 0", "m")
 
     def seen_from(self, s_m: float, time_s: float) -> Destination:
-        """The same with its s counted from there, and its time from then."""
-        place = None if self.s_m is None else (self.s_m[0] - s_m, self.s_m[1] - s_m)
-        times = None if self.time_s is None else (self.time_s[0] - time_s, self.time_s[1] - time_s)
-        return replace(self, s_m=place, time_s=times)
+        """The same with its s counted from there, and its time from then; not asked again whether it is sound."""
+        moved = copy.copy(self)
+        if self.s_m is not None:
+            object.__setattr__(moved, "s_m", (self.s_m[0] - s_m, self.s_m[1] - s_m))
+        if self.time_s is not None:
+            object.__setattr__(moved, "time_s", (self.time_s[0] - time_s, self.time_s[1] - time_s))
+        return moved
 
     def is_reached(self, s_m: float, d_m: float, time_s: float, road: Road) -> bool:
         """Whether a host that is there then is where it is to be."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from operator import attrgetter
 
@@ -16,6 +17,7 @@ from mcdas_opt.errors import ParameterError
 Knots = tuple[tuple[float, float], ...]
 WIDTHS_M = (0.0, 20.0)
 SPEED_LIMITS_MPS = (0.1, 150.0)
+NEAREST_KNOTS_M = 1e-6  # so that they stay apart wherever along the road one counts from
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,8 +50,10 @@ class Lane:
         ):
             object.__setattr__(self, name, _pairs(name, attrgetter(name)(self), rule, pair))
         for begin, end in self.closed_m:
-            if not begin < end:
-                raise ParameterError("closed_m", [begin, end], "must begin before it ends", "m")
+            if not end - begin >= NEAREST_KNOTS_M:
+                raise ParameterError("closed_m", [begin, end], f"must begin before it ends, by at least {NEAREST_KNOTS_M:g}", "m")
+            if abs(end) > 2.0 * FARTHEST_M:
+                raise ParameterError("closed_m", [begin, end], f"must lie within {2.0 * FARTHEST_M:g} of 0", "m")
         object.__setattr__(self, "oncoming", true_or_false("oncoming", self.oncoming))
         object.__setattr__(self, "shoulder", true_or_false("shoulder", self.shoulder))
         object.__setattr__(self, "merges", word("merges", self.merges, Side))
@@ -72,13 +76,12 @@ class Lane:
         return np.asarray(np.interp(s_m, knots[:, 0], knots[:, 1]))
 
     def seen_from(self, s_m: float) -> Lane:
-        """The same with its s counted from `s_m`."""
-
-        def moved(knots: Knots) -> Knots:
-            return tuple((s - s_m, value) for s, value in knots)
-
-        stretches = tuple((begin - s_m, end - s_m) for begin, end in self.closed_m)
-        return replace(self, width_m=moved(self.width_m), speed_limit_mps=moved(self.speed_limit_mps), closed_m=stretches)
+        """The same with its s counted from `s_m`; not asked again whether it is sound."""
+        moved = copy.copy(self)
+        for name, knots in (("width_m", self.width_m), ("speed_limit_mps", self.speed_limit_mps)):
+            object.__setattr__(moved, name, tuple((s - s_m, value) for s, value in knots))
+        object.__setattr__(moved, "closed_m", tuple((begin - s_m, end - s_m) for begin, end in self.closed_m))
+        return moved
 
 
 def _pairs(name: str, given: Iterable[Iterable[float]], rule: Callable[[float], float], pair: str) -> Knots:
@@ -90,6 +93,6 @@ def _pairs(name: str, given: Iterable[Iterable[float]], rule: Callable[[float], 
     s = [first for first, _ in pairs]
     if any(abs(one) > 2.0 * FARTHEST_M for one in s):
         raise ParameterError(name, given, f"s_m must lie within {2.0 * FARTHEST_M:g} of 0", "m")
-    if any(after <= before for before, after in pairwise(s)):
-        raise ParameterError(name, given, "s_m must increase", "m")
+    if any(after - before < NEAREST_KNOTS_M for before, after in pairwise(s)):
+        raise ParameterError(name, given, f"s_m must increase, by at least {NEAREST_KNOTS_M:g}", "m")
     return pairs

@@ -31,6 +31,11 @@ class Edges:
     def right(self, s_m: Array | float) -> Array:
         return np.asarray(np.interp(s_m, self.table[0], self.table[2]))
 
+    def seen_from(self, s_m: float) -> Edges:
+        """The same with their s counted from `s_m`."""
+        s, left, right = self.table
+        return Edges(np.array([s - s_m, left, right]))
+
     def narrowest(self, low_m: float, high_m: float) -> tuple[float, float]:
         """The least left edge and the greatest right edge between two places."""
         s = self.table[0]
@@ -81,6 +86,12 @@ class LaneBorders:
             raise ParameterError("lanes", where, "is where nothing is left to drive on: the road ends there (road_end_s_m)", "m")
         edges = Edges(np.array([s, high, low]))
         return cls(s, d, -lanes_right, edges, _steered(edges))
+
+    def seen_from(self, s_m: float) -> LaneBorders:
+        """The same with their s counted from `s_m`."""
+        steered = self.steered.seen_from(s_m)
+        edges = steered if self.edges is self.steered else self.edges.seen_from(s_m)
+        return LaneBorders(self.s_m - s_m, self.d_m, self.first_lane, edges, steered)
 
     def at(self, s_m: float) -> list[float]:
         """The borders' d [m] at one place, from the right."""

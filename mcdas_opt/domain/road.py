@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -11,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.domain.lane import Lane
+from mcdas_opt.domain.lane import NEAREST_KNOTS_M, Lane
 from mcdas_opt.domain.lane_borders import Edges, LaneBorders
 from mcdas_opt.domain.rules import FARTHEST_M, Array, all_of, finite, non_negative, positive, require, within
 from mcdas_opt.domain.vocabulary import Side
@@ -27,7 +28,6 @@ _NOTHING_M = 1e-6  # a lane that is narrower is not there
 _LANE_WIDTHS_M = (0.1, 20.0)
 _WIDEST_SHOULDER_M = 1000.0
 _MOST_LANES = 100
-NEAREST_KNOTS_M = 1e-6  # so that they stay apart wherever along the road one counts from
 _FRICTIONS = (0.01, 10.0)
 _SPEED_LIMITS_MPS = (0.1, 150.0)
 _KAPPA_1PM = itemgetter(1)  # of a knot
@@ -271,9 +271,11 @@ class Road:
 
 @lru_cache(maxsize=64)
 def _seen_from(road: Road, s_m: float) -> Road:
-    end = road.road_end_s_m
-    knots = road.curvature
-    if len(knots) > 1:  # one knot is the same curvature everywhere
-        knots = tuple((s - s_m, kappa) for s, kappa in knots)
-    lanes = tuple(lane.seen_from(s_m) for lane in road.lanes)
-    return replace(road, curvature=knots, road_end_s_m=None if end is None else end - s_m, lanes=lanes)
+    """Not asked again whether it is sound: rounding there must not refuse what was accepted here."""
+    moved, end = copy.copy(road), road.road_end_s_m
+    if len(road.curvature) > 1:  # one knot is the same curvature everywhere
+        object.__setattr__(moved, "curvature", tuple((s - s_m, kappa) for s, kappa in road.curvature))
+    object.__setattr__(moved, "road_end_s_m", None if end is None else end - s_m)
+    object.__setattr__(moved, "lanes", tuple(lane.seen_from(s_m) for lane in road.lanes))
+    object.__setattr__(moved, "borders", None if road.borders is None else road.borders.seen_from(s_m))
+    return moved

@@ -1,0 +1,75 @@
+"""What the blocks of a campaign add up to: a line an attack, each fault once, and which commit ran how many."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+from benchmarks.attack.tally import Tally
+
+_COUNTS = tuple(field.name for field in fields(Tally) if field.type == "int")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Block:
+    """So many cases of one attack, from one seed, on one commit."""
+
+    attack: str
+    seed: int
+    took_s: float
+    commit: str
+    tally: Tally
+
+    def to_dict(self) -> dict[str, Any]:
+        return asdict(self)
+
+    @classmethod
+    def of(cls, record: dict[str, Any]) -> Block:
+        return cls(**{**record, "tally": Tally(**record["tally"])})
+
+
+class Table:
+    """Of the attacks that are asked for, in that order."""
+
+    def __init__(self, names: list[str], blocks: Iterable[Block]) -> None:
+        self.names = names
+        self.blocks: dict[str, list[Block]] = {name: [] for name in names}
+        for block in blocks:
+            if block.attack in self.blocks:
+                self.add(block)
+
+    def add(self, block: Block) -> None:
+        self.blocks[block.attack].append(block)
+
+    def tried(self, name: str) -> int:
+        return sum(block.tally.tried for block in self.blocks[name])
+
+    @property
+    def wrong(self) -> int:
+        return sum(block.tally.wrong for blocks in self.blocks.values() for block in blocks)
+
+    @property
+    def heading(self) -> str:
+        return f"{'attack':13s}" + "".join(f"{name:>12s}" for name in _COUNTS) + f"{'worst [s]':>12s}{'took [s]':>10s}  cases by commit"
+
+    def row(self, name: str) -> str:
+        blocks, by_commit = self.blocks[name], Counter[str]()
+        for block in blocks:
+            by_commit[block.commit] += block.tally.tried
+        counts = "".join(f"{sum(getattr(block.tally, count) for block in blocks):12d}" for count in _COUNTS)
+        worst_s, took_s = max((block.tally.worst_s for block in blocks), default=0.0), sum(block.took_s for block in blocks)
+        commits = ", ".join(f"{count} {commit}" for commit, count in by_commit.items())
+        return f"{name:13s}{counts}{worst_s:12.2f}{took_s:10.1f}  {commits}"
+
+    @property
+    def closing(self) -> str:
+        """Of each distinct fault the shortest input, and the commit that showed it."""
+        found: dict[tuple[str, str], tuple[str, str]] = {}
+        for name, blocks in self.blocks.items():
+            for block in blocks:
+                for fault, shown in block.tally.faults.items():
+                    if (name, fault) not in found or len(shown) < len(found[name, fault][0]):
+                        found[name, fault] = (shown, block.commit)
+        return "\n".join(f"{name}: {fault} ({commit})\n    {shown}" for (name, fault), (shown, commit) in sorted(found.items()))
