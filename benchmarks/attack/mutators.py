@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 Generator = np.random.Generator
+_LARGEST = 400_000  # bytes: a line that is repeated may be the whole file
 _NUMBER = re.compile(rb"-?\d+\.?\d*(?:[eE][-+]?\d+)?")
 _WORD = re.compile(rb"[A-Za-z_]{3,}")
 _NUMBERS = (
@@ -87,5 +88,5 @@ def mutated(data: bytes, r: Generator) -> bytes:
     """One to four mutations of it; never of a file that they left empty."""
     for _ in range(int(r.integers(1, 5))):
         if data:
-            data = _MUTATORS[int(r.integers(len(_MUTATORS)))](data, r)
+            data = _MUTATORS[int(r.integers(len(_MUTATORS)))](data, r)[:_LARGEST]
     return data

@@ -48,7 +48,7 @@ NEEDED: dict[type, dict[str, Any]] = {
         "range_sd_m": 0.25, "azimuth_sd_rad": 0.01, "range_rate_sd_mps": 0.1,
     },
     TargetMotion: {"name": "x", "acceleration_along_mps2": 2.0, "acceleration_across_mps2": 0.5},
-    SigmoidDesign: {"a_per_m": 0.2, "b": 3.0, "y_max_m": 3.7},
+    SigmoidDesign: {"a_per_m": -0.2, "b": 3.0, "y_max_m": 3.7},
     ParallelSlot: {"length_m": 5.4},
     ParkingCase: {"start": (6.0, 1.4, 0.0), "goal": (1.35, -1.05, 0.0)},
     Trajectory: dict.fromkeys(_SERIES, (0.0, 0.1)),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mcdas_opt.domain.rules import as_floats, positive, require
+from mcdas_opt.domain.rules import as_floats, positive, require, require_type
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,6 +25,7 @@ class Body:
     width_m: float = 1.8
 
     def __post_init__(self) -> None:
+        require_type("name", self.name, str)
         as_floats(self, ("s_m", "d_m", "heading_rad", "speed_mps", "length_m", "width_m"))
         require(self, positive, "length_m", "width_m")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mcdas_opt.domain.rules import positive, require
+from mcdas_opt.domain.rules import positive, require, require_type
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -16,4 +16,5 @@ class TargetMotion:
     acceleration_across_mps2: float
 
     def __post_init__(self) -> None:
+        require_type("name", self.name, str)
         require(self, positive, "acceleration_along_mps2", "acceleration_across_mps2")

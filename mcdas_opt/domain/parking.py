@@ -10,7 +10,19 @@ import numpy as np
 
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.result import Columns, Result
-from mcdas_opt.domain.rules import FARTHEST_M, Array, finite, non_negative, positive, require, vector, within
+from mcdas_opt.domain.rules import (
+    FARTHEST_M,
+    Array,
+    all_of,
+    floats,
+    non_negative,
+    positive,
+    require,
+    require_type,
+    require_type_if_given,
+    vector,
+    within,
+)
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.errors import ParameterError
@@ -90,6 +102,16 @@ class ParkingCase:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        require_type("name", self.name, str)
+        for key, value, kind in (
+            ("vehicle", self.vehicle, Vehicle),
+            ("limits", self.limits, ParkingLimits),
+            ("tolerance", self.tolerance, ParkingTolerance),
+        ):
+            require_type(key, value, kind)
+        require_type_if_given("slot", self.slot, ParallelSlot)
+        for key, texts in (("names", self.names), ("notes", self.notes)):
+            object.__setattr__(self, key, all_of(key, texts, str))
         object.__setattr__(self, "start", vector("start", self.start, length=3))
         object.__setattr__(self, "goal", vector("goal", self.goal, length=3))
         for name, pose in (("start", self.start), ("goal", self.goal)):
@@ -97,11 +119,11 @@ class ParkingCase:
                 within(f"{name}[{k}]", value, -FARTHEST_M, FARTHEST_M)
         top = self.vehicle.steering_max_rad
         within("start_steering_rad", self.start_steering_rad, -top, top, "rad")
-        for axis in self.origin_m:
-            finite("origin_m", axis, "m")
+        object.__setattr__(self, "origin_m", tuple(vector("origin_m", self.origin_m, "m", length=2).tolist()))
+        require_type("obstacles", self.obstacles, list, tuple)
         obstacles = []
         for k, outline in enumerate(self.obstacles):
-            array = np.array(outline, dtype=np.float64)
+            array = floats(f"obstacles[{k}]", outline, "must be vertices (x, y)", "m")
             if array.ndim != 2 or array.shape[0] < 3 or array.shape[1] != 2 or not np.all(np.isfinite(array)):
                 raise ParameterError(f"obstacles[{k}]", f"shape {array.shape}", "must be at least three finite vertices (x, y)", "m")
             array.setflags(write=False)
@@ -129,9 +151,10 @@ class ParkingTrajectory:
     steering_rate_radps: Array
 
     def __post_init__(self) -> None:
-        size = len(np.atleast_1d(self.t_s))
+        size = -1
         for item in fields(self):
-            value = np.array(getattr(self, item.name), dtype=np.float64)
+            value = floats(item.name, getattr(self, item.name), "must be a list of numbers")
+            size = (len(value) if value.ndim else 1) if size < 0 else size
             if value.shape != (size,):
                 raise ParameterError(item.name, f"shape {value.shape}", f"must be a list of {size} numbers, as t_s")
             value.setflags(write=False)

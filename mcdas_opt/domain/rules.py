@@ -182,12 +182,20 @@ def at_most(name: str, value: float, other: str, bound: float) -> None:
         raise ParameterError(name, value, f"must be at most {other} = {bound:g}", unit_of(name))
 
 
+def floats(name: str, value: Any, rule: str, unit: str = "") -> Array:
+    """`value` as a new array of floats, of any shape; an entry may be no number. Neither texts nor complex numbers are floats."""
+    try:
+        given = np.asarray(value)
+        if given.dtype.kind not in "USVcmM":
+            return given.astype(np.float64)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise ParameterError(name, value, rule, unit)
+
+
 def vector(name: str, value: Any, unit: str = "", length: int | None = None) -> Array:
     """`value` as a read-only float vector; every entry finite."""
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise ParameterError(name, value, "must be a list of numbers", unit) from None
+    array = floats(name, value, "must be a list of numbers", unit)
     if array.ndim != 1 or (length is not None and array.size != length):
         wanted = "a list of numbers" if length is None else f"a list of {length} numbers"
         raise ParameterError(name, f"shape {array.shape}", f"must be {wanted}", unit)
@@ -200,10 +208,7 @@ def vector(name: str, value: Any, unit: str = "", length: int | None = None) -> 
 
 def covariance(name: str, value: Any, size: int, unit: str = "") -> Array:
     """`value` as a read-only symmetric positive semi-definite matrix."""
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise ParameterError(name, value, f"must be a {size} x {size} matrix", unit) from None
+    array = floats(name, value, f"must be a {size} x {size} matrix", unit)
     if array.shape == (size, size) and _plainly_definite(array.tolist()):
         array.setflags(write=False)
         return array

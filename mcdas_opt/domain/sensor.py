@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mcdas_opt.domain.rules import non_negative, positive, require, within
+from mcdas_opt.domain.rules import all_of, non_negative, positive, require, require_type, within
 from mcdas_opt.errors import ParameterError
 
 
@@ -18,6 +18,7 @@ class Beam:
     half_angle_rad: float
 
     def __post_init__(self) -> None:
+        require_type("name", self.name, str)
         positive("range_max_m", self.range_max_m, "m")
         within("half_angle_rad", self.half_angle_rad, 1e-3, math.pi, "rad")
 
@@ -42,6 +43,8 @@ class Sensor:
     detection_probability: float = 1.0
 
     def __post_init__(self) -> None:
+        require_type("name", self.name, str)
+        object.__setattr__(self, "beams", all_of("beams", self.beams, Beam))
         if not self.beams:
             raise ParameterError("beams", self.beams, "must hold at least one beam")
         positive("rate_hz", self.rate_hz, "1/s")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mcdas_opt.domain.rules import finite, positive, require
+from mcdas_opt.domain.rules import finite, positive, require, word
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import ParameterError
 
@@ -29,6 +29,7 @@ class SigmoidDesign:
         if finite("b", self.b) <= 1.0:
             raise ParameterError("b", self.b, "must be greater than 1")
         require(self, finite, "y_max_m", "offset_m")
+        object.__setattr__(self, "side", word("side", self.side, Side))
         if self.side is Side.NONE:
             raise ParameterError("side", self.side.value, "must be left or right")
         positive("y_max_m plus the offset towards the side", self.reach_m, "m")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mcdas_opt.domain.document import to_document
-from mcdas_opt.domain.rules import Array, all_finite, vector
+from mcdas_opt.domain.rules import Array, all_finite, floats, vector
 from mcdas_opt.errors import ParameterError
 
 
@@ -38,9 +38,10 @@ class Trajectory(_Tabled):
     jerk_mps3: Array
 
     def __post_init__(self) -> None:
-        size = len(np.atleast_1d(self.t_s))
+        size = -1
         for name, given in zip(_NAMES, _columns(self), strict=True):
-            value = given if _kept_as_it_is(given) else np.array(given, dtype=np.float64)
+            value = given if _kept_as_it_is(given) else floats(name, given, "must be a list of numbers")
+            size = (len(value) if value.ndim else 1) if size < 0 else size
             if value.shape != (size,):
                 raise ParameterError(name, f"shape {value.shape}", f"must be a list of {size} numbers, as t_s")
             value.setflags(write=False)

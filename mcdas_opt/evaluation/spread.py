@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -9,6 +10,7 @@ from pydantic import Field, model_validator
 
 from mcdas_opt.catalogue.part import Pair, Part
 
+_MOST_VALUES = 100_000
 _UNITS = {"km/h": 1.0 / 3.6, "mph": 0.44704}
 
 
@@ -35,6 +37,15 @@ class Spread(Part):
         for low, high in (("low", "high"), ("first", "last")):
             if given[low] is not None and given[high] < given[low]:
                 raise ValueError(f"{high} must be at least {low}")
+        if self.low is not None and self.high is not None and not math.isfinite(self.high - self.low):
+            raise ValueError("high - low must be a finite number")
+        if (
+            self.first is not None
+            and self.last is not None
+            and self.step is not None
+            and (self.last - self.first) / self.step > _MOST_VALUES
+        ):
+            raise ValueError(f"step must be large enough for at most {_MOST_VALUES:g} values from first to last")
         if self.by_speed is not None and any(b[0] <= a[0] for a, b in zip(self.by_speed, self.by_speed[1:], strict=False)):
             raise ValueError("the speeds of by_speed must increase")
         return self
@@ -59,7 +70,7 @@ class Spread(Part):
             return self._scale * float(np.interp(host_mps, speeds, wanted))
         assert self.low is not None
         assert self.high is not None
-        return float(rng.uniform(self._scale * self.low, self._scale * self.high))
+        return float(rng.uniform(self._scale * self.low, self._scale * self.high + 0.0))  # numpy refuses 0.0 to -0.0
 
     @property
     def _scale(self) -> float:

@@ -12,14 +12,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.attack.strategies import NEEDED, RECORDS
 from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.catalogue.trajectories import load_trajectory
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.host import HostState
-from mcdas_opt.domain.measurement import BodyDetection, Mounting, RadarDetection, Scan
+from mcdas_opt.domain.measurement import RadarDetection, Scan
 from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.settings import PredictionSettings, SelectorSettings, Settings, SigmoidSettings, WarningSettings
+from mcdas_opt.domain.settings import SelectorSettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vehicle import Vehicle
@@ -37,17 +38,6 @@ from mcdas_opt.tuning.tune import tune
 
 HOST = HostState(speed_mps=20.0)
 PLAN = plan_of(Situation(host=HOST), planner="closed-form-corrected")
-BODY = {"name": "x", "s_m": 30.0, "d_m": 0.0, "speed_s_mps": 10.0, "speed_d_mps": 0.0, "length_m": 4.5, "width_m": 1.8}
-NEEDED: dict[type, dict[str, Any]] = {
-    Situation: {"host": HOST},
-    Track: {"id": "f", "s_m": 60.0, "d_m": 0.0, "speed_s_mps": 15.0},
-    Scan: {"sensor": "esr", "sector": Sector.FRONT, "t_s": 0.0},
-    RadarDetection: {"range_m": 30.0, "azimuth_rad": 0.0, "range_rate_mps": -5.0},
-    BodyDetection: BODY,
-}
-RECORDS: tuple[type, ...] = (
-    *NEEDED, HostState, Road, Coverage, Mounting, Vehicle, Settings, SelectorSettings, PredictionSettings, SigmoidSettings, WarningSettings
-)  # fmt: skip
 HOSTILE: tuple[Any, ...] = (
     None, "x", "", b"x", (), (1,), [None], {}, {"front": False}, object(), True, 1j, math.nan, math.inf, -math.inf, 1e308, -1e308, 5e-324,
     0, -1, 7, 10**400, np.array([1.0, 2.0]), np.float64(3.0), np.nan, ((1e300, 0.0),), ((0.0, 1e300),), (("0", "1"),), [(0.0, 5e-324)],

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
@@ -286,3 +287,16 @@ def test_a_leader_that_is_missing_or_too_short_is_one_line(change: str, told: st
     with pytest.raises(InputError, match=told) as caught:
         expand(tmp_path / "own.toml")
     assert "\n" not in str(caught.value)
+
+
+def test_a_spread_that_is_a_point_is_that_point() -> None:
+    assert Spread.model_validate({"low": 0.0, "high": -0.0}).draw(np.random.default_rng(1), 0.0) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("spread", "said"),
+    [({"low": -1.7e308, "high": 1.7e308}, "finite"), ({"first": 0.0, "last": 1e300, "step": 5e-324}, "step must be large enough")],
+)
+def test_a_spread_beyond_all_numbers_is_refused(spread: dict[str, float], said: str) -> None:
+    with pytest.raises(ValidationError, match=said):
+        Spread.model_validate(spread)
