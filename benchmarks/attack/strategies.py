@@ -228,6 +228,22 @@ _LAGS_S = st.one_of(st.just(0.0), st.floats(0.0, 0.3), st.sampled_from((1.0, 360
 
 
 @st.composite
+def _bodies(draw: st.DrawFn) -> tuple[BodyDetection, ...]:
+    return tuple(
+        BodyDetection(
+            name=str(draw(st.integers(0, 3))),
+            s_m=draw(st.one_of(st.floats(-100.0, 200.0), floats)),
+            d_m=draw(st.one_of(st.floats(-8.0, 8.0), floats)),
+            speed_s_mps=draw(st.one_of(st.floats(0.0, 40.0), floats)),
+            speed_d_mps=draw(st.one_of(st.just(0.0), floats)),
+            length_m=draw(st.one_of(st.just(4.5), floats)),
+            width_m=draw(st.one_of(st.just(1.8), floats)),
+        )
+        for _ in range(draw(st.integers(0, 4)))
+    )
+
+
+@st.composite
 def _scans(draw: st.DrawFn, now_s: float) -> tuple[Scan, ...]:
     found = []
     for _ in range(draw(st.integers(0, 3))):
@@ -244,7 +260,12 @@ def _scans(draw: st.DrawFn, now_s: float) -> tuple[Scan, ...]:
         yaw_rad = math.pi if sector is Sector.REAR else 0.0
         mounting = Mounting(x_m=draw(st.one_of(st.just(2.0), floats)), yaw_rad=yaw_rad)
         t_s, working = now_s - draw(_LAGS_S), draw(st.integers(0, 9)) > 0
-        found.append(Scan(sensor=f"radar-{sector.value}", sector=sector, t_s=t_s, mounting=mounting, radar=detections, working=working))
+        blind = draw(st.sampled_from((None, Beam(name="blind", range_max_m=4.0, half_angle_rad=0.8))))
+        bodies = draw(_bodies()) if draw(st.integers(0, 3)) == 0 else ()
+        name = f"radar-{sector.value}"
+        found.append(
+            Scan(sensor=name, sector=sector, t_s=t_s, mounting=mounting, radar=detections, bodies=bodies, working=working, blind=blind)
+        )
     return tuple(found)
 
 

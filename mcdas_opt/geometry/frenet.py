@@ -20,7 +20,8 @@ class FrenetFrame:
     """Maps (s, d, psi relative to the road) to (x, y, yaw) and back; the identity on a straight road.
 
     The plane's origin and x axis are the road's at s = 0. Heading is the exact integral of the piecewise linear curvature, positions
-    are Gauss quadratures of it (1e-10 m); inside [s_min, s_max] the reference line is tabulated, beyond it is refused by `ValueError`.
+    are Gauss quadratures of it (1e-10 m); inside [s_min, s_max] the reference line is tabulated, beyond it goes on straight:
+    who must know how far away somebody out there is takes a longer piece.
     """
 
     road: Road
@@ -85,7 +86,9 @@ class FrenetFrame:
 
     def _line(self, s: Array) -> tuple[Array, Array, Array]:
         if s.size and (s.min() < self._s[0] or s.max() > self._s[-1]):
-            raise ValueError(f"s outside the tabulated road [{self._s[0]:g}, {self._s[-1]:g}] m")
+            there = np.clip(s, self._s[0], self._s[-1])
+            x, y, theta = self._line(there)
+            return x + (s - there) * np.cos(theta), y + (s - there) * np.sin(theta), theta
         i = np.clip(np.searchsorted(self._s, s, side="right") - 1, 0, self._s.size - 2)
         half = 0.5 * (s - self._s[i])
         theta = self.road_heading(self._s[i][..., None] + half[..., None] * (1.0 + _GAUSS_NODES))

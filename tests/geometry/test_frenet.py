@@ -115,7 +115,8 @@ def test_a_straight_road_is_the_plane():
     assert frame.to_plane(s, d, psi)[0] == pytest.approx(s)
 
 
-def test_beyond_the_table_is_refused():
+@pytest.mark.parametrize(("end_m", "beyond_m"), [(100.0, 50.0), (100.0, 1e6), (-10.0, -50.0), (-10.0, -1e9)])
+def test_beyond_the_table_the_road_goes_on_straight(end_m: float, beyond_m: float) -> None:
     frame = FrenetFrame(road=Road(curvature=((0.0, 0.01),)), s_min_m=-10.0, s_max_m=100.0)
-    with pytest.raises(ValueError, match="outside the tabulated road"):
-        frame.to_plane(np.array([150.0]), np.zeros(1), np.zeros(1))
+    (x0, x), (y0, y), (yaw0, yaw) = frame.to_plane(np.array([end_m, end_m + beyond_m]), np.full(2, 2.0), np.full(2, 0.1))
+    assert (x - x0, y - y0, yaw) == pytest.approx((beyond_m * math.cos(yaw0 - 0.1), beyond_m * math.sin(yaw0 - 0.1), yaw0))

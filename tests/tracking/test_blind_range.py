@@ -119,6 +119,18 @@ def test_a_ghost_does_not_live_for_ever_unless_it_stands() -> None:
     assert track is not None
 
 
+@pytest.mark.parametrize("elsewhere_m", [-3000.0, 3000.0])
+def test_who_is_hidden_on_a_bend_may_be_far_off_when_the_host_is_said_to_be_elsewhere(elsewhere_m: float) -> None:
+    """The host stands; then its place is a glitch. That raised: found by the attack."""
+    tracker = Tracker()
+    *_, (t, host, track) = followed(closing(0.5, rate_mps=0.4), until_s=12.0, speed=0.0, road=BEND, tracker=tracker)
+    assert track is not None
+    moved = replace(host, s_m=host.s_m + elsewhere_m)
+    tracker.update([radar_scan(t + STEP_S, [], sector=Sector.REAR, road=BEND, host=moved)], moved, BEND, t + STEP_S)
+    for life in tracker.tracks(t + STEP_S):
+        assert np.isfinite([life.s_m, life.d_m, life.speed_s_mps]).all()
+
+
 def test_nobody_is_kept_by_a_scan_that_does_not_look_there() -> None:
     """Alongside a bumper the radar is as near, but looks elsewhere."""
     for t, _, track in followed(closing(-2.0), until_s=6.0, d_m=2.6):
