@@ -27,7 +27,7 @@ _NOTHING_M = 1e-6  # a lane that is narrower is not there
 # What a road can have: from a footpath to a square, from wet ice to a racing tyre on rubber and wings.
 _LANE_WIDTHS_M = (0.1, 20.0)
 _WIDEST_SHOULDER_M = 1000.0
-_MOST_LANES = 100
+MOST_LANES = 100
 _FRICTIONS = (0.01, 10.0)
 _SPEED_LIMITS_MPS = (0.1, 150.0)
 _KAPPA_1PM = itemgetter(1)  # of a knot
@@ -66,8 +66,8 @@ class Road:
         require(self, non_negative, "shoulder_left_m", "shoulder_right_m")
         within("lane_width_m", self.lane_width_m, *_LANE_WIDTHS_M, "m")
         for name, value in (("lanes_left", self.lanes_left), ("lanes_right", self.lanes_right)):
-            if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= _MOST_LANES:
-                raise ParameterError(name, value, f"must be a whole number, at least 0 and at most {_MOST_LANES}")
+            if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MOST_LANES:
+                raise ParameterError(name, value, f"must be a whole number, at least 0 and at most {MOST_LANES}")
         within("shoulder_left_m", self.shoulder_left_m, 0.0, _WIDEST_SHOULDER_M, "m")
         within("shoulder_right_m", self.shoulder_right_m, 0.0, _WIDEST_SHOULDER_M, "m")
         within("friction", self.friction, *_FRICTIONS)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Iterator
 from functools import lru_cache
 from itertools import product
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, model_validator
 
 from mcdas_opt.catalogue.data_files import checked, data_folder, not_shipped, read_toml
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
@@ -20,6 +21,7 @@ from mcdas_opt.evaluation.family_scene import document_of
 from mcdas_opt.evaluation.spread import Spread
 
 _DRAWS = 500
+_MOST_SCENES = 1_000_000
 
 
 class Family(Ranges):
@@ -32,10 +34,16 @@ class Family(Ranges):
     name: str
     about: list[str] = Field(default_factory=list)
     seed: Annotated[int, Field(ge=0)] = 1
-    count: Annotated[int, Field(ge=1)] = 100
+    count: Annotated[int, Field(ge=1, le=_MOST_SCENES)] = 100
     grid: bool = False
     nominal: bool = False
     labels: bool = True
+
+    @model_validator(mode="after")
+    def _few_combinations(self) -> Self:
+        if self.grid and math.prod(len(values) for _, values in _lists(self, ())) > _MOST_SCENES:
+            raise ValueError(f"a grid must have at most {_MOST_SCENES} combinations")
+        return self
 
     def scene(self, index: int, seed: int = 0) -> Scene:
         """Scene `index` of the family's tree under `seed`: the same whatever other scenes are expanded.

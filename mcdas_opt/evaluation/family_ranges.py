@@ -7,7 +7,10 @@ from typing import Annotated, Any, Self
 from pydantic import Field, model_validator
 
 from mcdas_opt.catalogue.part import Part
-from mcdas_opt.evaluation.spread import Number, Spread
+from mcdas_opt.domain.road import MOST_LANES
+from mcdas_opt.evaluation.spread import Number, Spread, largest
+
+_MOST_CARS = 20  # in a lane
 
 
 class RoadSpread(Part):
@@ -18,6 +21,13 @@ class RoadSpread(Part):
     lanes_left: Number = 1
     lanes_right: Number = 1
     bend_mps2: Number = 0.0
+
+    @model_validator(mode="after")
+    def _few_lanes(self) -> Self:
+        for name, lanes in (("lanes_left", self.lanes_left), ("lanes_right", self.lanes_right)):
+            if largest(lanes) > MOST_LANES:
+                raise ValueError(f"{name} must be at most {MOST_LANES}")
+        return self
 
 
 class HostSpread(Part):
@@ -77,6 +87,12 @@ class SideSpread(Part):
     cars: Number = 0
     ahead_m: Number = 0.0
     speed_ratio: Number = 1.0
+
+    @model_validator(mode="after")
+    def _few_cars(self) -> Self:
+        if largest(self.cars) > _MOST_CARS:
+            raise ValueError(f"cars must be at most {_MOST_CARS}")
+        return self
 
 
 class BlockadeSpread(Part):

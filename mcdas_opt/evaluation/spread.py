@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from mcdas_opt.catalogue.part import Pair, Part
 
-_MOST_VALUES = 100_000
+_MOST_VALUES = 10_000
 _UNITS = {"km/h": 1.0 / 3.6, "mph": 0.44704}
 
 
@@ -78,6 +78,15 @@ class Spread(Part):
 
 
 Number = float | int | Spread
+
+
+def largest(number: Number) -> float:
+    """The largest that may be drawn."""
+    if not isinstance(number, Spread):
+        return float(number)
+    if number.by_speed is not None:
+        return max(value for _, value in number.by_speed)
+    return max(number.values if number.values is not None else (number.high or 0.0,))
 
 
 def draw(number: Number, rng: np.random.Generator, host_mps: float = 0.0) -> float:

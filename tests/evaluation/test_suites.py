@@ -186,6 +186,14 @@ def test_spreads(spread: dict[str, object], speed: float, wanted: set[float]) ->
         ('name = "x"\n[[part]]\nsuite = "sandwich"\nscene = 3\n', "did you mean 'scenes'"),
         ('name = "x"\n[[manoeuvre]]\nname = "m"\nduration_s = 3.0\nhost_mps = 3.0\ndesired_mps = 3.0\ngap_m = 5.0\n', "belong together"),
         ('name = "x"\nhost = { speed_mps = { low = 3.0 } }\n', "host.speed_mps"),
+        ('name = "x"\nhost = { speed_mps = 3.0 }\nside = { cars = 999999999999999 }\n', "cars must be at most"),
+        ('name = "x"\nhost = { speed_mps = 3.0 }\nroad = { lanes_left = { low = 0.0, high = 1e18 } }\n', "lanes_left must be at most"),
+        ('name = "x"\ncount = 99999999999\nhost = { speed_mps = 3.0 }\n', "count"),
+        (
+            'name = "x"\ngrid = true\n[host.speed_mps]\nfirst = 1.0\nlast = 9.0\nstep = 0.001\n[front]\ngap_m = 3.0\n[front.slower_mps]\n'
+            "first = 0.0\nlast = 9.0\nstep = 0.001\n",
+            "at most 1000000 combinations",
+        ),
         ('name = "x"\nhost = { speed_mps = 3.0 }\ncut_out = { ahead_m = 3.0, lateral_mps = 1.0 }\n', "need a front"),
     ],
 )
