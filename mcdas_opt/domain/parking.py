@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.equality import EqualByValue
 from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.rules import (
     FARTHEST_M,
@@ -81,8 +82,8 @@ class ParallelSlot:
         return tuple(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]) for x0, x1, y0, y1 in boxes)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ParkingCase:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ParkingCase(EqualByValue):
     """A parking problem. Coordinates are relative to `origin_m`, which the files' and the answers' coordinates include.
 
     `obstacles` are simple counter-clockwise polygons (n, 2), `names` their names in messages.
@@ -133,8 +134,8 @@ class ParkingCase:
             object.__setattr__(self, "names", tuple(f"obstacle[{k}]" for k in range(len(obstacles))))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ParkingTrajectory:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ParkingTrajectory(EqualByValue):
     """Equal-length vectors: poses of the rear axle's midpoint; speed negative in reverse.
 
     Speed and steering are linear in between, and poses are their integral. `acceleration_mps2` and `steering_rate_radps` at k hold over

@@ -9,11 +9,12 @@ from typing import Any, Protocol, TypeGuard
 
 import numpy as np
 
+from mcdas_opt.domain.equality import EqualByValue
 from mcdas_opt.domain.rules import Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BodyMotion:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BodyMotion(EqualByValue):
     """Body centres and headings (relative to the road) of one neighbour over a vector of times; all of one shape."""
 
     s_m: Array
@@ -41,8 +42,8 @@ class PredictedBody(Protocol):
     def margin_across_m(self, t_s: Any) -> Array: ...
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CruisingBody:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CruisingBody(EqualByValue):
     """Constant speed along the road, but for an `acceleration_mps2` held until `changing_s`; lateral speed fades with `lateral_fade_s`
     (drivers settle in a lane).
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mcdas_opt.domain.document import to_document
+from mcdas_opt.domain.equality import EqualByValue
 from mcdas_opt.domain.rules import Array, all_finite, floats, vector
 from mcdas_opt.errors import ParameterError
 
@@ -20,8 +21,8 @@ class _Tabled:
     _kept: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Trajectory(_Tabled):
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Trajectory(_Tabled, EqualByValue):
     """Equal-length vectors. (s, d) body centre, heading relative to the road at s; speed, acceleration, steering of the rear axle.
 
     `jerk_mps3` and `steering_rate_radps` at k hold over [t_k, t_k+1); the last repeats. Built by anybody: soundness is the judge's.

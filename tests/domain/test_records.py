@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from mcdas_opt.domain.body import Body
 from mcdas_opt.domain.grid import TimeGrid
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import covariance, vector, within
 from mcdas_opt.domain.settings import PredictionSettings, SelectorSettings, Settings, SigmoidSettings
@@ -192,3 +193,18 @@ def test_an_unknown_name_is_answered_with_the_nearest_or_with_all():
 def test_settings_refuse_what_makes_no_sense(record: Any, wrong: dict[str, float], named: str) -> None:
     with pytest.raises(ParameterError, match=named):
         record(**wrong)
+
+
+def test_records_that_hold_arrays_are_equal_by_value() -> None:
+    def trajectory(last_m: float) -> Trajectory:
+        return Trajectory(**{name: (0.0, last_m if name == "s_m" else 0.1) for name in Trajectory.__dataclass_fields__})
+
+    def case(corner_m: float) -> ParkingCase:
+        return ParkingCase(start=(6.0, 1.4, 0.0), goal=(1.0, -1.0, 0.0), obstacles=(((20.0, 20.0), (21.0, 20.0), (corner_m, 21.0)),))
+
+    for make in (trajectory, case):
+        assert make(20.5) == make(20.5)
+        assert make(20.5) != make(20.6)
+        assert make(20.5) != "another thing"
+        with pytest.raises(TypeError):
+            hash(make(20.5))
