@@ -18,7 +18,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import WarningSettings
 from mcdas_opt.domain.situation import Situation
-from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.evaluation.families import load_family
@@ -47,6 +47,7 @@ def platoon(path: Path, settings: WarningSettings, every: int) -> Counter[str]:
             acceleration = (pace - past.get(f"veh{host}_v", pace)) / max(row["t"] - past["t"], 1e-3)
             situation = Situation(
                 host=HostState(speed_mps=pace, acceleration_mps2=float(np.clip(acceleration, -8.0, 3.0))),
+                coverage=Coverage(),
                 tracks=(
                     Track(id="front", s_m=ahead, d_m=0.0, speed_s_mps=row[f"veh{host - 1}_v"]),
                     Track(id="rear", s_m=-behind, d_m=0.0, speed_s_mps=row[f"veh{host + 1}_v"]),

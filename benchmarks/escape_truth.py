@@ -38,7 +38,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import KnownBody, PredictedBody, Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
-from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import ViolationKind
@@ -92,7 +92,7 @@ def situation_of(seed: int, index: int) -> Situation:
         acceleration_mps2=r.uniform(-0.5, 0.5),
         steering_rad=float(np.arctan(2.7 * (kappa + r.normal(0.0, 0.05) / v**2))),
     )
-    return Situation(host=host, tracks=tuple(tracks), road=road)
+    return Situation(host=host, coverage=Coverage(), tracks=tuple(tracks), road=road)
 
 
 def _car(name: str, s: float, d: float, v: float, sideways: float) -> Track:

@@ -21,7 +21,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
-from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
@@ -71,7 +71,7 @@ def traffic(kind: str, tracks: int, random: np.random.Generator) -> Situation:
     )
     first = [next(track for track in nearest if holds(track)) for holds in lanes]
     others = [track for track in nearest if track not in first]
-    return Situation(host=HostState(speed_mps=SPEED_MPS), tracks=tuple([*first, *others][:tracks]), road=road)
+    return Situation(host=HostState(speed_mps=SPEED_MPS), coverage=Coverage(), tracks=tuple([*first, *others][:tracks]), road=road)
 
 
 def later(situation: Situation, plan: Plan) -> Situation:

@@ -16,7 +16,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.situation import Situation
-from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.dynamics.bicycle import road_bicycle
@@ -89,7 +89,7 @@ def evasion(rng: np.random.Generator, neighbours: int = 3, *, side: Side | None 
                 covariance=_COVARIANCE,
             )
         )
-    situation = Situation(host=host, tracks=tuple(cars), road=road, desired_speed_mps=v)
+    situation = Situation(host=host, coverage=Coverage(), tracks=tuple(cars), road=road, desired_speed_mps=v)
     return situation, evading(situation, Side.LEFT if sign > 0 else Side.RIGHT)
 
 

@@ -30,7 +30,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import HeadwaySettings, Settings, WarningSettings
 from mcdas_opt.domain.situation import Situation
-from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.track import Coverage, Track
 
 CYCLE_S = 0.1
 FREQUENCIES_HZ = (0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
@@ -69,7 +69,9 @@ def drive(leader_mps: Array, *, cars: int = 5, planner: str = "mpc", noise: bool
         for i, (one, host) in enumerate(zip(planners, hosts, strict=True)):
             least[i] = min(least[i], ahead[0] - host.s_m - length)
             track = _track(ahead, rng if noise else None, length)
-            asked = Situation(time_s=round(k * CYCLE_S, 9), host=host, tracks=(track,), road=road, desired_speed_mps=desired)
+            asked = Situation(
+                time_s=round(k * CYCLE_S, 9), host=host, coverage=Coverage(), tracks=(track,), road=road, desired_speed_mps=desired
+            )
             plan = one.plan(asked)
             fallbacks += plan.status.value != "planned"
             ahead = (host.s_m, host.speed_mps, host.acceleration_mps2)

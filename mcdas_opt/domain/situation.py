@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,10 +18,22 @@ from mcdas_opt.domain.vocabulary import Request, Sector
 from mcdas_opt.errors import InputError, ParameterError
 
 
+def _unsaid() -> Coverage:
+    warnings.warn(
+        "coverage: must be said: which sectors does a working sensor watch? Unsaid, all four are taken for watched; that will be an error. "
+        "Coverage() where all are, else Coverage(rear=False, ...)",
+        FutureWarning,
+        stacklevel=3,
+    )
+    return Coverage()
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Situation:
     """Everything a plan may depend on. `road.friction` is the friction that the planner assumes.
 
+    `coverage` says which sectors a working sensor watches: "nothing there" and "cannot see" are different. To leave it out is deprecated:
+    all four are taken for watched, and a `FutureWarning` says so.
     `vehicle` names the host's car (a shipped vehicle or a path; None: whichever the planner has, the sedan where it has none);
     `desired_speed_mps` defaults to the host's speed.
     `destination`: where to be, and when, if that matters; times are those of `time_s`.
@@ -29,7 +42,7 @@ class Situation:
     time_s: float = 0.0
     host: HostState
     tracks: tuple[Track, ...] = ()
-    coverage: Coverage = field(default_factory=Coverage)
+    coverage: Coverage = field(default_factory=_unsaid)
     road: Road = field(default_factory=Road)
     vehicle: str | None = None
     desired_speed_mps: float | None = None

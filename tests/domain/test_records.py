@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import math
+import warnings
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -208,3 +211,21 @@ def test_records_that_hold_arrays_are_equal_by_value() -> None:
         assert make(20.5) != "another thing"
         with pytest.raises(TypeError):
             hash(make(20.5))
+
+
+def test_which_sectors_are_watched_has_to_be_said() -> None:
+    with pytest.warns(FutureWarning, match=r"coverage: must be said") as told:
+        assert Situation(host=HostState()).coverage == Coverage()
+    assert [Path(one.filename) for one in told] == [Path(__file__)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        said = Situation(host=HostState(), coverage=Coverage(rear=False))
+        assert dataclasses.replace(said, time_s=1.0).coverage == Situation.from_json(said.to_json()).coverage == said.coverage
+
+
+def test_the_package_says_which_sectors_are_watched_wherever_it_makes_a_situation() -> None:
+    project = Path(__file__).parents[2]
+    for path in [*(project / "mcdas_opt").rglob("*.py"), *(project / "benchmarks").rglob("*.py")]:
+        for call in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "Situation":
+                assert {"coverage", None} & {keyword.arg for keyword in call.keywords}, f"{path}:{call.lineno}"

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.rules import positive, require, whole
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Coverage
 from mcdas_opt.errors import MissingExtraError, ParameterError
 from mcdas_opt.interop.gym.road_side import RoadSide, highway_vehicle, road_of
 from mcdas_opt.planning.planner import Planner
@@ -130,6 +131,7 @@ class HighwayDriver:
         return Situation(
             time_s=round(self._now_s, 9),
             host=host,
+            coverage=Coverage(),
             tracks=tuple(tracks),
             road=road,
             vehicle=self.planner.vehicle.name,

@@ -14,7 +14,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import positive, require_type, require_type_if_given
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
-from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.esr_codec import EsrCodec
@@ -103,5 +103,7 @@ def warm_up(planner: Planner) -> None:
     a live cycle does not have."""
     for count in _CROWDS:
         tracks = tuple(Track(id=str(k), s_m=40.0 + 12.0 * k, d_m=0.0, speed_s_mps=10.0) for k in range(count))
-        planner.plan(Situation(host=HostState(speed_mps=15.0), tracks=tracks, road=planner.road, vehicle=planner.vehicle.name))
+        planner.plan(
+            Situation(host=HostState(speed_mps=15.0), coverage=Coverage(), tracks=tracks, road=planner.road, vehicle=planner.vehicle.name)
+        )
         planner.reset()

@@ -14,6 +14,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import positive
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Coverage
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side, Status
 from mcdas_opt.errors import InputError, ParameterError
@@ -143,6 +144,7 @@ class SumoDriver:
         return Situation(
             time_s=now,
             host=state,
+            coverage=Coverage(),
             tracks=tuple(self._traffic.tracks(others, now)),
             road=road,
             vehicle=self.vehicle.name,
