@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
@@ -38,7 +39,7 @@ class DesignFile(Part):
 
 def load_parameters(path: Path) -> tuple[SigmoidSettings | None, dict[str, float]]:
     """A file's sigmoid, or its values by name. Raises `InputError` that names file, key, value and rule."""
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(path, "", None, "no such file")
     document = checked(DesignFile, read_toml(path), path)
     if (document.sigmoid is None) == (not document.values):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import zlib
 from collections.abc import Iterator
 from functools import lru_cache
@@ -109,10 +110,10 @@ def load_family(name: str | Path) -> Family:
 def suite_file(name: str | Path) -> Path:
     """The file behind a path or a shipped name. Raises `InputError` that lists the shipped ones."""
     path = Path(name)
-    if path.is_file():
+    if os.path.isfile(path):
         return path
     path = suites_folder() / f"{name}.toml"
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise not_shipped(str(name), "suite", shipped_suites())
     return path
 

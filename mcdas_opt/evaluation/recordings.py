@@ -5,6 +5,7 @@ What was recorded is read from a folder that the user names; nothing of it is pa
 
 from __future__ import annotations
 
+import os
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -81,7 +82,7 @@ class Recordings(Part):
         if self.triples is None:
             return
         path = folder / self.triples
-        if not path.is_file():
+        if not os.path.isfile(path):
             raise InputError(folder, "", None, f"holds no {self.triples}")
         for number, triple in enumerate(read_json(path)["triples"]):
             try:

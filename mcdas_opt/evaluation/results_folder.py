@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +21,10 @@ def open_folder(folder: Path, manifest: dict[str, Any], resume: bool) -> None:
     Raises `InputError`, and touches nothing, where it holds results and `resume` is false, or results of anything else than `manifest`.
     """
     path = folder / MANIFEST
-    if not path.is_file():
-        if folder.exists() and not folder.is_dir():
+    if not os.path.isfile(path):
+        if os.path.exists(folder) and not os.path.isdir(folder):
             raise InputError(folder, "", None, "is not a folder")
-        if folder.is_dir() and any(not entry.name.startswith(".") for entry in folder.iterdir()):
+        if os.path.isdir(folder) and any(not entry.name.startswith(".") for entry in folder.iterdir()):
             raise InputError(folder, "", None, "is not empty and holds no benchmark: name another --out")
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -44,7 +45,7 @@ def open_folder(folder: Path, manifest: dict[str, Any], resume: bool) -> None:
 def frozen_labels(folder: Path, suite_hash: str) -> dict[str, Any] | None:
     """The labels as they were frozen; None before that. Raises `InputError` where they are of another suite."""
     path = folder / LABELS
-    if not path.is_file():
+    if not os.path.isfile(path):
         return None
     found = read_json(path)
     if not isinstance(found, dict) or found.get("suite_hash") != suite_hash:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -253,13 +254,13 @@ def _manifest(settings: EpisodeSettings, seeds: Sequence[int], drivers: Sequence
 def _open(folder: Path, manifest: Record) -> None:
     """Makes the folder, or checks that it is of the same run."""
     path = folder / MANIFEST
-    if path.is_file():
+    if os.path.isfile(path):
         found = read_json(path)
         wrong = next((key for key in manifest if not isinstance(found, dict) or found.get(key) != manifest[key]), None)
         if wrong is not None:
             raise InputError(path, wrong, None, "is of another run: name another --out")
         return
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+    if os.path.exists(folder) and (not os.path.isdir(folder) or any(folder.iterdir())):
         raise InputError(folder, "", None, "is not empty and holds no such run: name another --out")
     try:
         folder.mkdir(parents=True, exist_ok=True)

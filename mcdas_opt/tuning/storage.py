@@ -40,7 +40,7 @@ def open_study(file: Path, name: str, fingerprint: dict[str, Any], directions: i
 
 def _check(file: Path, name: str, fingerprint: dict[str, Any]) -> None:
     """Reads the file without opening it for writing."""
-    if not file.exists():
+    if not os.path.exists(file):
         if not file.parent.is_dir():
             raise InputError(file, "", None, "its folder does not exist")
         return

@@ -183,6 +183,7 @@ def test_spreads(spread: dict[str, object], speed: float, wanted: set[float]) ->
     ("text", "key"),
     [
         ('name = "x"\n[[part]]\nsuite = "nowhere"\n', "no such file"),
+        (f'name = "x"\n[[part]]\nsuite = "{"a" * 3000}"\n', "no such file"),
         ('name = "x"\n[[part]]\nsuite = "sandwich"\nscene = 3\n', "did you mean 'scenes'"),
         ('name = "x"\n[[manoeuvre]]\nname = "m"\nduration_s = 3.0\nhost_mps = 3.0\ndesired_mps = 3.0\ngap_m = 5.0\n', "belong together"),
         ('name = "x"\nhost = { speed_mps = { low = 3.0 } }\n', "host.speed_mps"),

@@ -114,7 +114,7 @@ def started(config: Path, seed: int, options: Sequence[str] = ()) -> Iterator[Co
     """
     require_libsumo()
     libsumo = _libsumo()
-    if not config.is_file():
+    if not os.path.isfile(config):
         raise InputError(config, "", None, "no such file")
     steps = ("--step-length", "0.1", "--no-step-log", "--collision.action", "warn")
     said: list[str] = []

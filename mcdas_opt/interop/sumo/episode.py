@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,10 +46,10 @@ class Episode:
 
 def sumo_config(name: str) -> Path:
     """The configuration behind a path or a shipped name. Raises `InputError` that lists the shipped ones."""
-    if Path(name).is_file():
+    if os.path.isfile(name):
         return Path(name)
     path = models_folder() / "sumo" / f"{name}.sumocfg"
-    if path.is_file():
+    if os.path.isfile(path):
         return path
     raise not_shipped(name, "SUMO configuration", shipped("sumo", ".sumocfg"))
 
