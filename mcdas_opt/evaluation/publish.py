@@ -18,10 +18,12 @@ from mcdas_opt.evaluation.running.executor import Executor
 from mcdas_opt.evaluation.running.journal import write_whole
 from mcdas_opt.evaluation.running.messages import Ended, Task
 from mcdas_opt.evaluation.suites import Suite
-from mcdas_opt.evaluation.summary import pairs, summarise, worst
+from mcdas_opt.evaluation.summary import lost, pairs, summarise, worst
 from mcdas_opt.evaluation.table import write_table
 
 WORST = "worst"
+CARDS = 20  # scenes with a picture in the report
+MOST_PAGES = 60  # that play a scene
 SCHEMA_VERSION = 1
 
 
@@ -40,8 +42,8 @@ def publish(suite: Suite, results: Results, folder: Path, executor: Executor, pr
     origin = {**results.manifest, "rows_hash": results.rows_hash}
     table = write_table(folder, results.rows, results, origin)
     summary = summarise(results.rows, results.cycles_ms, results.took_s, planners)
-    cards = _worst(suite, results, folder, executor, progress)
-    document = report(origin, results.rows, results.cycles_ms, summary, cards, suite.about)
+    cards, pages = _worst(suite, results, folder, executor, progress)
+    document = report(origin, results.rows, results.cycles_ms, summary, cards, suite.about, pages)
     (folder / FIGURES).mkdir(exist_ok=True)
     for picture in document.pictures:
         write_whole(folder / FIGURES / picture.name, picture.png)
@@ -59,34 +61,50 @@ def publish(suite: Suite, results: Results, folder: Path, executor: Executor, pr
     return Published(document=answer, rows=table, report=folder / "report.html")
 
 
-def portrait(case: Case, planner: str, plant: str) -> bytes:
-    """The drive once more, as a picture."""
+def portrait(case: Case, planner: str, plant: str) -> tuple[bytes, str]:
+    """The drive once more, as a picture and as a page that plays it."""
+    from mcdas_opt.plotting.player import drive_page
     from mcdas_opt.plotting.style import png_bytes
     from mcdas_opt.plotting.thumbnail import draw_thumbnail
     from mcdas_opt.simulation.loop import simulate
 
-    return png_bytes(draw_thumbnail(simulate(case.scene, planner, plant)))
+    drive = simulate(case.scene, planner, plant)
+    return png_bytes(draw_thumbnail(drive)), drive_page(drive)
 
 
-def _worst(suite: Suite, results: Results, folder: Path, executor: Executor, progress: Progress) -> list[Card]:
-    """The first planner's worst drives: each scene as a file, its picture, and how to see it again."""
+def _worst(suite: Suite, results: Results, folder: Path, executor: Executor, progress: Progress) -> tuple[list[Card], dict[int, str]]:
+    """The first planner's worst drives: each scene as a file, its picture, its page, and how to see it again; and the page of every scene.
+
+    Those that can be won and were lost come first, and have a page each up to `MOST_PAGES`.
+    """
     planner, plant = results.manifest["planners"][0], results.manifest["plant"]
-    chosen = worst(results.rows, planner)
+    mine = worst(results.rows, planner, len(results.rows))
+    could_be_won = sum(lost(row) and row["label"] in "A-" for row in mine)
+    chosen = mine[: max(CARDS, min(could_be_won, MOST_PAGES))]
     cases = {case.index: case for case in suite.cases}
     (folder / WORST).mkdir(exist_ok=True)
     tasks = [Task(portrait, (cases[row["index"]], planner, plant), results.manifest["limit_s"]) for row in chosen]
     pictures: dict[int, bytes] = {}
+    pages: dict[int, str] = {}
     progress("pictures", 0, len(tasks))
     for number, answer in executor.run(tasks):
-        pictures[number] = answer.value if answer.ended is Ended.RETURNED else _blank(answer.reason)
+        if answer.ended is Ended.RETURNED:
+            pictures[number], text = answer.value
+            page = f"{WORST}/{chosen[number]['scene']}.html"
+            write_whole(folder / page, text)
+            pages[chosen[number]["index"]] = page
+        else:
+            pictures[number] = _blank(answer.reason)
         progress("pictures", len(pictures), len(tasks))
     cards = []
     for number, row in enumerate(chosen):
         path = folder / WORST / f"{row['scene']}.toml"
         write_whole(path, scene_file(cases[row["index"]].scene))
         how = f"--planner {planner} --plant {plant} --out {row['scene']}.gif"
-        cards.append(card(row, pictures[number], f"mcdas-opt simulate {shlex.quote(str(path))} {how}"))
-    return cards
+        if number < CARDS:
+            command = f"mcdas-opt simulate {shlex.quote(str(path))} {how}"
+            cards.append(card(row, pictures[number], command, pages.get(row["index"], "")))
+    return cards, pages
 
 
 def _blank(reason: str) -> bytes:

@@ -68,6 +68,7 @@ def draw_scatter(points: Mapping[str, Array]) -> Figure:
             axes.plot(x[~safe], y[~safe], "x", ms=3.6, mew=1.0, alpha=0.8, color=style.VERMILION, label="lost")
             axes.set_title(f"{planners[k]}\n{int((~safe).sum())} of {len(found)} lost", fontsize=9)
             axes.set(xlim=(-0.3, _HARDEST_MPS2 + 0.3), ylim=(-0.3, _FARTHEST_M + 0.3))
+            axes.tick_params(labelbottom=k + columns >= len(planners))  # the lowest of its column, where the last row is short
         fig.supxlabel("largest acceleration [m/s²]", fontsize=9)
         fig.supylabel("least clearance [m]", fontsize=9)
         _legend(fig, grid.flat[0])

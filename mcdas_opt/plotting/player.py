@@ -35,7 +35,12 @@ _CHART_EVERY_S = 0.02
 
 def save_drive(simulation: Simulation, path: str | Path) -> Path:
     """Writes the drive as a page. Raises `InputError` for another suffix than .html."""
-    return _write(path, web.page(f"{simulation.name} · {simulation.planner}", "Drive", drive_document(simulation)))
+    return _write(path, drive_page(simulation))
+
+
+def drive_page(simulation: Simulation) -> str:
+    """The page itself."""
+    return web.page(f"{simulation.name} · {simulation.planner}", "Drive", drive_document(simulation))
 
 
 def save_parking(case: ParkingCase, parking: Parking, path: str | Path) -> Path:

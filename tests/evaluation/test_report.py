@@ -17,6 +17,7 @@ import pytest
 from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.evaluation.case import Traffic
 from mcdas_opt.evaluation.reporting.contents import card, report
+from mcdas_opt.evaluation.reporting.document import Bars, Heading, Table
 from mcdas_opt.evaluation.reporting.render import html, markdown
 from mcdas_opt.evaluation.row import Row, row_of
 from mcdas_opt.evaluation.suites import expand
@@ -92,8 +93,10 @@ def page() -> tuple[str, str]:
     rows, cycles = table()
     summary = summarise(rows, cycles, [0.5] * len(rows), PLANNERS)
     blank = png_bytes(figure(2.0, 1.0))
-    cards = [card(row, blank, f"mcdas-opt simulate worst/{row['scene']}.toml --planner mpc") for row in worst(rows, "mpc", 2)]
-    found = report(manifest(31), rows, cycles, summary, cards, ["About <this> suite."])
+    chosen = worst(rows, "mpc", 2)
+    pages = {row["index"]: f"worst/{row['scene']}.html" for row in chosen}
+    cards = [card(row, blank, f"mcdas-opt simulate worst/{row['scene']}.toml --planner mpc", pages[row["index"]]) for row in chosen]
+    found = report(manifest(31), rows, cycles, summary, cards, ["About <this> suite."], pages)
     return html(found), markdown(found)
 
 
@@ -166,11 +169,47 @@ def test_html_is_whole_and_needs_nothing_else(page: tuple[str, str]) -> None:
     elements.feed(page[0])
     assert elements.open == []
     assert elements.links
-    assert all(link.startswith("data:") for link in elements.links)
+    beside = {link for link in elements.links if not link.startswith("data:")}
+    assert beside
+    assert beside <= {*(f"worst/scene%3C{index}%3E.html" for index in range(30)), "worst/last.html"}
     assert "<script" not in page[0]
     assert "a &lt;suite&gt;" in page[0]
     assert "About &lt;this&gt; suite." in page[0]
     assert re.search(r"scene<\d", page[0]) is None
+
+
+def test_the_report_leads_with_what_was_lost_on_a_and_names_every_such_scene() -> None:
+    rows, cycles = table()
+    summary = summarise(rows, cycles, [0.5] * len(rows), PLANNERS)
+    mine = [row for row in rows if row["planner"] == "mpc" and row["label"] in "A-" and row["outcome"] != "safe"]
+    blocks = report(manifest(31), rows, cycles, summary, [], (), {row["index"]: "page.html" for row in mine[:2]}).blocks
+    heading, bars = blocks[:2]
+    assert isinstance(heading, Heading)
+    assert heading.text == "Lost, of the scenes that can be won (A): scripted traffic"
+    assert isinstance(bars, Bars)
+    assert [bar.name for bar in bars.bars] == list(PLANNERS)
+    share = summary["mpc"]["scripted"]["lost_on_A"]
+    assert bars.bars[0].says.startswith(f"{share['k']} of {share['n']}, ")
+    lost_table = next(block for block in blocks if isinstance(block, Table))
+    assert {cells[0].text for cells in lost_table.rows} == {row["scene"] for row in mine}
+    assert [cells[0].page for cells in lost_table.rows].count("page.html") == 2
+    also = {(row["scene"], row["planner"]) for row in rows if row["outcome"] != "safe"}
+    for scene, _, _, others in lost_table.rows:
+        named = [] if others.text == "nobody" else others.text.split(", ")
+        assert set(named) == {planner for planner in PLANNERS[1:] if (scene.text, planner) in also}
+
+
+def test_many_planners_and_families_stay_tables() -> None:
+    rows, cycles = table()
+    names = [f"planner-{k}" for k in range(9)]
+    many = [{**row, "planner": name} for row in rows if row["planner"] == "mpc" for name in names]
+    times = [times for row, times in zip(rows, cycles, strict=True) if row["planner"] == "mpc" for _ in names]
+    found = report({**manifest(31), "planners": names}, many, times, summarise(many, times, [0.5] * len(many), names), [])
+    assert not [picture.name for picture in found.pictures if picture.name.startswith("families")]
+    by_family = [block for block in found.blocks if isinstance(block, Table) and block.columns[0] == "family"]
+    assert [list(block.columns[1:]) for block in by_family] == [names, names]
+    compared = next(block for block in found.blocks if isinstance(block, Table) and block.columns[0] == "pair")
+    assert all(cells[0].text.startswith("planner-0 against") for cells in compared.rows)
 
 
 def test_markdown_says_the_same(page: tuple[str, str]) -> None:

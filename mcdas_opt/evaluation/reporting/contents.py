@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.evaluation.reporting.document import Block, Card, Cards, Cell, Heading, Paragraph, Picture, Report, Table
-from mcdas_opt.evaluation.summary import collided, kinds, lost, pairs
+from mcdas_opt.evaluation.reporting.document import Bar, Bars, Block, Card, Cards, Cell, Heading, Paragraph, Picture, Report, Table
+from mcdas_opt.evaluation.summary import collided, kinds, lost, pairs, worst
 from mcdas_opt.plotting.benchmark import draw_cycle_times, draw_families, draw_scatter
 from mcdas_opt.plotting.style import png_bytes
 
@@ -30,6 +30,8 @@ _HEADLINE = (
     ("followers made to brake", "followers_braked"),
     ("unverified plans", "unverified_plans"),
 )
+MOST_LISTED = 100  # lost scenes
+MOST_DRAWN = 4  # planners in one chart of bars
 _AFTER = (("ordinary again at the end", "ordinary_again"), ("plans by the fallback", "fallback_plans"))
 _DISTRIBUTIONS = (
     ("least clearance [m]", "min_clearance_m"),
@@ -69,14 +71,16 @@ def report(
     summary: Mapping[str, Any],
     cards: Sequence[Card],
     about: Sequence[str] = (),
+    pages: Mapping[int, str] | None = None,
 ) -> Report:
-    """The whole report; `about` is what the suite says of itself."""
+    """The whole report; `about` is what the suite says of itself, `pages` the files beside it that play the first planner's lost scenes."""
     planners = list(manifest["planners"])
-    blocks: list[Block] = []
+    blocks: list[Block] = [block for kind in kinds(rows) for block in _lead(kind, planners, summary)]
+    blocks += _lost_scenes(rows, planners, pages or {})
     for kind in kinds(rows):
         blocks += _traffic(kind, [row for row in rows if row["traffic"] == kind], planners, summary)
     blocks += _times(rows, cycles_ms, planners, summary)
-    blocks += [Heading(text="Planners compared on the same scenes"), _pairs(pairs(rows, planners))]
+    blocks += [Heading(text="Planners compared on the same scenes"), _pairs(pairs(rows, planners), planners)]
     if cards:
         blocks += [Heading(text=f"The {len(cards)} worst scenes of {planners[0]}"), Cards(cards=cards)]
     blocks += [Heading(text="How to read this"), *(Paragraph(text=text) for text in _MEANINGS)]
@@ -103,19 +107,7 @@ def _traffic(kind: str, rows: Sequence[Record], planners: Sequence[str], summary
         Heading(text="Distributions", level=3),
         _distributions(found),
     ]
-    measure = "lost_on_A" if any(part["lost_on_A"]["n"] for part in first["families"].values()) else "lost"
-    says = {"lost_on_A": "lost, of the avoidable scenes [%]", "lost": "lost [%]"}[measure]
-    bars = {
-        family: {planner: _interval(found[planner]["families"][family][measure]) for planner in planners}
-        for family, part in first["families"].items()
-        if part[measure]["n"]
-    }
-    if bars:
-        png = png_bytes(draw_families(bars, planners, says))
-        blocks += [
-            Heading(text="By family", level=3),
-            Picture(name=f"families-{kind}.png", png=png, says=f"Share {says} by family and planner, with 95 % intervals."),
-        ]
+    blocks += _families(found, planners, kind)
     points = {planner: points_of([row for row in rows if row["planner"] == planner]) for planner in planners}
     says = "Each drive: how near it came to anybody, against how hard it accelerated or braked; what lies beyond is drawn at the edge."
     blocks += [
@@ -125,25 +117,89 @@ def _traffic(kind: str, rows: Sequence[Record], planners: Sequence[str], summary
     return blocks
 
 
+def _lead(kind: str, planners: Sequence[str], summary: Mapping[str, Any]) -> list[Block]:
+    """What counts most, first: of the scenes that can be won, how many were lost."""
+    found = {planner: summary[planner][kind] for planner in planners}
+    labelled = any(figures["lost_on_A"]["n"] for figures in found.values())
+    shares = {planner: figures["lost_on_A" if labelled else "lost"] for planner, figures in found.items()}
+    bars = [Bar(name=name, rate=q["rate"], low=q["low"], high=q["high"], says=_counted(q)) for name, q in shares.items() if q["n"]]
+    what = "Lost, of the scenes that can be won (A)" if labelled else "Lost, of all scenes"
+    shown = Bars(bars=bars, caption="With the 95 % interval of Clopper and Pearson.")
+    return [Heading(text=f"{what}: {kind} traffic"), shown] if bars else []
+
+
+def _counted(share: Record) -> str:
+    return f"{share['k']} of {share['n']}, {100.0 * share['rate']:.1f} % [{100.0 * share['low']:.1f}, {100.0 * share['high']:.1f}]"
+
+
+def _lost_scenes(rows: Sequence[Record], planners: Sequence[str], pages: Mapping[int, str]) -> list[Block]:
+    """The scenes that can be won and that the first planner lost, each with its page, and who else lost it."""
+    first, *others = planners
+    mine = [row for row in worst(rows, first, len(rows)) if lost(row) and row["label"] in "A-"]
+    if not mine:
+        return []
+    losers: dict[int, list[str]] = {}
+    for row in rows:
+        if row["planner"] in others and lost(row):
+            losers.setdefault(row["index"], []).append(row["planner"])
+    shown = [
+        [
+            Cell(row["scene"], page=pages.get(row["index"], "")),
+            Cell(row["family"]),
+            Cell(fate(row)),
+            *([Cell(", ".join(losers.get(row["index"], [])) or "nobody")] if others else []),
+        ]
+        for row in mine[:MOST_LISTED]
+    ]
+    more = f"and {len(mine) - MOST_LISTED} more, in rows.csv. " if len(mine) > MOST_LISTED else ""
+    table = Table(
+        columns=["scene", "family", "what happened", *(["also lost by"] if others else [])],
+        rows=shown,
+        caption=f"{more}Each name leads to a page that plays the drive.",
+        is_text=True,
+    )
+    return [Heading(text=f"What {first} lost", level=3), table]
+
+
 def _shares(shown: Sequence[tuple[str, str]], found: Mapping[str, Any]) -> Table:
-    best: dict[str, float | None] = {}
-    for _, key in shown:
+    rows = []
+    for title, key in shown:
         rates = {figures[key]["rate"] for figures in found.values()}
-        best[key] = min((rate for rate in rates if rate is not None), default=None) if len(rates) > 1 else None
-    rows = [[Cell(planner), *(_share(figures[key], best[key]) for _, key in shown)] for planner, figures in found.items()]
-    return Table(columns=["planner", *(title for title, _ in shown)], rows=rows, caption="The fewest stand out.")
+        best = min((rate for rate in rates if rate is not None), default=None) if len(rates) > 1 else None
+        rows.append([Cell(title), *(_share(figures[key], best) for figures in found.values())])
+    return Table(columns=["share of drives", *found], rows=rows, caption="The fewest stand out.")
 
 
 def _after(found: Mapping[str, Any]) -> Table:
-    rows = [[Cell(planner), *(_share(figures[key], None) for _, key in _AFTER)] for planner, figures in found.items()]
-    return Table(columns=["planner", *(title for title, _ in _AFTER)], rows=rows, caption="After an emergency; the share of cycles.")
+    rows = [[Cell(title), *(_share(figures[key], None) for figures in found.values())] for title, key in _AFTER]
+    return Table(columns=["after an emergency", *found], rows=rows, caption="After an emergency; the share of cycles.")
 
 
 def _distributions(found: Mapping[str, Any]) -> Table:
     shown = [(title, key) for title, key in _DISTRIBUTIONS if any(figures[key]["n"] for figures in found.values())]
-    rows = [[Cell(planner), *(_spread(figures[key]) for _, key in shown)] for planner, figures in found.items()]
-    columns = ["planner", *(title for title, _ in shown)]
-    return Table(columns=columns, rows=rows, caption="Median, and below it the 5 % and 95 % quantiles and n.")
+    rows = [[Cell(title), *(_spread(figures[key]) for figures in found.values())] for title, key in shown]
+    return Table(columns=["over the drives", *found], rows=rows, caption="Median, and below it the 5 % and 95 % quantiles and n.")
+
+
+def _families(found: Mapping[str, Any], planners: Sequence[str], kind: str) -> list[Block]:
+    """Of few planners a picture; of many a table, which stays readable."""
+    parts = found[planners[0]]["families"]
+    measure = "lost_on_A" if any(part["lost_on_A"]["n"] for part in parts.values()) else "lost"
+    says = {"lost_on_A": "lost, of the avoidable scenes [%]", "lost": "lost [%]"}[measure]
+    shares = {
+        family: {planner: found[planner]["families"][family][measure] for planner in planners}
+        for family, part in parts.items()
+        if part[measure]["n"]
+    }
+    if not shares:
+        return []
+    heading = Heading(text="By family", level=3)
+    if len(planners) > MOST_DRAWN:
+        rows = [[Cell(family), *(_share(share, 0.0) for share in of.values())] for family, of in shares.items()]
+        return [heading, Table(columns=["family", *planners], rows=rows, caption=f"Share {says}; families without a loss stand out.")]
+    bars = {family: {planner: _interval(share) for planner, share in of.items()} for family, of in shares.items()}
+    png = png_bytes(draw_families(bars, planners, says))
+    return [heading, Picture(name=f"families-{kind}.png", png=png, says=f"Share {says} by family and planner, with 95 % intervals.")]
 
 
 def _times(
@@ -168,15 +224,20 @@ def _times(
     return [Heading(text="Cycle time"), table, Picture(name="cycle-times.png", png=png_bytes(draw_cycle_times(times)), says=says)]
 
 
-def _pairs(found: Sequence[Record]) -> Table:
+def _pairs(found: Sequence[Record], planners: Sequence[str]) -> Table:
+    """Of many planners the first against each of the others."""
+    is_cut = len(planners) > MOST_DRAWN
     rows = []
     for pair in found:
+        if is_cut and planners[0] not in (pair["first"], pair["second"]):
+            continue
         counts = (str(pair[key]) for key in ("n", "only_first", "only_second"))
         rows.append(_cells(f"{pair['first']} against {pair['second']}", pair["traffic"], pair["measure"], *counts, _p(pair["p"])))
     return Table(
         columns=["pair", "traffic", "measure", "scenes", "only the first lost", "only the second lost", "p"],
         rows=rows,
-        caption="Exact McNemar test, two-sided; not corrected for the number of pairs.",
+        caption="Exact McNemar test, two-sided; not corrected for the number of pairs."
+        + (" The other pairs are in summary.json." if is_cut else ""),
     )
 
 
@@ -202,18 +263,24 @@ def points_of(rows: Sequence[Record]) -> Array:
     return np.array(found, dtype=np.float64).reshape(-1, 3)
 
 
-def card(row: Record, png: bytes, command: str) -> Card:
-    """One of the worst scenes."""
-    fate = row["outcome"].replace("_", " ") or f"{row['ended']}: {row['error']}"
+def fate(row: Record) -> str:
+    """How a drive ended, in words."""
+    told: str = row["outcome"].replace("_", " ") or f"{row['ended']}: {row['error']}"
     if row["collided_with"]:
         other = row["collided_with"]
-        fate = f"hit from behind by {other}" if row["hit"] == "rear" else f"collision with {other} ({row['hit']})"
-        fate += f" at {row['impact_speed_mps']:.1f} m/s, {row['duration_s']:.2f} s"
-    elif not collided(row) and row["min_clearance_m"] is not None:
-        fate += f", never nearer than {row['min_clearance_m']:.2f} m"
+        told = f"hit from behind by {other}" if row["hit"] == "rear" else f"collision with {other} ({row['hit']})"
+        return told + f" at {row['impact_speed_mps']:.1f} m/s, {row['duration_s']:.2f} s"
+    if not collided(row) and row["min_clearance_m"] is not None:
+        told += f", never nearer than {row['min_clearance_m']:.2f} m"
+    return told
+
+
+def card(row: Record, png: bytes, command: str, page: str = "") -> Card:
+    """One of the worst scenes."""
     words = [f"label {row['label']}" if row["label"] != "-" else "", row["modes"], row["first_reason"][:180]]
-    picture = Picture(name=f"worst-{row['scene']}.png", png=png, says=f"{row['scene']}: {fate}")
-    return Card(title=f"{row['scene']}: {fate}", facts="; ".join(word for word in words if word), picture=picture, command=command)
+    title = f"{row['scene']}: {fate(row)}"
+    picture = Picture(name=f"worst-{row['scene']}.png", png=png, says=title)
+    return Card(title=title, facts="; ".join(word for word in words if word), picture=picture, command=command, page=page)
 
 
 def _interval(share: Record) -> tuple[float, float, float, int]:

@@ -23,20 +23,42 @@ class Paragraph:
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """A cell's text, perhaps a second, smaller line, and whether it stands out."""
+    """A cell's text, perhaps a second, smaller line, whether it stands out, and the file beside the report that it leads to."""
 
     text: str
     small: str = ""
     best: bool = False
+    page: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """The first column names the row."""
+    """The first column names the row. `is_text`: the others hold words, not numbers."""
 
     kind: ClassVar[str] = "table"
     columns: Sequence[str]
     rows: Sequence[Sequence[Cell]]
+    caption: str = ""
+    is_text: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bar:
+    """A share with its interval, all between 0 and 1, and what it counts."""
+
+    name: str
+    rate: float
+    low: float
+    high: float
+    says: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bars:
+    """Shares under one another, on one scale."""
+
+    kind: ClassVar[str] = "bars"
+    bars: Sequence[Bar]
     caption: str = ""
 
 
@@ -56,12 +78,13 @@ class Picture:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Card:
-    """One scene: a title, facts, a picture and the command that replays it."""
+    """One scene: a title, facts, a picture, the command that drives it again, and the file beside it that plays it (empty: none)."""
 
     title: str
     facts: str
     picture: Picture
     command: str
+    page: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,7 +93,7 @@ class Cards:
     cards: Sequence[Card]
 
 
-Block = Heading | Paragraph | Table | Picture | Cards
+Block = Heading | Paragraph | Table | Bars | Picture | Cards
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
