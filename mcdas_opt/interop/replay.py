@@ -13,6 +13,7 @@ from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import require_type, require_type_if_given
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
@@ -61,6 +62,9 @@ def replay(
     Raises `InputError` where a file is unusable or has not the channels (it lists those that there are), the host's speed is unknown or
     does not cover the log, or an option belongs to another kind of recording; `MissingExtraError` for what a format needs.
     """
+    require_type("log", log, str, Path)
+    require_type_if_given("columns", columns, Columns, Mapping)
+    require_type_if_given("road", road, Scene)
     vehicle = road.vehicle if road is not None else Vehicle()
     path = find("logs", str(log), ".log") if not Path(log).exists() else Path(log)
     format = format or format_of(path)
