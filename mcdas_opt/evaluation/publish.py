@@ -75,12 +75,12 @@ def portrait(case: Case, planner: str, plant: str) -> tuple[bytes, str]:
 def _worst(suite: Suite, results: Results, folder: Path, executor: Executor, progress: Progress) -> tuple[list[Card], dict[int, str]]:
     """The first planner's worst drives: each scene as a file, its picture, its page, and how to see it again; and the page of every scene.
 
-    Those that can be won and were lost come first, and have a page each up to `MOST_PAGES`.
+    Avoidable ones that were lost come first, and have a page each up to `MOST_PAGES`.
     """
     planner, plant = results.manifest["planners"][0], results.manifest["plant"]
     mine = worst(results.rows, planner, len(results.rows))
-    could_be_won = sum(lost(row) and row["label"] in "A-" for row in mine)
-    chosen = mine[: max(CARDS, min(could_be_won, MOST_PAGES))]
+    avoidable = sum(lost(row) and row["label"] in "A-" for row in mine)
+    chosen = mine[: max(CARDS, min(avoidable, MOST_PAGES))]
     cases = {case.index: case for case in suite.cases}
     (folder / WORST).mkdir(exist_ok=True)
     tasks = [Task(portrait, (cases[row["index"]], planner, plant), results.manifest["limit_s"]) for row in chosen]

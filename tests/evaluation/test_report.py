@@ -185,7 +185,7 @@ def test_the_report_leads_with_what_was_lost_on_a_and_names_every_such_scene() -
     blocks = report(manifest(31), rows, cycles, summary, [], (), {row["index"]: "page.html" for row in mine[:2]}).blocks
     heading, bars = blocks[:2]
     assert isinstance(heading, Heading)
-    assert heading.text == "Lost, of the scenes that can be won (A): scripted traffic"
+    assert heading.text == "Lost, of the avoidable scenes (A): scripted traffic"
     assert isinstance(bars, Bars)
     assert [bar.name for bar in bars.bars] == list(PLANNERS)
     share = summary["mpc"]["scripted"]["lost_on_A"]

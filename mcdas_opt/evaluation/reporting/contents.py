@@ -118,12 +118,12 @@ def _traffic(kind: str, rows: Sequence[Record], planners: Sequence[str], summary
 
 
 def _lead(kind: str, planners: Sequence[str], summary: Mapping[str, Any]) -> list[Block]:
-    """What counts most, first: of the scenes that can be won, how many were lost."""
+    """What counts most, first: of the avoidable scenes, how many were lost."""
     found = {planner: summary[planner][kind] for planner in planners}
     labelled = any(figures["lost_on_A"]["n"] for figures in found.values())
     shares = {planner: figures["lost_on_A" if labelled else "lost"] for planner, figures in found.items()}
     bars = [Bar(name=name, rate=q["rate"], low=q["low"], high=q["high"], says=_counted(q)) for name, q in shares.items() if q["n"]]
-    what = "Lost, of the scenes that can be won (A)" if labelled else "Lost, of all scenes"
+    what = "Lost, of the avoidable scenes (A)" if labelled else "Lost, of all scenes"
     shown = Bars(bars=bars, caption="With the 95 % interval of Clopper and Pearson.")
     return [Heading(text=f"{what}: {kind} traffic"), shown] if bars else []
 
@@ -133,7 +133,7 @@ def _counted(share: Record) -> str:
 
 
 def _lost_scenes(rows: Sequence[Record], planners: Sequence[str], pages: Mapping[int, str]) -> list[Block]:
-    """The scenes that can be won and that the first planner lost, each with its page, and who else lost it."""
+    """The avoidable scenes that the first planner lost, each with its page, and who else lost it."""
     first, *others = planners
     mine = [row for row in worst(rows, first, len(rows)) if lost(row) and row["label"] in "A-"]
     if not mine:
