@@ -17,13 +17,15 @@ from mcdas_opt.planning.path_driving import Kind
 
 # UN R157, annex 4, appendix 3: 0.774 g reached in 0.6 s, after a delay of 0.75 s; a wandering zone of 0.375 m
 REACTION_S, JERK_MPS3, BRAKING_MPS2, WANDERING_M = 0.75, 12.65, 7.59294, 0.375
+# its deceleration scenario: somebody ahead brakes harder than this, for as long as the risk is evaluated; it follows at 2.0 s there
+HARD_MPS2, EVALUATION_S = 5.0, 0.4
 # as coded in JRC-FSM (European Commission, 2021): the throttle released, and the critical time to collision
 RELEASE_MPS2, CRITICAL_TTC_S = 0.4, 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Noticed:
-    """When the driver perceived the risk, and of whom; handed from cycle to cycle."""
+    """When the driver has perceived the risk, in the future while it is evaluated still, and of whom; handed from cycle to cycle."""
 
     at_s: float
     track: str
@@ -55,7 +57,7 @@ class ReactionLaw:
 
 class CompetentDriverMethod:
     """Brakes for whoever is ahead in the lane, or has left the wandering zone of the next one towards it, under a critical time to
-    collision. Never steers out, knows nothing of the rear; its plans are not repaired."""
+    collision; and for whoever is ahead and brakes hard. Never steers out, knows nothing of the rear; its plans are not repaired."""
 
     has_ladder = False
     name = "un-r157"
@@ -70,26 +72,36 @@ class CompetentDriverMethod:
         risk = self._risk(situation, before)
         if risk is None:
             return judged(self.name, situation, self.vehicle, self.settings, law=SteadyLaw(), reason="no risk perceived")
-        noticed = before or Noticed(at_s=situation.time_s, track=risk.id)
-        law = ReactionLaw(
-            since_s=situation.time_s - noticed.at_s,
+        now = situation.time_s
+        is_evaluated = before is None and not self._is_critical(risk, situation)
+        noticed = before or Noticed(at_s=now + EVALUATION_S if is_evaluated else now, track=risk.id)
+        if noticed.at_s > now + 1e-9:
+            if self._is_critical(risk, situation):
+                noticed = Noticed(at_s=now, track=risk.id)
+            else:
+                law, reason = SteadyLaw(), f"{risk.id} brakes: a risk is evaluated"
+                return judged(self.name, situation, self.vehicle, self.settings, law=law, reason=reason, memory=noticed)
+        reaction = ReactionLaw(
+            since_s=now - noticed.at_s,
             until_mps=max(risk.speed_s_mps, 0.0),
             strength_mps2=min(BRAKING_MPS2, strongest_braking_mps2(situation, self.vehicle)),
         )
         reason = f"risk by {risk.id} perceived at {noticed.at_s:.1f} s"
-        return judged(self.name, situation, self.vehicle, self.settings, law=law, reason=reason, warning=True, memory=noticed)
+        return judged(self.name, situation, self.vehicle, self.settings, law=reaction, reason=reason, warning=True, memory=noticed)
 
     def _risk(self, situation: Situation, before: Noticed | None) -> Track | None:
         """The nearest that is closing in critically; whoever is braked for already needs only still be slower."""
         found: Track | None = None
         for track in self._ahead(situation):
-            leader = leader_of(track, situation, self.vehicle)
-            assert leader is not None
-            closing = situation.host.speed_mps - leader.speed_mps
-            critical = leader.gap_m <= CRITICAL_TTC_S * closing
-            if closing > 0.0 and (critical or before is not None) and (found is None or track.s_m < found.s_m):
+            is_risk = before is not None or self._is_critical(track, situation) or _brakes_hard(track)
+            if situation.host.speed_mps > track.speed_s_mps and is_risk and (found is None or track.s_m < found.s_m):
                 found = track
         return found
+
+    def _is_critical(self, track: Track, situation: Situation) -> bool:
+        leader = leader_of(track, situation, self.vehicle)
+        assert leader is not None
+        return leader.gap_m <= CRITICAL_TTC_S * (situation.host.speed_mps - leader.speed_mps)
 
     def _ahead(self, situation: Situation) -> list[Track]:
         """Whoever is ahead in the lane, and those who come into it from the next ones."""
@@ -103,3 +115,7 @@ class CompetentDriverMethod:
             if abs(beside) == 1 and track.s_m > host.s_m and departed > WANDERING_M:
                 coming.append(track)
         return coming if own is None else [own, *coming]
+
+
+def _brakes_hard(track: Track) -> bool:
+    return track.acceleration_s_sd_mps2 is not None and track.acceleration_s_mps2 < -HARD_MPS2

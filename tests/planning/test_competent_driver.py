@@ -99,3 +99,37 @@ def test_comes_as_near_as_its_reaction_its_jerk_and_its_brakes_say(closing: floa
     way = float((s - (speed - closing) * t).max())
     assert way == pytest.approx(way_m(closing), abs=0.05 * closing + 0.1)
     assert plan.verdict.passed == (way < gap) or abs(way - gap) < 0.1
+
+
+@pytest.mark.parametrize(("gap_s", "braking_mps2", "impact_mps"), [(2.0, 7.5, 0.0), (2.0, 4.9, None), (1.4, 8.0, 8.35)])
+def test_who_brakes_hard_ahead_is_answered_after_evaluation_and_reaction(
+    gap_s: float, braking_mps2: float, impact_mps: float | None
+) -> None:
+    """Annex 4, appendix 3: 0.4 s, 0.75 s and 0.6 s of build-up; from 2.0 s nobody is hit.
+
+    From 1.4 s the way is 3.4 to 5.9 m short by hand: 7.2 to 9.5 m/s.
+    """
+    method, step = CompetentDriverMethod(CAR), 0.1
+    host, lead_v, gap = HostState(speed_mps=25.0), 25.0, gap_s * 25.0
+    before: Plan | None = None
+    began: float | None = None
+    for k in range(80):
+        braking = braking_mps2 if lead_v > 0.0 else 0.0
+        ahead = Track(
+            id="a", s_m=host.s_m + gap + 4.5, d_m=0.0, speed_s_mps=lead_v, acceleration_s_mps2=-braking, acceleration_s_sd_mps2=0.1
+        )
+        plan = method.plan(Situation(time_s=round(step * k, 9), host=host, tracks=(ahead,)), before)
+        assert isinstance(plan, Plan)
+        then = HostState.from_vector(plan.trajectory.states[int(np.searchsorted(plan.trajectory.t_s, step - 1e-9))])
+        began = step * k if began is None and then.acceleration_mps2 < -0.5 else began
+        slower = max(lead_v - step * braking, 0.0)
+        gap += 0.5 * step * (lead_v + slower) - (then.s_m - host.s_m)
+        host, lead_v, before = then, slower, plan
+        if gap <= 0.0:
+            break
+    assert began is not None
+    if impact_mps is None:  # nobody brakes hard: the critical time to collision decides
+        assert began > 1.5
+    else:
+        assert began == pytest.approx(0.1 + 0.4 + 0.75, abs=0.15)
+        assert (host.speed_mps - lead_v if gap <= 0.0 else 0.0) == pytest.approx(impact_mps, abs=1.2)
