@@ -21,6 +21,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -33,6 +34,9 @@ from mcdas_opt.parking.park import park
 from mcdas_opt.parking.program.exchange import ExchangeSettings
 from mcdas_opt.parking.settings import ParkSettings
 from mcdas_opt.parking.shortest_slot import shortest_slot
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 CAR_M = 4.5
 WALL_M = float(np.hypot(4.5, 1.8)) + 0.1  # the sedan's diagonal and two clearances
@@ -222,6 +226,37 @@ def row(name: str, planner: str, answer: Parking, cpu_s: float) -> dict[str, obj
     }
 
 
+def slot_sweep(rows: list[dict[str, str]], shortest_m: dict[str, float | None], car_m: float, wall_m: float | None = None) -> Figure:
+    """Driving time over slot length for each planner (rows as they are written), and where each closed form gives up.
+
+    `shortest_m` is the shortest slot of each closed form, `wall_m` that of a rectangle that turns on the spot; lengths are shown in car
+    lengths.
+    """
+    from mcdas_opt.plotting import style
+
+    colours = {"nlp": style.BLUE, "search": style.ORANGE, "two-arc": style.GREEN, "closed-form-corrected": style.PURPLE}
+    colours["closed-form"] = style.VERMILION
+    markers = {"nlp": "o", "search": "s"}
+    with style.styled():
+        fig = style.figure(8.4, 4.6)
+        axes = fig.subplots()
+        for planner in markers:
+            good = [r for r in rows if r["planner"] == planner and r["status"] == "planned"]
+            points = sorted((float(r["case"].split()[0]), float(r["duration_s"])) for r in good)
+            axes.plot(*np.array(points).reshape(-1, 2).T, marker=markers[planner], ms=5, color=colours[planner], label=planner)
+        for planner, length in shortest_m.items():
+            if length is not None:
+                axes.axvline(length / car_m, color=colours[planner], ls="--", lw=1.4, label=f"{planner} needs {length / car_m:.2f} L")
+        if wall_m is not None:
+            axes.axvline(wall_m / car_m, color=style.GREY, lw=1.4, label=f"turning on the spot needs {wall_m / car_m:.2f} L")
+        axes.set_yscale("log")
+        axes.set_xlabel("slot length [car lengths]")
+        axes.set_ylabel("driving time [s]")
+        axes.set_title("Parallel slots: who parks where, and how fast")
+        axes.legend(loc="upper right", bbox_to_anchor=(0.93, 1.0))
+    return fig
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("suite", choices=("slots", "leaving", "grid", "tpcap", "random", "mazes", "closed-forms"))
@@ -272,7 +307,6 @@ def main() -> None:
             writer.writeheader()
             writer.writerows(rows)
     if arguments.draw is not None:
-        from mcdas_opt.plotting.parking import slot_sweep
         from mcdas_opt.plotting.style import save_png
 
         text = [{key: str(value) for key, value in r.items()} for r in rows]

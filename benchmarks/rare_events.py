@@ -10,7 +10,7 @@ import argparse
 import time
 from functools import partial
 
-from mcdas_opt.evaluation.braking_lead import DIMENSIONS, BrakingLead
+from benchmarks.braking_lead import DIMENSIONS, BrakingLead
 from mcdas_opt.evaluation.rare_events import Estimate, crude, importance_sampling, subset_simulation
 
 

@@ -14,18 +14,20 @@ from __future__ import annotations
 import argparse
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from lane_situations import evasion
 
+from benchmarks.lane_situations import evasion
 from mcdas_opt.catalogue.schedules import load_schedule
+from mcdas_opt.domain.gain_schedule import GainSchedule
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.ocp.sensitivities import PlanSensitivity
-from mcdas_opt.plotting.schedule import schedule_sheet
-from mcdas_opt.plotting.style import BLUE, GREY, ORANGE, figure, save_png, styled
+from mcdas_opt.plotting.style import BLUE, GREEN, GREY, LITERAL, ORANGE, SKY, VERMILION, figure, save_png, styled
+from mcdas_opt.reference.literal import A_PER_M, SETTLING_X_M, B
 from mcdas_opt.reference.tuned_path import tuned_path
 from mcdas_opt.tracking.prediction import predict
 from mcdas_opt.tuning.design import design
@@ -35,9 +37,14 @@ from mcdas_opt.tuning.request import DesignRequest
 from mcdas_opt.tuning.schedule import build_schedule, schedule_text
 from mcdas_opt.tuning.searchers import search
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 KM_H = (30, 40, 60, 80, 100, 120)
 OFFSETS_M = (-2.0, -1.0, 0.0, 1.0, 2.0)
 SHARES = np.linspace(0.0, 1.0, 48)
+_COLOURS = (SKY, BLUE, GREEN, ORANGE, VERMILION)
+_MARKS = ("o", "s", "^", "D", "v")
 
 
 def lengths(a: Array, b: Array, reach: Array, request: DesignRequest) -> Array:
@@ -135,6 +142,28 @@ def _literal_length(reach: float) -> float:
     x = np.linspace(0.0, 60.0, 6001)
     y = reach * (1.0 / (1.0 + 50.0 * np.exp(-0.4 * x)) - 1.0 / 51.0)
     return float(x[np.flatnonzero(np.abs(y - 3.7) > 0.1)[-1]])
+
+
+def schedule_sheet(schedule: GainSchedule, offset_m: float = 0.0) -> Figure:
+    """At the crossing nearest to `offset_m`."""
+    j = int(np.argmin(np.abs(np.array(schedule.offset_m) - offset_m)))
+    speeds = 3.6 * np.array(schedule.speed_mps)
+    panels = (
+        (schedule.a_per_m, "a [1/m]", A_PER_M, "paper: a = -0.4"),
+        (schedule.b, "b [-]", B, "paper: b = 50"),
+        (schedule.length_m, "length [m]", SETTLING_X_M, "paper: 20 m"),
+    )
+    with styled():
+        fig = figure(9.6, 3.4)
+        for axes, (table, label, paper, words) in zip(fig.subplots(1, 3), panels, strict=True):
+            for i, friction in enumerate(schedule.friction):
+                mark, colour = _MARKS[i % len(_MARKS)], _COLOURS[i % len(_COLOURS)]
+                axes.plot(speeds, table[i, j], color=colour, marker=mark, ms=3.5, lw=1.5, label=f"friction {friction:g}")
+            axes.axhline(paper, color=LITERAL, ls="--", lw=1.2, label=words)
+            axes.set(xlabel="speed [km/h]", ylabel=label)
+            axes.set_title(label.split(" ")[0])
+            axes.legend()
+    return fig
 
 
 def schedule(out: Path | None) -> None:

@@ -107,35 +107,6 @@ def moving(case: ParkingCase, trajectory: ParkingTrajectory, people: Sequence[Vi
     return pictures, [*milliseconds, 2000]
 
 
-def slot_sweep(rows: list[dict[str, str]], shortest_m: dict[str, float | None], car_m: float, wall_m: float | None = None) -> Figure:
-    """Driving time over slot length for each planner (rows of `benchmarks/parking.py`), and where each closed form gives up.
-
-    `shortest_m` is the shortest slot of each closed form, `wall_m` that of a rectangle that turns on the spot; lengths are shown in car
-    lengths.
-    """
-    colours = {"nlp": style.BLUE, "search": style.ORANGE, "two-arc": style.GREEN, "closed-form-corrected": style.PURPLE}
-    colours["closed-form"] = style.VERMILION
-    markers = {"nlp": "o", "search": "s"}
-    with style.styled():
-        fig = style.figure(8.4, 4.6)
-        axes = fig.subplots()
-        for planner in markers:
-            good = [r for r in rows if r["planner"] == planner and r["status"] == "planned"]
-            points = sorted((float(r["case"].split()[0]), float(r["duration_s"])) for r in good)
-            axes.plot(*np.array(points).reshape(-1, 2).T, marker=markers[planner], ms=5, color=colours[planner], label=planner)
-        for planner, length in shortest_m.items():
-            if length is not None:
-                axes.axvline(length / car_m, color=colours[planner], ls="--", lw=1.4, label=f"{planner} needs {length / car_m:.2f} L")
-        if wall_m is not None:
-            axes.axvline(wall_m / car_m, color=style.GREY, lw=1.4, label=f"turning on the spot needs {wall_m / car_m:.2f} L")
-        axes.set_yscale("log")
-        axes.set_xlabel("slot length [car lengths]")
-        axes.set_ylabel("driving time [s]")
-        axes.set_title("Parallel slots: who parks where, and how fast")
-        axes.legend(loc="upper right", bbox_to_anchor=(0.93, 1.0))
-    return fig
-
-
 def _local(case: ParkingCase, parking: Parking) -> ParkingTrajectory:
     if parking.trajectory is None:
         raise ValueError("a refusal has no trajectory to draw")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from benchmarks.braking_lead import DIMENSIONS, BrakingLead
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.evaluation.braking_lead import DIMENSIONS, BrakingLead
 from mcdas_opt.evaluation.rare_events import crude, importance_sampling, subset_simulation
 
 

@@ -5,11 +5,12 @@ import pytest
 from matplotlib.colors import to_hex, to_rgb
 from PIL import Image
 
+from benchmarks.parking import slot_sweep
 from mcdas_opt.parking.case_file import slot_case
 from mcdas_opt.parking.park import park
 from mcdas_opt.plotting import parking as parking_pictures
 from mcdas_opt.plotting import style
-from mcdas_opt.plotting.parking import frames, save, sheet, slot_sweep
+from mcdas_opt.plotting.parking import frames, save, sheet
 from tests.plotting.pixels import as_bytes, at, coloured, pixels
 
 

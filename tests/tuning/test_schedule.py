@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.tuning import schedule_sheet
 from mcdas_opt import simulate
 from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.catalogue.schedules import load_schedule
@@ -17,7 +18,6 @@ from mcdas_opt.domain.gain_schedule import GainSchedule
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.planning.method import known_methods
-from mcdas_opt.plotting.schedule import schedule_sheet
 from mcdas_opt.plotting.style import save_png
 from mcdas_opt.reference.steering_demand import peak_lateral_acceleration
 from mcdas_opt.reference.tuned_path import tuned_path
