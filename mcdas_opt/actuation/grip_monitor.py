@@ -30,6 +30,7 @@ MISSING_MPS2 = 0.3  # of the braking asked for, and the rest constant over the s
 LEAST_DEMAND = 0.15  # friction that the slip would ask of tyres that do not slide; less is too small to measure by
 SPAN_S = 0.02  # over which accelerations are taken
 SLOWEST_MPS = 5.0
+_GRIP_SHARE = 0.97  # that a path may be bent by
 
 
 @dataclass(slots=True, kw_only=True)
@@ -149,9 +150,9 @@ class GripMonitor:
         return found
 
 
-def within_grip(host: HostState, road: Road, wheelbase_m: float, share: float = 0.97) -> HostState:
+def within_grip(host: HostState, road: Road, wheelbase_m: float) -> HostState:
     """The host, its path bent no more than friction allows beside its acceleration: a sliding vehicle turns faster than its path bends."""
-    grip = share * road.friction * GRAVITY_MPS2
+    grip = _GRIP_SHARE * road.friction * GRAVITY_MPS2
     most = math.sqrt(max(grip**2 - host.acceleration_mps2**2, 0.0))
     v = host.speed_mps
     if v**2 * abs(math.tan(host.steering_rad)) <= most * wheelbase_m:

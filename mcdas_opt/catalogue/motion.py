@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field
@@ -23,10 +22,10 @@ class MotionFile(SourcedFile):
     acceleration_across_mps2: Annotated[float, Field(description="the same across the road")]
 
 
-def load_motion(name: str, beside: Path | None = None) -> TargetMotion:
+def load_motion(name: str) -> TargetMotion:
     """The motion behind a shipped name or a path. Raises `InputError` that names the file, the key and the known motions."""
     try:
-        path = find("motion", name, beside=beside)
+        path = find("motion", name)
     except InputError:
         known = ", ".join(shipped("motion"))
         raise InputError(name, "", None, f"no such file, and no target motion of that name; known: {known}") from None

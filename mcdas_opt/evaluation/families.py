@@ -62,8 +62,8 @@ class Family(Ranges):
                 return scene_from_document(document, Path(f"{name}.toml"))
         raise InputError(name, "", None, f"of {_DRAWS} draws from the family's ranges none could be built")
 
-    def scenes(self, count: int, seed: int = 0, first: int = 0) -> tuple[Scene, ...]:
-        return tuple(self.scene(index, seed) for index in range(first, first + count))
+    def scenes(self, count: int, seed: int = 0) -> tuple[Scene, ...]:
+        return tuple(self.scene(index, seed) for index in range(count))
 
     @property
     def size(self) -> int:

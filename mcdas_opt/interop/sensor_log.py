@@ -47,15 +47,15 @@ class SensorLog:
         return sum(len(scan.radar) for scan in self.scans)
 
 
-def usual_period(stamps: Sequence[float], keys: Sequence[Hashable], default: float = 0.1) -> float:
-    """Median time [s] between two records of the same key (a CAN identifier, a track slot); `default` where none comes twice."""
+def usual_period(stamps: Sequence[float], keys: Sequence[Hashable]) -> float:
+    """Median time [s] between two records of the same key (a CAN identifier, a track slot); 0.1 s where none comes twice."""
     last: dict[Hashable, float] = {}
     steps = []
     for stamp, key in zip(stamps, keys, strict=True):
         if key in last and stamp > last[key]:
             steps.append(stamp - last[key])
         last[key] = stamp
-    return round(median(steps), 6) if steps else default
+    return round(median(steps), 6) if steps else 0.1
 
 
 def cycles(stamps: Sequence[float], keys: Sequence[Hashable], period_s: float) -> list[list[int]]:

@@ -152,9 +152,9 @@ def parking_case_from_document(
     return _sound(case, path)
 
 
-def slot_case(length_m: float, *, clearance_m: float | None = None, vehicle: str = "sedan") -> ParkingCase:
+def slot_case(length_m: float, *, vehicle: str = "sedan") -> ParkingCase:
     """The contract's slot form with all defaults."""
-    return parking_case_from_document({"slot": {"length_m": float(length_m)}, "vehicle": {"name": vehicle}}, clearance_m=clearance_m)
+    return parking_case_from_document({"slot": {"length_m": float(length_m)}, "vehicle": {"name": vehicle}})
 
 
 def _vehicle(part: VehiclePart, path: Path) -> Vehicle:

@@ -14,8 +14,8 @@ from mcdas_opt.verification.parking_judge import judge_parking
 _LITERAL_OFFSET_M = 3.7  # sideways, of the paper's manoeuvre (Table 5)
 
 
-def shortest_slot(name: str, longest_m: float = 20.0) -> float | None:
-    """The shortest slot [m] of the contract's form, to 1 cm, that a closed form's path fits into; None when not even `longest_m` does.
+def shortest_slot(name: str) -> float | None:
+    """The shortest slot [m] of the contract's form, to 1 cm, that a closed form's path fits into; None when not even one of 20 m does.
 
     Only the swept body counts here, integrated where the form can be driven, as published for the literal one. The street is left wide
     open, the start is free and the goal is as far back as the clearance lets it, so that nothing but the slot decides.
@@ -34,7 +34,7 @@ def shortest_slot(name: str, longest_m: float = 20.0) -> float | None:
             return float(World.of(case).clearance(trajectory.poses[reversing]).min()) >= case.limits.clearance_m
         return judge_parking(case, trajectory).verdict.passed
 
-    low, high = 4.6, longest_m
+    low, high = 4.6, 20.0
     if not fits(high):
         return None
     while high - low > 0.01:

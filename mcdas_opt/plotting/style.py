@@ -70,11 +70,11 @@ def save_png(fig: Figure, path: Path, dpi: int = 150) -> Path:
     return path
 
 
-def png_bytes(fig: Figure, dpi: int = 110) -> bytes:
+def png_bytes(fig: Figure) -> bytes:
     """A figure as PNG, the same bytes for the same figure."""
     held = BytesIO()
     with styled():
-        fig.savefig(held, dpi=dpi, format="png", metadata={"Software": None})
+        fig.savefig(held, dpi=110, format="png", metadata={"Software": None})
     return held.getvalue()
 
 

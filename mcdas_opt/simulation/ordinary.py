@@ -232,10 +232,10 @@ def outside_iso(t_s: Array, speed_mps: Array, acceleration_mps2: Array) -> Array
     return np.asarray((mean > most + _TOLERANCE) | (mean < -least - _TOLERANCE) | (jerk < -jolt - _TOLERANCE))
 
 
-def instants_of(drive: Simulation, step_s: float = _STEP_S) -> tuple[Instant, ...]:
-    """A drive of our own loop, every `step_s`."""
+def instants_of(drive: Simulation) -> tuple[Instant, ...]:
+    """A drive of our own loop, every `_STEP_S`."""
     x, road, car = drive.trajectory, drive.scene.true_road, drive.scene.vehicle
-    t = np.round(np.arange(0.0, drive.duration_s + 1e-9, step_s), 9)
+    t = np.round(np.arange(0.0, drive.duration_s + 1e-9, _STEP_S), 9)
 
     def at(column: Array) -> list[float]:
         return [float(value) for value in np.interp(t, x.t_s, column)]

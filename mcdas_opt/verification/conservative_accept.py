@@ -21,7 +21,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.verification.motion import FINE_STEP_S
-from mcdas_opt.verification.tolerances import Tolerances
+from mcdas_opt.verification.tolerances import CONTRACT
 
 _as_a_row = attrgetter(*MOVING, "length_m", "width_m")
 _EDGES = slice(12, 14)  # where `Rules` has left and right
@@ -54,9 +54,9 @@ def rows_of(bodies: Sequence[PredictedBody]) -> Array | None:
 
 
 @lru_cache(maxsize=32)
-def rules_of(vehicle: Vehicle, road: Road, tolerances: Tolerances, along_reaches: float) -> Array:
+def rules_of(vehicle: Vehicle, road: Road, along_reaches: float) -> Array:
     """The record `Rules` of the C text."""
-    of = tolerances
+    of = CONTRACT
     edge_doubt = 5.0 * max(abs(kappa) for _, kappa in road.curvature) * 0.25 * (vehicle.length_m**2 + vehicle.width_m**2) + of.edge_m
     car: tuple[float, ...] = (vehicle.wheelbase_m, vehicle.centre_m, vehicle.length_m, vehicle.width_m, vehicle.steering_max_rad)
     car += (vehicle.steering_rate_max_radps, vehicle.acceleration_min_mps2, vehicle.acceleration_max_mps2)

@@ -24,7 +24,6 @@ from mcdas_opt.verification.limits import actuators, friction
 from mcdas_opt.verification.motion import drive
 from mcdas_opt.verification.record import Samples, sampling, started_elsewhere, unreadable
 from mcdas_opt.verification.surface import on_road
-from mcdas_opt.verification.tolerances import CONTRACT, Tolerances
 
 
 def judge(
@@ -33,7 +32,6 @@ def judge(
     vehicle: Vehicle,
     road: Road,
     prediction: Prediction,
-    tolerances: Tolerances = CONTRACT,
 ) -> Verdict:
     """The verdict on anybody's trajectory, by the contract's rules and tolerances; at most one violation a rule and neighbour.
 
@@ -41,7 +39,7 @@ def judge(
     Neighbours are the bare bodies of `prediction`, times counted from the trajectory's 0. A trajectory that cannot be driven at all
     (numbers that are not finite, time that does not run) is convicted of that alone.
     """
-    return judge_all((trajectory,), start, vehicle, road, prediction, tolerances)[0]
+    return judge_all((trajectory,), start, vehicle, road, prediction)[0]
 
 
 def judge_all(
@@ -50,21 +48,20 @@ def judge_all(
     vehicle: Vehicle,
     road: Road,
     prediction: Prediction,
-    tolerances: Tolerances = CONTRACT,
 ) -> tuple[Verdict, ...]:
     """`judge` of each; what is accepted at once passes, of the rest those that are sampled at the same times in one go."""
     origin_m = _origin_m(trajectories, start)
     if origin_m:  # s is counted from near the start
         drives = [trajectory.seen_from(origin_m) for trajectory in trajectories]
         begun = None if start is None else start.seen_from(origin_m)
-        return judge_all(drives, begun, vehicle, road.seen_from(origin_m), prediction.seen_from(origin_m), tolerances)
+        return judge_all(drives, begun, vehicle, road.seen_from(origin_m), prediction.seen_from(origin_m))
     verdicts: dict[int, Verdict] = {}
     groups: list[list[int]] = []
     tables = [trajectory.table for trajectory in trajectories]
     compiled, bodies = CONSERVATIVE_ACCEPT.loaded(), rows_of(prediction.bodies)
-    rules = rules_of(vehicle, road, tolerances, ALONG_REACHES)
+    rules = rules_of(vehicle, road, ALONG_REACHES)
     for i, one in enumerate(tables):
-        found = unreadable(one, tolerances)
+        found = unreadable(one)
         if found:
             verdicts[i] = Verdict(violations=tuple(found))
             continue
@@ -77,7 +74,7 @@ def judge_all(
         else:
             group.append(i)
     for group in groups:
-        findings = _examined(Samples.of([tables[i] for i in group]), start, vehicle, road, prediction, tolerances)
+        findings = _examined(Samples.of([tables[i] for i in group]), start, vehicle, road, prediction)
         for i, violations in zip(group, findings.of, strict=True):
             verdicts[i] = Verdict(violations=tuple(violations))
     return tuple(verdicts[i] for i in range(len(trajectories)))
@@ -95,19 +92,18 @@ def _examined(
     vehicle: Vehicle,
     road: Road,
     prediction: Prediction,
-    tolerances: Tolerances,
 ) -> Findings:
     """Everything that is wrong with readable trajectories of the same times."""
     found = Findings(len(samples.s_m))
-    sampling(samples.t_s, tolerances, found)
+    sampling(samples.t_s, found)
     if start is not None:
-        started_elsewhere(samples, start, tolerances, found)
+        started_elsewhere(samples, start, found)
     frame = _frame(samples.s_m, vehicle, road, prediction)
-    motion = drive(samples, vehicle, frame, tolerances, found)
-    actuators(samples, motion, vehicle, tolerances, found)
-    friction(motion, vehicle, road, tolerances, found)
+    motion = drive(samples, vehicle, frame, found)
+    actuators(samples, motion, vehicle, found)
+    friction(motion, vehicle, road, found)
     collisions(motion, vehicle, frame, prediction, found)
-    on_road(samples, motion, vehicle, frame, tolerances, found)
+    on_road(samples, motion, vehicle, frame, found)
     return found
 
 

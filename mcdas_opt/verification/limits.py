@@ -12,15 +12,15 @@ from mcdas_opt.dynamics.bicycle import lateral_acceleration
 from mcdas_opt.verification.finding import Findings
 from mcdas_opt.verification.motion import Motion
 from mcdas_opt.verification.record import Samples
-from mcdas_opt.verification.tolerances import Tolerances
+from mcdas_opt.verification.tolerances import CONTRACT
 
 
-def actuators(samples: Samples, motion: Motion, vehicle: Vehicle, tolerances: Tolerances, found: Findings) -> None:
+def actuators(samples: Samples, motion: Motion, vehicle: Vehicle, found: Findings) -> None:
     """Speed, acceleration and steering at the samples and between them; jerk and steering rate as they are held."""
-    more = 1.0 + tolerances.limit
+    more = 1.0 + CONTRACT.limit
     t, steps = motion.t_s, samples.t_s
     steer, rate = vehicle.steering_max_rad, vehicle.steering_rate_max_radps
-    _speed(motion, vehicle.speed_max_mps, more, tolerances, found)
+    _speed(motion, vehicle.speed_max_mps, more, found)
     for kind, times, value, low, high, unit in (
         (ViolationKind.ACCELERATION, t, motion.acceleration_mps2, vehicle.acceleration_min_mps2, vehicle.acceleration_max_mps2, "m/s^2"),
         (ViolationKind.JERK, steps, samples.jerk_mps3, vehicle.jerk_min_mps3, vehicle.jerk_max_mps3, "m/s^3"),
@@ -30,18 +30,18 @@ def actuators(samples: Samples, motion: Motion, vehicle: Vehicle, tolerances: To
         _between(kind, times, value, low, high, more, unit, found)
 
 
-def friction(motion: Motion, vehicle: Vehicle, road: Road, tolerances: Tolerances, found: Findings) -> None:
+def friction(motion: Motion, vehicle: Vehicle, road: Road, found: Findings) -> None:
     """a_long^2 + (v^2 kappa)^2 <= (mu g)^2, at the rear axle, at every fine step."""
     across = lateral_acceleration(motion.speed_mps, motion.steering_rad, vehicle.wheelbase_m, np)
     total = np.hypot(motion.acceleration_mps2, across)
     grip = road.friction * GRAVITY_MPS2
-    found.above(ViolationKind.FRICTION, motion.t_s, total, grip, grip * (1.0 + tolerances.friction), "m/s^2")
+    found.above(ViolationKind.FRICTION, motion.t_s, total, grip, grip * (1.0 + CONTRACT.friction), "m/s^2")
 
 
-def _speed(motion: Motion, top: float, more: float, tolerances: Tolerances, found: Findings) -> None:
+def _speed(motion: Motion, top: float, more: float, found: Findings) -> None:
     """Neither backwards nor beyond the top; one that does both is convicted of going backwards."""
     v, before = motion.speed_mps, [len(list_) for list_ in found.of]
-    found.below(ViolationKind.SPEED, motion.t_s, v, 0.0, -tolerances.reverse_mps, "m/s")
+    found.below(ViolationKind.SPEED, motion.t_s, v, 0.0, -CONTRACT.reverse_mps, "m/s")
     found.above(ViolationKind.SPEED, motion.t_s, v, top, top * more, "m/s")
     for list_, count in zip(found.of, before, strict=True):
         del list_[count + 1 :]

@@ -25,7 +25,7 @@ from mcdas_opt.geometry.angles import wrapped
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.verification.finding import Findings
 from mcdas_opt.verification.record import Samples
-from mcdas_opt.verification.tolerances import Tolerances
+from mcdas_opt.verification.tolerances import CONTRACT
 
 FINE_STEP_S = 0.02
 _MOST_STEPS = 5  # a sample interval of the contract; a longer one is refused for its length and looked at more coarsely
@@ -57,7 +57,7 @@ class Motion:
     middle_yaw_rad: Array
 
 
-def drive(samples: Samples, vehicle: Vehicle, frame: FrenetFrame, tolerances: Tolerances, found: Findings) -> Motion:
+def drive(samples: Samples, vehicle: Vehicle, frame: FrenetFrame, found: Findings) -> Motion:
     """The fine motion; finds 'dynamics residual' and 're-integrated end'."""
     t = samples.t_s
     dt = t[1:] - t[:-1]
@@ -66,7 +66,7 @@ def drive(samples: Samples, vehicle: Vehicle, frame: FrenetFrame, tolerances: To
     centre = vehicle.centre_m
 
     ends = np.array(frame.to_plane(samples.s_m, samples.d_m, samples.heading_rad))  # (3, C, K + 1): x, y, yaw
-    fine, run, way = _integrated(samples, ends[2], tau, vehicle.wheelbase_m, tolerances.reverse_mps)
+    fine, run, way = _integrated(samples, ends[2], tau, vehicle.wheelbase_m, CONTRACT.reverse_mps)
     swing = centre * np.array([np.cos(ends[2]), np.sin(ends[2])])  # from the rear axle to the body centre
     reached = way[:, 1, :, :, -1].sum(axis=-1) + centre * np.array([np.cos(run), np.sin(run)]) - swing[..., 0]
     off = np.hypot(*(ends[:2, :, 0] + reached - ends[:2, :, -1]))
@@ -80,8 +80,8 @@ def drive(samples: Samples, vehicle: Vehicle, frame: FrenetFrame, tolerances: To
     miss = ends[..., 1:] - pose[..., -1]
     miss[2] = wrapped(miss[2])
     given = np.array([samples.speed_mps, samples.acceleration_mps2, samples.steering_rad])  # (3, C, K + 1), as fine[:3]
-    _residual(t[1:], miss, given[..., 1:] - fine[:3, ..., -1], tolerances, found)
-    _end(float(t[-1]), off, turn, tolerances, found)
+    _residual(t[1:], miss, given[..., 1:] - fine[:3, ..., -1], found)
+    _end(float(t[-1]), off, turn, found)
 
     pose += miss[..., None] * half
     ends[2, :, -1] = pose[2, :, -1, -1]  # the yaw goes on from where it was, without a turn
@@ -199,16 +199,16 @@ def _joined(fine: Array, last: Array) -> Array:
     return out
 
 
-def _residual(t: Array, pose: Array, rest: Array, tolerances: Tolerances, found: Findings) -> None:
+def _residual(t: Array, pose: Array, rest: Array, found: Findings) -> None:
     """The part of the state that misses the next sample by most, in units of its tolerance; `pose` and `rest` (3, C, K) are the misses
     of x, y, yaw and of speed, acceleration, steering.
     """
     parts = (
-        (np.hypot(pose[0], pose[1]), tolerances.residual_position_m, "m"),
-        (np.abs(pose[2]), tolerances.residual_heading_rad, "rad"),
+        (np.hypot(pose[0], pose[1]), CONTRACT.residual_position_m, "m"),
+        (np.abs(pose[2]), CONTRACT.residual_heading_rad, "rad"),
         *zip(
             np.abs(rest),
-            (tolerances.residual_speed_mps, tolerances.residual_acceleration_mps2, tolerances.residual_steering_rad),
+            (CONTRACT.residual_speed_mps, CONTRACT.residual_acceleration_mps2, CONTRACT.residual_steering_rad),
             ("m/s", "m/s^2", "rad"),
             strict=True,
         ),
@@ -222,9 +222,9 @@ def _residual(t: Array, pose: Array, rest: Array, tolerances: Tolerances, found:
         found.add(which, ViolationKind.RESIDUAL, t[worst], value[which, worst], allowed, unit)
 
 
-def _end(t: float, off_m: Array, turn_rad: Array, tolerances: Tolerances, found: Findings) -> None:
+def _end(t: float, off_m: Array, turn_rad: Array, found: Findings) -> None:
     for which, (off, turn) in enumerate(zip(off_m.tolist(), turn_rad.tolist(), strict=True)):
-        if off > tolerances.end_position_m:
-            found.add(which, ViolationKind.REINTEGRATED_END, t, off, tolerances.end_position_m, "m")
-        elif turn > tolerances.end_heading_rad:
-            found.add(which, ViolationKind.REINTEGRATED_END, t, turn, tolerances.end_heading_rad, "rad")
+        if off > CONTRACT.end_position_m:
+            found.add(which, ViolationKind.REINTEGRATED_END, t, off, CONTRACT.end_position_m, "m")
+        elif turn > CONTRACT.end_heading_rad:
+            found.add(which, ViolationKind.REINTEGRATED_END, t, turn, CONTRACT.end_heading_rad, "rad")

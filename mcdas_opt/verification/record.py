@@ -13,7 +13,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.verdict import Violation, ViolationKind
 from mcdas_opt.verification.finding import Findings
-from mcdas_opt.verification.tolerances import Tolerances
+from mcdas_opt.verification.tolerances import CONTRACT
 
 _NAMES = tuple(field.name for field in fields(Trajectory))
 
@@ -39,7 +39,7 @@ class Samples:
         return cls(t_s=tables[0][0], **dict(zip(_NAMES[1:], columns[1:], strict=True)))
 
 
-def unreadable(table: Array, tolerances: Tolerances) -> list[Violation]:
+def unreadable(table: Array) -> list[Violation]:
     """Faults that leave nothing to drive: too few samples, numbers that are none or absurd, time that stands or runs back.
 
     A violation's own floats are always finite: what is not finite is counted, not quoted.
@@ -47,14 +47,14 @@ def unreadable(table: Array, tolerances: Tolerances) -> list[Violation]:
     t = table[0]
     if t.size < 2:
         return [Violation(kind=ViolationKind.SAMPLING, t_s=0.0, value=float(t.size), limit=2.0, unit="samples")]
-    if not (table.max() <= tolerances.largest_number and table.min() >= -tolerances.largest_number):  # NaN compares false
+    if not (table.max() <= CONTRACT.largest_number and table.min() >= -CONTRACT.largest_number):  # NaN compares false
         bad = ~np.isfinite(table)
         if bad.any():
             when = t[int(np.flatnonzero(bad.any(axis=0))[0])]
             first = float(when) if math.isfinite(when) else 0.0
             return [Violation(kind=ViolationKind.NOT_FINITE, t_s=first, value=float(bad.sum()), limit=0.0, unit="values")]
         size = np.abs(table)
-        when, most = float(t[int(size.max(axis=0).argmax())]), tolerances.largest_number
+        when, most = float(t[int(size.max(axis=0).argmax())]), CONTRACT.largest_number
         return [Violation(kind=ViolationKind.OUT_OF_RANGE, t_s=when, value=float(size.max()), limit=most, unit="SI")]
     steps = t[1:] - t[:-1]
     if steps.min() <= 0.0:
@@ -63,19 +63,19 @@ def unreadable(table: Array, tolerances: Tolerances) -> list[Violation]:
     return []
 
 
-def sampling(t: Array, tolerances: Tolerances, found: Findings) -> None:
+def sampling(t: Array, found: Findings) -> None:
     """Time begins at 0 and no step is longer than the contract allows."""
-    longest, steps = tolerances.longest_step_s, t[1:] - t[:-1]
-    if abs(t[0]) <= tolerances.start_time_s and steps.max() <= longest + tolerances.step_rounding_s:
+    longest, steps = CONTRACT.longest_step_s, t[1:] - t[:-1]
+    if abs(t[0]) <= CONTRACT.start_time_s and steps.max() <= longest + CONTRACT.step_rounding_s:
         return
     for which in range(len(found.of)):
-        if abs(t[0]) > tolerances.start_time_s:
+        if abs(t[0]) > CONTRACT.start_time_s:
             found.add(which, ViolationKind.START_TIME, t[0], abs(t[0]), 0.0, "s")
-        if steps.max() > longest + tolerances.step_rounding_s:
+        if steps.max() > longest + CONTRACT.step_rounding_s:
             found.add(which, ViolationKind.SAMPLING, t[int(steps.argmax())], steps.max(), longest, "s")
 
 
-def started_elsewhere(samples: Samples, measured: HostState, tolerances: Tolerances, found: Findings) -> None:
+def started_elsewhere(samples: Samples, measured: HostState, found: Findings) -> None:
     """Faults of a first sample that is not the measured state."""
     for which in range(len(found.of)):
         s, d = float(samples.s_m[which, 0]) - measured.s_m, float(samples.d_m[which, 0]) - measured.d_m
@@ -83,11 +83,11 @@ def started_elsewhere(samples: Samples, measured: HostState, tolerances: Toleran
         v, a = float(samples.speed_mps[which, 0]), float(samples.acceleration_mps2[which, 0])
         steering = abs(float(samples.steering_rad[which, 0]) - measured.steering_rad)
         for kind, value, limit, unit in (
-            (ViolationKind.START_POSITION, math.hypot(s, d), tolerances.start_position_m, "m"),
-            (ViolationKind.START_HEADING, abs(turned), tolerances.start_heading_rad, "rad"),
-            (ViolationKind.START_SPEED, abs(v - measured.speed_mps), tolerances.start_speed_mps, "m/s"),
-            (ViolationKind.START_ACCELERATION, abs(a - measured.acceleration_mps2), tolerances.start_acceleration_mps2, "m/s^2"),
-            (ViolationKind.START_STEERING, steering, tolerances.start_steering_rad, "rad"),
+            (ViolationKind.START_POSITION, math.hypot(s, d), CONTRACT.start_position_m, "m"),
+            (ViolationKind.START_HEADING, abs(turned), CONTRACT.start_heading_rad, "rad"),
+            (ViolationKind.START_SPEED, abs(v - measured.speed_mps), CONTRACT.start_speed_mps, "m/s"),
+            (ViolationKind.START_ACCELERATION, abs(a - measured.acceleration_mps2), CONTRACT.start_acceleration_mps2, "m/s^2"),
+            (ViolationKind.START_STEERING, steering, CONTRACT.start_steering_rad, "rad"),
         ):
             if value > limit:
                 found.add(which, kind, 0.0, value, limit, unit)

@@ -15,14 +15,14 @@ from mcdas_opt.geometry.rectangle import corners, half_extent
 from mcdas_opt.verification.finding import Findings
 from mcdas_opt.verification.motion import Motion
 from mcdas_opt.verification.record import Samples
-from mcdas_opt.verification.tolerances import Tolerances
+from mcdas_opt.verification.tolerances import CONTRACT
 
 _BETWEEN_SAMPLES_M = 0.05  # a lateral motion bows out of its samples' chords by a quarter of that at 1 g
 
 
-def on_road(samples: Samples, motion: Motion, vehicle: Vehicle, frame: FrenetFrame, tolerances: Tolerances, found: Findings) -> None:
+def on_road(samples: Samples, motion: Motion, vehicle: Vehicle, frame: FrenetFrame, found: Findings) -> None:
     """Every corner between the road's edges, none beyond its end, at every fine step (and the samples' own d, whatever the frame)."""
-    road, slack = frame.road, tolerances.edge_m
+    road, slack = frame.road, CONTRACT.edge_m
     if road.edges is not None:
         _between_changing_edges(samples, motion, vehicle, frame, slack, found)
         return

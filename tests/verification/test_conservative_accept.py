@@ -27,7 +27,7 @@ def accepted(drive: Drive) -> bool:
     if compiled is None:
         return examined(drive)
     table = drive.trajectory.table
-    rules = rules_of(drive.vehicle, drive.road, judging.CONTRACT, judging.ALONG_REACHES)
+    rules = rules_of(drive.vehicle, drive.road, judging.ALONG_REACHES)
     bodies = rows_of(drive.prediction.bodies)
     frame = judging._frame(table[1], drive.vehicle, drive.road, drive.prediction)
     assert bodies is not None

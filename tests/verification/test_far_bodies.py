@@ -17,7 +17,6 @@ from mcdas_opt.native.kernels import CONSERVATIVE_ACCEPT
 from mcdas_opt.verification.bodies import ALONG_REACHES
 from mcdas_opt.verification.conservative_accept import accepts, rows_of, rules_of
 from mcdas_opt.verification.judge import judge
-from mcdas_opt.verification.tolerances import CONTRACT
 
 SEDAN = load_vehicle("sedan")
 needs_compiler = pytest.mark.skipif(CONSERVATIVE_ACCEPT.loaded() is None, reason="there is no C compiler")
@@ -61,7 +60,7 @@ def test_who_drives_through_the_host_is_never_far(
     compiled, rows = CONSERVATIVE_ACCEPT.loaded(), rows_of((body,))
     assert compiled is not None
     assert rows is not None
-    said = accepts(compiled, drive.table, start, rules_of(SEDAN, road, CONTRACT, ALONG_REACHES), rows, FrenetFrame(road=road))
+    said = accepts(compiled, drive.table, start, rules_of(SEDAN, road, ALONG_REACHES), rows, FrenetFrame(road=road))
     fine = np.linspace(0.0, 4.0, 801)
     motion = body.at(fine)
     touching = (np.abs(motion.s_m - host * fine) < 3.0) & (np.abs(motion.d_m) < 1.0)

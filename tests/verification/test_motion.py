@@ -14,7 +14,6 @@ from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.verification.finding import Findings
 from mcdas_opt.verification.motion import FINE_STEP_S, drive
 from mcdas_opt.verification.record import Samples
-from mcdas_opt.verification.tolerances import CONTRACT
 from tests.verification.rollouts import SEDAN, WIDE, WIDE_CURVED, legal
 
 
@@ -26,7 +25,7 @@ def test_fine_poses_are_scipys(road, seed):
     trajectory = legal(seed, road, duration_s=2.0).trajectory
     frame = FrenetFrame(road=road)
     found = Findings(1)
-    motion = drive(Samples.of([trajectory.table]), SEDAN, frame, CONTRACT, found)
+    motion = drive(Samples.of([trajectory.table]), SEDAN, frame, found)
     assert found.of == [[]]
     assert np.diff(motion.node_t_s).max() <= FINE_STEP_S + 1e-9
 
@@ -81,7 +80,7 @@ def test_fine_poses_pass_through_every_sample(seed, shift):
     d = trajectory.d_m.copy()
     d[1::2] += shift
     crooked = legal(seed).with_columns(d_m=d).trajectory
-    motion = drive(Samples.of([crooked.table]), SEDAN, FrenetFrame(road=WIDE), CONTRACT, Findings(1))
+    motion = drive(Samples.of([crooked.table]), SEDAN, FrenetFrame(road=WIDE), Findings(1))
     at = np.searchsorted(motion.node_t_s, crooked.t_s - 1e-9)
     assert motion.node_x_m[0, at] == pytest.approx(crooked.s_m, abs=1e-12)
     assert motion.node_y_m[0, at] == pytest.approx(crooked.d_m, abs=1e-12)
