@@ -35,6 +35,8 @@ from mcdas_opt.simulation.car import Car
 from mcdas_opt.simulation.controller import make_controller
 from mcdas_opt.simulation.idm import STEP_S
 from mcdas_opt.simulation.kinematic_plant import KinematicPlant
+from mcdas_opt.simulation.measured_host import MeasuredHost
+from mcdas_opt.simulation.motion_sensors import MotionSensors
 
 OFFSET_M = 3.5
 SPUN_RAD = 0.35
@@ -83,6 +85,7 @@ def tracked(setting: Setting, task: Task, vehicle: str) -> tuple[Array, float, f
     plan = lane_change(car, task, slips=driven.slips)
     monitor = GripMonitor(vehicle=car, believed=task.friction)
     controller = make_controller(setting.law, car, turned=driven.slips, grip=monitor)
+    host = MeasuredHost(car, driven.state, MotionSensors(), friction=task.friction, seed=1)
     late = round(driven.delay_s / STEP_S) if setting.known else 0
     errors, slip, rates = [], 0.0, [0.0]
     for k in range(round(float(plan.t_s[-1]) / STEP_S) + late):
@@ -92,12 +95,12 @@ def tracked(setting: Setting, task: Task, vehicle: str) -> tuple[Array, float, f
         if now >= SETTLING_S:
             errors.append(abs((state.d_m - d) * math.cos(psi) - (state.s_m - task.speed_mps * late * STEP_S - s) * math.sin(psi)))
         slip = max(slip, abs(math.atan2(state.turning(car.wheelbase_m)[0], max(state.speed_mps, 1.0))))
-        monitor.note(state)
-        seen = driven.ahead(task.friction) if setting.known else state
+        monitor.note(host.state, 0.0, host.slip, host.measured_if_slips)
+        seen = driven.ahead(host.state, task.friction) if setting.known else host.state
         along = task.speed_mps * late * STEP_S  # the plan begins where the first command takes effect
         jerk, rate = controller.command(plan, k * STEP_S, replace(seen, s_m=seen.s_m - along))
         rates.append(rate)
-        driven.step(jerk, rate)
+        host.look(driven.state, driven.step(jerk, rate))
     return np.array(errors), slip, float(np.abs(np.diff(rates)).mean())
 
 

@@ -10,7 +10,12 @@ from mcdas_opt.cli import completion
 Plant = Annotated[
     str, typer.Option("--plant", help="The car that is driven: kinematic, dynamic (with tyres), std, multi-body, or a plug-in.")
 ]
-Controller = Annotated[str | None, typer.Option("--controller", help="Tracks plans: feed-forward, lqr-inverse-tyre, stanley, lqr-errors.")]
+Controller = Annotated[
+    str | None, typer.Option("--controller", help="Tracks plans: feed-forward, stanley, mpc-single-track, lqr-inverse-tyre, lqr-errors.")
+]
+MotionSensors = Annotated[
+    str, typer.Option("--motion-sensors", help="How the host measures its own motion: ideal, or production (noise and offsets).")
+]
 NoiseSeed = Annotated[int | None, typer.Option("--seed", min=0, help="Of the measurement noise; default the scene's.")]
 Dbc = Annotated[Path | None, typer.Option("--dbc", help="The DBC to decode by; default the shipped minimal one.")]
 Road = Annotated[

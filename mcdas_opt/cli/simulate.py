@@ -19,6 +19,7 @@ def simulate(
     planner: PlannerOption = "mpc",
     plant: options.Plant = "kinematic",
     controller: options.Controller = None,
+    motion_sensors: options.MotionSensors = "ideal",
     seed: options.NoiseSeed = None,
     out: Annotated[
         Path | None,
@@ -38,7 +39,7 @@ def simulate(
     title = f"{planner}: {scene}"
     try:
         with progress_bar("drive") as progress:
-            drive = run(load_scene(scene), planner, plant, seed, controller=controller, progress=progress)
+            drive = run(load_scene(scene), planner, plant, seed, controller=controller, progress=progress, motion_sensors=motion_sensors)
     except PlantError as error:
         if error.drive is not None:
             _show(error.drive, f"{title}, until the plant failed", out, as_json)

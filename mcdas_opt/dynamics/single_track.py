@@ -46,22 +46,6 @@ def fiala(slip_rad: float, stiffness: float, limit: float) -> float:
     return math.copysign(limit * min(q * (3.0 - 3.0 * q + q * q), 1.0), z)
 
 
-def fiala_limit(slip_rad: float, stiffness: float, force: float) -> tuple[float, float]:
-    """(share of the contact that slides, limit [N]) of an axle that gives `force` [N] at a slip angle: `fiala`, solved for its limit.
-
-    Between 0 and 1 the share is exact; at 1 the force is the limit. A force against the slip, none, or as much as stiffness alone would
-    give, says nothing: the share is 0 and the limit infinite.
-    """
-    linear = stiffness * math.tan(min(max(slip_rad, -1.5), 1.5))
-    part = force / linear if linear != 0.0 else 1.0
-    if not 0.0 < part < 1.0:
-        return 0.0, math.inf
-    if part <= 1.0 / 3.0:
-        return 1.0, abs(force)
-    q = 1.5 - math.sqrt(2.25 - 3.0 * (1.0 - part))  # part = 1 - q + q^2 / 3
-    return q, abs(linear) / (3.0 * q)
-
-
 def fiala_slip(force: float, stiffness: float, limit: float, share: float = 0.99) -> float:
     """Slip angle [rad] at which an axle gives `force` [N]: `fiala`, solved for its slip. Who asks for more than `share` of the limit gets
     the slip of that share: beyond, there is hardly more to be had."""

@@ -37,6 +37,9 @@ class PlantError(McdasError, RuntimeError):
         self.plant, self.time_s, self.fault, self.drive = plant, time_s, fault, drive
         super().__init__(f"plant {plant!r} at t = {time_s:.2f} s: {fault}")
 
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        return type(self), (self.plant, self.time_s, self.fault, self.drive)
+
 
 class Car:
     """A plant under its name. Raises `PlantError` where the plant raises, gives a number that is not finite, or jumps."""
@@ -69,16 +72,17 @@ class Car:
         """How long a command takes to reach the actuators."""
         return self._commands.delay_steps * STEP_S
 
-    def ahead(self, friction: float) -> HostState:
-        """The state at the moment at which a command of now takes effect, on a road of that friction; its wheels as commanded by then.
+    def ahead(self, state: HostState, friction: float) -> HostState:
+        """The state of now, as measured, at the moment at which a command of now takes effect, on a road of that friction; its wheels as
+        commanded by then.
 
-        Without delay and lag, the state. Else the commands on their way, through the single track with the file's tyres (`DynamicPlant`),
-        or through the kinematic bicycle for a car that does not slip.
+        Without delay and lag, the state itself. Else the commands on their way, through the single track with the file's tyres
+        (`DynamicPlant`), or through the kinematic bicycle for a car that does not slip.
         """
         if self._vehicle.actuators.is_immediate:
-            return self._state
+            return state
         road = self._road if friction == self._road.friction else replace(self._road, friction=friction)
-        model = (DynamicPlant if self.slips else KinematicPlant)(self._vehicle, road, self._state)
+        model = (DynamicPlant if self.slips else KinematicPlant)(self._vehicle, road, state)
         commands = self._commands.copied()
         for _ in range(commands.delay_steps):
             model.step(*commands.apply(0.0, 0.0, model.state))

@@ -19,10 +19,13 @@ from mcdas_opt.simulation.car import Car, PlantError
 from mcdas_opt.simulation.contact import EDGE_SLACK_M, clearances, is_free, relative_speed, surroundings
 from mcdas_opt.simulation.controller import Controller
 from mcdas_opt.simulation.idm import STEP_S, step_times
+from mcdas_opt.simulation.measured_host import MeasuredHost
 from mcdas_opt.simulation.metrics import History, driven, lane_changed, times_to_collision
 from mcdas_opt.simulation.neighbours import Traffic, body_at, host_motion
 from mcdas_opt.simulation.perception import Perception
 from mcdas_opt.simulation.record import Cycle, CycleTimes, NeighbourHistory, Outcome, Simulation
+
+_HARDER_MPS3 = 1.0
 
 
 @dataclass(slots=True, kw_only=True)
@@ -32,6 +35,7 @@ class Drive:
     scene: Scene
     traffic: Traffic
     car: Car
+    host: MeasuredHost
     monitor: GripMonitor
     outcome: Outcome = Outcome.SAFE
     collided_with: str | None = None
@@ -39,7 +43,7 @@ class Drive:
     states: list[tuple[float, ...]] = field(default_factory=list)
     inputs: list[tuple[float, float]] = field(default_factory=list)
     lateral: list[float] = field(default_factory=list)
-    turning: list[tuple[float, float, float]] = field(default_factory=list)  # sideslip, yaw rate, friction found
+    turning: list[tuple[float, ...]] = field(default_factory=list)  # sideslip, yaw rate, friction found; what the observer has of it
     turns: list[int] = field(default_factory=list)  # the first step of each
     cycles: list[Cycle] = field(default_factory=list)
     took_ms: list[float] = field(default_factory=list)
@@ -50,7 +54,10 @@ class Drive:
     def _remember(self, state: HostState) -> None:
         self.states.append(_numbers(state))
         aside, yaw_rate = state.turning(self.scene.vehicle.wheelbase_m)
-        self.turning.append((math.atan2(aside, state.speed_mps), yaw_rate, self.monitor.friction))
+        slip, known = self.host.slip, self.host.state
+        told = (0.0, 0.0, math.nan) if slip is None else (slip.lateral_speed_mps, slip.lateral_speed_sd_mps, slip.friction)
+        sideslip, sd = math.atan2(told[0], known.speed_mps), told[1] / max(known.speed_mps, 1.0)
+        self.turning.append((math.atan2(aside, state.speed_mps), yaw_rate, self.monitor.friction, sideslip, sd, told[2]))
 
     def note(self, now: float, plan: Plan, tracks: tuple[Track, ...], took_ms: float) -> None:
         """A plan, the tracks that it was made with, and how long it took."""
@@ -63,22 +70,28 @@ class Drive:
         Raises the plant's `PlantError` once everybody has been driven up to it.
         """
         first, state = len(self.states) - 1, self.car.state
-        been, fault = [state], None
+        jerk = 0.0
+        been, fault = [(state, self.host.state)], None
         self.turns.append(first)
         for k in range(steps):
             asked = plan.trajectory
-            self.monitor.note(state, float(np.interp(k * STEP_S, asked.t_s, asked.acceleration_mps2)))
-            jerk, rate = controller.command(asked, k * STEP_S, self.car.ahead(self.monitor.friction))
+            known, slip = self.host.state, self.host.slip
+            braking = 0.0  # asked for; feedback may ask for less than the plan
+            if slip is None or jerk < -_HARDER_MPS3:
+                braking = float(np.interp(k * STEP_S, asked.t_s, asked.acceleration_mps2))
+            self.monitor.note(known, braking, slip, self.host.measured_if_slips)
+            jerk, rate = controller.command(asked, k * STEP_S, self.car.ahead(known, self.monitor.friction))
             try:
                 applied = self.car.step(jerk, rate)
             except PlantError as error:
                 fault = error
                 break
             state = self.car.state
+            self.host.look(state, applied)
             self.inputs.append((applied.jerk_mps3, applied.steering_rate_radps))
             self.lateral.append(applied.lateral_acceleration_mps2)
             self._remember(state)
-            been.append(state)
+            been.append((state, self.host.state))
         host = np.array(self.states[first:])
         self.traffic.advance(host_motion(host[:-1], self.traffic.road))
         others = self.traffic.motions_of_steps(first, len(host))
@@ -90,7 +103,7 @@ class Drive:
                 body_at(name, motion.part(k), *size, self.traffic.road)
                 for name, motion, size in zip(self.traffic.names, others, self.traffic.sizes, strict=True)
             ]
-            perception.look(time_s, been[k], bodies)
+            perception.look(time_s, *been[k], bodies)
         if fault is not None and self.outcome is Outcome.SAFE:
             raise fault
 
@@ -120,7 +133,7 @@ class Drive:
         states = np.array(self.states)
         others = self.traffic.motions_of_steps(0, len(states))
         nearest = clearances(states, self.turns, others, sizes, scene.vehicle, scene.true_road)
-        sideslip, yaw_rate, friction = np.array(self.turning).T
+        sideslip, yaw_rate, friction, estimated, sd, felt = np.array(self.turning).T
         history = History(
             states=states,
             inputs=np.array(self.inputs).reshape(-1, 2),
@@ -129,6 +142,9 @@ class Drive:
             sideslip_rad=sideslip,
             yaw_rate_radps=yaw_rate,
             friction=friction,
+            sideslip_estimate_rad=estimated,
+            sideslip_sd_rad=sd,
+            friction_estimate=felt,
         )
         trajectory = driven(history)
         front, rear = times_to_collision(states, others, sizes, scene.vehicle, scene.true_road)

@@ -20,6 +20,9 @@ from mcdas_opt.simulation.controller import Controller, default_controller, make
 from mcdas_opt.simulation.drive import Drive
 from mcdas_opt.simulation.driver import Driver
 from mcdas_opt.simulation.idm import STEP_S
+from mcdas_opt.simulation.measured_host import MeasuredHost
+from mcdas_opt.simulation.motion_sensors import MotionSensors
+from mcdas_opt.simulation.motion_sensors import motion_sensors as sensors_named
 from mcdas_opt.simulation.neighbours import Traffic
 from mcdas_opt.simulation.perception import Perception
 from mcdas_opt.simulation.plant import PlantFactory, PlantName
@@ -39,13 +42,15 @@ def simulate(
     controller: str | Controller | None = None,
     progress: Callable[[int, int], None] | None = None,
     faults: SensorFaults | None = None,
+    motion_sensors: str | MotionSensors = "ideal",
 ) -> Simulation:
     """Drives a planner through a scene (or the shipped one of that name, or a path), and returns the drive with its figures.
 
     Ends at the scene's duration, at the first touch of another body, or when a corner is more than 0.02 m off the road. `planner` is
     a registered name, a `Driver`, or a method (`planning.method.Method`). `plant` is a registered name, or a class or function that
-    builds one (`simulation.plant.Plant`). The planner gets the plant's true state; of a dynamic vehicle it gets the no-slip state that
-    moves alike. Friction is what the scene assumes until `GripMonitor` finds less.
+    builds one (`simulation.plant.Plant`). Planner and controller get the plant's pose and what `motion_sensors` (a name of
+    `simulation.motion_sensors.MOTION_SENSORS`, or a record) measure of its motion; the sideslip of a dynamic vehicle is an observer's, and
+    the planner gets the no-slip state that moves alike. Friction is what the scene assumes until `GripMonitor` finds less.
     `controller` is one of `simulation.controller.CONTROLLERS` by name, or an object; default the plant's (`default_controller`).
     `faults` is what the sensors and the host's own measurements do wrong beyond their noise (`simulation.sensor_faults`).
     `progress` is told after every turn how many are done, and of how many.
@@ -62,6 +67,7 @@ def simulate(
     seed = scene.seed if seed is None else whole("seed", seed)
     not_a_class("planner", planner)
     traffic, car = Traffic(scene), Car(plant, scene.vehicle, scene.true_road, scene.host_state)
+    host = MeasuredHost(scene.vehicle, car.state, sensors_named(motion_sensors), friction=scene.assumed_road.friction, seed=seed)
     driver = _driver(planner, scene, planned_for(settings, slips=car.slips), slips=car.slips)
     driver.set_destination(scene.destination_to_reach)
     monitor = GripMonitor(vehicle=scene.vehicle, believed=scene.assumed_road.friction, step_s=STEP_S)
@@ -71,11 +77,11 @@ def simulate(
     tracking = controller or default_controller(scene.vehicle, slips=car.slips, turned=turned, grip=monitor)
     perception = Perception(scene, seed, driver.tracker, faults)
     perception.warm_up(scene, traffic, car.state)
-    drive = Drive(scene=scene, traffic=traffic, car=car, monitor=monitor)
+    drive = Drive(scene=scene, traffic=traffic, car=car, host=host, monitor=monitor)
     turns = _turns(scene.duration_s, settings.cycle_s)
     for turn, (now, steps) in enumerate(turns, start=1):
         started = time.perf_counter()
-        road, seen = _believed(scene.assumed_road, monitor), car.ahead(monitor.friction)
+        road, seen = _believed(scene.assumed_road, monitor), car.ahead(host.state, monitor.friction)
         point = car.zero_sideslip_point_m(seen) if turned else 0.0
         driver.set_zero_sideslip_point(point)
         state = car.without_slip(seen, road, point)

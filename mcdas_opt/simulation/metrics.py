@@ -21,7 +21,8 @@ _CLOSING_MPS = 0.05
 class History:
     """A drive in steps of STEP_S: states (n + 1, 6), applied inputs (n, 2), lateral acceleration of the path (n,), the distance to the
     nearest other body (n + 1,), infinite where there is none; sideslip of the rear axle [rad], yaw rate, and the friction that plans were
-    to be made with by then (n + 1,)."""
+    to be made with by then (n + 1,). Besides the true sideslip there is the observer's with its standard deviation, and its estimate of the
+    friction (n + 1,): 0, 0 and NaN of a car whose tyres do not slip."""
 
     states: Array
     inputs: Array
@@ -30,6 +31,9 @@ class History:
     sideslip_rad: Array
     yaw_rate_radps: Array
     friction: Array
+    sideslip_estimate_rad: Array
+    sideslip_sd_rad: Array
+    friction_estimate: Array
 
     @property
     def t_s(self) -> Array:

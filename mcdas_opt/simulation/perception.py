@@ -45,15 +45,16 @@ class Perception:
         for t, s in zip(times.tolist(), host.s_m.tolist(), strict=True):
             if not self.is_due(t):
                 continue
-            self.look(t, replace(start, s_m=s, acceleration_mps2=0.0), traffic.bodies(t))
+            then = replace(start, s_m=s, acceleration_mps2=0.0)
+            self.look(t, then, then, traffic.bodies(t))
 
     def is_due(self, t_s: float) -> bool:
         """Whether any sensor scans at t_s."""
         return self._suite.is_due(t_s)
 
-    def look(self, t_s: float, host: HostState, bodies: Sequence[Body]) -> None:
-        """Takes the scans that are due at t_s; they arrive `latency_s` later."""
-        self._pending.extend((scan, host) for scan in self._suite.scans(t_s, host, bodies))
+    def look(self, t_s: float, host: HostState, known: HostState, bodies: Sequence[Body]) -> None:
+        """Takes the scans that are due at t_s; they arrive `latency_s` later, with what the host knows of its own state (`known`)."""
+        self._pending.extend((scan, known) for scan in self._suite.scans(t_s, host, bodies))
 
     def arrived(self, now: float, before_s: float = 0.0) -> list[Scan]:
         """Scans for a planner's step that plans from `before_s` after `now` on; older ones have gone to its tracker."""

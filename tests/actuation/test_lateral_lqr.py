@@ -10,6 +10,7 @@ import pytest
 
 from mcdas_opt.actuation.grip_monitor import GripMonitor
 from mcdas_opt.actuation.lateral_lqr import LqrTracking
+from mcdas_opt.actuation.plan_tracking import PlanTracking
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState, SlidingState
@@ -20,6 +21,8 @@ from mcdas_opt.simulation.controller import STEERING_RATE_SHARE, Controller, Fee
 from mcdas_opt.simulation.dynamic_plant import DynamicPlant
 from mcdas_opt.simulation.idm import STEP_S
 from mcdas_opt.simulation.kinematic_plant import KinematicPlant
+from mcdas_opt.simulation.measured_host import MeasuredHost
+from mcdas_opt.simulation.motion_sensors import MotionSensors
 from mcdas_opt.simulation.plant import Plant, make_plant
 
 CARS = [load_vehicle(name) for name in ("sedan", "bmw_320i", "lincoln_mkz")]
@@ -151,12 +154,14 @@ def test_tyres_are_worked_hard_and_the_car_does_not_turn_about(car: Vehicle, fri
         grip = GripMonitor(vehicle=car, believed=friction)
         tracking = LqrTracking.design(car, grip=grip)
         plant = DynamicPlant(car, road, HostState(speed_mps=speed, acceleration_mps2=along))
+        host = MeasuredHost(car, plant.state, MotionSensors(), friction=friction, seed=1)
         slip, lateral = [], []
         for k in range(round(float(plan.t_s[-1]) / STEP_S)):
-            state = plant.state
-            grip.note(state)
-            slip.append(abs(math.atan2(state.lateral_speed_mps, state.speed_mps)))
-            lateral.append(abs(plant.step(*tracking.command(plan, k * STEP_S, state)).lateral_acceleration_mps2))
+            grip.note(host.state, 0.0, host.slip, host.measured_if_slips)
+            slip.append(abs(math.atan2(plant.state.lateral_speed_mps, plant.state.speed_mps)))
+            applied = plant.step(*tracking.command(plan, k * STEP_S, host.state))
+            lateral.append(abs(applied.lateral_acceleration_mps2))
+            host.look(plant.state, applied)
         assert max(slip) < 1.2 * slides
         assert max(lateral) > 0.6 * math.sqrt((friction * GRAVITY_MPS2) ** 2 - along**2)
         assert grip.friction > 0.9 * friction  # nothing was made of slip that there was not
@@ -195,7 +200,7 @@ def test_beyond_the_plans_end_nothing_is_asked() -> None:
 
 def test_a_car_that_slips_is_tracked_with_feedback() -> None:
     assert isinstance(default_controller(CARS[0], slips=False), FeedForward)
-    assert isinstance(default_controller(CARS[0], slips=True), LqrTracking)
+    assert isinstance(default_controller(CARS[0], slips=True), PlanTracking)
 
 
 @pytest.mark.parametrize("car", CARS, ids=lambda car: car.name)

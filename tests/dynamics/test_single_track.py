@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.dynamics.single_track import axle_forces, axle_loads, body_accelerations, fiala, fiala_limit, fiala_slip
+from mcdas_opt.dynamics.single_track import axle_forces, axle_loads, body_accelerations, fiala, fiala_slip
 
 CHASSIS = Chassis.of(Vehicle())
 WEIGHT = CHASSIS.mass_kg * GRAVITY_MPS2
@@ -28,22 +28,6 @@ def test_the_tyre_starts_at_its_stiffness_grows_and_ends_smoothly_at_the_limit(s
     if slides < 1.4:
         assert (fiala(slides, stiffness, limit), fiala(1.45, stiffness, limit)) == pytest.approx((limit, limit))
         assert limit - fiala(0.99 * slides, stiffness, limit) < 1e-3 * limit
-
-
-@given(st.floats(1e3, 3e5), st.floats(10.0, 2e4), st.floats(0.05, 1.5), st.sampled_from([-1.0, 1.0]))
-def test_the_limit_is_found_again_from_the_force(stiffness: float, limit: float, sliding: float, side: float) -> None:
-    slip = side * math.atan(3.0 * limit * sliding / stiffness)
-    if abs(slip) > 1.5:
-        return
-    share, found = fiala_limit(slip, stiffness, fiala(slip, stiffness, limit))
-    assert share == pytest.approx(min(sliding, 1.0), rel=1e-6, abs=1e-7)
-    assert found == pytest.approx(limit, rel=1e-6)
-
-
-@given(st.floats(-0.5, 0.5), st.floats(1e3, 3e5))
-def test_a_force_that_slip_cannot_have_made_says_nothing(slip: float, stiffness: float) -> None:
-    for force in (0.0, -stiffness * slip, 1.5 * stiffness * math.tan(slip)):
-        assert fiala_limit(slip, stiffness, force) == (0.0, math.inf)
 
 
 @given(MOTION, st.floats(0.05, 1.5))
