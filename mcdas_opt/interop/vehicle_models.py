@@ -46,10 +46,10 @@ class VehicleModel:
 class VehicleModelPlant:
     """One of the package's models in the loop, by fourth-order Runge-Kutta in as many equal parts of STEP_S as its wheels need.
 
-    The vehicle's file gives limits, mass, yaw inertia, place of the axles and height of the centre of gravity; suspension, wheels and tyres
-    are the BMW 320i's, springs and inertias scaled with the mass. The road's friction is the peak of the tyres' force over their load,
-    along and across (Pacejka's lambda_mu); their stiffness stays. Torque on a wheel ends where it slips most usefully (anti-lock brakes,
-    traction control). The models drive the rear wheels.
+    The vehicle's file gives limits, mass, yaw inertia, place of the axles, height of the centre of gravity and the stiffness of the tyres
+    across, of both axles together; suspension, wheels and the rest of the tyres are the BMW 320i's, springs and inertias scaled with the
+    mass. The road's friction is the peak of the tyres' force over their load, along and across (Pacejka's lambda_mu). Torque on a wheel
+    ends where it slips most usefully (anti-lock brakes, traction control). The models drive the rear wheels.
 
     As with our own plants, the acceleration in the state is the one asked of brakes and engine, and a car that hardly moves is a no-slip
     bicycle: what it still slides sideways when it slows down to SLOW_MPS is lost.
@@ -199,7 +199,16 @@ def _parameters(vehicle: Vehicle, friction: float) -> Any:
     scaled = {name: heavier * vars(p)[name] for name in (*_OF_MASS, *_OF_FORCE)}
     tire = p.tire
     along, across = friction / tire.p_dx1, friction / tire.p_dy1
-    tire = replace(tire, p_dx1=friction, p_dy1=friction, p_vx1=along * tire.p_vx1, p_vy1=across * tire.p_vy1, p_vy3=across * tire.p_vy3)
+    across_per_load = (chassis.cornering_stiffness_front_nprad + chassis.cornering_stiffness_rear_nprad) / (chassis.mass_kg * GRAVITY_MPS2)
+    tire = replace(
+        tire,
+        p_ky1=-across_per_load,
+        p_dx1=friction,
+        p_dy1=friction,
+        p_vx1=along * tire.p_vx1,
+        p_vy1=across * tire.p_vy1,
+        p_vy3=across * tire.p_vy3,
+    )
     steering = replace(p.steering, min=-math.inf, max=math.inf, v_min=-math.inf, v_max=math.inf)  # ours are the vehicle's
     longitudinal = replace(p.longitudinal, a_max=math.inf, v_switch=math.inf, v_max=math.inf)
     return replace(

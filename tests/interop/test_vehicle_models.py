@@ -137,7 +137,8 @@ def test_braking_ends_at_standstill_and_the_car_drives_off_again(
 
 def test_a_heavier_car_of_the_same_shape_moves_alike() -> None:
     """Springs, inertias and loads go with the mass; one shift in the package's tyre does not (p_vx1, in the sine's argument)."""
-    heavy = replace(BMW, mass_kg=1.5 * 1093.3, yaw_inertia_kgm2=1.5 * 1791.6)
+    tyres = {f"cornering_stiffness_{axle}_nprad": 1.5 * value for axle, value in (("front", 129700.0), ("rear", 105400.0))}
+    heavy = replace(BMW, mass_kg=1.5 * 1093.3, yaw_inertia_kgm2=1.5 * 1791.6, **tyres)
     cars = [multi_body(vehicle, Road(friction=0.7), HostState(speed_mps=20.0)) for vehicle in (BMW, heavy)]
     for car in cars:
         for k in range(80):
