@@ -13,6 +13,7 @@ from mcdas_opt.actuation.grip_monitor import GripMonitor
 from mcdas_opt.actuation.lateral_lqr import LqrTracking
 from mcdas_opt.actuation.plan_tracking import PlanTracking
 from mcdas_opt.actuation.stanley import Stanley
+from mcdas_opt.actuation.tracking_mpc import TrackingMpc
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.trajectory import Trajectory
@@ -61,6 +62,10 @@ def _lqr_errors(vehicle: Vehicle, turned: bool, grip: GripMonitor | None) -> Con
     return PlanTracking(law=ErrorLqr.design(vehicle), vehicle=vehicle, turned=turned, grip=grip)
 
 
+def _mpc(vehicle: Vehicle, turned: bool, grip: GripMonitor | None) -> Controller:
+    return TrackingMpc(vehicle=vehicle, turned=turned, grip=grip)
+
+
 def _feed_forward(vehicle: Vehicle, turned: bool, grip: GripMonitor | None) -> Controller:
     return FeedForward()
 
@@ -70,8 +75,9 @@ CONTROLLERS: dict[str, Callable[[Vehicle, bool, GripMonitor | None], Controller]
     "lqr-inverse-tyre": _lqr_inverse_tyre,
     "stanley": _stanley,
     "lqr-errors": _lqr_errors,
+    "mpc-single-track": _mpc,
 }
-WITHOUT_SLIP, WITH_SLIP = "feed-forward", "lqr-inverse-tyre"  # the defaults
+WITHOUT_SLIP, WITH_SLIP = "feed-forward", "stanley"  # the defaults
 
 
 def make_controller(name: str, vehicle: Vehicle, *, turned: bool = False, grip: GripMonitor | None = None) -> Controller:

@@ -1,4 +1,4 @@
-"""Stanley's law and the regulator of the single track's errors: stable, back on the plan, and no further than tyres can use."""
+"""Stanley's law, the regulator of the single track's errors and the predictive one: stable, on the plan, no further than tyres can use."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from tests.simulation.fake_driver import FakeDriver
 from tests.simulation.scene_maker import make_scene
 
 CARS = [load_vehicle(name) for name in ("sedan", "bmw_320i", "lincoln_mkz")]
-LAWS = pytest.mark.parametrize("law", ["stanley", "lqr-errors"])
+LAWS = pytest.mark.parametrize("law", ["stanley", "lqr-errors", "mpc-single-track"])
 ROAD = Road(lanes_left=3, lanes_right=3)
 
 
-@LAWS
+@pytest.mark.parametrize("law", ["stanley", "lqr-errors"])  # the third is no function that could be differentiated: see below
 @pytest.mark.parametrize("car", CARS, ids=lambda car: car.name)
 def test_the_loop_is_stable_from_walking_pace_to_top_speed(law: str, car: Vehicle) -> None:
     for speed in np.geomspace(1.5, 45.0, 8):
@@ -86,6 +86,27 @@ def test_wheels_are_turned_no_further_than_the_front_tyres_can_use(law: str) -> 
     states, _ = follow(plant, make_controller(law, car, grip=GripMonitor(vehicle=car, believed=0.2)), plan)
     assert np.abs(states[:, 5]).max() < 0.08
     assert abs(plant.state.lateral_speed_mps / plant.state.speed_mps) < 0.15
+
+
+@pytest.mark.parametrize("speed", [3.5, 8.0, 20.0, 45.0])
+def test_the_predictive_law_settles_at_every_speed(speed: float) -> None:
+    car = CARS[1]
+    plan = driven(car, HostState(speed_mps=speed), [(0.0, 0.0)] * 60)
+    plant = DynamicPlant(car, ROAD, HostState(speed_mps=speed, d_m=0.3))
+    states, inputs = follow(plant, make_controller("mpc-single-track", car, grip=GripMonitor(vehicle=car, believed=0.9)), plan)
+    assert abs(states[-1, 1]) < 0.02
+    assert abs(states[-1, 2]) < 0.005
+    assert np.abs(inputs[-100:, 1]).max() < 0.02  # and is at rest there
+
+
+def test_the_predictive_law_is_the_same_in_the_mirror() -> None:
+    car = CARS[1]
+    ends = []
+    for side in (1.0, -1.0):
+        plan = driven(car, HostState(speed_mps=20.0), [(0.0, 0.1 * side)] * 5 + [(0.0, -0.1 * side)] * 10 + [(0.0, 0.0)] * 10)
+        plant = DynamicPlant(car, ROAD, HostState(speed_mps=20.0))
+        ends.append(follow(plant, make_controller("mpc-single-track", car, grip=GripMonitor(vehicle=car, believed=0.9)), plan)[0][-1])
+    np.testing.assert_allclose(ends[0] * [1, -1, -1, 1, 1, -1], ends[1], atol=1e-3)  # OSQP's tolerance
 
 
 def test_controllers_are_found_by_name() -> None:
