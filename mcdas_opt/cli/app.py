@@ -21,12 +21,13 @@ from mcdas_opt.cli.export_c import export_c
 from mcdas_opt.cli.export_log import export_log
 from mcdas_opt.cli.follow import follow
 from mcdas_opt.cli.live import live
+from mcdas_opt.cli.log import complain, hint, say
 from mcdas_opt.cli.park import park
 from mcdas_opt.cli.plan import plan
 from mcdas_opt.cli.replay import replay
 from mcdas_opt.cli.reproduce import reproduce
 from mcdas_opt.cli.schema import schema
-from mcdas_opt.cli.screen import CutShortError, complain
+from mcdas_opt.cli.screen import CutShortError
 from mcdas_opt.cli.simulate import simulate
 from mcdas_opt.cli.stop import INTERRUPTED, Stopped, terminated_as_interrupted
 from mcdas_opt.cli.streams import prepare_streams, told_where_stdout_ends
@@ -80,7 +81,7 @@ def run() -> None:
 
 def _warned(message: Warning | str, category: type[Warning], *where: object, **more: object) -> None:
     """A warning is one line, without the place in our code that gave it."""
-    complain(f"warning: {message}")
+    hint(f"warning: {message}")
 
 
 def _run(stopped: Stopped) -> int:
@@ -108,8 +109,10 @@ def _run(stopped: Stopped) -> int:
 
 @app.callback(invoke_without_command=True)
 def _root(
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Errors alone on stderr: no hints, no progress.")] = False,
     version: Annotated[bool, typer.Option("--version", help="Print versions, of what this stands on too, and exit.")] = False,
 ) -> None:
+    say(quiet)
     if version:
         from mcdas_opt import __version__
         from mcdas_opt.evaluation.doctor import packages

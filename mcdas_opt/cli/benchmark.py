@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import sys
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from mcdas_opt.cli import completion, options
-from mcdas_opt.cli.screen import JsonOption, complain, console, emit, leaving, tell
+from mcdas_opt.cli.log import complain
+from mcdas_opt.cli.progress import stages
+from mcdas_opt.cli.screen import JsonOption, console, emit, leaving
 
 if TYPE_CHECKING:
     from mcdas_opt.evaluation.running.executor import Executor
 
-_LINE_S = 30.0  # between two lines of progress where stderr is no terminal
 _ABREAST = 3  # planners in one table
 _ROWS = (
     ("lost on A", "lost_on_A"),
@@ -70,7 +67,7 @@ def benchmark(
     folder = out if out is not None else Path(f"benchmark-{chosen.name}-{chosen.seed}")
     executor = _executor(workers, scheduler)
     try:
-        with leaving(f"rows so far are in {folder}: the same command with --resume goes on"), _progress() as progress:
+        with leaving(f"rows so far are in {folder}: the same command with --resume goes on"), stages() as progress:
             results = run(chosen, names, folder, executor, plant=plant, limit_s=limit, resume=resume, progress=progress)
             done = publish(chosen, results, folder, executor, progress)
     except StoppedError as error:
@@ -131,56 +128,3 @@ def _share(found: dict[str, Any]) -> str:
 
 def _cycle(found: dict[str, Any]) -> str:
     return "-" if found["p50"] is None else f"{found['p50']:.1f} / {found['p99']:.1f}"
-
-
-@contextmanager
-def _progress() -> Iterator[Callable[[str, int, int], None]]:
-    """A bar for each stage with rate and remaining time on stderr; where that is no terminal, a line now and then."""
-    if not sys.stderr.isatty():
-        yield _Lines()
-        return
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        ProgressColumn,
-        Task,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-    from rich.text import Text
-
-    class Rate(ProgressColumn):
-        def render(self, task: Task) -> Text:
-            return Text(f"{task.speed:.2f}/s" if task.speed else "-/s", style="progress.data.speed")
-
-    shown = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), Rate(), TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*shown, console=Console(stderr=True), transient=True) as bar:
-        stages: dict[str, Any] = {}
-
-        def tell(stage: str, done: int, of: int) -> None:
-            if stage not in stages:
-                stages[stage] = bar.add_task(stage, total=of, completed=done)
-            bar.update(stages[stage], completed=done, total=of)
-
-        yield tell
-
-
-class _Lines:
-    """Progress for a log: stage, how many of how many, rate and remaining time."""
-
-    def __init__(self) -> None:
-        self._stage, self._first, self._started, self._told = "", 0, 0.0, 0.0
-
-    def __call__(self, stage: str, done: int, of: int) -> None:
-        now = time.monotonic()
-        if stage != self._stage:
-            self._stage, self._first, self._started, self._told = stage, done, now, now
-        if done < of and now - self._told < _LINE_S:
-            return
-        self._told = now
-        rate = (done - self._first) / max(now - self._started, 1e-9)
-        left = f", {(of - done) / rate:.0f} s left" if rate > 0.0 and done < of else ""
-        tell(f"{stage}: {done} of {of}, {rate:.2f}/s{left}")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from mcdas_opt.cli.progress import progress_bar
 from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, headed_table
 
 if TYPE_CHECKING:
@@ -21,7 +22,8 @@ def doctor(as_json: JsonOption = False) -> None:
     """
     from mcdas_opt.evaluation.doctor import diagnose
 
-    found = diagnose()
+    with progress_bar("self-test"):
+        found = diagnose()
     if as_json:
         emit(found.to_dict())
     else:

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from mcdas_opt.cli import completion
+from mcdas_opt.cli.progress import progress_bar
 from mcdas_opt.cli.screen import JsonOption, console, emit, time_to_react_table
 
 
@@ -37,7 +38,8 @@ def escapes(
     if over:
         from mcdas_opt.time_to_react.sweep import swept
 
-        sweep = swept(situation, vehicle)
+        with progress_bar("map") as progress:
+            sweep = swept(situation, vehicle, progress=progress)
         document = {"schema_version": SCHEMA_VERSION, **to_document(sweep)}
         if as_json:
             emit(document)

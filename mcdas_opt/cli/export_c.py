@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from mcdas_opt.cli.progress import progress_bar
 from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table
 
 
@@ -33,7 +34,8 @@ def export_c(
     from mcdas_opt.interop.c_export.recording import one_arithmetic
 
     chosen = one_arithmetic(arithmetic)
-    done = run(folder, load_scene(scene), steps=steps, neighbours=neighbours, compiler=compiler, flags=flags, arithmetic=chosen)
+    with progress_bar("generate and check"):
+        done = run(folder, load_scene(scene), steps=steps, neighbours=neighbours, compiler=compiler, flags=flags, arithmetic=chosen)
     if as_json:
         emit(done.to_dict())
         return

@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from mcdas_opt.cli import options
-from mcdas_opt.cli.screen import JsonOption, PlannerOption, SceneArgument, console, emit, progress_bar
+from mcdas_opt.cli.progress import progress_bar
+from mcdas_opt.cli.screen import JsonOption, PlannerOption, SceneArgument, console, emit
 from mcdas_opt.errors import InputError
 
 

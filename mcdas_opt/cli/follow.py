@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mcdas_opt.cli import completion, options
+from mcdas_opt.cli.progress import progress_bar
 from mcdas_opt.cli.screen import JsonOption, check_picture, console, emit, facts_table, number
 from mcdas_opt.errors import ParameterError
 
@@ -46,7 +47,8 @@ def follow(
     problem = load_parking_case(case, vehicle=vehicle, clearance_m=clearance)
     truth = shorter_slot(problem, shorter) if shorter > 0.0 else problem
     visitors = tuple(_visitor(text) for text in person or ())
-    drive = run(problem, planner, seed, truth=truth, visitors=visitors)
+    with progress_bar("drive"):
+        drive = run(problem, planner, seed, truth=truth, visitors=visitors)
     if as_json:
         emit(drive.to_dict())
     else:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mcdas_opt.cli import completion, options
+from mcdas_opt.cli.progress import progress_bar
 from mcdas_opt.cli.screen import JsonOption, check_picture, console, emit, facts_table, headed_table, number
 
 if TYPE_CHECKING:
@@ -51,7 +52,8 @@ def park(
         exchange=ExchangeSettings(form=checks, solver=solver),
         time_budget_s=budget,
     )
-    answer = run(problem, planner, settings=settings)
+    with progress_bar("park"):
+        answer = run(problem, planner, settings=settings)
     if as_json:
         emit(answer.to_dict())
     else:

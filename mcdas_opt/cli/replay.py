@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mcdas_opt.cli import completion, options
-from mcdas_opt.cli.screen import JsonOption, PlannerOption, check_picture, console, emit, facts_table, headed_table, number, progress_bar
+from mcdas_opt.cli.progress import progress_bar
+from mcdas_opt.cli.screen import JsonOption, PlannerOption, check_picture, console, emit, facts_table, headed_table, number
 
 if TYPE_CHECKING:
     from mcdas_opt.interop.replay_record import Summary

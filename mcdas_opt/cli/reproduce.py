@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from mcdas_opt.cli.progress import progress_bar
 from mcdas_opt.cli.screen import JsonOption, console, emit
 
 
@@ -20,7 +21,8 @@ def reproduce(
     """
     from mcdas_opt.evaluation.reproduction import reproduce as run
 
-    done = run(out)
+    with progress_bar("the paper"):
+        done = run(out)
     if as_json:
         emit(done.to_dict())
         return

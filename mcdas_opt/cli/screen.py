@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from mcdas_opt.cli import completion
-from mcdas_opt.errors import printable
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -33,16 +32,6 @@ PlannerOption = Annotated[
 def emit(document: dict[str, Any]) -> None:
     """One JSON document on stdout; refuses NaN rather than printing it."""
     sys.stdout.write(json.dumps(document, allow_nan=False) + "\n")
-
-
-def complain(text: str) -> None:
-    """One line on stderr, by the name of the command."""
-    tell(f"mcdas-opt: {printable(text)}")
-
-
-def tell(line: str) -> None:
-    """A line on stderr, as it is."""
-    typer.echo(line, err=True)
 
 
 def console() -> Console:
@@ -124,14 +113,3 @@ def leaving(what: str) -> Iterator[None]:
         yield
     except KeyboardInterrupt:
         raise CutShortError(what) from None
-
-
-@contextmanager
-def progress_bar(title: str) -> Iterator[Callable[[int, int], None]]:
-    """A bar on stderr where that is a terminal: call what this yields with (done, of)."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
-        task = bar.add_task(title, total=None)
-        yield lambda done, of: bar.update(task, completed=done, total=of)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mcdas_opt.cli import options
-from mcdas_opt.cli.screen import JsonOption, PlannerOption, SceneArgument, check_picture, console, emit, facts_table, number, progress_bar
+from mcdas_opt.cli.progress import progress_bar
+from mcdas_opt.cli.screen import JsonOption, PlannerOption, SceneArgument, check_picture, console, emit, facts_table, number
 
 if TYPE_CHECKING:
     from mcdas_opt.simulation.record import Simulation

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from mcdas_opt.cli.screen import complain
+from mcdas_opt.cli.log import hint
 
 _UNITS = {"": 1.0, "m/s": 1.0, "mps": 1.0, "km/h": 1 / 3.6, "kmh": 1 / 3.6, "kph": 1 / 3.6, "mph": 0.44704}
 _SPEED = re.compile(r"\s*([-+]?[0-9.]+(?:e[-+]?[0-9]+)?)\s*([a-z/]*)\s*", re.IGNORECASE)
@@ -28,7 +28,7 @@ def speed(text: str | float) -> float:
     if found is None or not 0.0 <= value < math.inf:
         raise typer.BadParameter(f"{text!r} is not a speed: a number in m/s that is not negative, or with its unit, as 60km/h")
     if not found[2] and value > _DOUBTED_MPS:
-        complain(f"speed {value:g} is in m/s, which is {3.6 * value:.0f} km/h; if km/h is meant, write {value:g}km/h")
+        hint(f"speed {value:g} is in m/s, which is {3.6 * value:.0f} km/h; if km/h is meant, write {value:g}km/h")
     return value
 
 
@@ -41,6 +41,10 @@ FrontSpeed = Annotated[
 ]
 RearSpeed = Annotated[
     float | None, typer.Option("--rear-speed", parser=speed, metavar="SPEED", help="Its speed [m/s], or as 60km/h; default 20 km/h more.")
+]
+DesiredSpeed = Annotated[
+    float | None,
+    typer.Option("--desired", parser=speed, metavar="SPEED", help="Desired speed [m/s], or as 60km/h; default the speed limit."),
 ]
 SpeedBounds = Annotated[
     tuple[str, str] | None,

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import NoReturn
 
-from mcdas_opt.cli.screen import complain
+from mcdas_opt.cli.log import complain
 
 INTERRUPTED, TERMINATED = 130, 143
 

@@ -9,7 +9,7 @@ import os
 import sys
 from collections.abc import Iterator
 
-from mcdas_opt.cli.screen import complain
+from mcdas_opt.cli.log import complain
 from mcdas_opt.errors import InputError
 
 

@@ -7,7 +7,9 @@ from typing import Annotated
 
 import typer
 
-from mcdas_opt.cli.screen import JsonOption, PlannerOption, console, emit, headed_table, leaving, progress_bar
+from mcdas_opt.cli.progress import progress_bar
+from mcdas_opt.cli.screen import JsonOption, PlannerOption, console, emit, headed_table, leaving
+from mcdas_opt.cli.speeds import DesiredSpeed
 from mcdas_opt.errors import InputError
 
 
@@ -17,7 +19,7 @@ def sumo(
     seeds: Annotated[str, typer.Option("--seeds", help="SUMO's seeds: 0-40, or 3, or 1,5,9.")] = "0-4",
     planner: PlannerOption = "mpc",
     against: Annotated[str, typer.Option("--against", help="Others on the same seeds; sumo is SUMO's driver.")] = "sumo",
-    desired: Annotated[float | None, typer.Option("--desired", help="Desired speed [m/s]; default the speed limit.")] = None,
+    desired: DesiredSpeed = None,
     look: Annotated[str, typer.Option("--look", help="How far ahead and behind others are seen [m].")] = "150,100",
     out: Annotated[Path | None, typer.Option("--out", help="Folder for rows, table and pictures; default sumo-CONFIG.")] = None,
     workers: Annotated[int, typer.Option("--workers", min=1, help="Processes on this machine.")] = 1,

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from mcdas_opt.cli import completion, options, speeds
-from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, headed_table, leaving, number, progress_bar
+from mcdas_opt.cli.progress import progress_bar
+from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, headed_table, leaving, number
 
 if TYPE_CHECKING:
     from mcdas_opt.tuning.design import Design
@@ -105,7 +106,8 @@ def tune(
     )
     if out is not None:
         check_out(out)
-    found = design(request)
+    with progress_bar("design"):
+        found = design(request)
     if as_json:
         emit(found.to_dict())
     else:

@@ -9,7 +9,8 @@ from typing import Annotated
 import typer
 
 from mcdas_opt.cli import completion
-from mcdas_opt.cli.screen import JsonOption, complain, console, emit, facts_table, number, print_violations
+from mcdas_opt.cli.log import hint
+from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, number, print_violations
 
 
 def verify(
@@ -53,7 +54,7 @@ def verify(
 @functools.wraps(verify)
 def judge(scene: str, trajectory: Path, prediction: str | None = None, as_json: bool = False) -> None:
     verify(scene, trajectory, prediction, as_json)
-    complain("judge is now called verify")  # last: of bad input nothing but the error is said
+    hint("judge is now called verify")  # last: of bad input nothing but the error is said
 
 
 def _judge_parking(name: str, file: Path, as_json: bool) -> None:

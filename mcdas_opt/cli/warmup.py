@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 
 from mcdas_opt.cli import completion
-from mcdas_opt.cli.screen import JsonOption, console, emit, headed_table, progress_bar
+from mcdas_opt.cli.progress import progress_bar
+from mcdas_opt.cli.screen import JsonOption, console, emit, headed_table
 
 
 def warmup(

@@ -16,7 +16,7 @@ from importlib import resources
 from os import environ
 from typing import Any
 
-from mcdas_opt.native.compile_cache import SWITCH, NoLibraryError, cache_folder, load, to_stderr
+from mcdas_opt.native.compile_cache import SWITCH, NoLibraryError, cache_folder, load, say_once
 
 _in_place: Any = (ctypes.c_char * 0).from_buffer  # of something that can be written into: handed over as its address
 
@@ -80,7 +80,7 @@ class Library:
         self._loaded[before] = found
         return found
 
-    def load(self, before: str = "", builds: Sequence[str] = (), announce: Callable[[str], None] = to_stderr) -> ctypes.CDLL:
+    def load(self, before: str = "", builds: Sequence[str] = (), announce: Callable[[str], None] = say_once) -> ctypes.CDLL:
         """The same, asked for anew, with other `builds`; raises `NoLibraryError`, which says why there is none."""
         sources = tuple(before + text_of(name) for name in self.texts)
         found = load(sources, builds or self.builds, folder=cache_folder(), announce=announce)

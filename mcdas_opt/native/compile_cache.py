@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import hashlib
+import logging
 import os
 import platform
 import shutil
@@ -30,11 +31,9 @@ class NoLibraryError(Exception):
 
 
 @cache
-def to_stderr(line: str) -> None:
-    """The default announcement of a build; the same line is said once a process, however many libraries follow."""
-    if sys.stderr is not None:
-        sys.stderr.write(line + "\n")
-        sys.stderr.flush()
+def say_once(line: str) -> None:
+    """The default announcement of a build, a warning in the log; the same line is said once a process, however many libraries follow."""
+    logging.getLogger(__name__).warning("%s", line)
 
 
 def cache_folder() -> Path:

@@ -15,7 +15,7 @@ import numpy as np
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.native.binding import wanted
 from mcdas_opt.native.compile_cache import SWITCH as SWITCH
-from mcdas_opt.native.compile_cache import NoLibraryError, to_stderr
+from mcdas_opt.native.compile_cache import NoLibraryError, say_once
 from mcdas_opt.native.form import warn_interpreted
 from mcdas_opt.native.kernels import INTERIOR_POINT
 from mcdas_opt.solvers.barrier_stage import BarrierStage
@@ -50,7 +50,7 @@ class InteriorPointEngine:
         *,
         compiled: bool | None = None,
         builds: Sequence[str] = BUILDS,
-        announce: Callable[[str], None] = to_stderr,
+        announce: Callable[[str], None] = say_once,
     ) -> None:
         """`compiled`: None takes the compiler there is, unless MCDAS_OPT_COMPILE=0; `builds`: its flags, best first.
 

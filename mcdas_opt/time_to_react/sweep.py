@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -39,10 +40,12 @@ def swept(
     *,
     front_gap_m: Array | None = None,
     closing_mps: Array | None = None,
+    progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> EscapeSweep:
     """The situation with the car ahead put at each gap, and the one behind given each closing speed at the gap that it has.
 
-    Where nobody is ahead in the lane somebody at the host's speed is put there; where nobody is behind, at 20 m.
+    Where nobody is ahead in the lane somebody at the host's speed is put there; where nobody is behind, at 20 m. `progress(done, of)` is
+    called for every closing speed.
     """
     gaps = np.linspace(3.0, 60.0, 39) if front_gap_m is None else front_gap_m
     closings = np.linspace(0.0, 16.0, 33) if closing_mps is None else closing_mps
@@ -59,6 +62,7 @@ def swept(
     rear_s = host.s_m - rear_gap - 0.5 * (rear.length_m + vehicle.length_m)
     last = np.full((len(KINDS), closings.size, gaps.size), np.nan)
     for c, closing in enumerate(closings):
+        progress(c, closings.size)
         follower = replace(rear, s_m=rear_s, speed_s_mps=host.speed_mps + float(closing))
         for g, gap in enumerate(gaps):
             leader = replace(front, s_m=host.s_m + float(gap) + 0.5 * (front.length_m + vehicle.length_m))

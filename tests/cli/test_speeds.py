@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from typer import BadParameter
+from typer.main import get_command
 from typer.testing import CliRunner
 
 from mcdas_opt.cli import completion
@@ -49,6 +50,18 @@ def test_tune_takes_them_everywhere() -> None:
     assert json.loads(plain.stdout)["value"] == pytest.approx(json.loads(units.stdout)["value"], rel=1e-9)
     bounded = RUN.invoke(app, ["tune", "--speed", "60km/h", "--speed-bounds", "50km/h", "15", "--objective", "jerk", "--json"])
     assert 50 / 3.6 - 1e-6 <= json.loads(bounded.stdout)["speed_mps"] <= 15.0 + 1e-6
+
+
+def test_every_option_that_is_a_speed_takes_its_unit() -> None:
+    group = get_command(app)
+    options = {
+        f"{name} {option.opts[0]}": option
+        for name, command in group.commands.items()
+        for option in command.params
+        if "m/s]" in (getattr(option, "help", None) or "")
+    }
+    assert len(options) >= 6
+    assert [name for name, option in options.items() if "km/h" not in option.help] == []
 
 
 def test_a_shell_is_offered_names_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

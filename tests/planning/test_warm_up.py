@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import mcdas_opt as mo
 from mcdas_opt.cli.app import app
 from mcdas_opt.native.binding import Library
-from mcdas_opt.native.compile_cache import SWITCH, to_stderr
+from mcdas_opt.native.compile_cache import SWITCH, say_once
 from mcdas_opt.native.kernels import CONSERVATIVE_ACCEPT, FAMILY, PLAIN, SHARPEST_PATH, TIME_TO_REACT
 
 LIBRARIES = (PLAIN, CONSERVATIVE_ACCEPT, SHARPEST_PATH, FAMILY, TIME_TO_REACT)
@@ -27,7 +27,7 @@ def test_a_planner_that_is_built_loads_nothing_more(planner: str, scene: str, mo
     built = mo.Planner(method=planner)
     load = Library.load
 
-    def noted(self: Library, before: str = "", builds: Sequence[str] = (), announce: Callable[[str], None] = to_stderr) -> CDLL:
+    def noted(self: Library, before: str = "", builds: Sequence[str] = (), announce: Callable[[str], None] = say_once) -> CDLL:
         asked.append(self.texts)
         return load(self, before, builds, announce)
 
