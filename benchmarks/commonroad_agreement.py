@@ -1,6 +1,6 @@
 """Whether our judge and CommonRoad's drivability checker say the same of random plans: collisions, and what the vehicle can do.
 
-    pip install mcdas-opt[commonroad] commonroad-drivability-checker==2025.4.0
+    pip install 'mcdas-opt[commonroad]' commonroad-drivability-checker==2025.4.0
     python benchmarks/commonroad_agreement.py SCENARIOS/*.xml --plans 500
 
 A plan is a random roll-out of 3 s by the kinematic bicycle. Theirs looks at the time steps (0.1 s), ours between them too. The checker's

@@ -1,6 +1,6 @@
 """Our planner at the wheel of highway-env's ego, against its own IDM/MOBIL agent, on the same seeded episodes.
 
-    pip install mcdas-opt[gym]
+    pip install 'mcdas-opt[gym]'
     python benchmarks/highway.py --episodes 200 --vehicles 25 --frequency 10 --workers 2 --out /tmp/highway.jsonl
 
 A row is an episode and an agent; rows that are already in --out are not driven again. The ego begins behind everybody, so that of 25 cars

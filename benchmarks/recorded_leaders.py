@@ -1,6 +1,6 @@
 """Records how SUMO's own driver drives in the shipped motorway: the leaders of the suite `ordinary`.
 
-    pip install mcdas-opt[sumo]
+    pip install 'mcdas-opt[sumo]'
     python benchmarks/recorded_leaders.py --seeds 11,12,13 --out benchmarks/suites/leaders
 
 A file a seed: t_s, speed_mps, every half second, from the ego's departure to its arrival.

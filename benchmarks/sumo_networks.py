@@ -1,6 +1,6 @@
 """Makes the SUMO configurations that are shipped in models/sumo: a motorway with a ramp and a lane drop, and a road of bends.
 
-    pip install mcdas-opt[sumo]
+    pip install 'mcdas-opt[sumo]'
     python benchmarks/sumo_networks.py --out models/sumo
 
 Roads are straight pieces, arcs and the clothoids between them; netconvert makes the network of them, without a time stamp, so that the
