@@ -48,7 +48,8 @@ from mcdas_opt.manoeuvres.driven import driven
 from mcdas_opt.manoeuvres.family import Demand, Rolled, roll_out
 from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
-from mcdas_opt.time_to_react.compiled_case import Nodes, compiled_escapes
+from mcdas_opt.native.library import library
+from mcdas_opt.time_to_react.compiled_case import Nodes
 from mcdas_opt.time_to_react.constant_input import constant_input
 from mcdas_opt.time_to_react.escapes import escapes_under
 from mcdas_opt.time_to_react.evasive_profiles import EDGE_M
@@ -125,7 +126,7 @@ class Truth:
         end = None if road.road_end_s_m is None else road.road_end_s_m + kept
         wider = replace(road, shoulder_left_m=road.shoulder_left_m + kept, shoulder_right_m=road.shoulder_right_m + kept, road_end_s_m=end)
         situation = replace(self.situation, road=wider)
-        return Case(situation, self.vehicle, self.prediction, settings, compiled_escapes(), among or self.fine)
+        return Case(situation, self.vehicle, self.prediction, settings, library(), among or self.fine)
 
     def _end(self) -> int:
         """The last step at which the constant-input prediction has met nobody and is still on the road, by the judge's own measure."""

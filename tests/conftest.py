@@ -3,11 +3,13 @@
 A shell that starts the tests in the background may have them ignore Ctrl-C, and so every process that they start: not here.
 
 `MAY_BE_SKIPPED`, a regular expression, makes every skip whose reason it does not match a failure of the run: CI installs what tests need.
+A checkout whose native library is not of its C texts builds it first.
 Published data is not ours to ship: a test marked `published` is left out (deselected) where it is not, and another shows it on our own.
 """
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import signal
@@ -15,6 +17,8 @@ import threading
 
 import pytest
 from hypothesis import settings
+
+from mcdas_opt.native import build, library
 
 settings.register_profile("repeatable", deadline=None, derandomize=True)
 settings.register_profile("explore", deadline=None, max_examples=500)
@@ -53,8 +57,20 @@ class NothingSkipped:
             terminalreporter.write("".join(f"{line}\n" for line in self.skipped))
 
 
+def _native_library() -> None:
+    """Without a compiler there is none, and the tests that need it are skipped."""
+    try:
+        library.load()
+    except library.NoLibraryError:
+        if (build.TEXTS.parents[2] / "pyproject.toml").is_file():
+            with contextlib.suppress(build.BuildError):
+                build.build()
+
+
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "published(path): left out where that data is not; a test beside it has data of our own")
+    if not hasattr(config, "workerinput"):
+        _native_library()
     allowed = os.environ.get("MAY_BE_SKIPPED")
     if allowed is not None and not hasattr(config, "workerinput"):
         config.pluginmanager.register(NothingSkipped(allowed), "nothing-skipped")

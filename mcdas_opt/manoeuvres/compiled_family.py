@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,14 +17,24 @@ from mcdas_opt.manoeuvres.family import Demand, Member, Scored, Scoring
 from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
 from mcdas_opt.manoeuvres.phases import Phases
 from mcdas_opt.native.addresses import address
-from mcdas_opt.native.binding import defined, record
-from mcdas_opt.native.kernels import FAMILY
+from mcdas_opt.native.binding import record
 
 _LANES = 8  # samples come in whole lanes
 _OF_PHASE, _OF_BODY, _OF_MEMBER, _OF_RESULT = 10, 7, 8, 6  # rows, as the C text numbers them
 _STEEPEST_RAD = 1.5  # so far a step of the steering angle is bounded by its tangent
 _NO_EDGES = np.empty((3, 0))
 _Family = record("family.c", "Family")
+USUAL_SAMPLES = 41
+NUMBERS_IN_C = {
+    "USUAL_ROW": USUAL_SAMPLES + -USUAL_SAMPLES % _LANES,  # loops of a known length take two thirds of the time of others
+    "LANES": _LANES,
+    "PEAK": lane_change_profiles.PEAK,
+    "LEAST_SHIFT_M": lane_change_profiles.LEAST_SHIFT_M,
+    "SPEED_FLOOR_MPS": lane_change_profiles.SPEED_FLOOR_MPS,
+    "NEAR_M": clearance.NEAR_M,
+    "EDGE_M": family.EDGE_M,
+    "TICK": family.TICK,
+}
 
 
 class CompiledMembers:
@@ -41,10 +50,10 @@ class CompiledMembers:
         vehicle: Vehicle,
         prediction: Prediction,
     ) -> None:
-        self._library, self._prediction, self._samples = library, prediction, times_s.size
+        self._prediction, self._samples = prediction, times_s.size
         host, road = situation.host, situation.road
         self._shape = phase.first_mps2.size, profile.target_d_m.size
-        filled = row_length(times_s.size) - times_s.size
+        filled = -times_s.size % _LANES
         self._times_s = np.concatenate([times_s, np.repeat(times_s[-1:], filled)])
         row = self._times_s.size
         straight = road.is_straight
@@ -69,13 +78,18 @@ class CompiledMembers:
             count_of_phases=self._shape[0],
             count_of_steps=self._shape[1],
             samples=times_s.size,
+            row=row,
             count_of_bodies=len(prediction.bodies),
             count_of_knots=knots.shape[1],
             count_of_edges=0 if road.edges is None else road.edges.table.shape[1],
             **_now(situation, vehicle, float(times_s[1] - times_s[0])),
         )
         self._at = ctypes.addressof(self._family)
-        library.mcdas_family_speeds(self._at)
+        usual = row == NUMBERS_IN_C["USUAL_ROW"]
+        (library.mcdas_family_speeds if usual else library.mcdas_family_speeds_any_length)(self._at)
+        self._score = library.mcdas_family_score if usual else library.mcdas_family_score_any_length
+        self._best = library.mcdas_family_best if usual else library.mcdas_family_best_any_length
+        self._states = library.mcdas_family_states if usual else library.mcdas_family_states_any_length
         self.end_speed_mps = self._tables["by_phase"][:, 1, -1:]
         self._host, self._road = host, road
 
@@ -110,7 +124,7 @@ class CompiledMembers:
         """Every member against everybody."""
         self._set(scoring)
         result = np.empty((_OF_RESULT, *self._shape))
-        self._library.mcdas_family_score(self._at, result)
+        self._score(self._at, result)
         possible, on_road = result[3] > 0.0, result[4] > 0.0
         return Scored(
             separation_m=result[0],
@@ -128,7 +142,7 @@ class CompiledMembers:
         of = np.ascontiguousarray(kinds, dtype=np.int64)
         count = int(of.max()) + 1
         index, values, order = np.empty(count, dtype=np.int64), np.empty((3, count)), np.empty(self._shape[0])
-        self._library.mcdas_family_best(self._at, of, count, order, index, values)
+        self._best(self._at, of, count, order, index, values)
         rows = zip(values[0].tolist(), index.tolist(), values[1].tolist(), values[2].tolist(), strict=True)
         return [
             Member(
@@ -146,7 +160,7 @@ class CompiledMembers:
     def states(self, phase: int, profile: int) -> Array:
         """(T, 6): s, d, psi, v, a, delta of one member."""
         x = np.empty((self._samples, 6))
-        self._library.mcdas_family_states(self._at, phase, profile, x)
+        self._states(self._at, phase, profile, x)
         return x
 
 
@@ -181,30 +195,3 @@ def _now(situation: Situation, vehicle: Vehicle, step_s: float) -> dict[str, Any
         "half_lane": 0.5 * road.lane_width_at(road.lane_of(host.d_m, host.s_m), host.s_m),
         "reach": 0.5 * np.hypot(vehicle.length_m, vehicle.width_m),
     }
-
-
-def row_length(samples: int) -> int:
-    """So many samples filled up to whole lanes."""
-    return samples + -samples % _LANES
-
-
-def compiled_family(samples: int) -> ctypes.CDLL | None:
-    """The library for so many times, built on first use (loops of a known length take two thirds of the time of others); None where
-    there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
-    return FAMILY.loaded(_numbers(row_length(samples)))
-
-
-@lru_cache(maxsize=8)
-def _numbers(row: int) -> str:
-    return defined(
-        {
-            "ROW": row,
-            "LANES": _LANES,
-            "PEAK": lane_change_profiles.PEAK,
-            "LEAST_SHIFT_M": lane_change_profiles.LEAST_SHIFT_M,
-            "SPEED_FLOOR_MPS": lane_change_profiles.SPEED_FLOOR_MPS,
-            "NEAR_M": clearance.NEAR_M,
-            "EDGE_M": family.EDGE_M,
-            "TICK": family.TICK,
-        }
-    )

@@ -16,7 +16,6 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.clearance import Margins
-from mcdas_opt.manoeuvres.compiled_family import compiled_family
 from mcdas_opt.manoeuvres.family import Member, Scoring, best_of_each
 from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
 from mcdas_opt.manoeuvres.members import Members, members
@@ -88,11 +87,6 @@ def next_lane_m(situation: Situation, vehicle: Vehicle, side: Side) -> float | N
         else (road.shoulder_right_m, float(road.right_edge_at(situation.host.s_m)))
     )
     return edge - sign * 0.5 * shoulder if shoulder >= vehicle.width_m + 0.5 else None
-
-
-def build_family(grid: TimeGrid) -> None:
-    """Builds now what `best_of_kind` would build when it is first asked for this grid."""
-    compiled_family(_times(grid).size)
 
 
 def _times(grid: TimeGrid) -> Array:

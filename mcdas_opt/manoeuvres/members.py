@@ -11,10 +11,11 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.manoeuvres.compiled_family import CompiledMembers, compiled_family
+from mcdas_opt.manoeuvres.compiled_family import CompiledMembers
 from mcdas_opt.manoeuvres.family import Member, Scored, Scoring, best_of_each, roll_out, score
 from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
 from mcdas_opt.manoeuvres.phases import Phases
+from mcdas_opt.native.library import library
 
 
 class Members(Protocol):
@@ -63,7 +64,7 @@ def members(
     phases: Phases, profiles: LaneChangeProfiles, times_s: Array, situation: Situation, vehicle: Vehicle, prediction: Prediction
 ) -> Members:
     """The members of phases (P, 1) and lane-change profiles (1, Q), compiled where that is possible."""
-    library = compiled_family(times_s.size)
-    if library is None:
+    compiled = library()
+    if compiled is None:
         return InterpretedMembers(phases, profiles, times_s, situation, vehicle, prediction)
-    return CompiledMembers(library, phases, profiles, times_s, situation, vehicle, prediction)
+    return CompiledMembers(compiled, phases, profiles, times_s, situation, vehicle, prediction)

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import ctypes
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from importlib import resources
 from os import environ
 from typing import Any
 
+from mcdas_opt.native.build import text_of
 from mcdas_opt.native.compile_cache import SWITCH, NoLibraryError, cache_folder, load, say_once
 
 _in_place: Any = (ctypes.c_char * 0).from_buffer  # of something that can be written into: handed over as its address
@@ -40,7 +40,7 @@ class _Written:
     from_param = staticmethod(_in_place)
 
 
-_ARGUMENTS: dict[str, Any] = {
+ARGUMENTS: dict[str, Any] = {
     "i": ctypes.c_int,
     "l": ctypes.c_longlong,
     "d": ctypes.c_double,
@@ -86,7 +86,7 @@ class Library:
         found = load(sources, builds or self.builds, folder=cache_folder(), announce=announce)
         for name, signature in self.functions.items():
             function, (given, _, returned) = getattr(found, name), signature.partition(">")
-            function.argtypes, function.restype = [_ARGUMENTS[letter] for letter in given], _ARGUMENTS.get(returned)
+            function.argtypes, function.restype = [ARGUMENTS[letter] for letter in given], ARGUMENTS.get(returned)
         return found
 
     def forget(self) -> None:
@@ -97,21 +97,6 @@ class Library:
 def wanted() -> bool:
     """Whether compiled forms may be used: MCDAS_OPT_COMPILE=0 forbids them."""
     return environ.get(SWITCH) != "0"
-
-
-@cache
-def text_of(name: str) -> str:
-    """A C text of the package, what it includes of the package's own in its place."""
-    return "\n".join(_included(name, set())) + "\n"
-
-
-def _included(name: str, known: set[str]) -> Iterator[str]:
-    known.add(name)
-    for line in resources.files("mcdas_opt.native").joinpath("c", *name.split("/")).read_text("utf-8").splitlines():
-        if not line.startswith('#include "'):
-            yield line
-        elif (header := line.split('"')[1]) not in known:
-            yield from _included(header, known)
 
 
 @cache

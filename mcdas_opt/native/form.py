@@ -9,6 +9,7 @@ from mcdas_opt.native.binding import wanted
 from mcdas_opt.native.compile_cache import SWITCH, NoLibraryError
 
 COST = "ten times slower or more, with the same decisions"
+HELPS = "with a C compiler (cc, gcc or clang) reinstall mcdas-opt, or run `python -m mcdas_opt.native.build` in a checkout"
 
 
 class InterpretedFormWarning(UserWarning):
@@ -26,18 +27,17 @@ def interpreted(reason: str) -> str:
     """In words, with what would help."""
     if not wanted():
         return f"the interpreted form runs, {COST}: {reason}"
-    helps = "install one (cc, gcc or clang)" if "no C compiler" in reason else "mend that"
-    return f"the interpreted form runs, {COST}: {reason}; {helps} and run `mcdas-opt warmup`"
+    return f"the interpreted form runs, {COST}: {reason}; {HELPS}"
 
 
 def interpreted_because() -> str:
     """Why the interpreted form runs; empty where the compiled one does."""
-    from mcdas_opt.native.kernels import PLAIN
+    from mcdas_opt.native.library import load
 
     if not wanted():
         return f"{SWITCH}=0 asks for it"
     try:
-        PLAIN.load()
+        load()
     except NoLibraryError as error:
         return str(error)
     return ""

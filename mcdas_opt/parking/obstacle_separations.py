@@ -6,7 +6,7 @@ import numpy as np
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.clearance import Body, PolygonField
-from mcdas_opt.native.kernels import PLAIN
+from mcdas_opt.native.library import library
 
 
 def separation(field: PolygonField, poses: Array, body: Body) -> Array:
@@ -25,7 +25,7 @@ def clearance(field: PolygonField, poses: Array, body: Body) -> Array:
 
 
 def _compiled(field: PolygonField, poses: Array, body: Body, *, least: bool) -> Array | None:
-    compiled = PLAIN.loaded()
+    compiled = library()
     if compiled is None:
         return None
     poses = np.ascontiguousarray(poses, dtype=np.float64)

@@ -8,7 +8,7 @@ import numpy as np
 
 from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, all_cruise, margins_together
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.native.kernels import PLAIN
+from mcdas_opt.native.library import library
 
 
 def grown_bodies(bodies: Sequence[PredictedBody], times_s: Array, along_m: float, across_m: float) -> Array:
@@ -16,7 +16,7 @@ def grown_bodies(bodies: Sequence[PredictedBody], times_s: Array, along_m: float
 
     In C where there is a compiler and all of them move in the one closed form, with the same bits as the array operations.
     """
-    compiled = PLAIN.loaded()
+    compiled = library()
     if compiled is not None and bodies and all_cruise(bodies):
         numbers = np.array([_numbers(body, along_m, across_m) for body in bodies])
         grown = np.empty((len(bodies), 2, times_s.size))

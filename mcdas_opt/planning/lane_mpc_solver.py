@@ -12,7 +12,6 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.native.kernels import PLAIN
 from mcdas_opt.ocp.lane_mpc import CENTRE, HEADWAY_HORIZON_S
 from mcdas_opt.planning.candidate import Driven, Proposed, Refused
 from mcdas_opt.planning.cycle import Cycle
@@ -85,7 +84,6 @@ class LaneMpcSolver:
         """Builds everything now that a drive may ask for but the backup: some tenths of a second once a process, else nothing."""
         for slots in self.own.slots:
             self.problems.holding(slots, vehicle)
-        PLAIN.loaded()
 
     def with_less_clearance(self, vehicle: Vehicle) -> LaneMpcSolver:
         """The same, with less clearance asked for."""

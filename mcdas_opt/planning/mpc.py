@@ -9,8 +9,6 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Side
-from mcdas_opt.manoeuvres.kinds import build_family
-from mcdas_opt.native.kernels import CONSERVATIVE_ACCEPT
 from mcdas_opt.planning.candidate import Ended
 from mcdas_opt.planning.cost import CostWeights
 from mcdas_opt.planning.cycle import Cycle
@@ -23,7 +21,6 @@ from mcdas_opt.planning.proposals import STOP_IN_LANE
 from mcdas_opt.planning.reason import reason
 from mcdas_opt.planning.search import Found, Search, Solvers, run
 from mcdas_opt.planning.solver_settings import SolverSettings
-from mcdas_opt.reference.offset_path import build_search
 
 _NOTABLE_MPS = 0.1  # beyond the speed limit
 
@@ -46,9 +43,6 @@ class MpcMethod:
         self._warm_starts: object = None
         for each in self.solvers:
             each.warm_up(vehicle)
-        build_search()
-        build_family(self.settings.grid)
-        CONSERVATIVE_ACCEPT.loaded()  # the judge's library too, before the first cycle
 
     @property
     def solver(self) -> str:

@@ -23,7 +23,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.native.kernels import PLAIN
+from mcdas_opt.native.library import library
 from mcdas_opt.planning.roll_out import knots
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.reference.offset_path import OffsetPath
@@ -63,7 +63,7 @@ def follow(
 
     A driver of somebody's own, who is no `CountedLaw`, is asked step by step.
     """
-    compiled, driver = PLAIN.loaded(), _driver(law)
+    compiled, driver = library(), _driver(law)
     if compiled is None or driver is None:
         return path_following.follow(
             start,

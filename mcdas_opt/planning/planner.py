@@ -19,6 +19,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request, Side
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.native.library import library
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.fallback import NothingPasses, fall_back, host_refused, remainder_instead
 from mcdas_opt.planning.memory import Memory
@@ -27,7 +28,6 @@ from mcdas_opt.planning.one_thread import OneThread
 from mcdas_opt.planning.reported_mode import with_reported_mode
 from mcdas_opt.planning.sensing import Sensing
 from mcdas_opt.planning.time_to_react import with_time_to_react
-from mcdas_opt.planning.warm_up import load_kernels
 from mcdas_opt.tracking.tracker import Tracker
 
 
@@ -62,7 +62,7 @@ class Planner:
         require_type_if_given("name", name, str)
         self.vehicle = load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle
         self.settings = settings or Settings()
-        load_kernels(self.settings)
+        library()
         built = build_method(method, self.vehicle, self.settings) if isinstance(method, str) else method
         self._asked = AskedMethod(name or (method if isinstance(method, str) else type(method).__name__), built, deadline_s)
         self.sensing = Sensing(self.vehicle, road or Road())

@@ -18,7 +18,7 @@ from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.dynamics.stopping import time_to_stop
 from mcdas_opt.native.addresses import LastAddress
-from mcdas_opt.native.kernels import PLAIN
+from mcdas_opt.native.library import library
 
 _STARTS_MPS = 0.2  # a standing car drives off when the optimiser means it to go at least so fast
 _STARTS_WITHIN_S = 0.5  # ... so soon: the first step of driving off is slower than that
@@ -34,7 +34,7 @@ def roll_out(host: HostState, planned_speed_mps: Array, inputs: Array, grid: Tim
     """
     u = np.array(inputs, dtype=np.float64)
     planned = soon(np.asarray(planned_speed_mps, dtype=np.float64), grid)
-    compiled = PLAIN.loaded()
+    compiled = library()
     if compiled is None:
         return Trajectory.from_states(grid.times_s, interpreted(host, planned, u, grid, vehicle, road), u)
     states = np.empty((grid.nodes + 1, 6))

@@ -6,7 +6,7 @@ import numpy as np
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.rectangle import separation_of_poses
-from mcdas_opt.native.kernels import PLAIN
+from mcdas_opt.native.library import library
 
 Poses = tuple[Array, Array, Array]  # x, y and yaw, each (count, n): rows of times
 
@@ -18,7 +18,7 @@ def separations(mine: Poses, others: Poses, half: tuple[float, float], other_hal
     """
     x, y, yaw = mine
     its_x, its_y, its_yaw = others
-    compiled = PLAIN.loaded()
+    compiled = library()
     if compiled is None:
         away_x, away_y = its_x - x[:, None], its_y - y[:, None]
         return separation_of_poses(away_x, away_y, yaw[:, None], its_yaw, half, (other_half[:, :1], other_half[:, 1:]))

@@ -7,7 +7,6 @@ path beside that vehicle only, instead of moving its end out of the lane.
 
 from __future__ import annotations
 
-import ctypes
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,8 +19,7 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.rules import Array, as_floats, finite, negative, positive
 from mcdas_opt.dynamics.sigmoid import hump, renormalised_shape, sigmoid
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.native.binding import defined
-from mcdas_opt.native.kernels import SHARPEST_PATH
+from mcdas_opt.native.library import library
 
 _PEAK_OF_SECOND_DERIVATIVE = 1.0 / (6.0 * math.sqrt(3.0))  # max |S''| / a^2
 _PEAK_OF_FIRST_DERIVATIVE = 0.25  # max |S'| / |a|
@@ -32,7 +30,7 @@ _SHARPENING = 1.5  # a bend may at most make the path this much sharper than one
 _SAMPLED_SHARE = 0.995  # of the bound, for the curvature between samples
 _ROUNDS, _TRIED = 3, 9  # of the search for the steepest path, and steepnesses in each
 _ALONG, _AROUND = 129, 97  # samples of the whole path, and around its bend
-_NUMBERS = defined({"ALONG": _ALONG, "AROUND": _AROUND, "ROUNDS": _ROUNDS, "TRIED": _TRIED})
+NUMBERS_IN_C = {"ALONG": _ALONG, "AROUND": _AROUND, "ROUNDS": _ROUNDS, "TRIED": _TRIED}
 _LEAST_DISPLACEMENT_M = 0.1  # smaller ones are given the length of this one
 
 
@@ -167,14 +165,9 @@ def _sharpest_within(
     low: float, high: float, curvature: float, b: float, amplitude: float, bend: float, bend_x: float, width: float
 ) -> float:
     """The largest -a from `low`, which keeps the bound, towards `high`, up to which every tried one keeps it: three rounds of a grid."""
-    compiled = build_search()
+    compiled = library()
     search = sharpest_within if compiled is None else compiled.mcdas_sharpest
     return float(search(_samples(b), low, high, _SAMPLED_SHARE * curvature, b, amplitude, bend, bend_x, width))
-
-
-def build_search() -> ctypes.CDLL | None:
-    """The compiled search, built now rather than for the first bent path; None where there is no compiler."""
-    return SHARPEST_PATH.loaded(_NUMBERS)
 
 
 def sharpest_within(

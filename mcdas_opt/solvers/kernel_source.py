@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from mcdas_opt.native.binding import defined, text_of
+from mcdas_opt.native.binding import defined
+from mcdas_opt.native.build import text_of
 from mcdas_opt.native.kernels import INTERIOR_POINT
 from mcdas_opt.solvers.barrier_stage import BarrierStage
 from mcdas_opt.solvers.c_text import c_function

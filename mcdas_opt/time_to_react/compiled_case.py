@@ -15,8 +15,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.manoeuvres.clearance import BOW, Margins
 from mcdas_opt.native.addresses import address
-from mcdas_opt.native.binding import defined, record
-from mcdas_opt.native.kernels import TIME_TO_REACT
+from mcdas_opt.native.binding import record
 from mcdas_opt.time_to_react import effort, evasive_profiles, separation
 from mcdas_opt.time_to_react.constant_input import EVERY, PASSES
 from mcdas_opt.time_to_react.library import CLEAR_S, SHORTEST_S, EscapeSettings
@@ -175,34 +174,27 @@ class CompiledCase:
         return int(step), whom.value
 
 
-_NUMBERS = defined(
-    {
-        "LANES": _LANES,
-        "ROOM": _ROOM,
-        "PIECE": _PIECE,
-        "SHARE": evasive_profiles.SHARE,
-        "SLOWEST_MPS": evasive_profiles.SLOWEST_MPS,
-        "STEEPEST": evasive_profiles.STEEPEST,
-        "LEAST_M": evasive_profiles.LEAST_M,
-        "GENTLE_S": evasive_profiles.GENTLE_S,
-        "CURVIEST_1PM": evasive_profiles.CURVIEST_1PM,
-        "ROUNDS": evasive_profiles.ROUNDS,
-        "PASSES": PASSES,
-        "EDGE_M": evasive_profiles.EDGE_M,
-        "ROOM_SHARE": separation.ROOM_SHARE,
-        "NOWHERE_M": separation.NOWHERE_M,
-        "STEP_REACH_M": separation.STEP_REACH_M,
-        "BOW": BOW,
-        "ARRIVED_M": separation.ARRIVED_M,
-        "CONSTANT_STEPS": EVERY,
-        "TURNED_STEPS": TURNED_STEPS,
-        "ABILITY_M": separation.ABILITY_M,
-        "LATTICE_S": LATTICE_S,
-        **{name: value for name, value in vars(effort).items() if name.isupper()},
-    }
-)
-
-
-def compiled_escapes() -> ctypes.CDLL | None:
-    """The library, built on first use; None where there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
-    return TIME_TO_REACT.loaded(_NUMBERS)
+NUMBERS_IN_C = {
+    "LANES": _LANES,
+    "ROOM": _ROOM,
+    "PIECE": _PIECE,
+    "SHARE": evasive_profiles.SHARE,
+    "SLOWEST_MPS": evasive_profiles.SLOWEST_MPS,
+    "STEEPEST": evasive_profiles.STEEPEST,
+    "LEAST_M": evasive_profiles.LEAST_M,
+    "GENTLE_S": evasive_profiles.GENTLE_S,
+    "CURVIEST_1PM": evasive_profiles.CURVIEST_1PM,
+    "ROUNDS": evasive_profiles.ROUNDS,
+    "PASSES": PASSES,
+    "EDGE_M": evasive_profiles.EDGE_M,
+    "ROOM_SHARE": separation.ROOM_SHARE,
+    "NOWHERE_M": separation.NOWHERE_M,
+    "STEP_REACH_M": separation.STEP_REACH_M,
+    "BOW": BOW,
+    "ARRIVED_M": separation.ARRIVED_M,
+    "CONSTANT_STEPS": EVERY,
+    "TURNED_STEPS": TURNED_STEPS,
+    "ABILITY_M": separation.ABILITY_M,
+    "LATTICE_S": LATTICE_S,
+    **{name: value for name, value in vars(effort).items() if name.isupper()},
+}

@@ -12,8 +12,8 @@ from mcdas_opt.domain.rules import require_type, require_type_if_given
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.native.library import library
 from mcdas_opt.situation.doubts import planned_around
-from mcdas_opt.time_to_react.compiled_case import compiled_escapes
 from mcdas_opt.time_to_react.compiled_map import answered
 from mcdas_opt.time_to_react.guess import Case
 from mcdas_opt.time_to_react.library import LATEST_S, EscapeSettings
@@ -51,11 +51,11 @@ def escapes_under(prediction: Prediction, situation: Situation, vehicle: Vehicle
     about that moment and separated from everybody exactly, so that a candidate called open is open.
     """
     chosen = settings or _DEFAULT
-    library = compiled_escapes()
-    if library is None:
+    compiled = library()
+    if compiled is None:
         answer = found(Case(situation, vehicle, prediction, chosen))
     else:
-        answer = answered(library, situation, vehicle, prediction, chosen)
+        answer = answered(compiled, situation, vehicle, prediction, chosen)
     end_s, ender, (last, comfortable), now, closers = answer
     latest, coverage = math.floor(end_s / LATTICE_S + 1e-9), situation.coverage
     ended = ender if latest * LATTICE_S < LATEST_S - 1e-9 else None

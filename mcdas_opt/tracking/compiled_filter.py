@@ -12,7 +12,7 @@ from mcdas_opt.domain.motion import TargetMotion
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.native.addresses import address
-from mcdas_opt.native.kernels import PLAIN
+from mcdas_opt.native.library import library
 from mcdas_opt.tracking.association import FAR_M, FAR_SD
 from mcdas_opt.tracking.fix import LEAST_STRETCH, Viewpoint
 
@@ -121,5 +121,5 @@ class CompiledFiltering:
 
 def compiled_filtering() -> CompiledFiltering | None:
     """Built on first use; None where there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
-    compiled = PLAIN.loaded()
+    compiled = library()
     return None if compiled is None else CompiledFiltering(compiled)

@@ -32,7 +32,7 @@ _HALF_STEPS = 10  # in a sample interval, at most
 def accepts(compiled: ctypes.CDLL, table: Array, start: HostState | None, rules: Array, bodies: Array | None, frame: FrenetFrame) -> bool:
     """Whether a trajectory's table (9, n), contiguous, is accepted: then nothing can be found against it.
 
-    `compiled` is the library `CONSERVATIVE_ACCEPT`; `rules` from `rules_of`, `bodies` from `rows_of`.
+    `compiled` is the native library; `rules` from `rules_of`, `bodies` from `rows_of`.
     """
     if bodies is None:
         return False

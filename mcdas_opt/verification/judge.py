@@ -16,7 +16,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.geometry.frenet import FrenetFrame
-from mcdas_opt.native.kernels import CONSERVATIVE_ACCEPT
+from mcdas_opt.native.library import library
 from mcdas_opt.verification.bodies import ALONG_REACHES, collisions
 from mcdas_opt.verification.conservative_accept import accepts, rows_of, rules_of
 from mcdas_opt.verification.finding import Findings
@@ -58,7 +58,7 @@ def judge_all(
     verdicts: dict[int, Verdict] = {}
     groups: list[list[int]] = []
     tables = [trajectory.table for trajectory in trajectories]
-    compiled, bodies = CONSERVATIVE_ACCEPT.loaded(), rows_of(prediction.bodies)
+    compiled, bodies = library(), rows_of(prediction.bodies)
     rules = rules_of(vehicle, road, ALONG_REACHES)
     for i, one in enumerate(tables):
         found = unreadable(one)

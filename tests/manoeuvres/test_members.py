@@ -18,17 +18,18 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.manoeuvres.clearance import Margins
-from mcdas_opt.manoeuvres.compiled_family import CompiledMembers, compiled_family
+from mcdas_opt.manoeuvres.compiled_family import CompiledMembers
 from mcdas_opt.manoeuvres.family import Scoring, best_of_each
 from mcdas_opt.manoeuvres.kinds import best_of_kind
 from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
 from mcdas_opt.manoeuvres.members import InterpretedMembers
 from mcdas_opt.manoeuvres.phases import Phases
 from mcdas_opt.native.compile_cache import SWITCH
+from mcdas_opt.native.library import library
 from mcdas_opt.tracking.prediction import predict, predict_for
 
 SEDAN = Vehicle()
-needs_compiler = pytest.mark.skipif(compiled_family(41) is None, reason="no C compiler")
+needs_compiler = pytest.mark.skipif(library() is None, reason="no native library")
 BENDS = (((0.0, 0.0),), ((0.0, 0.004), (40.0, -0.008), (90.0, 0.0)), ((0.0, -0.02),))
 NAMES = ("separation_m", "contact_s", "contact_with", "possible", "on_road", "feasible", "cost")
 
@@ -70,9 +71,9 @@ def random_situation(rng: np.random.Generator) -> Situation:
 
 
 def compiled(*given_to_both: Any) -> CompiledMembers:
-    library = compiled_family(given_to_both[2].size)
-    assert library is not None
-    return CompiledMembers(library, *given_to_both)
+    compiled = library()
+    assert compiled is not None
+    return CompiledMembers(compiled, *given_to_both)
 
 
 def members(rng: np.random.Generator) -> tuple[Phases, LaneChangeProfiles]:

@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import re
 from ctypes import ArgumentError, c_double, c_longlong, c_void_p
-from importlib import resources
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from mcdas_opt.native import kernels
-from mcdas_opt.native.binding import Library, defined, record, text_of
+from mcdas_opt.native import build, library
+from mcdas_opt.native.binding import defined, record
+from mcdas_opt.native.build import TEXTS, UNITS, BuildError, text_of
 from mcdas_opt.native.compile_cache import SWITCH, NoLibraryError
 from mcdas_opt.native.form import InterpretedFormWarning, warn_interpreted
-from mcdas_opt.native.kernels import PLAIN
+from mcdas_opt.native.functions import FUNCTIONS
 
-LIBRARIES = {name: library for name, library in vars(kernels).items() if isinstance(library, Library)}
-FOLDER = Path(str(resources.files("mcdas_opt.native"))) / "c"
 PROTOTYPE = re.compile(r"^PUBLIC ([\w ]+?)\s*(mcdas_\w+)\(([^)]*)\)", re.MULTILINE)
 RETURNED = {"void": "", "int": "i", "whole": "l", "double": "d"}
-needs_compiler = pytest.mark.skipif(PLAIN.loaded() is None, reason="there is no compiler")
+GENERATED = {"interior_point.c"}  # behind texts that are compiled when they are needed
+needs_library = pytest.mark.skipif(library.library() is None, reason="there is no native library")
 
 
 def letters(parameter: str) -> str:
@@ -30,34 +29,34 @@ def letters(parameter: str) -> str:
     return RETURNED[parameter.split()[0]]
 
 
-@pytest.mark.parametrize("name", LIBRARIES)
-def test_signatures_are_those_of_the_text(name: str) -> None:
-    library = LIBRARIES[name]
-    found = {function: (parameters, kind) for text in library.texts for kind, function, parameters in PROTOTYPE.findall(text_of(text))}
-    assert found.keys() == library.functions.keys()
+def test_signatures_are_those_of_the_texts() -> None:
+    found = {
+        function + unit.suffix: (parameters, kind) for unit in UNITS for kind, function, parameters in PROTOTYPE.findall(text_of(unit.text))
+    }
+    assert found.keys() == FUNCTIONS.keys()
     for function, (parameters, kind) in found.items():
-        given, _, returned = library.functions[function].partition(">")
+        given, _, returned = FUNCTIONS[function].partition(">")
         asked = [] if parameters == "void" else [" ".join(parameter.split()) for parameter in parameters.split(",")]
         assert len(given) == len(asked), function
         assert all(letter in letters(parameter) for letter, parameter in zip(given, asked, strict=True)), function
         assert returned == RETURNED[kind], function
 
 
-def test_every_text_belongs_to_a_library_and_is_whole() -> None:
-    names = [text for library in LIBRARIES.values() for text in library.texts]
-    assert sorted(names) == sorted(path.name for path in FOLDER.glob("*.c"))
-    included = {header for path in FOLDER.rglob("*.[ch]") for header in re.findall(r'#include "(.*)"', path.read_text("utf-8"))}
+def test_every_text_belongs_to_the_library_and_is_whole() -> None:
+    names = {unit.text for unit in UNITS}
+    assert names | GENERATED == {path.name for path in TEXTS.glob("*.c")}
+    included = {header for path in TEXTS.rglob("*.[ch]") for header in re.findall(r'#include "(.*)"', path.read_text("utf-8"))}
     generated = {"stage_functions.h"}  # what generated texts begin with
-    assert included | generated == {path.relative_to(FOLDER).as_posix() for path in FOLDER.rglob("*.h")}
+    assert included | generated == {path.relative_to(TEXTS).as_posix() for path in TEXTS.rglob("*.h")}
     for text in names:
         assert '#include "' not in text_of(text)
         assert text_of(text).count("#define LESSER(") <= 1
 
 
-@needs_compiler
+@needs_library
 def test_arrays_are_handed_over_as_they_lie() -> None:
     times, numbers, grown = np.arange(3.0), np.array([[2.0, 1.0, 3.0, 2.0, 9.0, 9.0, 1.0, 4.0, 0.0, 0.0, 0.0, 0.0]]), np.zeros((1, 2, 3))
-    compiled = PLAIN.loaded()
+    compiled = library.library()
     assert compiled is not None
     compiled.mcdas_grown(1, 3, times, numbers, grown)
     assert grown.tolist() == [[[5.0] * 3, [7.0] * 3]]
@@ -77,38 +76,71 @@ def test_arrays_are_handed_over_as_they_lie() -> None:
         compiled.mcdas_grown(1.5, 3, times, numbers, again)
 
 
-@needs_compiler
+@needs_library
 def test_nothing_to_read_is_a_null_pointer() -> None:
-    compiled = kernels.CONSERVATIVE_ACCEPT.loaded()
+    compiled = library.library()
     assert compiled is not None
     table, rules, work = np.full((9, 2), np.nan), np.zeros(60), np.zeros((4, 11))
     assert compiled.mcdas_conservative_accept(table, 2, None, rules, np.zeros((0, 10)), 0, 0, 0, 0, 0, work) == 0
 
 
-def test_a_library_is_there_once_and_not_where_it_is_forbidden(monkeypatch: pytest.MonkeyPatch) -> None:
-    before = PLAIN.loaded()
-    assert PLAIN.loaded() is before
+def test_the_library_is_there_once_and_not_where_it_is_forbidden(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = library.library()
+    assert library.library() is before
     monkeypatch.setenv(SWITCH, "0")
-    assert all(library.loaded() is None for library in LIBRARIES.values())
+    assert library.library() is None
     monkeypatch.delenv(SWITCH)
-    assert PLAIN.loaded() is before
+    assert library.library() is before
 
 
-def test_without_a_compiler_there_is_none_until_it_is_asked_for_anew(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    with monkeypatch.context() as nowhere:
-        nowhere.setenv("XDG_CACHE_HOME", str(tmp_path))
-        nowhere.setenv("PATH", str(tmp_path))
-        nowhere.delenv("CC", raising=False)
-        nowhere.delenv(SWITCH, raising=False)
-        own = Library(texts=("grown_bodies.c",), builds=PLAIN.builds, functions={"mcdas_grown": "llaaw"})
-        warn_interpreted.cache_clear()
-        with pytest.warns(InterpretedFormWarning, match=r"no C compiler; install one .* and run `mcdas-opt warmup`"):
-            assert own.loaded() is None
-        own.forget()
-        assert own.loaded() is None  # said once
-    assert own.loaded() is None
-    own.forget()
-    assert (own.loaded() is None) == (PLAIN.loaded() is None)
+@pytest.fixture
+def elsewhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """Where the library is looked for, and is not."""
+    monkeypatch.delenv(SWITCH, raising=False)
+    monkeypatch.setattr(library, "_loaded", {})
+    place = tmp_path / build.LIBRARY.name
+    monkeypatch.setattr(library, "LIBRARY", place)
+    warn_interpreted.cache_clear()
+    return place
+
+
+def test_what_was_not_built_is_said_once(elsewhere: Path) -> None:
+    with pytest.warns(InterpretedFormWarning, match="the native library was not built"):
+        assert library.library() is None
+    assert library.library() is None  # said once
+
+
+@pytest.mark.parametrize("content", [b"", b"no library at all"])
+def test_a_broken_library_is_named(elsewhere: Path, content: bytes) -> None:
+    elsewhere.write_bytes(content)
+    with pytest.raises(NoLibraryError, match="cannot be used"):
+        library.load()
+
+
+@needs_library
+def test_a_library_of_other_texts_is_not_used(elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    elsewhere.write_bytes(build.LIBRARY.read_bytes())
+    assert library.load().mcdas_digest() == build.digest()
+    monkeypatch.setattr(library, "digest", lambda: build.digest() + 1)
+    with pytest.raises(NoLibraryError, match="is of another version"):
+        library.load()
+
+
+@pytest.mark.parametrize(("compiler", "said"), [(None, "no C compiler"), ("echo broken >&2; exit 1", "broken"), ("exit 0", "cannot link")])
+def test_without_a_working_compiler_there_is_a_reason_and_no_library(
+    compiler: str | None, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("CC", raising=False)
+    if compiler is not None:
+        fake = tmp_path / "fakecc"
+        fake.write_text(f"#!/bin/sh\n{compiler}\n")
+        fake.chmod(0o755)
+        monkeypatch.setenv("CC", str(fake))
+    else:
+        monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(BuildError, match=said):
+        build.build(tmp_path / "built")
+    assert not (tmp_path / "built").exists()
 
 
 def test_numbers_become_macros() -> None:
@@ -122,17 +154,3 @@ def test_a_record_is_the_struct_of_the_text() -> None:
     assert {c_void_p, c_longlong, c_double} == {kind for _, kind in case._fields_}
     with pytest.raises(LookupError, match="no struct Nothing"):
         record("time_to_react.c", "Nothing")
-
-
-def test_a_user_without_a_home_is_told_and_has_the_readable_forms(monkeypatch: pytest.MonkeyPatch) -> None:
-    def nowhere() -> Path:
-        raise RuntimeError("Could not determine home directory.")
-
-    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
-    monkeypatch.setattr(Path, "home", nowhere)
-    library = Library(texts=PLAIN.texts, builds=PLAIN.builds, functions=PLAIN.functions)
-    with pytest.raises(NoLibraryError, match="no home folder to keep it in; set XDG_CACHE_HOME"):
-        library.load()
-    warn_interpreted.cache_clear()
-    with pytest.warns(InterpretedFormWarning, match="no home folder"):
-        assert library.loaded() is None

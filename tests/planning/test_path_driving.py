@@ -19,7 +19,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.car_following import IdmSettings
-from mcdas_opt.native.kernels import PLAIN
+from mcdas_opt.native.library import library
 from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.reference.offset_path import corrected
@@ -28,7 +28,7 @@ from mcdas_opt.verification.judge import judge
 CAR = Vehicle()
 
 
-@pytest.mark.skipif(PLAIN.loaded() is None, reason="there is no C compiler")
+@pytest.mark.skipif(library() is None, reason="there is no native library")
 @given(
     v=st.floats(0.0, 40.0),
     target=st.floats(-4.0, 4.0),
@@ -55,7 +55,7 @@ def test_compiled_law_is_the_law(
     assert np.abs(ours.inputs - written.inputs).max() < 1e-5
 
 
-@pytest.mark.skipif(PLAIN.loaded() is None, reason="there is no C compiler")
+@pytest.mark.skipif(library() is None, reason="there is no native library")
 @given(
     v=st.floats(0.0, 40.0),
     kind=st.sampled_from(["steady", "reaction", "nobody", "one", "two"]),

@@ -14,7 +14,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Status
-from mcdas_opt.native.kernels import PLAIN
+from mcdas_opt.native.library import library
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.roll_out import interpreted, roll_out, soon, within_reach
 from mcdas_opt.verification.judge import judge
@@ -54,7 +54,7 @@ def test_there_is_a_plan_at_either_end_of_the_speeds(v: float, a: float) -> None
     assert plan.status is Status.PLANNED or v > 49.0  # at top speed, still accelerating: the ladder's
 
 
-@pytest.mark.skipif(PLAIN.loaded() is None, reason="there is no C compiler")
+@pytest.mark.skipif(library() is None, reason="there is no native library")
 @given(
     v=st.one_of(st.just(0.0), st.floats(0.0, 30.0)),
     bend=st.floats(-0.01, 0.01),

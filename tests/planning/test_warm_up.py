@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
 from ctypes import CDLL
 
 import pytest
@@ -11,27 +10,23 @@ from typer.testing import CliRunner
 
 import mcdas_opt as mo
 from mcdas_opt.cli.app import app
-from mcdas_opt.native.binding import Library
-from mcdas_opt.native.compile_cache import SWITCH, say_once
-from mcdas_opt.native.kernels import CONSERVATIVE_ACCEPT, FAMILY, PLAIN, SHARPEST_PATH, TIME_TO_REACT
-
-LIBRARIES = (PLAIN, CONSERVATIVE_ACCEPT, SHARPEST_PATH, FAMILY, TIME_TO_REACT)
+from mcdas_opt.native import library
+from mcdas_opt.native.compile_cache import SWITCH
 
 
 @pytest.mark.parametrize("planner", ["mpc", "closed-form", "closed-form-corrected", "aeb", "un-r157", "idm-mobil"])
 @pytest.mark.parametrize("scene", ["sandwich-60-40", "both-lanes-blocked"])
 def test_a_planner_that_is_built_loads_nothing_more(planner: str, scene: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    for library in LIBRARIES:
-        library.forget()
-    situation, asked = mo.load_situation(scene), list[tuple[str, ...]]()
+    library.forget()
+    situation, asked = mo.load_situation(scene), list[bool]()
     built = mo.Planner(method=planner)
-    load = Library.load
+    load = library.load
 
-    def noted(self: Library, before: str = "", builds: Sequence[str] = (), announce: Callable[[str], None] = say_once) -> CDLL:
-        asked.append(self.texts)
-        return load(self, before, builds, announce)
+    def noted(*, portable: bool = False) -> CDLL:
+        asked.append(portable)
+        return load(portable=portable)
 
-    monkeypatch.setattr(Library, "load", noted)
+    monkeypatch.setattr(library, "load", noted)
     built.plan(situation)
     assert asked == []
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +19,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.clearance import Margins
+from mcdas_opt.native import library as native
 from mcdas_opt.native.compile_cache import SWITCH
 from mcdas_opt.time_to_react import compiled_case
 from mcdas_opt.time_to_react.compiled_map import answered
@@ -40,9 +40,9 @@ CLOSE = 1e-9
 def library() -> ctypes.CDLL:
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv(SWITCH, raising=False)
-        built = compiled_case.compiled_escapes()
+        built = native.library()
     if built is None:
-        pytest.skip("there is no C compiler here")
+        pytest.skip("there is no native library")
     return built
 
 
@@ -144,7 +144,7 @@ def test_the_map_is_the_same_without_a_compiler(
     situation, car = situation_of(seed, index), replace(CAR, zero_sideslip_point_m=point_m)
     fast = escapes_under(predict(situation.tracks), situation, car)
     monkeypatch.setenv(SWITCH, "0")
-    assert compiled_case.compiled_escapes() is None
+    assert native.library() is None
     plain = escapes_under(predict(situation.tracks), situation, car)
     for kind in KINDS:
         one, other = getattr(plain, kind), getattr(fast, kind)
@@ -179,17 +179,3 @@ def test_maps_do_not_depend_on_those_before_nor_on_other_threads(library: ctypes
     with ThreadPoolExecutor(3) as pool:
         for told in pool.map(maps, [forwards[::-1], forwards[::2], forwards[1::2] + forwards]):
             assert all(alone[index] == answer for index, answer in told.items())
-
-
-def test_a_machine_that_cannot_build_it_answers_in_numpy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setenv("CC", "no-such-compiler")
-    monkeypatch.setenv("PATH", str(tmp_path))
-    monkeypatch.delenv(SWITCH, raising=False)
-    compiled_case.TIME_TO_REACT.forget()
-    try:
-        assert compiled_case.compiled_escapes() is None
-        situation = situation_of(33, 1)
-        assert escapes_under(predict(situation.tracks), situation, CAR).to_dict()
-    finally:
-        compiled_case.TIME_TO_REACT.forget()

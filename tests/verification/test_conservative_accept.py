@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from mcdas_opt.domain.prediction import CruisingBody, Prediction
 from mcdas_opt.native.compile_cache import SWITCH
-from mcdas_opt.native.kernels import CONSERVATIVE_ACCEPT
+from mcdas_opt.native.library import library
 from mcdas_opt.verification import judge as judging
 from mcdas_opt.verification.conservative_accept import accepts, rows_of, rules_of
 from tests.verification.rollouts import WIDE, WIDE_CURVED, Drive, legal
@@ -23,7 +23,7 @@ COLUMNS = ("s_m", "d_m", "heading_rad", "speed_mps", "acceleration_mps2", "steer
 
 def accepted(drive: Drive) -> bool:
     """Where there is no compiler the fast accept is the array operations' own."""
-    compiled = CONSERVATIVE_ACCEPT.loaded()
+    compiled = library()
     if compiled is None:
         return examined(drive)
     table = drive.trajectory.table

@@ -13,13 +13,13 @@ from mcdas_opt.domain.prediction import CruisingBody, Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.geometry.frenet import FrenetFrame
-from mcdas_opt.native.kernels import CONSERVATIVE_ACCEPT
+from mcdas_opt.native.library import library
 from mcdas_opt.verification.bodies import ALONG_REACHES
 from mcdas_opt.verification.conservative_accept import accepts, rows_of, rules_of
 from mcdas_opt.verification.judge import judge
 
 SEDAN = load_vehicle("sedan")
-needs_compiler = pytest.mark.skipif(CONSERVATIVE_ACCEPT.loaded() is None, reason="there is no C compiler")
+needs_compiler = pytest.mark.skipif(library() is None, reason="there is no native library")
 
 
 def steady(v: float) -> Trajectory:
@@ -57,7 +57,7 @@ def test_who_drives_through_the_host_is_never_far(
     )
     road, drive = Road(lanes_left=2, lanes_right=2), steady(host)
     start, prediction = HostState(speed_mps=host), Prediction(name="test", bodies=(body,))
-    compiled, rows = CONSERVATIVE_ACCEPT.loaded(), rows_of((body,))
+    compiled, rows = library(), rows_of((body,))
     assert compiled is not None
     assert rows is not None
     said = accepts(compiled, drive.table, start, rules_of(SEDAN, road, ALONG_REACHES), rows, FrenetFrame(road=road))

@@ -1,8 +1,13 @@
 /* The family of `manoeuvres.family`, member by member: speeds of `phases`, paths of `lane_change_profiles`, separations of `clearance`, costs.
- * Operation by operation as there; the numbers in capitals stand before this text. Rows of samples are ROW long, a whole number of
- * LANES, filled up with the last sample. Loops over them are written so that a compiler can vectorise them. */
+ * Operation by operation as there. Rows of samples are ROW long, a whole number of LANES, filled up with the last sample: the usual number
+ * of them, or (native/build.py) that of the family. Loops over them are written so that a compiler can vectorise them. */
 #include "edges.h"
 #include "rectangles.h"
+#include "generated/family_numbers.h"
+
+#ifndef ROW
+#define ROW USUAL_ROW
+#endif
 
 #ifdef VECTOR_MATH
 double exp(double) OF_VECTORS;
@@ -23,7 +28,7 @@ typedef struct {
     const double *knots, *kappas, *edges;
     double *by_phase;                           /* (phases, OF_PHASE, ROW), filled by mcdas_family_speeds */
     double *work;                               /* (OF_MEMBER, ROW) */
-    whole count_of_phases, count_of_steps, samples, count_of_bodies, count_of_knots, count_of_edges;
+    whole count_of_phases, count_of_steps, samples, count_of_bodies, count_of_knots, count_of_edges, row;
     double s0, d0, sine0, bend0, speed0, acceleration0, join;          /* the rear axle now */
     double centre, wheelbase, length, width, rise, fall, top;          /* the car, and its limits as far as they are used */
     double grip_squared, curvature_max, turn_max;                      /* tangents of steering angle and of its step, over the wheelbase */

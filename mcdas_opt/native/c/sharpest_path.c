@@ -1,6 +1,6 @@
-/* The search of `reference.offset_path` for the steepest path that keeps a bound on curvature; the numbers in capitals stand before this
- * text. */
+/* The search of `reference.offset_path` for the steepest path that keeps a bound on curvature. */
 #include "mcdas.h"
+#include "generated/sharpest_path_numbers.h"
 
 #ifdef VECTOR_MATH
 double exp(double) OF_VECTORS;

@@ -1,6 +1,6 @@
-/* Until when a candidate is open, for all of them and every start at once. The numbers in capitals stand before this text. Each part builds
- * on those before it. */
+/* Until when a candidate is open, for all of them and every start at once. Each part builds on those before it. */
 #include "edges.h"
+#include "generated/time_to_react_numbers.h"
 #include "time_to_react/motion.h"
 #include "time_to_react/separation.h"
 #include "time_to_react/predicted_traffic.h"

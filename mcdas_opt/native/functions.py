@@ -1,0 +1,30 @@
+"""What may be called of the native library, each function with its signature (`binding`)."""
+
+from __future__ import annotations
+
+_FAMILY = {"mcdas_family_speeds": "p", "mcdas_family_score": "pw", "mcdas_family_best": "palwww", "mcdas_family_states": "pllw"}
+
+FUNCTIONS = {
+    "mcdas_digest": ">l",
+    "mcdas_level": ">i",
+    "mcdas_separations": "lll" + 10 * "a" + "w",
+    "mcdas_polygon_separations": "lll" + 7 * "a" + "w",
+    "mcdas_grown": "llaaw",
+    "mcdas_drive": "lpadalaww",
+    "mcdas_follow": "ldalaaaaww",
+    "mcdas_at": "pdddp",
+    "mcdas_correct": "pdddp",
+    "mcdas_cost": "pdddpddd>d",
+    "mcdas_fixes": "laaddlplpp",
+    "mcdas_conservative_accept": "alaaallplpw>i",
+    "mcdas_sharpest": "a" + 8 * "d" + ">d",
+    **_FAMILY,
+    **{f"{name}_any_length": signature for name, signature in _FAMILY.items()},
+    "mcdas_escape_traffic": "llaadaw",
+    "mcdas_escape_constant_input": "paapw",
+    "mcdas_escape_needs": "piapwww",
+    "mcdas_escape_guess": "piiaaawwwwww",
+    "mcdas_escape_sound": "piaapww",
+    "mcdas_escape_met": "piaap>i",
+    "mcdas_escape_answer": "pppldpplp>l",
+}

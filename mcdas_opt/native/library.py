@@ -1,0 +1,62 @@
+"""The native library: where it lies, whether it is the one that belongs to these texts, and its functions at this processor's level."""
+
+from __future__ import annotations
+
+import ctypes
+from os import environ
+
+from mcdas_opt.native.binding import ARGUMENTS
+from mcdas_opt.native.build import LIBRARY, digest
+from mcdas_opt.native.compile_cache import PORTABLE, SWITCH, NoLibraryError
+from mcdas_opt.native.functions import FUNCTIONS
+
+_LEVELS = {4: ("_v4", "_v3", ""), 3: ("_v3", ""), 1: ("",)}
+_loaded: dict[bool, ctypes.CDLL | None] = {}
+
+
+def library() -> ctypes.CDLL | None:
+    """The library, loaded on first use; None where it cannot be had, which is said once, or must not be used."""
+    form = environ.get(SWITCH)
+    if form == "0":
+        return None
+    try:
+        return _loaded[form == PORTABLE]
+    except KeyError:
+        return _first(form == PORTABLE)
+
+
+def _first(portable: bool) -> ctypes.CDLL | None:
+    try:
+        found: ctypes.CDLL | None = load(portable=portable)
+    except NoLibraryError as error:
+        from mcdas_opt.native.form import warn_interpreted
+
+        found = None
+        warn_interpreted(str(error))
+    _loaded[portable] = found
+    return found
+
+
+def load(*, portable: bool = False) -> ctypes.CDLL:
+    """The same, asked for anew; raises `NoLibraryError`, which says why there is none."""
+    if not LIBRARY.is_file():
+        raise NoLibraryError("the native library was not built: there was no C compiler")
+    try:
+        found = ctypes.CDLL(str(LIBRARY))
+        found.mcdas_digest.restype = ctypes.c_longlong
+        if found.mcdas_digest() != digest():
+            raise NoLibraryError(f"{LIBRARY} is of another version")
+        levels = _LEVELS[1 if portable else found.mcdas_level()]
+        for name, signature in FUNCTIONS.items():
+            given, _, returned = signature.partition(">")
+            function = next(found[name + level] for level in levels if hasattr(found, name + level))
+            function.argtypes, function.restype = [ARGUMENTS[letter] for letter in given], ARGUMENTS.get(returned)
+            setattr(found, name, function)
+    except (OSError, AttributeError, StopIteration) as error:
+        raise NoLibraryError(f"{LIBRARY} cannot be used: {error}") from None
+    return found
+
+
+def forget() -> None:
+    """The next call asks for it anew."""
+    _loaded.clear()
