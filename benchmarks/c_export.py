@@ -18,14 +18,13 @@ from mcdas_opt.catalogue.data_files import shipped
 from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.interop.c_export.export import FLAGS, run_replay
 from mcdas_opt.interop.c_export.recording import Arithmetic, record
-from mcdas_opt.interop.c_export.source import files
-from mcdas_opt.native.compile_cache import compiler
-from mcdas_opt.solvers.kernel_source import BUILDS
+from mcdas_opt.interop.c_export.source import files, native_flags
+from mcdas_opt.native.build import compiler
 from mcdas_opt.solvers.outcome import Ending
 
 COMPARED: tuple[tuple[Arithmetic, tuple[tuple[str, str], ...]], ...] = (
     ("portable", (("plain", FLAGS),)),
-    ("native", (("vectors", BUILDS[0]), ("plain", FLAGS))),
+    ("native", (("vectors", native_flags()), ("plain", FLAGS))),
 )
 
 

@@ -106,7 +106,7 @@ def _tried(name: str, trial: Callable[[], str]) -> Check:
 
 
 def _compiler() -> str:
-    from mcdas_opt.native.compile_cache import compiler
+    from mcdas_opt.native.build import compiler
 
     path = compiler()
     said = subprocess.run([path, "--version"], capture_output=True, text=True, timeout=20.0, check=True).stdout

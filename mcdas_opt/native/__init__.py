@@ -1,1 +1,1 @@
-"""All C of the package (`c`), the libraries that are made of it (`kernels`), and the one way to call them (`binding`). Knows no cars."""
+"""All C of the package (`c`), and how a library of it is built (`build`), loaded (`library`) and called (`binding`). Knows no cars."""

@@ -59,8 +59,10 @@ def _same_operations(text: str) -> Unit:
 
 def _vectors(text: str, flags: str, portable: str, *names: str, suffix: str = "", defines: Mapping[str, str] | None = None) -> Unit:
     """At each level with these functions of whole vectors: other last bits than the C library's."""
-    without = " ".join(f"-fno-builtin-{name}" for name in names)
-    levels = {level: (f"{flags} {march} {without} -DVECTOR_MATH", f"{flags} {march}") for level, march in _WIDE.items()}
+    whole = " ".join([*(f"-fno-builtin-{name}" for name in names), "-DVECTOR_MATH"])
+    levels = {
+        level: tuple(f"{flags} {march} {more}" for more in (f"{whole} {_ROLLED}", whole, _ROLLED, "")) for level, march in _WIDE.items()
+    }
     return Unit(text=text, builds={**levels, PORTABLE: (portable,)}, suffix=suffix, defines=defines or {})
 
 
@@ -71,6 +73,7 @@ UNITS = (
     _vectors("sharpest_path.c", f"-O3 {_EXACT}", "-O2", "exp", "sin"),
     _vectors("family.c", f"-O3 {_EXACT}", "-O2", "exp", "sin"),
     _vectors("family.c", f"-O3 {_EXACT}", "-O2", "exp", "sin", suffix="_any_length", defines={"ROW": "f->row"}),
+    _vectors("interior_point.c", f"-O3 {_TRAPS}", "-O2", "sin", "cos"),
     Unit(
         text="time_to_react.c",
         builds={
@@ -79,6 +82,13 @@ UNITS = (
         },
     ),
 )
+
+
+def flags_of(text: str, level: str) -> str:
+    """What a unit is compiled with at a level, and linked with besides."""
+    unit = next(unit for unit in UNITS if unit.text == text)
+    flags = unit.builds[level][0]
+    return f"{flags} -lmvec -lm" if "-DVECTOR_MATH" in flags else f"{flags} -lm"
 
 
 @cache

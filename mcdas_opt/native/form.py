@@ -5,8 +5,7 @@ from __future__ import annotations
 import warnings
 from functools import cache
 
-from mcdas_opt.native.binding import wanted
-from mcdas_opt.native.compile_cache import SWITCH, NoLibraryError
+from mcdas_opt.native.library import SWITCH, NoLibraryError, load, wanted
 
 COST = "ten times slower or more, with the same decisions"
 HELPS = "with a C compiler (cc, gcc or clang) reinstall mcdas-opt, or run `python -m mcdas_opt.native.build` in a checkout"
@@ -32,8 +31,6 @@ def interpreted(reason: str) -> str:
 
 def interpreted_because() -> str:
     """Why the interpreted form runs; empty where the compiled one does."""
-    from mcdas_opt.native.library import load
-
     if not wanted():
         return f"{SWITCH}=0 asks for it"
     try:

@@ -27,4 +27,11 @@ FUNCTIONS = {
     "mcdas_escape_sound": "piaapww",
     "mcdas_escape_met": "piaap>i",
     "mcdas_escape_answer": "pppldpplp>l",
+    "mcdas_size": "ll>l",
+    "mcdas_prepare": "pllalaal",
+    "mcdas_cold": "ppppdd>i",
+    "mcdas_warm": "pppppppdd>i",
+    "mcdas_newton": "pidddp",
+    "mcdas_measure": "ppppppp",
+    "mcdas_loop": "piippppppp>i",
 }

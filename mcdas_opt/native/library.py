@@ -7,11 +7,21 @@ from os import environ
 
 from mcdas_opt.native.binding import ARGUMENTS
 from mcdas_opt.native.build import LIBRARY, digest
-from mcdas_opt.native.compile_cache import PORTABLE, SWITCH, NoLibraryError
 from mcdas_opt.native.functions import FUNCTIONS
 
+SWITCH = "MCDAS_OPT_COMPILE"  # environment variable: 0 forbids the compiled forms, "portable" all that is of one processor
+PORTABLE = "portable"
 _LEVELS = {4: ("_v4", "_v3", ""), 3: ("_v3", ""), 1: ("",)}
 _loaded: dict[bool, ctypes.CDLL | None] = {}
+
+
+class NoLibraryError(Exception):
+    """There is no native library for what is asked; says why."""
+
+
+def wanted() -> bool:
+    """Whether compiled forms may be used: MCDAS_OPT_COMPILE=0 forbids them."""
+    return environ.get(SWITCH) != "0"
 
 
 def library() -> ctypes.CDLL | None:
@@ -27,7 +37,7 @@ def library() -> ctypes.CDLL | None:
 
 def _first(portable: bool) -> ctypes.CDLL | None:
     try:
-        found: ctypes.CDLL | None = load(portable=portable)
+        found: ctypes.CDLL | None = load()
     except NoLibraryError as error:
         from mcdas_opt.native.form import warn_interpreted
 
@@ -38,7 +48,7 @@ def _first(portable: bool) -> ctypes.CDLL | None:
 
 
 def load(*, portable: bool = False) -> ctypes.CDLL:
-    """The same, asked for anew; raises `NoLibraryError`, which says why there is none."""
+    """The same, asked for anew; raises `NoLibraryError`, which says why there is none. `portable`: as with MCDAS_OPT_COMPILE=portable."""
     if not LIBRARY.is_file():
         raise NoLibraryError("the native library was not built: there was no C compiler")
     try:
@@ -46,7 +56,7 @@ def load(*, portable: bool = False) -> ctypes.CDLL:
         found.mcdas_digest.restype = ctypes.c_longlong
         if found.mcdas_digest() != digest():
             raise NoLibraryError(f"{LIBRARY} is of another version")
-        levels = _LEVELS[1 if portable else found.mcdas_level()]
+        levels = ("",) if portable or environ.get(SWITCH) == PORTABLE else _LEVELS[found.mcdas_level()]
         for name, signature in FUNCTIONS.items():
             given, _, returned = signature.partition(">")
             function = next(found[name + level] for level in levels if hasattr(found, name + level))
@@ -55,6 +65,11 @@ def load(*, portable: bool = False) -> ctypes.CDLL:
     except (OSError, AttributeError, StopIteration) as error:
         raise NoLibraryError(f"{LIBRARY} cannot be used: {error}") from None
     return found
+
+
+def level_of(library: ctypes.CDLL) -> str:
+    """How the names of functions end that this processor runs best."""
+    return _LEVELS[library.mcdas_level()][0]
 
 
 def forget() -> None:

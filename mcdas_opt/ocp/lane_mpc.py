@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -13,6 +15,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.bicycle import INPUTS, STATES, road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.ocp.terms import (
+    CarSizes,
     Comfort,
     Constraint,
     Cost,
@@ -28,7 +31,9 @@ from mcdas_opt.ocp.terms import (
     SpeedDeviation,
     Stage,
 )
-from mcdas_opt.solvers.stage_problem import StageProblem
+from mcdas_opt.solvers.barrier_stage import BarrierStage
+from mcdas_opt.solvers.problem_family import ProblemFamily
+from mcdas_opt.solvers.stage_problem import Member, StageProblem
 
 CENTRE = "centre"
 HEADWAY_HORIZON_S = 2.5  # of closing speed, kept free
@@ -103,28 +108,33 @@ class LaneProblem:
         )
 
     def stage_problem(self) -> StageProblem:
+        problem = self._posed(self.vehicle)
+        return replace(problem, member=self._member(problem)) if self._is_of_family() else problem
+
+    def _posed(self, car: CarSizes | None) -> StageProblem:
+        """For a car of these sizes; without one they are its last parameters."""
         vehicle, costs, constraints = self.vehicle, self.costs, self.constraints
         free = [weight_name(cost) for cost in costs] if self.free_weights else []
         asked = [p for cost in costs for p in cost.parameters] + [p for row in constraints for p in row.parameters] + free
-        parameters = tuple(dict.fromkeys([*ROAD_PARAMETERS, *asked, *([CENTRE] if self.free_centre else [])]))
+        last = [*([CENTRE] if self.free_centre else []), *([] if car else SIZES)]
+        parameters = tuple(dict.fromkeys([*ROAD_PARAMETERS, *asked, *last]))
         x, u = ca.SX.sym("x", len(STATES)), ca.SX.sym("u", len(INPUTS))
         p, h = ca.SX.sym("p", len(parameters)), ca.SX.sym("h")
         named = {name: p[i] for i, name in enumerate(parameters)}
         values: dict[str, Any] = {name: x[i] for i, name in enumerate(STATES)}
         values |= {name: u[i] for i, name in enumerate(INPUTS)}
-        stage = Stage(**values, p=named, m=ca, vehicle=vehicle)
+        sizes: CarSizes = car or _SymbolicSizes(*(named[name] for name in SIZES))
+        stage = Stage(**values, p=named, m=ca, vehicle=sizes)
 
         def right_side(state: Any) -> list[Any]:
             kappa = named["kappa"] + named["kappa_slope"] * (state[0] - named["kappa_s"])
-            return road_bicycle(state, ca.vertsplit(u), kappa, vehicle.wheelbase_m, centre, ca)
+            return road_bicycle(state, ca.vertsplit(u), kappa, sizes.wheelbase_m, centre, ca)
 
         centre = named.get(CENTRE, vehicle.centre_m)
         step = rk4(right_side, ca.vertsplit(x), h)
-        factor = [named[weight_name(c)] / c.weight if free else 1.0 for c in costs]
-        running = [ca.sqrt(c.weight * f) * c.residual(stage) for c, f in zip(costs, factor, strict=True)]
-        terminal = [
-            ca.sqrt(c.terminal_weight * f) * c.residual(stage) for c, f in zip(costs, factor, strict=True) if c.terminal_weight > 0.0
-        ]
+        root, terminal_root = self._roots(named, in_symbols=car is None)
+        running = [root(c) * c.residual(stage) for c in costs]
+        terminal = [terminal_root(c) * c.residual(stage) for c in costs if c.terminal_weight > 0.0]
         families = {family: column for column, family in enumerate(self.penalties)}
         rows = [(c.slack, c.name, row) for c in constraints for row in c.rows(stage)]
         m = self.limit_margin
@@ -151,6 +161,72 @@ class LaneProblem:
             rows=tuple(name for _, name, _ in rows),
             slacks=tuple(families),
         )
+
+    def _roots(self, named: dict[str, Any], *, in_symbols: bool) -> tuple[Callable[[Cost], Any], Callable[[Cost], Any]]:
+        """Of the weights, of a node and of the last one; without a division where speed matters."""
+        if in_symbols:
+            roots = {cost.name: ca.sqrt(named[weight_name(cost)]) for cost in self.costs}
+            return lambda c: roots[c.name], lambda c: np.sqrt(c.terminal_weight / c.weight) * roots[c.name]
+        factor = {c.name: named[weight_name(c)] / c.weight if self.free_weights else 1.0 for c in self.costs}
+        return lambda c: ca.sqrt(c.weight * factor[c.name]), lambda c: ca.sqrt(c.terminal_weight * factor[c.name])
+
+    def _is_of_family(self) -> bool:
+        """Whether it differs from `lane_family` in numbers, numbers of bodies and parameters alone."""
+        return self == LaneProblem(
+            vehicle=self.vehicle,
+            neighbours=self.neighbours,
+            free_weights=self.free_weights,
+            sloping_edges=self.sloping_edges,
+            free_centre=self.free_centre,
+        )
+
+    def _member(self, problem: StageProblem) -> Member:
+        fixed = {**default_weights(), CENTRE: self.vehicle.centre_m}
+        names, known = family_parameters(), {name: i for i, name in enumerate(problem.parameters)}
+        sizes = [getattr(self.vehicle, name) for name in SIZES]
+        limits = [limit for _, _, limit in BarrierStage(problem).bounds]
+        return Member(
+            numbers=np.array([*sizes, *limits]),
+            times=self.neighbours,
+            columns=np.array([known.get(name, -1) for name in names], dtype=np.int64),
+            fixed=np.array([fixed.get(name, 0.0) for name in names]),
+            first_of_row=known[MovingBody(slot=0).parameters[0]] if self.neighbours else 0,
+        )
+
+
+class _SymbolicSizes(NamedTuple):
+    wheelbase_m: Any
+    length_m: Any
+    width_m: Any
+
+
+SIZES = _SymbolicSizes._fields
+
+
+def _general() -> LaneProblem:
+    return LaneProblem(vehicle=Vehicle(), neighbours=0, free_weights=True, sloping_edges=True, free_centre=True)
+
+
+@cache
+def family_parameters() -> tuple[str, ...]:
+    """Of a node, without those of the bodies and without the sizes."""
+    return tuple(name for name in _general()._posed(None).parameters if name not in SIZES)
+
+
+def lane_family() -> ProblemFamily:
+    """Lane problems of all vehicles, for any number of neighbours."""
+    problem, body = _general()._posed(None), MovingBody(slot=0)
+    x, sizes, own = ca.SX.sym("x", len(STATES)), ca.SX.sym("sizes", len(SIZES)), ca.SX.sym("own", len(body.parameters))
+    values = {name: x[i] for i, name in enumerate(STATES)} | dict.fromkeys(INPUTS, 0.0)
+    named = {name: own[i] for i, name in enumerate(body.parameters)}
+    (row,) = body.rows(Stage(**values, p=named, m=ca, vehicle=_SymbolicSizes(*ca.vertsplit(sizes))))
+    return ProblemFamily(
+        problem=problem,
+        sizes=len(SIZES),
+        row=ca.Function("row", [x, sizes, own], [row]),
+        row_parameters=len(body.parameters),
+        row_slack=problem.slacks.index(body.slack),
+    )
 
 
 FAR_M = 1.0e4

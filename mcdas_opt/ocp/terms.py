@@ -10,9 +10,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
 from mcdas_opt.dynamics.sigmoid import hump, renormalised
+
+
+class CarSizes(Protocol):
+    """What the terms know of a vehicle [m], in numbers or in symbols."""
+
+    @property
+    def wheelbase_m(self) -> Any: ...
+    @property
+    def length_m(self) -> Any: ...
+    @property
+    def width_m(self) -> Any: ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,7 +39,7 @@ class Stage:
     delta_rate: Any
     p: Mapping[str, Any]
     m: Any
-    vehicle: Vehicle
+    vehicle: CarSizes
 
     @property
     def lateral_acceleration(self) -> Any:

@@ -8,7 +8,9 @@ from typing import Any
 from mcdas_opt.manoeuvres import compiled_family
 from mcdas_opt.native.binding import defined
 from mcdas_opt.native.build import TEXTS
+from mcdas_opt.ocp.lane_mpc import lane_family
 from mcdas_opt.reference import offset_path
+from mcdas_opt.solvers.kernel_source import stage_text
 from mcdas_opt.time_to_react import compiled_case
 
 FOLDER = TEXTS / "generated"
@@ -18,6 +20,7 @@ def generated_texts() -> dict[str, str]:
     """Each by its name."""
     return {
         "family_numbers.h": _numbers("manoeuvres.compiled_family", compiled_family.NUMBERS_IN_C),
+        "lane_stage.h": stage_text(lane_family()),
         "sharpest_path_numbers.h": _numbers("reference.offset_path", offset_path.NUMBERS_IN_C),
         "time_to_react_numbers.h": _numbers("time_to_react.compiled_case", compiled_case.NUMBERS_IN_C),
     }

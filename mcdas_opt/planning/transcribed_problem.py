@@ -13,12 +13,13 @@ import numpy as np
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.native.library import SWITCH
 from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
 from mcdas_opt.planning.lane_parameters import vacant_values
 from mcdas_opt.planning.mirror import TurnedParameters
 from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.solvers.held_interrupts import held_interrupts
-from mcdas_opt.solvers.interior_point import SWITCH, InteriorPointEngine
+from mcdas_opt.solvers.interior_point import InteriorPointEngine
 from mcdas_opt.solvers.ipopt_engine import IpoptEngine
 from mcdas_opt.solvers.osqp_engine import OsqpEngine, OsqpSettings
 
@@ -105,15 +106,15 @@ class TranscribedProblems:
         return self._constant[names]
 
 
-def _circumstances() -> tuple[str, str]:
-    """What decides how an engine is built: whether compiling is allowed, and where libraries are kept."""
-    return os.environ.get(SWITCH, "1"), os.environ.get("XDG_CACHE_HOME", "")
+def _circumstances() -> str:
+    """What decides which form an engine has."""
+    return os.environ.get(SWITCH, "1")
 
 
 @lru_cache(maxsize=12)
 @held_interrupts()
 def _original(
-    vehicle: Vehicle, slots: int, free_weights: bool, kind: tuple[bool, bool], nodes: int, circumstances: tuple[str, str]
+    vehicle: Vehicle, slots: int, free_weights: bool, kind: tuple[bool, bool], nodes: int, circumstances: str
 ) -> TranscribedProblem:
     free_centre, sloping = kind
     lane = LaneProblem(vehicle=vehicle, neighbours=slots, free_weights=free_weights, free_centre=free_centre, sloping_edges=sloping)

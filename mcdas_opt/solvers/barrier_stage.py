@@ -37,6 +37,14 @@ class Condensed(NamedTuple):
     inverse: Any  # (ns,) 1 / D: of the slacks' own curvature
 
 
+class Others(NamedTuple):
+    """What rows that are not among the stage's own add up to."""
+
+    hessian: Any  # (nz, nz) lower triangle
+    coupling: Any  # (ns, nz)
+    stiffness: Any  # (ns,)
+
+
 class BarrierStage:
     """The equations of one stage of `problem`. Inequalities in order: rows, slacks, x lower, x upper, u lower, u upper (finite ones).
 
@@ -44,13 +52,15 @@ class BarrierStage:
     (u bounds hold at 0..N-1).
     """
 
-    def __init__(self, problem: StageProblem) -> None:
+    def __init__(self, problem: StageProblem, limits: Any = None) -> None:
+        """`limits`: of the finite bounds in the order of `bounds`, in place of the problem's own."""
         self.problem = problem
         self.nx, self.nu, self.ns, self.ng = problem.nx, problem.nu, problem.ns, problem.ng
         self.nz, self.np = self.nx + self.nu, len(problem.parameters)
         lower, upper = np.concatenate([problem.x_lower, problem.u_lower]), np.concatenate([problem.x_upper, problem.u_upper])
         bounds = [(i, sign, limit[i]) for sign, limit in ((-1.0, lower), (1.0, upper)) for i in range(self.nz) if np.isfinite(limit[i])]
-        self.bounds = [b for b in bounds if b[0] < self.nx] + [b for b in bounds if b[0] >= self.nx]
+        own = [b for b in bounds if b[0] < self.nx] + [b for b in bounds if b[0] >= self.nx]
+        self.bounds = own if limits is None else [(i, sign, limits[k]) for k, (i, sign, _) in enumerate(own)]
         self.inner = self.ng + self.ns + sum(1 for b in bounds if b[0] < self.nx)
         self.nc = self.ng + self.ns + len(bounds)
         self.soft = list(problem.slack_of)
@@ -88,29 +98,48 @@ class BarrierStage:
         """c (nc,) <= 0."""
         return ca.vertcat(rows - s[self.soft], -s, *[sign * (z[i] - limit) for i, sign, limit in self.bounds])
 
-    def condensed(self, stage: Linear, t: Any, multiplier: Any, node: Any) -> Condensed:
+    def condensed(self, stage: Linear, t: Any, multiplier: Any, node: Any, others: Others | None = None) -> Condensed:
         ng, ns = self.ng, self.ns
         sigma = multiplier / t
         weighted = ca.mtimes(ca.diag(sigma[:ng]), stage.slope)
         coupling = ca.mtimes(self.member, weighted)
         stiffness = ca.DM(self.problem.slack_quadratic) + ca.mtimes(self.member, sigma[:ng]) + sigma[ng : ng + ns]
+        if others is not None:
+            coupling, stiffness = coupling + others.coupling, stiffness + others.stiffness
         inverse = 1.0 / (stiffness + (1.0 - node))  # at node 0 no slack moves
         diagonal = ca.mtimes(stage.bend, multiplier[:ng])
         for row, (i, _, _) in enumerate(self.bounds):
             diagonal[i] += sigma[ng + ns + row]
         hessian = stage.hessian + ca.tril(ca.mtimes(stage.slope.T, weighted)) + ca.diag(diagonal)
+        if others is not None:
+            hessian += others.hessian
         hessian -= ca.tril(ca.mtimes(coupling.T, ca.mtimes(ca.diag(inverse), coupling)))
         return Condensed(hessian=hessian, sigma=sigma, coupling=coupling, inverse=inverse)
 
     def gradient(
-        self, cost: Any, slope: Any, coupling: Any, inverse: Any, sigma: Any, s: Any, t: Any, r: Any, target: Any, node: Any
+        self,
+        cost: Any,
+        slope: Any,
+        coupling: Any,
+        inverse: Any,
+        sigma: Any,
+        s: Any,
+        t: Any,
+        r: Any,
+        target: Any,
+        node: Any,
+        others: tuple[Any, Any] | None = None,
     ) -> tuple[Any, Any]:
-        """The condensed gradient (nz,) and the slacks' constant step (ns,), for residuals r = c + t and targets of t l."""
+        """The condensed gradient (nz,) and the slacks' constant step (ns,), for residuals r = c + t and targets of t l. `others`: the sums
+        of y (ns,) and of slope'y (nz,) over rows that are not among the stage's own."""
         ng, ns = self.ng, self.ns
         y = target / t + sigma * r
         penalty = ca.DM(self.problem.slack_linear) + ca.DM(self.problem.slack_quadratic) * s
-        slack = node * (penalty - ca.mtimes(self.member, y[:ng]) - y[ng : ng + ns]) * inverse
-        gradient = ca.densify(cost + ca.mtimes(slope.T, y[:ng]) + ca.mtimes(coupling.T, slack))
+        soft, pull = ca.mtimes(self.member, y[:ng]), ca.mtimes(slope.T, y[:ng])
+        if others is not None:
+            soft, pull = soft + others[0], pull + others[1]
+        slack = node * (penalty - soft - y[ng : ng + ns]) * inverse
+        gradient = ca.densify(cost + pull + ca.mtimes(coupling.T, slack))
         for row, (i, sign, _) in enumerate(self.bounds):
             gradient[i] += sign * y[ng + ns + row]
         return gradient, ca.densify(slack)

@@ -1,4 +1,4 @@
-"""The interior point's iteration as a compiled library: the same steps as the interpreted kernel, ten to twenty times faster."""
+"""The interior point's iteration in the native library: the same steps as the interpreted kernel, ten to twenty times faster."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.solvers.barrier_stage import BarrierStage
 from mcdas_opt.solvers.iterate import Iterate
 from mcdas_opt.solvers.newton_loop import LoopEnd, LoopEnding, LoopRule, Progress
+from mcdas_opt.solvers.stage_problem import Member
 
 _ALIGNMENT = 64
 
@@ -19,9 +20,9 @@ class CompiledKernel:
 
     kind = "compiled"
 
-    def __init__(self, library: ctypes.CDLL, stage: BarrierStage, nodes: int) -> None:
+    def __init__(self, library: ctypes.CDLL, stage: BarrierStage, member: Member, nodes: int) -> None:
         self.iterate = it = Iterate(stage, nodes)
-        self._memory = np.zeros(library.mcdas_size() + _ALIGNMENT, dtype=np.uint8)
+        self._memory = np.zeros(library.mcdas_size(nodes, member.times) + _ALIGNMENT, dtype=np.uint8)
         self._work = ctypes.c_void_p(-(-self._memory.ctypes.data // _ALIGNMENT) * _ALIGNMENT)
         self._numbers = np.zeros(len(Progress._fields) + 3)  # and objective, gap, steps done
         self._to = _pointer(self._numbers)
@@ -31,7 +32,8 @@ class CompiledKernel:
         z, p, steps, s, t, multiplier, least = map(_pointer, (it.z, it.p, it.steps, it.s, it.t, it.multiplier, it.least))
         self._problem, self._start, self._all = (z, p, steps), (s, t, multiplier), (z, s, t, multiplier, least)
         self._library = library
-        library.mcdas_prepare(self._work)
+        given = nodes, member.times, member.numbers, stage.np, member.columns, member.fixed, member.first_of_row
+        library.mcdas_prepare(self._work, *given)
 
     def cold(self, mu: float, least: float) -> bool:
         finite: int = self._library.mcdas_cold(self._work, *self._problem, mu, least)

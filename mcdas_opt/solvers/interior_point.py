@@ -8,26 +8,23 @@ a warm start keeps a small, fixed one. Sources: Rao, Wright, Rawlings, JOTA 99 (
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Sequence
+import ctypes
+from collections.abc import Callable
 
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.native.binding import wanted
-from mcdas_opt.native.compile_cache import SWITCH as SWITCH
-from mcdas_opt.native.compile_cache import NoLibraryError, say_once
 from mcdas_opt.native.form import warn_interpreted
-from mcdas_opt.native.kernels import INTERIOR_POINT
+from mcdas_opt.native.library import NoLibraryError, load, wanted
 from mcdas_opt.solvers.barrier_stage import BarrierStage
-from mcdas_opt.solvers.c_text import UnsupportedOperationError
 from mcdas_opt.solvers.compiled_kernel import CompiledKernel
-from mcdas_opt.solvers.interpreted_kernel import CORRECTION, InterpretedKernel, over_horizon
+from mcdas_opt.solvers.interpreted_kernel import InterpretedKernel, over_horizon
 from mcdas_opt.solvers.iterate import Kernel
-from mcdas_opt.solvers.kernel_source import BUILDS, stage_text
 from mcdas_opt.solvers.newton_loop import LoopEnding, LoopRule
 from mcdas_opt.solvers.outcome import Ending, Outcome
-from mcdas_opt.solvers.stage_functions import StageFunctions, stage_functions
-from mcdas_opt.solvers.stage_problem import StageGuess, StageProblem
+from mcdas_opt.solvers.same_problem import poses_the_same
+from mcdas_opt.solvers.stage_functions import stage_functions
+from mcdas_opt.solvers.stage_problem import Member, StageGuess, StageProblem
 
 _NONE = np.zeros(0)
 RULE = LoopRule()
@@ -43,24 +40,13 @@ class InteriorPointEngine:
     It keeps nothing from one solve to the next: a warm start lies in the guess (`shifted`). A guess without multipliers starts cold.
     """
 
-    def __init__(
-        self,
-        problem: StageProblem,
-        nodes: int,
-        *,
-        compiled: bool | None = None,
-        builds: Sequence[str] = BUILDS,
-        announce: Callable[[str], None] = say_once,
-    ) -> None:
-        """`compiled`: None takes the compiler there is, unless MCDAS_OPT_COMPILE=0; `builds`: its flags, best first.
-
-        `announce` is told when the first build begins.
-        """
+    def __init__(self, problem: StageProblem, nodes: int, *, compiled: bool | None = None, portable: bool = False) -> None:
+        """`compiled`: None takes the native library where there is one and it has the problem's stage functions; `portable`: those of them
+        that give the same bits on every machine."""
         self.problem, self.nodes = problem, nodes
-        stage, functions = stage_functions(problem)
+        stage = BarrierStage(problem)
         self._moves, self._unbound = _shift(stage, nodes)
-        allowed = wanted() if compiled is None else compiled
-        self._make, self.reason = _maker(stage, functions, nodes, builds if allowed else (), announce)
+        self._make, self.reason = _maker(stage, nodes, wanted() if compiled is None else compiled, portable)
         self._kernel = self._make()
 
     def twin(self) -> InteriorPointEngine:
@@ -153,17 +139,23 @@ def _shift(stage: BarrierStage, nodes: int) -> tuple[list[tuple[slice, slice]], 
     return moves, unbound
 
 
-def _maker(
-    stage: BarrierStage, functions: StageFunctions, nodes: int, builds: Sequence[str], announce: Callable[[str], None]
-) -> tuple[Callable[[], Kernel], str]:
-    """Makes compiled kernels, or interpreted ones (always without `builds`), with the reason for it."""
-    reason = "compiling is switched off"
-    if builds:
+def _maker(stage: BarrierStage, nodes: int, compiled: bool, portable: bool) -> tuple[Callable[[], Kernel], str]:
+    """Makes compiled kernels, or interpreted ones, with the reason for it."""
+    reason, member = "the compiled form is switched off", stage.problem.member
+    if compiled and member is None:
+        reason = f"the native library has no stage functions of this {stage.problem.name} problem"
+    elif compiled and member is not None:
         try:
-            library = INTERIOR_POINT.load(stage_text(stage, functions, nodes, CORRECTION), builds, announce)
-            return lambda: CompiledKernel(library, stage, nodes), ""
-        except (NoLibraryError, UnsupportedOperationError) as error:
+            return _compiled_maker(stage, member, nodes, load(portable=portable)), ""
+        except NoLibraryError as error:
             reason = str(error)
             warn_interpreted(reason)
-    whole = over_horizon(stage, functions, nodes)
+    whole = over_horizon(stage, stage_functions(stage.problem)[1], nodes)
     return lambda: InterpretedKernel(stage, whole, nodes), reason
+
+
+def _compiled_maker(stage: BarrierStage, member: Member, nodes: int, library: ctypes.CDLL) -> Callable[[], Kernel]:
+    """Raises `NoLibraryError` where the library's stage functions pose another problem."""
+    if not poses_the_same(CompiledKernel(library, stage, member, nodes), stage.problem):
+        raise NoLibraryError("the native library has the stage functions of another lane problem (`mcdas_opt.planning.generated_texts`)")
+    return lambda: CompiledKernel(library, stage, member, nodes)

@@ -1,54 +1,66 @@
-"""The C text of the compiled kernel: sizes and generated stage functions, which stand before the kernel itself."""
+"""The C text of a family's stage functions, which the compiled kernel includes: sizes, penalties, functions."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
 from mcdas_opt.native.binding import defined
-from mcdas_opt.native.build import text_of
-from mcdas_opt.native.kernels import INTERIOR_POINT
-from mcdas_opt.solvers.barrier_stage import BarrierStage
-from mcdas_opt.solvers.c_text import c_function
-from mcdas_opt.solvers.stage_functions import StageFunctions
+from mcdas_opt.solvers.c_text import Arguments, c_function
+from mcdas_opt.solvers.interpreted_kernel import CORRECTION
+from mcdas_opt.solvers.problem_family import ProblemFamily
+from mcdas_opt.solvers.stage_functions import family_functions
 
-BUILDS = INTERIOR_POINT.builds
-PORTABLE = BUILDS[-1:]
+LANES = 8  # stages of a block: the widest vectors
+_LOOPS = ("evaluate", "gradient", "steps", "cold", "warm", "measure")  # over blocks; the sweeps go stage by stage
+_STAGE = {
+    "evaluate": Arguments(constants=(9,)),
+    "cold": Arguments(values=(4, 5), constants=(7,)),
+    "warm": Arguments(values=(7, 8), constants=(9,)),
+    "measure": Arguments(constants=(6,)),
+}
+_ROW = {
+    "evaluate": Arguments(constants=(7,), repeated=((2, 3, 4), (1, 2)), sums={0: 6}),
+    "gradient": Arguments(repeated=((0, 1, 2), ()), sums={0: 3}),
+    "steps": Arguments(repeated=((0, 1, 2, 3), (1, 2)), sums={0: 7}),
+    "least": Arguments(constants=(3,), repeated=((1,), ()), sums={0: 2}),
+    "cold": Arguments(values=(4, 5), constants=(6,), repeated=((1,), (0, 1))),
+    "warm": Arguments(values=(6, 7), constants=(8,), repeated=((2, 3, 4), (0, 1))),
+}
 
-_LANES = 8  # stages are padded to a whole number of the widest vectors
-_LOOPS = ("evaluate", "gradient", "steps", "cold", "warm", "measure")  # over all stages; the sweeps go stage by stage
-_SHARED = {"cold": (4, 5), "warm": (7, 8)}  # inputs mu and least
 
-
-def kernel_source(stage: BarrierStage, f: StageFunctions, nodes: int, correction: float) -> str:
-    """The kernel behind its `stage_text`: one text that is complete."""
-    return stage_text(stage, f, nodes, correction) + "".join(map(text_of, INTERIOR_POINT.texts))
-
-
-def stage_text(stage: BarrierStage, f: StageFunctions, nodes: int, correction: float) -> str:
-    """What stands before the kernel. Raises `c_text.UnsupportedOperationError` when a stage function uses what has no C text."""
+def stage_text(family: ProblemFamily) -> str:
+    """The text. Raises `c_text.UnsupportedOperationError` when a stage function uses what has no C text."""
+    stage, f, row = family_functions(family)
     sizes = {
-        "NODES": nodes,
-        "LD": -(-(nodes + 1) // _LANES) * _LANES,
+        "LANES": LANES,
         "NX": stage.nx,
         "NU": stage.nu,
         "NZ": stage.nz,
         "NS": stage.ns,
         "NC": stage.nc,
         "NP": stage.np,
+        "NROWS": stage.ng,
         "NINNER": stage.inner,
+        "NNUMBERS": family.sizes + len(stage.bounds),
         "ND": f.evaluate.size1_out(0),
         "NVALUE": f.terminal.size1_out(0),
         "NFEEDBACK": f.backward.size1_out(1),
         "NMEMORY": f.backward.size1_out(2),
+        "NROWP": family.row_parameters,
+        "NROWDATA": row.evaluate.size1_out(1),
+        "NSUMS": row.evaluate.size1_out(0),
+        "NYSUMS": row.gradient.size1_out(0),
+        "CORRECTION": CORRECTION,
     }
-    numbers = {"NACTIVE": float(stage.over(nodes)[2]), "CORRECTION": correction}
-    parts = [text_of("stage_functions.h"), defined({**sizes, **numbers})]
-    parts += [
-        f"static const double PRICE_LINEAR[] = {_vector(stage.problem.slack_linear)};",
-        f"static const double PRICE_QUADRATIC[] = {_vector(stage.problem.slack_quadratic)};",
+    parts = [
+        f"/* Generated: the stage functions of every {family.problem.name} problem. */",
+        defined(sizes) + f"static const double PRICE_LINEAR[] = {_vector(family.problem.slack_linear)};",
+        f"static const double PRICE_QUADRATIC[] = {_vector(family.problem.slack_quadratic)};",
     ]
     for name, function in zip(f._fields, f, strict=True):
-        parts.append(c_function(function, loop=name in _LOOPS, shared=_SHARED.get(name, ())))
+        parts.append(c_function(function, loop=name in _LOOPS, arguments=_STAGE.get(name, Arguments())))
+    for name, function in zip(row._fields, row, strict=True):
+        parts.append(c_function(function, loop=True, arguments=_ROW[name]))
     return "\n".join(parts)
 
 

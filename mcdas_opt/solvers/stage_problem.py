@@ -6,8 +6,22 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mcdas_opt.domain.rules import Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Member:
+    """A problem as a member of a `ProblemFamily`: its numbers (sizes, then the finite bounds in the order of `BarrierStage.bounds`), how
+    often it has the row, and where the family's parameters stand among its own: `columns`, -1 for one that is `fixed`; the row's own ones
+    one instance after the other from `first_of_row` on."""
+
+    numbers: Array
+    times: int
+    columns: NDArray[np.int64]
+    fixed: Array
+    first_of_row: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,6 +54,7 @@ class StageProblem:
     parameters: tuple[str, ...]
     rows: tuple[str, ...]
     slacks: tuple[str, ...]
+    member: Member | None = None  # of a family that has compiled stage functions
 
     @property
     def nx(self) -> int:

@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 from mcdas_opt.cli.app import app
 from mcdas_opt.evaluation import doctor
 from mcdas_opt.evaluation.doctor import Check, Diagnosis, Package, diagnose
-from mcdas_opt.native import compile_cache
-from mcdas_opt.native.compile_cache import SWITCH
+from mcdas_opt.native import build
+from mcdas_opt.native.library import SWITCH
 from mcdas_opt.planning.mpc import MpcMethod
 
 
@@ -43,7 +43,7 @@ def test_what_fails_is_named_and_the_exit_code_says_it(monkeypatch: pytest.Monke
 
 
 def test_without_a_compiler_all_is_still_well(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compile_cache.shutil, "which", lambda name: None)
+    monkeypatch.setattr(build.shutil, "which", lambda name: None)
     check = doctor._tried("C compiler", doctor._compiler)
     assert not check.works
     assert "no C compiler" in check.detail

@@ -18,7 +18,7 @@ from mcdas_opt.cli.app import app
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.c_export.export import Export, ExportError, export_c, run_replay
 from mcdas_opt.interop.c_export.recording import one_arithmetic
-from mcdas_opt.solvers.kernel_source import BUILDS
+from mcdas_opt.interop.c_export.source import native_flags
 
 GCC = shutil.which("gcc")
 needs_gcc = pytest.mark.skipif(GCC is None, reason="no gcc")
@@ -74,7 +74,7 @@ def test_against_other_mathematics_what_hardly_converges_is_counted(tmp_path: Pa
 def test_with_pythons_own_flags_it_equals_python_as_it_flies(tmp_path: Path) -> None:
     scene = load_scene("both-lanes-blocked")
     try:
-        done = export_c(tmp_path, scene, steps=100, neighbours=2, compiler=GCC, flags=BUILDS[0], arithmetic="native")
+        done = export_c(tmp_path, scene, steps=100, neighbours=2, compiler=GCC, flags=native_flags(), arithmetic="native")
     except ExportError as error:
         pytest.skip(f"no vector mathematics here: {error}")
     assert done.max_error is not None

@@ -18,7 +18,7 @@ from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.errors import InputError, McdasError, ParameterError, writing
 from mcdas_opt.interop.c_export.recording import Arithmetic, Recording, record
 from mcdas_opt.interop.c_export.source import files
-from mcdas_opt.native import compile_cache
+from mcdas_opt.native import build
 
 FLAGS = "-O3 -Wall -Wextra"
 _TIMEOUT_S = 300.0
@@ -144,8 +144,8 @@ def _compiler(name: str | None) -> str | None:
             raise ParameterError("compiler", name, "is no program that can be found")
         return found
     try:
-        return compile_cache.compiler()
-    except compile_cache.NoLibraryError:
+        return build.compiler()
+    except build.BuildError:
         return None
 
 

@@ -1,20 +1,24 @@
 /* The MPC step around the kernel above: start, the kernel's loop, and the warm start for the next step.
  * The same decisions as the Python engine's, in the same order. No memory is taken. */
 
-struct mcdas_mpc {
-    Work work;
+#define ROWS (NC + BODIES) /* inequalities of a node */
+#define INNER (NINNER + BODIES)
+
+struct mcdas_mpc { /* behind it the kernel's own memory */
     double z[(NODES + 1) * NZ], h[NODES + 1];
 };
 
-size_t mcdas_mpc_bytes(void) { return sizeof(struct mcdas_mpc) + 64; }
+static Work *work_of(mcdas_mpc *mpc) { return (Work *)((char *)mpc + (sizeof *mpc + 63) / 64 * 64); }
+
+size_t mcdas_mpc_bytes(void) { return (sizeof(struct mcdas_mpc) + 63) / 64 * 64 + (size_t)mcdas_size(NODES, BODIES) + 64; }
 
 mcdas_mpc *mcdas_mpc_init(void *memory, size_t bytes)
 {
     const size_t past = (size_t)((uintptr_t)memory % 64);
     mcdas_mpc *mpc = (mcdas_mpc *)((char *)memory + (past ? 64 - past : 0));
     if (memory == NULL || bytes < mcdas_mpc_bytes()) return NULL;
-    memset(mpc, 0, sizeof *mpc);
-    mcdas_prepare(&mpc->work);
+    memset(mpc, 0, mcdas_mpc_bytes() - 64);
+    mcdas_prepare(work_of(mpc), NODES, BODIES, VEHICLE, COLUMNS, COLUMN, FIXED, FIRST_OF_BODY);
     return mpc;
 }
 
@@ -26,8 +30,8 @@ static int load(mcdas_mpc *mpc, const double *x0, const double *p, const double 
         mpc->h[k] = steps_s[k < NODES ? k : NODES - 1];
     }
     if (guess->warm)
-        return mcdas_warm(&mpc->work, mpc->z, p, mpc->h, guess->s, guess->t, guess->multiplier, RULE.mu, LEAST_WARM);
-    return mcdas_cold(&mpc->work, mpc->z, p, mpc->h, MU_COLD, LEAST_COLD);
+        return mcdas_warm(work_of(mpc), mpc->z, p, mpc->h, guess->s, guess->t, guess->multiplier, RULE.mu, LEAST_WARM);
+    return mcdas_cold(work_of(mpc), mpc->z, p, mpc->h, MU_COLD, LEAST_COLD);
 }
 
 mcdas_ending mcdas_mpc_solve(mcdas_mpc *mpc, const double *x0, const double *p, const double *steps_s, const mcdas_iterate *guess,
@@ -46,7 +50,7 @@ mcdas_ending mcdas_mpc_solve(mcdas_mpc *mpc, const double *x0, const double *p, 
     answer->ending = MCDAS_NOT_FINITE;
     to->warm = 0;
     if (!finite) return answer->ending;
-    ending = mcdas_loop(&mpc->work, warm, most, &RULE, now, mpc->z, to->s, to->t, to->multiplier, answer->slack);
+    ending = mcdas_loop(work_of(mpc), warm, most, &RULE, now, mpc->z, to->s, to->t, to->multiplier, answer->slack);
     answer->iterations = (int)now[DONE];
     if (ending == NOT_FINITE) return answer->ending;
     if (ending == INFEASIBLE) return answer->ending = MCDAS_INFEASIBLE;
@@ -72,9 +76,9 @@ void mcdas_mpc_shift(mcdas_iterate *iterate)
     memmove(iterate->u, iterate->u + NU, sizeof(double) * (NODES - 1) * NU);
     memset(iterate->u + (NODES - 1) * NU, 0, sizeof(double) * NU);
     memmove(iterate->s, iterate->s + NS, sizeof(double) * NODES * NS);
-    memmove(iterate->t, iterate->t + NC, sizeof(double) * NODES * NC);
-    memmove(iterate->multiplier, iterate->multiplier + NC, sizeof(double) * NODES * NC);
+    memmove(iterate->t, iterate->t + ROWS, sizeof(double) * NODES * ROWS);
+    memmove(iterate->multiplier, iterate->multiplier + ROWS, sizeof(double) * NODES * ROWS);
     /* the inputs' bounds did not hold at the node that was the last: there is neither distance nor multiplier */
-    memset(iterate->t + (NODES - 1) * NC + NINNER, 0, sizeof(double) * (NC - NINNER));
-    memset(iterate->multiplier + (NODES - 1) * NC + NINNER, 0, sizeof(double) * (NC - NINNER));
+    memset(iterate->t + (NODES - 1) * ROWS + INNER, 0, sizeof(double) * (ROWS - INNER));
+    memset(iterate->multiplier + (NODES - 1) * ROWS + INNER, 0, sizeof(double) * (ROWS - INNER));
 }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -19,7 +18,6 @@ from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.planning.transcribed_problem import TranscribedProblem
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.solvers.interior_point import ITERATIONS, InteriorPointEngine
-from mcdas_opt.solvers.kernel_source import BUILDS, PORTABLE
 from mcdas_opt.solvers.outcome import Ending, Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess
 
@@ -28,9 +26,9 @@ ENDINGS = (Ending.CONVERGED, Ending.LIMIT, Ending.INFEASIBLE, Ending.NOT_FINITE)
 _MOST_DRIVES = 200
 
 Arithmetic = Literal["portable", "native"]
-"""Of the Python side. "portable": the kernel built without this machine's instructions and with scalar mathematics, as any C99 compiler
-builds it; "native": as the planner flies with it here, its sines from the vector library where there is one."""
-ARITHMETICS: dict[Arithmetic, Sequence[str]] = {"portable": PORTABLE, "native": BUILDS}
+"""Of the Python side. "portable": no instruction of one processor's and scalar mathematics, as any C99 compiler builds it; "native": as the
+planner flies with it here, its sines from the vector library where there is one."""
+ARITHMETICS: tuple[Arithmetic, ...] = ("portable", "native")
 
 
 def one_arithmetic(name: str) -> Arithmetic:
@@ -93,8 +91,8 @@ class _Slots:
 class RecordingEngine(InteriorPointEngine):
     """The interior point, which also writes down its first `most` solves."""
 
-    def __init__(self, transcribed: TranscribedProblem, most: int, builds: Sequence[str]) -> None:
-        super().__init__(transcribed.problem, transcribed.nodes, builds=builds)
+    def __init__(self, transcribed: TranscribedProblem, most: int, arithmetic: Arithmetic) -> None:
+        super().__init__(transcribed.problem, transcribed.nodes, portable=arithmetic == "portable")
         self.steps: list[Step] = []
         self._most, self._slots = most, _Slots()
 
@@ -138,7 +136,7 @@ def record(scene: Scene, steps: int, neighbours: int, arithmetic: Arithmetic = "
     settings = Settings()
     method = MpcMethod(scene.vehicle, settings, SolverSettings(slots=(neighbours,)))
     transcribed = method.solvers.usual.problems.holding(neighbours, scene.vehicle, sloping_edges=scene.assumed_road.edges is not None)
-    engine = transcribed.interior_point = RecordingEngine(transcribed, steps, ARITHMETICS[arithmetic])
+    engine = transcribed.interior_point = RecordingEngine(transcribed, steps, arithmetic)
     for seed in range(scene.seed, scene.seed + _MOST_DRIVES):
         before = len(engine.steps)
         simulate(scene, Planner(scene.vehicle, method, settings=settings, road=scene.assumed_road), seed=seed, settings=settings)

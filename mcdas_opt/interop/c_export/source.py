@@ -11,22 +11,26 @@ import numpy as np
 from mcdas_opt import __version__
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.interop.c_export.recording import ENDINGS, SLOTS, Recording
+from mcdas_opt.native.binding import defined
+from mcdas_opt.native.build import flags_of, text_of
+from mcdas_opt.native.library import NoLibraryError, level_of, load
+from mcdas_opt.solvers.barrier_stage import BarrierStage
 from mcdas_opt.solvers.interior_point import ITERATIONS, LEAST_COLD, LEAST_WARM, MU_COLD, RULE
-from mcdas_opt.solvers.interpreted_kernel import CORRECTION
-from mcdas_opt.solvers.kernel_source import BUILDS, kernel_source
-from mcdas_opt.solvers.stage_functions import stage_functions
 from mcdas_opt.solvers.stage_problem import StageProblem
 
+KERNEL = "interior_point.c"
 MAGIC = 20261.5  # a recording begins with it: another byte order reads something else
 _UNBOUNDED = 1e300  # a bound that does not bind
 
-_MAKEFILE = f"""\
+
+def _makefile() -> str:
+    return f"""\
 ifeq ($(origin CC),default)
 CC = gcc
 endif
 CFLAGS ?= -O3 -Wall -Wextra
-# as mcdas-opt builds its own kernel on x86-64 with glibc: this machine's instructions, sines of whole vectors at once
-VECTORS ?= {BUILDS[0]}
+# as mcdas-opt's own kernel of this processor is built on x86-64 with glibc: its instructions, sines of whole vectors at once
+VECTORS ?= {native_flags()}
 
 replay: replay.c mcdas_mpc.c mcdas_mpc.h
 \t$(CC) -std=c99 $(CFLAGS) -o $@ replay.c mcdas_mpc.c -lm
@@ -45,6 +49,15 @@ clean:
 
 .PHONY: check check-vectors clean
 """
+
+
+def native_flags() -> str:
+    """For a compiler: those of the kernel that this processor runs."""
+    try:
+        level = level_of(load())
+    except NoLibraryError:
+        level = ""
+    return flags_of(KERNEL, level)
 
 
 def header(recording: Recording) -> str:
@@ -67,17 +80,23 @@ def header(recording: Recording) -> str:
 
 def solver(recording: Recording) -> str:
     """`mcdas_mpc.c`: the stage functions, the kernel, and the step around them."""
-    problem = recording.transcribed.problem
-    stage, functions = stage_functions(problem)
-    kernel = kernel_source(stage, functions, recording.transcribed.nodes, CORRECTION)
+    problem, nodes = recording.transcribed.problem, recording.transcribed.nodes
+    member = problem.member
+    if member is None:
+        raise LookupError(f"there are no stage functions of this {problem.name} problem")
     numbers = {"MU_COLD": MU_COLD, "LEAST_COLD": LEAST_COLD, "LEAST_WARM": LEAST_WARM}
+    sizes = {"NODES": nodes, "BODIES": member.times, "COLUMNS": len(problem.parameters), "FIRST_OF_BODY": member.first_of_row}
     return "\n".join(
         [
             f"/* Written by mcdas-opt {__version__}. */",
             "#include <stddef.h>",
             "#include <stdint.h>",
-            kernel,
+            text_of(KERNEL),
             '#include "mcdas_mpc.h"',
+            defined(sizes),
+            f"static const double VEHICLE[] = {_vector(member.numbers)};",
+            f"static const whole COLUMN[] = {{{', '.join(map(str, member.columns))}}};",
+            f"static const double FIXED[] = {_vector(member.fixed)};",
             *(f"#define {name} {value!r}" for name, value in numbers.items()),
             f"static const Rule RULE = {{{', '.join(repr(float(value)) for value in RULE)}}};",
             f"static const double X_LOWER[] = {_vector(problem.x_lower)};",
@@ -103,13 +122,13 @@ def replay_bytes(recording: Recording) -> bytes:
 
 def files(recording: Recording) -> dict[str, bytes]:
     """Every file of an export by its name."""
-    texts = {"mcdas_mpc.h": header(recording), "mcdas_mpc.c": solver(recording), "replay.c": _shipped("replay.c"), "Makefile": _MAKEFILE}
+    texts = {"mcdas_mpc.h": header(recording), "mcdas_mpc.c": solver(recording), "replay.c": _shipped("replay.c"), "Makefile": _makefile()}
     return {**{name: text.encode() for name, text in texts.items()}, "replay.bin": replay_bytes(recording)}
 
 
 def _sizes(recording: Recording) -> dict[str, int]:
     problem: StageProblem = recording.transcribed.problem
-    stage, _ = stage_functions(problem)
+    stage = BarrierStage(problem)
     sizes = {"NODES": recording.transcribed.nodes, "NX": stage.nx, "NU": stage.nu, "NS": stage.ns, "NC": stage.nc, "NP": stage.np}
     return {**sizes, "ITERATIONS": ITERATIONS}
 
