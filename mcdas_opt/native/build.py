@@ -141,6 +141,8 @@ def _compiled(command: Sequence[str], unit: Unit, level: str, folder: Path) -> P
             continue
         made = folder / f"{Path(unit.text).stem}{ending}{kind}.o"
         said = _run([*command, *flags.split(), *renamed, *defined, "-I", str(TEXTS), "-c", str(TEXTS / unit.text), "-o", str(made)])
+        if said is None and kind:  # an older libmvec lacks some of the functions
+            said = _run([*command, "-shared", "-Wl,-z,defs", str(made), "-lmvec", "-lm", "-o", str(made.with_suffix(".so"))])
         if said is None:
             return made
     if level == PORTABLE:
