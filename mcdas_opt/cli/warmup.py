@@ -18,7 +18,7 @@ def warmup(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Compiles the planner's kernels once for a vehicle and keeps them, so that no first plan waits. Half a minute; else nothing to do.
+    """Loads the native library and poses a vehicle's problems once: which form runs, and what the first planner of a process waits for.
 
     Example: mcdas-opt warmup --vehicle sedan
     """
@@ -27,7 +27,7 @@ def warmup(
     from mcdas_opt.planning.warm_up import warm_up
 
     cars = [load_vehicle(name) for name in vehicle or ("sedan",)]
-    with progress_bar("compile") as progress:
+    with progress_bar("load") as progress:
         done = []
         for number, car in enumerate(cars):
             progress(number, len(cars))

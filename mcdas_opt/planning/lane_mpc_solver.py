@@ -81,7 +81,7 @@ class LaneMpcSolver:
         self._scene: _Scene | None = None
 
     def warm_up(self, vehicle: Vehicle) -> None:
-        """Builds everything now that a drive may ask for but the backup: some tenths of a second once a process, else nothing."""
+        """Poses every problem now that a drive may ask for but the backup: some tenths of a second once a process, else nothing."""
         for slots in self.own.slots:
             self.problems.holding(slots, vehicle)
 

@@ -1,4 +1,4 @@
-"""Whatever has to be built or loaded, before the first cycle."""
+"""Whatever has to be loaded, before the first cycle."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class WarmUp:
 
 
 def warm_up(vehicle: Vehicle) -> WarmUp:
-    """Builds, once a machine, what planning for this vehicle needs, and its dynamic plant where its chassis is known; else loads it."""
+    """Loads what planning for this vehicle needs, and for its dynamic plant where its chassis is known."""
     from mcdas_opt.planning.mpc import MpcMethod
 
     started = time.perf_counter()
