@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import sys
 from collections.abc import Iterator
 
@@ -10,7 +9,6 @@ import pytest
 
 from mcdas_opt.cli import log
 from mcdas_opt.cli.progress import progress_bar, stages
-from mcdas_opt.native.compile_cache import say_once
 from tests.cli.command_line import run
 
 
@@ -41,12 +39,6 @@ def test_quiet_leaves_errors_alone(monkeypatch: pytest.MonkeyPatch, capsys: pyte
     code, _, err = run(monkeypatch, capsys, "--quiet", "tune", "--speed", "fast")
     assert code == 2
     assert err
-
-
-def test_a_builds_announcement_is_a_warning_of_the_package_said_once(caplog: pytest.LogCaptureFixture) -> None:
-    for _ in range(2):
-        say_once("compiling, as a test says")
-    assert [(r.name, r.levelno) for r in caplog.records] == [("mcdas_opt.native.compile_cache", logging.WARNING)]
 
 
 def test_without_a_terminal_there_are_no_bars_and_stages_are_lines(capsys: pytest.CaptureFixture[str]) -> None:
