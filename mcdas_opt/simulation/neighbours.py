@@ -28,7 +28,7 @@ _TABLE_STEPS = 1000
 def motion_of(neighbour: NeighbourPart, road: Road) -> Motion:
     """The motion of a scripted or recorded neighbour as a function of time."""
     if neighbour.samples is not None:
-        return RecordedMotion(samples=neighbour.samples)
+        return RecordedMotion(samples=neighbour.samples, road=road)
     s, d, _, speed = neighbour.initial
     return ScriptedMotion.from_script(s_m=s, d_m=d, speed_mps=speed, script=neighbour.motion, road=road)
 
@@ -142,11 +142,13 @@ class Traffic:
 
 
 def body_at(name: str, moment: BodyMotion, length_m: float, width_m: float, road: Road) -> Body:
-    """The body at a single instant of its motion."""
-    s, d = float(moment.s_m), float(moment.d_m)
+    """The body at a single instant of its motion. Its speed has the sign of the motion along its own heading: who comes towards the host
+    drives forwards."""
+    s, d, heading = float(moment.s_m), float(moment.d_m), float(moment.heading_rad)
     along = float(moment.speed_s_mps) * (1.0 - d * (0.0 if road.is_straight else float(road.curvature_at(s))))
-    speed = math.copysign(math.hypot(along, float(moment.speed_d_mps)), along)
-    return Body(name=name, s_m=s, d_m=d, heading_rad=float(moment.heading_rad), speed_mps=speed, length_m=length_m, width_m=width_m)
+    across = float(moment.speed_d_mps)
+    speed = math.copysign(math.hypot(along, across), along * math.cos(heading) + across * math.sin(heading))
+    return Body(name=name, s_m=s, d_m=d, heading_rad=heading, speed_mps=speed, length_m=length_m, width_m=width_m)
 
 
 def host_motion(states: Array, road: Road) -> BodyMotion:
