@@ -22,7 +22,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import FARTHEST_M, FASTEST_MPS, Array
 from mcdas_opt.domain.track import LONGEST_M
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Request, Sector
+from mcdas_opt.domain.vocabulary import BodyKind, Request, Sector
 from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners, separation
@@ -75,7 +75,14 @@ class NeighbourPart(Part):
     name: Annotated[str, Field(description="a label; roles come from geometry")] = ""
     s_m: Annotated[Place | None, Field(description="body centre, relative to the host's at t = 0")] = None
     d_m: Annotated[Place | None, Field(description="body centre across the road; default 0")] = None
-    speed_mps: Annotated[Speed | None, Field(description="along the road at t = 0")] = None
+    speed_mps: Annotated[Speed | None, Field(description="along the road at t = 0; with a heading_rad that way")] = None
+    heading_rad: Annotated[
+        float | None,
+        Field(
+            ge=-math.pi, le=math.pi, description="relative to the road there: it drives straight on in the plane instead of along the road"
+        ),
+    ] = None
+    kind: Annotated[BodyKind | None, Field(strict=False, description="what it is, for whoever can tell")] = None
     length_m: Annotated[Size, Field(description="of its body")] = 4.5
     width_m: Annotated[Size, Field(description="of its body")] = 1.8
     behaviour: Annotated[Literal["scripted", "idm"], Field(description="idm follows whoever is ahead in its lane")] = "scripted"
@@ -90,7 +97,7 @@ class NeighbourPart(Part):
 
     @model_validator(mode="after")
     def _either_state_or_trajectory(self) -> Self:
-        state = {"s_m": self.s_m, "d_m": self.d_m, "speed_mps": self.speed_mps}
+        state = {"s_m": self.s_m, "d_m": self.d_m, "speed_mps": self.speed_mps, "heading_rad": self.heading_rad}
         if self.trajectory is not None:
             given = [k for k, v in state.items() if v is not None] + (["motion"] if self.motion else [])
             if given:
@@ -103,6 +110,10 @@ class NeighbourPart(Part):
                 raise ValueError(f"missing key {key} (or trajectory)")
         if self.behaviour == "idm" and self.motion:
             raise ValueError("a motion script and behaviour idm exclude each other")
+        if self.heading_rad is not None and self.behaviour == "idm":
+            raise ValueError("heading_rad and behaviour idm exclude each other: who follows drives along the road")
+        if self.heading_rad is not None and any(piece.lateral_to_m is not None for piece in self.motion):
+            raise ValueError("heading_rad and lateral_to_m exclude each other: who has a heading drives straight on")
         starts = [piece.start_s for piece in self.motion]
         if starts != sorted(starts):
             raise ValueError("motion pieces must stand in time order")
@@ -122,7 +133,7 @@ class NeighbourPart(Part):
             return s - max(float(t[0]), 0.0) * v * math.cos(psi), d, psi, v
         assert self.s_m is not None
         assert self.speed_mps is not None
-        return self.s_m, self.d_m or 0.0, 0.0, self.speed_mps
+        return self.s_m, self.d_m or 0.0, self.heading_rad or 0.0, self.speed_mps
 
 
 class SensorsPart(Part):
@@ -183,7 +194,7 @@ class Scene(Part):
                 _named_file(load_sensor, name, beside, path, f"sensors.{sector.value}")
         for index, neighbour in enumerate(self.neighbour):
             if neighbour.trajectory is not None:
-                neighbour._samples = _read_trajectory(path, index, neighbour.trajectory, is_straight=self.true_road.is_straight)
+                neighbour._samples = _read_trajectory(path, index, neighbour.trajectory, self.true_road)
         _check_values(self, path)
 
     @property
@@ -257,8 +268,8 @@ def _named_file(load: Callable[[str, Path | None], Loaded], name: str, beside: P
         raise InputError(scene, key, name, error.rule) from None
 
 
-def _read_trajectory(scene: Path, index: int, name: str, *, is_straight: bool) -> Array:
-    """Samples (n, 5). On a straight road nobody jumps; across a bend a body's s may, though its place does not."""
+def _read_trajectory(scene: Path, index: int, name: str, road: Road) -> Array:
+    """Samples (n, 5). Nobody jumps in the plane; across a bend a body's s may."""
     path = next((p for p in (scene.parent / name, Path(name)) if os.path.isfile(p)), None)
     if path is None:
         raise InputError(scene, f"neighbour[{index}].trajectory", name, "no such file")
@@ -278,14 +289,22 @@ def _read_trajectory(scene: Path, index: int, name: str, *, is_straight: bool) -
             raise InputError(path, f"line {number}", line, f"must be {len(TRAJECTORY_COLUMNS)} finite numbers")
         if rows and row[0] <= rows[-1][0]:
             raise InputError(path, f"line {number}", row[0], "t_s must increase")
-        if rows and is_straight:
-            moved = math.hypot(row[1] - rows[-1][1], row[2] - rows[-1][2])
+        if rows and (moved := math.hypot(row[1] - rows[-1][1], row[2] - rows[-1][2])) > _FASTEST_MPS * (row[0] - rows[-1][0]) + _NOISE_M:
+            moved = moved if road.is_straight else _moved_m(rows[-1], row, road)
             if moved > _FASTEST_MPS * (row[0] - rows[-1][0]) + _NOISE_M:
                 raise InputError(path, f"line {number}", line, f"jumps by {moved:.0f} m in {row[0] - rows[-1][0]:g} s: no car is so fast")
         rows.append(row)
     if len(rows) < 2:
         raise InputError(path, "", None, "needs at least two rows")
     return np.array(rows)
+
+
+def _moved_m(row: list[float], following: list[float], road: Road) -> float:
+    """How far apart two samples are in the plane."""
+    s, d = (np.array([row[k], following[k]]) for k in (1, 2))
+    frame = FrenetFrame(road=road, s_min_m=min(float(s.min()), 0.0) - 1.0, s_max_m=max(float(s.max()), 0.0) + 1.0)
+    x, y, _ = frame.to_plane(s, d, np.zeros(2))
+    return float(np.hypot(np.diff(x), np.diff(y))[0])
 
 
 def _check_values(scene: Scene, path: Path) -> None:

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from mcdas_opt.domain.rules import as_floats, positive, require, require_type
+from mcdas_opt.domain.vocabulary import BodyKind
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,6 +24,7 @@ class Body:
     speed_mps: float = 0.0
     length_m: float = 4.5
     width_m: float = 1.8
+    kind: BodyKind | None = None
 
     def __post_init__(self) -> None:
         require_type("name", self.name, str)

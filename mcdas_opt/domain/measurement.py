@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from mcdas_opt.domain.rules import all_of, positive, require_numbers, require_type, true_or_false, word
 from mcdas_opt.domain.sensor import Beam
-from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.domain.vocabulary import BodyKind, Sector
 
 _OF_A_POINT = ("range_m", "azimuth_rad", "range_rate_mps", "range_sd_m", "azimuth_sd_rad", "range_rate_sd_mps")
 _OF_A_BODY = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "length_m", "width_m")
@@ -45,7 +45,8 @@ class RadarDetection:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BodyDetection:
-    """What an ideal sensor says of a neighbour: body centre (s, d) and velocity over ground in the road frame, and its size."""
+    """What an ideal sensor says of a neighbour: body centre (s, d) and velocity over ground in the road frame, its size, and, where it can
+    tell, its heading relative to the road and what it is."""
 
     name: str
     s_m: float
@@ -54,10 +55,14 @@ class BodyDetection:
     speed_d_mps: float
     length_m: float
     width_m: float
+    heading_rad: float | None = None
+    kind: BodyKind | None = None
 
     def __post_init__(self) -> None:
         require_type("name", self.name, str)
-        require_numbers(self, _OF_A_BODY)
+        require_numbers(self, _OF_A_BODY if self.heading_rad is None else (*_OF_A_BODY, "heading_rad"))
+        if self.kind is not None and type(self.kind) is not BodyKind:
+            object.__setattr__(self, "kind", word("kind", self.kind, BodyKind))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

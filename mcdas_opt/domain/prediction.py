@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from operator import attrgetter
@@ -77,16 +78,48 @@ class CruisingBody(EqualByValue):
         return _cruise(*now, self.lateral_fade_s, self.lateral_swell, self.acceleration_mps2, self.changing_s, t, t.shape)
 
     def _margin(self, t_s: Any, position: int, cap: float) -> Array:
-        t = np.minimum(np.asarray(t_s, dtype=np.float64), self.growth_s)
-        p = self.covariance
-        variance = p[position, position] + 2.0 * t * p[position, position + 1] + t**2 * p[position + 1, position + 1]
-        return np.asarray(np.minimum(self.sigmas * np.sqrt(np.maximum(variance, 0.0)), cap), dtype=np.float64)
+        return grown_by(self.covariance, position, t_s, self.sigmas, self.growth_s, cap)
 
     def margin_along_m(self, t_s: Any) -> Array:
         return self._margin(t_s, 0, self.cap_along_m)
 
     def margin_across_m(self, t_s: Any) -> Array:
         return self._margin(t_s, 2, self.cap_across_m)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FreeBody:
+    """A body that does not follow the road: its motion is that of a line in the plane, its body turned as the motion says.
+
+    Margins as of a `CruisingBody`; `cap_along_m` holds in its own direction at time zero, `cap_across_m` across that, and it may come by
+    `unsure_mps` times the growing time nearer than it is seen to, whatever the estimate says.
+    """
+
+    id: str
+    length_m: float
+    width_m: float
+    motion: Callable[[Array], BodyMotion]
+    heading_rad: float
+    covariance: Array
+    unsure_mps: float = 0.0
+    sigmas: float = 2.5
+    growth_s: float = 1.0
+    cap_along_m: float = 3.0
+    cap_across_m: float = 0.5
+
+    def at(self, t_s: Any) -> BodyMotion:
+        return self.motion(np.asarray(t_s, dtype=np.float64))
+
+    def _margin(self, t_s: Any, position: int, along: float, across: float) -> Array:
+        cap = self.cap_along_m * abs(along) + self.cap_across_m * abs(across)
+        unsure = self.unsure_mps * np.minimum(np.asarray(t_s, dtype=np.float64), self.growth_s)
+        return grown_by(self.covariance, position, t_s, self.sigmas, self.growth_s, cap) + unsure
+
+    def margin_along_m(self, t_s: Any) -> Array:
+        return self._margin(t_s, 0, math.cos(self.heading_rad), math.sin(self.heading_rad))
+
+    def margin_across_m(self, t_s: Any) -> Array:
+        return self._margin(t_s, 2, math.sin(self.heading_rad), math.cos(self.heading_rad))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -197,6 +230,33 @@ class Prediction:
                 self._on.clear()
             self._on[id(t_s)] = moving
         return moving
+
+
+def grown_by(covariance: Array, position: int, t_s: Any, sigmas: float, growth_s: float, cap_m: float) -> Array:
+    """So many standard deviations of the place at `position` in the covariance [m], growing with its speed's at first, capped."""
+    t = np.minimum(np.asarray(t_s, dtype=np.float64), growth_s)
+    p = covariance
+    variance = p[position, position] + 2.0 * t * p[position, position + 1] + t**2 * p[position + 1, position + 1]
+    return np.asarray(np.minimum(sigmas * np.sqrt(np.maximum(variance, 0.0)), cap_m), dtype=np.float64)
+
+
+def is_free(body: PredictedBody) -> bool:
+    """Whether it does not follow the road, but moves, and is turned, as it likes."""
+    return isinstance(body, FreeBody) or (isinstance(body, _OtherMotion) and is_free(body.body))
+
+
+def sizes_on_road(bodies: Sequence[PredictedBody], heading_rad: Array) -> tuple[Array, Array]:
+    """How much of the road's length and width bodies take [m], headed like this (J, n): (J, n) each, or (J, 1) where nobody is free. Who
+    follows the road takes its own length and width."""
+    sizes = np.array([(body.length_m, body.width_m) for body in bodies], dtype=np.float64).reshape(-1, 2)
+    length, width = sizes[:, :1], sizes[:, 1:]
+    free = [j for j, body in enumerate(bodies) if is_free(body)]
+    if not free:
+        return length, width
+    c, s = np.abs(np.cos(heading_rad[free])), np.abs(np.sin(heading_rad[free]))
+    along, across = (np.repeat(size, heading_rad.shape[1], axis=1) for size in (length, width))
+    along[free], across[free] = length[free] * c + width[free] * s, length[free] * s + width[free] * c
+    return along, across
 
 
 def _moved(body: PredictedBody, s_m: float) -> PredictedBody:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from operator import attrgetter
 
@@ -14,16 +15,20 @@ from mcdas_opt.domain.rules import (
     Array,
     as_floats,
     covariance,
+    finite,
     non_negative,
     positive,
     require_type,
     true_or_false,
     within,
+    word,
 )
-from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.domain.vocabulary import BodyKind, Sector
 
 HARDEST_MPS2 = 1e4  # beyond is no number of traffic
+ALIGNED_RAD = math.radians(20.0)  # who is turned no farther from the road's direction, or the opposite one, follows the road
 LONGEST_M = 1000.0  # of a body: a long train, or a wall
+_SINE_ALIGNED = math.sin(ALIGNED_RAD)
 _NUMBERS = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "age_s", "acceleration_s_mps2")
 
 
@@ -33,6 +38,9 @@ class Track:
 
     `covariance` is 4 x 4 in the order (s, s speed, d, d speed), units m and m/s. `acceleration_s_mps2` is its acceleration along the road
     with a standard deviation; without one (None) it is not known, and the number says nothing.
+
+    `heading_rad` is where it points, relative to the road there (0 along it, pi towards the host, pi / 2 across it to the left). Who is
+    turned by more than `ALIGNED_RAD` does not follow the road; nor does a pedestrian. None: not known, it counts as aligned with the road.
     """
 
     id: str
@@ -47,6 +55,8 @@ class Track:
     coasting: bool = False
     acceleration_s_mps2: float = 0.0
     acceleration_s_sd_mps2: float | None = None
+    heading_rad: float | None = None
+    kind: BodyKind | None = None
 
     def __eq__(self, other: object) -> bool:
         """Every number the same, the covariance's too."""
@@ -67,12 +77,40 @@ class Track:
         if self.acceleration_s_sd_mps2 is not None:
             within("acceleration_s_sd_mps2", self.acceleration_s_sd_mps2, 0.0, HARDEST_MPS2, "m/s^2")
         non_negative("age_s", self.age_s, "s")
+        if self.heading_rad is not None:
+            object.__setattr__(self, "heading_rad", finite("heading_rad", self.heading_rad, "rad"))
+        if self.kind is not None and type(self.kind) is not BodyKind:
+            object.__setattr__(self, "kind", word("kind", self.kind, BodyKind))
         positive("length_m", self.length_m, "m")
         positive("width_m", self.width_m, "m")
         if max(self.length_m, self.width_m) > LONGEST_M:
             within("length_m", self.length_m, 0.0, LONGEST_M, "m")
             within("width_m", self.width_m, 0.0, LONGEST_M, "m")
         object.__setattr__(self, "covariance", covariance("covariance", self.covariance, 4))
+
+    @property
+    def is_turned(self) -> bool:
+        """Whether it points so far off the road's direction that it does not follow the road."""
+        return self.heading_rad is not None and abs(math.sin(self.heading_rad)) > _SINE_ALIGNED
+
+    @property
+    def follows_road(self) -> bool:
+        """Whether it is believed to go on along the road."""
+        return not self.is_turned and self.kind is not BodyKind.PEDESTRIAN
+
+    @property
+    def along_m(self) -> float:
+        """How much of the road's length its body takes, as it is turned."""
+        if self.heading_rad is None or not self.is_turned:
+            return self.length_m
+        return self.length_m * abs(math.cos(self.heading_rad)) + self.width_m * abs(math.sin(self.heading_rad))
+
+    @property
+    def across_m(self) -> float:
+        """How much of the road's width its body takes, as it is turned."""
+        if self.heading_rad is None or not self.is_turned:
+            return self.width_m
+        return self.length_m * abs(math.sin(self.heading_rad)) + self.width_m * abs(math.cos(self.heading_rad))
 
     def seen_from(self, s_m: float) -> Track:
         """The same with its s counted from `s_m`."""

@@ -32,6 +32,17 @@ class Role(StrEnum):
     OTHER = "other"
 
 
+class BodyKind(StrEnum):
+    """What a neighbour is, where somebody can tell."""
+
+    CAR = "car"
+    LORRY = "lorry"
+    MOTORCYCLE = "motorcycle"
+    BICYCLE = "bicycle"
+    PEDESTRIAN = "pedestrian"
+    OTHER = "other"
+
+
 class Sector(StrEnum):
     """The four directions in which a sensor may look from the host."""
 

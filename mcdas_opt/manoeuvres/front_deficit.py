@@ -39,9 +39,9 @@ def front_deficits(
             continue
         speed = max(track.speed_s_mps, 0.0)
         held = max(braking.needed(host.speed_mps, speed), 0.0)
-        margin = track.s_m - host.s_m - 0.5 * (track.length_m + vehicle.length_m) - held
+        margin = track.s_m - host.s_m - 0.5 * (track.along_m + vehicle.length_m) - held
         owed, was = min(margin, 0.0), known.get(track.id)
-        in_the_way = abs(track.d_m - host.d_m) < 0.5 * (track.width_m + vehicle.width_m) + IN_THE_WAY_M
+        in_the_way = abs(track.d_m - host.d_m) < 0.5 * (track.across_m + vehicle.width_m) + IN_THE_WAY_M
         if was is not None and in_the_way:
             paid = min(-was.owed_m / settings.payback_s, fastest) * elapsed_s
             by_it = max(braking.needed(host.speed_mps, was.speed_mps), 0.0) - held

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mcdas_opt.domain.host import HostState
-from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.prediction import Prediction, sizes_on_road
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.safe_end import EndKind, SafeEnd, SafeEndSettings
@@ -129,24 +129,24 @@ def ends(
     follower_fails = np.zeros(s.shape, dtype=bool)
     others = prediction.rows_on(drive.t_s)
     its_s, its_v = others.s_m[:, samples], others.speed_s_mps[:, samples]
-    lengths = np.array([0.5 * (body.length_m + vehicle.length_m) for body in prediction.bodies])
-    widths = np.array([0.5 * (body.width_m + vehicle.width_m) for body in prediction.bodies])
-    in_way = np.abs(others.d_m[:, samples] - d) < widths.reshape(-1, 1) + IN_THE_WAY_M
+    taken_m, taken_across_m = sizes_on_road(prediction.bodies, others.heading_rad[:, samples])
+    lengths, widths = 0.5 * (taken_m + vehicle.length_m), 0.5 * (taken_across_m + vehicle.width_m)
+    in_way = np.abs(others.d_m[:, samples] - d) < widths + IN_THE_WAY_M
     near = np.flatnonzero(in_way.any(axis=-1))
     if near.size:
         in_way, its_s, its_v, lengths = in_way[near], its_s[near], its_v[near], lengths[near]
         first_s, first_v = (row[near] for row in _beginning(prediction, drive.t_s))
         ahead = in_way & (its_s >= s)
-        room = its_s - s - lengths[:, None] - distance_to_hold(v, its_v, vehicle, road, cfg)
-        before = first_s - start.s_m - lengths - distance_to_hold(start.speed_mps, first_v, vehicle, road, cfg)
+        room = its_s - s - lengths - distance_to_hold(v, its_v, vehicle, road, cfg)
+        before = first_s - start.s_m - lengths[:, 0] - distance_to_hold(start.speed_mps, first_v, vehicle, road, cfg)
         owed = np.where(first_s > start.s_m, np.minimum(before, 0.0), 0.0)
         if owed_m:
             owed = np.array([owed_m.get(prediction.bodies[i].id, own) for i, own in zip(near.tolist(), owed.tolist(), strict=True)])
         margin = np.where(ahead, room, math.inf).min(axis=0)
         front_fails |= (ahead & (room < owed[:, None] - _ROUNDING_M)).any(axis=0) & ~standing
         behind = in_way & (its_s < s)
-        asked = demand_on_follower(s - its_s - lengths[:, None], its_v - v, cfg.follower_response_s)
-        asked_before = demand_on_follower(start.s_m - first_s - lengths, first_v - start.speed_mps, cfg.follower_response_s)
+        asked = demand_on_follower(s - its_s - lengths, its_v - v, cfg.follower_response_s)
+        asked_before = demand_on_follower(start.s_m - first_s - lengths[:, 0], first_v - start.speed_mps, cfg.follower_response_s)
         allowed = np.maximum(np.where(first_s < start.s_m, asked_before, 0.0), cfg.follower_demand_mps2)
         demand = np.where(behind, asked, -math.inf).max(axis=0)
         follower_fails |= (behind & (asked > allowed[:, None] + _ROUNDING_MPS2)).any(axis=0)
@@ -176,10 +176,11 @@ def last_end(
     others = prediction.rows_on(drive.t_s)
     lasts = zip(*(row[:, -1].tolist() for row in (others.s_m, others.d_m, others.speed_s_mps)), strict=True)
     firsts = zip(*(row.tolist() for row in _beginning(prediction, drive.t_s)), strict=True)
-    for body, (its_s, its_d, its_v), (first_s, first_v) in zip(prediction.bodies, lasts, firsts, strict=True):
-        if not abs(its_d - d) < 0.5 * (body.width_m + vehicle.width_m) + IN_THE_WAY_M:
+    taken = zip(*(size[:, -1].tolist() for size in sizes_on_road(prediction.bodies, others.heading_rad[:, -1:])), strict=True)
+    for body, (its_s, its_d, its_v), (first_s, first_v), (length, width) in zip(prediction.bodies, lasts, firsts, taken, strict=True):
+        if not abs(its_d - d) < 0.5 * (width + vehicle.width_m) + IN_THE_WAY_M:
             continue
-        lengths = 0.5 * (body.length_m + vehicle.length_m)
+        lengths = 0.5 * (length + vehicle.length_m)
         if its_s >= s:
             room = its_s - s - lengths - max(braking.needed(v, max(its_v, 0.0)), 0.0)
             margin, owed = min(margin, room), 0.0

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, all_cruise, margins_together
+from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, all_cruise, is_free, margins_together, sizes_on_road, together
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.native.library import library
 
@@ -22,7 +22,11 @@ def grown_bodies(bodies: Sequence[PredictedBody], times_s: Array, along_m: float
         grown = np.empty((len(bodies), 2, times_s.size))
         compiled.mcdas_grown(len(bodies), times_s.size, np.ascontiguousarray(times_s), numbers, grown)
         return grown
-    sizes = np.array([(0.5 * body.length_m + along_m, 0.5 * body.width_m + across_m) for body in bodies]).reshape(-1, 2, 1)
+    if any(is_free(body) for body in bodies):  # the box around each, as it is turned then
+        along, across = sizes_on_road(bodies, together(bodies, times_s).heading_rad)
+        sizes = np.stack([0.5 * along + along_m, 0.5 * across + across_m], axis=1)
+    else:
+        sizes = np.array([(0.5 * body.length_m + along_m, 0.5 * body.width_m + across_m) for body in bodies]).reshape(-1, 2, 1)
     return np.asarray(sizes + np.array(margins_together(bodies, times_s)).swapaxes(0, 1))
 
 

@@ -113,7 +113,7 @@ def neighbours_in(lane: int, situation: Situation, vehicle: Vehicle) -> list[Nei
     host, road = situation.host, situation.road
     return [
         Neighbour(
-            gap_m=abs(track.s_m - host.s_m) - 0.5 * (track.length_m + vehicle.length_m),
+            gap_m=abs(track.s_m - host.s_m) - 0.5 * (track.along_m + vehicle.length_m),
             speed_mps=track.speed_s_mps,
             is_ahead=track.s_m > host.s_m,
             soon_mps=track.speed_s_mps + _ACCELERATES_S * known_acceleration_mps2(track),
@@ -131,7 +131,7 @@ def known_acceleration_mps2(track: Track) -> float:
 
 def reaches_into(track: Track, centre_m: float, width_m: float) -> bool:
     """Whether a body reaches into the lane around that centre."""
-    return abs(track.d_m - centre_m) - 0.5 * track.width_m <= 0.5 * width_m - INTRUSION_M
+    return abs(track.d_m - centre_m) - 0.5 * track.across_m <= 0.5 * width_m - INTRUSION_M
 
 
 def follower_gap_m(follower_mps: float, leader_mps: float, time_gap_s: float, braking_mps2: float = 0.0) -> float:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mcdas_opt.domain.comfort import ComfortSettings
-from mcdas_opt.domain.prediction import BodyMotion, PredictedBody, together
+from mcdas_opt.domain.prediction import BodyMotion, PredictedBody, sizes_on_road, together
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import HeadwaySettings
 from mcdas_opt.domain.situation import Situation
@@ -193,13 +193,15 @@ def _bumpers(situation: Situation, others: ObstacleSlots, proposed: Proposed, ti
     width = road.lane_width_at(road.lane_of(target, host.s_m), host.s_m)
     ahead: list[tuple[Array, Array]] = []
     behind: list[tuple[Array, Array]] = []
-    for i, (body, (s, d, _)) in enumerate(zip(others.bodies, others.first, strict=True)):
-        if abs(d - target) - 0.5 * body.width_m > 0.5 * width - INTRUSION_M:
+    lengths, widths = (sizes.tolist() for sizes in (sizes_on_road(others.bodies, others.motion.heading_rad[:, :1])))
+    for i, (s, d, _) in enumerate(others.first):
+        (length,), (its_width,) = lengths[i], widths[i]
+        if abs(d - target) - 0.5 * its_width > 0.5 * width - INTRUSION_M:
             continue
         if s > host.s_m:
-            ahead.append((others.motion.s_m[i] - 0.5 * body.length_m, others.motion.speed_s_mps[i]))
+            ahead.append((others.motion.s_m[i] - 0.5 * length, others.motion.speed_s_mps[i]))
         else:
-            behind.append((others.motion.s_m[i] + 0.5 * body.length_m, others.motion.speed_s_mps[i]))
+            behind.append((others.motion.s_m[i] + 0.5 * length, others.motion.speed_s_mps[i]))
     front, front_speed = _nearest(ahead, FAR_M, np.less)
     rear, rear_speed = _nearest(behind, -FAR_M, np.greater)
     if arrival > 0.0:

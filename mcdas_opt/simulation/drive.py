@@ -100,8 +100,8 @@ class Drive:
             if k == 0 or not perception.is_due(time_s):
                 continue
             bodies = [
-                body_at(name, motion.part(k), *size, self.traffic.road)
-                for name, motion, size in zip(self.traffic.names, others, self.traffic.sizes, strict=True)
+                body_at(name, motion.part(k), *size, self.traffic.road, kind)
+                for name, motion, size, kind in zip(self.traffic.names, others, self.traffic.sizes, self.traffic.kinds, strict=True)
             ]
             perception.look(time_s, *been[k], bodies)
         if fault is not None and self.outcome is Outcome.SAFE:

@@ -89,6 +89,8 @@ def exact_tracks(scene: Scene) -> tuple[Track, ...]:
             speed_d_mps=float(moment.speed_d_mps),
             length_m=length,
             width_m=width,
+            heading_rad=float(moment.heading_rad),
+            kind=kind,
         )
-        for name, moment, (length, width) in zip(traffic.names, moments, traffic.sizes, strict=True)
+        for name, moment, (length, width), kind in zip(traffic.names, moments, traffic.sizes, traffic.kinds, strict=True)
     )

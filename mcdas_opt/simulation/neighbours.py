@@ -14,11 +14,12 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
+from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.dynamics.car_following import IdmSettings
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.simulation.idm import STEP_S, Follower, Presence, step_times
 from mcdas_opt.simulation.recorded import RecordedMotion
-from mcdas_opt.simulation.scripted import ScriptedMotion
+from mcdas_opt.simulation.scripted import HeadedMotion, ScriptedMotion
 
 Motion = Callable[[Array], BodyMotion]
 LONGEST_S = 600.0  # the longest scene there is
@@ -30,6 +31,10 @@ def motion_of(neighbour: NeighbourPart, road: Road) -> Motion:
     if neighbour.samples is not None:
         return RecordedMotion(samples=neighbour.samples, road=road)
     s, d, _, speed = neighbour.initial
+    if neighbour.heading_rad is not None:
+        return HeadedMotion.from_script(
+            s_m=s, d_m=d, heading_rad=neighbour.heading_rad, speed_mps=speed, script=neighbour.motion, road=road
+        )
     return ScriptedMotion.from_script(s_m=s, d_m=d, speed_mps=speed, script=neighbour.motion, road=road)
 
 
@@ -56,6 +61,7 @@ class Traffic:
         self.road = scene.true_road
         self.names = tuple(scene.neighbour_name(i) for i in range(len(scene.neighbour)))
         self.sizes = tuple((part.length_m, part.width_m) for part in scene.neighbour)  # (length, width) [m]
+        self.kinds = tuple(part.kind for part in scene.neighbour)
         self._host_size = (scene.vehicle.length_m, scene.vehicle.width_m)
         self._motions: tuple[Motion, ...] = tuple(
             follower_of(part, self.road) if part.behaviour == "idm" else motion_of(part, self.road) for part in scene.neighbour
@@ -97,8 +103,8 @@ class Traffic:
     def bodies(self, t_s: float) -> tuple[Body, ...]:
         """Each neighbour at one instant."""
         moments = self.motions(np.array(t_s))
-        rows = zip(self.names, moments, self.sizes, strict=True)
-        return tuple(body_at(name, moment, length, width, self.road) for name, moment, (length, width) in rows)
+        rows = zip(self.names, moments, self.sizes, self.kinds, strict=True)
+        return tuple(body_at(name, moment, length, width, self.road, kind) for name, moment, (length, width), kind in rows)
 
     def known(self) -> tuple[KnownBody, ...]:
         """The motions as a prediction for the judge; followers as far as they have moved, then at constant speed."""
@@ -141,14 +147,14 @@ class Traffic:
         return [[Presence(s[k], d[k], v[k], *size) for s, d, v, size in columns] for k in range(len(times_s))]
 
 
-def body_at(name: str, moment: BodyMotion, length_m: float, width_m: float, road: Road) -> Body:
+def body_at(name: str, moment: BodyMotion, length_m: float, width_m: float, road: Road, kind: BodyKind | None = None) -> Body:
     """The body at a single instant of its motion. Its speed has the sign of the motion along its own heading: who comes towards the host
     drives forwards."""
     s, d, heading = float(moment.s_m), float(moment.d_m), float(moment.heading_rad)
     along = float(moment.speed_s_mps) * (1.0 - d * (0.0 if road.is_straight else float(road.curvature_at(s))))
     across = float(moment.speed_d_mps)
     speed = math.copysign(math.hypot(along, across), along * math.cos(heading) + across * math.sin(heading))
-    return Body(name=name, s_m=s, d_m=d, heading_rad=heading, speed_mps=speed, length_m=length_m, width_m=width_m)
+    return Body(name=name, s_m=s, d_m=d, heading_rad=heading, speed_mps=speed, length_m=length_m, width_m=width_m, kind=kind)
 
 
 def host_motion(states: Array, road: Road) -> BodyMotion:

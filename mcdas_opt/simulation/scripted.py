@@ -12,8 +12,10 @@ from mcdas_opt.catalogue.scenes import MotionPart
 from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.geometry.frenet import FrenetFrame
 
 LATERAL_MOVE_NEEDS_MPS = 1.0
+_LEAST_STRETCH = 0.1  # of 1 - d kappa: nearer to the centre of a bend nothing has a speed along it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,6 +116,39 @@ class ScriptedMotion:
             value = piece.at(t)
             d, rate = np.where(begun, value[0], d), np.where(begun, value[1], rate)
         return d, rate
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HeadedMotion:
+    """A neighbour that drives straight on in the plane, whatever the road does: across it, or towards the host. Its speed over ground
+    follows a script's accelerations."""
+
+    start: tuple[float, float, float]  # s, d, heading relative to the road there
+    way: ScriptedMotion
+    road: Road
+    _frame: FrenetFrame = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_frame", FrenetFrame(road=self.road))
+
+    @classmethod
+    def from_script(
+        cls, *, s_m: float, d_m: float, heading_rad: float, speed_mps: float, script: Sequence[MotionPart], road: Road
+    ) -> HeadedMotion:
+        way = ScriptedMotion.from_script(
+            s_m=0.0, d_m=0.0, speed_mps=speed_mps, script=script, road=Road(speed_limit_mps=road.speed_limit_mps)
+        )
+        return cls(start=(s_m, d_m, heading_rad), way=way, road=road)
+
+    def __call__(self, t_s: Any) -> BodyMotion:
+        driven = self.way(t_s)
+        x, y, yaw = self._frame.to_plane(*(np.full_like(driven.s_m, q) for q in self.start))
+        s, d, heading = self._frame.to_road(x + driven.s_m * np.cos(yaw), y + driven.s_m * np.sin(yaw), yaw)
+        stretch = 1.0 if self.road.is_straight else np.maximum(1.0 - d * self.road.curvature_at(s), _LEAST_STRETCH)
+        speed = driven.speed_s_mps
+        return BodyMotion(
+            s_m=s, d_m=d, heading_rad=heading, speed_s_mps=speed * np.cos(heading) / stretch, speed_d_mps=speed * np.sin(heading)
+        )
 
 
 def road_heading(s: Array, d: Array, speed_s: Array, speed_d: Array, road: Road) -> Array:

@@ -172,6 +172,8 @@ def ideal_detections(sector: Sector, host: HostState, bodies: Sequence[Body], ve
             speed_d_mps=body.speed_across_mps,
             length_m=body.length_m,
             width_m=body.width_m,
+            heading_rad=body.heading_rad,
+            kind=body.kind,
         )
         for body in bodies
         if holds(body)

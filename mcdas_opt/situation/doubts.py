@@ -19,6 +19,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.geometry.rectangle import separation_of_poses
 
 _SIGMAS = 3.0
 _OVERLAP_M = 0.5  # bodies that overlap by more, beyond their uncertainty, cannot both be there
@@ -232,13 +233,23 @@ def _beside(track: Track, host: HostState, vehicle: Vehicle, doubts: list[Doubt]
 
 def _depth_in_host(track: Track, host: HostState, vehicle: Vehicle) -> tuple[float, float] | None:
     """How deep its body overlaps the host's along and across the road [m]; None where it does not."""
+    if track.is_turned and _apart(track, host, vehicle):
+        return None
     ahead, aside, longest = abs(track.s_m - host.s_m), abs(track.d_m - host.d_m), track.length_m + vehicle.length_m
     if ahead > longest or aside > longest:
         return None
     c, s = abs(math.cos(host.heading_rad)), abs(math.sin(host.heading_rad))
-    along = 0.5 * (track.length_m + vehicle.length_m * c + vehicle.width_m * s) - ahead
-    across = 0.5 * (track.width_m + vehicle.length_m * s + vehicle.width_m * c) - aside
+    along = 0.5 * (track.along_m + vehicle.length_m * c + vehicle.width_m * s) - ahead
+    across = 0.5 * (track.across_m + vehicle.length_m * s + vehicle.width_m * c) - aside
     return (along, across) if along > 0.0 and across > 0.0 else None
+
+
+def _apart(track: Track, host: HostState, vehicle: Vehicle) -> bool:
+    """Whether the bodies are apart as they are turned, on the straight line that the road is between the two."""
+    assert track.heading_rad is not None
+    x, y, halves = np.array([track.s_m - host.s_m]), track.d_m - host.d_m, (0.5 * vehicle.length_m, 0.5 * vehicle.width_m)
+    its_halves = (0.5 * track.length_m, 0.5 * track.width_m)
+    return float(separation_of_poses(x, y, host.heading_rad, track.heading_rad, halves, its_halves)[0]) > 0.0
 
 
 _NAMES = ("id", "age_s", "coasting", "covariance")  # of a track: no plan depends on the first three

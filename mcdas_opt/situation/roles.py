@@ -24,13 +24,13 @@ class Roles:
 
 def gap_m(track: Track, host: HostState, vehicle: Vehicle) -> float:
     """Distance along the road from bumper to bumper [m]; negative alongside."""
-    return abs(track.s_m - host.s_m) - 0.5 * (track.length_m + vehicle.length_m)
+    return abs(track.s_m - host.s_m) - 0.5 * (track.along_m + vehicle.length_m)
 
 
 def in_lane(track: Track, lane: int, road: Road, settings: SelectorSettings) -> bool:
     """Whether the body reaches into the lane by the intrusion margin."""
     return (
-        _overlap(track.d_m, track.width_m, road.lane_centre_m(lane, track.s_m), road.lane_width_at(lane, track.s_m))
+        _overlap(track.d_m, track.across_m, road.lane_centre_m(lane, track.s_m), road.lane_width_at(lane, track.s_m))
         >= settings.lane_intrusion_m
     )
 
@@ -38,7 +38,7 @@ def in_lane(track: Track, lane: int, road: Road, settings: SelectorSettings) -> 
 def in_the_way(track: Track, lane: int, host: HostState, vehicle: Vehicle, road: Road, settings: SelectorSettings) -> bool:
     """Whether the body is in the host's lane, or in the width that the host's body sweeps going straight on."""
     swept = vehicle.width_m + 2.0 * settings.swept_margin_m
-    return in_lane(track, lane, road, settings) or _overlap(track.d_m, track.width_m, host.d_m, swept) > 0.0
+    return in_lane(track, lane, road, settings) or _overlap(track.d_m, track.across_m, host.d_m, swept) > 0.0
 
 
 def assign_roles(tracks: Sequence[Track], lane: int, host: HostState, vehicle: Vehicle, road: Road, settings: SelectorSettings) -> Roles:
@@ -48,7 +48,7 @@ def assign_roles(tracks: Sequence[Track], lane: int, host: HostState, vehicle: V
     behind: list[tuple[float, str, Track]] = []
     for track in tracks:
         gap = gap_m(track, host, vehicle)
-        overlapping = _overlap(track.d_m, track.width_m, host.d_m, vehicle.width_m) > 0.0
+        overlapping = _overlap(track.d_m, track.across_m, host.d_m, vehicle.width_m) > 0.0
         if in_the_way(track, lane, host, vehicle, road, settings) and (gap >= 0.0 or overlapping):
             (ahead if track.s_m > host.s_m else behind).append((gap, track.id, track))
         elif abs(track.s_m - host.s_m) <= settings.beside_m:

@@ -6,17 +6,22 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from mcdas_opt.domain.prediction import CruisingBody, Prediction
+import numpy as np
+
+from mcdas_opt.domain.prediction import CruisingBody, FreeBody, PredictedBody, Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
+from mcdas_opt.domain.vocabulary import BodyKind
+from mcdas_opt.tracking.straight_on import straight_on
 
 CONSTANT_VELOCITY = "constant-velocity"
 CHANGING = "changing lanes"
 BRAKING = "braking"
 ACCELERATING = "accelerating"
+STRAIGHT_ON = "straight on"
 
 # a track may be changing lanes that moves sideways so fast, by so many standard deviations, so far from the middle of its lane
 CHANGE_MPS, CHANGE_SIGMAS, CHANGE_FROM_M = 0.5, 2.5, 0.2
@@ -26,6 +31,10 @@ CHANGE_GROWTH, CHANGE_PEAK_MPS = 2.0, 3.0  # it may become so many times as fast
 BRAKING_MPS2, BRAKING_SHARE = 3.0, 0.8
 ACCELERATING_MPS2, ACCELERATING_S = 2.0, 1.0  # it goes on for so long
 RATE_SIGMAS = 2.5  # standard deviations that the change of speed has to show
+# a track may go straight on where our road turns as tightly as at a crossing, so soon: towards us, or too fast for the turn
+TURN_1PM, TURN_WITHIN_S, TURN_MPS2 = 0.05, 4.0, 4.0
+_TURN_TIMES_S = np.linspace(0.0, TURN_WITHIN_S, 21)
+STRAYING_MPS = 0.5  # somebody on foot may at once go so much faster or elsewhere
 QUEUE_MPS = 10.0  # nobody is predicted to brake before a follower no faster than this
 
 
@@ -38,10 +47,18 @@ def predict(
     (`lane_change`). So is one that clearly brakes or accelerates: constant speed, or a lasting change (`speed_change`). Plans avoid all of
     them, so that no plan relies on anybody to make room. Nobody wholly behind a host at `host_s_m` is predicted to brake, which would
     make it less dangerous, nor anybody in a queue (`_queues`). Time zero is the situation's time.
+
+    Who does not follow the road, being turned off its direction, or on foot, is predicted in the plane alone: it keeps its velocity and its
+    heading. So is, besides, whoever is known to head along a road that turns as tightly as at a crossing, and may go straight on there.
     """
     settings = PredictionSettings() if settings is None else settings
-    bodies: list[CruisingBody] = []
+    bodies: list[PredictedBody] = []
     for track in tracks:
+        if not track.follows_road:
+            bodies.append(_free(track, settings, road or Road()))
+            continue
+        if road is not None and _may_go_straight_on(track, road):
+            bodies.append(replace(_free(track, settings, road), id=f"{track.id} {STRAIGHT_ON}"))
         drifting = CruisingBody(
             id=track.id,
             length_m=track.length_m,
@@ -80,7 +97,32 @@ def predict_for(situation: Situation, settings: PredictionSettings | None = None
 
 def names_of(track_id: str) -> tuple[str, ...]:
     """Every name that a track may have in a prediction."""
-    return (track_id, *(f"{track_id} {word}" for word in (CHANGING, BRAKING, ACCELERATING)))
+    return (track_id, *(f"{track_id} {word}" for word in (CHANGING, BRAKING, ACCELERATING, STRAIGHT_ON)))
+
+
+def _free(track: Track, settings: PredictionSettings, road: Road) -> FreeBody:
+    on_foot = track.kind is BodyKind.PEDESTRIAN
+    return FreeBody(
+        id=track.id,
+        length_m=track.length_m,
+        width_m=track.width_m,
+        motion=straight_on(track, road),
+        heading_rad=track.heading_rad or 0.0,
+        covariance=track.covariance,
+        unsure_mps=STRAYING_MPS if on_foot else 0.0,
+        sigmas=settings.sigmas,
+        growth_s=settings.growth_s,
+        cap_along_m=settings.cap_along_m,
+        cap_across_m=settings.cap_across_m,
+    )
+
+
+def _may_go_straight_on(track: Track, road: Road) -> bool:
+    """Whether the road turns tightly before a track of known heading that comes towards the host, or is too fast for the turn."""
+    if track.heading_rad is None or road.is_straight:
+        return False
+    turn = float(np.abs(road.curvature_at(track.s_m + track.speed_s_mps * _TURN_TIMES_S)).max())
+    return turn >= TURN_1PM and (track.speed_s_mps < 0.0 or turn * track.speed_s_mps**2 > TURN_MPS2)
 
 
 def lane_change(track: Track, settings: PredictionSettings, road: Road) -> tuple[float, float, float] | None:

@@ -80,7 +80,7 @@ def radar_fault(point: RadarDetection) -> str | None:
 
 def body_fault(body: BodyDetection) -> str | None:
     """Why an ideal detection is refused, or None."""
-    values = (body.s_m, body.d_m, body.speed_s_mps, body.speed_d_mps, body.length_m, body.width_m)
+    values = (body.s_m, body.d_m, body.speed_s_mps, body.speed_d_mps, body.length_m, body.width_m, body.heading_rad or 0.0)
     if not all(map(math.isfinite, values)):
         return "not_finite"
     fast = math.hypot(body.speed_s_mps, body.speed_d_mps) > SPEED_MAX_MPS

@@ -13,7 +13,8 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import BodyDetection, Scan
 from mcdas_opt.domain.motion import TargetMotion
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.track import ALIGNED_RAD, Track
+from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.tracking.acceleration import AccelerationFilter
 from mcdas_opt.tracking.filtering import Filtering, TargetFilter, TargetFix
 from mcdas_opt.tracking.screening import Source, source_of
@@ -31,6 +32,7 @@ REFLECTION_GAP_M = 5.0  # reflections of one vehicle are no farther apart along 
 LONGER_M = 1.0  # than assumed, at least: less is noise
 SHOWN, SHOWN_OF = 3, 10  # a length counts that so many of so many scans have shown
 _STANDING_MPS = 0.5
+_COURSE_MPS, _COURSE_SIGMAS = 2.0, 2.5  # who clearly moves so fast, and not along the road, is headed where it goes
 _ANYWHERE_M = 100.0  # sd of the position before the first detection: as good as unknown
 
 
@@ -51,6 +53,8 @@ class TrackLife:
         self._beyond = 1.0  # +1: the far end is ahead of the near one
         self.length_m = size[0]  # learnt where its reflections show it, else as assumed
         self.name: str | None = None
+        self._heading_rad: float | None = None  # what an ideal sensor says
+        self._kind: BodyKind | None = None
         self.number = 0  # given when the update that began it ends
         self.confirmed = False
         self.others: weakref.WeakSet[TrackLife] = weakref.WeakSet()  # no other track of the same car
@@ -130,6 +134,7 @@ class TrackLife:
         """An ideal sensor has told name and size: the track is confirmed."""
         self.name, self.size, self.confirmed = body.name, (body.length_m, body.width_m), True
         self.length_m = body.length_m
+        self._heading_rad, self._kind = body.heading_rad, body.kind
 
     def miss(self, scan: Scan) -> None:
         """A scan that does not show this target counts against it if its sensor has seen it before."""
@@ -178,4 +183,14 @@ class TrackLife:
             coasting=self._is_quiet(now),
             acceleration_s_mps2=acceleration,
             acceleration_s_sd_mps2=its_sd,
+            heading_rad=self._heading_rad if self.name is not None else course(vs, vd, P),
+            kind=self._kind,
         )
+
+
+def course(along_mps: float, across_mps: float, covariance: Array) -> float | None:
+    """Heading relative to the road [rad] of a body that clearly moves towards the host or across its road; None of any other, whose
+    heading its speeds do not tell from the road's."""
+    spread_s, spread_d = (_COURSE_SIGMAS * math.sqrt(max(float(covariance[k, k]), 0.0)) for k in (1, 3))
+    crosses = abs(across_mps) - spread_d > max(_COURSE_MPS, math.tan(ALIGNED_RAD) * (abs(along_mps) + spread_s))
+    return math.atan2(across_mps, along_mps) if crosses or along_mps + spread_s < -_COURSE_MPS else None

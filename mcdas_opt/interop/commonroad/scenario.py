@@ -17,7 +17,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.domain.vocabulary import BodyKind, Side
 from mcdas_opt.errors import InputError, ParameterError, writing
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.interop.commonroad.goal import destination
@@ -31,6 +31,16 @@ VEHICLE_FILE = "commonroad_bmw_320i.toml"
 SCENE_FILE = "scene.toml"
 _REACH_D_M, _MARGIN_S_M = 60.0, 20.0  # a neighbour further off the road than this is none
 _LONGEST_S = 600.0
+_KINDS = {
+    "car": BodyKind.CAR,
+    "taxi": BodyKind.CAR,
+    "parkedVehicle": BodyKind.CAR,
+    "truck": BodyKind.LORRY,
+    "bus": BodyKind.LORRY,
+    "motorcycle": BodyKind.MOTORCYCLE,
+    "bicycle": BodyKind.BICYCLE,
+    "pedestrian": BodyKind.PEDESTRIAN,
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +103,7 @@ def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str 
     goal, off = destination(chosen, scenario.lanelet_network, road, line.placement, begun, float(scenario.dt), car.speed_max_mps)
     names: dict[str, int] = {}
     left_out: dict[int, str] = {}
-    tables: dict[str, tuple[Array, float, float]] = {}
+    tables: dict[str, tuple[Array, float, float, BodyKind | None]] = {}
     for obstacle in [*scenario.dynamic_obstacles, *scenario.static_obstacles]:
         samples, why = _samples(obstacle, scenario.dt, first.time_step, duration, line.placement, frame)
         if samples is None:
@@ -101,7 +111,7 @@ def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str 
             continue
         name = f"obstacle-{obstacle.obstacle_id}"
         names[name] = int(obstacle.obstacle_id)
-        tables[name] = (samples, *_size(obstacle.obstacle_shape))
+        tables[name] = (samples, *_size(obstacle.obstacle_shape), _KINDS.get(obstacle.obstacle_type.value))
     host = {"d_m": own_d, "heading_rad": own_psi, "speed_mps": max(float(first.velocity), 0.0), "vehicle": vehicle or VEHICLE_FILE}
     while True:
         files = _files(path.stem, road, host, goal, tables, duration) | ({VEHICLE_FILE: own_vehicle_text()} if vehicle is None else {})
@@ -228,7 +238,7 @@ def _files(
     road: Road,
     host: dict[str, Any],
     goal: Destination | None,
-    tables: dict[str, tuple[Array, float, float]],
+    tables: dict[str, tuple[Array, float, float, BodyKind | None]],
     duration_s: float,
 ) -> dict[str, str]:
     """The scene's files by name."""
@@ -247,9 +257,10 @@ def _files(
         lines += [] if goal.lane is None else [f"lane = {goal.lane}"]
     lines += ["", "[host]", *(f"{key} = {_toml(value)}" for key, value in host.items())]
     files: dict[str, str] = {}
-    for neighbour, (samples, length, width) in tables.items():
+    for neighbour, (samples, length, width, kind) in tables.items():
         file = f"{neighbour}.csv"
         lines += ["", "[[neighbour]]", f'name = "{neighbour}"', f'trajectory = "{file}"', f"length_m = {length!r}", f"width_m = {width!r}"]
+        lines += [] if kind is None else [f'kind = "{kind.value}"']
         rows = [",".join(repr(float(value)) for value in row) for row in samples]
         files[file] = "\n".join([",".join(TRAJECTORY_COLUMNS), *rows]) + "\n"
     return {SCENE_FILE: "\n".join(lines) + "\n", **files}
@@ -282,7 +293,7 @@ def _write(files: dict[str, str], folder: Path) -> Path:
 
 def _blamed(error: InputError, names: list[str]) -> str | None:
     """The neighbour that a scene is refused for: it overlaps somebody at the start, or stands beyond the road's ends."""
-    if not error.key.startswith("neighbour["):
+    if not (error.key.startswith("neighbour[") and error.key.endswith("].s_m")):
         return None
     index = int(error.key.removeprefix("neighbour[").split("]")[0])
     return names[index] if index < len(names) else None

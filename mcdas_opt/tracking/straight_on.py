@@ -1,0 +1,76 @@
+"""Where a body goes that does not follow the road: straight on in the plane, at constant speed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from mcdas_opt.domain.prediction import BodyMotion
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.track import Track
+from mcdas_opt.geometry.window import frame_near
+
+LASTS_S = 20.0  # a table is that long; who is followed longer stays where it ends
+_STEP_S = 0.1
+_LEAST_STRETCH = 0.2  # of 1 - d kappa: nearer to a bend's centre nothing has a place along the road
+_JUMP_MPS = 100.0  # s that changes faster has gone over to another part of the road
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StraightLine:
+    """On a straight road."""
+
+    s_m: float
+    d_m: float
+    heading_rad: float
+    speed_s_mps: float
+    speed_d_mps: float
+
+    def __call__(self, t_s: Array) -> BodyMotion:
+        zero = np.zeros_like(t_s)
+        return BodyMotion(
+            s_m=self.s_m + self.speed_s_mps * t_s,
+            d_m=self.d_m + self.speed_d_mps * t_s,
+            heading_rad=zero + self.heading_rad,
+            speed_s_mps=zero + self.speed_s_mps,
+            speed_d_mps=zero + self.speed_d_mps,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TabulatedLine:
+    """On a bent road: (6, n) t, s, d, heading, speeds along and across of a line in the plane, linear in between. Where s jumps, because
+    another part of the road is the nearest from then on, the nearer sample counts."""
+
+    table: Array
+
+    def __call__(self, t_s: Array) -> BodyMotion:
+        times = self.table[0]
+        t = np.clip(t_s, times[0], times[-1])
+        before = np.clip((t / _STEP_S).astype(np.intp), 0, times.size - 2)
+        share = (t - times[before]) / _STEP_S
+        jumps = np.abs(self.table[1, before + 1] - self.table[1, before]) > _JUMP_MPS * _STEP_S
+        share = np.where(jumps, np.round(share), share)
+        s, d, heading, along, across = (row[before] + share * (row[before + 1] - row[before]) for row in self.table[1:])
+        return BodyMotion(s_m=s, d_m=d, heading_rad=heading, speed_s_mps=along, speed_d_mps=across)
+
+
+def straight_on(track: Track, road: Road) -> Callable[[Array], BodyMotion]:
+    """The track's motion from its time on, if it keeps its velocity and its heading in the plane."""
+    heading = 0.0 if track.heading_rad is None else track.heading_rad
+    if road.is_straight:
+        return StraightLine(s_m=track.s_m, d_m=track.d_m, heading_rad=heading, speed_s_mps=track.speed_s_mps, speed_d_mps=track.speed_d_mps)
+    frame, here = frame_near(road, track.s_m), np.array([track.s_m])
+    t = _STEP_S * np.arange(round(LASTS_S / _STEP_S) + 1)
+    x, y, yaw = (float(q[0]) for q in frame.to_plane(here, np.array([track.d_m]), np.array([heading])))
+    forward = track.speed_s_mps * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), _LEAST_STRETCH)
+    c, s = np.cos(yaw - heading), np.sin(yaw - heading)  # of the road there
+    vx, vy = c * forward - s * track.speed_d_mps, s * forward + c * track.speed_d_mps
+    its_s, its_d, its_heading = frame.to_road(x + vx * t, y + vy * t, np.full_like(t, yaw), near_s_m=track.s_m)
+    road_yaw = yaw - its_heading
+    stretch = np.maximum(1.0 - its_d * road.curvature_at(its_s), _LEAST_STRETCH)
+    along, across = (np.cos(road_yaw) * vx + np.sin(road_yaw) * vy) / stretch, np.cos(road_yaw) * vy - np.sin(road_yaw) * vx
+    return TabulatedLine(table=np.array([t, its_s, its_d, np.unwrap(its_heading), along, across]))

@@ -1,0 +1,116 @@
+"""Who does not follow the road goes straight on in the plane, and everybody else is predicted as without a heading."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mcdas_opt.domain.prediction import CruisingBody, FreeBody, sizes_on_road
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.track import ALIGNED_RAD, Track
+from mcdas_opt.domain.vocabulary import BodyKind
+from mcdas_opt.errors import ParameterError
+from mcdas_opt.geometry.window import frame_near
+from mcdas_opt.tracking.prediction import STRAIGHT_ON, predict
+from mcdas_opt.tracking.straight_on import straight_on
+from mcdas_opt.tracking.track_life import course
+
+STRAIGHT = Road(lanes_left=1, lanes_right=1)
+CORNER = Road(lanes_left=1, curvature=((0.0, 0.0), (20.0, 0.0), (25.0, 0.12), (38.0, 0.12), (43.0, 0.0)))
+TIMES = np.linspace(0.0, 6.0, 241)
+
+
+def track(heading: float, speed: float, **more: object) -> Track:
+    moving = {"speed_s_mps": speed * math.cos(heading), "speed_d_mps": speed * math.sin(heading), "heading_rad": heading}
+    return replace(Track(id="1", s_m=30.0, d_m=6.0, speed_s_mps=0.0), **moving | more)
+
+
+@given(
+    st.floats(-math.pi, math.pi), st.floats(0.0, 15.0), st.sampled_from([STRAIGHT, CORNER]), st.floats(-5.0, 60.0), st.floats(-15.0, 3.0)
+)
+def test_it_goes_straight_on_in_the_plane(heading: float, speed: float, road: Road, s_m: float, d_m: float) -> None:
+    stretch = 1.0 - d_m * float(road.curvature_at(s_m))
+    one = track(heading, speed, s_m=s_m, d_m=d_m, speed_s_mps=speed * math.cos(heading) / stretch)
+    at = straight_on(one, road)(TIMES)
+    x, y, yaw = frame_near(road, s_m).to_plane(at.s_m, at.d_m, at.heading_rad)
+    np.testing.assert_allclose(np.hypot(x - x[0], y - y[0]), speed * TIMES, atol=0.1)
+    np.testing.assert_allclose(np.cos(yaw - yaw[0]), 1.0, atol=5e-3)
+    sideways = (x - x[0]) * math.sin(yaw[0]) - (y - y[0]) * math.cos(yaw[0])
+    assert np.abs(sideways).max() < 0.15
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(0.0, 15.0))
+def test_the_mirrored_body_goes_the_mirrored_way_to_the_bit(heading: float, speed: float) -> None:
+    one = track(heading, speed)
+    other = replace(one, d_m=-one.d_m, speed_d_mps=-one.speed_d_mps, heading_rad=-heading)
+    a, b = straight_on(one, STRAIGHT)(TIMES), straight_on(other, STRAIGHT)(TIMES)
+    assert np.array_equal(a.s_m, b.s_m)
+    assert np.array_equal(a.d_m, -b.d_m)
+    assert np.array_equal(a.heading_rad, -b.heading_rad)
+
+
+@given(st.floats(-0.99 * ALIGNED_RAD, 0.99 * ALIGNED_RAD), st.sampled_from([0.0, math.pi]), st.floats(0.0, 20.0))
+def test_who_is_aligned_with_the_road_is_predicted_as_without_a_heading(turned: float, towards: float, speed: float) -> None:
+    one = track(turned + towards, speed)
+    assert predict([one], road=STRAIGHT) == predict([replace(one, heading_rad=None)], road=STRAIGHT)
+    assert (one.along_m, one.across_m) == (one.length_m, one.width_m)
+
+
+@pytest.mark.parametrize("heading", [math.radians(degrees) for degrees in (25.0, 90.0, 155.0, -90.0)])
+def test_who_is_turned_is_one_free_body(heading: float) -> None:
+    prediction = predict([track(heading, 5.0)], road=STRAIGHT)
+    (body,) = prediction.bodies
+    assert isinstance(body, FreeBody)
+    motion = body.at(np.array([3.0]))
+    assert float(motion.d_m[0]) == pytest.approx(6.0 + 15.0 * math.sin(heading))
+
+
+def test_somebody_on_foot_never_follows_the_road_and_may_stray() -> None:
+    (body,) = predict([track(0.0, 1.4, kind="pedestrian")], road=STRAIGHT).bodies
+    assert isinstance(body, FreeBody)
+    np.testing.assert_allclose(body.margin_across_m(np.array([0.0, 1.0, 4.0])), [0.0, 0.5, 0.5])
+
+
+def names(one: Track, road: Road) -> list[str]:
+    return [body.id for body in predict([one], road=road).bodies]
+
+
+def test_who_comes_towards_us_at_a_tight_turn_may_go_straight_on_there() -> None:
+    gentle = Road(lanes_left=1, curvature=((0.0, 0.01), (200.0, 0.01)))
+    oncoming = track(math.pi, 7.0, s_m=50.0, d_m=3.0)
+    assert names(oncoming, CORNER) == [f"1 {STRAIGHT_ON}", "1"]
+    assert names(oncoming, gentle) == ["1"]
+    assert names(replace(oncoming, heading_rad=None), CORNER) == ["1"]
+    ahead = track(0.0, 3.0, s_m=15.0, d_m=0.0)
+    assert names(ahead, CORNER) == ["1"]
+    assert names(replace(ahead, speed_s_mps=12.0), CORNER) == [f"1 {STRAIGHT_ON}", "1"]
+
+
+@given(st.floats(-math.pi, math.pi))
+def test_a_turned_body_takes_the_box_around_it(heading: float) -> None:
+    free, cruising = predict([track(math.pi / 2.0, 5.0), replace(track(0.0, 5.0), id="2")], road=STRAIGHT).bodies
+    assert isinstance(cruising, CruisingBody)
+    length, width = sizes_on_road([free, cruising], np.full((2, 3), heading))
+    c, s = abs(math.cos(heading)), abs(math.sin(heading))
+    np.testing.assert_allclose(length[0], 4.5 * c + 1.8 * s)
+    np.testing.assert_allclose(width[0], 4.5 * s + 1.8 * c)
+    assert set(length[1]) == {4.5}
+
+
+def test_a_radar_tells_a_course_only_where_it_is_clear() -> None:
+    sure, unsure = np.diag([0.1, 0.1, 0.1, 0.1]) ** 2, np.diag([1.0, 2.0, 1.0, 2.0]) ** 2
+    assert course(0.0, 5.0, sure) == pytest.approx(math.pi / 2.0)
+    assert course(0.0, 5.0, unsure) is None
+    assert course(20.0, 2.0, sure) is None
+    assert course(-8.0, 0.1, sure) == pytest.approx(math.pi, abs=0.02)
+
+
+def test_a_track_says_what_it_is_in_the_words_there_are() -> None:
+    assert Track(id="1", s_m=0.0, d_m=0.0, speed_s_mps=0.0, kind="bicycle").kind is BodyKind.BICYCLE  # type: ignore[arg-type]
+    with pytest.raises(ParameterError, match="kind"):
+        Track(id="1", s_m=0.0, d_m=0.0, speed_s_mps=0.0, kind="horse")  # type: ignore[arg-type]
