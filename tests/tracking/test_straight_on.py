@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.prediction import CruisingBody, FreeBody, sizes_on_road
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.track import ALIGNED_RAD, Track
@@ -38,7 +39,7 @@ def test_it_goes_straight_on_in_the_plane(heading: float, speed: float, road: Ro
     one = track(heading, speed, s_m=s_m, d_m=d_m, speed_s_mps=speed * math.cos(heading) / stretch)
     at = straight_on(one, road)(TIMES)
     x, y, yaw = frame_near(road, s_m).to_plane(at.s_m, at.d_m, at.heading_rad)
-    np.testing.assert_allclose(np.hypot(x - x[0], y - y[0]), speed * TIMES, atol=0.1)
+    np.testing.assert_allclose(np.hypot(x - x[0], y - y[0]), speed * TIMES, atol=0.05 + 0.05 * speed)  # half a sample where s jumps
     np.testing.assert_allclose(np.cos(yaw - yaw[0]), 1.0, atol=5e-3)
     sideways = (x - x[0]) * math.sin(yaw[0]) - (y - y[0]) * math.cos(yaw[0])
     assert np.abs(sideways).max() < 0.15
@@ -57,7 +58,8 @@ def test_the_mirrored_body_goes_the_mirrored_way_to_the_bit(heading: float, spee
 @given(st.floats(-0.99 * ALIGNED_RAD, 0.99 * ALIGNED_RAD), st.sampled_from([0.0, math.pi]), st.floats(0.0, 20.0))
 def test_who_is_aligned_with_the_road_is_predicted_as_without_a_heading(turned: float, towards: float, speed: float) -> None:
     one = track(turned + towards, speed)
-    assert predict([one], road=STRAIGHT) == predict([replace(one, heading_rad=None)], road=STRAIGHT)
+    bodies, without = (predict([each], road=STRAIGHT).bodies for each in (one, replace(one, heading_rad=None)))
+    assert [to_document(body) for body in bodies] == [to_document(body) for body in without]
     assert (one.along_m, one.across_m) == (one.length_m, one.width_m)
 
 
