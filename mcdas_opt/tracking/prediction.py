@@ -35,6 +35,7 @@ RATE_SIGMAS = 2.5  # standard deviations that the change of speed has to show
 TURN_1PM, TURN_WITHIN_S, TURN_MPS2 = 0.05, 4.0, 4.0
 _TURN_TIMES_S = np.linspace(0.0, TURN_WITHIN_S, 21)
 STRAYING_MPS = 0.5  # somebody on foot may at once go so much faster or elsewhere
+SHIELDED_MPS2, SHIELDED_SIDEWAYS_MPS = 3.0, 0.5  # braking, and a speed across the road, that nobody needs more of to stay behind another
 QUEUE_MPS = 10.0  # nobody is predicted to brake before a follower no faster than this
 
 
@@ -48,12 +49,17 @@ def predict(
     them, so that no plan relies on anybody to make room. Nobody wholly behind a host at `host_s_m` is predicted to brake, which would
     make it less dangerous, nor anybody in a queue (`_queues`). Time zero is the situation's time.
 
+    Nobody drives through anybody else: who follows somebody that is itself wholly behind the host, and can stay behind him by braking as in
+    ordinary traffic (`_is_shielded`), does not come to the host, and is not in the prediction.
+
     Who does not follow the road, being turned off its direction, or on foot, is predicted in the plane alone: it keeps its velocity and its
     heading. So is, besides, whoever is known to head along a road that turns as tightly as at a crossing, and may go straight on there.
     """
     settings = PredictionSettings() if settings is None else settings
     bodies: list[PredictedBody] = []
     for track in tracks:
+        if host_s_m is not None and _is_shielded(track, tracks, host_s_m):
+            continue
         if not track.follows_road:
             bodies.append(_free(track, settings, road or Road()))
             continue
@@ -172,6 +178,26 @@ def speed_change(track: Track, road: Road) -> tuple[float, float] | None:
 
 def _is_behind(track: Track, host_s_m: float) -> bool:
     return track.s_m <= host_s_m - track.length_m
+
+
+def _is_shielded(track: Track, tracks: Sequence[Track], host_s_m: float) -> bool:
+    """Whether somebody in its way, wholly behind the host too, is between the two, and slow braking is enough to stay behind that one."""
+    if not (_is_behind(track, host_s_m) and _keeps_to_its_line(track)):
+        return False
+    for one in tracks:
+        gap = one.s_m - track.s_m - 0.5 * (one.length_m + track.length_m)
+        if gap <= 0.0 or not (_is_behind(one, host_s_m) and _keeps_to_its_line(one)):
+            continue
+        shared = 0.5 * (one.width_m + track.width_m) - abs(one.d_m - track.d_m)
+        if shared < 0.5 * min(one.width_m, track.width_m):
+            continue
+        if max(track.speed_s_mps - max(one.speed_s_mps, 0.0), 0.0) ** 2 <= 2.0 * SHIELDED_MPS2 * gap:
+            return True
+    return False
+
+
+def _keeps_to_its_line(track: Track) -> bool:
+    return track.follows_road and abs(track.speed_d_mps) < SHIELDED_SIDEWAYS_MPS
 
 
 def _queues(ahead: Track, tracks: Sequence[Track], host_s_m: float, road: Road) -> bool:
