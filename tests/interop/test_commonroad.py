@@ -78,11 +78,22 @@ def written(folder: Path, **changes: Any) -> Path:
 
 def test_the_benchmarks_car_is_a_vehicle_file_whose_centre_is_that_of_gravity(tmp_path: Path) -> None:
     file, shipped = tmp_path / "centred.toml", load_vehicle(VEHICLE)
-    file.write_text(own_vehicle_text(), "utf-8")
+    file.write_text(own_vehicle_text(15.0), "utf-8")
     centred = load_vehicle(str(file))
     assert shipped.cog_to_front_axle_m is not None
     assert centred.centre_m == pytest.approx(centred.wheelbase_m - shipped.cog_to_front_axle_m)
     assert centred.length_m == pytest.approx(shipped.length_m)
+
+
+@pytest.mark.parametrize(("begun_mps", "top_mps"), [(0.0, 20.0), (10.0, 20.0), (20.0, 30.0), (45.0, 50.8)])
+def test_the_benchmarks_car_accelerates_as_it_can_at_every_speed_that_a_drive_needs(
+    tmp_path: Path, begun_mps: float, top_mps: float
+) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text(own_vehicle_text(begun_mps), "utf-8")
+    car = load_vehicle(str(file))
+    assert car.speed_max_mps == pytest.approx(top_mps)
+    assert car.acceleration_max_mps2 == pytest.approx(11.5 * 7.319 / top_mps, rel=0.01)
 
 
 @pytest.fixture
