@@ -27,6 +27,7 @@ from mcdas_opt.domain.vocabulary import BodyKind, Sector
 
 HARDEST_MPS2 = 1e4  # beyond is no number of traffic
 ALIGNED_RAD = math.radians(20.0)  # who is turned no farther from the road's direction, or the opposite one, follows the road
+CROSSING_MPS = 1.0
 LONGEST_M = 1000.0  # of a body: a long train, or a wall
 _SINE_ALIGNED = math.sin(ALIGNED_RAD)
 _NUMBERS = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "age_s", "acceleration_s_mps2")
@@ -97,6 +98,11 @@ class Track:
     def follows_road(self) -> bool:
         """Whether it is believed to go on along the road."""
         return not self.is_turned and self.kind is not BodyKind.PEDESTRIAN
+
+    @property
+    def crosses(self) -> bool:
+        """Whether it goes across the road, out of every lane that it is in: nobody drives behind it, or before it."""
+        return self.is_turned and abs(self.speed_d_mps) > CROSSING_MPS
 
     @property
     def along_m(self) -> float:

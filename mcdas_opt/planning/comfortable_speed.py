@@ -56,7 +56,9 @@ def _fronts(cycle: Cycle, d_m: float) -> list[FrontCar]:
     """Who is next ahead along the offset d, and in the lane that the host is in; and whoever must not be passed on the wrong side."""
     host, road, vehicle, times_s = cycle.situation.host, cycle.situation.road, cycle.vehicle, cycle.settings.grid.times_s
     manners, found = cycle.settings.manners, []
-    ahead = [(track, track.s_m - host.s_m - 0.5 * (track.along_m + vehicle.length_m)) for track in cycle.situation.tracks]
+    ahead = [
+        (track, track.s_m - host.s_m - 0.5 * (track.along_m + vehicle.length_m)) for track in cycle.situation.tracks if not track.crosses
+    ]
     for centre in dict.fromkeys((cycle.lane_centre_m, d_m)):
         there = [one for one in ahead if one[0].s_m > host.s_m and reaches_into(one[0], centre, road.lane_width_m)]
         if there:

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from mcdas_opt.domain.comfort import ComfortSettings
-from mcdas_opt.domain.prediction import BodyMotion, PredictedBody, sizes_on_road, together
+from mcdas_opt.domain.prediction import BodyMotion, PredictedBody, is_free, sizes_on_road, together
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import HeadwaySettings
 from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import CROSSING_MPS
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.ocp.lane_mpc import FAR_M, HEADWAY_HORIZON_S
 from mcdas_opt.planning.candidate import Proposed
@@ -194,7 +195,10 @@ def _bumpers(situation: Situation, others: ObstacleSlots, proposed: Proposed, ti
     ahead: list[tuple[Array, Array]] = []
     behind: list[tuple[Array, Array]] = []
     lengths, widths = (sizes.tolist() for sizes in (sizes_on_road(others.bodies, others.motion.heading_rad[:, :1])))
+    crossing = np.abs(others.motion.speed_d_mps[:, 0]) > CROSSING_MPS
     for i, (s, d, _) in enumerate(others.first):
+        if crossing[i] and is_free(others.bodies[i]):
+            continue
         (length,), (its_width,) = lengths[i], widths[i]
         if abs(d - target) - 0.5 * its_width > 0.5 * width - INTRUSION_M:
             continue

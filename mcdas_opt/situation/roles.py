@@ -36,7 +36,9 @@ def in_lane(track: Track, lane: int, road: Road, settings: SelectorSettings) -> 
 
 
 def in_the_way(track: Track, lane: int, host: HostState, vehicle: Vehicle, road: Road, settings: SelectorSettings) -> bool:
-    """Whether the body is in the host's lane, or in the width that the host's body sweeps going straight on."""
+    """Whether the body is in the host's lane, or in the width that the host's body sweeps going straight on; never of who crosses it."""
+    if track.crosses:
+        return False
     swept = vehicle.width_m + 2.0 * settings.swept_margin_m
     return in_lane(track, lane, road, settings) or _overlap(track.d_m, track.across_m, host.d_m, swept) > 0.0
 
