@@ -195,9 +195,9 @@ def _bumpers(situation: Situation, others: ObstacleSlots, proposed: Proposed, ti
     ahead: list[tuple[Array, Array]] = []
     behind: list[tuple[Array, Array]] = []
     lengths, widths = (sizes.tolist() for sizes in (sizes_on_road(others.bodies, others.motion.heading_rad[:, :1])))
-    crossing = np.abs(others.motion.speed_d_mps[:, 0]) > CROSSING_MPS
+    crosses = np.abs(others.motion.speed_d_mps[:, 0]) > CROSSING_MPS
     for i, (s, d, _) in enumerate(others.first):
-        if crossing[i] and is_free(others.bodies[i]):
+        if crosses[i] and is_free(others.bodies[i]):
             continue
         (length,), (its_width,) = lengths[i], widths[i]
         if abs(d - target) - 0.5 * its_width > 0.5 * width - INTRUSION_M:
