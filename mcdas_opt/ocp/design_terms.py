@@ -8,9 +8,10 @@ K^2 y'' bounds the lateral acceleration v^2 kappa at the path speed K from above
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -61,84 +62,71 @@ class Sigmoid:
         return rows
 
 
-class DesignTerm(Protocol):
-    """Rows of a quantity, each at most `limit` (`at_least`: at least); `scale` brings a row to order one."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DesignTerm(ABC):
+    """Rows of a quantity, each at most `limit` (`at_least`: at least)."""
 
-    __dataclass_fields__: ClassVar[dict[str, Any]]
+    name: str
+    limit: float
+    unit: ClassVar[str] = "m"
+    at_least: ClassVar[bool] = False
 
-    @property
-    def name(self) -> str: ...
-    @property
-    def unit(self) -> str: ...
-    @property
-    def limit(self) -> float: ...
-    @property
-    def at_least(self) -> bool: ...
+    @abstractmethod
     def rows(self, path: Sigmoid) -> Sequence[Any]: ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LateralAcceleration:
+class LateralAcceleration(DesignTerm):
     """K^2 max |y''|, in closed form."""
 
-    limit: float
     name: str = "lateral acceleration"
-    unit: str = "m/s^2"
-    at_least: bool = False
+    unit: ClassVar[str] = "m/s^2"
 
     def rows(self, path: Sigmoid) -> Sequence[Any]:
         return [path.speed**2 * path.gain * path.a**2 * _PEAK_OF_BEND]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LateralJerk:
+class LateralJerk(DesignTerm):
     """K^3 max |y'''|, in closed form: the peak is halfway."""
 
-    limit: float
     name: str = "lateral jerk"
-    unit: str = "m/s^3"
-    at_least: bool = False
+    unit: ClassVar[str] = "m/s^3"
 
     def rows(self, path: Sigmoid) -> Sequence[Any]:
         return [-(path.speed**3) * path.gain * path.a**3 * _PEAK_OF_THIRD]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Curvature:
+class Curvature(DesignTerm):
     """Exact curvature of the body centre's path, sampled."""
 
-    limit: float
     name: str = "curvature"
-    unit: str = "1/m"
-    at_least: bool = False
+    unit: ClassVar[str] = "1/m"
 
     def rows(self, path: Sigmoid) -> Sequence[Any]:
         return path.curvatures
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Steering:
+class Steering(DesignTerm):
     """atan(L kappa), sampled."""
 
-    limit: float
     wheelbase_m: float
     name: str = "steering"
-    unit: str = "rad"
-    at_least: bool = False
+    unit: ClassVar[str] = "rad"
 
     def rows(self, path: Sigmoid) -> Sequence[Any]:
         return [path.m.atan(self.wheelbase_m * kappa) for kappa in path.curvatures]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SteeringRate:
+class SteeringRate(DesignTerm):
     """K d atan(L kappa) / dx, both signs, sampled. The jump at the start, which no car follows, is the heading jump's affair."""
 
-    limit: float
     wheelbase_m: float
     name: str = "steering rate"
-    unit: str = "rad/s"
-    at_least: bool = False
+    unit: ClassVar[str] = "rad/s"
 
     def rows(self, path: Sigmoid) -> Sequence[Any]:
         rows = []
@@ -151,42 +139,34 @@ class SteeringRate:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class HeadingJump:
+class HeadingJump(DesignTerm):
     """atan(y'(0+)); at the end the heading jumps back by as much."""
 
-    limit: float
     name: str = "initial heading jump"
-    unit: str = "rad"
-    at_least: bool = False
+    unit: ClassVar[str] = "rad"
 
     def rows(self, path: Sigmoid) -> Sequence[Any]:
         return [path.m.atan(-path.gain * path.a * path.b / (1.0 + path.b) ** 2)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SettlingError:
+class SettlingError(DesignTerm):
     """|end of the path - centre of the target lane|."""
 
-    limit: float
     lane_centre_m: float
     name: str = "settling error"
-    unit: str = "m"
-    at_least: bool = False
 
     def rows(self, path: Sigmoid) -> Sequence[Any]:
         return [path.reach - self.lane_centre_m, self.lane_centre_m - path.reach]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RoadEdge:
+class RoadEdge(DesignTerm):
     """Outermost reach of the turned body, sampled over the second half of the path."""
 
-    limit: float
     width_m: float
     length_m: float
     name: str = "road edge"
-    unit: str = "m"
-    at_least: bool = False
 
     def rows(self, path: Sigmoid) -> Sequence[Any]:
         rows = []
@@ -198,22 +178,19 @@ class RoadEdge:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PassingClearance:
+class PassingClearance(DesignTerm):
     """Room between the host's near flank and the near corner of another vehicle that it passes, or is passed by.
 
     Each of nine points of the flank, from the front bumper to the rear one, has its moment beside that corner: the other vehicle's
     bumper is `gap_m` away at the start and comes nearer by `closing` = |K - other speed|. Then the lateral distance is the row.
     """
 
-    name: str
-    limit: float
     gap_m: float
     other_speed_mps: float
     other_edge_m: float  # lateral position of the other body's near flank, towards the side of the path
     width_m: float
     length_m: float
-    unit: str = "m"
-    at_least: bool = True
+    at_least: ClassVar[bool] = True
 
     def rows(self, path: Sigmoid) -> Sequence[Any]:
         m, rows = path.m, []
@@ -228,15 +205,12 @@ class PassingClearance:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Length:
+class Length(DesignTerm):
     """From the start of steering until the path stays within `band_m` of the centre of the target lane."""
 
-    limit: float
     lane_centre_m: float
     band_m: float
     name: str = "length"
-    unit: str = "m"
-    at_least: bool = False
 
     def rows(self, path: Sigmoid) -> Sequence[Any]:
         return [path.reached(self.lane_centre_m - self.band_m)]

@@ -147,7 +147,7 @@ def _posed(objective: str, structure: tuple[tuple[type[DesignTerm], str, bool], 
     return _Posed(SmallSolver(z, p, goal, ca.vertcat(*rows)), numbers, tuple(owner))
 
 
-def _figures(term: DesignTerm | Length) -> dict[str, float]:
+def _figures(term: DesignTerm) -> dict[str, float]:
     """A term's numbers by name, in the order of its fields; no limit is a limit that never binds."""
     return {f.name: min(float(getattr(term, f.name)), _FREE) for f in fields(term) if f.type == "float"}
 
