@@ -15,7 +15,7 @@ from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.radar import target_speed_literal
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import writing
 from mcdas_opt.evaluation import published
 from mcdas_opt.evaluation.paper_tracking import TRACKING, TrackingChoices, crash_position, study
 from mcdas_opt.reference.literal import SETTLING_X_M, Y_MAX_M, commanded_speed, literal_path, y_left, y_parking, y_right
@@ -314,8 +314,6 @@ def _draw(out: Path, seed: int, choices: TrackingChoices) -> tuple[str, ...]:
         "figure-12": draw_figure_12(),
         "figure-12-demand": draw_figure_12_demand(BOUND_MPS2),
     }
-    try:
+    with writing(out):
         out.mkdir(parents=True, exist_ok=True)
         return tuple(str(save_png(figure, out / f"{name}.png")) for name, figure in figures.items())
-    except OSError as error:
-        raise InputError(out, "", None, f"cannot be written: {error.strerror}") from None

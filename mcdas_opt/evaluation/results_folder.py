@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mcdas_opt.catalogue.data_files import read_json
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import InputError, writing
 from mcdas_opt.evaluation.running.journal import write_whole
 
 MANIFEST, LABELS, LABELLING, JOURNAL = "run.json", "labels.json", "labelling.journal", "rows.journal"
@@ -26,10 +26,8 @@ def open_folder(folder: Path, manifest: dict[str, Any], resume: bool) -> None:
             raise InputError(folder, "", None, "is not a folder")
         if os.path.isdir(folder) and any(not entry.name.startswith(".") for entry in folder.iterdir()):
             raise InputError(folder, "", None, "is not empty and holds no benchmark: name another --out")
-        try:
+        with writing(folder):
             folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(folder, "", None, f"cannot be made: {error.strerror}") from None
         write_whole(path, json.dumps(manifest, indent=1) + "\n")
         return
     found = read_json(path)

@@ -13,7 +13,7 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.result import Result, called
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.errors import InputError, ParameterError, writing
 from mcdas_opt.parking.closed_loop.record import ParkingDrive
 from mcdas_opt.simulation.record import Simulation
 
@@ -123,10 +123,9 @@ def whole_file(path: Path) -> Iterator[Path]:
     half-written is left. Raises `InputError` where the disk or the folder takes no more."""
     beside = path.with_name(f".{path.stem}-{os.getpid()}{path.suffix}")
     try:
-        yield beside
-        os.replace(beside, path)
-    except OSError as error:
-        raise InputError(path, "", None, f"cannot be written: {error.strerror}") from None
+        with writing(path):
+            yield beside
+            os.replace(beside, path)
     finally:
         with suppress(OSError):
             beside.unlink()

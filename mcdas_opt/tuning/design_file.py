@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import InputError, writing
 from mcdas_opt.tuning.design import Design
 
 if TYPE_CHECKING:
@@ -24,13 +24,11 @@ def check_out(out: Path) -> Path:
 def write_design(design: Design, out: Path) -> tuple[Path, Path]:
     """Writes `out`'s stem as .toml and as .png; returns both."""
     parameters, picture = check_out(out).with_suffix(".toml"), out.with_suffix(".png")
-    try:
-        parameters.write_text(design.to_toml(), encoding="utf-8")
-        from mcdas_opt.plotting.style import save_png
+    from mcdas_opt.plotting.style import save_png
 
+    with writing(out):
+        parameters.write_text(design.to_toml(), encoding="utf-8")
         save_png(sheet(design), picture, dpi=120)
-    except OSError as error:
-        raise InputError(out, "", None, f"cannot be written: {error.strerror}") from None
     return parameters, picture
 
 

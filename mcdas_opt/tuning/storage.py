@@ -10,7 +10,7 @@ import sqlite3
 from pathlib import Path
 from typing import Any
 
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import InputError, reading
 from mcdas_opt.tuning.searchers import optuna_module
 
 _MAGIC = b"SQLite format 3\x00"
@@ -44,10 +44,8 @@ def _check(file: Path, name: str, fingerprint: dict[str, Any]) -> None:
         if not file.parent.is_dir():
             raise InputError(file, "", None, "its folder does not exist")
         return
-    try:
+    with reading(file):
         head = file.read_bytes()[:16]
-    except OSError as error:
-        raise InputError(file, "", None, f"cannot be read: {error.strerror}") from None
     if not head:
         return
     if head != _MAGIC:

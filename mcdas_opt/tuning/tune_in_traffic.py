@@ -13,7 +13,7 @@ from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import InputError, writing
 from mcdas_opt.evaluation.running.executor import Executor
 from mcdas_opt.reference.offset_path import corrected
 from mcdas_opt.tuning.choice import Choice, Guarded, choose, compared, judged
@@ -186,12 +186,10 @@ def _report(
 def _write(report: StudyReport, out: Path) -> None:
     from mcdas_opt.plotting.style import save_png
 
-    try:
+    with writing(out):
         save_png(sheet(report), out.with_suffix(".png"), dpi=120)
         if report.accepted:
             out.with_suffix(".toml").write_text(values_text(report), encoding="utf-8")
-    except OSError as error:
-        raise InputError(out, "", None, f"cannot be written: {error.strerror}") from None
 
 
 def sheet(report: StudyReport) -> Figure:
