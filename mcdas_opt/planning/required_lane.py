@@ -17,7 +17,7 @@ from mcdas_opt.planning.lane_choice import follower_gap_m, known_acceleration_mp
 AHEAD_S, AHEAD_M = 20.0, 60.0  # a lane that ends within so much driving, and at least so far ahead, is left
 _FARTHER_M = 30.0  # a lane must lead on by so much farther to be worth a change
 _ADAPTING_S = 12.0  # before the end speed is adapted to a gap; until then one that comes by itself is taken
-_LAST_S = 3.0  # before the end the least that is ever accepted is
+_YIELDING_S, _LAST_S = 8.0, 3.0  # before the end less than the whole headway is accepted, and the least that ever is
 LEAST_SHARE = 0.65  # of the time gap that is asked for; then 0.8 s where that is 1.2 s
 _CROSSING_S = 2.5  # from now until the body is in the new lane
 _BESIDE_SHARE = 0.7  # of the gap that is asked for once there, already now
@@ -99,7 +99,7 @@ def _gaps(situation: Situation, vehicle: Vehicle, settings: Settings, required: 
     own = road.lane_of(host.d_m, host.s_m)
     there = _in_lane(situation, own + (1 if required.side is Side.LEFT else -1))
     leader = next_ahead(situation, road.lane_centre_m(own, host.s_m))
-    share = min(max((required.left_s - _LAST_S) / (_ADAPTING_S - _LAST_S), 0.0), 1.0)
+    share = min(max((required.left_s - _LAST_S) / (_YIELDING_S - _LAST_S), 0.0), 1.0)
     time_gap_s = settings.headway.time_gap_s * (LEAST_SHARE + (1.0 - LEAST_SHARE) * share)
     braking = (1.0 - share) * settings.manners.follower_braking_mps2
     too_early, too_late = [], []  # for each of them: how far the host is short of being ahead, or behind
