@@ -38,6 +38,7 @@ class MeasuredHost:
     def _known(self, state: HostState, lateral_mps2: float) -> HostState:
         self.measured: MotionMeasurement = self._sensing.measure(state, lateral_mps2)
         if not isinstance(state, SlidingState) or self._observer is None:
+            self.slip = None
             return state if self._exact else replace(state, speed_mps=self.measured.speed_mps, steering_rad=self.measured.steering_rad)
         self.slip = self._observer.update(self.measured)
         return replace(

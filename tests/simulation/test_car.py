@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -23,6 +24,7 @@ from mcdas_opt.simulation.actuators import Applied
 from mcdas_opt.simulation.car import Car, PlantError
 from mcdas_opt.simulation.kinematic_plant import KinematicPlant
 from mcdas_opt.simulation.loop import simulate
+from mcdas_opt.simulation.motion_sensors import MotionSensors
 from mcdas_opt.simulation.plant import known_plants, plant_name
 from tests.simulation import plants_of_a_user
 from tests.simulation.fake_driver import FakeDriver
@@ -72,6 +74,45 @@ def test_a_plant_that_fails_ends_the_drive_with_one_error_and_the_drive_up_to_th
     assert drive.duration_s == pytest.approx((at - 1) / 100)
     assert np.array_equal(drive.history.states, whole.history.states[:at])
     assert np.array_equal(drive.history.clearance_m, whole.history.clearance_m[:at])
+
+
+def test_the_error_of_a_plant_comes_whole_out_of_another_process() -> None:
+    fault = PlantError("theirs", 0.35, "raised RuntimeError: out of petrol")
+    again = pickle.loads(pickle.dumps(fault))
+    assert (str(again), again.plant, again.time_s, again.fault) == (str(fault), "theirs", 0.35, fault.fault)
+
+
+class LyingPlant(KinematicPlant):
+    """It says that it did something that is no number."""
+
+    def step(self, jerk_mps3: float, steering_rate_radps: float) -> Applied:
+        return replace(super().step(jerk_mps3, steering_rate_radps), lateral_acceleration_mps2=math.nan)
+
+
+def test_a_plant_that_says_it_did_no_number_is_one_error() -> None:
+    with pytest.raises(PlantError, match="lateral_acceleration_mps2 = nan") as caught:
+        simulate(make_scene(duration_s=0.3), FakeDriver(), plant=LyingPlant)
+    assert caught.value.drive is not None
+
+
+@pytest.mark.parametrize("sensors", ["produktion", 3, None])
+def test_sensors_that_are_none_are_refused(sensors: object) -> None:
+    with pytest.raises(ParameterError, match="motion_sensors"):
+        simulate(make_scene(), FakeDriver(), motion_sensors=sensors)
+
+
+@pytest.mark.parametrize(("field", "value"), [("yaw_rate_sd_radps", -0.1), ("speed_share", 0.5), ("steering_offset_rad", math.nan)])
+def test_noise_that_cannot_be_is_refused(field: str, value: float) -> None:
+    with pytest.raises(ParameterError, match=field):
+        MotionSensors(**{field: value})
+
+
+def test_a_drive_with_noise_repeats_and_another_seed_is_another_drive() -> None:
+    scene, steering = make_scene(speed_mps=20.0, duration_s=0.5), FakeDriver(lambda host, now: (0.0, 0.1 * host.steering_rad))
+    first, again, other = (
+        simulate(scene, steering, plant="dynamic", motion_sensors="production", seed=seed).history.states.tobytes() for seed in (1, 1, 2)
+    )
+    assert first == again != other
 
 
 @given(speed=st.floats(0.0, 50.0), jerk=st.floats(-100.0, 100.0), rate=st.floats(-2.0, 2.0), bend=st.floats(-0.02, 0.02))
@@ -148,3 +189,6 @@ def test_the_history_keeps_sideslip_yaw_rate_and_the_friction_found(plant: str) 
     turned = history.states[-1, 2] - history.states[0, 2]
     assert 0.01 * history.yaw_rate_radps[:-1].sum() == pytest.approx(turned, rel=0.02)
     assert set(history.friction) == {scene.road.friction}
+    assert np.abs(history.sideslip_estimate_rad - history.sideslip_rad).max() < 0.003
+    assert bool((history.sideslip_sd_rad > 0.0).all()) is (plant == "dynamic")
+    assert bool(np.isfinite(history.friction_estimate).all()) is (plant == "dynamic")
