@@ -49,7 +49,7 @@ def test_what_an_extra_declares_is_installed(extra: str) -> None:
 
 
 def test_the_reactive_planners_own_packages_are_pinned_once_and_told_everywhere() -> None:
-    assert f"pip install --no-deps {' '.join(PACKAGES)}\n" in (ROOT / "docs" / "doors.md").read_text("utf-8")
+    assert f"pip install --no-deps {' '.join(PACKAGES)}\n" in (ROOT / "docs" / "doors" / "commonroad.md").read_text("utf-8")
     assert all(re.fullmatch(r"commonroad-[a-z-]+==[0-9.]+", package) for package in PACKAGES)
     if os.environ.get("EVERY_EXTRA"):
         assert [f"{name}=={version(name)}" for name in (package.split("==")[0] for package in PACKAGES)] == list(PACKAGES)

@@ -9,6 +9,12 @@ from pathlib import Path
 
 import pytest
 
+from mcdas_opt.catalogue.scenes import load_scene
+from mcdas_opt.domain.parking import ParkingLimits
+from mcdas_opt.domain.settings import Settings
+from mcdas_opt.simulation.loop import simulate
+from mcdas_opt.verification.parking_judge import STEP_S
+
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
@@ -23,6 +29,24 @@ def test_first_plan_runs_as_printed(capsys: pytest.CaptureFixture[str], tmp_path
     assert words[0] == "evade"
     assert words[2] == "True"
     assert (tmp_path / "plan.png").is_file()
+
+
+def test_its_numbers_are_those_of_the_code() -> None:
+    """A page of a registry cannot include them; what was measured is a claim, and is not typed here."""
+    scene = load_scene("sandwich-60-40")
+    rear = next(car for car in scene.neighbour if car.name == "rear")
+    drive = simulate(scene.model_copy(update={"duration_s": 0.3}))
+    offsets = (load_scene(f"sandwich-offset-{side}").neighbour[0].d_m for side in ("left", "right"))
+    said = {
+        f"{3.6 * (rear.initial[3] - scene.host.speed_mps):.0f} km/h",
+        f"{drive.cycles[1].time_s - drive.cycles[0].time_s:.1f} s",
+        f"{Settings().grid.times_s[-1]:.0f} s",
+        f"{100 * ParkingLimits().clearance_m:.0f} cm",
+        f"{1e3 * STEP_S:.0f} ms",
+        f"{max(abs(d or 0.0) for d in offsets):.0f} m",
+    }
+    prose = re.sub(r"```.*?```|`[^`]*`|\]\([^)]*\)", "", README, flags=re.S)
+    assert set(re.findall(r"\b\d[\d.,]* (?:km/h|m/s|ms|cm|m|s|%)(?!\w)", prose)) == said
 
 
 def test_exactly_two_set_up_commands() -> None:

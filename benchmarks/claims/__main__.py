@@ -41,7 +41,8 @@ def show() -> int:
         print(f"{one.claim.name:32} {one.claim.size:5}  {one.shown:34} goal {one.claim.goal!s:14} {state}")
     measured = [one for one in found if one.record is not None]
     fresh = sum(not one.record.is_old for one in measured if one.record is not None)
-    print(f"{len(found)} claims, {len(measured)} measured, {fresh} of them on this planner")
+    sizes = ", ".join(f"{sum(one.claim.size == size for one in found)} {size}" for size in SIZES)
+    print(f"{len(found)} claims ({sizes}), {len(measured)} measured, {fresh} of them on this planner")
     return 0
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import shlex
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from mcdas_opt.catalogue.data_files import checked, read_toml
 from mcdas_opt.errors import InputError, ParameterError, nearest
@@ -43,8 +44,19 @@ class Goal(BaseModel):
         return " and ".join(f"{sign} {value}" for sign, value in named if value is not None)
 
 
+def _groups(pattern: str) -> tuple[str, ...]:
+    """Names of the pattern's groups; none of what is no pattern."""
+    try:
+        return tuple(re.compile(pattern).groupindex)
+    except re.error:
+        return ()
+
+
 class Claim(BaseModel):
-    """`value`, `of`, `low` and `high` are paths into the JSON that the command prints. `{folder}` in a command is one for its files."""
+    """`value`, `of`, `low` and `high` are paths into the JSON that the command prints. `{folder}` in a command is one for its files.
+
+    Of a command that prints words, `pattern` is a regular expression instead, with groups of these names.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -52,12 +64,21 @@ class Claim(BaseModel):
     says: str
     size: Literal["quick", "full"]
     command: str
-    value: str
+    value: str | None = None
     of: str | None = None
     low: str | None = None
     high: str | None = None
+    pattern: str | None = None
     unit: str = ""
     goal: Goal
+
+    @model_validator(mode="after")
+    def _is_found_in_one_way(self) -> Self:
+        if (self.value is None) == (self.pattern is None):
+            raise ValueError("must have a value, the path into JSON, or a pattern of words")
+        if self.pattern is not None and "value" not in _groups(self.pattern):
+            raise ValueError("pattern: must be a regular expression with a group (?P<value>...)")
+        return self
 
 
 class ClaimsFile(BaseModel):
@@ -67,7 +88,7 @@ class ClaimsFile(BaseModel):
 
 
 class Record(BaseModel):
-    """A measured value, and what it was measured on: the commit, the planner's digest, and how fast the machine was (`machine`)."""
+    """A measured value, and what it was measured on: the commit, the planner's digest, how fast the machine was, how long it took."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -79,6 +100,7 @@ class Record(BaseModel):
     commit: str
     planner: str
     machine: float | None = None
+    took_s: float | None = None
 
     @property
     def is_old(self) -> bool:
@@ -125,11 +147,7 @@ def words(claim: Claim, file: object) -> list[str]:
     except ValueError as error:
         raise InputError(file, f"{claim.name}.command", claim.command, str(error)) from None
     if found[:1] == ["mcdas-opt"] and len(found) > 1:
-        import typer
-
-        from mcdas_opt.cli.app import app
-
-        known = typer.main.get_command(app).commands
+        known = _commands()
         if found[1] not in known:
             raise InputError(file, f"{claim.name}.command", found[1], f"is no command; {nearest(found[1], known)}")
         return found
@@ -138,6 +156,16 @@ def words(claim: Claim, file: object) -> list[str]:
             raise InputError(file, f"{claim.name}.command", found[2], "no such benchmark")
         return found
     raise InputError(file, f"{claim.name}.command", claim.command, "must begin with mcdas-opt or python -m benchmarks.NAME")
+
+
+@lru_cache(maxsize=1)
+def _commands() -> frozenset[str]:
+    """Of `mcdas-opt`."""
+    import typer
+
+    from mcdas_opt.cli.app import app
+
+    return frozenset(typer.main.get_command(app).commands)
 
 
 def records() -> dict[str, Record]:
@@ -181,3 +209,26 @@ def value_at(document: Any, path: str) -> Any:
         except (KeyError, TypeError, StopIteration):
             raise LookupError(f"{path}: there is no {part}") from None
     return here
+
+
+def values(claim: Claim, said: Any) -> dict[str, Any]:
+    """`value`, and `of`, `low` and `high` where the claim has them, in what its command printed. Raises `LookupError`."""
+    if claim.pattern is not None:
+        return dict(_values_in(str(said), claim.pattern))
+    paths = {"value": claim.value, "of": claim.of, "low": claim.low, "high": claim.high}
+    return {name: value_at(said, path) for name, path in paths.items() if path is not None}
+
+
+def _values_in(text: str, pattern: str) -> dict[str, float | str]:
+    """What the pattern's groups hold in a text, numbers as numbers."""
+    found = re.search(pattern, text)
+    if found is None:
+        raise LookupError(f"nothing printed fits {pattern!r}")
+    return {name: _number(value) for name, value in found.groupdict().items() if value is not None}
+
+
+def _number(text: str) -> float | str:
+    try:
+        return float(text.replace(",", ""))
+    except ValueError:
+        return text

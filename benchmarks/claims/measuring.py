@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.claims.book import RECORDS, ROOT, Claim, Record, planner_digest, value_at, words
+from benchmarks.claims.book import RECORDS, ROOT, Claim, Record, planner_digest, values, words
 from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.errors import writing
 from mcdas_opt.evaluation.provenance import commit
@@ -30,26 +30,28 @@ class Measuring:
     """Runs every command once, however many claims stand on it."""
 
     def __init__(self) -> None:
-        self._said: dict[str, Any] = {}
+        self._said: dict[str, tuple[Any, float]] = {}
         self._machine = machine()
 
     def record(self, claim: Claim) -> Record:
-        document = self._document(claim)
+        document, took_s = self._document(claim)
         try:
-            value, *others = (None if path is None else value_at(document, path) for path in (claim.value, claim.of, claim.low, claim.high))
+            found = values(claim, document)
         except LookupError as error:
             raise NotMeasuredError(str(error)) from None
+        value = found.get("value")
         if value is None or isinstance(value, (list, dict)):
             raise NotMeasuredError(f"{claim.value}: is {type(value).__name__}, not a value")
-        of, low, high = others
         now = datetime.now(UTC).strftime("%Y-%m-%d")
-        return Record(
-            value=value, of=of, low=low, high=high, date=now, commit=commit(), planner=planner_digest(), machine=round(self._machine, 2)
-        )
+        origin = {"date": now, "commit": commit(), "planner": planner_digest()}
+        return Record(**found, **origin, machine=round(self._machine, 2), took_s=round(took_s, 1))
 
-    def _document(self, claim: Claim) -> Any:
+    def _document(self, claim: Claim) -> tuple[Any, float]:
+        """What the command printed, and how long it took [s]."""
         if claim.command not in self._said:
-            self._said[claim.command] = _run(claim)
+            began = time.perf_counter()
+            document = _run(claim)
+            self._said[claim.command] = document, time.perf_counter() - began
         return self._said[claim.command]
 
 
@@ -64,6 +66,8 @@ def _run(claim: Claim) -> Any:
     if done.returncode:
         said = done.stderr.strip().splitlines() or ["nothing said"]
         raise NotMeasuredError(f"exit {done.returncode}: {said[-1]}")
+    if claim.pattern is not None:
+        return done.stdout
     try:
         return json.loads(done.stdout)
     except ValueError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -10,22 +11,26 @@ from docutils import nodes
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from benchmarks.claims.book import SIZES, Entry, claims, entry, records
-from mcdas_opt.errors import McdasError
+from benchmarks.claims.book import SIZES, Entry, claims, records
+from mcdas_opt.errors import nearest
 
-OLD = " (measured on an older planner)"
+
+@lru_cache(maxsize=1)
+def _entries() -> dict[str, Entry]:
+    """Of this build."""
+    kept = records()
+    return {name: Entry(claim=claim, record=kept.get(name)) for name, claim in claims().items()}
 
 
 def _claim(
     role: str, raw: str, text: str, line: int, inliner: Any, options: Any = None, content: Any = None
 ) -> tuple[list[Any], list[Any]]:
-    try:
-        found = entry(text)
-    except McdasError as error:
-        said = inliner.reporter.error(str(error), line=line)
+    found = _entries().get(text)
+    if found is None:
+        said = inliner.reporter.error(f"claim: {nearest(text, _entries())}", line=line)
         return [inliner.problematic(raw, raw, said)], [said]
-    old = found.record is None or found.record.is_old
-    return [nodes.inline(raw, found.shown, classes=["claim"], **({"title": OLD} if old else {}))], []
+    old = found.record is not None and found.record.is_old
+    return [nodes.inline(raw, found.shown, classes=["claim", "old"] if old else ["claim"])], []
 
 
 def _row(one: Entry) -> str:
@@ -44,10 +49,9 @@ def _bring(app: Any) -> None:
         "python -m benchmarks.claims run quick",
         "```",
     ]
-    kept = records()
     for size in SIZES:
         lines += ["", f"## {size.capitalize()}", "", "| claim | what | measured | goal | when |", "|---|---|---|---|---|"]
-        lines += [_row(Entry(claim=claim, record=kept.get(name))) for name, claim in claims().items() if claim.size == size]
+        lines += [_row(one) for one in _entries().values() if one.claim.size == size]
     text, path = "\n".join(lines) + "\n", Path(app.srcdir) / "claims.md"
     if not path.is_file() or path.read_text("utf-8") != text:
         path.write_text(text, "utf-8")

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-GUIDE = (ROOT / "docs" / "extend.md").read_text("utf-8")
-SECTIONS = {text.split("\n", 1)[0]: text for text in GUIDE.split("\n## ")[1:]}
+PAGES = [page.read_text("utf-8") for page in sorted((ROOT / "docs" / "extend").glob("*.md"))]
+SECTIONS = {text.removeprefix("# ").split("\n", 1)[0]: text for text in PAGES}
 CHANGES = ("A candidate", "A cost term", "A constraint")
 MOST_LINES = 30
 

@@ -291,12 +291,12 @@ def test_nobody_at_the_schedulers_address_is_bad_input(monkeypatch: pytest.Monke
 
 def test_the_planner_of_the_documentation_drives() -> None:
     """Its block of ten lines, as printed."""
-    text = (Path(__file__).resolve().parents[2] / "docs" / "benchmark.md").read_text(encoding="utf-8")
-    block = re.search(r"```python\n(.*?)```", text, re.S)
+    text = (Path(__file__).resolve().parents[2] / "docs" / "extend" / "planner.md").read_text(encoding="utf-8")
+    block = re.search(r"```python\n(.*?)```", text.partition("## From an acceleration law")[2], re.S)
     assert block is not None
     assert len([line for line in block[1].splitlines() if line.strip()]) <= 10
     names: dict[str, Any] = {}
-    exec(compile(block[1], "benchmark.md", "exec"), names)
+    exec(compile(block[1], "planner.md", "exec"), names)
     scene = load_scene("stopped-obstacle")
     drive = simulate(scene.model_copy(update={"duration_s": 1.0}), names["Timid"](scene.vehicle, Settings()))
     assert drive.plans == 10
