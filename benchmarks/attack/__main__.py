@@ -16,7 +16,7 @@ Counted are: foreign exceptions, calls that took more than 2 s of the processor'
 verified and are not, and records lost. Exit code 1 where there is one. Of each distinct fault the shortest input is shown.
 
 A campaign is counted block by block. With `--out` each block is kept there, with the commit that it ran on, and the same command goes on
-where it was stopped; when all is there it prints the table, and a line of each commit's share.
+where it was stopped; when all is there it prints the table. After a fault is mended, `--again` asks the blocks that found it once more.
 """
 
 from __future__ import annotations
@@ -69,6 +69,9 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, help="cases of each attack, instead of --quick or --full")
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(ATTACKS))
+    parser.add_argument(
+        "--again", action="store_true", help="blocks of FILE that found something are asked again, on the code as it is now"
+    )
     parser.add_argument("--out", type=Path, metavar="FILE", help="where the blocks are kept")
     asked = parser.parse_args()
     unknown = [name for name in asked.names if name not in ATTACKS]
@@ -76,6 +79,10 @@ def main() -> int:
         parser.error(f"no such attack: {', '.join(unknown)}; known: {', '.join(ATTACKS)}")
     with tempfile.TemporaryDirectory() as folder, Journal(asked.out or Path(folder) / "blocks") as kept:
         table = Table(list(asked.names or ATTACKS), map(Block.of, kept.records))
+        for block in [block for name in table.names for block in table.of(name) if asked.again and block.tally.wrong]:
+            again = one_block(block.attack, block.tally.tried, block.seed)
+            kept.append(again.to_dict())
+            table.add(again)
         print(table.heading, flush=True)
         for name in table.names:
             _, counts, per_block = ATTACKS[name]
@@ -93,11 +100,15 @@ def main() -> int:
 def blocks(name: str, count: int, per_block: int, seed: int, table: Table) -> Iterator[Block]:
     """Those that `count` cases still lack."""
     while (left := count - table.tried(name)) > 0:
-        began, place = time.perf_counter(), len(table.blocks[name])
-        faulthandler.dump_traceback_later(_NEVER_S, exit=True)
-        tally = run(name, min(left, per_block), seed + place)
-        faulthandler.cancel_dump_traceback_later()
-        yield Block(attack=name, seed=seed + place, took_s=time.perf_counter() - began, commit=commit(), tally=tally)
+        yield one_block(name, min(left, per_block), table.free_seed(name, seed))
+
+
+def one_block(name: str, count: int, seed: int) -> Block:
+    began = time.perf_counter()
+    faulthandler.dump_traceback_later(_NEVER_S, exit=True)
+    tally = run(name, count, seed)
+    faulthandler.cancel_dump_traceback_later()
+    return Block(attack=name, seed=seed, took_s=time.perf_counter() - began, commit=commit(), tally=tally)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields
+from itertools import count
 from typing import Any
 
 from benchmarks.attack.tally import Tally
@@ -35,40 +36,48 @@ class Table:
 
     def __init__(self, names: list[str], blocks: Iterable[Block]) -> None:
         self.names = names
-        self.blocks: dict[str, list[Block]] = {name: [] for name in names}
+        self._by_seed: dict[str, dict[int, Block]] = {name: {} for name in names}
         for block in blocks:
-            if block.attack in self.blocks:
+            if block.attack in self._by_seed:
                 self.add(block)
 
     def add(self, block: Block) -> None:
-        self.blocks[block.attack].append(block)
+        """The same seed again, on other code, takes the place of what it found before."""
+        self._by_seed[block.attack][block.seed] = block
+
+    def of(self, name: str) -> list[Block]:
+        return list(self._by_seed[name].values())
 
     def tried(self, name: str) -> int:
-        return sum(block.tally.tried for block in self.blocks[name])
+        return sum(block.tally.tried for block in self.of(name))
+
+    def free_seed(self, name: str, first: int) -> int:
+        """The first from there on that has not been used."""
+        return next(seed for seed in count(first) if seed not in self._by_seed[name])
 
     @property
     def wrong(self) -> int:
-        return sum(block.tally.wrong for blocks in self.blocks.values() for block in blocks)
+        return sum(block.tally.wrong for name in self.names for block in self.of(name))
 
     @property
     def heading(self) -> str:
         return f"{'attack':13s}" + "".join(f"{name:>12s}" for name in _COUNTS) + f"{'worst [s]':>12s}{'took [s]':>10s}  cases by commit"
 
     def row(self, name: str) -> str:
-        blocks, by_commit = self.blocks[name], Counter[str]()
+        blocks, by_commit = self.of(name), Counter[str]()
         for block in blocks:
             by_commit[block.commit] += block.tally.tried
-        counts = "".join(f"{sum(getattr(block.tally, count) for block in blocks):12d}" for count in _COUNTS)
+        counts = "".join(f"{sum(getattr(block.tally, what) for block in blocks):12d}" for what in _COUNTS)
         worst_s, took_s = max((block.tally.worst_s for block in blocks), default=0.0), sum(block.took_s for block in blocks)
-        commits = ", ".join(f"{count} {commit}" for commit, count in by_commit.items())
+        commits = ", ".join(f"{cases} {commit}" for commit, cases in by_commit.items())
         return f"{name:13s}{counts}{worst_s:12.2f}{took_s:10.1f}  {commits}"
 
     @property
     def closing(self) -> str:
         """Of each distinct fault the shortest input, and the commit that showed it."""
         found: dict[tuple[str, str], tuple[str, str]] = {}
-        for name, blocks in self.blocks.items():
-            for block in blocks:
+        for name in self.names:
+            for block in self.of(name):
                 for fault, shown in block.tally.faults.items():
                     if (name, fault) not in found or len(shown) < len(found[name, fault][0]):
                         found[name, fault] = (shown, block.commit)
