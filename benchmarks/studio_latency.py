@@ -25,20 +25,29 @@ READY = "window.mcdas.studio && !mcdas.studio.asking.busy && Object.keys(mcdas.s
 TIMES = "mcdas.studio.asking.latencies.splice(0)"
 
 
-def started(folder: str) -> tuple[subprocess.Popen[bytes], str]:
-    """The studio on a free port, once it answers."""
+def free_port() -> int:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    command = [sys.executable, "-m", "mcdas_opt", "studio", "--port", str(port), "--folder", folder, "--no-show"]
-    server = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        return int(probe.getsockname()[1])
+
+
+def ready(port: int) -> str:
+    """The address of the studio on that port, once it answers."""
     for _ in range(240):
         try:
             urllib.request.urlopen(f"http://127.0.0.1:{port}", timeout=5).read()
-            return server, f"http://127.0.0.1:{port}"
+            return f"http://127.0.0.1:{port}"
         except OSError:
             time.sleep(0.25)
     raise SystemExit("the studio did not start")
+
+
+def started(folder: str) -> tuple[subprocess.Popen[bytes], str]:
+    """The studio on a free port, once it answers."""
+    port = free_port()
+    command = [sys.executable, "-m", "mcdas_opt", "studio", "--port", str(port), "--folder", folder, "--no-show"]
+    server = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return server, ready(port)
 
 
 def figures(times: list[float]) -> dict[str, float]:

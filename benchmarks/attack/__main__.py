@@ -11,6 +11,7 @@
 | journals | journals cut off and damaged, their log too |
 | kills | processes that write a journal, killed |
 | commands | every command with wrong words, streams and locales |
+| studio | sessions of one server: slow ones, ones that leave in mid-solve, hostile files and wishes |
 
 Counted are: foreign exceptions, calls that took more than 2 s of the processor's time, numbers that are not finite, plans that left as
 verified and are not, and records lost. Exit code 1 where there is one. Of each distinct fault the shortest input is shown.
@@ -31,7 +32,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from benchmarks.attack import commands, constructors, files, journals, kills, situations, streams
+from benchmarks.attack import commands, constructors, files, journals, kills, situations, streams, studio
 from benchmarks.attack.table import Block, Table
 from benchmarks.attack.tally import Tally
 from mcdas_opt.evaluation.provenance import commit
@@ -46,6 +47,7 @@ ATTACKS: dict[str, tuple[Callable[[Tally, int, int], None], tuple[int, int, int]
     "journals": (journals.attack, (50, 1_000, 10_000), 1_000),
     "kills": (kills.attack, (2, 50, 1_000), 50),
     "commands": (commands.attack, (4, 60, 1_000), 20),
+    "studio": (studio.attack, (4, 20, 200), 200),
 }
 _NEVER_S = 3600.0  # a block without an end: say where it hangs, and end
 _SEEDS = 100_000  # between those of two campaigns
