@@ -119,8 +119,8 @@ def main() -> None:
     def heard(line: Line) -> None:
         trouble.look()
         counts[line.status] += 1
-        if line.passed is False and line.status != Status.UNAVOIDABLE.value:
-            wrong["unverified"] += 1
+        if line.passed is False and line.status not in (Status.UNAVOIDABLE.value, LATE):  # who is late holds the plan before
+            wrong[f"unverified, {line.status}"] += 1
         if line.status == FAULT:
             wrong[line.reason[:80]] += 1
         if line.status != LATE and trouble.kind == "slow reader":
@@ -173,9 +173,12 @@ def _tell(
     cycles, duration_s = (sum(getattr(one, name) for one in summaries) for name in ("cycles", "duration_s"))
     print(f"{cycles} cycles in {duration_s:.0f} s, {len(summaries)} sessions; lines {dict(counts)}; sent {dict(sent)}")
     print(f"faults begun: {dict(begun)}")
+    wrong["unverified plans"] += sum(one.unverified_plans for one in summaries)
     for one in summaries:
-        print(f"  missed {one.missed_cycles}, late {one.late_cycles}, faults {one.faults}, drops {one.to_dict()['drops']}, {one.cycle_ms}")
-    print(f"must not be: {dict(wrong) or 'nothing'}")
+        print(
+            f"  missed {one.missed_cycles}, late {one.late_cycles}, unverified {one.unverified_plans}, faults {one.faults}, drops {one.to_dict()['drops']}, {one.cycle_ms}"
+        )
+    print(f"must not be: {dict(+wrong) or 'nothing'}")
     kept = np.array(samples[len(samples) // 5 :])
     if len(kept) >= 20:
         for name, column in zip(("resident [KiB]", "threads", "descriptors"), kept[:, 1:].T, strict=True):
