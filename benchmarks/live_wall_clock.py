@@ -175,9 +175,8 @@ def _tell(
     print(f"faults begun: {dict(begun)}")
     wrong["unverified plans"] += sum(one.unverified_plans for one in summaries)
     for one in summaries:
-        print(
-            f"  missed {one.missed_cycles}, late {one.late_cycles}, unverified {one.unverified_plans}, faults {one.faults}, drops {one.to_dict()['drops']}, {one.cycle_ms}"
-        )
+        ends = f"missed {one.missed_cycles}, late {one.late_cycles}, unverified {one.unverified_plans}, faults {one.faults}"
+        print(f"  {ends}, drops {one.to_dict()['drops']}, {one.cycle_ms}")
     print(f"must not be: {dict(+wrong) or 'nothing'}")
     kept = np.array(samples[len(samples) // 5 :])
     if len(kept) >= 20:

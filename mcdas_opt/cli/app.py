@@ -28,6 +28,7 @@ from mcdas_opt.cli.replay import replay
 from mcdas_opt.cli.reproduce import reproduce
 from mcdas_opt.cli.schema import schema
 from mcdas_opt.cli.screen import CutShortError
+from mcdas_opt.cli.shortage import shortage
 from mcdas_opt.cli.simulate import simulate
 from mcdas_opt.cli.stop import INTERRUPTED, Stopped, terminated_as_interrupted
 from mcdas_opt.cli.streams import prepare_streams, told_where_stdout_ends
@@ -54,7 +55,7 @@ for command in (*driving, *parking, *studying, *carrying):
     app.command()(command)
 app.command("judge", hidden=True)(judge)  # the old name of verify
 
-_MISTAKE, _LOST = 2, "what was not yet written is lost"
+_FAULT, _MISTAKE, _LOST = 1, 2, "what was not yet written is lost"
 
 
 @runtime_checkable
@@ -101,7 +102,11 @@ def _run(stopped: Stopped) -> int:
         if isinstance(error, _UsageError):
             error.show()
             return _MISTAKE
-        raise
+        lacking = shortage(error)
+        if not lacking:
+            raise
+        complain(f"the machine has too little left: {lacking}; {_LOST}")
+        return _FAULT
     if code == INTERRUPTED:
         stopped.end(_LOST)
     return code if isinstance(code, int) else 0

@@ -1,0 +1,30 @@
+"""What a machine says that has no memory, descriptors, processes or disk left."""
+
+from __future__ import annotations
+
+import errno
+
+_ERRNOS = (errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.EAGAIN, errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_SAYINGS = (  # of whom has no number for it: the loader of libraries, threads
+    "failed to map segment",
+    "cannot allocate memory",
+    "too many open files",
+    "can't start new thread",
+    "no space left",
+)
+
+
+def shortage(error: BaseException | None) -> str:
+    """What was lacking, in the machine's own words, where this error or one that led to it says so; else empty."""
+    seen: list[BaseException] = []
+    while error is not None and error not in seen:
+        seen.append(error)
+        if isinstance(error, MemoryError):
+            return "out of memory"
+        if isinstance(error, OSError) and error.errno in _ERRNOS:
+            return (error.strerror or str(error)).lower()
+        said = str(error).lower()
+        if isinstance(error, (ImportError, RuntimeError, OSError)) and any(saying in said for saying in _SAYINGS):
+            return str(error)
+        error = error.__cause__ or error.__context__
+    return ""
