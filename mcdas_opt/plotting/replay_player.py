@@ -20,6 +20,7 @@ from mcdas_opt.plotting.words import doing, sentence
 MOST_CYCLES = 6000  # of a longer recording every so-manieth is shown
 _BEYOND_M = 200.0
 _COLOURS = {Role.FRONT: style.FRONT, Role.REAR: style.REAR}
+_SCALE_M = 2.0  # below the road, for the scale
 _FARTHEST_M, _NEAREST_M = 90.0, 40.0  # of the window, ahead and behind
 
 
@@ -112,7 +113,7 @@ def _view(replay: DrawnReplay) -> dict[str, float]:
     across = [track.d_m for cycle in replay.cycles for track in cycle.tracks if -back < track.s_m < ahead] or [0.0]
     low, high = np.percentile(across, [5.0, 95.0])
     right, left = min(replay.road.right_edge_m, float(low)) - 1.6, max(replay.road.left_edge_m, float(high)) + 1.6
-    return {"back": back, "ahead": ahead, "right": max(right, -14.0), "left": min(left, 14.0)}
+    return {"back": back, "ahead": ahead, "right": max(right - _SCALE_M, -14.0), "left": min(left, 14.0)}
 
 
 def _charts(cycles: Sequence[DrawnCycle], t: list[float], duration: float) -> list[dict[str, Any]]:

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
 from asammdf import MDF, Signal, Source
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as BagWriter
 
+from benchmarks.attack.mutators import mutated
 from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.domain.document import to_document
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import InputError, McdasError
 from mcdas_opt.interop.recordings.can_frames import Frame
 from mcdas_opt.interop.recordings.candump import read_candump, write_candump
 from mcdas_opt.interop.recordings.messages import flattened, time_of
@@ -155,6 +161,7 @@ def test_the_same_drive_replays_to_the_same_tracks(
 
 
 TARGETS = [(round(0.05 * k, 2), 1, 30.0 - 0.1 * k, 0.5, -2.0) for k in range(40)]
+MAPPING = {"x_m": "Radar_dx", "y_m": "-Radar_right", "range_rate_mps": "Radar_vrel", "host_speed_mps": "Ego_v"}
 SPEED = [(round(0.05 * k, 2), 10.0) for k in range(40)]
 
 
@@ -194,12 +201,11 @@ def as_json_messages(path: Path) -> Path:
 
 
 def test_a_target_list_by_mapping_is_the_same_in_every_format(tmp_path: Path) -> None:
-    mapping = {"x_m": "Radar_dx", "y_m": "-Radar_right", "range_rate_mps": "Radar_vrel", "host_speed_mps": "Ego_v"}
     own = replay(as_csv(tmp_path / "radar.csv"), plan=False)
     assert [len(cycle.tracks) for cycle in own.cycles[5:]] == [1] * (len(own.cycles) - 5)
     assert own.cycles[-1].host.speed_mps == 10.0
     assert tracks(replay(as_json_messages(tmp_path / "radar.mcap"), plan=False)) == tracks(own)
-    mdf = replay(as_mdf_channels(tmp_path / "radar.mf4"), plan=False, columns=mapping)
+    mdf = replay(as_mdf_channels(tmp_path / "radar.mf4"), plan=False, columns=MAPPING)
     for one, other in zip(mdf.cycles, own.cycles, strict=True):
         assert one.host.speed_mps == pytest.approx(other.host.speed_mps, abs=1e-9)
         for a, b in zip(one.tracks, other.tracks, strict=True):
@@ -273,6 +279,30 @@ def test_a_file_that_was_cut_short_is_refused(tmp_path: Path) -> None:
     path.write_bytes(path.read_bytes()[:-400])
     with pytest.raises(InputError, match=r"radar\.mcap: "):
         replay(path)
+
+
+@given(st.integers(0, 2**32))
+@settings(max_examples=5, deadline=None)
+def test_a_broken_recording_is_read_or_refused_and_says_nothing_else(broken: dict[str, bytes], seed: int) -> None:
+    """Whatever the libraries raise; `broken` are sound files, which are broken here."""
+    rng = np.random.default_rng(seed)
+    with TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+        told: list[object] = []
+        patch.setattr(sys, "unraisablehook", told.append)
+        for name, data in broken.items():
+            path = Path(folder) / name
+            path.write_bytes(mutated(data, rng))
+            with contextlib.suppress(McdasError):
+                replay(path, plan=False, columns=MAPPING if name == "channels.mf4" else None)
+    assert told == []
+
+
+@pytest.fixture(scope="module")
+def broken(frames: tuple[Frame, ...], tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    folder, few = tmp_path_factory.mktemp("sound"), frames[:60]
+    files = (mdf4(few, folder / "bus.mf4"), mcap_ros(few, folder / "bus.mcap"))
+    files += (as_mdf_channels(folder / "channels.mf4"), as_json_messages(folder / "radar.mcap"))
+    return {path.name: path.read_bytes() for path in files}
 
 
 def test_formats_are_found_by_the_files_name_and_by_their_own(tmp_path: Path) -> None:

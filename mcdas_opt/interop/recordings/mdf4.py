@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import gc
+import logging
 import math
+import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
+from traceback import clear_frames
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -98,8 +102,37 @@ class Mdf4Recording:
             from asammdf import MDF
         except ImportError:
             raise MissingExtraError("asammdf", "mdf") from None
-        with understood(self.path, "MDF4"), MDF(str(self.path)) as mdf:
-            yield mdf
+        with understood(self.path, "MDF4"), Path(self.path).open("rb") as file:
+            with _quiet_when_half_built():
+                mdf = MDF(file)
+            with mdf:
+                yield mdf
+
+
+@contextmanager
+def _quiet_when_half_built() -> Iterator[None]:
+    """An MDF that fails while it is built tells it on stderr, and fails once more when it is thrown away, which Python would tell there.
+
+    Raises `ValueError` that says what it said.
+    """
+    before, logger = sys.unraisablehook, logging.getLogger("asammdf")
+    level = logger.level
+    sys.unraisablehook = lambda told: None
+    logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    except Exception as error:
+        said = str(error)
+        one: BaseException | None = error
+        while one is not None:  # thrown away here and now, with whatever still holds it
+            clear_frames(one.__traceback__)
+            one = one.__context__
+        del error
+        gc.collect()
+        raise ValueError(said) from None
+    finally:
+        sys.unraisablehook = before
+        logger.setLevel(level)
 
 
 class GroupTable:
