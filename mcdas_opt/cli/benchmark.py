@@ -36,7 +36,12 @@ _ROWS = (
 
 def benchmark(
     suite: Annotated[
-        str, typer.Argument(metavar="SUITE", help="A suite file (TOML), or the name of a shipped suite.", autocompletion=completion.suites)
+        str,
+        typer.Argument(
+            metavar="SUITE",
+            help="A suite file (TOML), the name of a shipped suite, or commonroad (with --data).",
+            autocompletion=completion.suites,
+        ),
     ],
     planners: Annotated[
         str, typer.Option("--planners", help="Names, with commas between.", autocompletion=completion.planner_lists)
@@ -46,7 +51,9 @@ def benchmark(
     out: Annotated[Path | None, typer.Option("--out", help="Folder for the results; default benchmark-SUITE-SEED.")] = None,
     workers: Annotated[int, typer.Option("--workers", min=1, help="Processes on this machine, a thread each.")] = 2,
     scheduler: options.Scheduler = None,
-    data: Annotated[Path | None, typer.Option("--data", help="Folder of recordings, for suites that read them.")] = None,
+    data: Annotated[
+        Path | None, typer.Option("--data", help="Folder of recordings, for suites that read them; of CommonRoad scenarios.")
+    ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on where a run into the same folder was stopped.")] = False,
     plant: options.Plant = "kinematic",
     limit: Annotated[float, typer.Option("--limit", min=1.0, help="Seconds for one drive; what takes longer is marked.")] = 300.0,
@@ -63,6 +70,9 @@ def benchmark(
     from mcdas_opt.evaluation.summary import contradictions
 
     names = [name.strip() for name in planners.split(",") if name.strip()]
+    if suite == "commonroad":
+        _commonroad(names, data, out, scenes, _executor(workers, scheduler), limit, resume=resume, as_json=as_json)
+        return
     chosen = expand(suite, scenes, seed, data)
     folder = out if out is not None else Path(f"benchmark-{chosen.name}-{chosen.seed}")
     executor = _executor(workers, scheduler)
@@ -84,6 +94,52 @@ def benchmark(
         told = ", ".join(f"{row['scene']} ({row['planner']})" for row in wrong[:5])
         complain(f"the oracle calls {len(wrong)} safe drives unavoidable: {told}")
         raise typer.Exit(1)
+
+
+def _commonroad(
+    planners: list[str],
+    data: Path | None,
+    out: Path | None,
+    scenes: int | None,
+    executor: Executor,
+    limit_s: float,
+    *,
+    resume: bool,
+    as_json: bool,
+) -> None:
+    """CommonRoad scenarios: rows, a table, and a picture of each loss."""
+    from mcdas_opt.cli.screen import headed_table
+    from mcdas_opt.errors import InputError
+    from mcdas_opt.evaluation import commonroad_campaign as campaign
+    from mcdas_opt.evaluation.benchmark import check_planners
+    from mcdas_opt.evaluation.running.journal import write_whole
+    from mcdas_opt.interop.commonroad.library import require
+
+    check_planners(planners)
+    require()
+    if data is None:
+        raise InputError("--data", "", None, "names no folder: commonroad reads the scenarios (*.xml) in it")
+    folder = out if out is not None else Path("benchmark-commonroad")
+    try:
+        with (
+            leaving(f"rows so far are in {folder}: the same command with --resume goes on"),
+            campaign.scenario_files(data) as found,
+            stages() as progress,
+        ):
+            rows = campaign.run(found[:scenes], planners, folder, executor, limit_s=limit_s, resume=resume, progress=progress)
+    finally:
+        executor.close()
+    summary = campaign.summarise(rows, planners)
+    write_whole(folder / campaign.TABLE, campaign.markdown(summary))
+    pictures = sorted(str(path) for path in (folder / campaign.PICTURES).glob("*.png"))
+    if as_json:
+        emit({"schema_version": 1, "suite": campaign.SUITE, "rows": str(folder / campaign.ROWS), "summary": summary, "pictures": pictures})
+        return
+    table = headed_table(f"CommonRoad, {len(found[:scenes])} scenarios", "", *planners)
+    for title, cells in campaign.lines(summary):
+        table.add_row(title, *cells)
+    console().print(table)
+    console().print(f"rows, table and {len(pictures)} pictures of losses: {folder}", soft_wrap=True)
 
 
 def _executor(workers: int, scheduler: str | None) -> Executor:

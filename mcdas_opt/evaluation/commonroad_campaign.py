@@ -1,0 +1,284 @@
+"""CommonRoad scenarios driven by planners side by side: how each drive ends, what of it is whose doing, and a picture of each loss."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import re
+import tarfile
+import tempfile
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+from mcdas_opt.catalogue.data_files import read_json
+from mcdas_opt.errors import InputError, McdasError, reading
+from mcdas_opt.evaluation import provenance
+from mcdas_opt.evaluation.running.executor import Executor
+from mcdas_opt.evaluation.running.journal import Journal, write_whole
+from mcdas_opt.evaluation.running.messages import Ended, Task
+from mcdas_opt.evaluation.statistics import Pairs, Share
+from mcdas_opt.simulation.record import Outcome, Simulation
+
+SUITE = "commonroad"
+MANIFEST, JOURNAL, ROWS, TABLE, PICTURES = "run.json", "rows.journal", "rows.csv", "table.md", "pictures"
+REFUSED, SAFE, FAILED = "refused", "safe", "failed"
+_ENDS = (SAFE, "struck in front", "struck at the side", "struck from behind", "left_road", "off the map", REFUSED, FAILED)
+_COLUMNS = (
+    "scenario",
+    "planner",
+    "kind",
+    "end",
+    "blame",
+    "duration_s",
+    "of_s",
+    "goal",
+    "cycles",
+    "fallback",
+    "unavoidable",
+    "neighbours",
+    "left_out",
+    "most_lateral_mps2",
+    "most_braking_mps2",
+    "most_jerk_mps3",
+    "p50_ms",
+    "p99_ms",
+    "why",
+)
+_STOOD_S, _STANDING_MPS = 1.0, 0.5
+_BRAKED_S, _BRAKED_MPS2 = 2.0, 4.0  # who follows keeps clear of a host that brakes by less
+
+Record = dict[str, Any]
+Progress = Callable[[str, int, int], None]
+
+
+@contextmanager
+def scenario_files(data: Path) -> Iterator[list[Path]]:
+    """The scenarios (XML) behind a folder, an archive or a single file, in the names' order. Raises `InputError` where there is none."""
+    with tempfile.TemporaryDirectory() as folder:
+        if data.is_dir():
+            archives = sorted([*data.rglob("*.tar.xz"), *data.rglob("*.tar.gz")])
+            found = list(data.rglob("*.xml"))
+        else:
+            archives, found = ([], [data]) if data.suffix == ".xml" else ([data], [])
+        for one in archives:
+            try:
+                with reading(one), tarfile.open(one) as archive:
+                    archive.extractall(folder, filter="data")
+            except tarfile.TarError as error:
+                raise InputError(one, "", None, f"is no archive that can be read: {error}") from None
+        found += Path(folder).rglob("*.xml")
+        if not found:
+            raise InputError(data, "", None, "holds no CommonRoad scenario (*.xml, or an archive *.tar.xz of them)")
+        yield sorted(found, key=lambda path: path.stem)
+
+
+def run(
+    paths: Sequence[Path], planners: Sequence[str], folder: Path, executor: Executor, *, limit_s: float, resume: bool, progress: Progress
+) -> tuple[Record, ...]:
+    """The rows, by scenario and planner, each written as it comes. Raises `InputError` for a folder of another run."""
+    _open(folder, [path.stem for path in paths], planners)
+    with Journal(folder / JOURNAL) as journal:
+        if journal.records and not resume:
+            raise InputError(folder, "", None, "holds rows of this very run: add --resume to go on, or name another --out")
+        there = {(row["scenario"], row["planner"]) for row in journal.records}
+        wanted = [(path, planner) for path in paths for planner in planners if (path.stem, planner) not in there]
+        tasks = [Task(driven, (path, planner, folder / PICTURES), limit_s) for path, planner in wanted]
+        for done, (number, answer) in enumerate(executor.run(tasks), start=1 + len(there)):
+            path, planner = wanted[number]
+            failed = {"scenario": path.stem, "planner": planner, "kind": "", "end": FAILED, "why": answer.reason}
+            journal.append(answer.value if answer.ended is Ended.RETURNED else failed)
+            progress("drives", done, len(paths) * len(planners))
+        found = {(row["scenario"], row["planner"]): row for row in journal.records}
+    rows = tuple(found[path.stem, planner] for path in paths for planner in planners)
+    text = StringIO()
+    writer = csv.DictWriter(text, _COLUMNS, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_whole(folder / ROWS, text.getvalue())
+    return rows
+
+
+def driven(path: Path, planner: str, pictures: Path) -> Record:
+    """One scenario as a row; a loss has the reason of the last plan in it and a picture, a refusal the rule that was broken."""
+    from mcdas_opt.interop.commonroad.scenario import read_scenario
+    from mcdas_opt.simulation.loop import simulate
+
+    warnings.simplefilter("ignore")  # the reader's
+    row: Record = {"scenario": path.stem, "planner": planner, "kind": kind_of(path.read_text("utf-8", "replace"))}
+    try:
+        read = read_scenario(path)
+    except InputError as error:
+        return row | {"end": REFUSED, "why": f"{error.key}: {error.rule}"}
+    try:
+        drive = simulate(read.scene, planner)
+    except McdasError as error:
+        return row | {"end": FAILED, "why": str(error)}
+    end, last_m = end_of(drive), float(drive.trajectory.s_m[-1])
+    if end == SAFE and drive.destination != "reached" and read.map_end_s_m is not None and last_m > read.map_end_s_m:
+        end = "off the map"
+    if end != SAFE:
+        _draw(drive, pictures / f"{path.stem}-{planner}.png")
+    last = drive.cycles[-1].plan
+    return row | {
+        "end": end,
+        "blame": "" if end == SAFE else blame_of(drive),
+        "duration_s": round(drive.duration_s, 2),
+        "of_s": round(read.scene.duration_s, 2),
+        "goal": f"off: {read.goal_is_off}" if read.goal_is_off else drive.destination,
+        "cycles": drive.plans,
+        "fallback": drive.fallbacks,
+        "unavoidable": drive.unavoidable,
+        "neighbours": len(read.scene.neighbour),
+        "left_out": len(read.left_out),
+        "most_lateral_mps2": round(drive.max_lateral_acceleration_mps2, 2),
+        "most_braking_mps2": round(max(-float(drive.trajectory.acceleration_mps2.min()), 0.0), 2),
+        "most_jerk_mps3": round(drive.max_jerk_mps3, 1),
+        "p50_ms": round(drive.cycle_ms.p50, 1),
+        "p99_ms": round(drive.cycle_ms.p99, 1),
+        "why": "" if end == SAFE else f"{last.status.value}: {last.reason}",
+    }
+
+
+def kind_of(text: str) -> str:
+    """Urban or highway, from the scenario's own tags."""
+    tags = re.search(r"<scenarioTags>(.*?)</scenarioTags>", text, re.S)
+    words = set(re.findall(r"<(\w+)", tags[1]) if tags else " ".join(re.findall(r'\btags="([^"]*)"', text[:4000])).split())
+    return next((name for name in ("highway", "interstate", "urban", "rural") if name in words), "other")
+
+
+def end_of(drive: Simulation) -> str:
+    """The outcome; of a collision also the face of the host that was struck."""
+    if drive.outcome is not Outcome.COLLISION:
+        return drive.outcome.value
+    struck = next(other for other in drive.neighbours if other.name == drive.collided_with)
+    car, last = drive.scene.vehicle, drive.trajectory
+    ahead_m = float(struck.s_m[-1] - last.s_m[-1])
+    if abs(ahead_m) < 0.5 * (car.length_m + struck.length_m) - 0.5:
+        return "struck at the side"
+    return "struck in front" if ahead_m > 0.0 else "struck from behind"
+
+
+def blame_of(drive: Simulation) -> str:
+    """Whose doing a loss is, as far as the last seconds show: recorded traffic does not react.
+
+    `recording`: somebody drove into a host that stood, or into one from behind that did not brake hard. `open`: everything else.
+    """
+    if drive.outcome is not Outcome.COLLISION:
+        return "open"
+    t, v, a = drive.trajectory.t_s, drive.trajectory.speed_mps, drive.trajectory.acceleration_mps2
+    stood = bool((v[t >= t[-1] - _STOOD_S] < _STANDING_MPS).all()) and t[-1] >= _STOOD_S
+    eased = bool((a[t >= t[-1] - _BRAKED_S] > -_BRAKED_MPS2).all())
+    return "recording" if stood or (end_of(drive) == "struck from behind" and eased) else "open"
+
+
+def summarise(rows: Sequence[Record], planners: Sequence[str]) -> Record:
+    """By planner: ends by kind, lost by blame, goals, cycles; and the first planner's losses against each other one's, paired."""
+    found: Record = {}
+    for planner in planners:
+        mine = [row for row in rows if row["planner"] == planner]
+        drives = [row for row in mine if row["end"] not in (REFUSED, FAILED)]
+        lost = [row for row in drives if row["end"] != SAFE]
+        cycles = sum(row["cycles"] for row in drives)
+        goals = [row["goal"].partition(":")[0] for row in drives if row["goal"]]
+        found[planner] = {
+            "scenarios": len(mine),
+            "ends": {
+                kind: dict(Counter(row["end"] for row in mine if row["kind"] == kind)) for kind in sorted({row["kind"] for row in mine})
+            },
+            "refused": _share(sum(row["end"] == REFUSED for row in mine), len(mine)),
+            "lost": _share(len(lost), len(drives)),
+            "lost_urban": _share(*_counted(drives, urban=True)),
+            "lost_elsewhere": _share(*_counted(drives, urban=False)),
+            "blame": dict(Counter(row["blame"] for row in lost)),
+            "goals": dict(Counter(goals)),
+            "goal_reached": _share(goals.count("reached"), len(goals)),
+            "fallback_or_unavoidable": _share(sum(row["fallback"] + row["unavoidable"] for row in drives), cycles),
+            "p50_ms": _middle([row["p50_ms"] for row in drives]),
+            "most_lateral_mps2": _middle([row["most_lateral_mps2"] for row in drives]),
+            "most_braking_mps2": _middle([row["most_braking_mps2"] for row in drives]),
+        }
+    first = {row["scenario"]: row["end"] != SAFE for row in rows if row["planner"] == planners[0] and row["end"] not in (REFUSED, FAILED)}
+    for planner in planners[1:]:
+        other = {row["scenario"]: row["end"] != SAFE for row in rows if row["planner"] == planner and row["end"] not in (REFUSED, FAILED)}
+        both = [(lost, other[name]) for name, lost in first.items() if name in other]
+        found[planner][f"paired_with_{planners[0]}"] = Pairs(
+            first=planners[0],
+            second=planner,
+            n=len(both),
+            only_first=sum(ours and not theirs for ours, theirs in both),
+            only_second=sum(theirs and not ours for ours, theirs in both),
+        ).to_dict()
+    return found
+
+
+def lines(summary: Record) -> list[tuple[str, list[str]]]:
+    """(what, a cell for each planner) of the summary."""
+    of = list(summary.values())
+
+    def shares(key: str) -> list[str]:
+        return [f"{one[key]['k']}/{one[key]['n']}" for one in of]
+
+    table = [("refused", shares("refused")), ("lost, urban", shares("lost_urban")), ("lost elsewhere", shares("lost_elsewhere"))]
+    for end in _ENDS[1:6]:
+        table.append((end, [str(sum(kind.get(end, 0) for kind in one["ends"].values())) for one in of]))
+    table.append(("of the lost, the recording's doing", [str(one["blame"].get("recording", 0)) for one in of]))
+    table += [("goal reached", shares("goal_reached")), ("fallback or unavoidable cycles", shares("fallback_or_unavoidable"))]
+    table.append(("failed", [str(sum(kind.get(FAILED, 0) for kind in one["ends"].values())) for one in of]))
+    for title, key in (
+        ("most lateral acceleration, median [m/s^2]", "most_lateral_mps2"),
+        ("most braking, median [m/s^2]", "most_braking_mps2"),
+        ("cycle p50, median [ms]", "p50_ms"),
+    ):
+        table.append((title, ["-" if one[key] is None else f"{one[key]:.1f}" for one in of]))
+    return table
+
+
+def markdown(summary: Record) -> str:
+    """The summary's table."""
+    head = ["", *summary]
+    text = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
+    return "\n".join([*text, *("| " + " | ".join([title, *cells]) + " |" for title, cells in lines(summary))]) + "\n"
+
+
+def _share(k: int, n: int) -> Record:
+    return Share(k=k, n=n).to_dict()
+
+
+def _counted(drives: Sequence[Record], *, urban: bool) -> tuple[int, int]:
+    of = [row for row in drives if (row["kind"] == "urban") is urban]
+    return sum(row["end"] != SAFE for row in of), len(of)
+
+
+def _middle(values: Sequence[float]) -> float | None:
+    return sorted(values)[len(values) // 2] if values else None
+
+
+def _draw(drive: Simulation, path: Path) -> None:
+    from mcdas_opt.plotting.animation import save
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    save(drive, path)
+
+
+def _open(folder: Path, scenarios: Sequence[str], planners: Sequence[str]) -> None:
+    """Makes the folder with its manifest, or checks that it is of the same run."""
+    manifest = {"suite": SUITE, "scenarios": list(scenarios), "planners": list(planners), "versions": provenance.versions()}
+    manifest["commit"] = provenance.commit()
+    path = folder / MANIFEST
+    if os.path.isfile(path):
+        if read_json(path) != manifest:
+            raise InputError(path, "", None, "is of another run (scenarios, planners, versions or commit): name another --out")
+        return
+    if os.path.isdir(folder) and any(not entry.name.startswith(".") for entry in folder.iterdir()):
+        raise InputError(folder, "", None, "is not empty and holds no benchmark: name another --out")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(folder, "", None, f"cannot be made: {error.strerror}") from None
+    write_whole(path, json.dumps(manifest, indent=1) + "\n")

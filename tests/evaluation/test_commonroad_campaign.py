@@ -1,0 +1,93 @@
+"""CommonRoad scenarios side by side: rows, a table, a picture of each loss; a stopped run goes on, another one's folder is left alone."""
+
+from __future__ import annotations
+
+import json
+import tarfile
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from mcdas_opt.cli.app import app
+from mcdas_opt.errors import InputError
+from mcdas_opt.evaluation.commonroad_campaign import REFUSED, SAFE, kind_of, scenario_files, summarise
+from tests.interop.test_commonroad import scenario
+
+RUN = CliRunner()
+
+
+def row(name: str, planner: str, end: str, **more: object) -> dict[str, object]:
+    driven = {"kind": "urban", "blame": "" if end == SAFE else "open", "goal": "reached", "cycles": 10, "fallback": 1, "unavoidable": 0}
+    comfort = {"p50_ms": 1.0, "most_lateral_mps2": 1.0, "most_braking_mps2": 2.0}
+    return {"scenario": name, "planner": planner, "end": end, **driven, **comfort, **more}
+
+
+def test_the_summary_counts_by_kind_and_pairs_the_planners() -> None:
+    rows = [
+        row("a", "x", SAFE),
+        row("b", "x", "struck in front"),
+        row("c", "x", REFUSED),
+        row("d", "x", SAFE, kind="highway", goal="ahead"),
+    ]
+    rows += [row("a", "y", "left_road"), row("b", "y", "struck in front"), row("c", "y", SAFE), row("d", "y", SAFE)]
+    found = summarise(rows, ["x", "y"])
+    ours = found["x"]
+    assert [(ours[key]["k"], ours[key]["n"]) for key in ("refused", "lost_urban", "lost_elsewhere", "goal_reached")] == [
+        (1, 4),
+        (1, 2),
+        (0, 1),
+        (2, 3),
+    ]
+    assert (ours["fallback_or_unavoidable"]["k"], ours["fallback_or_unavoidable"]["n"]) == (3, 30)
+    paired = found["y"]["paired_with_x"]
+    assert (paired["n"], paired["only_first"], paired["only_second"]) == (3, 0, 1)
+
+
+def test_the_kind_is_the_scenarios_own_tag() -> None:
+    assert kind_of("<scenarioTags><urban/><speed_limit/></scenarioTags>") == "urban"
+    assert kind_of('<commonRoad tags="highway lane_change">') == "highway"
+    assert kind_of("<commonRoad>") == "other"
+
+
+def test_archives_and_folders_are_read_and_an_empty_one_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "b.xml").write_text("<commonRoad/>")
+    with tarfile.open(tmp_path / "more.tar.xz", "w:xz") as archive:
+        archive.add(tmp_path / "b.xml", "deep/a.xml")
+    with scenario_files(tmp_path) as found:
+        assert [path.stem for path in found] == ["a", "b"]
+    (tmp_path / "none").mkdir()
+    with pytest.raises(InputError, match="no CommonRoad scenario"), scenario_files(tmp_path / "none"):
+        pass
+    (tmp_path / "bad.tar.xz").write_text("no archive")
+    with pytest.raises(InputError, match="no archive"), scenario_files(tmp_path / "bad.tar.xz"):
+        pass
+
+
+def test_the_command_drives_a_folder_and_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
+    pytest.importorskip("commonroad")
+    data, out = tmp_path / "data", tmp_path / "out"
+    data.mkdir()
+    (data / "own.xml").write_text(scenario(), "utf-8")
+    (data / "without.xml").write_text(scenario(lanes=False), "utf-8")
+    command = ["benchmark", "commonroad", "--data", str(data), "--planners", "closed-form-corrected", "--out", str(out), "--workers", "1"]
+    first = RUN.invoke(app, [*command, "--json"])
+    assert first.exit_code == 0, first.output
+    summary = json.loads(first.stdout)["summary"]["closed-form-corrected"]
+    assert (summary["refused"]["k"], summary["refused"]["n"], summary["lost"]["n"]) == (1, 2, 1)
+    rows = (out / "rows.csv").read_text()
+    assert len(rows.splitlines()) == 3
+    lost = summary["lost"]["k"]
+    assert len(list((out / "pictures").glob("*.png")) if lost else []) == lost
+    assert isinstance(RUN.invoke(app, command).exception, InputError)  # holds rows of this very run
+    assert RUN.invoke(app, [*command, "--resume"]).exit_code == 0
+    assert (out / "rows.csv").read_text() == rows
+    other = RUN.invoke(app, [*command[:-6], "--planners", "acc", "--out", str(out)])
+    assert isinstance(other.exception, InputError)
+
+
+def test_a_run_without_data_is_told_what_it_lacks() -> None:
+    pytest.importorskip("commonroad")
+    answer = RUN.invoke(app, ["benchmark", "commonroad"])
+    assert isinstance(answer.exception, InputError)
+    assert "--data" in str(answer.exception)
