@@ -5,8 +5,8 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import math
-import pkgutil
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -71,15 +71,17 @@ EXAMPLES = (
 
 def defaults() -> Iterator[Any]:
     """Every record of the package that can be made of its defaults alone."""
-    for module in pkgutil.walk_packages(mcdas_opt.__path__, "mcdas_opt."):
-        if module.name.endswith("__main__"):
+    root = Path(mcdas_opt.__file__).parent
+    for path in sorted(root.rglob("*.py")):
+        name = ".".join(("mcdas_opt", *path.relative_to(root).with_suffix("").parts)).removesuffix(".__init__")
+        if path.stem == "__main__":
             continue
         try:
-            found = vars(importlib.import_module(module.name)).values()
+            found = vars(importlib.import_module(name)).values()
         except MissingExtraError:
             continue
         for kind in found:
-            if not isinstance(kind, type) or not dataclasses.is_dataclass(kind) or kind.__module__ != module.name:
+            if not isinstance(kind, type) or not dataclasses.is_dataclass(kind) or kind.__module__ != name:
                 continue
             if kind.__name__.startswith("_") or kind.__name__ in FILLED_BY_US | GATED:
                 continue
