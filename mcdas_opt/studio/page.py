@@ -107,7 +107,7 @@ def register(studio: Studio) -> None:
         studio.sessions[key] = session
 
         def gone() -> None:
-            session.stop()
+            session.leave()
             studio.sessions.pop(key, None)
 
         ui.context.client.on_delete(gone)

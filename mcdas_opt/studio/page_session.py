@@ -99,6 +99,7 @@ class PageSession:
         self.studio, self.tab, self.tell = studio, tab, tell
         self.waiting: dict[str, Any] | None = None
         self._stopped = False
+        self._asking: asyncio.Task[Any] | None = None
 
     async def ready(self, wish: Mapping[str, Any]) -> None:
         """The page has been drawn: shows what its link holds, else the first scene; and which planners can be built here, once known."""
@@ -129,8 +130,11 @@ class PageSession:
             self.waiting = None
 
     async def ask(self, wish: Mapping[str, Any]) -> None:
-        """Does what was edited, then answers in parts; the last one, `done`, always comes."""
+        """Does what was edited, then answers in parts; the last one, `done`, always comes. Who asks again no longer waits for what was
+        asked before: a page that asks on and on keeps nobody else waiting."""
         token = wish.get("token")
+        self._ask_no_longer()
+        mine = self._asking = asyncio.current_task()
         try:
             self._edit(wish)
             self.tell(self.tab.state())
@@ -140,8 +144,12 @@ class PageSession:
                 self.tell(part)
         except McdasError as error:
             self.tell(self.studio.problem(error))
+        except asyncio.CancelledError:
+            if self._asking is mine:  # by somebody else than this page
+                raise
         finally:
             self.tell({"part": "done", "token": token})
+            self._asking = None if self._asking is mine else self._asking
 
     def _edit(self, wish: Mapping[str, Any]) -> None:
         """What was edited since the last wish. An edit that makes no scene is told, and changes nothing."""
@@ -181,6 +189,16 @@ class PageSession:
 
     def stop(self) -> None:
         self._stopped = True
+
+    def leave(self) -> None:
+        """The page is no longer there: nobody is to wait for what it asked."""
+        self.stop()
+        self._ask_no_longer()
+
+    def _ask_no_longer(self) -> None:
+        asking, self._asking = self._asking, None
+        if asking is not None:
+            asking.cancel()
 
     async def download(self, wish: Mapping[str, Any], download: Callable[[str, str], None]) -> None:
         self._edit(wish)

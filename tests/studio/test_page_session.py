@@ -1,0 +1,61 @@
+"""An open page that asks again, or leaves: nobody waits for what it asked before."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("nicegui")
+
+from mcdas_opt.studio.folder import Folder
+from mcdas_opt.studio.page_session import PageSession, Studio
+from mcdas_opt.studio.sandwich_tab import SandwichTab
+
+
+class _Waiting:
+    """A worker pool whose answers come when the test says so."""
+
+    planners = ("mpc",)
+
+    def __init__(self) -> None:
+        self.given_up, self.go = 0, asyncio.Event()
+
+    async def answer(self, question: Any, planners: Any) -> AsyncIterator[dict[str, Any]]:
+        try:
+            await self.go.wait()
+        except asyncio.CancelledError:
+            self.given_up += 1
+            raise
+        yield {"part": "plan"}
+
+    def close(self) -> None: ...
+
+
+async def _asked(folder: Path, *, leaves: bool) -> tuple[int, list[dict[str, Any]]]:
+    studio, told = Studio(Folder(root=folder)), list[dict[str, Any]]()
+    studio.workers.close()
+    pool = _Waiting()
+    studio.workers = pool  # type: ignore[assignment]
+    session = PageSession(studio, SandwichTab(studio.folder), told.append)
+    tasks = []
+    for token in range(3):
+        tasks.append(asyncio.create_task(session.ask({"token": token})))
+        await asyncio.sleep(0.01)
+    if leaves:
+        session.leave()
+    pool.go.set()
+    await asyncio.gather(*tasks)
+    studio.close()
+    return pool.given_up, told
+
+
+@pytest.mark.parametrize(("leaves", "given_up", "answered"), [(False, 2, 1), (True, 3, 0)])
+def test_the_latest_question_alone_is_answered(leaves: bool, given_up: int, answered: int, tmp_path: Path) -> None:
+    dropped, told = asyncio.run(_asked(tmp_path, leaves=leaves))
+    assert dropped == given_up
+    assert [part["part"] for part in told].count("plan") == answered
+    assert [part["token"] for part in told if part["part"] == "done"] == [0, 1, 2]
