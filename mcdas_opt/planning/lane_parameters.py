@@ -191,7 +191,8 @@ def _bumpers(situation: Situation, others: ObstacleSlots, proposed: Proposed, ti
         crossing = proposed.path.start_s_m + 0.6 * proposed.path.length_m
         arrival = max(crossing - host.s_m, 0.0) / max(host.speed_mps, 1.0)
         target = proposed.manoeuvre.target_d_m
-    width = road.lane_width_at(road.lane_of(target, host.s_m), host.s_m)
+    lane = road.lane_of(target, host.s_m)
+    here = road.lane_width_at(lane, host.s_m)
     ahead: list[tuple[Array, Array]] = []
     behind: list[tuple[Array, Array]] = []
     lengths, widths = (sizes.tolist() for sizes in (sizes_on_road(others.bodies, others.motion.heading_rad[:, :1])))
@@ -200,7 +201,7 @@ def _bumpers(situation: Situation, others: ObstacleSlots, proposed: Proposed, ti
         if crosses[i] and is_free(others.bodies[i]):
             continue
         (length,), (its_width,) = lengths[i], widths[i]
-        if abs(d - target) - 0.5 * its_width > 0.5 * width - INTRUSION_M:
+        if abs(d - target) - 0.5 * its_width > 0.5 * (road.lane_width_at(lane, s) or here) - INTRUSION_M:
             continue
         if s > host.s_m:
             ahead.append((others.motion.s_m[i] - 0.5 * length, others.motion.speed_s_mps[i]))
