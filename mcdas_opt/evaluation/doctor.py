@@ -115,7 +115,8 @@ def _compiler() -> str:
 
 def _form() -> Form | None:
     """None where there is no plan to time: the self-test says why."""
-    from mcdas_opt.native.form import interpreted, interpreted_because
+    from mcdas_opt.native.form import interpreted
+    from mcdas_opt.native.library import interpreted_because
     from mcdas_opt.planning.planner import Planner
     from mcdas_opt.simulation.first_situation import situation_of
 

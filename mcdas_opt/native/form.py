@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import warnings
 from functools import cache
+from os import environ
 
-from mcdas_opt.native.library import SWITCH, NoLibraryError, load, wanted
-
+SWITCH = "MCDAS_OPT_COMPILE"  # environment variable: 0 forbids the compiled forms, "portable" all that is of one processor
 COST = "ten times slower or more, with the same decisions"
 HELPS = "with a C compiler (cc, gcc or clang) reinstall mcdas-opt, or run `python -m mcdas_opt.native.build` in a checkout"
 
 
 class InterpretedFormWarning(UserWarning):
     """The compiled form was wanted and cannot be had."""
+
+
+def wanted() -> bool:
+    """Whether compiled forms may be used: MCDAS_OPT_COMPILE=0 forbids them."""
+    return environ.get(SWITCH) != "0"
 
 
 @cache
@@ -27,14 +32,3 @@ def interpreted(reason: str) -> str:
     if not wanted():
         return f"the interpreted form runs, {COST}: {reason}"
     return f"the interpreted form runs, {COST}: {reason}; {HELPS}"
-
-
-def interpreted_because() -> str:
-    """Why the interpreted form runs; empty where the compiled one does."""
-    if not wanted():
-        return f"{SWITCH}=0 asks for it"
-    try:
-        load()
-    except NoLibraryError as error:
-        return str(error)
-    return ""

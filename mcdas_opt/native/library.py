@@ -7,9 +7,9 @@ from os import environ
 
 from mcdas_opt.native.binding import ARGUMENTS
 from mcdas_opt.native.build import LIBRARY, digest
+from mcdas_opt.native.form import SWITCH, wanted, warn_interpreted
 from mcdas_opt.native.functions import FUNCTIONS
 
-SWITCH = "MCDAS_OPT_COMPILE"  # environment variable: 0 forbids the compiled forms, "portable" all that is of one processor
 PORTABLE = "portable"
 _LEVELS = {4: ("_v4", "_v3", ""), 3: ("_v3", ""), 1: ("",)}
 _loaded: dict[bool, ctypes.CDLL | None] = {}
@@ -17,11 +17,6 @@ _loaded: dict[bool, ctypes.CDLL | None] = {}
 
 class NoLibraryError(Exception):
     """There is no native library for what is asked; says why."""
-
-
-def wanted() -> bool:
-    """Whether compiled forms may be used: MCDAS_OPT_COMPILE=0 forbids them."""
-    return environ.get(SWITCH) != "0"
 
 
 def library() -> ctypes.CDLL | None:
@@ -39,8 +34,6 @@ def _first(portable: bool) -> ctypes.CDLL | None:
     try:
         found: ctypes.CDLL | None = load()
     except NoLibraryError as error:
-        from mcdas_opt.native.form import warn_interpreted
-
         found = None
         warn_interpreted(str(error))
     _loaded[portable] = found
@@ -65,6 +58,17 @@ def load(*, portable: bool = False) -> ctypes.CDLL:
     except (OSError, AttributeError, StopIteration) as error:
         raise NoLibraryError(f"{LIBRARY} cannot be used: {error}") from None
     return found
+
+
+def interpreted_because() -> str:
+    """Why the interpreted form runs; empty where the compiled one does."""
+    if not wanted():
+        return f"{SWITCH}=0 asks for it"
+    try:
+        load()
+    except NoLibraryError as error:
+        return str(error)
+    return ""
 
 
 def level_of(library: ctypes.CDLL) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.native.library import SWITCH
+from mcdas_opt.native.form import SWITCH
 from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
 from mcdas_opt.planning.lane_parameters import vacant_values
 from mcdas_opt.planning.mirror import TurnedParameters

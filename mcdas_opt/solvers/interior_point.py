@@ -14,8 +14,8 @@ from collections.abc import Callable
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.native.form import warn_interpreted
-from mcdas_opt.native.library import NoLibraryError, load, wanted
+from mcdas_opt.native.form import wanted, warn_interpreted
+from mcdas_opt.native.library import NoLibraryError, load
 from mcdas_opt.solvers.barrier_stage import BarrierStage
 from mcdas_opt.solvers.compiled_kernel import CompiledKernel
 from mcdas_opt.solvers.interpreted_kernel import InterpretedKernel, over_horizon

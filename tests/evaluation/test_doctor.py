@@ -11,7 +11,7 @@ from mcdas_opt.cli.app import app
 from mcdas_opt.evaluation import doctor
 from mcdas_opt.evaluation.doctor import Check, Diagnosis, Package, diagnose
 from mcdas_opt.native import build
-from mcdas_opt.native.library import SWITCH
+from mcdas_opt.native.form import SWITCH
 from mcdas_opt.planning.mpc import MpcMethod
 
 

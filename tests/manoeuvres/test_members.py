@@ -24,7 +24,8 @@ from mcdas_opt.manoeuvres.kinds import best_of_kind
 from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
 from mcdas_opt.manoeuvres.members import InterpretedMembers
 from mcdas_opt.manoeuvres.phases import Phases
-from mcdas_opt.native.library import SWITCH, library
+from mcdas_opt.native.form import SWITCH
+from mcdas_opt.native.library import library
 from mcdas_opt.tracking.prediction import predict, predict_for
 
 SEDAN = Vehicle()

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mcdas_opt.geometry.clearance import Body, PolygonField
-from mcdas_opt.native.library import SWITCH
+from mcdas_opt.native.form import SWITCH
 from mcdas_opt.parking.obstacle_separations import clearance, separation
 
 BODY = Body(-0.9, 3.6, 0.9)

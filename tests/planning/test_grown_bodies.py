@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from mcdas_opt.domain.grid import TimeGrid
 from mcdas_opt.domain.prediction import BodyMotion, CruisingBody, KnownBody, PredictedBody
-from mcdas_opt.native.library import SWITCH
+from mcdas_opt.native.form import SWITCH
 from mcdas_opt.planning.grown_bodies import grown_bodies
 
 TIMES = TimeGrid().times_s

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 import mcdas_opt as mo
 from mcdas_opt.cli.app import app
 from mcdas_opt.native import library
-from mcdas_opt.native.library import SWITCH
+from mcdas_opt.native.form import SWITCH
 
 
 @pytest.mark.parametrize("planner", ["mpc", "closed-form", "closed-form-corrected", "aeb", "un-r157", "idm-mobil"])

@@ -13,7 +13,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.native.library import SWITCH
+from mcdas_opt.native.form import SWITCH
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.judge import judge

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mcdas_opt.native.library import SWITCH
+from mcdas_opt.native.form import SWITCH
 from mcdas_opt.reference.offset_path import corrected
 
 BENT: dict[str, Any] = {

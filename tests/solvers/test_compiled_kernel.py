@@ -15,8 +15,8 @@ import pytest
 from benchmarks.lane_situations import evasion, lane_problem, posed
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.native.form import InterpretedFormWarning, warn_interpreted
-from mcdas_opt.native.library import SWITCH, library
+from mcdas_opt.native.form import SWITCH, InterpretedFormWarning, warn_interpreted
+from mcdas_opt.native.library import library
 from mcdas_opt.ocp.lane_mpc import LaneProblem, SlackPenalty, default_weights
 from mcdas_opt.solvers import c_text
 from mcdas_opt.solvers.interior_point import RULE, InteriorPointEngine

@@ -20,7 +20,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.native import library as native
-from mcdas_opt.native.library import SWITCH
+from mcdas_opt.native.form import SWITCH
 from mcdas_opt.time_to_react import compiled_case
 from mcdas_opt.time_to_react.compiled_map import answered
 from mcdas_opt.time_to_react.escapes import escapes_under

@@ -15,7 +15,7 @@ from mcdas_opt.domain.motion import TargetMotion
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.window import frame_near
-from mcdas_opt.native.library import SWITCH
+from mcdas_opt.native.form import SWITCH
 from mcdas_opt.tracking.compiled_filter import CompiledFiltering, compiled_filtering
 from mcdas_opt.tracking.filtering import InterpretedFiltering, build_filtering
 from mcdas_opt.tracking.fix import Viewpoint

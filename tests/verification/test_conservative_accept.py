@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mcdas_opt.domain.prediction import CruisingBody, Prediction
-from mcdas_opt.native.library import SWITCH, library
+from mcdas_opt.native.form import SWITCH
+from mcdas_opt.native.library import library
 from mcdas_opt.verification import judge as judging
 from mcdas_opt.verification.conservative_accept import accepts, rows_of, rules_of
 from tests.verification.rollouts import WIDE, WIDE_CURVED, Drive, legal
