@@ -53,6 +53,8 @@ def _kind(entry: dict[str, Any], parts: dict[str, Any], files: dict[str, list[st
     inner = forms[0] if items is None else items
     if "$ref" in inner:
         held = parts[inner["$ref"].rpartition("/")[2]]
+        if "enum" in held:
+            return {"kind": "word", "words": held["enum"]}
         return {"kind": "table" if items is None else "tables", "fields": _fields(held, parts, files, path)}
     if items is not None:
         return {"kind": "pairs" if items.get("type") == "array" else "pair"}
