@@ -19,6 +19,7 @@ from functools import partial
 import numpy as np
 
 from mcdas_opt.catalogue.scenes import Scene
+from mcdas_opt.cli.progress import progress_bar
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.evaluation.statistics import Share
 from mcdas_opt.simulation.loop import simulate
@@ -119,8 +120,11 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--planner", default="mpc")
     args = parser.parse_args()
-    with multiprocessing.get_context("spawn").Pool(args.workers) as pool:
-        drives = list(pool.imap(partial(driven, seed=args.seed, planner=args.planner), range(args.drives)))
+    drives: list[Following] = []
+    with multiprocessing.get_context("spawn").Pool(args.workers) as pool, progress_bar("drives") as progress:
+        for one in pool.imap(partial(driven, seed=args.seed, planner=args.planner), range(args.drives)):
+            drives.append(one)
+            progress(len(drives), args.drives)
     print(told("all", drives))
     for sensor in ("ideal", "delphi_esr"):
         for latency in LATENCIES_S:
