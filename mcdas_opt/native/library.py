@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from os import environ
+from pathlib import Path
 
 from mcdas_opt.native.binding import ARGUMENTS
 from mcdas_opt.native.build import LIBRARY, digest
@@ -45,6 +46,8 @@ def load(*, portable: bool = False) -> ctypes.CDLL:
     if not LIBRARY.is_file():
         raise NoLibraryError("the native library was not built: there was no C compiler")
     try:
+        if not _is_whole(LIBRARY):
+            raise OSError("it is cut off")
         found = ctypes.CDLL(str(LIBRARY))
         found.mcdas_digest.restype = ctypes.c_longlong
         if found.mcdas_digest() != digest():
@@ -69,6 +72,16 @@ def interpreted_because() -> str:
     except NoLibraryError as error:
         return str(error)
     return ""
+
+
+def _is_whole(path: Path) -> bool:
+    """Of an ELF file, whether its section table is there, which stands last: what was cut off would end the process while it loads."""
+    with path.open("rb") as file:
+        head = file.read(64)
+    if head[:5] != b"\x7fELF\x02" or len(head) < 64:
+        return True
+    table, size, count = int.from_bytes(head[40:48], "little"), int.from_bytes(head[58:60], "little"), int.from_bytes(head[60:62], "little")
+    return path.stat().st_size >= table + size * count
 
 
 def level_of(library: ctypes.CDLL) -> str:

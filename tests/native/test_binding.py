@@ -116,6 +116,15 @@ def test_a_broken_library_is_named(elsewhere: Path, content: bytes) -> None:
 
 
 @needs_library
+@pytest.mark.parametrize("share", [0.02, 0.5, 0.999])
+def test_a_library_that_was_cut_off_is_named(elsewhere: Path, share: float) -> None:
+    whole = build.LIBRARY.read_bytes()
+    elsewhere.write_bytes(whole[: int(share * len(whole))])
+    with pytest.raises(NoLibraryError, match="cannot be used"):
+        library.load()
+
+
+@needs_library
 def test_a_library_of_other_texts_is_not_used(elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     elsewhere.write_bytes(build.LIBRARY.read_bytes())
     assert library.load().mcdas_digest() == build.digest()
