@@ -42,6 +42,9 @@ def test_a_driven_trajectory_passes(road, seed, speed, braking):
             sideslip_rad=nobody,
             yaw_rate_radps=nobody,
             friction=nobody,
+            sideslip_estimate_rad=nobody,
+            sideslip_sd_rad=nobody,
+            friction_estimate=nobody,
         )
     )
     verdict = judge(trajectory, start, SEDAN, road, NOBODY)
