@@ -110,6 +110,8 @@ class TrackingMpc:
     def _model(self, state: SlidingState, lateral_mps2: float) -> tuple[tuple[Array, Array, Array], Array, float]:
         """((A, b, w) of one step, x(0), the front tyres' largest slip), with x+ = A x + b rate + w: x = (lateral error, heading against the
         plan's course, lateral speed and yaw rate of the centre of gravity, wheels). `lateral_mps2` is what the plan needs next."""
+        from scipy.linalg import expm
+
         c, v = Chassis.of(self.vehicle), state.speed_mps
         a, b, m, inertia = c.cog_to_front_axle_m, c.cog_to_rear_axle_m, c.mass_kg, c.yaw_inertia_kgm2
         aside, r, delta = state.lateral_speed_mps + b * state.yaw_rate_radps, state.yaw_rate_radps, state.steering_rad
@@ -132,7 +134,7 @@ class TrackingMpc:
             rates[row, 6] = (front - slope_f * slips[0]) * lever_f + (rear - slope_r * slips[1]) * lever_r
         rates[2, 3] -= v
         rates[4, 5] = 1.0
-        step = _exponential(STEP_S * rates)
+        step = expm(STEP_S * rates)
         most = fiala_slip(1.0, stiffness[0] / max(left * loads[0], 1.0), 1.0, share=GRIP_SHARE)
         return (step[:5, :5], step[:5, 5], step[:5, 6]), np.array([0.0, 0.0, aside, r, delta]), most
 
@@ -144,15 +146,6 @@ def _chord(slip: float, needed: float, stiffness: float, limit: float) -> tuple[
         there = slip + _SHORT_RAD
     slope = (fiala(there, stiffness, limit) - force) / (there - slip)
     return force, max(slope, _LEAST_SLOPE * stiffness)
-
-
-def _exponential(matrix: Array) -> Array:
-    """Of a small matrix: by Taylor's series of its 16th part, squared four times."""
-    part = matrix / 16.0
-    found = np.eye(len(matrix)) + part @ (np.eye(len(matrix)) + 0.5 * part @ (np.eye(len(matrix)) + part / 3.0))
-    for _ in range(4):
-        found = found @ found
-    return np.asarray(found)
 
 
 def _condensed(model: tuple[Array, Array, Array], begin: Array, turned: Array) -> tuple[Array, Array]:
