@@ -74,8 +74,15 @@ def run() -> None:
         complain(str(error))
         sys.exit(_MISTAKE)
     warnings.showwarning = _warned
-    with told_where_stdout_ends(), terminated_as_interrupted() as stopped:
-        code = _run(stopped)
+    try:
+        with told_where_stdout_ends(), terminated_as_interrupted() as stopped:
+            code = _run(stopped)
+    except Exception as error:
+        lacking = shortage(error)
+        if not lacking:
+            raise
+        complain(f"the machine has too little left: {lacking}; {_LOST}")
+        code = _FAULT
     if code:
         sys.exit(code)
 
@@ -102,11 +109,7 @@ def _run(stopped: Stopped) -> int:
         if isinstance(error, _UsageError):
             error.show()
             return _MISTAKE
-        lacking = shortage(error)
-        if not lacking:
-            raise
-        complain(f"the machine has too little left: {lacking}; {_LOST}")
-        return _FAULT
+        raise
     if code == INTERRUPTED:
         stopped.end(_LOST)
     return code if isinstance(code, int) else 0

@@ -74,7 +74,7 @@ def defaults() -> Iterator[Any]:
     root = Path(mcdas_opt.__file__).parent
     for path in sorted(root.rglob("*.py")):
         name = ".".join(("mcdas_opt", *path.relative_to(root).with_suffix("").parts)).removesuffix(".__init__")
-        if path.stem == "__main__":
+        if path.stem in ("__main__", "build_hook"):  # the command; what hatchling loads while it builds
             continue
         try:
             found = vars(importlib.import_module(name)).values()
