@@ -92,7 +92,8 @@ class FreeBody:
     """A body that does not follow the road: its motion is that of a line in the plane, its body turned as the motion says.
 
     Margins as of a `CruisingBody`; `cap_along_m` holds in its own direction at time zero, `cap_across_m` across that, and it may come by
-    `unsure_mps` times the growing time nearer than it is seen to, whatever the estimate says.
+    `unsure_mps` times the growing time nearer than it is seen to, whatever the estimate says. To who is `on_foot` plans keep a distance of
+    their own.
     """
 
     id: str
@@ -102,6 +103,7 @@ class FreeBody:
     heading_rad: float
     covariance: Array
     unsure_mps: float = 0.0
+    on_foot: bool = False
     sigmas: float = 2.5
     growth_s: float = 1.0
     cap_along_m: float = 3.0
@@ -243,6 +245,11 @@ def grown_by(covariance: Array, position: int, t_s: Any, sigmas: float, growth_s
 def is_free(body: PredictedBody) -> bool:
     """Whether it does not follow the road, but moves, and is turned, as it likes."""
     return isinstance(body, FreeBody) or (isinstance(body, _OtherMotion) and is_free(body.body))
+
+
+def is_on_foot(body: PredictedBody) -> bool:
+    """Whether it is a person."""
+    return is_on_foot(body.body) if isinstance(body, _OtherMotion) else isinstance(body, FreeBody) and body.on_foot
 
 
 def sizes_on_road(bodies: Sequence[PredictedBody], heading_rad: Array) -> tuple[Array, Array]:

@@ -6,13 +6,23 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, all_cruise, is_free, margins_together, sizes_on_road, together
+from mcdas_opt.domain.prediction import (
+    CruisingBody,
+    PredictedBody,
+    all_cruise,
+    is_free,
+    is_on_foot,
+    margins_together,
+    sizes_on_road,
+    together,
+)
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.native.library import library
 
 
-def grown_bodies(bodies: Sequence[PredictedBody], times_s: Array, along_m: float, across_m: float) -> Array:
-    """(bodies, 2, n): half of each along and across [m] at these times, with its clearance and its margins.
+def grown_bodies(bodies: Sequence[PredictedBody], times_s: Array, along_m: float, across_m: float, on_foot_m: float = 0.0) -> Array:
+    """(bodies, 2, n): half of each along and across [m] at these times, with its clearance, who is on foot with `on_foot_m` at least, and
+    its margins.
 
     In C where there is a compiler and all of them move in the one closed form, with the same bits as the array operations.
     """
@@ -24,7 +34,8 @@ def grown_bodies(bodies: Sequence[PredictedBody], times_s: Array, along_m: float
         return grown
     if any(is_free(body) for body in bodies):  # the box around each, as it is turned then
         along, across = sizes_on_road(bodies, together(bodies, times_s).heading_rad)
-        sizes = np.stack([0.5 * along + along_m, 0.5 * across + across_m], axis=1)
+        least = np.array([[on_foot_m if is_on_foot(body) else 0.0] for body in bodies])
+        sizes = np.stack([0.5 * along + np.maximum(along_m, least), 0.5 * across + np.maximum(across_m, least)], axis=1)
     else:
         sizes = np.array([(0.5 * body.length_m + along_m, 0.5 * body.width_m + across_m) for body in bodies]).reshape(-1, 2, 1)
     return np.asarray(sizes + np.array(margins_together(bodies, times_s)).swapaxes(0, 1))

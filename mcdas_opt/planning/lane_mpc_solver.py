@@ -88,7 +88,9 @@ class LaneMpcSolver:
     def with_less_clearance(self, vehicle: Vehicle) -> LaneMpcSolver:
         """The same, with less clearance asked for."""
         least = self.own.closer_m
-        return LaneMpcSolver(vehicle, self.settings, replace(self.own, clearance_along_m=least, clearance_across_m=least))
+        return LaneMpcSolver(
+            vehicle, self.settings, replace(self.own, clearance_along_m=least, clearance_across_m=least, clearance_on_foot_m=least)
+        )
 
     @property
     def name(self) -> str:
@@ -173,7 +175,9 @@ class LaneMpcSolver:
             if not near.all():
                 chosen = np.flatnonzero(near).tolist()
                 bodies, motion = tuple(bodies[i] for i in chosen), motion.part(chosen)
-        return obstacle_slots(bodies, times, motion=motion, along_m=self.own.clearance_along_m, across_m=self.own.clearance_across_m)
+        own = self.own
+        clearance = {"along_m": own.clearance_along_m, "across_m": own.clearance_across_m, "on_foot_m": own.clearance_on_foot_m}
+        return obstacle_slots(bodies, times, motion=motion, **clearance)
 
     def _attempts(self, scene: _Scene, cold: Callable[[], StageGuess], answered: Callable[[], bool]) -> Iterator[Asked]:
         """Engines in the order in which they are asked, from a cold start, with their iteration caps: the first that converges answers.

@@ -40,12 +40,18 @@ class ObstacleSlots:
 
 
 def obstacle_slots(
-    bodies: Sequence[PredictedBody], times_s: Array, *, along_m: float, across_m: float, motion: BodyMotion | None = None
+    bodies: Sequence[PredictedBody],
+    times_s: Array,
+    *,
+    along_m: float,
+    across_m: float,
+    on_foot_m: float = 0.0,
+    motion: BodyMotion | None = None,
 ) -> ObstacleSlots:
     """Bodies on the grid (`motion` as rows, where that is known), grown by a clearance and by the uncertainty of their estimates."""
     rows = together(bodies, times_s) if motion is None else motion
     first = list(zip(*(row[:, 0].tolist() for row in (rows.s_m, rows.d_m, rows.speed_s_mps)), strict=True))
-    return ObstacleSlots(bodies, rows, grown_bodies(bodies, times_s, along_m, across_m), first)
+    return ObstacleSlots(bodies, rows, grown_bodies(bodies, times_s, along_m, across_m, on_foot_m), first)
 
 
 def vacant_values(slots: Iterable[int]) -> dict[str, float]:

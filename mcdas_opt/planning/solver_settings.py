@@ -28,6 +28,7 @@ class SolverSettings:
     friction_share: float = 0.97
     clearance_along_m: float = 0.5
     clearance_across_m: float = 0.25
+    clearance_on_foot_m: float = 1.5  # to people, on every side, where it can be had
     weights: tuple[tuple[str, float], ...] | None = None  # of the costs, by `weight_name`; None: as they are built in
     event_position_m: float = 0.5
     event_speed_mps: float = 0.5

@@ -116,6 +116,7 @@ def _free(track: Track, settings: PredictionSettings, road: Road) -> FreeBody:
         heading_rad=track.heading_rad or 0.0,
         covariance=track.covariance,
         unsure_mps=STRAYING_MPS if on_foot else 0.0,
+        on_foot=on_foot,
         sigmas=settings.sigmas,
         growth_s=settings.growth_s,
         cap_along_m=settings.cap_along_m,
