@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from io import StringIO
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from mcdas_opt.catalogue.data_files import read_json
@@ -256,7 +257,7 @@ def _counted(drives: Sequence[Record], *, urban: bool) -> tuple[int, int]:
 
 
 def _middle(values: Sequence[float]) -> float | None:
-    return sorted(values)[len(values) // 2] if values else None
+    return median(values) if values else None
 
 
 def _draw(drive: Simulation, path: Path) -> None:
