@@ -105,13 +105,13 @@ async def _ordinary(page: _Page, http: Any, r: np.random.Generator) -> None:
 async def _slow(page: _Page, http: Any, r: np.random.Generator) -> None:
     """Sends a file a byte at a time, and reads what it is told as slowly."""
 
-    async def crawl() -> Any:
+    async def byte_by_byte() -> Any:
         for _ in range(20):
             yield b"a"
             await asyncio.sleep(0.5)
 
     await page.tell("ready", {})
-    async with http.post(page.upload + "&name=x.toml", data=crawl()) as answer:
+    async with http.post(page.upload + "&name=x.toml", data=byte_by_byte()) as answer:
         await answer.read()
 
 
