@@ -72,9 +72,25 @@ def test_a_run_says_what_holds_and_keeps_it_where_it_is_asked_to(
     del said["plans"]
     assert program.main(["run", "quick"]) == 1
     assert "there is no plans" in capsys.readouterr().out
+    assert program.main(["run", "one", "--old"]) == 0
+    assert "0 of 0 kept" in capsys.readouterr().out
     monkeypatch.setattr(book, "planner_digest", lambda: "another")
     assert program.main([]) == 0
     assert "old" in capsys.readouterr().out
+
+
+def test_what_was_measured_before_a_run_is_stopped_is_kept(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (own / "own.toml").write_text(CLAIM + CLAIM.replace('name = "one"', 'name = "two"').replace("--json", "--json --seed 2"))
+
+    def stopped_at_two(claim: Claim) -> dict[str, Any]:
+        if claim.name == "two":
+            raise KeyboardInterrupt
+        return {"plans": 80}
+
+    monkeypatch.setattr(measuring, "_run", stopped_at_two)
+    assert program.main(["run", "quick", "--write"]) == 130
+    assert entry("one").is_fresh
+    assert not entry("two").is_fresh
 
 
 def test_a_command_that_fails_is_not_measured(own: Path, capsys: pytest.CaptureFixture[str]) -> None:

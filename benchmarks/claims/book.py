@@ -114,6 +114,11 @@ class Entry:
     record: Record | None
 
     @property
+    def is_fresh(self) -> bool:
+        """Measured, and on this planner."""
+        return self.record is not None and not self.record.is_old
+
+    @property
     def shown(self) -> str:
         """The value as a page says it: k/n with its interval, or a number with its unit."""
         found = self.record
