@@ -1,4 +1,4 @@
-"""Parts that are found by name: ours, and those that installed packages register by entry point."""
+"""Parts that are found by name: ours, those that installed packages register by entry point, and anybody's as "module:attribute"."""
 
 from __future__ import annotations
 
@@ -25,11 +25,30 @@ class Registry:
         return tuple(sorted({*self.own, *(point.name for point in entry_points(group=self.group))}))
 
     def load(self, name: str) -> Any:
-        """The object behind a name. Raises `ParameterError` that names the nearest known one, and what an entry point's import raises."""
+        """The object behind a name, or behind "module:attribute". Raises `ParameterError` that names the nearest known one or says what
+        cannot be imported, and what a module raises while it is imported."""
         if name in self.own:
             module, _, attribute = self.own[name].partition(":")
             return getattr(import_module(module), attribute)
+        if ":" in name:
+            return self._imported(name)
         point = next((p for p in entry_points(group=self.group) if p.name == name), None)
         if point is None:
             raise ParameterError(self.what, name, f"is not a known {self.what}; {nearest(name, self.known())}")
         return point.load()
+
+    def _imported(self, name: str) -> Any:
+        module, _, attribute = name.partition(":")
+        try:
+            return getattr(import_module(module), attribute)
+        except (ModuleNotFoundError, AttributeError, ValueError) as error:
+            raise ParameterError(self.what, name, f"must be module:attribute of a module that can be imported: {error}") from None
+
+
+def importable(what: str, kind: type) -> str:
+    """The "module:attribute" by which another process finds a class. Raises `ParameterError` for one inside a function or another class, or
+    in the program that runs."""
+    name = f"{kind.__module__}:{kind.__qualname__}"
+    if kind.__module__ == "__main__" or "." in kind.__qualname__:
+        raise ParameterError(what, name, "must be a class at the top level of a module that other processes can import: put it into a file")
+    return name

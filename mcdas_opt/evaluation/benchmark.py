@@ -62,12 +62,14 @@ def manifest_of(suite: Suite, planners: Sequence[str], plant: str, limit_s: floa
 
 
 def check_planners(planners: Sequence[str]) -> None:
-    """Raises `ParameterError` with the known ones for a name that is not registered, or that stands twice."""
-    from mcdas_opt.planning.method import known_methods
+    """Raises `ParameterError` with the known ones for a name that is not registered and no "module:Class", or that stands twice."""
+    from mcdas_opt.planning.method import METHODS
 
-    known = known_methods()
+    known = METHODS.known()
     for name in planners:
-        if name not in known:
+        if ":" in name:
+            METHODS.load(name)
+        elif name not in known:
             raise ParameterError("planners", name, "is not a known planner; known: " + ", ".join(known))
         if list(planners).count(name) > 1:
             raise ParameterError("planners", name, "stands twice")

@@ -10,7 +10,9 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from mcdas_opt.domain.document import SCHEMA_VERSION
+from mcdas_opt.domain.registry import importable
 from mcdas_opt.domain.result import Columns, Result
+from mcdas_opt.domain.rules import require_type
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.evaluation.benchmark import LIMIT_S, Progress, run
 from mcdas_opt.evaluation.publish import publish
@@ -21,7 +23,7 @@ from mcdas_opt.evaluation.summary import kinds, pairs, summarise
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mcdas_opt.planning.method import PlannerName
+    from mcdas_opt.planning.method import Method, PlannerName
 
 Record = dict[str, Any]
 _PLANNERS = ("mpc", "closed-form", "closed-form-corrected")
@@ -78,7 +80,7 @@ _HEAD = ("suite", "seed", "scenes", "planners", "plant")
 
 def benchmark(
     suite: str | Path,
-    planners: Sequence[PlannerName | str] = _PLANNERS,
+    planners: Sequence[PlannerName | str | type[Method]] = _PLANNERS,
     scenes: int | None = None,
     *,
     seed: int | None = None,
@@ -90,32 +92,35 @@ def benchmark(
 ) -> Comparison:
     """Every planner on the same scenes and seeds of a suite (a shipped name or a path), on `workers` child processes.
 
+    A planner is a registered name, "module:Class", or the class itself, which must stand in a module that other processes can import.
     `scenes` and `seed` are the suite's own unless given. With `out` the folder gets what the command writes: rows, summary, report, worst
     scenes. `progress` is told the stage, how many are done, and of how many. Raises `InputError` or `ParameterError` for what is not known.
     """
     for name, value, least in (("scenes", scenes, 1), ("seed", seed, 0), ("workers", workers, 1)):
         if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < least):
             raise ParameterError(name, value, f"must be a whole number from {least} up")
-    if isinstance(planners, str):
-        planners = [planners]
+    asked = [planners] if isinstance(planners, (str, type)) else planners
+    for one in asked:
+        require_type("planners", one, str, type)
+    names = tuple(importable("planners", one) if isinstance(one, type) else one for one in asked)
     chosen = expand(str(suite), scenes, seed, None if data is None else Path(data))
     with ExitStack() as stack:
         folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
         executor = ProcessPool(workers)
         stack.callback(executor.close)
-        results = run(chosen, tuple(planners), folder, executor, plant=plant, limit_s=LIMIT_S, progress=progress)
+        results = run(chosen, names, folder, executor, plant=plant, limit_s=LIMIT_S, progress=progress)
         if out is not None:
             publish(chosen, results, folder, executor, progress)
     return Comparison(
         suite=chosen.name,
         seed=chosen.seed,
         scenes=len(chosen.cases),
-        planners=tuple(planners),
+        planners=names,
         plant=plant,
         rows_hash=results.rows_hash,
         rows=results.rows,
-        summary=summarise(results.rows, results.cycles_ms, results.took_s, planners),
-        pairs=tuple(pairs(results.rows, planners)),
+        summary=summarise(results.rows, results.cycles_ms, results.took_s, names),
+        pairs=tuple(pairs(results.rows, names)),
     )
 
 

@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.evaluation import benchmark
 from mcdas_opt.evaluation.benchmark import Results, run
+from mcdas_opt.evaluation.comparison import benchmark as compare
 from mcdas_opt.evaluation.families import shipped_suites
 from mcdas_opt.evaluation.provenance import digest
 from mcdas_opt.evaluation.results_folder import JOURNAL, LABELS, MANIFEST
@@ -117,6 +119,26 @@ def test_a_folder_of_another_run_is_refused_and_left_alone(short_suite: Path, tm
     with pytest.raises(InputError, match="holds no benchmark"):
         driven(suite, ("gentle",), foreign)
     assert contents(foreign) == {"letter.txt": b"dear"}
+
+
+def test_a_class_stands_beside_the_registered_ones_by_its_place(short_suite: Path, users_planners: Path) -> None:
+    theirs = import_module("their_planners")
+    found = compare(short_suite, [theirs.Gentle, "gentle"], scenes=2)
+    by_class, by_name = ([row for row in found.rows if row["planner"] == name] for name in ("their_planners:Gentle", "gentle"))
+    assert [{**row, "planner": ""} for row in by_class] == [{**row, "planner": ""} for row in by_name]
+    assert {row["ended"] for row in by_class} == {"drove"}
+
+    class Here(theirs.Gentle):
+        pass
+
+    for wrong, says in (
+        (Here, "at the top level of a module"),
+        ("their_planners:Nobody", "no attribute 'Nobody'"),
+        ("nowhere:Gentle", "No module named 'nowhere'"),
+        (theirs.Gentle(None, None), "must be a str or a type"),
+    ):
+        with pytest.raises(ParameterError, match=says):
+            compare(short_suite, ["mpc", wrong], scenes=1)
 
 
 def test_an_unknown_planner_is_told_with_the_known_ones(short_suite: Path, tmp_path: Path) -> None:
