@@ -5,6 +5,8 @@ A shell that starts the tests in the background may have them ignore Ctrl-C, and
 `MAY_BE_SKIPPED`, a regular expression, makes every skip whose reason it does not match a failure of the run: CI installs what tests need.
 A checkout whose native library is not of its C texts builds it first.
 Published data is not ours to ship: a test marked `published` is left out (deselected) where it is not, and another shows it on our own.
+A test marked `repository` is of what lies in the repository alone (`.ci`), and left out elsewhere: the others also pass beside an installed
+package (`.ci/wheel all`).
 """
 
 from __future__ import annotations
@@ -14,11 +16,14 @@ import os
 import re
 import signal
 import threading
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
 from mcdas_opt.native import build, library
+
+IS_REPOSITORY = (Path(__file__).parents[1] / ".ci").is_dir()
 
 settings.register_profile("repeatable", deadline=None, derandomize=True)
 settings.register_profile("explore", deadline=None, max_examples=500)
@@ -69,6 +74,7 @@ def _native_library() -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "published(path): left out where that data is not; a test beside it has data of our own")
+    config.addinivalue_line("markers", "repository: of what the repository alone holds (.ci); left out where that is not")
     if not hasattr(config, "workerinput"):
         _native_library()
     allowed = os.environ.get("MAY_BE_SKIPPED")
@@ -77,7 +83,12 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    absent = [item for item in items if any(not mark.args[0].exists() for mark in item.iter_markers("published"))]
+    absent = [
+        item
+        for item in items
+        if any(not mark.args[0].exists() for mark in item.iter_markers("published"))
+        or (not IS_REPOSITORY and item.get_closest_marker("repository") is not None)
+    ]
     if absent:
         config.hook.pytest_deselected(items=absent)
         items[:] = [item for item in items if item not in absent]

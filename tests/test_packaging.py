@@ -15,7 +15,7 @@ PACKAGING = ROOT / ".ci" / "packaging"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 OTHER_NAMES = {"matplotlib": "matplotlib-base"}  # conda's
 
-pytestmark = pytest.mark.skipif(not PACKAGING.is_dir(), reason="a source distribution has no .ci")
+pytestmark = pytest.mark.repository
 
 
 def listed(section: str) -> dict[str, SpecifierSet]:

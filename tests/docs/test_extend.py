@@ -11,7 +11,11 @@ from pathlib import Path
 
 import pytest
 
+import mcdas_opt
+from mcdas_opt.catalogue.data_files import models_folder
+
 ROOT = Path(__file__).parents[2]
+PACKAGE = Path(mcdas_opt.__file__).parent
 PAGES = [page.read_text("utf-8") for page in sorted((ROOT / "docs" / "extend").glob("*.md"))]
 SECTIONS = {text.removeprefix("# ").split("\n", 1)[0]: text for text in PAGES}
 CHANGES = ("A candidate", "A cost term", "A constraint")
@@ -50,8 +54,9 @@ def printed(script: str, root: Path) -> str:
 
 @pytest.mark.parametrize("section", CHANGES)
 def test_change_is_short_and_does_what_the_guide_shows(section: str, tmp_path: Path) -> None:
-    shutil.copytree(ROOT / "mcdas_opt", tmp_path / "mcdas_opt", ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copytree(ROOT / "models", tmp_path / "models")
+    shutil.copytree(PACKAGE, tmp_path / "mcdas_opt", ignore=shutil.ignore_patterns("__pycache__"))
+    if PACKAGE not in models_folder().parents:
+        shutil.copytree(models_folder(), tmp_path / "models")
     assert apply(block(section, "diff"), tmp_path) < MOST_LINES
     lines = printed(block(section, "python"), tmp_path).splitlines()
     assert [line.rstrip() for line in lines] == block(section, "text").splitlines()

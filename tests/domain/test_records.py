@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import mcdas_opt
 from mcdas_opt.domain.body import Body
 from mcdas_opt.domain.grid import TimeGrid
 from mcdas_opt.domain.host import HostState
@@ -224,8 +225,8 @@ def test_which_sectors_are_watched_has_to_be_said() -> None:
 
 
 def test_the_package_says_which_sectors_are_watched_wherever_it_makes_a_situation() -> None:
-    project = Path(__file__).parents[2]
-    for path in [*(project / "mcdas_opt").rglob("*.py"), *(project / "benchmarks").rglob("*.py")]:
+    folders = (Path(mcdas_opt.__file__).parent, Path(__file__).parents[2] / "benchmarks")
+    for path in (path for folder in folders for path in folder.rglob("*.py")):
         for call in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "Situation":
                 assert {"coverage", None} & {keyword.arg for keyword in call.keywords}, f"{path}:{call.lineno}"

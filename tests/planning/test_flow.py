@@ -19,7 +19,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.planning.cycle import Cycle
 
 PACKAGE = Path(mcdas_opt.__file__).parent
-CONTRACTS = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
+CONTRACTS = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
 LAYERS = next(each["layers"] for each in CONTRACTS if each["name"] == "the layers of the house")
 FLOOR = {name.split(".")[1]: -floor for floor, layer in enumerate(LAYERS) for name in layer.replace(" ", "").split("|")}
 MOST_CLIMBS, MOST_ATTRIBUTES = 5, 6

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mcdas_opt.catalogue.data_files import shipped
+from mcdas_opt.catalogue.data_files import find, shipped
 from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.errors import InputError, McdasError, ParameterError
 from mcdas_opt.evaluation.file_formats import keys
@@ -187,7 +187,7 @@ def test_a_scene_is_saved_and_not_over_another_unasked(tab: SandwichTab, tmp_pat
 
 def test_a_scene_in_a_folder_below_is_saved_beside_itself(tab: SandwichTab, tmp_path: Path) -> None:
     (tmp_path / "deep").mkdir()
-    (tmp_path / "deep" / "car.toml").write_text((Path(__file__).parents[2] / "models/vehicles/sedan.toml").read_text())
+    (tmp_path / "deep" / "car.toml").write_text(find("vehicles", "sedan").read_text())
     (tmp_path / "deep" / "one.toml").write_text('[host]\nspeed_mps = 11.1\nvehicle = "car.toml"\n')
     tab.open("scene", "deep/one.toml")
     assert tab.save("two", replace=False) == "deep/two.toml"
