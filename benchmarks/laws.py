@@ -14,6 +14,7 @@ Every law asks a planner twice: as it is, and with something changed that must n
 | jitter | each cycle's time, by up to 1 us | the same decision |
 | again | the planner: one that has planned something else and was reset, instead of a new one | the same document, to the bit |
 | forms | compiled or interpreted (`--laws forms`: it takes its time) | the same decision, states of plans that converged to 1e-6 m |
+| settled | the same, every solve carried on to a last step of 1e-8 instead of 1e-2 | the same |
 
 A decision is status, mode, side, chosen candidate, verdict passed, kind of safe end, alert, warning, and which candidates are open. States
 are those of the chosen trajectory, (s, d) in metres, at every sample. A sequence keeps
@@ -31,6 +32,7 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -43,8 +45,10 @@ from mcdas_opt import Planner
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.planning.mpc import MpcMethod
+from mcdas_opt.solvers import interior_point
 
 STATES_M = 1e-6
+SETTLED_STEP = 1e-8  # of a solve in the law `settled`, relative to the problem's scales
 COLD_M = 2e-2  # two solves, each settled to within a last step of 1 cm along the road
 _FAST_MPS = 36.0
 
@@ -78,10 +82,12 @@ LAWS = {
         Law(name="jitter", least=Kept.DECISION, change=law_changes.jittered, single=False),
         Law(name="again", least=Kept.BITS),
         Law(name="forms", least=Kept.STATES),
+        Law(name="settled", least=Kept.STATES),
     )
 }
 _AS_IT_IS = Law(name="as it is", least=Kept.BITS)
-QUICK = tuple(name for name in LAWS if name != "forms")
+IN_BOTH_FORMS = ("forms", "settled")
+QUICK = tuple(name for name in LAWS if name not in IN_BOTH_FORMS)
 
 
 # --- asking ----------------------------------------------------------------------------------------------------------------------------
@@ -168,7 +174,7 @@ def kept(law: Law, one: Episode, before: Answer, after: Answer, names: dict[str,
     slack = law.states_m
     if law.name == "clock":  # what a fast car drives while that clock stands still
         slack += _FAST_MPS * math.ulp(clock_s(one))
-    if law.name == "forms" and not (before["converged"] and after["converged"]):
+    if law.name in IN_BOTH_FORMS and not (before["converged"] and after["converged"]):
         slack = math.inf  # a solve that was cut short has not settled: its last digits are those of its roundings
     if law.name == "cold" and before["status"] != "planned":
         slack = math.inf  # where nothing passes, several drives may be as bad as each other
@@ -197,11 +203,11 @@ def examine(one: Episode, law: Law, moments: Sequence[Moment]) -> tuple[Kept, st
 # --- both forms ------------------------------------------------------------------------------------------------------------------------
 
 
-def interpreted(asked: list[tuple[str, str, list[str]]]) -> list[list[Answer]]:
+def interpreted(asked: list[tuple[str, str, list[str]]], law: Law) -> list[list[Answer]]:
     """What the interpreted form answers to sequences (vehicle, method, situations as JSON): in a process of its own."""
     path = os.pathsep.join(str(Path(file).resolve().parent.parent) for file in (mcdas_opt.__file__, __file__))
     done = subprocess.run(
-        [sys.executable, "-c", "from benchmarks.laws import replay; replay()"],
+        [sys.executable, "-c", f"from benchmarks.laws import replay; replay({law.name!r})"],
         input=json.dumps(asked),
         env=os.environ | {"MCDAS_OPT_COMPILE": "0", "PYTHONPATH": path},
         capture_output=True,
@@ -212,9 +218,22 @@ def interpreted(asked: list[tuple[str, str, list[str]]]) -> list[list[Answer]]:
     return answers
 
 
-def replay() -> None:
+def replay(law: str) -> None:
     """From sequences on stdin to answers on stdout, as `interpreted` says."""
-    json.dump([_replayed(*one) for one in json.load(sys.stdin)], sys.stdout)
+    with _solves_of(LAWS[law]):
+        json.dump([_replayed(*one) for one in json.load(sys.stdin)], sys.stdout)
+
+
+@contextmanager
+def _solves_of(law: Law) -> Iterator[None]:
+    """Within it, solves end as the law has them end."""
+    rule = interior_point.RULE
+    if law.name == "settled":
+        interior_point.RULE = rule._replace(step_tolerance=SETTLED_STEP)
+    try:
+        yield
+    finally:
+        interior_point.RULE = rule
 
 
 def _replayed(vehicle: str, method: str, situations: list[str]) -> list[Answer]:
@@ -228,12 +247,12 @@ def _replayed(vehicle: str, method: str, situations: list[str]) -> list[Answer]:
     return answers
 
 
-def examine_forms(some: Sequence[Episode]) -> Iterator[tuple[Episode, Kept, str]]:
-    """Law 'forms' of each: whether the interpreted form decides as the compiled one does."""
-    law = LAWS["forms"]
-    runs = [usual(one) for one in some]
+def examine_forms(some: Sequence[Episode], law: Law) -> Iterator[tuple[Episode, Kept, str]]:
+    """Law 'forms' or 'settled' of each: whether the interpreted form decides as the compiled one does."""
+    with _solves_of(law):
+        runs = [usual(one) for one in some]
     asked = [(one.vehicle, one.method, [situation.to_json() for situation, _ in run]) for one, run in zip(some, runs, strict=True)]
-    for one, run, answers in zip(some, runs, interpreted(asked), strict=True):
+    for one, run, answers in zip(some, runs, interpreted(asked, law), strict=True):
         least, words = Kept.BITS, ""
         for cycle, ((_, before), after) in enumerate(zip(run, answers, strict=False)):
             ours, theirs = ({name: value for name, value in answer.items() if name != "solver"} for answer in (before, after))
@@ -256,15 +275,16 @@ def _task(asked: tuple[Episode, tuple[str, ...]]) -> list[Found]:
     return [(one.family, law.name, one.name, *examine(one, law, moments)) for law in wanted]
 
 
-def _forms_task(some: list[Episode]) -> list[Found]:
-    return [(one.family, "forms", one.name, least, words) for one, least, words in examine_forms(some)]
+def _forms_task(asked: tuple[list[Episode], str]) -> list[Found]:
+    some, name = asked
+    return [(one.family, name, one.name, least, words) for one, least, words in examine_forms(some, LAWS[name])]
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--plans", type=int, default=1000, help="of each family")
     parser.add_argument("--families", default=",".join(KINDS))
-    parser.add_argument("--laws", default=",".join(QUICK), help="default: all but forms")
+    parser.add_argument("--laws", default=",".join(QUICK), help="default: all that need one form alone")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", type=Path, metavar="FILE", help="a line of JSON for each sequence and law")
     parser.add_argument("--show", type=int, default=3, help="so many that break a law are named")
@@ -273,7 +293,7 @@ def main() -> int:
     some = [one for family in given.families.split(",") for one in episodes(family, given.plans)]
     counts: Counter[tuple[str, str, int]] = Counter()
     broken: dict[str, list[str]] = {}
-    quick = tuple(name for name in names if name != "forms")
+    quick = tuple(name for name in names if name in QUICK)
 
     def note(found: list[Found]) -> None:
         if given.out is not None:
@@ -288,9 +308,10 @@ def main() -> int:
         if quick:
             for found in pool.imap_unordered(_task, [(one, quick) for one in some], chunksize=4):
                 note(found)
-        if "forms" in names:  # one of them asks another process: as many episodes at once as make its start cheap
-            for found in pool.imap_unordered(_forms_task, [some[first : first + AT_ONCE] for first in range(0, len(some), AT_ONCE)]):
-                note(found)
+        # the others ask another process: as many episodes at once as make its start cheap
+        batches = [some[first : first + AT_ONCE] for first in range(0, len(some), AT_ONCE)]
+        for found in pool.imap_unordered(_forms_task, [(batch, name) for name in names if name in IN_BOTH_FORMS for batch in batches]):
+            note(found)
     for law in names:
         _tell(law, counts, broken.get(law, []), given.show)
     return 1 if broken else 0
