@@ -13,7 +13,11 @@ from mcdas_opt.domain.rules import Array, as_floats
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HostState:
-    """Body centre (s, d) in the road frame, heading relative to the road at s; speed, acceleration, steering of the rear axle."""
+    """Body centre (s, d) in the road frame, heading relative to the road at s; speed, acceleration, steering of the rear axle.
+
+    What was measured, and so any finite number: a planner answers a state that no car can have by a plan, and says so
+    (`planning/host_plausibility.py`).
+    """
 
     s_m: float = 0.0
     d_m: float = 0.0

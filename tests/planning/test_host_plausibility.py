@@ -24,6 +24,7 @@ from tests.tracking.test_clock import scans
 BEND, STRAIGHT = Road(lanes_left=1, curvature=((0.0, 0.0005),)), Road(lanes_left=1)
 GLITCHES = [
     ({"speed_mps": 127.0}, "moves at 127 m/s"),
+    ({"speed_mps": 400.0}, "moves at 400 m/s"),
     ({"speed_mps": 60.0}, "jumped by 40.0 m/s"),
     ({"acceleration_mps2": 1000.0}, "accelerates at 1e+03 m/s^2"),
     ({"acceleration_mps2": -9000.0}, "accelerates at"),
