@@ -19,7 +19,7 @@ from benchmarks.random_traffic import KINDS, Episode, episode, episodes
 
 PLANS = int(os.environ.get("MCDAS_OPT_LAWS_PLANS", "40"))
 PLANS_IN_BOTH_FORMS = max(PLANS // 5, 1)  # the interpreted form takes its time
-PLANS_SETTLED = max(PLANS // 20, 1)
+PLANS_SETTLED = max(PLANS // 40, 1)
 
 FOUND = {  # by thousands of others: asked besides the sample
     "permuted": ("slippery/24", "slippery/63", "sandwich/5", "dense/2"),
