@@ -52,13 +52,15 @@ def _along(points: Array, times: tuple[float, float] | None, road: Road, placeme
 
 
 def _window(state: Any, first_step: int, step_s: float) -> tuple[float, float] | None:
+    """[s] from the beginning on, to the nanosecond, as drives count it: a window may be a single moment."""
     from commonroad.common.util import Interval
 
     if state.time_step is None:
         return None
     given = state.time_step
     begin, end = (given.start, given.end) if isinstance(given, Interval) else (given, given)
-    return max(step_s * (float(begin) - first_step), 0.0), max(step_s * (float(end) - first_step), 0.0)
+    first, last = (max(round(step_s * (float(step) - first_step), 9), 0.0) for step in (begin, end))
+    return first, last
 
 
 def _areas(state: Any, lanelets: list[Any]) -> list[Array]:

@@ -194,7 +194,7 @@ def _duration(scenario: Any, problem: Any) -> float:
     steps = (state.time_step for state in problem.goal.state_list if state.time_step is not None)
     ends = [int(step.end if isinstance(step, Interval) else step) for step in steps]
     last = max((end - problem.initial_state.time_step for end in ends), default=0)
-    return float(min(max(last * scenario.dt, 1.0), _LONGEST_S))
+    return round(float(min(max(last * scenario.dt, 1.0), _LONGEST_S)), 9)
 
 
 def _samples(
