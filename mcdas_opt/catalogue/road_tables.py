@@ -97,8 +97,12 @@ class DestinationPart(_Recorded):
     s_m: Annotated[Pair | None, Field(description="between which places; without it, anywhere")] = None
     lane: Annotated[int | None, Field(description="in which lane; without it, in any")] = None
     time_s: Annotated[Pair | None, Field(description="between which times; without it, at any")] = None
+    d_m: Annotated[Pair | None, Field(description="between which offsets from the road's line; without it, at any")] = None
+    speed_mps: Annotated[Pair | None, Field(description="how fast it is to be then; without it, at any speed")] = None
+    heading_rad: Annotated[Pair | None, Field(description="how far turned off the road then; without it, by any angle")] = None
 
     def record(self) -> Destination:
         """The destination."""
-        place, times = (None if pair is None else (pair[0], pair[1]) for pair in (self.s_m, self.time_s))
-        return Destination(s_m=place, lane=self.lane, time_s=times)
+        windows = (self.s_m, self.time_s, self.d_m, self.speed_mps, self.heading_rad)
+        place, times, offsets, speeds, headings = (None if pair is None else (pair[0], pair[1]) for pair in windows)
+        return Destination(s_m=place, lane=self.lane, time_s=times, d_m=offsets, speed_mps=speeds, heading_rad=headings)

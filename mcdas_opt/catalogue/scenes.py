@@ -323,7 +323,7 @@ def _check_values(scene: Scene, path: Path) -> None:
     if not low <= host.acceleration_mps2 <= high:
         raise InputError(path, "host.acceleration_mps2", host.acceleration_mps2, f"must lie in [{low:g}, {high:g}]")
     destination = scene.destination_to_reach
-    why = "" if destination is None else destination.why_unreachable(scene.host_state, 0.0, road, top)
+    why = "" if destination is None else destination.why_unreachable(scene.host_state, 0.0, road, vehicle)
     if why:
         raise InputError(path, "destination", None, f"cannot be reached: {why}")
     width = road.lane_width_at(0, 0.0)

@@ -9,16 +9,17 @@ from dataclasses import dataclass
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import FARTHEST_M, finite
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
 
-_SPARE_S = 0.5  # to be there earlier than at the last moment, and not before the first
 _EVER = (-math.inf, math.inf)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Destination:
-    """The host is to be with its body's centre between two places `s_m` [m] of the road (None: anywhere), in lane `lane` (None: any), at
-    some time between `time_s` [s] (None: ever). A lane alone is the lane to drive in; an exit is its lane and the stretch before it.
+    """The host is to be with its body's centre between two places `s_m` [m] of the road, in lane `lane`, between two offsets `d_m` [m] from
+    the road's line, at some time between `time_s` [s]; and then as fast as `speed_mps` [m/s] says, from and to, and turned off the road by
+    `heading_rad` [rad]. None: any. A lane alone is the lane to drive in; an exit is its lane and the stretch before it.
 
     Safety is never traded for it: what cannot be had any more is said (`why_unreachable`), and driven on without.
     """
@@ -26,13 +27,17 @@ class Destination:
     s_m: tuple[float, float] | None = None
     lane: int | None = None
     time_s: tuple[float, float] | None = None
+    d_m: tuple[float, float] | None = None
+    speed_mps: tuple[float, float] | None = None
+    heading_rad: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         if self.s_m is None and self.lane is None and self.time_s is None:
             raise ParameterError("destination", None, "must say where or when: s_m, lane or time_s")
         if self.lane is not None and (isinstance(self.lane, bool) or not isinstance(self.lane, int)):
             raise ParameterError("lane", self.lane, "must be a whole number")
-        for name, given, unit in (("s_m", self.s_m, "m"), ("time_s", self.time_s, "s")):
+        windows = (self.s_m, "m"), (self.time_s, "s"), (self.d_m, "m"), (self.speed_mps, "m/s"), (self.heading_rad, "rad")
+        for name, (given, unit) in zip(("s_m", "time_s", "d_m", "speed_mps", "heading_rad"), windows, strict=True):
             if given is None:
                 continue
             try:
@@ -56,37 +61,39 @@ class Destination:
             object.__setattr__(moved, "time_s", (self.time_s[0] - time_s, self.time_s[1] - time_s))
         return moved
 
-    def is_reached(self, s_m: float, d_m: float, time_s: float, road: Road) -> bool:
-        """Whether a host that is there then is where it is to be."""
-        (begin, end), (early, late) = self.s_m or _EVER, self.time_s or _EVER
-        there = begin <= s_m <= end and early <= time_s <= late
-        return there and (self.lane is None or road.lane_of(d_m, s_m) == self.lane)
+    def is_reached(self, host: HostState, time_s: float, road: Road) -> bool:
+        """Whether a host that is there then is where it is to be, as it is to be."""
+        windows = self.s_m, self.time_s, self.d_m, self.speed_mps, self.heading_rad
+        values = host.s_m, time_s, host.d_m, host.speed_mps, math.remainder(host.heading_rad, 2.0 * math.pi)
+        there = all(window is None or window[0] <= value <= window[1] for window, value in zip(windows, values, strict=True))
+        return there and (self.lane is None or road.lane_of(host.d_m, host.s_m) == self.lane)
 
-    def why_unreachable(self, host: HostState, time_s: float, road: Road, speed_max_mps: float) -> str:
+    def why_unreachable(self, host: HostState, time_s: float, road: Road, vehicle: Vehicle) -> str:
         """Why it cannot be had any more; empty where it may."""
         (begin, end), (_, late) = self.s_m or _EVER, self.time_s or _EVER
         if host.s_m > end:
             return f"it lies {host.s_m - end:.3g} m behind the host"
         if time_s > late:
             return f"its time is over since {time_s - late:.3g} s"
-        if begin - host.s_m > speed_max_mps * max(late - time_s, 0.0):
-            return f"{begin - host.s_m:.3g} m in {late - time_s:.3g} s are beyond the car's {speed_max_mps:.3g} m/s"
+        fastest, left_s = vehicle.speed_max_mps, max(late - time_s, 0.0)
+        if math.isfinite(late) and begin - host.s_m > (most_m := _farthest_m(host.speed_mps, left_s, vehicle)):
+            return f"{begin - host.s_m:.3g} m in {left_s:.3g} s are beyond the car, which comes {most_m:.3g} m far"
+        if self.speed_mps is not None and self.speed_mps[0] > fastest:
+            return f"{self.speed_mps[0]:.3g} m/s are beyond the car's {fastest:.3g} m/s"
         if road.road_end_s_m is not None and begin > road.road_end_s_m:
             return "the road ends before it"
         if self.lane is not None and not any(road.has_lane(self.lane, s) for s in self._places(host)):
             return f"there is no lane {self.lane} to drive in"
         return ""
 
-    def wanted_mps(self, host: HostState, time_s: float, desired_mps: float) -> float:
-        """The speed nearest to the desired one that is there in time, and not before; as desired where there is no time or place."""
-        if self.s_m is None or self.time_s is None or host.s_m >= self.s_m[1]:
-            return desired_mps
-        (begin, end), (early, late) = self.s_m, self.time_s
-        least = max(begin - host.s_m, 0.0) / max(late - _SPARE_S - time_s, 0.1)
-        most = (end - host.s_m) / max(early + _SPARE_S - time_s, 0.1)
-        return min(max(desired_mps, least), max(most, 0.0))
-
     def _places(self, host: HostState) -> tuple[float, ...]:
         if self.s_m is None:
             return (host.s_m,)
         return max(self.s_m[0], host.s_m), 0.5 * (max(self.s_m[0], host.s_m) + self.s_m[1]), self.s_m[1]
+
+
+def _farthest_m(speed_mps: float, within_s: float, vehicle: Vehicle) -> float:
+    """How far a car comes that accelerates as hard as it can."""
+    fastest = max(vehicle.speed_max_mps, speed_mps)
+    rising_s = min((fastest - speed_mps) / vehicle.acceleration_max_mps2, within_s)
+    return speed_mps * rising_s + 0.5 * vehicle.acceleration_max_mps2 * rising_s**2 + fastest * (within_s - rising_s)

@@ -29,6 +29,7 @@ from mcdas_opt.simulation.record import Outcome, Simulation
 SUITE = "commonroad"
 MANIFEST, JOURNAL, ROWS, TABLE, PICTURES = "run.json", "rows.journal", "rows.csv", "table.md", "pictures"
 REFUSED, SAFE, FAILED = "refused", "safe", "failed"
+REACHED = "reached"
 _ENDS = (SAFE, "struck in front", "struck at the side", "struck from behind", "left_road", "off the map", REFUSED, FAILED)
 _COLUMNS = (
     "scenario",
@@ -108,6 +109,7 @@ def run(
 def driven(path: Path, planner: str, pictures: Path) -> Record:
     """One scenario as a row; a loss has the reason of the last plan in it and a picture, a refusal the rule that was broken."""
     from mcdas_opt.interop.commonroad.scenario import read_scenario
+    from mcdas_opt.interop.commonroad.solution import goal_reached_s
     from mcdas_opt.simulation.loop import simulate
 
     warnings.simplefilter("ignore")  # the reader's
@@ -121,7 +123,8 @@ def driven(path: Path, planner: str, pictures: Path) -> Record:
     except McdasError as error:
         return row | {"end": FAILED, "why": str(error)}
     end, last_m = end_of(drive), float(drive.trajectory.s_m[-1])
-    if end == SAFE and drive.destination != "reached" and read.map_end_s_m is not None and last_m > read.map_end_s_m:
+    is_there = goal_reached_s(read, drive.trajectory) is not None
+    if end == SAFE and not is_there and read.map_end_s_m is not None and last_m > read.map_end_s_m:
         end = "off the map"
     if end != SAFE:
         _draw(drive, pictures / f"{path.stem}-{planner}.png")
@@ -131,7 +134,7 @@ def driven(path: Path, planner: str, pictures: Path) -> Record:
         "blame": "" if end == SAFE else blame_of(drive),
         "duration_s": round(drive.duration_s, 2),
         "of_s": round(read.scene.duration_s, 2),
-        "goal": f"off: {read.goal_is_off}" if read.goal_is_off else drive.destination,
+        "goal": REACHED if is_there else _missed(read.goal_is_off, drive),
         "cycles": drive.plans,
         "fallback": drive.fallbacks,
         "unavoidable": drive.unavoidable,
@@ -144,6 +147,13 @@ def driven(path: Path, planner: str, pictures: Path) -> Record:
         "p99_ms": round(drive.cycle_ms.p99, 1),
         "why": "" if end == SAFE else f"{last.status.value}: {last.reason}",
     }
+
+
+def _missed(off: str, drive: Simulation) -> str:
+    """Why a goal was not reached that CommonRoad judges."""
+    if off:
+        return f"off: {off}"
+    return drive.destination if drive.destination != REACHED else "ahead: but for what CommonRoad asks besides"
 
 
 def kind_of(text: str) -> str:
@@ -198,7 +208,7 @@ def summarise(rows: Sequence[Record], planners: Sequence[str]) -> Record:
             "lost_elsewhere": _share(*_counted(drives, urban=False)),
             "blame": dict(Counter(row["blame"] for row in lost)),
             "goals": dict(Counter(goals)),
-            "goal_reached": _share(goals.count("reached"), len(goals)),
+            "goal_reached": _share(goals.count(REACHED), len(goals)),
             "fallback_or_unavoidable": _share(sum(row["fallback"] + row["unavoidable"] for row in drives), cycles),
             "p50_ms": _middle([row["p50_ms"] for row in drives]),
             "most_lateral_mps2": _middle([row["most_lateral_mps2"] for row in drives]),

@@ -28,6 +28,7 @@ class CostWeights:
     lane_change: float = 2.0  # once
     other_side: float = 0.3  # once, for steering to the side that is not preferred
     delayed: float = 1.5  # once, for a candidate that begins later: what is open now may close
+    off_destination: float = 4.0  # once, for steering out away from the destination's lane
     unneeded_lane_change: float = 1.5  # once, for steering out where the selector finds braking or accelerating enough
     inconsiderate: float = 6.0  # once, where that asks a follower for more braking than manners allow
     headway: float = 1.0  # per (share of the front distance asked for that is missing)^2
@@ -122,4 +123,5 @@ def needed_lane_change_cost(side: Side, cycle: Cycle, weights: CostWeights) -> f
         return 0.0
     preferred = cycle.preferred_side
     other = preferred is not Side.NONE and side is not preferred
-    return weights.lane_change + (weights.other_side if other else 0.0)
+    astray = weights.off_destination if cycle.leads_astray(side) else 0.0
+    return weights.lane_change + (weights.other_side if other else 0.0) + astray

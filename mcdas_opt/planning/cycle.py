@@ -23,6 +23,7 @@ from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory, PreviousPlan, ReportedMode
 from mcdas_opt.planning.reach import in_reach_ever
 from mcdas_opt.planning.required_lane import LEAST_SHARE, RequiredLane, required_lane
+from mcdas_opt.reference.arrival import arrival_speed_mps
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.situation.doubts import believed
 from mcdas_opt.tracking.prediction import names_of, predict_for
@@ -33,6 +34,9 @@ _BRAKING_MPS2 = 0.5  # who brakes by less may as well hold its speed
 _STOPPING_MPS2 = 2.5
 _CLEARLY = 1.5  # standard deviations
 _LIMIT_SHARE = 0.8  # of what tyres and brakes give is nearly all of it
+_OFFSET_AHEAD_S, _OFFSET_SLOWEST_MPS = 4.0, 5.0  # so long before the destination the host goes beside its lane's middle for it
+_OFFSET_SPARE_M = 0.2  # inside the offsets that are asked for, and from the body to the lane's border
+_FASTEST_SHARE = 0.98  # of the car's top speed
 _STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side
 
 
@@ -149,14 +153,32 @@ class Cycle:
         return road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m)
 
     @property
+    def kept_d_m(self) -> float:
+        """Where the host drives in that lane: in its middle; as near to it as the destination's offsets ask, where that is near ahead."""
+        centre, situation, vehicle = self.lane_centre_m, self.situation, self.vehicle
+        host, road, destination = situation.host, situation.road, situation.destination
+        if destination is None or destination.d_m is None or destination.s_m is None:
+            return centre
+        place, lane = 0.5 * (destination.s_m[0] + destination.s_m[1]), road.lane_of(host.d_m, host.s_m)
+        right, left = destination.d_m
+        spare, far_m = min(_OFFSET_SPARE_M, 0.25 * (left - right)), _OFFSET_AHEAD_S * max(host.speed_mps, _OFFSET_SLOWEST_MPS)
+        if place - host.s_m > far_m or road.lane_of(0.5 * (right + left), place) != lane:
+            return centre
+        width = min(road.lane_width_at(lane, host.s_m), road.lane_width_at(lane, place))
+        beside = max(0.5 * (width - vehicle.width_m) - _OFFSET_SPARE_M, 0.0)
+        there = road.lane_centre_m(lane, place)
+        offset = min(max(0.0, right + spare - there), left - spare - there)
+        return centre + min(max(offset, -beside), beside)
+
+    @property
     def destination(self) -> str:
         """How it stands with the destination: reached, ahead, or unreachable and why; empty without one."""
         given, wanted = self.given, self.given.destination
         if wanted is None:
             return ""
-        if wanted.is_reached(given.host.s_m, given.host.d_m, given.time_s, given.road):
+        if wanted.is_reached(given.host, given.time_s, given.road):
             return "reached"
-        why = wanted.why_unreachable(given.host, given.time_s, given.road, self.vehicle.speed_max_mps)
+        why = wanted.why_unreachable(given.host, given.time_s, given.road, self.vehicle)
         return f"unreachable: {why}" if why else "ahead"
 
     @property
@@ -212,6 +234,14 @@ class Cycle:
         lane = situation.road.lane_of(situation.host.d_m, situation.host.s_m) + (1 if side is Side.LEFT else -1)
         there = neighbours_in(lane, situation, self.vehicle)
         return demanded_braking_mps2(there, situation.host.speed_mps) > self.settings.manners.follower_braking_mps2
+
+    def leads_astray(self, side: Side) -> bool:
+        """Whether the next lane on that side is farther from the destination's lane."""
+        host, road, destination = self.situation.host, self.situation.road, self.situation.destination
+        if destination is None or destination.lane is None:
+            return False
+        lane = road.lane_of(host.d_m, host.s_m)
+        return destination.lane <= lane if side is Side.LEFT else destination.lane >= lane
 
     @property
     def is_withdrawn(self) -> bool:
@@ -284,10 +314,20 @@ def _limited(situation: Situation, settings: Settings, vehicle: Vehicle) -> Situ
     """With a desired speed that is there in time, and within the limit; without a destination that cannot be had any more."""
     destination, wanted = situation.destination, situation.wanted_speed_mps
     if destination is not None:
-        if destination.why_unreachable(situation.host, situation.time_s, situation.road, vehicle.speed_max_mps):
+        if destination.why_unreachable(situation.host, situation.time_s, situation.road, vehicle):
             situation = replace(situation, destination=None, desired_speed_mps=wanted)
         else:
-            wanted = destination.wanted_mps(situation.host, situation.time_s, wanted)
+            host, comfort = situation.host, settings.comfort
+            rising_mps2 = comfort.share * comfort.limits(host.speed_mps).acceleration_mps2
+            wanted = arrival_speed_mps(
+                destination,
+                host,
+                situation.time_s,
+                wanted,
+                fastest_mps=_FASTEST_SHARE * vehicle.speed_max_mps,
+                rising_mps2=rising_mps2,
+                falling_mps2=comfort.share * ORDINARY_MPS2,
+            )
             situation = replace(situation, desired_speed_mps=wanted)
     limit = _limit_mps(situation, settings)
     return replace(situation, desired_speed_mps=limit) if wanted > limit else situation

@@ -26,14 +26,13 @@ from mcdas_opt.reference.offset_path import OffsetPath, corrected
 
 STOP_IN_LANE = "brake"
 _STEERABLE_MPS = 0.5
+_ARRIVING_SHARE = 0.6  # of the time that is left to a destination: then its lane lets the host come there in time
 _BODY_ROOM_M = 0.25  # from the body's flank to the road's edge, for the targets of steering
 
 
-def keep_path(situation: Situation) -> OffsetPath:
-    """The centre of the lane that holds the body centre."""
-    road, host = situation.road, situation.host
-    centre = road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m)
-    return OffsetPath(start_s_m=host.s_m, start_d_m=centre, amplitude_m=0.0, a_per_m=-0.1, b=50.0)
+def keep_path(cycle: Cycle) -> OffsetPath:
+    """The centre of the lane that holds the body centre, or beside it where the destination near ahead is there."""
+    return OffsetPath(start_s_m=cycle.situation.host.s_m, start_d_m=cycle.kept_d_m, amplitude_m=0.0, a_per_m=-0.1, b=50.0)
 
 
 def lateral_bound_mps2(situation: Situation, sigmoid: SigmoidSettings) -> float:
@@ -44,7 +43,7 @@ def lateral_bound_mps2(situation: Situation, sigmoid: SigmoidSettings) -> float:
 def keep_lane(cycle: Cycle, mode: Mode, towards: Gap | None = None) -> Proposed:
     """Nothing threatens: keep the lane at the desired speed, or such that the host comes beside a gap in the next one, but no faster than
     now where nobody watches ahead; asked to park, stand until `park` takes over."""
-    situation, path = cycle.situation, keep_path(cycle.situation)
+    situation, path = cycle.situation, keep_path(cycle)
     wanted = situation.wanted_speed_mps if towards is None else min(max(situation.wanted_speed_mps, towards.fastest_mps), cycle.limit_mps)
     wanted = wanted if situation.coverage.front else min(wanted, situation.host.speed_mps)
     wanted = 0.0 if mode is Mode.PARK else wanted
@@ -54,7 +53,7 @@ def keep_lane(cycle: Cycle, mode: Mode, towards: Gap | None = None) -> Proposed:
 
 def stop_in_lane(cycle: Cycle) -> Proposed:
     """Behind somebody who brakes as hard as the road allows: as hard as he."""
-    return Proposed(name=STOP_IN_LANE, mode=Mode.BRAKE, side=Side.NONE, path=keep_path(cycle.situation), speed_mps=0.0)
+    return Proposed(name=STOP_IN_LANE, mode=Mode.BRAKE, side=Side.NONE, path=keep_path(cycle), speed_mps=0.0)
 
 
 def go_on(active: Manoeuvre) -> Proposed:
@@ -70,9 +69,12 @@ def go_on(active: Manoeuvre) -> Proposed:
 
 
 def go_on_unpressed(cycle: Cycle, active: Manoeuvre) -> Proposed:
-    """The same where nothing threatens any more: slowly enough for the bends ahead, and for the headway in the lane that is changed to."""
-    follows = next_ahead(cycle.situation, active.target_d_m) if active.mode is Mode.CRUISE else None
-    goal, speeds = comfortable_speed(cycle, active.speed_mps, active.target_d_m, follows)
+    """The same where nothing threatens any more: slowly enough for the bends ahead, and for the headway in the lane that is changed to; at
+    the speed that the destination asks for by now, where there is one."""
+    situation = cycle.situation
+    follows = next_ahead(situation, active.target_d_m) if active.mode is Mode.CRUISE else None
+    towards_mps = active.speed_mps if situation.destination is None else situation.wanted_speed_mps
+    goal, speeds = comfortable_speed(cycle, towards_mps, active.target_d_m, follows)
     return replace(go_on(active), mode=active.mode, speed_mps=goal, speeds_mps=speeds, is_comfortable=True)
 
 
@@ -88,7 +90,8 @@ def change_to_required(cycle: Cycle, required: RequiredLane) -> Proposed | None:
     if _unwatched(situation, required.side) or situation.host.speed_mps < _STEERABLE_MPS:
         return None
     changing_s = cycle.settings.manners.changing_s
-    return _unhurried(cycle, required.side, min(changing_s, max(required.left_s - 1.0, 0.5 * changing_s)))
+    within_s = required.left_s - 1.0 if required.end_m is not None else min(required.left_s - 1.0, _ARRIVING_SHARE * required.left_s)
+    return _unhurried(cycle, required.side, min(changing_s, max(within_s, 0.5 * changing_s)))
 
 
 def _unhurried(cycle: Cycle, side: Side, changing_s: float | None = None) -> Proposed:
@@ -111,7 +114,7 @@ def basic_four(cycle: Cycle, active: Manoeuvre | None) -> tuple[Proposed, ...]:
     """Keep the lane by braking or accelerating, steer left, steer right; the active manoeuvre takes the place of its side."""
     situation, assessment = cycle.situation, cycle.assessment
     wanted, speed = situation.wanted_speed_mps, situation.host.speed_mps
-    keep = keep_path(situation)
+    keep = keep_path(cycle)
     slower = min(wanted, speed)
     if assessment.front_speed_mps is not None:
         slower = min(slower, max(assessment.front_speed_mps, 0.0))
@@ -165,7 +168,7 @@ def sampled(cycle: Cycle) -> tuple[Proposed, ...]:
     for choice in best_of_kind(situation, cycle.vehicle, cycle.prediction, grid=cycle.settings.grid):
         name = f"{'keep' if choice.side is Side.NONE else choice.side.value}-{choice.pace}{'' if choice.early else '-late'}"
         if choice.side is Side.NONE:
-            path, manoeuvre, mode = keep_path(situation), None, Mode.BRAKE
+            path, manoeuvre, mode = keep_path(cycle), None, Mode.BRAKE
         else:
             mode = Mode.EVADE
             path = corrected(

@@ -63,7 +63,8 @@ def _to_the_destination(situation: Situation, lane: int) -> RequiredLane | None:
     if not road.goes_on(beside, host.s_m, host.speed_mps):
         return None
     left_s = _ADAPTING_S if destination.s_m is None else (destination.s_m[1] - host.s_m) / max(host.speed_mps, AHEAD_M / AHEAD_S)
-    return RequiredLane(side, min(left_s, _ADAPTING_S))
+    until_s = math.inf if destination.time_s is None else max(destination.time_s[1] - situation.time_s, 0.0)
+    return RequiredLane(side, min(left_s, until_s, _ADAPTING_S))
 
 
 def _to_lead_on(situation: Situation, vehicle: Vehicle, lane: int) -> RequiredLane | None:
@@ -122,9 +123,18 @@ def _gaps(situation: Situation, vehicle: Vehicle, settings: Settings, required: 
             wait_s = _gained_after_s(early, host.speed_mps - behind.speed_s_mps, fastest - behind.speed_s_mps, _GAINING_MPS2)
             if wait_s + _CROSSING_S <= required.left_s:
                 yield Gap(behind, ahead, wait_s, fastest_mps=fastest)
-        elif early <= 0.0 and ahead is not None:
+        elif early <= 0.0 and ahead is not None and _is_in_time_behind(ahead, situation, time_gap_s):
             most = min(_SLOWER_MPS, ahead.speed_s_mps)
             yield Gap(behind, ahead, _gained_after_s(late, ahead.speed_s_mps - host.speed_mps, most, _LOSING_MPS2), is_slower=True)
+
+
+def _is_in_time_behind(ahead: Track, situation: Situation, time_gap_s: float) -> bool:
+    """Whether who follows somebody is at the destination before its time is over, where it has one."""
+    destination = situation.destination
+    if destination is None or destination.s_m is None or destination.time_s is None:
+        return True
+    v, left_s = max(ahead.speed_s_mps, 0.0), destination.time_s[1] - situation.time_s
+    return ahead.s_m + v * (left_s - time_gap_s) - ahead.length_m >= destination.s_m[0]
 
 
 def next_ahead(situation: Situation, d_m: float) -> Track | None:

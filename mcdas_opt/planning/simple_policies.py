@@ -22,7 +22,7 @@ _STEERING_SHARE = 0.9  # of the grip, for steering out with nothing left for bra
 
 def simple_policies(cycle: Cycle) -> Iterator[Driven]:
     """The five, driven by the bicycle within the car's limits; a side without lane or shoulder, or that nobody watches, is left out."""
-    vehicle, path = cycle.vehicle, keep_path(cycle.situation)
+    vehicle, path = cycle.vehicle, keep_path(cycle)
     grip = _grip_mps2(cycle)
     brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
     stop = SpeedLaw(speed_mps=0.0, acceleration_mps2=brake)

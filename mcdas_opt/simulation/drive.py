@@ -187,8 +187,8 @@ class Drive:
         destination, road = self.scene.destination_to_reach, self.scene.true_road
         if destination is None:
             return None
-        for t, (s, d) in zip(history.t_s.tolist(), history.states[:, :2].tolist(), strict=True):
-            if destination.is_reached(s, d, t, road):
+        for t, state in zip(history.t_s.tolist(), history.states, strict=True):
+            if destination.is_reached(HostState.from_vector(state), t, road):
                 return float(t)
         return None
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from mcdas_opt.catalogue.scenes import load_scene
+from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
@@ -32,6 +32,8 @@ HOST = HostState(s_m=100.0, speed_mps=20.0)
         ({"s_m": (float("nan"), 3.0)}, "must be finite"),
         ({"lane": 1.5}, "must be a whole number"),
         ({"time_s": ("a", 3.0)}, "must be a number"),
+        ({"s_m": (3.0, 5.0), "speed_mps": (9.0, 2.0)}, "speed_mps.*must begin before it ends"),
+        ({"speed_mps": (9.0, 12.0)}, "must say where or when"),
     ],
 )
 def test_a_destination_that_is_none_is_refused(given: dict[str, Any], said: str) -> None:
@@ -43,14 +45,16 @@ def test_a_destination_that_is_none_is_refused(given: dict[str, Any], said: str)
     ("destination", "said"),
     [
         (Destination(s_m=(10.0, 90.0)), "behind the host"),
-        (Destination(s_m=(210.0, 250.0), time_s=(1.0, 2.0)), "are beyond the car's"),
+        (Destination(s_m=(210.0, 250.0), time_s=(1.0, 2.0)), "are beyond the car, which comes"),
+        (Destination(s_m=(135.0, 250.0), time_s=(0.0, 1.0)), "comes 2"),
+        (Destination(s_m=(210.0, 250.0), speed_mps=(70.0, 80.0)), "70 m/s are beyond the car's"),
         (Destination(lane=2), "there is no lane 2"),
         (Destination(time_s=(-9.0, -1.0)), "its time is over"),
         (Destination(lane=1, s_m=(150.0, 160.0), time_s=(0.0, 9.0)), ""),
     ],
 )
 def test_what_cannot_be_had_is_said_and_driven_on_without(destination: Destination, said: str) -> None:
-    assert said in destination.why_unreachable(HOST, 0.0, ROAD, 50.0)
+    assert said in destination.why_unreachable(HOST, 0.0, ROAD, load_vehicle("sedan"))
     plan = Planner().plan(Situation(host=HOST, road=ROAD, destination=destination))
     assert plan.destination.startswith("unreachable" if said else "ahead")
     assert said in plan.destination
@@ -60,36 +64,35 @@ def test_what_cannot_be_had_is_said_and_driven_on_without(destination: Destinati
         assert (plan.trajectory.table == without.trajectory.table).all()
 
 
-@given(
-    s=st.floats(101.0, 900.0),
-    length=st.floats(20.0, 50.0),
-    early=st.floats(1.0, 60.0),
-    lasting=st.floats(2.0, 30.0),
-    wanted=st.floats(0.0, 40.0),
-)
-def test_the_speed_that_is_wanted_is_there_in_time_and_not_past_it(
-    s: float, length: float, early: float, lasting: float, wanted: float
-) -> None:
-    place, times = (s, s + length), (early, early + lasting)
-    v = Destination(s_m=place, time_s=times).wanted_mps(HOST, 0.0, wanted)
-    low, high = (s - 100.0) / (times[1] - 0.5), (s + length - 100.0) / (times[0] + 0.5)  # half a second to spare
-    assert v <= high + 1e-9
-    if low <= high:
-        assert v == pytest.approx(min(max(wanted, low), high))
-
-
 def test_it_is_the_same_seen_from_elsewhere_and_later() -> None:
     there = Destination(s_m=(150.0, 160.0), lane=1, time_s=(3.0, 9.0))
     moved = there.seen_from(100.0, 2.0)
     assert (moved.s_m, moved.time_s, moved.lane) == ((50.0, 60.0), (1.0, 7.0), 1)
-    assert there.is_reached(155.0, 3.7, 4.0, ROAD)
-    assert moved.is_reached(55.0, 3.7, 2.0, ROAD)
-    assert not there.is_reached(155.0, 0.0, 4.0, ROAD)
+    host = HostState(s_m=155.0, d_m=3.7)
+    assert there.is_reached(host, 4.0, ROAD)
+    assert moved.is_reached(host.seen_from(100.0), 2.0, ROAD)
+    assert not there.is_reached(replace(host, d_m=0.0), 4.0, ROAD)
     situation = Situation(host=HOST, road=ROAD, destination=there)
     again = Situation.from_json(situation.to_json())
     assert again.destination == there
     later = replace(situation, time_s=2.0, destination=there.seen_from(0.0, -2.0))
     assert (Planner().plan(later).trajectory.table == Planner().plan(situation).trajectory.table).all()
+
+
+@pytest.mark.parametrize(
+    ("asked", "is_there"),
+    [
+        ({}, True),
+        ({"d_m": (3.0, 4.0), "speed_mps": (9.0, 11.0), "heading_rad": (-0.1, 0.1)}, True),
+        ({"d_m": (0.0, 3.0)}, False),
+        ({"speed_mps": (0.0, 9.9)}, False),
+        ({"heading_rad": (0.1, 0.3)}, False),
+    ],
+)
+def test_a_host_is_there_as_it_is_asked_to_be(asked: dict[str, tuple[float, float]], is_there: bool) -> None:
+    there = Destination(s_m=(150.0, 160.0), lane=1, time_s=(3.0, 9.0), **asked)
+    for turns in (0.0, 2.0 * math.pi):
+        assert there.is_reached(HostState(s_m=155.0, d_m=3.7, speed_mps=10.0, heading_rad=turns), 4.0, ROAD) is is_there
 
 
 def scene(folder: Path, destination: str) -> Path:
@@ -103,6 +106,12 @@ def test_a_lane_two_away_is_reached_in_its_window(tmp_path: Path) -> None:
     assert (drive.outcome.value, drive.fallbacks, drive.destination) == ("safe", 0, "reached")
     assert drive.destination_reached_s is not None
     assert 8.0 <= drive.destination_reached_s <= 10.0
+
+
+def test_it_is_reached_beside_the_lanes_middle_and_at_the_speed_that_is_asked_for(tmp_path: Path) -> None:
+    asked = "lane = 1\ns_m = [90.0, 100.0]\ntime_s = [7.0, 8.0]\nd_m = [4.2, 5.6]\nspeed_mps = [6.0, 9.0]"
+    drive = simulate(load_scene(scene(tmp_path, asked)))
+    assert (drive.outcome.value, drive.fallbacks, drive.destination) == ("safe", 0, "reached")
 
 
 @pytest.mark.parametrize(

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from mcdas_opt.catalogue.scenes import load_scene
-from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.catalogue.vehicles import load_vehicle, vehicle_text
 from mcdas_opt.errors import InputError, MissingExtraError
 from mcdas_opt.interop.commonroad import library
-from mcdas_opt.interop.commonroad.scenario import VEHICLE, own_vehicle_text, read_scenario
+from mcdas_opt.interop.commonroad.scenario import VEHICLE, own_vehicle, read_scenario
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data" / "commonroad"
 
@@ -78,7 +78,7 @@ def written(folder: Path, **changes: Any) -> Path:
 
 def test_the_benchmarks_car_is_a_vehicle_file_whose_centre_is_that_of_gravity(tmp_path: Path) -> None:
     file, shipped = tmp_path / "centred.toml", load_vehicle(VEHICLE)
-    file.write_text(own_vehicle_text(15.0), "utf-8")
+    file.write_text(vehicle_text(own_vehicle(15.0)), "utf-8")
     centred = load_vehicle(str(file))
     assert shipped.cog_to_front_axle_m is not None
     assert centred.centre_m == pytest.approx(centred.wheelbase_m - shipped.cog_to_front_axle_m)
@@ -90,7 +90,7 @@ def test_the_benchmarks_car_accelerates_as_it_can_at_every_speed_that_a_drive_ne
     tmp_path: Path, begun_mps: float, top_mps: float
 ) -> None:
     file = tmp_path / "own.toml"
-    file.write_text(own_vehicle_text(begun_mps), "utf-8")
+    file.write_text(vehicle_text(own_vehicle(begun_mps)), "utf-8")
     car = load_vehicle(str(file))
     assert car.speed_max_mps == pytest.approx(top_mps)
     assert car.acceleration_max_mps2 == pytest.approx(11.5 * 7.319 / top_mps, rel=0.01)

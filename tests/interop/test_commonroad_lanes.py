@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from mcdas_opt.interop.commonroad.scenario import CommonRoadScene, read_scenario
+from mcdas_opt.interop.commonroad.solution import goal_reached_s
+from mcdas_opt.simulation.loop import simulate
 
 pytest.importorskip("commonroad")
 pytest.importorskip("defusedxml")
@@ -36,8 +38,19 @@ def lanelet(
     return f'<lanelet id="{identifier}">{bounds}{following}{beside}<laneletType>urban</laneletType></lanelet>'
 
 
-def read(folder: Path, lanelets: list[str], *, goal_x: float, goal_y: float, steps: tuple[int, int], y: float = 0.0) -> CommonRoadScene:
+def read(
+    folder: Path,
+    lanelets: list[str],
+    *,
+    goal_x: float = 0.0,
+    goal_y: float = 0.0,
+    steps: tuple[int, int],
+    y: float = 0.0,
+    named: tuple[int, ...] = (),
+    besides: str = "",
+) -> CommonRoadScene:
     area = f"<rectangle><length>20</length><width>3</width><center><x>{goal_x}</x><y>{goal_y}</y></center></rectangle>"
+    area = "".join(f'<lanelet ref="{identifier}"/>' for identifier in named) or area
     window = f"<time><intervalStart>{steps[0]}</intervalStart><intervalEnd>{steps[1]}</intervalEnd></time>"
     state = (
         f"<initialState><position><point><x>0</x><y>{y}</y></point></position><orientation><exact>0</exact></orientation><time><exact>0</exact>"
@@ -49,7 +62,8 @@ def read(folder: Path, lanelets: list[str], *, goal_x: float, goal_y: float, ste
         'affiliation="b" source="c" date="2026-11-22"><location><geoNameId>-999</geoNameId><gpsLatitude>999</gpsLatitude>'
         "<gpsLongitude>999</gpsLongitude></location><scenarioTags><urban/></scenarioTags>"
         + "".join(lanelets)
-        + f'<planningProblem id="9">{state}<goalState><position>{area}</position>{window}</goalState></planningProblem></commonRoad>',
+        + f'<planningProblem id="9">{state}<goalState><position>{area}</position>{besides}{window}</goalState></planningProblem>'
+        + "</commonRoad>",
         "utf-8",
     )
     return read_scenario(path)
@@ -106,3 +120,38 @@ def test_a_goal_that_cannot_be_had_is_said_to_be_so(tmp_path: Path, goal: tuple[
     assert said in scene.goal_is_off
     assert scene.scene.destination_to_reach is None
     assert scene.goal_is_off
+
+
+def interval(name: str, low: float, high: float) -> str:
+    return f"<{name}><intervalStart>{low}</intervalStart><intervalEnd>{high}</intervalEnd></{name}>"
+
+
+def test_lanelets_of_a_goal_that_follow_one_another_are_one_place_and_its_lane_is_the_nearest(tmp_path: Path) -> None:
+    lanelets = [*SPLIT_AND_BEGIN[:2], lanelet(5, -1, 100, 300, left=3)]
+    there = read(tmp_path, lanelets, steps=(70, 90), named=(5, 3, 1)).scene.destination_to_reach
+    assert there is not None
+    assert there.lane == 0
+    assert there.s_m == pytest.approx((-60.0, 300.0), abs=1.0)
+    assert there.d_m is None
+
+
+def test_a_goals_speed_and_orientation_are_the_destinations_and_commonroad_says_whether_it_is_reached(tmp_path: Path) -> None:
+    besides = interval("orientation", -0.2, 0.1) + interval("velocity", 6.0, 9.0)
+    scene = read(tmp_path, [lanelet(1, 0, -60, 300)], goal_x=90.0, goal_y=0.4, steps=(83, 93), besides=besides)
+    there = scene.scene.destination_to_reach
+    assert there is not None
+    assert (there.speed_mps, there.time_s) == ((6.0, 9.0), (8.3, 9.3))
+    assert there.d_m == pytest.approx((-1.1, 1.9), abs=0.05)
+    assert there.heading_rad == pytest.approx((-0.2, 0.1), abs=0.01)
+    drive = simulate(scene.scene)
+    assert drive.destination == "reached"
+    reached_s = goal_reached_s(scene, drive.trajectory)
+    assert reached_s is not None
+    assert 8.3 <= reached_s <= 9.3
+
+
+def test_a_goal_of_one_moment_is_reached_at_that_moment(tmp_path: Path) -> None:
+    """28 steps of 0.1 s are 2.8000000000000003 s."""
+    scene = read(tmp_path, [lanelet(1, 0, -60, 300)], steps=(28, 28), named=(1,))
+    drive = simulate(scene.scene)
+    assert (drive.destination, drive.destination_reached_s, goal_reached_s(scene, drive.trajectory)) == ("reached", 2.8, 2.8)

@@ -1,7 +1,8 @@
-"""A planning problem's goal as our destination: its area along the ego's road, its lane, its time window."""
+"""A planning problem's goal as our destination: its area along the ego's road, its lane, its time window, speed and heading."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,53 +11,100 @@ from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.interop.commonroad.lane_line import Placement
 
 _BESIDE_M = 2.0  # an area whose middle is further off the road than this is not on it
+_NEXT_M = 1.0  # areas of one lane that are no further apart are one
 
 
 def destination(
-    problem: Any, network: Any, road: Road, placement: Placement, host: HostState, step_s: float, speed_max_mps: float
+    problem: Any, network: Any, road: Road, placement: Placement, host: HostState, step_s: float, vehicle: Vehicle
 ) -> tuple[Destination | None, str]:
-    """The first goal state that can be reached along the ego's road; or None, and why there is none: empty where none is asked for."""
+    """The goal state that can be reached along the ego's road, in the lane nearest to the ego's, the longest of these; or None, and why
+    there is none: empty where none is asked for."""
     named = problem.goal.lanelets_of_goal_position or {}
     reasons: list[str] = []
+    found: list[Destination] = []
     for k, state in enumerate(problem.goal.state_list):
-        times = _window(state, problem.initial_state.time_step, step_s)
-        areas = _areas(state, [network.find_lanelet_by_id(identifier) for identifier in named.get(k, ())])
+        asked = Destination(
+            time_s=_window(state, problem.initial_state.time_step, step_s),
+            speed_mps=(float(state.velocity.start), float(state.velocity.end)) if state.has_value("velocity") else None,
+        )
+        lanelets = [network.find_lanelet_by_id(identifier) for identifier in named.get(k, ())]
+        areas = _areas(state, lanelets)
         if not areas:
-            if times is None:
-                continue
-            return Destination(time_s=times), ""
+            return asked, ""
+        on_the_road = []
         for points in areas:
-            found, why = _along(points, times, road, placement)
-            why = why or (found.why_unreachable(host, 0.0, road, speed_max_mps) if found is not None else "")
-            if found is not None and not why:
-                return found, ""
-            reasons.append(why)
-    return None, reasons[0] if reasons else ""
+            there, why = _along(points, asked, state, road, placement, is_lane=bool(lanelets))
+            if there is None:
+                reasons.append(why)
+            else:
+                on_the_road.append(there)
+        for there in _joined(on_the_road):
+            why = there.why_unreachable(host, 0.0, road, vehicle)
+            if why:
+                reasons.append(why)
+            else:
+                found.append(there)
+    own = road.lane_of(host.d_m, host.s_m)
+    return min(found, key=lambda one: (abs((one.lane or 0) - own), -_length_m(one)), default=None), "" if found or not reasons else reasons[
+        0
+    ]
 
 
-def _along(points: Array, times: tuple[float, float] | None, road: Road, placement: Placement) -> tuple[Destination | None, str]:
+def _along(
+    points: Array, asked: Destination, state: Any, road: Road, placement: Placement, *, is_lane: bool
+) -> tuple[Destination | None, str]:
     x, y, yaw = placement.to_frame(points[:, 0], points[:, 1], np.zeros(len(points)))
     s, d, _ = FrenetFrame(road=road).to_road(x, y, yaw)
     middle_s, middle_d = 0.5 * float(s.min() + s.max()), 0.5 * float(d.min() + d.max())
     low, high = float(road.right_edge_at(middle_s)), float(road.left_edge_at(middle_s))
     if not low - _BESIDE_M <= middle_d <= high + _BESIDE_M:
         return None, f"the goal lies {max(low - middle_d, middle_d - high):.3g} m off the ego's road"
-    lane = road.lane_of(middle_d, middle_s)
     inside = [k for k in range(-road.lanes_right, road.lanes_left + 1) if d.min() < road.lane_centre_m(k, middle_s) < d.max()]
     several = len([k for k in inside if road.has_lane(k, middle_s)]) > 1
-    return Destination(s_m=(float(s.min()), float(s.max())), lane=None if several else lane, time_s=times), ""
+    there = replace(asked, s_m=(float(s.min()), float(s.max())), lane=None if several else road.lane_of(middle_d, middle_s))
+    if not is_lane:
+        there = replace(there, d_m=(float(d.min()), float(d.max())))
+    if state.has_value("orientation"):
+        x, y, _ = FrenetFrame(road=road).to_plane(np.array([middle_s, middle_s + 1.0]), np.zeros(2), np.zeros(2))
+        along = float(np.arctan2(np.diff(y)[0], np.diff(x)[0])) + placement.yaw_rad
+        half = 0.5 * float(state.orientation.end - state.orientation.start)
+        turned = 0.5 * float(state.orientation.start + state.orientation.end) - along
+        turned = (turned + np.pi) % (2.0 * np.pi) - np.pi
+        there = replace(there, heading_rad=(turned - half, turned + half))
+    return there, ""
 
 
-def _window(state: Any, first_step: int, step_s: float) -> tuple[float, float] | None:
+def _joined(areas: list[Destination]) -> list[Destination]:
+    """The same with those of one lane that follow one another as one."""
+    joined: list[Destination] = []
+    for area in sorted(areas, key=lambda one: (one.lane or 0, one.s_m or (0.0, 0.0))):
+        last = joined[-1] if joined else None
+        if (
+            last is not None
+            and last.lane == area.lane
+            and last.s_m is not None
+            and area.s_m is not None
+            and area.s_m[0] <= last.s_m[1] + _NEXT_M
+        ):
+            joined[-1] = replace(last, s_m=(last.s_m[0], max(last.s_m[1], area.s_m[1])))
+        else:
+            joined.append(area)
+    return joined
+
+
+def _length_m(one: Destination) -> float:
+    return 0.0 if one.s_m is None else one.s_m[1] - one.s_m[0]
+
+
+def _window(state: Any, first_step: int, step_s: float) -> tuple[float, float]:
     """[s] from the beginning on, to the nanosecond, as drives count it: a window may be a single moment."""
     from commonroad.common.util import Interval
 
-    if state.time_step is None:
-        return None
     given = state.time_step
     begin, end = (given.start, given.end) if isinstance(given, Interval) else (given, given)
     first, last = (max(round(step_s * (float(step) - first_step), 9), 0.0) for step in (begin, end))

@@ -56,7 +56,7 @@ class CommonRoadScene:
     scene: Scene
     placement: Placement
     scenario_id: Any = field(repr=False)
-    problem_id: int
+    problem: Any = field(repr=False)
     step_s: float
     first_step: int
     obstacles: dict[str, int]
@@ -66,6 +66,10 @@ class CommonRoadScene:
     goal_is_off: str
     map_end_s_m: float | None
     files: dict[str, str] = field(repr=False)
+
+    @property
+    def problem_id(self) -> int:
+        return int(self.problem.planning_problem_id)
 
     @property
     def frame(self) -> FrenetFrame:
@@ -97,11 +101,12 @@ def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str 
     own_s, own_d, own_psi = (float(q[0]) for q in frame.to_road(x, y, yaw, near_s_m=0.0))
     if abs(own_s) > 1e-6:  # the fitted line's own foot is s = 0
         line, road, frame = _moved(line, lane, own_s, frame, path)
-    car = load_vehicle(vehicle or VEHICLE)
+    begun_mps = max(float(first.velocity), 0.0)
+    car = load_vehicle(vehicle) if vehicle else own_vehicle(begun_mps)
     road = _described(road, lane, line, scenario.lanelet_network, own_d, own_psi, car)
     duration = _duration(scenario, chosen)
-    begun = HostState(d_m=own_d, heading_rad=own_psi, speed_mps=max(float(first.velocity), 0.0))
-    goal, off = destination(chosen, scenario.lanelet_network, road, line.placement, begun, float(scenario.dt), car.speed_max_mps)
+    begun = HostState(d_m=own_d, heading_rad=own_psi, speed_mps=begun_mps)
+    goal, off = destination(chosen, scenario.lanelet_network, road, line.placement, begun, float(scenario.dt), car)
     names: dict[str, int] = {}
     left_out: dict[int, str] = {}
     tables: dict[str, tuple[Array, float, float, BodyKind | None]] = {}
@@ -113,11 +118,16 @@ def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str 
         name = f"obstacle-{obstacle.obstacle_id}"
         names[name] = int(obstacle.obstacle_id)
         tables[name] = (samples, *_size(obstacle.obstacle_shape), _KINDS.get(obstacle.obstacle_type.value))
-    host = {"d_m": own_d, "heading_rad": own_psi, "speed_mps": max(float(first.velocity), 0.0), "vehicle": vehicle or VEHICLE_FILE}
+    desired_mps = min(max(begun_mps, _pace_mps(road, own_d, goal)), car.speed_max_mps)
+    host = {
+        "d_m": own_d,
+        "heading_rad": own_psi,
+        "speed_mps": begun_mps,
+        "desired_speed_mps": desired_mps,
+        "vehicle": vehicle or VEHICLE_FILE,
+    }
     while True:
-        files = _files(path.stem, road, host, goal, tables, duration) | (
-            {VEHICLE_FILE: own_vehicle_text(begun.speed_mps)} if vehicle is None else {}
-        )
+        files = _files(path.stem, road, host, goal, tables, duration) | ({VEHICLE_FILE: vehicle_text(car)} if vehicle is None else {})
         try:
             with tempfile.TemporaryDirectory() as folder:
                 scene = load_scene(_write(files, Path(folder)))
@@ -132,7 +142,7 @@ def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str 
         scene=scene,
         placement=line.placement,
         scenario_id=scenario.scenario_id,
-        problem_id=int(chosen.planning_problem_id),
+        problem=chosen,
         step_s=float(scenario.dt),
         first_step=int(first.time_step),
         obstacles=names,
@@ -171,6 +181,16 @@ def _described(road: Road, lane: EgoLane, line: LaneLine, network: Any, own_d_m:
         return with_surface(with_lanes(road, network, lane.rows, line.placement), network, line.placement, own_d_m, reach)
     except ParameterError:
         return road
+
+
+def _pace_mps(road: Road, own_d_m: float, goal: Destination | None) -> float:
+    """What one drives there: the limit where the map has one for the ego's lane, else what the goal takes, else 0."""
+    limits = road.limits_from(road.lane_of(own_d_m, 0.0), 0.0)
+    if limits and limits[0][1] < road.speed_limit_mps:
+        return limits[0][1]
+    if goal is None or goal.s_m is None or goal.time_s is None:
+        return 0.0
+    return max(sum(goal.s_m), 0.0) / max(sum(goal.time_s), 1.0)
 
 
 def _moved(line: LaneLine, lane: EgoLane, by_m: float, frame: FrenetFrame, path: Path) -> tuple[LaneLine, Road, FrenetFrame]:
@@ -256,7 +276,8 @@ def _files(
         lines += [f'merges = "{lane.merges.value}"'] if lane.merges is not Side.NONE else []
     if goal is not None:
         lines += ["", "[destination]"]
-        lines += [f"{key} = [{pair[0]!r}, {pair[1]!r}]" for key, pair in (("s_m", goal.s_m), ("time_s", goal.time_s)) if pair is not None]
+        windows = {"s_m": goal.s_m, "time_s": goal.time_s, "d_m": goal.d_m, "speed_mps": goal.speed_mps, "heading_rad": goal.heading_rad}
+        lines += [f"{key} = [{pair[0]!r}, {pair[1]!r}]" for key, pair in windows.items() if pair is not None]
         lines += [] if goal.lane is None else [f"lane = {goal.lane}"]
     lines += ["", "[host]", *(f"{key} = {_toml(value)}" for key, value in host.items())]
     files: dict[str, str] = {}
@@ -269,8 +290,8 @@ def _files(
     return {SCENE_FILE: "\n".join(lines) + "\n", **files}
 
 
-def own_vehicle_text(speed_mps: float) -> str:
-    """The shipped car as a vehicle file for drives that begin at this speed: the body's centre is the centre of gravity.
+def own_vehicle(speed_mps: float) -> Vehicle:
+    """The shipped car for drives that begin at this speed: the body's centre is the centre of gravity.
 
     The benchmarks' car accelerates by 11.5 m/s^2 up to 7.319 m/s, and by that times 7.319 / v beyond. The shipped file holds what it can do
     at every speed up to 50.8 m/s; this one is no faster than a drive needs, and accelerates as it can at every speed up to there.
@@ -281,7 +302,7 @@ def own_vehicle_text(speed_mps: float) -> str:
     assert car.cog_to_front_axle_m is not None
     front = 0.5 * car.length_m - car.cog_to_front_axle_m
     rear = car.length_m - car.wheelbase_m - front
-    return vehicle_text(replace(car, front_overhang_m=front, rear_overhang_m=rear))
+    return replace(car, front_overhang_m=front, rear_overhang_m=rear)
 
 
 def _toml(value: Any) -> str:

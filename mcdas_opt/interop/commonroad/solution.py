@@ -41,6 +41,12 @@ def states(read: CommonRoadScene, driven: Trajectory) -> list[Any]:
     ]
 
 
+def goal_reached_s(read: CommonRoadScene, driven: Trajectory) -> float | None:
+    """When the drive is first in the planning problem's goal, as CommonRoad itself judges it; None where it never is."""
+    there = (state for state in states(read, driven) if read.problem.goal.is_reached(state))
+    return next((round(read.step_s * (state.time_step - read.first_step), 9) for state in there), None)
+
+
 def solution(read: CommonRoadScene, driven: Trajectory) -> Any:
     """A `commonroad.common.solution.Solution` of the planning problem that was read, by vehicle model KS, cost function SA1."""
     require()

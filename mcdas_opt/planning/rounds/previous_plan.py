@@ -24,7 +24,7 @@ def previous_plan(cycle: Cycle, rows: list[Candidate]) -> Iterator[Checked]:
         name=NAME,
         mode=previous.mode,
         side=previous.side,
-        path=keep_path(cycle.situation) if active is None else active.path,
+        path=keep_path(cycle) if active is None else active.path,
         speed_mps=float(trajectory.speed_mps[-1]),
         manoeuvre=active,
     )

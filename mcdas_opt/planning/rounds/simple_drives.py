@@ -51,7 +51,7 @@ def _in_the_lane(cycle: Cycle) -> Iterator[Driven]:
         most = share * min(vehicle.acceleration_max_mps2, grip)
         law = SpeedLaw(speed_mps=0.98 * vehicle.speed_max_mps, acceleration_mps2=most)
         laws.append((f"accelerate {most:.1f} m/s^2", Mode.ACCELERATE, law))
-    path = keep_path(situation)
+    path = keep_path(cycle)
     for name, mode, law in laws:
         proposed = Proposed(name=name, mode=mode, side=Side.NONE, path=path, speed_mps=law.speed_mps)
         yield driven_in_lane(proposed, law, cycle)

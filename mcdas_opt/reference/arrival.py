@@ -1,0 +1,108 @@
+"""The speed that brings a car to its destination within its window, and at the speed that is asked for there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mcdas_opt.domain.destination import Destination
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.rules import Array
+
+_SPARE_S = 0.5  # to be there earlier than at the last moment, and not before the first
+_SHORTEST_S = 0.1
+_RESPONSE_S = 0.3  # until an acceleration is built up
+_BEGINS_S = 0.3  # who has to change its speed so soon begins now
+_SPEEDS, _MOMENTS = 65, 25
+_INSIDE_MPS = 0.5  # of the speeds that are asked for, kept from either end where they are so far apart
+
+
+def arrival_speed_mps(
+    destination: Destination,
+    host: HostState,
+    time_s: float,
+    desired_mps: float,
+    *,
+    fastest_mps: float,
+    rising_mps2: float,
+    falling_mps2: float,
+) -> float:
+    """The speed to drive towards now: the nearest to the desired one, up to the fastest, that is there in time, and not before.
+
+    A speed is reached at those rates, held, and left for the one that is asked for at the destination as late as that can be. The desired
+    one is held for as long as slowing down then, to be there early and wait for the window, allows. As desired where nothing of this is
+    asked for, and once the host is there.
+    """
+    if destination.s_m is None or host.s_m >= destination.s_m[1]:
+        return desired_mps
+    asked = destination.speed_mps
+    begin_m, end_m = (place - host.s_m for place in destination.s_m)
+    if destination.time_s is None:
+        if asked is None:
+            return desired_mps
+        last = float(np.clip(desired_mps, *_inside(asked)))
+        changing_m = (host.speed_mps**2 - last**2) / (2.0 * falling_mps2)
+        return last if begin_m <= max(changing_m, 0.0) + _BEGINS_S * host.speed_mps else desired_mps
+    early_s, late_s = (max(moment - time_s, _SHORTEST_S) for moment in (destination.time_s[0] + _SPARE_S, destination.time_s[1] - _SPARE_S))
+    if asked is not None and (last := float(np.clip(desired_mps, *_inside(asked)))) < desired_mps:
+        after_s = _slows_after_s(host.speed_mps, desired_mps, last, (early_s, late_s), (begin_m, end_m), rising_mps2, falling_mps2)
+        if after_s is not None:
+            return last if after_s <= _BEGINS_S else desired_mps
+    speeds = np.linspace(0.0, max(fastest_mps, desired_mps), _SPEEDS)
+    there = speeds if asked is None else np.clip(speeds, *_inside(asked))
+    least = float(np.interp(max(begin_m, 0.0), _ways_m(speeds, there, host.speed_mps, late_s, rising_mps2, falling_mps2), speeds))
+    most = float(np.interp(end_m, _ways_m(speeds, there, host.speed_mps, early_s, rising_mps2, falling_mps2), speeds))
+    held = min(max(desired_mps, least), most) if least <= most else 0.5 * (least + most)
+    if asked is None:
+        return held
+    last = float(np.clip(held, *_inside(asked)))
+    rate = falling_mps2 if last < held else rising_mps2
+    return last if 0.5 * (early_s + late_s) - abs(held - last) / rate <= _BEGINS_S else held
+
+
+def _inside(asked: tuple[float, float]) -> tuple[float, float]:
+    """The speeds that are asked for without what lies next to either end."""
+    spare = min(_INSIDE_MPS, 0.25 * (asked[1] - asked[0]))
+    return max(asked[0] + spare, 0.0), max(asked[1] - spare, 0.0)
+
+
+def _slows_after_s(
+    begun_mps: float,
+    desired_mps: float,
+    last_mps: float,
+    times_s: tuple[float, float],
+    places_m: tuple[float, float],
+    rising_mps2: float,
+    falling_mps2: float,
+) -> float | None:
+    """How long the desired speed is held before the slower last one is gone to and held in turn; None where that is too fast or slow."""
+    after = np.linspace(0.0, times_s[1], _SPEEDS)
+    early, late = (
+        _sum_m(_slowing(np.linspace(0.0, until, _MOMENTS), after, begun_mps, desired_mps, last_mps, rising_mps2, falling_mps2), until)
+        for until in times_s
+    )
+    latest_s = times_s[0] - max(desired_mps - last_mps, 0.0) / falling_mps2
+    fits = np.flatnonzero((early <= places_m[1]) & (late >= places_m[0]) & (after <= max(latest_s, 0.0)))
+    return float(after[fits[-1]]) if fits.size else None
+
+
+def _slowing(
+    t: Array, after: Array, begun_mps: float, desired_mps: float, last_mps: float, rising_mps2: float, falling_mps2: float
+) -> Array:
+    """(n, m): the speed at each time t (m,) of a car that goes to the desired speed, and after so long (n,) to the last one."""
+    v = np.clip(desired_mps, begun_mps - falling_mps2 * t, begun_mps + rising_mps2 * t)
+    return np.asarray(np.minimum(v, np.maximum(last_mps, desired_mps - falling_mps2 * (t - after[:, None] - _RESPONSE_S))))
+
+
+def _sum_m(speeds: Array, within_s: float) -> Array:
+    return np.asarray(0.5 * (speeds[:, 1:] + speeds[:, :-1]).sum(axis=1) * within_s / (speeds.shape[1] - 1))
+
+
+def _ways_m(speeds: Array, there: Array, begun_mps: float, within_s: float, rising_mps2: float, falling_mps2: float) -> Array:
+    """(n,): how far a car comes that goes from its speed to each of `speeds` (n,), holds it, and has the one of `there` (n,) in the end."""
+    t = np.linspace(0.0, within_s, _MOMENTS)
+    left = within_s - t
+    v = np.minimum(speeds[:, None], there[:, None] + falling_mps2 * left)
+    v = np.maximum(v, there[:, None] - rising_mps2 * left)
+    v = np.minimum(v, begun_mps + rising_mps2 * np.maximum(t - _RESPONSE_S, 0.0))
+    v = np.maximum(v, begun_mps - falling_mps2 * np.maximum(t - _RESPONSE_S, 0.0))
+    return _sum_m(v, within_s)
