@@ -20,6 +20,7 @@ from typing import Any
 from mcdas_opt.catalogue.data_files import read_json
 from mcdas_opt.errors import InputError, McdasError, reading
 from mcdas_opt.evaluation import provenance
+from mcdas_opt.evaluation.hindsight import last_chance, would_have_braked
 from mcdas_opt.evaluation.running.executor import Executor
 from mcdas_opt.evaluation.running.journal import Journal, write_whole
 from mcdas_opt.evaluation.running.messages import Ended, Task
@@ -28,15 +29,17 @@ from mcdas_opt.simulation.record import Outcome, Simulation
 
 SUITE = "commonroad"
 MANIFEST, JOURNAL, ROWS, TABLE, PICTURES = "run.json", "rows.journal", "rows.csv", "table.md", "pictures"
-REFUSED, SAFE, FAILED = "refused", "safe", "failed"
+REFUSED, SAFE, FAILED, OFF_THE_MAP = "refused", "safe", "failed", "off the map"
 REACHED = "reached"
-_ENDS = (SAFE, "struck in front", "struck at the side", "struck from behind", "left_road", "off the map", REFUSED, FAILED)
+RECORDING, NOTHING, OURS = "recording", "nothing", "ours"
+_ENDS = (SAFE, "struck in front", "struck at the side", "struck from behind", "left_road", OFF_THE_MAP, REFUSED, FAILED)
 _COLUMNS = (
     "scenario",
     "planner",
     "kind",
     "end",
     "blame",
+    "chance_s",
     "duration_s",
     "of_s",
     "goal",
@@ -125,13 +128,15 @@ def driven(path: Path, planner: str, pictures: Path) -> Record:
     end, last_m = end_of(drive), float(drive.trajectory.s_m[-1])
     is_there = goal_reached_s(read, drive.trajectory) is not None
     if end == SAFE and not is_there and read.map_end_s_m is not None and last_m > read.map_end_s_m:
-        end = "off the map"
+        end = OFF_THE_MAP
     if end != SAFE:
         _draw(drive, pictures / f"{path.stem}-{planner}.png")
     last = drive.cycles[-1].plan
+    blame, chance_s = ("", None) if end == SAFE else (OURS, None) if end == OFF_THE_MAP else blame_of(drive)
     return row | {
         "end": end,
-        "blame": "" if end == SAFE else blame_of(drive),
+        "blame": blame,
+        "chance_s": chance_s,
         "duration_s": round(drive.duration_s, 2),
         "of_s": round(read.scene.duration_s, 2),
         "goal": REACHED if is_there else _missed(read.goal_is_off, drive),
@@ -175,17 +180,22 @@ def end_of(drive: Simulation) -> str:
     return "struck in front" if ahead_m > 0.0 else "struck from behind"
 
 
-def blame_of(drive: Simulation) -> str:
-    """Whose doing a loss is, as far as the last seconds show: recorded traffic does not react.
+def blame_of(drive: Simulation) -> tuple[str, float | None]:
+    """Whose doing a loss is, others not reacting, and how long before it [s] something could still have been done, where that was ours.
 
-    `recording`: somebody drove into a host that stood, or into one from behind that did not brake hard. `open`: everything else.
+    `recording`: somebody drove into a host that stood, into one from behind that did not brake hard, or from behind though an attentive
+    driver would have braked in time. `nothing`: nothing that is looked at would have gone well, knowing what everybody did
+    (`hindsight.py`). `ours`: everything else.
     """
-    if drive.outcome is not Outcome.COLLISION:
-        return "open"
-    t, v, a = drive.trajectory.t_s, drive.trajectory.speed_mps, drive.trajectory.acceleration_mps2
-    stood = bool((v[t >= t[-1] - _STOOD_S] < _STANDING_MPS).all()) and t[-1] >= _STOOD_S
-    eased = bool((a[t >= t[-1] - _BRAKED_S] > -_BRAKED_MPS2).all())
-    return "recording" if stood or (end_of(drive) == "struck from behind" and eased) else "open"
+    if drive.outcome is Outcome.COLLISION:
+        t, v, a = drive.trajectory.t_s, drive.trajectory.speed_mps, drive.trajectory.acceleration_mps2
+        stood = bool((v[t >= t[-1] - _STOOD_S] < _STANDING_MPS).all()) and t[-1] >= _STOOD_S
+        eased = bool((a[t >= t[-1] - _BRAKED_S] > -_BRAKED_MPS2).all())
+        from_behind = end_of(drive) == "struck from behind"
+        if stood or (from_behind and (eased or would_have_braked(drive))):
+            return RECORDING, None
+    chance = last_chance(drive)
+    return (NOTHING, None) if chance is None else (OURS, round(chance.before_s, 2))
 
 
 def summarise(rows: Sequence[Record], planners: Sequence[str]) -> Record:
@@ -238,7 +248,8 @@ def lines(summary: Record) -> list[tuple[str, list[str]]]:
     table = [("refused", shares("refused")), ("lost, urban", shares("lost_urban")), ("lost elsewhere", shares("lost_elsewhere"))]
     for end in _ENDS[1:6]:
         table.append((end, [str(sum(kind.get(end, 0) for kind in one["ends"].values())) for one in of]))
-    table.append(("of the lost, the recording's doing", [str(one["blame"].get("recording", 0)) for one in of]))
+    for title, blame in (("the recording's doing", RECORDING), ("nothing could be done", NOTHING), ("ours", OURS)):
+        table.append((f"of the lost, {title}", [str(one["blame"].get(blame, 0)) for one in of]))
     table += [("goal reached", shares("goal_reached")), ("fallback or unavoidable cycles", shares("fallback_or_unavoidable"))]
     table.append(("failed", [str(sum(kind.get(FAILED, 0) for kind in one["ends"].values())) for one in of]))
     for title, key in (

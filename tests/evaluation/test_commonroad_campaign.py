@@ -11,14 +11,14 @@ from typer.testing import CliRunner
 
 from mcdas_opt.cli.app import app
 from mcdas_opt.errors import InputError
-from mcdas_opt.evaluation.commonroad_campaign import REFUSED, SAFE, kind_of, scenario_files, summarise
+from mcdas_opt.evaluation.commonroad_campaign import OURS, REFUSED, SAFE, kind_of, scenario_files, summarise
 from tests.interop.test_commonroad import scenario
 
 RUN = CliRunner()
 
 
 def row(name: str, planner: str, end: str, **more: object) -> dict[str, object]:
-    driven = {"kind": "urban", "blame": "" if end == SAFE else "open", "goal": "reached", "cycles": 10, "fallback": 1, "unavoidable": 0}
+    driven = {"kind": "urban", "blame": "" if end == SAFE else OURS, "goal": "reached", "cycles": 10, "fallback": 1, "unavoidable": 0}
     comfort = {"p50_ms": 1.0, "most_lateral_mps2": 1.0, "most_braking_mps2": 2.0}
     return {"scenario": name, "planner": planner, "end": end, **driven, **comfort, **more}
 
