@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from glob import escape, glob
 from pathlib import Path
-
-Completion = Callable[[str], list[str]]
 
 
 def scenes(incomplete: str) -> list[str]:

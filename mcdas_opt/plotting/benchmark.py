@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _COLOURS = (style.BLUE, style.VERMILION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.GREY, style.BLACK)
-_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 _FARTHEST_M = 6.0  # clearance beyond this is drawn at the edge
 _HARDEST_MPS2 = 13.0  # so is acceleration: a wall brakes harder than tyres
 _ABREAST = 3  # panels

@@ -46,10 +46,6 @@ PlantFactory = Callable[[Vehicle, Road, HostState], Plant]
 PlantName = Literal["kinematic", "dynamic"]  # for editors; others come by entry point
 
 
-def known_plants() -> tuple[str, ...]:
-    return PLANTS.known()
-
-
 def plant_name(plant: str | PlantFactory) -> str:
     """The name itself; of an object, that of its class or function."""
     if isinstance(plant, str):

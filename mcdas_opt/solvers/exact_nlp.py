@@ -18,7 +18,7 @@ from scipy.sparse.linalg import MatrixRankWarning, spsolve
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.solvers.ipopt_engine import IpoptEngine
 from mcdas_opt.solvers.outcome import Ending
-from mcdas_opt.solvers.stage_problem import StageGuess, StageProblem
+from mcdas_opt.solvers.stage_problem import StageProblem
 
 _TOLERANCE = 1e-10
 _ITERATIONS = 300
@@ -60,12 +60,8 @@ class ExactNlp(IpoptEngine):
         self._exact = ca.nlpsol("exact", "ipopt", self._nlp, options)
         self.w, self.p = w, p
 
-    def exact(self, x0: Array, p: Array, steps: Array, guess: StageGuess) -> ExactSolution:
-        """The optimum for the measured x0 (nx,), parameters p (N + 1, np) and steps (N,), from a guess."""
-        start = np.concatenate([guess.x.ravel(), guess.u.ravel(), guess.s[1:].ravel()])
-        return self.exact_from(np.concatenate([p.ravel(), steps, x0]), start)
-
     def exact_from(self, parameters: Array, start: Array) -> ExactSolution:
+        """The optimum for the parameters (p (N + 1, np), steps (N,), x0 (nx,), in one vector), from a start (x, u, s in one vector)."""
         lower = np.concatenate([np.zeros(self._equal), np.full(self._size_g - self._equal, -np.inf)])
         out = self._exact(x0=start, p=parameters, lbx=self._lower, ubx=self._upper, lbg=lower, ubg=np.zeros(self._size_g))
         w = np.asarray(out["x"], dtype=np.float64).ravel()

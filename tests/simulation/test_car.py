@@ -25,7 +25,7 @@ from mcdas_opt.simulation.car import Car, PlantError
 from mcdas_opt.simulation.kinematic_plant import KinematicPlant
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.motion_sensors import MotionSensors
-from mcdas_opt.simulation.plant import known_plants, plant_name
+from mcdas_opt.simulation.plant import PLANTS, plant_name
 from tests.simulation import plants_of_a_user
 from tests.simulation.fake_driver import FakeDriver
 from tests.simulation.scene_maker import make_scene
@@ -146,7 +146,7 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("installed")
 def test_plants_are_found_by_entry_point() -> None:
-    assert {"kinematic", "dynamic", *plants_of_a_user.NAMES} <= set(known_plants())
+    assert {"kinematic", "dynamic", *plants_of_a_user.NAMES} <= set(PLANTS.known())
     scene = make_scene(duration_s=0.5)
     steering = FakeDriver(lambda host, now: (0.0, 0.1))
     lazy, eager = simulate(scene, steering, plant="lazy"), simulate(scene, steering)
