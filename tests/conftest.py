@@ -5,8 +5,8 @@ A shell that starts the tests in the background may have them ignore Ctrl-C, and
 `MAY_BE_SKIPPED`, a regular expression, makes every skip whose reason it does not match a failure of the run: CI installs what tests need.
 A checkout whose native library is not of its C texts builds it first.
 Published data is not ours to ship: a test marked `published` is left out (deselected) where it is not, and another shows it on our own.
-A test marked `repository` is of what lies in the repository alone (`.ci`), and left out elsewhere: the others also pass beside an installed
-package (`.ci/wheel all`).
+A test marked `repository` is of what lies in the repository alone (`.ci`, `models`), and left out elsewhere: the others also pass beside an
+installed package (`.ci/wheel all`).
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def _native_library() -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "published(path): left out where that data is not; a test beside it has data of our own")
-    config.addinivalue_line("markers", "repository: of what the repository alone holds (.ci); left out where that is not")
+    config.addinivalue_line("markers", "repository: of what the repository alone holds (.ci, models); left out elsewhere")
     if not hasattr(config, "workerinput"):
         _native_library()
     allowed = os.environ.get("MAY_BE_SKIPPED")

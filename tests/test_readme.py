@@ -55,6 +55,7 @@ def test_exactly_two_set_up_commands() -> None:
     assert [len(block.strip().splitlines()) for block in blocks] == [1, 1]
 
 
+@pytest.mark.repository
 def test_links_lead_somewhere() -> None:
     for target in re.findall(r"\]\(([^)#]+)\)", README):
         if not target.startswith("http"):
