@@ -12,7 +12,7 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
 from mcdas_opt.planning.comfortable_speed import bends_ahead
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.headway import asked_time_gap_s
+from mcdas_opt.planning.headway import missing_headway
 from mcdas_opt.planning.nearness import Nearness, nearness
 
 
@@ -61,7 +61,7 @@ def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[fl
         rate = rate + weights.discomfort * _discomfort(drives, cycle) ** 2
     if near.ends:
         closest = np.minimum.reduce(near.separation_m, axis=1)
-        rate = rate + weights.headway * _missing_headway(near, cycle) ** 2
+        rate = rate + weights.headway * missing_headway(drives, near.motion, _halves_m(cycle), cycle.situation.host, cycle.headway) ** 2
         rate = rate + weights.nearness * np.exp(-np.maximum(closest, 0.0) / 0.7)
     totals: list[float] = np.add.reduce(0.5 * (rate[:, 1:] + rate[:, :-1]) * (t[1:] - t[:-1]), axis=1).tolist()
     if not near.ends:
@@ -93,20 +93,11 @@ def _discomfort(drives: Array, cycle: Cycle) -> Array:
     return np.asarray(np.maximum(np.maximum(along, np.abs(drives[:, 8]) / limits.jerk_mps3) - 1.0, 0.0))
 
 
-def _missing_headway(near: Nearness, cycle: Cycle) -> Array:
-    """(drives, n): the share that is missing of the front distance asked for. It opens from what is found behind whom the host follows; of
-    whom it does not follow yet all of it is asked for at once."""
-    vehicle, host, headway, motion = cycle.vehicle, cycle.situation.host, cycle.headway, near.motion
-    halves = np.array([(body.length_m + vehicle.length_m, body.width_m + vehicle.width_m) for body in cycle.prediction.bodies])
-    lengths, widths = 0.5 * halves.T[:, :, None]
-    follows = np.abs(motion.d_m[:, :1] - host.d_m) < widths
-    found = asked_time_gap_s(motion.s_m - host.s_m - lengths, motion.speed_s_mps, host.speed_mps, near.tables[0, 0], headway)
-    time_gap = np.where(follows, found, headway.time_gap_s)
-    s, d, v = near.tables[:, 1, None], near.tables[:, 2, None], near.tables[:, 4, None]
-    asked = headway.standstill_m + time_gap * np.maximum(v, 0.0)
-    ahead = (np.abs(motion.d_m - d) < widths) & (motion.s_m > s)
-    missing = np.where(ahead, 1.0 - (motion.s_m - s - lengths) / asked, 0.0)
-    return np.asarray(np.clip(missing, 0.0, 1.0).max(axis=1))
+def _halves_m(cycle: Cycle) -> Array:
+    """(J, 2): half of the host's body and each of the others together, along and across."""
+    vehicle = cycle.vehicle
+    sizes = ((body.length_m + vehicle.length_m, body.width_m + vehicle.width_m) for body in cycle.prediction.bodies)
+    return np.array([(0.5 * along, 0.5 * across) for along, across in sizes])
 
 
 def lane_change_cost(side: Side, cycle: Cycle, weights: CostWeights) -> float:

@@ -12,6 +12,7 @@ import numpy as np
 from mcdas_opt.domain.comfort import ComfortSettings
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.native.library import library
 
 _STEP_M = 2.0
 _AHEAD_S = 6.0  # looked ahead so far beyond the way to a stop
@@ -22,6 +23,8 @@ _NEAREST_M = 0.1
 _BEHIND_MPS2, _AS_HARD = 1.5, 1.25  # who follows brakes by at least so much, and so many times as hard as who is ahead
 _STANDING_MPS, _STOPPING_S = 0.3, 2.5
 _NEAR_M = _CLOSING_MPS2 * _CLOSING_S**2  # as far as that is small
+_NUMBERS = (_CLOSING_S, _CLOSING_MPS2, _NEAR_M, _BEHIND_MPS2, _AS_HARD, _STANDING_MPS, _STOPPING_S, _NEAREST_M, 2.0)
+_NOWHERE = np.zeros(0)
 PATH_SHARE = 0.9  # of the lateral acceleration that is comfortable: a driven path bends more than the road, here and there
 _STRAIGHTEST_1PM = 1e-6  # what bends less is straight
 
@@ -81,7 +84,16 @@ def speeds_along(
     fronts: Sequence[FrontCar] = (),
 ) -> Array:
     """(n,): the speed at each of the times of a car at the profile's start that goes towards a speed, rising and falling no faster than
-    that, follows who is ahead, and obeys the profile, braking by up to `late_mps2` where it comes too fast."""
+    that, follows who is ahead, and obeys the profile, braking by up to `late_mps2` where it comes too fast.
+
+    In C where there is a compiler, with the same bits."""
+    compiled = library()
+    if compiled is not None:
+        places, step_m = (_NOWHERE, 1.0) if profile is None else (profile.speed_mps, profile.step_m)
+        own = np.array((speed_mps, towards_mps, rising_mps2, falling_mps2, late_mps2, step_m, *_NUMBERS))
+        cars, least, speeds_mps = np.array(fronts), np.empty(len(fronts)), np.empty(times_s.size)
+        compiled.mcdas_speeds_along(times_s.size, times_s, places.size, places, len(fronts), cars, own, least, speeds_mps)
+        return speeds_mps
     found = np.empty(times_s.size)
     found[0] = v = speed_mps
     s, times = 0.0, times_s.tolist()

@@ -119,13 +119,14 @@ def _supposed(
 def _changed(tracks: Sequence[Track], last: dict[str, Track], elapsed_s: float) -> list[tuple[Track, Track]]:
     """Tracks as they are and as they were, where place or speed has changed by what may be more than a car's can: all that `_jump` finds
     something of are among them."""
-    known = [(track, last[track.id]) for track in tracks if track.id in last]
-    if not known:
-        return []
-    now, then = (np.array([(t.s_m, t.d_m, t.speed_s_mps, t.speed_d_mps) for t in each]) for each in zip(*known, strict=True))
-    off = np.abs(now[:, :2] - then[:, :2] - 0.5 * elapsed_s * (now[:, 2:] + then[:, 2:])) > _SURE * _JUMP_M
-    faster = np.abs(now[:, 2] - then[:, 2]) > _SURE * (_JUMP_MPS + _HARDEST_MPS2 * elapsed_s)
-    return [known[i] for i in np.flatnonzero(off.any(axis=-1) | faster).tolist()]
+    most_m, most_mps, half_s = _SURE * _JUMP_M, _SURE * (_JUMP_MPS + _HARDEST_MPS2 * elapsed_s), 0.5 * elapsed_s
+    return [
+        (now, then)
+        for now, then in ((track, last[track.id]) for track in tracks if track.id in last)
+        if abs(now.s_m - then.s_m - half_s * (now.speed_s_mps + then.speed_s_mps)) > most_m
+        or abs(now.d_m - then.d_m - half_s * (now.speed_d_mps + then.speed_d_mps)) > most_m
+        or abs(now.speed_s_mps - then.speed_s_mps) > most_mps
+    ]
 
 
 def _going_on(track: Track, elapsed_s: float) -> Track:
@@ -165,12 +166,10 @@ def _speed_error(track: Track, expected: Track, elapsed_s: float) -> float | Non
 def _in_one_place(tracks: Sequence[Track], last: dict[str, Track]) -> list[Doubt]:
     """Groups of tracks whose bodies overlap by more than they can be mistaken. Two that were there before and clearly differ in speed are
     no doubt: one car has run into the other."""
-    if len(tracks) < 2:
+    if not _some_overlap(tracks):
         return []
     places = np.array([(t.s_m, t.d_m, t.length_m, t.width_m) for t in tracks])
     reach = 0.5 * (places[:, None, 2:] + places[None, :, 2:]) - np.abs(places[:, None, :2] - places[None, :, :2])
-    if not np.triu(reach.min(axis=-1) >= _OVERLAP_M, 1).any():
-        return []
     variances = np.array([(t.covariance[0, 0], t.covariance[2, 2]) for t in tracks])
     deep = np.asarray(reach - _SIGMAS * np.sqrt(np.maximum(variances[:, None] + variances[None], 0.0))).min(axis=-1)
     together: dict[int, set[int]] = {}
@@ -188,6 +187,21 @@ def _in_one_place(tracks: Sequence[Track], last: dict[str, Track]) -> list[Doubt
         Doubt(kind=DoubtKind.ONE_PLACE, tracks=tuple(tracks[j].id for j in sorted(together[k])), value=depths[k], unit="m")
         for k in sorted(firsts)
     ]
+
+
+def _some_overlap(tracks: Sequence[Track]) -> bool:
+    """Whether the bodies of two of them overlap by more than they may, however uncertain they are."""
+    longest_m = max((track.length_m for track in tracks), default=0.0)
+    from_behind = sorted(tracks, key=attrgetter("s_m"))
+    for i, one in enumerate(from_behind, start=1):
+        for other in from_behind[i:]:
+            if other.s_m - one.s_m > longest_m:
+                break
+            along = 0.5 * (one.length_m + other.length_m) - abs(one.s_m - other.s_m)
+            across = 0.5 * (one.width_m + other.width_m) - abs(one.d_m - other.d_m)
+            if along >= _OVERLAP_M and across >= _OVERLAP_M:
+                return True
+    return False
 
 
 def _run_together(one: Track, other: Track) -> bool:
