@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import operator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.doubt import Doubt, SupposedTrack
@@ -41,7 +42,7 @@ _STEERABLE_MPS = 0.5  # who is slower stands
 _STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Cycle:
     """A situation with what follows from it.
 
@@ -142,12 +143,12 @@ class Cycle:
         """Whether the deadline, where there is one, leaves no time to begin it."""
         return self.deadline is not None and self.deadline.is_over_for(stage)
 
-    @property
+    @cached_property
     def limit_mps(self) -> float:
         """The fastest that ordinary driving is."""
         return _limit_mps(self.situation, self.settings)
 
-    @property
+    @cached_property
     def lane_centre_m(self) -> float:
         """The middle of the lane that holds the host's body centre."""
         road, host = self.situation.road, self.situation.host
@@ -182,7 +183,7 @@ class Cycle:
         why = wanted.why_unreachable(given.host, given.time_s, given.road, self.vehicle)
         return f"unreachable: {why}" if why else "ahead"
 
-    @property
+    @cached_property
     def required_lane(self) -> RequiredLane | None:
         """Where to change lanes though nobody is slower; None where the host's lane leads on to where it is to go."""
         return required_lane(self.situation, self.vehicle)
@@ -192,7 +193,7 @@ class Cycle:
         """Whether somebody closes in from behind."""
         return Sector.REAR in self.assessment.threats
 
-    @property
+    @cached_property
     def is_ordinary(self) -> bool:
         """Nothing threatens but a front car for which gentle braking is enough."""
         assessment = self.assessment
@@ -215,7 +216,7 @@ class Cycle:
         room = assessment.front_gap_m - _STANDING_GAP_M - safe_end.response_s * v + its * its / (2.0 * min(braking, grip))
         return v > its and v * v > 2.0 * most * room
 
-    @property
+    @cached_property
     def brakes_gently(self) -> bool:
         """Braking is enough for the front car; half of what is ordinary would end the closing, and little more stop the host behind it
         where it brakes itself."""
@@ -244,7 +245,7 @@ class Cycle:
         lane = road.lane_of(host.d_m, host.s_m)
         return destination.lane <= lane if side is Side.LEFT else destination.lane >= lane
 
-    @property
+    @cached_property
     def is_withdrawn(self) -> bool:
         """Whether a lane change that nothing presses is given up, the body being in its lane still: somebody has come so near in the next
         one that he, or the host, would have to brake harder than manners allow; where the lane has to be reached, than is comfortable.
@@ -264,7 +265,7 @@ class Cycle:
             return presses(active.side, situation, self.vehicle, LEAST_SHARE * time_gap_s, most)
         return presses(active.side, situation, self.vehicle, time_gap_s, self.settings.manners.follower_braking_mps2)
 
-    @property
+    @cached_property
     def indicator(self) -> Side:
         """The side that the host's lane change is announced to, or goes on to."""
         if self.active is not None:
@@ -272,12 +273,12 @@ class Cycle:
         required = self.required_lane
         return required.side if required is not None else self.lane_choice.side if self.lane_choice.is_announced else Side.NONE
 
-    @property
+    @cached_property
     def owed_m(self) -> dict[str, float]:
         """By name in the prediction: how short of the front distance that can be held (at most 0) others made it."""
         return {name: one.owed_m for one in self.deficits for name in names_of(one.id)}
 
-    @property
+    @cached_property
     def headway(self) -> HeadwaySettings:
         """What is asked for in this cycle: less where more than ordinary driving is called for."""
         headway = self.settings.headway

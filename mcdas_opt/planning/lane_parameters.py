@@ -158,10 +158,9 @@ def _headway(
 ) -> dict[str, Any]:
     """The bumpers, and the time gap to keep from the one ahead."""
     host, (arrival, bumpers) = situation.host, _bumpers(situation, others, proposed, times_s)
-    room = np.broadcast_to(bumpers["front_bumper"] - host.s_m - 0.5 * vehicle.length_m, times_s.shape)
     time_gap = asked_time_gap_s(
-        room,
-        np.broadcast_to(bumpers["front_speed"], times_s.shape),
+        bumpers["front_bumper"] - host.s_m - 0.5 * vehicle.length_m,
+        bumpers["front_speed"],
         host.speed_mps,
         times_s,
         headway,
@@ -189,7 +188,7 @@ def _reached(limit: float, now: float, change: Array) -> Array:
     return np.minimum(limit, now + change) if now <= limit else np.maximum(limit, now - change)
 
 
-def _bumpers(situation: Situation, others: ObstacleSlots, proposed: Proposed, times_s: Array) -> tuple[float, dict[str, Any]]:
+def _bumpers(situation: Situation, others: ObstacleSlots, proposed: Proposed, times_s: Array) -> tuple[float, dict[str, Array]]:
     """When the candidate gets to the lane that it ends in [s], and the nearest bumpers ahead and behind there; far away before."""
     host, road = situation.host, situation.road
     arrival, target = 0.0, proposed.path.target_d_m
@@ -213,18 +212,17 @@ def _bumpers(situation: Situation, others: ObstacleSlots, proposed: Proposed, ti
             ahead.append((others.motion.s_m[i] - 0.5 * length, others.motion.speed_s_mps[i]))
         else:
             behind.append((others.motion.s_m[i] + 0.5 * length, others.motion.speed_s_mps[i]))
-    front, front_speed = _nearest(ahead, FAR_M, np.less)
-    rear, rear_speed = _nearest(behind, -FAR_M, np.greater)
+    front, front_speed = _nearest(ahead, FAR_M, np.less, times_s)
+    rear, rear_speed = _nearest(behind, -FAR_M, np.greater, times_s)
     if arrival > 0.0:
         early = times_s < arrival
         front, rear = np.where(early, FAR_M, front), np.where(early, -FAR_M, rear)
     return arrival, {"front_bumper": front, "front_speed": front_speed, "rear_bumper": rear, "rear_speed": rear_speed}
 
 
-def _nearest(bumpers: Sequence[tuple[Array, Array]], far: float, is_nearer: Any) -> tuple[Any, Any]:
+def _nearest(bumpers: Sequence[tuple[Array, Array]], far: float, is_nearer: Any, times_s: Array) -> tuple[Array, Array]:
     """Place and speed of the nearest bumper at every time; `far` and standing where there is none."""
-    place: Any = far
-    speed: Any = 0.0
+    place, speed = np.full(times_s.shape, far), np.zeros(times_s.shape)
     for bumper, its_speed in bumpers:
         nearer = is_nearer(bumper, place)
         place, speed = np.where(nearer, bumper, place), np.where(nearer, its_speed, speed)
