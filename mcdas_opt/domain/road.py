@@ -60,6 +60,8 @@ class Road:
     road_end_s_m: float | None = None
     lanes: tuple[Lane, ...] = ()
     borders: LaneBorders | None = field(init=False, repr=False, compare=False, default=None)
+    knots: Array = field(init=False, repr=False, compare=False)  # (2, n): of the curvature, s and kappa
+    is_straight: bool = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         require(self, positive, "lane_width_m", "friction", "speed_limit_mps")
@@ -88,6 +90,7 @@ class Road:
             raise ParameterError("curvature", self.curvature, f"s_m of the knots must lie within {2.0 * FARTHEST_M:g} of 0", "m")
         if np.any(np.diff(s) < NEAREST_KNOTS_M):
             raise ParameterError("curvature", self.curvature, f"s_m of the knots must increase, by at least {NEAREST_KNOTS_M:g}", "m")
+        self._set_knots()
         self._set_borders()
         if self._folds():
             raise ParameterError("curvature", self.curvature, "is too tight: the road would fold over itself", "1/m")
@@ -99,6 +102,12 @@ class Road:
         s = np.union1d(self.borders.edges.table[0], [k[0] for k in self.curvature])
         bend = self.curvature_at(s)
         return bool(np.maximum(bend * self.borders.edges.left(s), bend * self.borders.edges.right(s)).max() >= _TIGHTEST)
+
+    def _set_knots(self) -> None:
+        knots = np.ascontiguousarray(np.array(self.curvature).T)
+        knots.setflags(write=False)
+        object.__setattr__(self, "knots", knots)
+        object.__setattr__(self, "is_straight", not any(map(_KAPPA_1PM, self.curvature)))
 
     def _set_borders(self) -> None:
         """From the lanes that differ from what the road says of all: the others are left out."""
@@ -151,14 +160,9 @@ class Road:
         """d of the right edge [m] at s [m]; one number where it is the same all along."""
         return self.right_edge_m if self.borders is None else self.borders.edges.right(s_m)
 
-    @property
-    def is_straight(self) -> bool:
-        return not any(map(_KAPPA_1PM, self.curvature))
-
     def curvature_at(self, s: Any) -> Array:
         """Curvature [1/m] of the reference line at s [m], of the shape of `s`."""
-        knots = np.asarray(self.curvature)
-        return np.asarray(np.interp(s, knots[:, 0], knots[:, 1]), dtype=np.float64)
+        return np.asarray(np.interp(s, *self.knots), dtype=np.float64)
 
     def seen_from(self, s_m: float) -> Road:
         """The same road with its s counted from `s_m`: the same record where that is 0."""
@@ -275,6 +279,7 @@ def _seen_from(road: Road, s_m: float) -> Road:
     moved, end = copy.copy(road), road.road_end_s_m
     if len(road.curvature) > 1:  # one knot is the same curvature everywhere
         object.__setattr__(moved, "curvature", tuple((s - s_m, kappa) for s, kappa in road.curvature))
+        moved._set_knots()
     object.__setattr__(moved, "road_end_s_m", None if end is None else end - s_m)
     object.__setattr__(moved, "lanes", tuple(lane.seen_from(s_m) for lane in road.lanes))
     object.__setattr__(moved, "borders", None if road.borders is None else road.borders.seen_from(s_m))

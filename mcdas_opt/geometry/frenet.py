@@ -47,7 +47,7 @@ class FrenetFrame:
             for name in ("_table", "_knots"):
                 object.__setattr__(self, name, np.zeros((3, 0)))
             return
-        knots, kappa = np.asarray(self.road.curvature).T
+        knots, kappa = self.road.knots
         heading = np.concatenate([[0.0], np.cumsum(0.5 * (kappa[1:] + kappa[:-1]) * np.diff(knots))])
         object.__setattr__(self, "_knots", np.array([knots, kappa, heading]))
         object.__setattr__(self, "_knots", np.array([knots, kappa, heading - self.road_heading(np.zeros(1))[0]]))

@@ -57,7 +57,7 @@ class CompiledMembers:
         self._times_s = np.concatenate([times_s, np.repeat(times_s[-1:], filled)])
         row = self._times_s.size
         straight = road.is_straight
-        knots = np.empty((2, 0)) if straight else np.array(road.curvature).T.copy()
+        knots = np.empty((2, 0)) if straight else road.knots
         self._bend = 0.0 if straight else clearance.BOW * float(np.abs(knots[1]).max())
         self._sample(vehicle, situation)
         self._tables = {

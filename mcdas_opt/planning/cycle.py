@@ -5,6 +5,7 @@ from __future__ import annotations
 import operator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.doubt import Doubt, SupposedTrack
@@ -106,9 +107,10 @@ class Cycle:
             deadline=deadline,
         )
 
-    def given_from(self, plan: Plan) -> Plan:
-        """A plan of this cycle in the place and time of the situation as it was given, with what is doubted of that."""
-        return replace(plan, trajectory=plan.trajectory.seen_from(-self.origin_m), time_s=self.given.time_s, doubts=self.doubts)
+    def given_from(self, plan: Plan, **told: Any) -> Plan:
+        """A plan of this cycle in the place and time of the situation as it was given, with what is doubted of that, and what is `told` of
+        it besides, by the names of its fields."""
+        return replace(plan, trajectory=plan.trajectory.seen_from(-self.origin_m), time_s=self.given.time_s, doubts=self.doubts, **told)
 
     def remember(self, plan: Plan, reported: ReportedMode | None = None) -> Memory:
         """What a plan of this cycle, reported so, means for the next one: the method's own part, and what holds for all of them."""

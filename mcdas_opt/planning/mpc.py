@@ -15,6 +15,7 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.evaluator import Evaluator
 from mcdas_opt.planning.fallback import NothingPasses
 from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
+from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory, carried
 from mcdas_opt.planning.order import SEARCH
 from mcdas_opt.planning.proposals import STOP_IN_LANE
@@ -104,14 +105,15 @@ class MpcMethod:
             solver=self.solver,
             literal_mode=cycle.assessment.literal_mode,
             safe_end=best.continuation.end,
-            memory=replace(self._memory(cycle, chosen=proposed.name, least_cost=least_cost), active=proposed.manoeuvre),
+            memory=self._memory(cycle, chosen=proposed.name, least_cost=least_cost, active=proposed.manoeuvre),
         )
 
-    def _memory(self, cycle: Cycle, *, chosen: str, least_cost: float | None) -> Memory:
+    def _memory(self, cycle: Cycle, *, chosen: str, least_cost: float | None, active: Manoeuvre | None = None) -> Memory:
         return Memory(
             situation=cycle.given,
             origin_m=cycle.origin_m,
             assessment=cycle.assessment,
+            active=active,
             chosen=chosen,
             least_cost=least_cost,
             warm_starts=self._warm_starts,

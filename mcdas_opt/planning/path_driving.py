@@ -24,7 +24,6 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.native.library import library
-from mcdas_opt.planning.roll_out import knots
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.reference.offset_path import OffsetPath
 
@@ -79,7 +78,7 @@ def follow(
     states[0] = start.to_vector()
     car = np.array([vehicle.wheelbase_m, vehicle.centre_m])
     rule = _law(vehicle, road, lateral_acceleration_mps2)
-    bends = knots(road)
+    bends = road.knots
     compiled.mcdas_follow(steps, STEP_S, car, bends.shape[1], bends, _path(path), rule, driver, inputs, states)
     return Trajectory.from_states(_times(steps, STEP_S), states, inputs)
 

@@ -157,17 +157,15 @@ class Planner:
         indicator = plan.indicator if plan.side is Side.NONE else plan.side
         timing = replace(plan.timing_ms, total=1e3 * (time.perf_counter() - started))
         self._asked.previous = cycle.given_from(
-            replace(
-                plan,
-                planner=self.name,
-                solver=plan.solver or self._asked.solver,
-                indicator=indicator,
-                destination=cycle.destination,
-                timing_ms=timing,
-                memory=self._carried(plan),
-                situation=cycle.given,
-                vehicle=self.vehicle,
-            )
+            plan,
+            planner=self.name,
+            solver=plan.solver or self._asked.solver,
+            indicator=indicator,
+            destination=cycle.destination,
+            timing_ms=timing,
+            memory=self._carried(plan),
+            situation=cycle.given,
+            vehicle=self.vehicle,
         )
         return self._asked.previous
 

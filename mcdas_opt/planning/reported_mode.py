@@ -36,7 +36,7 @@ def with_reported_mode(plan: Plan, cycle: Cycle) -> tuple[Plan, ReportedMode]:
         now = replace(now, mode=before.mode)
     if (now.mode, now.side) == (before.mode, before.side):
         now = replace(now, age_s=age_s)
-    return replace(plan, mode=now.mode), now
+    return plan if plan.mode is now.mode else replace(plan, mode=now.mode), now
 
 
 def still_agrees(mode: Mode, plan: Plan) -> bool:

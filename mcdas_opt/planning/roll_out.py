@@ -39,7 +39,7 @@ def roll_out(host: HostState, planned_speed_mps: Array, inputs: Array, grid: Tim
         return Trajectory.from_states(grid.times_s, interpreted(host, planned, u, grid, vehicle, road), u)
     states = np.empty((grid.nodes + 1, 6))
     states[0] = host.to_vector()
-    bends = knots(road)
+    bends = road.knots
     compiled.mcdas_drive(len(u), _steps.of(grid.steps_s), planned, _STARTS_MPS, _car(vehicle), bends.shape[1], bends, u, states)
     return Trajectory.from_states(grid.times_s, states, u)
 
@@ -55,12 +55,6 @@ def soon(planned_mps: Array, grid: TimeGrid) -> Array:
 @lru_cache(maxsize=16)
 def _car(vehicle: Vehicle) -> Array:
     return np.array([vehicle.wheelbase_m, vehicle.centre_m])
-
-
-@lru_cache(maxsize=16)
-def knots(road: Road) -> Array:
-    """(2, knots): s and curvature."""
-    return np.ascontiguousarray(np.array(road.curvature).T)
 
 
 def interpreted(host: HostState, planned_speed_mps: Array, u: Array, grid: TimeGrid, vehicle: Vehicle, road: Road) -> Array:

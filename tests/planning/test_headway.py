@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.safe_end import EndKind, SafeEndSettings
 from mcdas_opt.domain.settings import HeadwaySettings, Settings, WarningSettings
@@ -20,7 +21,8 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
-from mcdas_opt.planning.headway import asked_time_gap_s
+from mcdas_opt.native.form import SWITCH
+from mcdas_opt.planning.headway import asked_time_gap_s, missing_headway
 from mcdas_opt.planning.memory import Memory
 from mcdas_opt.planning.planner import Planner
 
@@ -211,3 +213,26 @@ def test_who_follows_somebody_that_brakes_as_hard_as_the_road_allows_does_so_at_
     assert plan.status is Status.PLANNED
     assert (float(plan.trajectory.acceleration_mps2[:15].min()) < -0.9 * friction * 9.81) is hard
     assert plan.reason.endswith("brakes about as hard as the road allows") is hard
+
+
+@given(seed=st.integers(0, 2**32 - 1), others=st.integers(1, 6), drives=st.integers(1, 4), since=st.sampled_from([0.0, 1.7]))
+def test_both_forms_ask_the_same_to_the_bit(seed: int, others: int, drives: int, since: float) -> None:
+    rng, t = np.random.default_rng(seed), 0.1 * np.arange(41)
+    speeds = rng.uniform(-3.0, 40.0, (others, 1)) + rng.normal(0.0, 1.0, (others, 1)) * t
+    places = rng.uniform(-20.0, 60.0, (others, 1)) + np.cumsum(0.1 * speeds, axis=1)
+    aside = rng.uniform(-4.0, 4.0, (others, 1)) + rng.normal(0.0, 0.5, (others, 1)) * t
+    motion = BodyMotion(s_m=places, d_m=aside, heading_rad=np.zeros_like(aside), speed_s_mps=speeds, speed_d_mps=aside)
+    host = HostState(speed_mps=float(rng.uniform(0.0, 40.0)), d_m=float(rng.uniform(-1.0, 1.0)))
+    tables = rng.normal(0.0, 1.0, (drives, 9, t.size))
+    tables[:, 0], tables[:, 1] = t, host.s_m + np.cumsum(0.1 * rng.uniform(0.0, 40.0, (drives, t.size)), axis=1)
+    halves = rng.uniform(0.5, 3.0, (others, 2))
+
+    def both() -> list[bytes]:
+        gaps = asked_time_gap_s(places, speeds, host.speed_mps, t, HEADWAY, closing_s=0.5, since_s=since)
+        one = asked_time_gap_s(places[0], speeds[0], host.speed_mps, t, HEADWAY)
+        return [found.tobytes() for found in (gaps, one, missing_headway(tables, motion, halves, host, HEADWAY))]
+
+    compiled = both()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(SWITCH, "0")
+        assert both() == compiled

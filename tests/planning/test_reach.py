@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -15,11 +16,12 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.native.form import SWITCH
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
 from mcdas_opt.planning.lane_parameters import nearest_values
 from mcdas_opt.planning.proposals import keep_lane
-from mcdas_opt.planning.reach import Room, in_reach
+from mcdas_opt.planning.reach import Room, in_reach, in_reach_ever
 from mcdas_opt.tracking.prediction import predict
 
 CAR, TIMES = Vehicle(), np.arange(41) * 0.1
@@ -80,3 +82,22 @@ def test_bodies_of_other_kinds_are_looked_at_too() -> None:
     motion = Prediction(name="", bodies=(body, replace(body, s_m=-500.0))).rows_on(TIMES)
     near = in_reach(motion, np.array([4.5, 4.5]), TIMES, HostState(speed_mps=20.0), CAR, Road(), Room(standstill_m=2.0))
     assert near.tolist() == [True, False]
+
+
+@given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 8))
+def test_both_forms_reach_the_same(seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    host = HostState(speed_mps=float(rng.uniform(0.0, 45.0)), acceleration_mps2=float(rng.uniform(-8.0, 5.0)))
+    places, speeds = rng.uniform(-400.0, 400.0, count).tolist(), rng.uniform(-45.0, 45.0, count).tolist()
+    prediction = predict([Track(id=str(k), s_m=s, d_m=0.0, speed_s_mps=v) for k, (s, v) in enumerate(zip(places, speeds, strict=True))])
+    room = Room(standstill_m=float(rng.uniform(0.0, 20.0)), time_gap_s=float(rng.uniform(0.0, 2.0)), closing_s=float(rng.uniform(0.0, 5.0)))
+
+    def both() -> tuple[list[bool], list[str]]:
+        near = in_reach(prediction.rows_on(TIMES), np.full(count, 4.5), TIMES, host, CAR, Road(), room)
+        return near.tolist(), [body.id for body in in_reach_ever(prediction, host, CAR, Road()).bodies]
+
+    compiled = both()
+    assert set(compiled[1]) >= {str(k) for k, s in enumerate(places) if abs(s) <= 150.0}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(SWITCH, "0")
+        assert both() == compiled

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from mcdas_opt.domain.comfort import ComfortSettings
 from mcdas_opt.domain.road import Road
+from mcdas_opt.native.form import SWITCH
 from mcdas_opt.reference.speed_profile import PATH_SHARE, FrontCar, profile_ahead, speeds_along
 
 COMFORT = ComfortSettings()
@@ -86,3 +87,17 @@ def test_who_closes_in_over_a_long_way_brakes_gently() -> None:
         front = FrontCar(room + (30.0 - closing) * TIMES_S, np.full_like(TIMES_S, 30.0 - closing), np.zeros_like(TIMES_S))
         speeds = speeds_along(None, 30.0, 40.0, TIMES_S, rising_mps2=2.0, falling_mps2=2.0, late_mps2=3.0, fronts=(front,))
         assert np.diff(speeds).min() >= -0.2 - 1e-9
+
+
+@given(road=roads, speed=st.floats(0.0, 45.0), wanted=st.floats(0.0, 45.0), rooms=st.lists(st.floats(-5.0, 120.0), max_size=3))
+def test_both_forms_drive_as_fast_to_the_bit(road: Road, speed: float, wanted: float, rooms: list[float]) -> None:
+    profile = profile_ahead(road, 0.0, 0.0, max(speed, wanted), COMFORT)
+    fronts = [FrontCar(room + 0.2 * room * TIMES_S, np.maximum(0.2 * room - 0.1 * TIMES_S, 0.0), 0.01 * TIMES_S) for room in rooms]
+
+    def speeds() -> bytes:
+        return speeds_along(profile, speed, wanted, TIMES_S, rising_mps2=2.0, falling_mps2=2.0, late_mps2=3.0, fronts=fronts).tobytes()
+
+    compiled = speeds()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(SWITCH, "0")
+        assert speeds() == compiled
