@@ -18,11 +18,18 @@ from mcdas_opt.native.build import text_of
 _in_place: Any = (ctypes.c_char * 0).from_buffer  # of something that can be written into: handed over as its address
 
 
+_KEPT = 64
+_read_only: dict[int, tuple[Any, ctypes.c_void_p]] = {}  # the last arrays that could not be written into, by their id, and where they lie
+
+
 class _Read:
     """An array, or None."""
 
     @staticmethod
     def from_param(array: Any) -> Any:
+        known = _read_only.get(id(array))
+        if known is not None:
+            return known[1]
         try:
             return _in_place(array)
         except TypeError:
@@ -30,7 +37,11 @@ class _Read:
                 return None
             if not array.flags.c_contiguous:
                 raise
-            return ctypes.c_void_p(array.__array_interface__["data"][0])  # read-only
+            if len(_read_only) >= _KEPT:
+                _read_only.clear()
+            there = ctypes.c_void_p(array.__array_interface__["data"][0])
+            _read_only[id(array)] = array, there
+            return there
 
 
 class _Written:

@@ -10,6 +10,7 @@ from mcdas_opt.domain.rules import Array, non_negative, require_every
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
+from mcdas_opt.native.library import library
 from mcdas_opt.planning.comfortable_speed import bends_ahead
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.headway import missing_headway
@@ -51,19 +52,13 @@ def trajectory_cost(trajectory: Trajectory, cycle: Cycle, weights: CostWeights) 
 def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[float]:
     """Of each of the drives the cost of discomfort, of being off the desired speed, of being near to others, and of how it leaves things
     at its end; without the cost of changing lanes."""
-    vehicle, drives = cycle.vehicle, near.tables
-    desired_mps = _desired_mps(drives, cycle)
-    t, v, a = drives[0, 0], drives[:, 4], drives[:, 5]
-    lateral = lateral_acceleration(v, drives[:, 6], vehicle.wheelbase_m, np)
-    rate = weights.acceleration * a**2 + weights.lateral_acceleration * lateral**2 + weights.jerk * drives[:, 8] ** 2
-    rate = rate + weights.speed * (v - desired_mps) ** 2
-    if cycle.is_ordinary:
-        rate = rate + weights.discomfort * _discomfort(drives, cycle) ** 2
+    vehicle, drives, missing, closeness = cycle.vehicle, near.tables, None, None
+    lateral = lateral_acceleration(drives[:, 4], drives[:, 6], vehicle.wheelbase_m, np)
     if near.ends:
-        closest = np.minimum.reduce(near.separation_m, axis=1)
-        rate = rate + weights.headway * missing_headway(drives, near.motion, _halves_m(cycle), cycle.situation.host, cycle.headway) ** 2
-        rate = rate + weights.nearness * np.exp(-np.maximum(closest, 0.0) / 0.7)
-    totals: list[float] = np.add.reduce(0.5 * (rate[:, 1:] + rate[:, :-1]) * (t[1:] - t[:-1]), axis=1).tolist()
+        missing = missing_headway(drives, near.motion, _halves_m(cycle), cycle.situation.host, cycle.headway)
+        closeness = np.exp(-np.maximum(np.minimum.reduce(near.separation_m, axis=1), 0.0) / 0.7)
+    intervals = _interval_costs(drives, lateral, missing, closeness, cycle, weights)
+    totals: list[float] = np.add.reduce(intervals, axis=1).tolist()
     if not near.ends:
         return totals
     widths = [0.5 * (body.width_m + vehicle.width_m) for body in cycle.prediction.bodies]
@@ -77,6 +72,31 @@ def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[fl
     return totals
 
 
+def _interval_costs(
+    drives: Array, lateral: Array, missing: Array | None, closeness: Array | None, cycle: Cycle, weights: CostWeights
+) -> Array:
+    """(drives, n - 1): what each interval of the drives costs; in C where there is a compiler, with the same bits."""
+    desired_mps, limits = _desired_mps(drives, cycle), cycle.settings.comfort.limits(cycle.situation.host.speed_mps)
+    discomfort, compiled = weights.discomfort if cycle.is_ordinary else 0.0, library()
+    if compiled is not None:
+        of_time = weights.acceleration, weights.lateral_acceleration, weights.jerk, weights.speed, weights.headway, weights.nearness
+        numbers = np.array((*of_time, discomfort, limits.acceleration_mps2, limits.braking_mps2, limits.jerk_mps3))
+        (count, _, n), desired, found = drives.shape, np.asarray(desired_mps), np.empty((len(drives), drives.shape[2] - 1))
+        given = drives, lateral, desired, desired.ndim > 0, missing, closeness
+        compiled.mcdas_interval_costs(count, n, *given, numbers, found)
+        return found
+    t, v, a, jerk = drives[0, 0], drives[:, 4], drives[:, 5], drives[:, 8]
+    rate = weights.acceleration * a**2 + weights.lateral_acceleration * lateral**2 + weights.jerk * jerk**2
+    rate = rate + weights.speed * (v - desired_mps) ** 2
+    if discomfort > 0.0:
+        along = np.maximum(a / limits.acceleration_mps2, -a / limits.braking_mps2)
+        rate = rate + discomfort * np.maximum(np.maximum(along, np.abs(jerk) / limits.jerk_mps3) - 1.0, 0.0) ** 2
+    if missing is not None and closeness is not None:
+        rate = rate + weights.headway * missing**2
+        rate = rate + weights.nearness * closeness
+    return np.asarray(0.5 * (rate[:, 1:] + rate[:, :-1]) * (t[1:] - t[:-1]))
+
+
 def _desired_mps(drives: Array, cycle: Cycle) -> Array | float:
     """The desired speed; while nothing threatens no more than is comfortable in the bends: (drives, n)."""
     desired = cycle.situation.wanted_speed_mps
@@ -84,13 +104,6 @@ def _desired_mps(drives: Array, cycle: Cycle) -> Array | float:
         return desired
     bends = bends_ahead(cycle, cycle.lane_centre_m)
     return desired if bends is None else np.minimum(desired, bends.at(drives[:, 1]))
-
-
-def _discomfort(drives: Array, cycle: Cycle) -> Array:
-    """(drives, n): by which share the drives accelerate, brake or jerk beyond what is comfortable at the host's speed."""
-    limits, a = cycle.settings.comfort.limits(cycle.situation.host.speed_mps), drives[:, 5]
-    along = np.maximum(a / limits.acceleration_mps2, -a / limits.braking_mps2)
-    return np.asarray(np.maximum(np.maximum(along, np.abs(drives[:, 8]) / limits.jerk_mps3) - 1.0, 0.0))
 
 
 def _halves_m(cycle: Cycle) -> Array:
