@@ -206,7 +206,7 @@ class Prediction:
 
     name: str
     bodies: tuple[PredictedBody, ...] = ()
-    _on: dict[int, _Moving] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _on: dict[bytes, _Moving] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def seen_from(self, s_m: float) -> Prediction:
         """The same with every s counted from `s_m`."""
@@ -215,7 +215,7 @@ class Prediction:
         return Prediction(name=self.name, bodies=tuple(_moved(body, s_m) for body in self.bodies))
 
     def on(self, t_s: Array) -> tuple[BodyMotion, ...]:
-        """Every body's motion at these times (n,). Of times that nobody can write into, as a grid's, it is worked out once."""
+        """Every body's motion at these times (n,): worked out once for the same times, and not to be written into."""
         return self._moving(t_s).each
 
     def rows_on(self, t_s: Array) -> BodyMotion:
@@ -223,15 +223,13 @@ class Prediction:
         return self._moving(t_s).rows
 
     def _moving(self, t_s: Array) -> _Moving:
-        known = self._on.get(id(t_s))
-        if known is not None and known.t_s is t_s:
-            return known
-        moving = _Moving(t_s, together(self.bodies, t_s))
-        if not t_s.flags.writeable:
+        key = t_s.tobytes()
+        known = self._on.get(key)
+        if known is None:
             if len(self._on) >= _KEPT:
                 self._on.clear()
-            self._on[id(t_s)] = moving
-        return moving
+            known = self._on[key] = _Moving(together(self.bodies, t_s))
+        return known
 
 
 def grown_by(covariance: Array, position: int, t_s: Any, sigmas: float, growth_s: float, cap_m: float) -> Array:
@@ -273,10 +271,10 @@ def _moved(body: PredictedBody, s_m: float) -> PredictedBody:
 class _Moving:
     """All bodies at some times: together, and, where that is asked for, each by itself."""
 
-    __slots__ = ("_each", "rows", "t_s")
+    __slots__ = ("_each", "rows")
 
-    def __init__(self, t_s: Array, rows: BodyMotion) -> None:
-        self.t_s, self.rows = t_s, rows
+    def __init__(self, rows: BodyMotion) -> None:
+        self.rows = rows
         self._each: tuple[BodyMotion, ...] | None = None
 
     @property

@@ -203,7 +203,7 @@ static int last_sample_and_inputs(const double *table, whole n, const Rules *rul
 /* every corner inside the edges and before the end; on a curved road by an estimate that errs to the safe side */
 static int on_road(const double *table, whole n, const Frame *frame, const Rules *rule, int steps, const double *node, whole stride)
 {
-    const double radius = 0.5 * length_of(rule->length, rule->width);
+    const double radius = 0.5 * length_of(rule->length, rule->width), bent = frame->samples ? rule->edge_doubt : 0.0;
     for (whole k = 0, i = 0; k < n; k++) {
         for (int j = 0; j < steps && i < stride; j++, i += 2) {
             const double share = (double)j / steps;
@@ -213,9 +213,9 @@ static int on_road(const double *table, whole n, const Frame *frame, const Rules
                 d = k + 1 < n ? table[D * n + k] + (table[D * n + k + 1] - table[D * n + k]) * share : table[D * n + k];
                 psi -= road_heading(frame, s);
             }
-            c = 1.0, q = fabs(psi);  /* not less than of the angle's: what is on the road by these is so */
-            if (!frame->samples && q < 0.5 && within(fabs(d) + 0.5 * (rule->length * q + rule->width), LESSER(rule->left, -rule->right))
-                && within(s + 0.5 * (rule->length + rule->width * q), rule->end)) continue;
+            q = fabs(psi);  /* not less than its sine: what is on the road by this and a cosine of 1 is so */
+            if (q < 0.5 && within(fabs(d) + 0.5 * (rule->length * q + rule->width), LESSER(rule->left - bent, -rule->right - bent))
+                && within(s + (frame->samples ? 10.0 * radius : 0.5 * (rule->length + rule->width * q)), rule->end)) continue;
             c = fabs(cos(psi)), q = fabs(sin(psi));
             ahead = 0.5 * (rule->length * c + rule->width * q), aside = 0.5 * (rule->length * q + rule->width * c);
             if (frame->samples) {
@@ -285,12 +285,9 @@ static int apart(const double *body, const double *table, whole n, const Frame *
     if (!(reach < rule->largest)) return 0;
     if (!frame->samples && far_along(body, reach, rule, node, time, stride)) return 1;
     for (whole i = 0, k = 0; i < stride; i += 2) {
-        const double fade = exp(-time[i] / body[BODY_FADE]);
-        const double risen = (1.0 + body[BODY_SWELL]) / (1.0 + body[BODY_SWELL] * fade);
-        const double s = place_along(body, time[i]), d = body[BODY_D] + body[BODY_VD] * body[BODY_FADE] * risen * (1.0 - fade);
-        const double psi = atan(body[BODY_VD] * risen * risen * fade / slow);
-        double px = s, py = d, pyaw = psi, now;
-        if (!(fabs(s) < rule->largest && fabs(d) < rule->largest && fabs(psi) < 2.0)) return 0;  /* nor what is no number */
+        const double s = place_along(body, time[i]);
+        double fade, risen, d, psi, px, py, pyaw, now;
+        if (!(fabs(s) < rule->largest)) return 0;  /* nor what is no number */
         if (frame->samples) {
             const double share = (double)(i / 2 % steps) / steps;
             k = i / 2 / steps;
@@ -299,8 +296,12 @@ static int apart(const double *body, const double *table, whole n, const Frame *
                 was = HUGE_VAL;
                 continue;
             }
-            if (!to_plane(frame, s, d, psi, &px, &py, &pyaw)) return 0;
         }
+        fade = exp(-time[i] / body[BODY_FADE]), risen = (1.0 + body[BODY_SWELL]) / (1.0 + body[BODY_SWELL] * fade);
+        d = body[BODY_D] + body[BODY_VD] * body[BODY_FADE] * risen * (1.0 - fade), psi = atan(body[BODY_VD] * risen * risen * fade / slow);
+        if (!(fabs(d) < rule->largest && fabs(psi) < 2.0)) return 0;
+        px = s, py = d, pyaw = psi;
+        if (frame->samples && !to_plane(frame, s, d, psi, &px, &py, &pyaw)) return 0;
         x[1] = px - node[i], y[1] = py - node[stride + i], yaw[1] = node[2 * stride + i], its[1] = pyaw;
         now = length_of(x[1], y[1]);
         if (i > 0 && was < HUGE_VAL && LESSER(was, now) <= reach + length_of(x[1] - x[0], y[1] - y[0]) + CERTAINLY) {
