@@ -13,7 +13,7 @@ FUNCTIONS = {
     "mcdas_in_reach": "llaaaaaw",
     "mcdas_time_gaps": "llaaadaddw",
     "mcdas_missing_headway": "lllaaaaaaaww",
-    "mcdas_interval_costs": "llaaalaaaw",
+    "mcdas_cost_rate": "llaaalaaaw",
     "mcdas_speeds_along": "lalalaaww",
     "mcdas_drive": "lpadalaww",
     "mcdas_follow": "ldalaaaaww",

@@ -52,13 +52,13 @@ def trajectory_cost(trajectory: Trajectory, cycle: Cycle, weights: CostWeights) 
 def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[float]:
     """Of each of the drives the cost of discomfort, of being off the desired speed, of being near to others, and of how it leaves things
     at its end; without the cost of changing lanes."""
-    vehicle, drives, missing, closeness = cycle.vehicle, near.tables, None, None
-    lateral = lateral_acceleration(drives[:, 4], drives[:, 6], vehicle.wheelbase_m, np)
+    vehicle, drives = cycle.vehicle, near.tables
+    t, missing, closeness = drives[0, 0], None, None
     if near.ends:
         missing = missing_headway(drives, near.motion, _halves_m(cycle), cycle.situation.host, cycle.headway)
         closeness = np.exp(-np.maximum(np.minimum.reduce(near.separation_m, axis=1), 0.0) / 0.7)
-    intervals = _interval_costs(drives, lateral, missing, closeness, cycle, weights)
-    totals: list[float] = np.add.reduce(intervals, axis=1).tolist()
+    rate = _rate(drives, missing, closeness, cycle, weights)
+    totals: list[float] = np.add.reduce(0.5 * (rate[:, 1:] + rate[:, :-1]) * (t[1:] - t[:-1]), axis=1).tolist()
     if not near.ends:
         return totals
     widths = [0.5 * (body.width_m + vehicle.width_m) for body in cycle.prediction.bodies]
@@ -72,20 +72,19 @@ def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[fl
     return totals
 
 
-def _interval_costs(
-    drives: Array, lateral: Array, missing: Array | None, closeness: Array | None, cycle: Cycle, weights: CostWeights
-) -> Array:
-    """(drives, n - 1): what each interval of the drives costs; in C where there is a compiler, with the same bits."""
+def _rate(drives: Array, missing: Array | None, closeness: Array | None, cycle: Cycle, weights: CostWeights) -> Array:
+    """(drives, n): cost per second; in C where there is a compiler, with the same bits."""
+    lateral = lateral_acceleration(drives[:, 4], drives[:, 6], cycle.vehicle.wheelbase_m, np)
     desired_mps, limits = _desired_mps(drives, cycle), cycle.settings.comfort.limits(cycle.situation.host.speed_mps)
     discomfort, compiled = weights.discomfort if cycle.is_ordinary else 0.0, library()
     if compiled is not None:
         of_time = weights.acceleration, weights.lateral_acceleration, weights.jerk, weights.speed, weights.headway, weights.nearness
         numbers = np.array((*of_time, discomfort, limits.acceleration_mps2, limits.braking_mps2, limits.jerk_mps3))
-        (count, _, n), desired, found = drives.shape, np.asarray(desired_mps), np.empty((len(drives), drives.shape[2] - 1))
-        given = drives, lateral, desired, desired.ndim > 0, missing, closeness
-        compiled.mcdas_interval_costs(count, n, *given, numbers, found)
+        desired, found = np.asarray(desired_mps), np.empty(lateral.shape)
+        given = lateral, desired, desired.ndim > 0, missing, closeness
+        compiled.mcdas_cost_rate(*lateral.shape, drives, *given, numbers, found)
         return found
-    t, v, a, jerk = drives[0, 0], drives[:, 4], drives[:, 5], drives[:, 8]
+    v, a, jerk = drives[:, 4], drives[:, 5], drives[:, 8]
     rate = weights.acceleration * a**2 + weights.lateral_acceleration * lateral**2 + weights.jerk * jerk**2
     rate = rate + weights.speed * (v - desired_mps) ** 2
     if discomfort > 0.0:
@@ -94,7 +93,7 @@ def _interval_costs(
     if missing is not None and closeness is not None:
         rate = rate + weights.headway * missing**2
         rate = rate + weights.nearness * closeness
-    return np.asarray(0.5 * (rate[:, 1:] + rate[:, :-1]) * (t[1:] - t[:-1]))
+    return np.asarray(rate)
 
 
 def _desired_mps(drives: Array, cycle: Cycle) -> Array | float:

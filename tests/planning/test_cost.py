@@ -1,0 +1,41 @@
+"""What drives cost: the compiled form is that of the array operations to the bit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Coverage, Track
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.native.form import SWITCH
+from mcdas_opt.planning.cost import CostWeights, driving_costs
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.nearness import nearness_of
+
+
+@given(seed=st.integers(0, 2**32 - 1), others=st.integers(0, 4), drives=st.integers(1, 3), bend=st.sampled_from([0.0, 0.01]))
+def test_both_forms_cost_the_same_to_the_bit(seed: int, others: int, drives: int, bend: float) -> None:
+    rng = np.random.default_rng(seed)
+    places, speeds = np.cumsum(rng.uniform(8.0, 60.0, others)), rng.uniform(0.0, 30.0, others)
+    tracks = tuple(Track(id=str(k), s_m=s - 40.0, d_m=0.0, speed_s_mps=v) for k, (s, v) in enumerate(zip(places, speeds, strict=True)))
+    situation = Situation(
+        host=HostState(speed_mps=float(rng.uniform(0.0, 30.0))), tracks=tracks, coverage=Coverage(), road=Road(curvature=((0.0, bend),))
+    )
+    cycle = Cycle.of(situation, Vehicle())
+    times = cycle.settings.grid.times_s
+    tables = rng.normal(0.0, 1.0, (drives, 9, times.size))
+    tables[:, 0], tables[:, 1] = times, np.cumsum(0.1 * rng.uniform(0.0, 30.0, (drives, times.size)), axis=1)
+    tables[:, 3], tables[:, 6] = 0.02 * tables[:, 3], 0.1 * tables[:, 6]
+
+    def costs() -> list[float]:
+        return driving_costs(nearness_of(tables, times, cycle), cycle, CostWeights())
+
+    compiled = costs()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(SWITCH, "0")
+        assert costs() == compiled
