@@ -1,7 +1,8 @@
 """The fixed tracking law that drives a closed-form path with the bicycle, inside the car's limits.
 
 Lateral: curvature of the path plus critically damped feedback of the body centre's offset and heading (linear in the errors at a given
-speed); longitudinal: a jerk-limited approach to a target speed. Steering gives way to the lateral bound, acceleration to the circle.
+speed), so that in the road's bends the middle of what the body sweeps is on the path; longitudinal: a jerk-limited approach to a target
+speed. Steering gives way to the lateral bound, acceleration to the circle.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.dynamics.bicycle import road_bicycle
+from mcdas_opt.dynamics.bicycle import road_bicycle, swept_inset_m2
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.dynamics.stopping import time_to_stop
 
@@ -104,8 +105,9 @@ def _steering_rate(x: list[float], path: Path, kappa: float, vehicle: Vehicle, l
     speed = max(v, 2.0)
     ahead = s + v * PREVIEW_S
     w = BANDWIDTH_RADPS
-    offset = d - float(path.d(s))
-    heading = psi - math.atan(float(path.slope(s)))
+    centre = vehicle.centre_m
+    offset = d - float(path.d(s)) - swept_inset_m2(vehicle.length_m, centre) * kappa
+    heading = psi - math.atan(float(path.slope(s))) + centre * kappa
     wanted = kappa * math.cos(psi) / (1.0 - d * kappa) + float(path.curvature(ahead))
     wanted -= (w / speed) ** 2 * offset + 2.0 * w / speed * heading
     most = min(lateral / max(v, 0.1) ** 2, math.tan(LIMIT_SHARE * vehicle.steering_max_rad) / vehicle.wheelbase_m)

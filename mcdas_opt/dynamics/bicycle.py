@@ -33,6 +33,16 @@ def road_bicycle(x: Sequence[Any], u: Sequence[Any], kappa: Any, wheelbase: floa
     return [s_dot, d_dot, v * turn - kappa * s_dot, a, jerk, delta_rate]
 
 
+def swept_inset_m2(length: Any, centre: Any) -> Any:
+    """How far inside a path, over the path's curvature [m^2], the body centre is when the middle of what a body sweeps is on it.
+
+    On radius R a body's inner flank is `centre`^2 / 2R inside its centre's circle, beside the rear axle; its outer front corner, `front`
+    ahead of that, (`front`^2 - `centre`^2) / 2R outside: to second order.
+    """
+    front = centre + 0.5 * length
+    return 0.25 * (front * front - 2.0 * centre * centre)
+
+
 def lateral_acceleration(v: Any, delta: Any, wheelbase: float, m: Any) -> Any:
     """v^2 kappa at the rear axle [m/s^2]."""
     return v**2 * m.tan(delta) / wheelbase

@@ -15,6 +15,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.bicycle import INPUTS, STATES, road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.ocp.terms import (
+    BEND,
     CarSizes,
     Comfort,
     Constraint,
@@ -37,7 +38,6 @@ from mcdas_opt.solvers.stage_problem import Member, StageProblem
 
 CENTRE = "centre"
 HEADWAY_HORIZON_S = 2.5  # of closing speed, kept free
-ROAD_PARAMETERS = ("kappa", "kappa_slope", "kappa_s")
 
 
 def _costs() -> tuple[Cost, ...]:
@@ -117,20 +117,20 @@ class LaneProblem:
         free = [weight_name(cost) for cost in costs] if self.free_weights else []
         asked = [p for cost in costs for p in cost.parameters] + [p for row in constraints for p in row.parameters] + free
         last = [*([CENTRE] if self.free_centre else []), *([] if car else SIZES)]
-        parameters = tuple(dict.fromkeys([*ROAD_PARAMETERS, *asked, *last]))
+        parameters = tuple(dict.fromkeys([*BEND, *asked, *last]))
         x, u = ca.SX.sym("x", len(STATES)), ca.SX.sym("u", len(INPUTS))
         p, h = ca.SX.sym("p", len(parameters)), ca.SX.sym("h")
         named = {name: p[i] for i, name in enumerate(parameters)}
         values: dict[str, Any] = {name: x[i] for i, name in enumerate(STATES)}
         values |= {name: u[i] for i, name in enumerate(INPUTS)}
         sizes: CarSizes = car or _SymbolicSizes(*(named[name] for name in SIZES))
-        stage = Stage(**values, p=named, m=ca, vehicle=sizes)
+        centre = named.get(CENTRE, vehicle.centre_m)
+        stage = Stage(**values, p=named, m=ca, vehicle=sizes, centre=centre)
 
         def right_side(state: Any) -> list[Any]:
             kappa = named["kappa"] + named["kappa_slope"] * (state[0] - named["kappa_s"])
             return road_bicycle(state, ca.vertsplit(u), kappa, sizes.wheelbase_m, centre, ca)
 
-        centre = named.get(CENTRE, vehicle.centre_m)
         step = rk4(right_side, ca.vertsplit(x), h)
         root, terminal_root = self._roots(named, in_symbols=car is None)
         running = [root(c) * c.residual(stage) for c in costs]
@@ -219,7 +219,7 @@ def lane_family() -> ProblemFamily:
     x, sizes, own = ca.SX.sym("x", len(STATES)), ca.SX.sym("sizes", len(SIZES)), ca.SX.sym("own", len(body.parameters))
     values = {name: x[i] for i, name in enumerate(STATES)} | dict.fromkeys(INPUTS, 0.0)
     named = {name: own[i] for i, name in enumerate(body.parameters)}
-    (row,) = body.rows(Stage(**values, p=named, m=ca, vehicle=_SymbolicSizes(*ca.vertsplit(sizes))))
+    (row,) = body.rows(Stage(**values, p=named, m=ca, vehicle=_SymbolicSizes(*ca.vertsplit(sizes)), centre=0.0))
     return ProblemFamily(
         problem=problem,
         sizes=len(SIZES),

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from mcdas_opt.dynamics.bicycle import lateral_acceleration
+from mcdas_opt.dynamics.bicycle import lateral_acceleration, swept_inset_m2
 from mcdas_opt.dynamics.sigmoid import hump, renormalised
 
 
@@ -27,7 +27,8 @@ class CarSizes(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stage:
-    """One stage in symbols (or numbers): state, input, parameters by name, the number system, the vehicle."""
+    """One stage in symbols (or numbers): state, input, parameters by name, the number system, the vehicle; `centre` is its body centre's
+    lead over the point that moves along its axis [m]."""
 
     s: Any
     d: Any
@@ -40,6 +41,13 @@ class Stage:
     p: Mapping[str, Any]
     m: Any
     vehicle: CarSizes
+    centre: Any
+
+    @property
+    def kappa(self) -> Any:
+        """The road's curvature [1/m] where the body centre is."""
+        p = self.p
+        return p["kappa"] + p["kappa_slope"] * (self.s - p["kappa_s"])
 
     @property
     def lateral_acceleration(self) -> Any:
@@ -55,6 +63,22 @@ class Stage:
         m = self.m
         sine = m.sqrt(m.sin(self.psi) ** 2 + 1e-4) - 1e-2
         return 0.5 * (self.vehicle.width_m * m.cos(self.psi) + self.vehicle.length_m * sine)
+
+    @property
+    def reach(self) -> tuple[Any, Any]:
+        """How far the turned body reaches to the left and to the right of its centre's d. In a bend its ends lie further out than on the
+        tangent, by kappa x^2 / 2 at x from the middle; on the inside the flank's nearest point counts, which is an end only where it is
+        turned out of the bend far enough."""
+        m, length = self.m, self.vehicle.length_m
+        sine = m.sqrt(m.sin(self.psi) ** 2 + 1e-4) - 1e-2
+
+        def to(inwards: Any) -> Any:
+            bow = m.fmax(inwards, 0.0)
+            ends = sine - inwards + m.fmax(2.0 * bow - sine, 0.0) ** 2 / (4.0 * bow + 1e-3)
+            return 0.5 * (self.vehicle.width_m * m.cos(self.psi) + length * ends)
+
+        bend = 0.25 * length * self.kappa
+        return to(bend), to(-bend)
 
 
 class Cost(Protocol):
@@ -83,6 +107,7 @@ class Constraint(Protocol):
     def rows(self, stage: Stage) -> list[Any]: ...
 
 
+BEND = ("kappa", "kappa_slope", "kappa_s")
 REFERENCE = (
     "ref_start_s",
     "ref_start_d",
@@ -105,29 +130,30 @@ def reference_d(stage: Stage, s: Any) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PathDeviation:
-    """(d - d_ref(s))^2."""
+    """(d - d_ref(s) - inset kappa)^2: in a bend the middle of what the body sweeps is on the path (`dynamics.bicycle.swept_inset_m2`)."""
 
     weight: float
     terminal_weight: float
     name: str = "path deviation [m]"
-    parameters: Sequence[str] = REFERENCE
+    parameters: Sequence[str] = (*REFERENCE, *BEND)
 
     def residual(self, stage: Stage) -> Any:
-        return stage.d - reference_d(stage, stage.s)
+        return stage.d - reference_d(stage, stage.s) - swept_inset_m2(stage.vehicle.length_m, stage.centre) * stage.kappa
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HeadingDeviation:
-    """(psi - atan(d d_ref / ds))^2, the slope by a central difference over 2 m (it smooths the curve's ends)."""
+    """(psi - atan(d d_ref / ds) + centre kappa)^2: in a bend the body's axis is no tangent at its centre (Rajamani, 2.2: its sideslip
+    there). The slope is a central difference over 2 m (it smooths the curve's ends)."""
 
     weight: float
     terminal_weight: float
     name: str = "heading deviation [rad]"
-    parameters: Sequence[str] = REFERENCE
+    parameters: Sequence[str] = (*REFERENCE, *BEND)
 
     def residual(self, stage: Stage) -> Any:
         slope = 0.5 * (reference_d(stage, stage.s + 1.0) - reference_d(stage, stage.s - 1.0))
-        return stage.psi - stage.m.atan(slope)
+        return stage.psi - stage.m.atan(slope) + stage.centre * stage.kappa
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -180,11 +206,11 @@ class RoadEdges:
     margin: float
     name: str = "road edge [m]"
     slack: str = "road"
-    parameters: Sequence[str] = ("left_edge", "right_edge")
+    parameters: Sequence[str] = ("left_edge", "right_edge", *BEND)
 
     def rows(self, stage: Stage) -> list[Any]:
-        reach = stage.half_across + self.margin
-        return [stage.d + reach - stage.p["left_edge"], stage.p["right_edge"] - (stage.d - reach)]
+        left, right = (reach + self.margin for reach in stage.reach)
+        return [stage.d + left - stage.p["left_edge"], stage.p["right_edge"] - (stage.d - right)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -194,13 +220,13 @@ class SlopingRoadEdges:
     margin: float
     name: str = "road edge [m]"
     slack: str = "road"
-    parameters: Sequence[str] = ("left_edge", "right_edge", "left_slope", "right_slope", "edge_s")
+    parameters: Sequence[str] = ("left_edge", "right_edge", "left_slope", "right_slope", "edge_s", *BEND)
 
     def rows(self, stage: Stage) -> list[Any]:
-        p, reach = stage.p, stage.half_across + self.margin
-        on = stage.s - p["edge_s"]
-        left, right = p["left_edge"] + p["left_slope"] * on, p["right_edge"] + p["right_slope"] * on
-        return [stage.d + reach - left, right - (stage.d - reach)]
+        p, on = stage.p, stage.s - stage.p["edge_s"]
+        left, right = (reach + self.margin for reach in stage.reach)
+        left_edge, right_edge = p["left_edge"] + p["left_slope"] * on, p["right_edge"] + p["right_slope"] * on
+        return [stage.d + left - left_edge, right_edge - (stage.d - right)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

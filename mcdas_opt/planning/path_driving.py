@@ -23,6 +23,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.dynamics.bicycle import swept_inset_m2
 from mcdas_opt.native.library import library
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.reference.offset_path import OffsetPath
@@ -76,7 +77,7 @@ def follow(
     steps = max(2, round(duration_s / STEP_S))
     states, inputs = np.empty((steps + 1, 6)), np.empty((steps, 2))
     states[0] = start.to_vector()
-    car = np.array([vehicle.wheelbase_m, vehicle.centre_m])
+    car = np.array([vehicle.wheelbase_m, vehicle.centre_m, swept_inset_m2(vehicle.length_m, vehicle.centre_m)])
     rule = _law(vehicle, road, lateral_acceleration_mps2)
     bends = road.knots
     compiled.mcdas_follow(steps, STEP_S, car, bends.shape[1], bends, _path(path), rule, driver, inputs, states)

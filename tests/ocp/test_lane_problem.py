@@ -62,8 +62,22 @@ def test_reference_is_the_offset_path(v: float, offset: float, side: float, s: f
         "ref_bend_s": path.bend_s_m,
         "ref_bend_width": path.bend_width_m,
     }
-    stage = Stage(s=s, d=0, psi=0, v=v, a=0, delta=0, jerk=0, delta_rate=0, p=p, m=np, vehicle=VEHICLE)
+    stage = Stage(s=s, d=0, psi=0, v=v, a=0, delta=0, jerk=0, delta_rate=0, p=p, m=np, vehicle=VEHICLE, centre=VEHICLE.centre_m)
     assert float(reference_d(stage, s)) == pytest.approx(float(path.d(s)), abs=1e-9)
+
+
+@given(radius=st.floats(6.0, 2000.0), left=st.booleans(), psi=st.floats(-0.35, 0.35))
+def test_the_reach_in_a_bend_is_that_of_the_body(radius: float, left: bool, psi: float) -> None:
+    """Against the body's outline in the plane: never short of it by what the margin to the edge does not cover."""
+    kappa, half_length, half_width = (1.0 if left else -1.0) / radius, 0.5 * VEHICLE.length_m, 0.5 * VEHICLE.width_m
+    x = np.tile(np.linspace(-half_length, half_length, 101), 2)
+    y = np.repeat([half_width, -half_width], 101)
+    aside = np.hypot(np.cos(psi) * x - np.sin(psi) * y, np.sin(psi) * x + np.cos(psi) * y - 1.0 / kappa)
+    d = 1.0 / kappa - np.copysign(aside, kappa)
+    p = {"kappa": kappa, "kappa_slope": 0.0, "kappa_s": 0.0}
+    stage = Stage(s=3, d=0, psi=psi, v=5, a=0, delta=0, jerk=0, delta_rate=0, p=p, m=np, vehicle=VEHICLE, centre=VEHICLE.centre_m)
+    for reach, outline in zip(stage.reach, (d.max(), -d.min()), strict=True):
+        assert -LaneProblem(vehicle=VEHICLE, neighbours=0).road_margin_m < reach - outline < 0.2
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -103,7 +117,7 @@ def test_a_body_row_that_holds_keeps_bodies_apart(ds: float, dd: float) -> None:
     """With the margins of the planner, aligned bodies that satisfy the row never overlap."""
     body = MovingBody(slot=0)
     p = {"body0_s": ds, "body0_d": dd, "body0_along": 2.25 + 0.5, "body0_across": 0.9 + 0.25}
-    stage = Stage(s=0, d=0, psi=0, v=10, a=0, delta=0, jerk=0, delta_rate=0, p=p, m=np, vehicle=VEHICLE)
+    stage = Stage(s=0, d=0, psi=0, v=10, a=0, delta=0, jerk=0, delta_rate=0, p=p, m=np, vehicle=VEHICLE, centre=VEHICLE.centre_m)
     if body.rows(stage)[0] <= 0.0:
         assert abs(ds) >= 4.5 or abs(dd) >= 1.8
 

@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mcdas_opt.actuation.path_following import SpeedLaw
+from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.manners import MannersSettings
 from mcdas_opt.domain.plan import Plan
@@ -15,7 +17,9 @@ from mcdas_opt.domain.settings import Settings, WarningSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
+from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.reference.lane_centre import LaneCentre
 
 SETTINGS = Settings(warning=WarningSettings(escapes=False), manners=MannersSettings(changes_lanes=False))
 
@@ -67,3 +71,26 @@ def test_a_setting_says_what_is_comfortable() -> None:
     slow = Planner(settings=replace(SETTINGS, comfort=replace(SETTINGS.comfort, lateral_mps2=1.0)))
     hosts, _ = driven(slow, bend(0.02, 60.0), 14.0, 9.0)
     assert min(host.speed_mps for host in hosts) == pytest.approx(np.sqrt(0.9 / 0.02), abs=0.3)
+
+
+@pytest.mark.parametrize("kappa", [0.14, -0.14])
+def test_a_narrow_turn_is_planned_to_a_safe_end(kappa: float) -> None:
+    """At a crossing: 2.5 m wide, 7 m of radius, where a body whose centre follows the middle would leave the lane with its nose."""
+    knots = ((8.0, 0.0), (13.0, kappa), (23.0, kappa), (28.0, 0.0))
+    planner = Planner(load_vehicle("bmw_320i"), settings=SETTINGS)
+    _, plans = driven(planner, Road(lane_width_m=2.5, curvature=knots), 5.0, 5.0)
+    assert {plan.status for plan in plans} == {Status.PLANNED}
+    assert all(plan.safe_end is not None and plan.safe_end.safe for plan in plans)
+
+
+@pytest.mark.parametrize("kappa", [0.02, 0.1, -0.1])
+def test_what_is_swept_in_a_bend_is_in_the_middle_of_the_path(kappa: float) -> None:
+    car, speed_mps = load_vehicle("bmw_320i"), 3.0
+    road = Road(lane_width_m=4.0, curvature=((-1.0, kappa), (1.0, kappa)))
+    law = SpeedLaw(speed_mps=speed_mps, acceleration_mps2=1.0)
+    host = HostState(speed_mps=speed_mps)
+    drive = follow(host, LaneCentre(d_m=0.0), law, vehicle=car, road=road, duration_s=8.0, lateral_acceleration_mps2=4.0)
+    d, psi = float(drive.d_m[-1]), float(drive.heading_rad[-1])
+    x, y = np.tile(np.linspace(-0.5, 0.5, 101) * car.length_m, 2), np.repeat([-0.5, 0.5], 101) * car.width_m
+    radii = np.hypot(np.cos(psi) * x - np.sin(psi) * y, np.sin(psi) * x + np.cos(psi) * y + d - 1.0 / kappa)
+    assert 0.5 * (radii.min() + radii.max()) == pytest.approx(1.0 / abs(kappa), abs=0.04)

@@ -3,7 +3,7 @@
 #include "curvature.h"
 
 enum { S, D, PSI, V, A, DELTA, NX };
-enum { WHEELBASE, CENTRE }; /* of a car */
+enum { WHEELBASE, CENTRE, INSET }; /* of a car; the last where a path is followed */
 
 typedef struct {
     const double *u, *car, *at, *kappa;
@@ -110,13 +110,13 @@ typedef struct {
 
 static double bounded(double low, double value, double high) { return LESSER(GREATER(value, low), high); }
 
-static double steering_rate(const double *x, const Path *path, double kappa, double wheelbase, const Law *law, double h)
+static double steering_rate(const double *x, const Path *path, double kappa, const double *car, const Law *law, double h)
 {
-    const double speed = GREATER(x[V], 2.0), w = law->bandwidth;
+    const double wheelbase = car[WHEELBASE], speed = GREATER(x[V], 2.0), w = law->bandwidth;
     double here[3], ahead[3];
     path_at(path, x[S], here);
     path_at(path, x[S] + x[V] * law->preview, ahead);
-    const double offset = x[D] - here[0], heading = x[PSI] - atan(here[1]);
+    const double offset = x[D] - here[0] - car[INSET] * kappa, heading = x[PSI] - atan(here[1]) + car[CENTRE] * kappa;
     double wanted = kappa * cos(x[PSI]) / (1.0 - x[D] * kappa) + ahead[2] / pow(1.0 + ahead[1] * ahead[1], 1.5);
     wanted -= w / speed * (w / speed) * offset + 2.0 * w / speed * heading;
     const double slow = GREATER(x[V], 0.1), most = LESSER(law->lateral / (slow * slow), tan(law->steering) / wheelbase);
@@ -195,7 +195,7 @@ PUBLIC void mcdas_follow(whole steps, double h, const double *car, whole knots, 
     memcpy(&rule, law, sizeof rule);
     for (whole k = 0; k < steps; k++, x += NX, u += 2) {
         const Road on = {u, car, road, road + knots, knots};
-        u[1] = steering_rate(x, &way, curvature_at(x[S], knots, road, road + knots), car[WHEELBASE], &rule, h);
+        u[1] = steering_rate(x, &way, curvature_at(x[S], knots, road, road + knots), car, &rule, h);
         u[0] = jerk(x, asked(driver, x, k * h, &rule, h), car[WHEELBASE], &rule, h);
         step(&on, x, h, x + NX);
     }
