@@ -125,7 +125,7 @@ def ends(
     s, d, psi, v = (column[samples] for column in (drive.s_m, drive.d_m, drive.heading_rad, drive.speed_mps))
     standing = v <= _STANDING_MPS
     margin, demand = np.full(s.shape, math.inf), np.full(s.shape, -math.inf)
-    front_fails = ~standing & (np.abs(psi) > cfg.settled_rad)
+    front_fails = ~standing & (np.abs(_turned_rad(s, psi, vehicle, road)) > cfg.settled_rad)
     follower_fails = np.zeros(s.shape, dtype=bool)
     others = prediction.rows_on(drive.t_s)
     its_s, its_v = others.s_m[:, samples], others.speed_s_mps[:, samples]
@@ -172,7 +172,7 @@ def last_end(
     s, d, psi, v = (row.item(-1) for row in (drive.s_m, drive.d_m, drive.heading_rad, drive.speed_mps))
     braking, response, standing = Braking.of(vehicle, road, cfg), cfg.follower_response_s, v <= _STANDING_MPS
     margin, demand = math.inf, -math.inf
-    front_fails, follower_fails = not standing and abs(psi) > cfg.settled_rad, False
+    front_fails, follower_fails = not standing and abs(_turned_rad(s, psi, vehicle, road)) > cfg.settled_rad, False
     others = prediction.rows_on(drive.t_s)
     lasts = zip(*(row[:, -1].tolist() for row in (others.s_m, others.d_m, others.speed_s_mps)), strict=True)
     firsts = zip(*(row.tolist() for row in _beginning(prediction, drive.t_s)), strict=True)
@@ -201,6 +201,11 @@ def last_end(
         margin, front_fails = min(margin, room), front_fails or (not standing and room < 0.0)
     end = _record(margin, demand, drive.t_s.item(-1), not front_fails and not follower_fails, standing)
     return LastEnd(end, front_fails, follower_fails)
+
+
+def _turned_rad(s_m: Any, psi_rad: Any, vehicle: Vehicle, road: Road) -> Any:
+    """Off the heading of a body that goes along the road, which in a bend is turned out of it by its sideslip at the centre."""
+    return psi_rad if road.is_straight else psi_rad + vehicle.centre_m * road.curvature_at(s_m)
 
 
 def _end_m(road: Road, s_m: float, d_m: float, vehicle: Vehicle) -> float:
