@@ -39,7 +39,7 @@ _LIMIT_SHARE = 0.8  # of what tyres and brakes give is nearly all of it
 _OFFSET_AHEAD_S, _OFFSET_SLOWEST_MPS = 4.0, 5.0  # so long before the destination the host goes beside its lane's middle for it
 _OFFSET_SPARE_M = 0.2  # inside the offsets that are asked for, and from the body to the lane's border
 _FASTEST_SHARE = 0.98  # of the car's top speed
-_STEERABLE_MPS = 0.5  # who is slower stands
+_UNHURRIED_MPS = 3.0  # who is slower stops within its length, and need not steer out
 _STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side
 
 
@@ -251,16 +251,16 @@ class Cycle:
     def is_withdrawn(self) -> bool:
         """Whether a lane change that nothing presses is given up, the body being in its lane still: somebody has come so near in the next
         one that he, or the host, would have to brake harder than manners allow; where the lane has to be reached, than is comfortable.
-        And whether a host that has come to stand in its lane gives up steering out."""
+        And whether steering out is given up by a host that drives so slowly in its lane that it may as well stop."""
         situation, active = self.situation, self.active
-        host, road = situation.host, situation.road
-        if active is None or active.half_done(situation) or (active.mode is not Mode.CRUISE and host.speed_mps >= _STEERABLE_MPS):
+        if active is None or (active.mode is Mode.CRUISE and active.half_done(situation)):
             return False
-        width = road.lane_width_at(road.lane_of(host.d_m, host.s_m), host.s_m)
-        if abs(host.d_m - self.lane_centre_m) > 0.5 * (width - self.vehicle.width_m) + INTRUSION_M:
+        host, road = situation.host, situation.road
+        off_m, width = abs(host.d_m - self.lane_centre_m), road.lane_width_at(road.lane_of(host.d_m, host.s_m), host.s_m)
+        if off_m > 0.5 * (width - self.vehicle.width_m) + INTRUSION_M:
             return False
         if active.mode is not Mode.CRUISE:
-            return True
+            return host.speed_mps < _UNHURRIED_MPS and off_m < abs(host.d_m - active.target_d_m)
         required, time_gap_s = self.required_lane, self.settings.headway.time_gap_s
         if required is not None and required.side is active.side:
             most = self.settings.comfort.limits(host.speed_mps).braking_mps2
