@@ -318,7 +318,8 @@ def _limit_mps(situation: Situation, settings: Settings) -> float:
 
 
 def _limited(situation: Situation, settings: Settings, vehicle: Vehicle) -> Situation:
-    """With a desired speed that is there in time, and within the limit; without a destination that cannot be had any more."""
+    """With a desired speed that is there in time, in another lane than the destination's no slower than desired, and within the limit;
+    without a destination that cannot be had any more."""
     destination, wanted = situation.destination, situation.wanted_speed_mps
     if destination is not None:
         if destination.why_unreachable(situation.host, situation.time_s, situation.road, vehicle):
@@ -326,7 +327,7 @@ def _limited(situation: Situation, settings: Settings, vehicle: Vehicle) -> Situ
         else:
             host, comfort = situation.host, settings.comfort
             rising_mps2 = comfort.share * comfort.limits(host.speed_mps).acceleration_mps2
-            wanted = arrival_speed_mps(
+            arriving = arrival_speed_mps(
                 destination,
                 host,
                 situation.time_s,
@@ -335,6 +336,8 @@ def _limited(situation: Situation, settings: Settings, vehicle: Vehicle) -> Situ
                 rising_mps2=rising_mps2,
                 falling_mps2=comfort.share * ORDINARY_MPS2,
             )
+            is_beside = destination.lane is not None and destination.lane != situation.road.lane_of(host.d_m, host.s_m)
+            wanted = max(arriving, wanted) if is_beside else arriving
             situation = replace(situation, desired_speed_mps=wanted)
     limit = _limit_mps(situation, settings)
     return replace(situation, desired_speed_mps=limit) if wanted > limit else situation

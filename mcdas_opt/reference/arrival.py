@@ -13,7 +13,8 @@ _SHORTEST_S = 0.1
 _RESPONSE_S = 0.3  # until an acceleration is built up
 _BEGINS_S = 0.3  # who has to change its speed so soon begins now
 _SPEEDS, _MOMENTS = 65, 25
-_INSIDE_MPS = 0.5  # of the speeds that are asked for, kept from either end where they are so far apart
+_INSIDE_M = 0.5  # of the place that is asked for, kept from either end where they are so far apart
+_INSIDE_MPS = 0.5  # the same of speeds
 
 
 def arrival_speed_mps(
@@ -28,14 +29,15 @@ def arrival_speed_mps(
 ) -> float:
     """The speed to drive towards now: the nearest to the desired one, up to the fastest, that is there in time, and not before.
 
-    A speed is reached at those rates, held, and left for the one that is asked for at the destination as late as that can be. The desired
-    one is held for as long as slowing down then, to be there early and wait for the window, allows. As desired where nothing of this is
-    asked for, and once the host is there.
+    The desired speed is held for as long as slowing down then, to the one that is asked for there or to a stop, brings the host there;
+    where that is early, it waits there. Else another speed is reached at those rates, held, and left for the one that is asked for as late
+    as that can be. As desired where nothing of this is asked for, and once the host is there.
     """
     if destination.s_m is None or host.s_m >= destination.s_m[1]:
         return desired_mps
     asked = destination.speed_mps
-    begin_m, end_m = (place - host.s_m for place in destination.s_m)
+    spare_m = min(_INSIDE_M, 0.25 * (destination.s_m[1] - destination.s_m[0]))
+    begin_m, end_m = destination.s_m[0] + spare_m - host.s_m, destination.s_m[1] - spare_m - host.s_m
     if destination.time_s is None:
         if asked is None:
             return desired_mps
@@ -43,9 +45,10 @@ def arrival_speed_mps(
         changing_m = (host.speed_mps**2 - last**2) / (2.0 * falling_mps2)
         return last if begin_m <= max(changing_m, 0.0) + _BEGINS_S * host.speed_mps else desired_mps
     early_s, late_s = (max(moment - time_s, _SHORTEST_S) for moment in (destination.time_s[0] + _SPARE_S, destination.time_s[1] - _SPARE_S))
-    if asked is not None and (last := float(np.clip(desired_mps, *_inside(asked)))) < desired_mps:
+    last = 0.0 if asked is None else float(np.clip(desired_mps, *_inside(asked)))
+    if last < desired_mps:
         after_s = _slows_after_s(host.speed_mps, desired_mps, last, (early_s, late_s), (begin_m, end_m), rising_mps2, falling_mps2)
-        if after_s is not None:
+        if after_s is not None and (asked is None or after_s <= early_s - (desired_mps - last) / falling_mps2):
             return last if after_s <= _BEGINS_S else desired_mps
     speeds = np.linspace(0.0, max(fastest_mps, desired_mps), _SPEEDS)
     there = speeds if asked is None else np.clip(speeds, *_inside(asked))
@@ -80,8 +83,7 @@ def _slows_after_s(
         _sum_m(_slowing(np.linspace(0.0, until, _MOMENTS), after, begun_mps, desired_mps, last_mps, rising_mps2, falling_mps2), until)
         for until in times_s
     )
-    latest_s = times_s[0] - max(desired_mps - last_mps, 0.0) / falling_mps2
-    fits = np.flatnonzero((early <= places_m[1]) & (late >= places_m[0]) & (after <= max(latest_s, 0.0)))
+    fits = np.flatnonzero((early <= places_m[1]) & (late >= places_m[0]))
     return float(after[fits[-1]]) if fits.size else None
 
 

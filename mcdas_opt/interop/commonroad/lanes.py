@@ -12,8 +12,9 @@ import numpy as np
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.errors import InputError
 from mcdas_opt.interop.commonroad.lane_line import AHEAD_M, BEHIND_M
-from mcdas_opt.interop.commonroad.rows import Row, rows_ahead, rows_behind
+from mcdas_opt.interop.commonroad.rows import Row, route, rows_ahead, rows_behind
 
+_ALONG_RAD = 0.5  # of several lanelets that the ego points along so well the one that leads to the goal is its
 _SIDEWAYS_RAD = 0.5 * np.pi  # an ego that points further off its lane is not driving along it
 
 
@@ -45,8 +46,10 @@ def ego_lane(scenario: Any, problem: Any, path: Path) -> EgoLane:
         where = f"({position[0]:.2f}, {position[1]:.2f})"
         rule = "no lane lies under the ego's first position" if not aligned else "no lane there runs the ego's way"
         raise InputError(path, f"planningProblem {problem.planning_problem_id}: initialState", where, rule)
-    own = network.find_lanelet_by_id(aligned[0][1])
-    ahead = rows_ahead(network, own, goal_lanelets(network, problem), AHEAD_M)
+    goals = goal_lanelets(network, problem)
+    along = [identifier for angle, identifier in aligned if angle < max(aligned[0][0], _ALONG_RAD)]
+    own = network.find_lanelet_by_id(next((identifier for identifier in along if route(network, identifier, goals)), aligned[0][1]))
+    ahead = rows_ahead(network, own, goals, AHEAD_M)
     rows = (*rows_behind(network, own, BEHIND_M), *ahead)
     sides = np.hypot(*(np.asarray(own.left_vertices) - np.asarray(own.right_vertices)).T)
     nearest = int(np.argmin(np.hypot(*(np.asarray(own.center_vertices) - position).T)))

@@ -31,6 +31,7 @@ VEHICLE_FILE = "commonroad_bmw_320i.toml"
 SCENE_FILE = "scene.toml"
 _REACH_D_M, _MARGIN_S_M = 60.0, 20.0  # a neighbour further off the road than this is none
 _LONGEST_S = 600.0
+_ABOVE_MEAN = 1.25
 _LEAST_TOP_MPS, _TOP_TIMES = 20.0, 1.5  # nobody in these scenarios drives faster than so, or so many times its first speed
 _KINDS = {
     "car": BodyKind.CAR,
@@ -184,13 +185,11 @@ def _described(road: Road, lane: EgoLane, line: LaneLine, network: Any, own_d_m:
 
 
 def _pace_mps(road: Road, own_d_m: float, goal: Destination | None) -> float:
-    """What one drives there: the limit where the map has one for the ego's lane, else what the goal takes, else 0."""
-    limits = road.limits_from(road.lane_of(own_d_m, 0.0), 0.0)
-    if limits and limits[0][1] < road.speed_limit_mps:
-        return limits[0][1]
+    """What the way to the goal asks for, and some more, since its mean is not driven from the beginning on; within the lane's limit."""
     if goal is None or goal.s_m is None or goal.time_s is None:
         return 0.0
-    return max(sum(goal.s_m), 0.0) / max(sum(goal.time_s), 1.0)
+    mean_mps = max(sum(goal.s_m), 0.0) / max(sum(goal.time_s), 1.0)
+    return min(_ABOVE_MEAN * mean_mps, road.limits_from(road.lane_of(own_d_m, 0.0), 0.0)[0][1])
 
 
 def _moved(line: LaneLine, lane: EgoLane, by_m: float, frame: FrenetFrame, path: Path) -> tuple[LaneLine, Road, FrenetFrame]:
