@@ -38,6 +38,7 @@ _CLEARLY = 1.5  # standard deviations
 _LIMIT_SHARE = 0.8  # of what tyres and brakes give is nearly all of it
 _OFFSET_AHEAD_S, _OFFSET_SLOWEST_MPS = 4.0, 5.0  # so long before the destination the host goes beside its lane's middle for it
 _OFFSET_SPARE_M = 0.2  # inside the offsets that are asked for, and from the body to the lane's border
+_BESIDE_SHARE = 0.7  # of the desired speed: no less is driven for a destination in another lane, whose own lane goes on
 _FASTEST_SHARE = 0.98  # of the car's top speed
 _UNHURRIED_MPS = 3.0  # who is slower stops within its length, and need not steer out
 _STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side
@@ -318,8 +319,8 @@ def _limit_mps(situation: Situation, settings: Settings) -> float:
 
 
 def _limited(situation: Situation, settings: Settings, vehicle: Vehicle) -> Situation:
-    """With a desired speed that is there in time, in another lane than the destination's no slower than desired, and within the limit;
-    without a destination that cannot be had any more."""
+    """With a desired speed that is there in time, in another lane than the destination's not much slower than desired, and within the
+    limit; without a destination that cannot be had any more."""
     destination, wanted = situation.destination, situation.wanted_speed_mps
     if destination is not None:
         if destination.why_unreachable(situation.host, situation.time_s, situation.road, vehicle):
@@ -337,7 +338,7 @@ def _limited(situation: Situation, settings: Settings, vehicle: Vehicle) -> Situ
                 falling_mps2=comfort.share * ORDINARY_MPS2,
             )
             is_beside = destination.lane is not None and destination.lane != situation.road.lane_of(host.d_m, host.s_m)
-            wanted = max(arriving, wanted) if is_beside else arriving
+            wanted = max(arriving, _BESIDE_SHARE * wanted) if is_beside else arriving
             situation = replace(situation, desired_speed_mps=wanted)
     limit = _limit_mps(situation, settings)
     return replace(situation, desired_speed_mps=limit) if wanted > limit else situation
