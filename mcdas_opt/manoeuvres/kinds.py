@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -90,7 +91,14 @@ def next_lane_m(situation: Situation, vehicle: Vehicle, side: Side) -> float | N
 
 
 def _times(grid: TimeGrid) -> Array:
-    return np.round(np.arange(round(float(grid.times_s[-1]) / _STEP_S) + 1) * _STEP_S, 9)
+    return _even(round(float(grid.times_s[-1]) / _STEP_S))
+
+
+@lru_cache(maxsize=16)
+def _even(steps: int) -> Array:
+    times = np.round(np.arange(steps + 1) * _STEP_S, 9)
+    times.setflags(write=False)
+    return times
 
 
 def best_of_kind(

@@ -48,7 +48,8 @@ def comfortable_speed(cycle: Cycle, towards_mps: float, d_m: float, follows: Tra
     )
     if profile is None:
         return ComfortableSpeed(towards_mps, speeds)
-    way_m = np.concatenate([[0.0], np.cumsum(speeds[:-1] * (times_s[1:] - times_s[:-1]))])
+    way_m = np.zeros(times_s.size)
+    np.cumsum(speeds[:-1] * (times_s[1:] - times_s[:-1]), out=way_m[1:])
     return ComfortableSpeed(min(towards_mps, float(profile.at(profile.start_s_m + way_m).min())), speeds)
 
 
@@ -88,7 +89,8 @@ def _going_on(track: Track, times_s: Array) -> tuple[Array, Array]:
     known = known_acceleration_mps2(track)
     fading_s = _BRAKING_FADES_S if known < 0.0 else _FADING_S
     speeds = np.maximum(track.speed_s_mps + known * fading_s * -np.expm1(-times_s / fading_s), 0.0)
-    way = np.concatenate([[0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * (times_s[1:] - times_s[:-1]))])
+    way = np.zeros(times_s.size)
+    np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * (times_s[1:] - times_s[:-1]), out=way[1:])
     return speeds, way
 
 

@@ -28,12 +28,15 @@ _ROAD_END_GAP_M = 0.5
 @dataclass(frozen=True, slots=True)
 class ObstacleSlots:
     """Everybody who can matter within the horizon, as the problem sees them: their motions on the grid, as rows (J, N + 1), and half their
-    grown bodies [m] there, along and across (J, 2, N + 1); who is where at the first node: s, d, speed."""
+    grown bodies [m] there, along and across (J, 2, N + 1); at the first node who is where (s, d, speed), how much of the road's length and
+    width each takes, and whether he crosses it."""
 
     bodies: Sequence[PredictedBody]
     motion: BodyMotion
     grown: Array
     first: Sequence[tuple[float, float, float]]
+    sizes: Sequence[tuple[float, float]]
+    crosses: Sequence[bool]
 
     def __len__(self) -> int:
         return len(self.bodies)
@@ -51,7 +54,9 @@ def obstacle_slots(
     """Bodies on the grid (`motion` as rows, where that is known), grown by a clearance and by the uncertainty of their estimates."""
     rows = together(bodies, times_s) if motion is None else motion
     first = list(zip(*(row[:, 0].tolist() for row in (rows.s_m, rows.d_m, rows.speed_s_mps)), strict=True))
-    return ObstacleSlots(bodies, rows, grown_bodies(bodies, times_s, along_m, across_m, on_foot_m), first)
+    sizes = list(zip(*(size[:, 0].tolist() for size in sizes_on_road(bodies, rows.heading_rad[:, :1])), strict=True))
+    crosses = [abs(v) > CROSSING_MPS and is_free(body) for body, v in zip(bodies, rows.speed_d_mps[:, 0].tolist(), strict=True)]
+    return ObstacleSlots(bodies, rows, grown_bodies(bodies, times_s, along_m, across_m, on_foot_m), first, sizes, crosses)
 
 
 def vacant_values(slots: Iterable[int]) -> dict[str, float]:
@@ -200,13 +205,8 @@ def _bumpers(situation: Situation, others: ObstacleSlots, proposed: Proposed, ti
     here = road.lane_width_at(lane, host.s_m)
     ahead: list[tuple[Array, Array]] = []
     behind: list[tuple[Array, Array]] = []
-    lengths, widths = (sizes.tolist() for sizes in (sizes_on_road(others.bodies, others.motion.heading_rad[:, :1])))
-    crosses = np.abs(others.motion.speed_d_mps[:, 0]) > CROSSING_MPS
-    for i, (s, d, _) in enumerate(others.first):
-        if crosses[i] and is_free(others.bodies[i]):
-            continue
-        (length,), (its_width,) = lengths[i], widths[i]
-        if abs(d - target) - 0.5 * its_width > 0.5 * (road.lane_width_at(lane, s) or here) - INTRUSION_M:
+    for i, ((s, d, _), (length, its_width), crosses) in enumerate(zip(others.first, others.sizes, others.crosses, strict=True)):
+        if crosses or abs(d - target) - 0.5 * its_width > 0.5 * (road.lane_width_at(lane, s) or here) - INTRUSION_M:
             continue
         if s > host.s_m:
             ahead.append((others.motion.s_m[i] - 0.5 * length, others.motion.speed_s_mps[i]))
