@@ -13,6 +13,7 @@ class Assessment:
 
     Gaps are bumper to bumper [m], infinite when nobody is there; times to collision are infinite when not closing.
     `occupied` holds the sectors where a steering manoeuvre is blocked (a car there, no lane, or nobody watches).
+    Ahead of a host with no `front_id` and a gap is the end of the road, or with `lane_ends` that of its lane.
     `literal_mode` is the row of the paper's Table 1 that matches, None when none does. `lane` is the lane that left and right are
     counted from (held while an evasion lasts), `since_s` the time at which the mode began.
     """
@@ -23,6 +24,7 @@ class Assessment:
     front_gap_m: float = float("inf")
     rear_gap_m: float = float("inf")
     front_speed_mps: float | None = None
+    lane_ends: bool = False
     rear_speed_mps: float | None = None
     ttc_front_s: float = float("inf")
     ttc_rear_s: float = float("inf")

@@ -44,7 +44,8 @@ class Escapes(Result):
     """The four candidates: in the lane by braking or accelerating, into the next lane to the left or the right. Their last moments are the
     time to brake, the time to kickdown and the time to steer to either side; the greatest of them is the situation's time to react.
 
-    `keeping_on_s` is when the constant-input prediction ends in somebody or off the road; None where it does not within 10 s.
+    `keeping_on_s` is when the constant-input prediction ends, `keeping_on_meets` what it ends at: somebody, or the road's edge; None where
+    it does not end within 10 s.
     `situation` and `vehicle` are what was asked for, to draw it in.
     """
 
@@ -55,6 +56,7 @@ class Escapes(Result):
     left: Escape = field(default_factory=Escape)
     right: Escape = field(default_factory=Escape)
     keeping_on_s: float | None = field(default=None, repr=False)
+    keeping_on_meets: Closer | None = field(default=None, repr=False)
     situation: Situation | None = field(default=None, repr=False, compare=False)
     vehicle: Vehicle | None = field(default=None, repr=False, compare=False)
 

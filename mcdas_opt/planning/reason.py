@@ -6,11 +6,19 @@ import math
 from collections.abc import Sequence
 
 from mcdas_opt.domain.assessment import Assessment
+from mcdas_opt.domain.escapes import Closer, Escapes
 from mcdas_opt.domain.plan import Candidate
 from mcdas_opt.domain.safe_end import EndKind
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.planning.candidate import Ended
 
+NOTHING_THREATENS = "nothing threatens"
+_MET = {
+    Closer.FRONT: "somebody ahead",
+    Closer.REAR: "somebody behind",
+    Closer.SIDE: "somebody from the side",
+    Closer.EDGE: "the edge of the road",
+}
 _SAME = 1e-5  # costs that differ by less are equal
 
 
@@ -23,13 +31,22 @@ def reason(assessment: Assessment, best: Ended, rows: Sequence[Candidate], *, is
 
 def threat(assessment: Assessment) -> str:
     """Who threatens, how far off, and in how many seconds he would be met at these speeds."""
-    ahead = "the end of the road" if assessment.front_id is None else f"track {assessment.front_id}"
+    end = "the end of the lane" if assessment.lane_ends else "the end of the road"
+    ahead = end if assessment.front_id is None else f"track {assessment.front_id}"
     told = []
     if Sector.FRONT in assessment.threats:
         told.append(f"{ahead}, {assessment.front_gap_m:.1f} m ahead{_in(assessment.ttc_front_s)}")
     if Sector.REAR in assessment.threats:
         told.append(f"track {assessment.rear_id}, {assessment.rear_gap_m:.1f} m behind{_in(assessment.ttc_rear_s)}")
-    return " and ".join(told) or "nothing threatens"
+    return " and ".join(told) or NOTHING_THREATENS
+
+
+def with_alert(told: str, escapes: Escapes | None) -> str:
+    """The sentence of a plan with an alert: where nobody ahead or behind threatens, what the constant-input prediction meets."""
+    if escapes is None or escapes.keeping_on_s is None or escapes.keeping_on_meets is None or not told.startswith(NOTHING_THREATENS):
+        return told
+    met = _MET.get(escapes.keeping_on_meets, escapes.keeping_on_meets.value)
+    return f"with its inputs held it meets {met} in {escapes.keeping_on_s:.1f} s{told.removeprefix(NOTHING_THREATENS)}"
 
 
 def _in(ttc_s: float) -> str:

@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import lru_cache
 
+import numpy as np
+
 from mcdas_opt.domain.plan import Plan
-from mcdas_opt.domain.vocabulary import Alert
+from mcdas_opt.domain.vocabulary import Alert, Status
+from mcdas_opt.dynamics.bicycle import lateral_acceleration
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
+from mcdas_opt.planning.reason import with_alert
 from mcdas_opt.time_to_react.alert import alert
 from mcdas_opt.time_to_react.escapes import escapes_under
 from mcdas_opt.time_to_react.library import EscapeSettings
@@ -16,8 +20,11 @@ from mcdas_opt.time_to_react.library import EscapeSettings
 
 def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
     """The plan with its map of time to react and its alert: the map's (none where the settings turn the map off), and a warning at least
-    where the plan itself warns. `warning` says whether there is an alert. Where the deadline leaves no time for a map, the alert is that of
-    the cycle before."""
+    where the plan itself warns. `warning` says whether there is an alert, and the reason what of. Where the deadline leaves no time for a
+    map, the alert is that of the cycle before.
+
+    There is no alert while the plan itself is a comfortable candidate: whatever a map of a few dozens of manoeuvres found, there is one.
+    """
     wanted, found, told = cycle.settings.warning, None, Alert.NONE
     if wanted.escapes and cycle.is_late_for(Stage.TIME_TO_REACT):
         told = cycle.memory.alert
@@ -26,9 +33,21 @@ def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
         found = escapes_under(cycle.prediction, cycle.situation, cycle.vehicle, comfort)
         found = replace(found, situation=cycle.situation, vehicle=cycle.vehicle)
         told = alert(found, wanted, cycle.memory.alert)
+        if told is not Alert.NONE and _is_comfortable(plan, cycle, comfort.comfort_on(cycle.situation.road.friction)):
+            told = Alert.NONE
     if plan.warning and told is Alert.NONE:
         told = Alert.WARN
-    return replace(plan, escapes=found, alert=told, warning=told is not Alert.NONE)
+    reason = plan.reason if told is Alert.NONE else with_alert(plan.reason, found)
+    return replace(plan, escapes=found, alert=told, warning=told is not Alert.NONE, reason=reason)
+
+
+def _is_comfortable(plan: Plan, cycle: Cycle, most_mps2: float) -> bool:
+    """Whether it passes to a safe end, asking no more of the tyres."""
+    if plan.status is not Status.PLANNED or plan.safe_end is None or not plan.safe_end.safe:
+        return False
+    x = plan.trajectory
+    across = lateral_acceleration(x.speed_mps, x.steering_rad, cycle.vehicle.wheelbase_m, np)
+    return bool(np.hypot(x.acceleration_mps2, across).max() <= most_mps2)
 
 
 @lru_cache(maxsize=4)

@@ -30,6 +30,7 @@ class _Ahead(NamedTuple):
     gap_m: float
     speed_mps: float | None
     is_road_end: bool = False
+    is_lane_end: bool = False
 
 
 def assess(
@@ -94,6 +95,7 @@ def assess(
         front_gap_m=front.gap_m,
         rear_gap_m=rear.gap_m,
         front_speed_mps=front.speed_mps,
+        lane_ends=front.is_lane_end,
         rear_speed_mps=rear.speed_mps,
         ttc_front_s=ttc_front,
         ttc_rear_s=ttc_rear,
@@ -135,7 +137,7 @@ def _end(situation: Situation, lane: int, vehicle: Vehicle, front: _Ahead, leave
     gap, is_road_end = end - host.s_m - 0.5 * vehicle.length_m, end == road.road_end_s_m
     if gap >= front.gap_m or not (is_road_end or (gap < host.speed_mps**2 / (2.0 * _LANE_END_MPS2) and not leaves_lane)):
         return front
-    return _Ahead(None, gap, 0.0, is_road_end)
+    return _Ahead(None, gap, 0.0, is_road_end, is_lane_end=not is_road_end)
 
 
 def _preferred_side(left_minus_right_m: float) -> int:

@@ -76,7 +76,7 @@ def escapes_under(prediction: Prediction, situation: Situation, vehicle: Vehicle
         candidates.append(candidate)
     brake, accelerate, left, right = candidates
     keeping_on_s = round(end_s, 4) if ender is not None else None
-    return Escapes(brake=brake, accelerate=accelerate, left=left, right=right, keeping_on_s=keeping_on_s)
+    return Escapes(brake=brake, accelerate=accelerate, left=left, right=right, keeping_on_s=keeping_on_s, keeping_on_meets=ender)
 
 
 _DEFAULT = EscapeSettings()

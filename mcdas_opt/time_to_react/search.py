@@ -59,6 +59,9 @@ def found(case: Case) -> Found:
     for kind, mine in enumerate(kinds):
         if start[0][kind] < 0 and now[kind] is not None:
             start[0][kind] = 0
+        asked = now[kind]
+        if start[1][kind] < 0 and asked is not None and asked <= case.comfort_mps2:
+            start[1][kind] = 0
         last = start[0][kind] = max(start[0][kind], start[1][kind])  # what is comfortable is sound
         after = 0 if last < 0 else int(np.searchsorted(guess.starts_s, LATTICE_S * last, side="right"))
         closers.append(_closer(case, guess, mine, min(after, guess.starts_s.size - 1)) if last < latest else None)

@@ -308,6 +308,7 @@ static void map(Search *o, double *work)
         const double now = now_of[kind] = asked_now(o, &g, &d, kind, ease);
         for (int easy = 0; easy < 2; easy++) start_of[easy * KINDS + kind] = last_sound(o, &g, &d, easy, kind, latest);
         if (start_of[kind] < 0 && now < INFINITY) start_of[kind] = 0;
+        if (start_of[KINDS + kind] < 0 && now <= o->q->comfort) start_of[KINDS + kind] = 0;
         if (start_of[kind] < start_of[KINDS + kind]) start_of[kind] = start_of[KINDS + kind]; /* what is comfortable is sound */
         const whole start = start_of[kind];
         int after = 0;
