@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.safe_end import EndKind
 from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.planning.candidate import strongest_mps2
 from mcdas_opt.planning.cycle import Cycle
@@ -13,35 +14,45 @@ from mcdas_opt.planning.memory import ReportedMode
 _LEAST_S = 1.0
 _OPPOSITE_MPS2 = 0.3  # a plan that does as much of the opposite is not what it was
 _ORDINARY_MPS2 = 2.0
+_BAND_MPS2 = 0.5  # between braking that begins to be more than ordinary and braking that no longer is; the same of accelerating
 
 
 def with_reported_mode(plan: Plan, cycle: Cycle) -> tuple[Plan, ReportedMode]:
     """The plan, and what the next cycle must know of its mode.
 
     It keeps the mode of the cycle before, where that is not a second old and not the opposite of what the plan does, nobody new is there,
-    the threats are the same, and so is the plan's status.
+    the threats are the same, and so is the plan's status, and what was chosen before still passes to a safe end. What was more than
+    ordinary stays so until it is clearly less.
     """
+    before, memory = cycle.memory.reported, cycle.memory
     now = ReportedMode(
         mode=plan.mode,
         side=plan.side,
         status=plan.status,
         threats=cycle.assessment.threats,
         tracks=frozenset(track.id for track in cycle.given.tracks),
+        lost=any(row.name == memory.chosen and (not row.passed or row.end is EndKind.OPEN) for row in plan.candidates),
     )
-    before = cycle.memory.reported
     if before is None:
         return plan, now
-    age_s = before.age_s + cycle.memory.elapsed_s
-    if age_s < _LEAST_S and not now.is_news_after(before) and still_agrees(before.mode, plan):
+    age_s = before.age_s + memory.elapsed_s
+    is_same = age_s < _LEAST_S and not now.is_news_after(before) and still_agrees(before.mode, plan)
+    if is_same or (plan.mode in (Mode.HOLD, Mode.CRUISE) and _goes_on(before.mode, plan)):
         now = replace(now, mode=before.mode)
     if (now.mode, now.side) == (before.mode, before.side):
         now = replace(now, age_s=age_s)
     return plan if plan.mode is now.mode else replace(plan, mode=now.mode), now
 
 
+def _goes_on(mode: Mode, plan: Plan) -> bool:
+    """Whether a plan that keeps its lane brakes, or accelerates, nearly as hard as is more than ordinary."""
+    strongest = strongest_mps2(plan.trajectory) * (1.0 if mode is Mode.ACCELERATE else -1.0)
+    return mode in (Mode.ACCELERATE, Mode.BRAKE) and plan.side is Side.NONE and strongest > _ORDINARY_MPS2 - _BAND_MPS2
+
+
 def still_agrees(mode: Mode, plan: Plan) -> bool:
-    """Whether a plan to the same side may go on under this mode: it does not do the opposite, nor more than ordinary driving under one
-    that promises no more."""
+    """Whether a plan to the same side may go on under this mode: it does not do the opposite, nor clearly more than ordinary driving under
+    one that promises no more."""
     if (mode is Mode.EVADE) != (plan.side is not Side.NONE) or (mode is Mode.PARK) != (plan.mode is Mode.PARK):
         return False
     strongest = strongest_mps2(plan.trajectory)
@@ -49,4 +60,4 @@ def still_agrees(mode: Mode, plan: Plan) -> bool:
         return strongest < _OPPOSITE_MPS2
     if mode is Mode.ACCELERATE:
         return strongest > -_OPPOSITE_MPS2
-    return mode in (Mode.EVADE, Mode.PARK) or abs(strongest) <= _ORDINARY_MPS2
+    return mode in (Mode.EVADE, Mode.PARK) or abs(strongest) <= _ORDINARY_MPS2 + _BAND_MPS2
