@@ -27,7 +27,7 @@ class Proposed:
 
     `guess` (N + 1, 6) are states that the optimiser begins from; None: those of the path. `is_delayed`: it begins later. `speeds_mps`
     (N + 1) is the speed to drive at each node; None: `speed_mps` is asked for at once. `is_comfortable`: nothing presses, and its
-    acceleration and jerk are bound by what a person finds comfortable.
+    acceleration and jerk are bound by what a person finds comfortable. `attentive_follower` is who behind keeps his distance himself.
     """
 
     name: str
@@ -41,6 +41,7 @@ class Proposed:
     is_delayed: bool = False
     speeds_mps: Array | None = field(default=None, compare=False)
     is_comfortable: bool = False
+    attentive_follower: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -153,11 +154,13 @@ class Costed:
 
 
 class Continuation(NamedTuple):
-    """A trajectory continued to a safe end, where there is one; the judge's verdict on all of it, and how it ends (None: nobody looked)."""
+    """A trajectory continued to a safe end, where there is one; the judge's verdict on all of it, and how it ends (None: nobody looked).
+    `relies_on` names the attentive follower without whose braking the end would not be safe."""
 
     trajectory: Trajectory
     verdict: Verdict
     end: SafeEnd | None
+    relies_on: str | None = None
 
     @property
     def is_sound(self) -> bool:

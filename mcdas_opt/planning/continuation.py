@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
 from mcdas_opt.actuation.path_following import SpeedLaw
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.prediction import AnsweringBody, Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.verdict import Verdict
-from mcdas_opt.manoeuvres.safe_end import ends, last_end
+from mcdas_opt.manoeuvres.safe_end import LastEnd, ends, last_end
 from mcdas_opt.planning.candidate import Continuation, Costed, Ended
 from mcdas_opt.planning.collision_check import verdicts
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
+from mcdas_opt.tracking.prediction import names_of
 
 _COMFORT_MPS2 = 3.0
 _PIECE_S = 3.0  # continued so far at a time, so that little is driven beyond the end that is found
@@ -26,7 +29,9 @@ _PIECE_S = 3.0  # continued so far at a time, so that little is driven beyond th
 
 def ended(candidate: Costed, cycle: Cycle) -> Ended:
     """The candidate, continued to a safe end where there is one."""
-    return Ended(candidate=candidate, continuation=to_safe_end(candidate.trajectory, candidate.checked.verdict, cycle))
+    plan, verdict, follower = candidate.trajectory, candidate.checked.verdict, candidate.proposed.attentive_follower
+    continuation = None if follower is None else _behind_which_one_brakes(plan, verdict, cycle, follower)
+    return Ended(candidate=candidate, continuation=continuation or to_safe_end(plan, verdict, cycle))
 
 
 def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle) -> Continuation:
@@ -60,6 +65,24 @@ def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle) -> Continuatio
                 break
             known += len(piece) - 1
     return as_it_is
+
+
+def _behind_which_one_brakes(plan: Trajectory, verdict: Verdict, cycle: Cycle, follower: str) -> Continuation | None:
+    """The plan as it is, where its end would be safe but for its follower, and is if he brakes as an attentive driver does; None elsewhere.
+    The judge has passed it with a follower who does not."""
+    situation, vehicle, settings = cycle.situation, cycle.vehicle, cycle.settings.safe_end
+
+    def last(prediction: Prediction) -> LastEnd:
+        return last_end(plan, situation.host, vehicle, situation.road, prediction, settings, cycle.owed_m)
+
+    found = last(cycle.prediction)
+    if not verdict.passed or found.front_fails or not found.follower_fails:
+        return None
+    brakes = partial(AnsweringBody, response_s=settings.follower_response_s, braking_mps2=settings.attentive_braking_mps2)
+    his = names_of(follower)
+    bodies = tuple(brakes(body=body) if body.id in his else body for body in cycle.prediction.bodies)
+    answered = last(Prediction(name="follower brakes", bodies=bodies)).end
+    return Continuation(plan, verdict, answered, follower) if answered.safe else None
 
 
 def _laws(plan: Trajectory, road: Road, vehicle: Vehicle, *, follower_fails: bool, front_fails: bool) -> list[SpeedLaw]:

@@ -203,6 +203,16 @@ class Cycle:
         return not assessment.threatened or (Sector.REAR not in assessment.threats and self.brakes_gently)
 
     @property
+    def attentive_follower(self) -> str | None:
+        """Who is behind in the host's lane at the headway that is asked of the host, or more, while driving is ordinary: expected to brake
+        behind a host that keeps its lane, as an attentive driver does. None where there is no such follower."""
+        assessment, headway = self.assessment, self.settings.headway
+        if assessment.rear_id is None or not self.is_ordinary:
+            return None
+        kept_m = headway.standstill_m + headway.time_gap_s * max(assessment.rear_speed_mps or 0.0, 0.0)
+        return assessment.rear_id if assessment.rear_gap_m >= kept_m else None
+
+    @property
     def brakes_to_the_limit(self) -> bool:
         """The front car brakes so that stopping behind it, begun now, takes nearly all that tyres and brakes give (the distance of
         Responsibility-Sensitive Safety, Shalev-Shwartz et al. 2017, with its braking as it is); and nobody closes in from behind."""
@@ -296,8 +306,8 @@ class Cycle:
 
     @property
     def needs_no_steering(self) -> bool:
-        """The selector finds braking or accelerating enough."""
-        return self.assessment.mode in (Mode.BRAKE, Mode.ACCELERATE)
+        """Nothing threatens, or the selector finds braking or accelerating enough."""
+        return not self.assessment.threatened or self.assessment.mode in (Mode.BRAKE, Mode.ACCELERATE)
 
 
 def _in_order(given: Situation) -> Situation:

@@ -161,8 +161,10 @@ def _lane_end(situation: Situation, vehicle: Vehicle, proposed: Proposed) -> dic
 def _headway(
     situation: Situation, vehicle: Vehicle, others: ObstacleSlots, proposed: Proposed, times_s: Array, headway: HeadwaySettings
 ) -> dict[str, Any]:
-    """The bumpers, and the time gap to keep from the one ahead."""
+    """The bumpers, and the time gap to keep from the one ahead. A follower who keeps his distance himself holds nobody back."""
     host, (arrival, bumpers) = situation.host, _bumpers(situation, others, proposed, times_s)
+    if proposed.attentive_follower is not None:
+        bumpers["rear_bumper"] = -FAR_M
     time_gap = asked_time_gap_s(
         bumpers["front_bumper"] - host.s_m - 0.5 * vehicle.length_m,
         bumpers["front_speed"],

@@ -93,7 +93,8 @@ class MpcMethod:
             reason=reason(cycle.assessment, best, account.rows, is_comparison=found.is_comparison)
             + _lane_change(best, cycle)
             + _haste(best, cycle)
-            + _stop(best, cycle),
+            + _stop(best, cycle)
+            + _reliance(best),
             chosen=proposed.name,
             verdict=best.continuation.verdict,
             prediction=cycle.prediction.name,
@@ -139,6 +140,12 @@ def _stop(best: Ended, cycle: Cycle) -> str:
     """Said of braking that somebody's braking ahead asks for, though nobody comes near."""
     stops = best.proposed.name == STOP_IN_LANE and cycle.is_ordinary and cycle.brakes_to_the_limit
     return f"; {cycle.assessment.front_id} brakes about as hard as the road allows" if stops else ""
+
+
+def _reliance(best: Ended) -> str:
+    """Said of an end that a follower makes safe."""
+    relied_on = best.continuation.relies_on
+    return "" if relied_on is None else f"; {relied_on} keeps its distance behind and is expected to brake"
 
 
 def _haste(best: Ended, cycle: Cycle) -> str:

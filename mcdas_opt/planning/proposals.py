@@ -20,11 +20,16 @@ from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.comfortable_speed import comfortable_speed
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.headway import ORDINARY_MPS2
+from mcdas_opt.planning.lane_choice import known_acceleration_mps2
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.required_lane import Gap, RequiredLane, next_ahead
 from mcdas_opt.reference.offset_path import OffsetPath, corrected
 
 STOP_IN_LANE = "brake"
+BRAKE_BEHIND = "brake-behind"
+_HARDER = 1.15  # than what is needed by now: it is begun with some jerk
+_SLOWER_MPS = 2.0  # than the front car, until the distance is there
+_LEAST_ROOM_M = 1.0
 _STEERABLE_MPS = 0.5
 _ARRIVING_SHARE = 0.6  # of the time that is left to a destination: then its lane lets the host come there in time
 _BODY_ROOM_M = 0.25  # from the body's flank to the road's edge, for the targets of steering
@@ -48,12 +53,49 @@ def keep_lane(cycle: Cycle, mode: Mode, towards: Gap | None = None) -> Proposed:
     wanted = wanted if situation.coverage.front else min(wanted, situation.host.speed_mps)
     wanted = 0.0 if mode is Mode.PARK else wanted
     goal, speeds = comfortable_speed(cycle, wanted, path.target_d_m, towards.ahead if towards is not None and towards.is_slower else None)
-    return Proposed(name="keep", mode=mode, side=Side.NONE, path=path, speed_mps=goal, speeds_mps=speeds, is_comfortable=True)
+    return Proposed(
+        name="keep",
+        mode=mode,
+        side=Side.NONE,
+        path=path,
+        speed_mps=goal,
+        speeds_mps=speeds,
+        is_comfortable=True,
+        attentive_follower=cycle.attentive_follower,
+    )
 
 
 def stop_in_lane(cycle: Cycle) -> Proposed:
     """Behind somebody who brakes as hard as the road allows: as hard as he."""
     return Proposed(name=STOP_IN_LANE, mode=Mode.BRAKE, side=Side.NONE, path=keep_path(cycle), speed_mps=0.0)
+
+
+def brake_behind(cycle: Cycle) -> Proposed | None:
+    """Behind the front car, and harder than is comfortable: a little more than it takes to stop behind it where it brakes, or to be slower
+    than it; None without one."""
+    situation, assessment = cycle.situation, cycle.assessment
+    front = next((track for track in situation.tracks if track.id == assessment.front_id), None)
+    if front is None:
+        return None
+    host_mps, front_mps = situation.host.speed_mps, max(front.speed_s_mps, 0.0)
+    room_m = max(assessment.front_gap_m - cycle.settings.headway.standstill_m, _LEAST_ROOM_M)
+    braking = -known_acceleration_mps2(front)
+    needed = max(host_mps - front_mps, 0.0) ** 2 / (2.0 * room_m)
+    slowest = max(front_mps - _SLOWER_MPS, 0.0)
+    if braking > 0.0:
+        needed = max(needed, host_mps**2 / (2.0 * (room_m + front_mps**2 / (2.0 * braking))))
+        slowest = max(front_mps - braking * float(cycle.settings.grid.times_s[-1]) - _SLOWER_MPS, 0.0)
+    rate = min(max(_HARDER * needed, ORDINARY_MPS2), cycle.vehicle.strongest_mps2(situation.road.friction)[0])
+    speeds = np.maximum(host_mps - rate * cycle.settings.grid.times_s, min(slowest, host_mps))
+    return Proposed(
+        name=BRAKE_BEHIND,
+        mode=Mode.BRAKE,
+        side=Side.NONE,
+        path=keep_path(situation),
+        speed_mps=float(speeds[-1]),
+        speeds_mps=speeds,
+        attentive_follower=cycle.attentive_follower,
+    )
 
 
 def go_on(active: Manoeuvre) -> Proposed:

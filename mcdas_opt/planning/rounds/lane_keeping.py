@@ -7,14 +7,15 @@ from collections.abc import Iterator
 from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.planning.candidate import Costed
 from mcdas_opt.planning.choice import Round
-from mcdas_opt.planning.proposals import change_lanes, change_to_required, go_on_unpressed, keep_lane, stop_in_lane
+from mcdas_opt.planning.proposals import brake_behind, change_lanes, change_to_required, go_on_unpressed, keep_lane, stop_in_lane
 from mcdas_opt.planning.required_lane import best_gap
 from mcdas_opt.planning.search import Search
 
 
 def lane_keeping(search: Search) -> Iterator[Round]:
     """A lane change that is due comes first; if it does not come to a safe end, it waits. Who begins, or kept no lane before, compares the
-    lane with the closed forms."""
+    lane with the closed forms. Where what is comfortable comes to no safe end behind the front car, braking harder is tried before others
+    are troubled."""
     cycle = search.cycle
     if not cycle.is_ordinary:
         return
@@ -36,6 +37,9 @@ def lane_keeping(search: Search) -> Iterator[Round]:
     passing = search.solve(search.keep)
     cheaper = _cheaper_closed_forms(search, passing[0]) if passing and cycle.memory.chosen != search.keep[0].name else []
     yield Round(competing=passing + cheaper, is_comparison=False)
+    harder = brake_behind(cycle)
+    if harder is not None:
+        yield Round(competing=search.solve((harder,)), is_comparison=False)
 
 
 def _cheaper_closed_forms(search: Search, solved: Costed) -> list[Costed]:
