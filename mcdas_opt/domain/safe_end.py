@@ -47,14 +47,16 @@ class SafeEndSettings:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SafeEnd:
     """`front_margin_m`: the gap to whoever is ahead less the distance that can be held (None: nobody); `follower_demand_mps2`: what whoever
-    is behind must brake with (None: nobody). What others made it short of that, and is not yet paid
-    back, it may still be short of at the end.
+    is behind must brake with (None: nobody). What others made it short of that, and is not yet paid back, it may still be short of at the
+    end. `relies_on` is who follows at his distance and has braked by then, as an attentive driver does; None: the end is safe though nobody
+    brakes until then.
     """
 
     kind: EndKind
     t_s: float
     front_margin_m: float | None = None
     follower_demand_mps2: float | None = None
+    relies_on: str | None = None
 
     @property
     def safe(self) -> bool:

@@ -154,13 +154,11 @@ class Costed:
 
 
 class Continuation(NamedTuple):
-    """A trajectory continued to a safe end, where there is one; the judge's verdict on all of it, and how it ends (None: nobody looked).
-    `relies_on` names the attentive follower without whose braking the end would not be safe."""
+    """A trajectory continued to a safe end, where there is one; the judge's verdict on all of it, and how it ends (None: nobody looked)."""
 
     trajectory: Trajectory
     verdict: Verdict
     end: SafeEnd | None
-    relies_on: str | None = None
 
     @property
     def is_sound(self) -> bool:

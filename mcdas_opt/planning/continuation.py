@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -82,7 +83,7 @@ def _behind_which_one_brakes(plan: Trajectory, verdict: Verdict, cycle: Cycle, f
     his = names_of(follower)
     bodies = tuple(brakes(body=body) if body.id in his else body for body in cycle.prediction.bodies)
     answered = last(Prediction(name="follower brakes", bodies=bodies)).end
-    return Continuation(plan, verdict, answered, follower) if answered.safe else None
+    return Continuation(plan, verdict, replace(answered, relies_on=follower)) if answered.safe else None
 
 
 def _laws(plan: Trajectory, road: Road, vehicle: Vehicle, *, follower_fails: bool, front_fails: bool) -> list[SpeedLaw]:

@@ -144,8 +144,8 @@ def _stop(best: Ended, cycle: Cycle) -> str:
 
 def _reliance(best: Ended) -> str:
     """Said of an end that a follower makes safe."""
-    relied_on = best.continuation.relies_on
-    return "" if relied_on is None else f"; {relied_on} keeps its distance behind and is expected to brake"
+    end = best.continuation.end
+    return "" if end is None or end.relies_on is None else f"; {end.relies_on} keeps its distance behind and is expected to brake"
 
 
 def _haste(best: Ended, cycle: Cycle) -> str:

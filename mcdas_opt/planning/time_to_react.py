@@ -33,7 +33,8 @@ def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
         found = escapes_under(cycle.prediction, cycle.situation, cycle.vehicle, comfort)
         found = replace(found, situation=cycle.situation, vehicle=cycle.vehicle)
         told = alert(found, wanted, cycle.memory.alert)
-        if told is not Alert.NONE and _is_comfortable(plan, cycle, comfort.comfort_on(cycle.situation.road.friction)):
+        most = comfort.comfort_on(cycle.situation.road.friction)
+        if told is not Alert.NONE and _is_comfortable(plan, cycle.vehicle.wheelbase_m, most):
             told = Alert.NONE
     if plan.warning and told is Alert.NONE:
         told = Alert.WARN
@@ -41,12 +42,12 @@ def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
     return replace(plan, escapes=found, alert=told, warning=told is not Alert.NONE, reason=reason)
 
 
-def _is_comfortable(plan: Plan, cycle: Cycle, most_mps2: float) -> bool:
+def _is_comfortable(plan: Plan, wheelbase_m: float, most_mps2: float) -> bool:
     """Whether it passes to a safe end, asking no more of the tyres."""
     if plan.status is not Status.PLANNED or plan.safe_end is None or not plan.safe_end.safe:
         return False
     x = plan.trajectory
-    across = lateral_acceleration(x.speed_mps, x.steering_rad, cycle.vehicle.wheelbase_m, np)
+    across = lateral_acceleration(x.speed_mps, x.steering_rad, wheelbase_m, np)
     return bool(np.hypot(x.acceleration_mps2, across).max() <= most_mps2)
 
 

@@ -6,19 +6,30 @@ import re
 from functools import cache
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
 from mcdas_opt import Planner, simulate
+from mcdas_opt.catalogue.data_files import shipped
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.safe_end import EndKind
+from mcdas_opt.domain.settings import SelectorSettings
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Coverage
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
 from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.planning.candidate import strongest_mps2
 from mcdas_opt.planning.memory import Memory, ReportedMode
+from mcdas_opt.planning.reason import threat
 from mcdas_opt.planning.reported_mode import still_agrees
 from mcdas_opt.plotting.words import passed
+from mcdas_opt.situation.assess import assess
 
-SHIPPED = ("sandwich-60-40", "both-lanes-blocked", "cut-in", "low-friction")
+COMFORTABLE_MPS2 = 3.0  # of every shipped road's grip it is the lesser
 FOLLOWED = re.compile(r"; (\S+) costs (\d+\.\d\d)")
 
 
@@ -37,7 +48,7 @@ class _Noting(Planner):
 
 @cache
 def _drives() -> tuple[list[tuple[Plan, Memory]], ...]:
-    scenes = [*SHIPPED, *(case.scene for case in expand("mid-vehicle", 12, seed=515).cases)]
+    scenes = [*shipped("scenes", ".toml"), *(case.scene for case in expand("mid-vehicle", 6, seed=515).cases)]
     return tuple(_cycles(scene) for scene in scenes)
 
 
@@ -81,10 +92,32 @@ def test_threats_are_told_where_there_are_some_and_only_there() -> None:
     for drive in _drives():
         for plan, memory in drive:
             if plan.status is Status.PLANNED:
-                threatened = memory.assessment.threatened
-                assert plan.reason.startswith("nothing threatens;") != threatened
-                seen.add(threatened)
-    assert seen == {False, True}
+                threatened, alerted = memory.assessment.threatened, plan.alert is not Alert.NONE
+                assert plan.reason.startswith("nothing threatens;") == (not threatened and not alerted)
+                assert plan.reason.startswith("with its inputs held it meets ") == (not threatened and alerted)
+                seen.add((threatened, alerted))
+    assert seen >= {(False, False), (True, False), (True, True)}
+
+
+def test_no_alert_while_the_plan_itself_is_comfortable() -> None:
+    seen = 0
+    for plan in _plans():
+        x, road = plan.trajectory, plan.situation.road
+        asked = np.hypot(x.acceleration_mps2, x.speed_mps**2 * np.tan(x.steering_rad) / plan.vehicle.wheelbase_m).max()
+        comfortable = min(COMFORTABLE_MPS2, 0.7 * road.friction * GRAVITY_MPS2)
+        if plan.status is Status.PLANNED and plan.safe_end.safe and asked <= comfortable and plan.mode is not Mode.EVADE:
+            assert plan.alert is Alert.NONE
+            seen += 1
+    assert seen > 500
+
+
+def test_what_ends_is_told_by_its_name() -> None:
+    road = Road(lanes=(Lane(lane=0, width_m=((60.0, 3.7), (90.0, 0.0)), merges=Side.LEFT),), lanes_left=1)
+    host = HostState(speed_mps=25.0)
+    lane_ends = assess(Situation(host=host, road=road, coverage=Coverage()), Vehicle(), SelectorSettings())
+    road_ends = assess(Situation(host=host, road=Road(road_end_s_m=60.0), coverage=Coverage()), Vehicle(), SelectorSettings())
+    assert threat(lane_ends).startswith("the end of the lane, ")
+    assert threat(road_ends).startswith("the end of the road, ")
 
 
 def test_one_warning() -> None:
@@ -111,7 +144,7 @@ def test_the_mode_is_what_the_plan_does() -> None:
         strongest = strongest_mps2(plan.trajectory)
         assert not (plan.mode is Mode.BRAKE and strongest >= 0.3)
         assert not (plan.mode is Mode.ACCELERATE and strongest <= -0.3)
-        assert not (plan.mode in (Mode.HOLD, Mode.CRUISE) and abs(strongest) > 2.0 + 1e-9)
+        assert not (plan.mode in (Mode.HOLD, Mode.CRUISE) and abs(strongest) > 2.5 + 1e-9)  # begins beyond 2, with a band of 0.5
 
 
 def test_the_mode_changes_within_a_second_only_for_something_new_or_to_the_opposite() -> None:

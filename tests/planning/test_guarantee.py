@@ -68,7 +68,15 @@ def test_planned_comes_to_a_safe_end_and_what_does_not_says_so(planner: Planner,
     assert plan.safe_end.t_s == plan.trajectory.t_s[-1]
     prediction = predict_for(situation, planner.settings.prediction)
     again = ends(plan.trajectory, slice(-1, None), situation.host, planner.vehicle, situation.road, prediction)
-    assert bool(again.safe[0]) == plan.safe_end.safe
+    if plan.safe_end.relies_on is None:
+        assert bool(again.safe[0]) == plan.safe_end.safe
+    else:  # the front is as safe as ever, and who is relied on follows at his distance
+        assert not again.front_fails[0]
+        assert again.follower_fails[0]
+        (follower,) = (track for track in situation.tracks if track.id == plan.safe_end.relies_on)
+        gap_m = situation.host.s_m - follower.s_m - 0.5 * (follower.length_m + planner.vehicle.length_m)
+        assert gap_m >= 2.0 + 1.2 * follower.speed_s_mps
+        assert plan.side is Side.NONE
     if plan.status is Status.PLANNED:
         assert plan.safe_end.safe
     if not plan.safe_end.safe:
