@@ -1,0 +1,88 @@
+"""Ordinary driving with somebody behind: who keeps his distance is expected to brake, and nobody else is troubled for his sake."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import pytest
+
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Coverage, Track
+from mcdas_opt.domain.vocabulary import Side, Status
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.planner import Planner
+from mcdas_opt.planning.proposals import BRAKE_BEHIND, brake_behind
+
+SPEEDS_MPS, BRAKING_MPS2, FOLLOWING_S = (20.0, 27.0, 33.0), (3.0, 4.0), (1.5, 2.5)
+CASES = list(product(SPEEDS_MPS, BRAKING_MPS2, FOLLOWING_S))
+
+
+def behind_who_brakes(speed_mps: float, braking_mps2: float, following_s: float, *, ahead_s: float = 1.5) -> Situation:
+    """A leader that brakes, a follower a little faster than the host, and somebody coming up on the left."""
+    lengths = 4.5
+    known = {"acceleration_s_sd_mps2": 0.5}
+    return Situation(
+        host=HostState(speed_mps=speed_mps),
+        desired_speed_mps=speed_mps,
+        road=Road(lanes_left=1, speed_limit_mps=36.0),
+        coverage=Coverage(),
+        tracks=(
+            Track(
+                id="leader",
+                s_m=lengths + ahead_s * speed_mps,
+                d_m=0.0,
+                speed_s_mps=speed_mps - 1.0,
+                acceleration_s_mps2=-braking_mps2,
+                **known,
+            ),
+            Track(id="follower", s_m=-lengths - 2.0 - following_s * speed_mps, d_m=0.0, speed_s_mps=1.03 * speed_mps, **known),
+            Track(id="fast", s_m=-20.0, d_m=3.7, speed_s_mps=speed_mps + 7.0, **known),
+        ),
+    )
+
+
+def planned(situation: Situation) -> Plan:
+    return Planner().plan(situation)
+
+
+@pytest.mark.parametrize(("speed", "braking", "following"), CASES)
+def test_who_follows_at_his_distance_is_left_to_brake(speed: float, braking: float, following: float) -> None:
+    situation = behind_who_brakes(speed, braking, following)
+    assert Cycle.of(situation, Planner().vehicle).attentive_follower == "follower"
+    plan = planned(situation)
+    assert (plan.status, plan.side) == (Status.PLANNED, Side.NONE)
+    assert plan.safe_end is not None
+    assert plan.safe_end.safe
+    assert plan.safe_end.relies_on in (None, "follower")
+    assert ("expected to brake" in plan.reason) == (plan.safe_end.relies_on is not None)
+
+
+def test_some_of_them_rely_on_him() -> None:
+    ends = [planned(behind_who_brakes(*case)).safe_end for case in CASES]
+    assert any(end is not None and end.relies_on == "follower" for end in ends)
+
+
+@pytest.mark.parametrize("speed", SPEEDS_MPS)
+def test_a_tailgater_is_relied_on_for_nothing(speed: float) -> None:
+    situation = behind_who_brakes(speed, 4.0, 0.5)
+    assert Cycle.of(situation, Planner().vehicle).attentive_follower is None
+    end = planned(situation).safe_end
+    assert end is None or end.relies_on is None
+
+
+def test_braking_behind_takes_a_little_more_than_it_needs() -> None:
+    for speed, braking in product(SPEEDS_MPS, BRAKING_MPS2):
+        situation = behind_who_brakes(speed, braking, 2.5)
+        cycle = Cycle.of(situation, Planner().vehicle)
+        proposed = brake_behind(cycle)
+        assert proposed is not None
+        assert proposed.name == BRAKE_BEHIND
+        room_m = 1.5 * speed - 2.0
+        needed = speed**2 / (2.0 * (room_m + (speed - 1.0) ** 2 / (2.0 * braking)))
+        times = cycle.settings.grid.times_s
+        rate = (proposed.speeds_mps[0] - proposed.speeds_mps[5]) / times[5]
+        assert needed < rate < 1.3 * max(needed, 2.0)
+    assert brake_behind(Cycle.of(Situation(host=HostState(speed_mps=20.0), coverage=Coverage()), Planner().vehicle)) is None
