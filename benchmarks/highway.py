@@ -4,13 +4,15 @@
     python benchmarks/highway.py --episodes 200 --vehicles 25 --frequency 10 --workers 2 --out /tmp/highway.jsonl
 
 A row is an episode and an agent; rows that are already in --out are not driven again. The ego begins behind everybody, so that of 25 cars
-it meets as many as of highway-v0's 50. Collisions are counted whoever is to blame.
+it meets as many as of highway-v0's 50. Collisions are counted whoever is to blame. Time gaps: of the time behind somebody (4 s or less),
+the share under 0.8 and 0.5 s that no cut-in had made, and the least.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import multiprocessing
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -18,7 +20,8 @@ from pathlib import Path
 from typing import Any
 
 from mcdas_opt.evaluation.statistics import Pairs, Share
-from mcdas_opt.interop.gym.highway import EpisodeSettings, HighwayDriver, episode, make_highway
+from mcdas_opt.interop.gym.highway import CYCLE_S, EpisodeSettings, HighwayDriver, episode, make_highway
+from mcdas_opt.simulation.ordinary import HEADWAYS_S
 
 AGENTS = ("mpc", "idm-mobil")
 _SEAT: dict[str, Any] = {}
@@ -41,7 +44,9 @@ def _rows(jobs: list[tuple[int, str, EpisodeSettings]], workers: int) -> Iterato
 
 
 def report(rows: list[dict[str, Any]]) -> str:
-    lines = ["agent       collisions  95 % interval   off road  mean speed  lane changes  fallback / unavoidable / unverified"]
+    lines = [
+        "agent       collisions  95 % interval   off road  mean speed  lane changes  under 0.8 s  under 0.5 s  least gap  fallback / unavoidable / unverified"
+    ]
     for agent in AGENTS:
         mine = [row for row in rows if row["agent"] == agent]
         if not mine:
@@ -51,9 +56,14 @@ def report(rows: list[dict[str, Any]]) -> str:
         speed = sum(row["mean_speed_mps"] for row in mine) / len(mine)
         counts = [sum(row[name] or 0 for row in mine) for name in ("fallbacks", "unavoidable", "unverified_plans")]
         plans = " / ".join(map(str, counts)) if agent == "mpc" else "-"
+        driven = [row["ordinary"] for row in mine]
+        following = max(sum(one["following_s"] for one in driven), CYCLE_S)
+        shares = {limit: sum(one["short_headway_s"][k] for one in driven) / following for k, limit in enumerate(HEADWAYS_S)}
+        least = min((one["least_headway_s"] for one in driven if one["least_headway_s"] is not None), default=math.inf)
         lines.append(
             f"{agent:<10}  {hit.k:>4}/{hit.n:<5}  {low:.3f} .. {high:.3f}  {sum(not row['on_road'] for row in mine):>8}  "
-            f"{speed:>6.2f} m/s  {sum(row['lane_changes'] for row in mine):>12}  {plans}"
+            f"{speed:>6.2f} m/s  {sum(row['lane_changes'] for row in mine):>12}  "
+            f"{100 * shares[0.8]:>9.2f} %  {100 * shares[0.5]:>9.2f} %  {least:>7.2f} s  {plans}"
         )
     hits = {(row["agent"], row["seed"]): row["collided"] for row in rows}
     pairs = [(hits["mpc", seed], hits["idm-mobil", seed]) for agent, seed in hits if agent == "mpc" and ("idm-mobil", seed) in hits]

@@ -25,7 +25,7 @@ HARD_MPS2 = 4.0  # that a follower brakes
 WATCHED_S = (-2.0, 3.0)  # around the host's centre crossing the line: in which a follower's braking counts (its body enters before)
 MOVING_MPS = 3.0  # below this speed a time gap says nothing
 _CLOSING_MPS = 0.05
-_TOLERANCE = 0.05  # m/s^2, m/s^3
+ISO_TOLERANCE = 0.05  # m/s^2, m/s^3
 _STEP_S = 0.1
 
 
@@ -223,13 +223,19 @@ def _lane_changes(instants: Sequence[Instant]) -> Iterator[bool]:
         yield now.follower is not None and any(one.accelerations_mps2.get(now.follower, 0.0) < -HARD_MPS2 for one in watched)
 
 
-def outside_iso(t_s: Array, speed_mps: Array, acceleration_mps2: Array) -> Array:
-    """(n,) true where the mean acceleration of the next 2 s or the mean jerk of the next 1 s is beyond the limits at that speed."""
+def beyond_iso(t_s: Array, speed_mps: Array, acceleration_mps2: Array) -> Array:
+    """(3, n): by how much the mean acceleration of the next 2 s, its braking [m/s^2], and the mean jerk of the next 1 s [m/s^3] are beyond the
+    limits at that speed; negative within."""
     gained = np.concatenate([[0.0], np.cumsum(0.5 * (acceleration_mps2[1:] + acceleration_mps2[:-1]) * np.diff(t_s))])
     mean = (np.interp(t_s + 2.0, t_s, gained) - gained) / 2.0
     jerk = np.interp(t_s + 1.0, t_s, acceleration_mps2) - acceleration_mps2
     most, least, jolt = np.array([iso_15622_limits(v) for v in speed_mps.tolist()]).T
-    return np.asarray((mean > most + _TOLERANCE) | (mean < -least - _TOLERANCE) | (jerk < -jolt - _TOLERANCE))
+    return np.array([mean - most, -mean - least, -jerk - jolt])
+
+
+def outside_iso(t_s: Array, speed_mps: Array, acceleration_mps2: Array) -> Array:
+    """(n,) true where any of them is beyond its limit, by more than measuring counts for."""
+    return np.asarray((beyond_iso(t_s, speed_mps, acceleration_mps2) > ISO_TOLERANCE).any(axis=0))
 
 
 def instants_of(drive: Simulation) -> tuple[Instant, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from mcdas_opt.domain.track import Coverage
 from mcdas_opt.errors import MissingExtraError, ParameterError
 from mcdas_opt.interop.gym.road_side import RoadSide, highway_vehicle, road_of
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.simulation.ordinary import Instant, OrdinaryDriving, Placed, instant, ordinary_driving
 
 CYCLE_S = 0.1
 LANES, WANTED_MPS = 4, 30.0  # the speed is the ego's; the others want 21 to 24
@@ -40,7 +41,8 @@ class EpisodeSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Episode:
-    """`collided`: the ego touched somebody or was touched. `unverified_plans` as in a simulation; None of an agent that is not ours."""
+    """`collided`: the ego touched somebody or was touched. `ordinary`: time gaps and the like. `unverified_plans` as in a simulation; None of
+    an agent that is not ours."""
 
     seed: int
     agent: str
@@ -49,6 +51,7 @@ class Episode:
     duration_s: float
     mean_speed_mps: float
     lane_changes: int
+    ordinary: OrdinaryDriving = field(default_factory=OrdinaryDriving)
     fallbacks: int | None = None
     unavoidable: int | None = None
     unverified_plans: int | None = None
@@ -150,6 +153,27 @@ def idm_mobil(env: Any, wanted_mps: float) -> None:
     world.controlled_vehicles = [driver]
 
 
+def _instant(world: Any, time_s: float, before: Instant | None) -> Instant:
+    """The ego among the cars around; accelerations are not told, the ego's is what its speed has gained."""
+    ego = world.vehicle
+    acceleration = 0.0 if before is None else (float(ego.speed) - before.speed_mps) / (time_s - before.time_s)
+    others = [_placed(str(k), car) for k, car in enumerate(world.road.vehicles) if car is not ego]
+    return instant(time_s, replace(_placed("ego", ego), acceleration_mps2=acceleration), others)
+
+
+def _placed(name: str, car: Any) -> Placed:
+    x, y = (float(one) for one in car.position)
+    return Placed(
+        id=name,
+        s_m=x,
+        d_m=-y,
+        speed_mps=float(car.speed),
+        length_m=float(car.LENGTH),
+        width_m=float(car.WIDTH),
+        lane=-int(car.lane_index[2]),
+    )
+
+
 def episode(env: Any, seed: int, driver: HighwayDriver | None, settings: EpisodeSettings) -> Episode:
     """One seeded episode with our planner, or with the environment's own agent where `driver` is None."""
     env.reset(seed=seed)
@@ -159,12 +183,14 @@ def episode(env: Any, seed: int, driver: HighwayDriver | None, settings: Episode
     else:
         driver.reset()
     speeds, lanes, ended = [], [int(world.vehicle.lane_index[2])], False
+    instants = [_instant(world, 0.0, None)]
     while not ended:
         action = np.zeros(2, dtype=np.float32) if driver is None else driver(env)
         _, _, crashed, over, _ = env.step(action)
         ended = crashed or over
         speeds.append(float(world.vehicle.speed))
         lanes.append(int(world.vehicle.lane_index[2]))
+        instants.append(_instant(world, round(CYCLE_S * len(speeds), 9), instants[-1]))
         if driver is not None and driver.planner.previous is not None:
             plans.append(driver.planner.previous)
     statuses = [plan.status.value for plan in plans]
@@ -177,6 +203,7 @@ def episode(env: Any, seed: int, driver: HighwayDriver | None, settings: Episode
         duration_s=CYCLE_S * len(speeds),
         mean_speed_mps=float(np.mean(speeds)),
         lane_changes=int(np.count_nonzero(np.diff(lanes))),
+        ordinary=ordinary_driving(instants),
         fallbacks=None if driver is None else statuses.count("fallback"),
         unavoidable=None if driver is None else statuses.count("unavoidable"),
         unverified_plans=None if driver is None else unverified,
