@@ -45,7 +45,8 @@ def _rows(jobs: list[tuple[int, str, EpisodeSettings]], workers: int) -> Iterato
 
 def report(rows: list[dict[str, Any]]) -> str:
     lines = [
-        "agent       collisions  95 % interval   off road  mean speed  lane changes  under 0.8 s  under 0.5 s  least gap  fallback / unavoidable / unverified"
+        "agent       collisions  95 % interval   off road  mean speed  lane changes  under 0.8 s  under 0.5 s  least gap  "
+        "fallback / unavoidable / unverified"
     ]
     for agent in AGENTS:
         mine = [row for row in rows if row["agent"] == agent]

@@ -30,9 +30,12 @@ class ComfortableSpeed(NamedTuple):
     speeds_mps: Array
 
 
-def comfortable_speed(cycle: Cycle, towards_mps: float, d_m: float, follows: Track | None = None) -> ComfortableSpeed:
+def comfortable_speed(
+    cycle: Cycle, towards_mps: float, d_m: float, follows: Track | None = None, *, evades: bool = False
+) -> ComfortableSpeed:
     """Along the offset d: gently towards a speed, behind somebody who is let ahead, and no faster than the road's bends and the lane's end
-    allow within the horizon. Who stands behind a front car that stands stays where it is."""
+    allow within the horizon. Who stands behind a front car that stands stays where it is. Who `evades` follows nobody in the lane that it
+    leaves: not to meet him is left to the optimiser."""
     times_s, comfort, profile = cycle.settings.grid.times_s, cycle.settings.comfort, bends_ahead(cycle, d_m, _lane_end_ahead_m(cycle, d_m))
     host_mps = cycle.situation.host.speed_mps
     towards_mps = 0.0 if _stands(cycle) else towards_mps
@@ -44,7 +47,7 @@ def comfortable_speed(cycle: Cycle, towards_mps: float, d_m: float, follows: Tra
         rising_mps2=comfort.share * comfort.limits(host_mps).acceleration_mps2,
         falling_mps2=ORDINARY_MPS2,
         late_mps2=comfort.late_braking_mps2,
-        fronts=_fronts(cycle, d_m) + ([] if follows is None else [_let_ahead(cycle, follows)]),
+        fronts=_fronts(cycle, (d_m,) if evades else (cycle.lane_centre_m, d_m)) + ([] if follows is None else [_let_ahead(cycle, follows)]),
     )
     if profile is None:
         return ComfortableSpeed(towards_mps, speeds)
@@ -53,14 +56,14 @@ def comfortable_speed(cycle: Cycle, towards_mps: float, d_m: float, follows: Tra
     return ComfortableSpeed(min(towards_mps, float(profile.at(profile.start_s_m + way_m).min())), speeds)
 
 
-def _fronts(cycle: Cycle, d_m: float) -> list[FrontCar]:
-    """Who is next ahead along the offset d, and in the lane that the host is in; and whoever must not be passed on the wrong side."""
+def _fronts(cycle: Cycle, lanes_m: tuple[float, ...]) -> list[FrontCar]:
+    """Who is next ahead in lanes around these centres; and whoever must not be passed on the wrong side of the last of them."""
     host, road, vehicle, times_s = cycle.situation.host, cycle.situation.road, cycle.vehicle, cycle.settings.grid.times_s
     manners, found = cycle.settings.manners, []
     ahead = [
         (track, track.s_m - host.s_m - 0.5 * (track.along_m + vehicle.length_m)) for track in cycle.situation.tracks if not track.crosses
     ]
-    for centre in dict.fromkeys((cycle.lane_centre_m, d_m)):
+    for centre in dict.fromkeys(lanes_m):
         there = [one for one in ahead if one[0].s_m > host.s_m and reaches_into(one[0], centre, road.lane_width_m)]
         if there:
             front, room_m = min(there, key=itemgetter(1))
@@ -68,7 +71,7 @@ def _fronts(cycle: Cycle, d_m: float) -> list[FrontCar]:
             gaps = asked_time_gap_s(room_m + way, speeds, host.speed_mps, times_s, cycle.headway)
             found.append(FrontCar(room_m + way - cycle.headway.standstill_m, speeds, gaps))
     if manners.passes_inside:
-        inner = d_m + (road.lane_width_m if manners.inside is Side.LEFT else -road.lane_width_m)
+        inner = lanes_m[-1] + (road.lane_width_m if manners.inside is Side.LEFT else -road.lane_width_m)
         for track, room_m in ahead:
             if room_m > 0.0 and track.speed_s_mps > manners.queue_mps and reaches_into(track, inner, road.lane_width_m):
                 speeds, way = _going_on(track, times_s)

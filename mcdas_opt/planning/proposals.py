@@ -113,12 +113,11 @@ def go_on(active: Manoeuvre) -> Proposed:
 def go_on_unpressed(cycle: Cycle, active: Manoeuvre) -> Proposed:
     """The same where nothing threatens any more: slowly enough for the bends ahead, and for the headway in the lane that is changed to; at
     the speed that the destination asks for by now, where there is one, but no slower past somebody."""
-    situation, towards_mps = cycle.situation, active.speed_mps
-    follows = next_ahead(situation, active.target_d_m) if active.mode is Mode.CRUISE else None
+    situation, towards_mps, evades = cycle.situation, active.speed_mps, active.mode is not Mode.CRUISE
+    follows = None if evades else next_ahead(situation, active.target_d_m)
     if situation.destination is not None:
-        least_mps = 0.0 if active.mode is Mode.CRUISE else active.speed_mps
-        towards_mps = max(situation.wanted_speed_mps, least_mps)
-    goal, speeds = comfortable_speed(cycle, towards_mps, active.target_d_m, follows)
+        towards_mps = max(situation.wanted_speed_mps, active.speed_mps if evades else 0.0)
+    goal, speeds = comfortable_speed(cycle, towards_mps, active.target_d_m, follows, evades=evades)
     return replace(go_on(active), mode=active.mode, speed_mps=goal, speeds_mps=speeds, is_comfortable=True)
 
 

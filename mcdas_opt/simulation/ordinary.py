@@ -224,8 +224,8 @@ def _lane_changes(instants: Sequence[Instant]) -> Iterator[bool]:
 
 
 def beyond_iso(t_s: Array, speed_mps: Array, acceleration_mps2: Array) -> Array:
-    """(3, n): by how much the mean acceleration of the next 2 s, its braking [m/s^2], and the mean jerk of the next 1 s [m/s^3] are beyond the
-    limits at that speed; negative within."""
+    """(3, n): by how much the mean acceleration of the next 2 s, its braking [m/s^2], and the mean jerk of the next 1 s [m/s^3] are beyond
+    the limits at that speed; negative within."""
     gained = np.concatenate([[0.0], np.cumsum(0.5 * (acceleration_mps2[1:] + acceleration_mps2[:-1]) * np.diff(t_s))])
     mean = (np.interp(t_s + 2.0, t_s, gained) - gained) / 2.0
     jerk = np.interp(t_s + 1.0, t_s, acceleration_mps2) - acceleration_mps2

@@ -41,8 +41,8 @@ class EpisodeSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Episode:
-    """`collided`: the ego touched somebody or was touched. `ordinary`: time gaps and the like. `unverified_plans` as in a simulation; None of
-    an agent that is not ours."""
+    """`collided`: the ego touched somebody or was touched. `ordinary`: time gaps and the like. `unverified_plans` as in a simulation; None
+    of an agent that is not ours."""
 
     seed: int
     agent: str
