@@ -17,7 +17,8 @@ from mcdas_opt.planning.rounds.corrected_sigmoid import NAME as CORRECTED_SIGMOI
 from mcdas_opt.planning.severity import severities, severity_in_words
 from mcdas_opt.verification.judge import judge
 
-_OTHERWISE_MPS = 0.5  # by which steering out must be less severe than staying in the lane, and braking than accelerating before
+_OTHERWISE_MPS = 0.5  # by which steering out must be less severe than staying in the lane, and what is new than what has begun
+_ALONG = (Mode.BRAKE, Mode.HOLD, Mode.ACCELERATE)
 
 
 class LeastSevere(NamedTuple):
@@ -32,8 +33,8 @@ def least_severe(driven: Sequence[Checked], optimised: Sequence[Checked], cycle:
     """Of what the fallback drove, and of what the optimiser drove and the judge failed for a collision alone.
 
     Nobody is relied on in a drive that, should that fail, is more severe than the closed form, which relies on nobody. Steering out must be
-    better than staying in the lane by a margin, unless it has begun, and so must the opposite of braking, or of accelerating, that has
-    begun: dithering is worst of all.
+    better than staying in the lane by a margin, unless it has begun, and so must braking, holding or accelerating, unless that has begun:
+    dithering is worst of all.
     """
     options = [*driven, *(one for one in optimised if one.verdict.only_collides)]
     hurt = severities([option.trajectory for option in options], cycle)
@@ -58,11 +59,11 @@ def least_severe(driven: Sequence[Checked], optimised: Sequence[Checked], cycle:
 
 
 def _is_otherwise(one: Checked, cycle: Cycle) -> bool:
-    """Whether it begins to steer out to a side, or does the opposite along the lane of what the plan before did."""
-    if one.proposed.side not in (Side.NONE, cycle.memory.side):
-        return True
-    before = cycle.memory.previous
-    return before is not None and {before.mode, one.driven_mode} == {Mode.BRAKE, Mode.ACCELERATE}
+    """Whether it begins to steer out to a side, or does along the lane what the plan before, in its lane too, did not."""
+    before = cycle.memory.reported
+    if one.proposed.side is not Side.NONE:
+        return one.proposed.side is not cycle.memory.side
+    return before is not None and before.mode in _ALONG and one.driven_mode is not before.mode
 
 
 def _exact(checked: Checked, cycle: Cycle) -> Checked:

@@ -39,7 +39,8 @@ def lane_keeping(search: Search) -> Iterator[Round]:
     yield Round(competing=passing + cheaper, is_comparison=False)
     harder = brake_behind(cycle)
     if harder is not None:
-        yield Round(competing=search.solve((harder,)), is_comparison=False)
+        braking = [one for one in search.solve((harder,)) if one.checked.driven_mode is not Mode.ACCELERATE]
+        yield Round(competing=braking, is_comparison=False)
 
 
 def _cheaper_closed_forms(search: Search, solved: Costed) -> list[Costed]:
