@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from mcdas_opt.domain.vocabulary import Mode, Side
+from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.candidate import Checked
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
@@ -17,8 +17,7 @@ from mcdas_opt.planning.rounds.corrected_sigmoid import NAME as CORRECTED_SIGMOI
 from mcdas_opt.planning.severity import severities, severity_in_words
 from mcdas_opt.verification.judge import judge
 
-_OTHERWISE_MPS = 0.5  # by which steering out must be less severe than staying in the lane, and what is new than what has begun
-_ALONG = (Mode.BRAKE, Mode.HOLD, Mode.ACCELERATE)
+_STEERING_OUT_MPS = 0.5  # by which steering out must be less severe than staying in the lane
 
 
 class LeastSevere(NamedTuple):
@@ -33,13 +32,12 @@ def least_severe(driven: Sequence[Checked], optimised: Sequence[Checked], cycle:
     """Of what the fallback drove, and of what the optimiser drove and the judge failed for a collision alone.
 
     Nobody is relied on in a drive that, should that fail, is more severe than the closed form, which relies on nobody. Steering out must be
-    better than staying in the lane by a margin, unless it has begun, and so must braking, holding or accelerating, unless that has begun:
-    dithering is worst of all.
+    better than staying in the lane by a margin, unless it has begun: dithering is worst of all.
     """
     options = [*driven, *(one for one in optimised if one.verdict.only_collides)]
     hurt = severities([option.trajectory for option in options], cycle)
     forms = [speed for one, (speed, _) in zip(options, hurt, strict=True) if one.proposed.name == CORRECTED_SIGMOID]
-    most = min(forms, default=math.inf) + _OTHERWISE_MPS
+    most = min(forms, default=math.inf) + _STEERING_OUT_MPS
     late = cycle.is_late_for(Stage.FOLLOWER)
     found = None if late else with_follower_reaction([one for one, (speed, _) in zip(options, hurt, strict=True) if speed <= most], cycle)
     if found is not None:
@@ -50,20 +48,12 @@ def least_severe(driven: Sequence[Checked], optimised: Sequence[Checked], cycle:
 
     def rank(i: int) -> tuple[float, float]:
         speed, when = hurt[i]
-        return (speed + _OTHERWISE_MPS if _is_otherwise(options[i], cycle) else speed, when)
+        return (speed if options[i].proposed.side in (Side.NONE, cycle.memory.side) else speed + _STEERING_OUT_MPS, when)
 
     order = sorted(range(len(options)), key=rank)
     exact = ((least, _exact(options[least], cycle)) for least in order)
     least, one = next((i, one) for i, one in exact if i < len(driven) or one.verdict.only_collides)
     return LeastSevere(one, f"nothing passes; least severe is {one.proposed.name} ({severity_in_words(hurt[least][0])})", None)
-
-
-def _is_otherwise(one: Checked, cycle: Cycle) -> bool:
-    """Whether it begins to steer out to a side, or does along the lane what the plan before, in its lane too, did not."""
-    before = cycle.memory.reported
-    if one.proposed.side is not Side.NONE:
-        return one.proposed.side is not cycle.memory.side
-    return before is not None and before.mode in _ALONG and one.driven_mode is not before.mode
 
 
 def _exact(checked: Checked, cycle: Cycle) -> Checked:

@@ -205,6 +205,10 @@ def test_the_planner_drives_an_episode_and_so_does_idm() -> None:
     assert ours == again
     assert (ours.agent, theirs.agent) == ("mpc", "idm-mobil")
     assert ours.duration_s == pytest.approx(3.0)
+    for one in (ours, theirs):  # the time gaps are of the same drive
+        assert one.ordinary.duration_s == pytest.approx(one.duration_s)
+        assert one.ordinary.mean_speed_mps == pytest.approx(one.mean_speed_mps, rel=0.02)
+        assert one.ordinary.lane_changes == one.lane_changes
     assert not ours.collided
     assert ours.on_road
     assert ours.unverified_plans == 0

@@ -16,6 +16,7 @@ from mcdas_opt.simulation.ordinary import (
     Instant,
     Leader,
     Placed,
+    beyond_iso,
     instant,
     instants_of,
     made_by_others,
@@ -91,6 +92,10 @@ def test_iso_15622_is_stricter_the_faster() -> None:
     for braking, fast, slow in ((3.4, False, False), (3.7, True, False), (5.2, True, True)):
         for speed, outside in ((25.0, fast), (3.0, slow)):
             assert bool(outside_iso(t, np.full_like(t, speed), np.full_like(t, -braking))[:50].any()) is outside
+        accelerating, braked, jolt = beyond_iso(t, np.full_like(t, 25.0), np.full_like(t, -braking))[:, :50]
+        assert braked == pytest.approx(braking - 3.5)
+        assert accelerating == pytest.approx(-braking - 2.0)
+        assert jolt == pytest.approx(-2.5)
     assert outside_iso(t, np.full_like(t, 25.0), np.where(t < 5.0, 0.0, -3.0)).any()  # a jolt
     assert not outside_iso(t, np.full_like(t, 25.0), -3.0 * np.clip(t / 2.0, 0.0, 1.0)).any()
 
