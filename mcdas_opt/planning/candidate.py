@@ -17,7 +17,7 @@ from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.reference.offset_path import OffsetPath
 
-_STEADY_MPS2 = 0.3  # a plan that stays under it over its first second neither brakes nor accelerates
+_STEADY_MPS2 = 0.3  # a plan that stays under it within a second neither brakes nor accelerates
 _ORDINARY_MPS2 = 2.0  # holding and cruising do no more
 
 
@@ -93,7 +93,7 @@ class Checked:
 
     @property
     def driven_mode(self) -> Mode:
-        """What it does: of one that keeps its lane told by its acceleration over the first second, not by what it was meant to do."""
+        """What it does: of one that keeps its lane told by its acceleration within a second, not by what it was meant to do."""
         proposed, strongest = self.proposed, strongest_mps2(self.trajectory)
         if proposed.side is not Side.NONE or agrees(proposed.mode, strongest):
             return proposed.mode
@@ -118,8 +118,9 @@ class Checked:
 
 
 def strongest_mps2(trajectory: Trajectory) -> float:
-    """The acceleration of largest size over the first second."""
-    first = trajectory.acceleration_mps2[trajectory.t_s <= 1.0 + 1e-9]
+    """The acceleration of largest size from 0.5 to 1 s, or at its end: before, a plan still has what the host happens to have."""
+    t = trajectory.t_s
+    first = trajectory.acceleration_mps2[(t >= min(0.5, float(t[-1])) - 1e-9) & (t <= 1.0 + 1e-9)]
     return float(first[int(np.argmax(np.abs(first)))])
 
 

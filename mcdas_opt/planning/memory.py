@@ -55,24 +55,17 @@ class FollowerReaction:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReportedMode:
-    """What the last plan was reported as and since when [s], with what was known then. `lost`: what had been chosen before it did not pass
-    to a safe end any more."""
+    """What the last plan was reported as and since when [s], with what was known then."""
 
     mode: Mode
     side: Side
-    status: Status
     threats: frozenset[Sector]
     tracks: frozenset[str]
-    lost: bool = False
     age_s: float = 0.0
 
     def is_news_after(self, before: ReportedMode) -> bool:
-        """Whether somebody is there who was not, something else threatens, the plan is of another kind, or had to be another."""
-        return (
-            self.lost
-            or (self.side, self.status, self.threats) != (before.side, before.status, before.threats)
-            or not self.tracks <= before.tracks
-        )
+        """Whether somebody is there who was not, something else threatens, or the plan is to another side."""
+        return (self.side, self.threats) != (before.side, before.threats) or not self.tracks <= before.tracks
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

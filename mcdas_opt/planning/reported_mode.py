@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mcdas_opt.domain.plan import Plan
-from mcdas_opt.domain.safe_end import EndKind
 from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.planning.candidate import strongest_mps2
 from mcdas_opt.planning.cycle import Cycle
@@ -21,21 +20,18 @@ def with_reported_mode(plan: Plan, cycle: Cycle) -> tuple[Plan, ReportedMode]:
     """The plan, and what the next cycle must know of its mode.
 
     It keeps the mode of the cycle before, where that is not a second old and not the opposite of what the plan does, nobody new is there,
-    the threats are the same, and so is the plan's status, and what was chosen before still passes to a safe end. What was more than
-    ordinary stays so until it is clearly less.
+    and the threats are the same. What was more than ordinary stays so until it is clearly less.
     """
-    before, memory = cycle.memory.reported, cycle.memory
+    before = cycle.memory.reported
     now = ReportedMode(
         mode=plan.mode,
         side=plan.side,
-        status=plan.status,
         threats=cycle.assessment.threats,
         tracks=frozenset(track.id for track in cycle.given.tracks),
-        lost=any(row.name == memory.chosen and (not row.passed or row.end is EndKind.OPEN) for row in plan.candidates),
     )
     if before is None:
         return plan, now
-    age_s = before.age_s + memory.elapsed_s
+    age_s = before.age_s + cycle.memory.elapsed_s
     is_same = age_s < _LEAST_S and not now.is_news_after(before) and still_agrees(before.mode, plan)
     if is_same or (plan.mode in (Mode.HOLD, Mode.CRUISE) and _goes_on(before.mode, plan)):
         now = replace(now, mode=before.mode)
