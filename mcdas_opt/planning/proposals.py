@@ -91,7 +91,7 @@ def brake_behind(cycle: Cycle) -> Proposed | None:
         name=BRAKE_BEHIND,
         mode=Mode.BRAKE,
         side=Side.NONE,
-        path=keep_path(situation),
+        path=keep_path(cycle),
         speed_mps=float(speeds[-1]),
         speeds_mps=speeds,
         attentive_follower=cycle.attentive_follower,
