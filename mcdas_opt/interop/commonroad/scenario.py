@@ -31,7 +31,7 @@ VEHICLE_FILE = "commonroad_bmw_320i.toml"
 SCENE_FILE = "scene.toml"
 _REACH_D_M, _MARGIN_S_M = 60.0, 20.0  # a neighbour further off the road than this is none
 _LONGEST_S = 600.0
-_ABOVE_MEAN = 1.25
+_ABOVE_MEAN, _HELD_UP = 1.25, 0.5
 _LEAST_TOP_MPS, _TOP_TIMES = 20.0, 1.5  # nobody in these scenarios drives faster than so, or so many times its first speed
 _KINDS = {
     "car": BodyKind.CAR,
@@ -119,7 +119,7 @@ def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str 
         name = f"obstacle-{obstacle.obstacle_id}"
         names[name] = int(obstacle.obstacle_id)
         tables[name] = (samples, *_size(obstacle.obstacle_shape), _KINDS.get(obstacle.obstacle_type.value))
-    desired_mps = min(max(begun_mps, _pace_mps(road, own_d, goal)), car.speed_max_mps)
+    desired_mps = min(_pace_mps(road, begun, goal), car.speed_max_mps)
     host = {
         "d_m": own_d,
         "heading_rad": own_psi,
@@ -184,12 +184,16 @@ def _described(road: Road, lane: EgoLane, line: LaneLine, network: Any, own_d_m:
         return road
 
 
-def _pace_mps(road: Road, own_d_m: float, goal: Destination | None) -> float:
-    """What the way to the goal asks for, and some more, since its mean is not driven from the beginning on; within the lane's limit."""
+def _pace_mps(road: Road, begun: HostState, goal: Destination | None) -> float:
+    """What the ego wants to drive: the speed that it begins with, or what the goal asks for and some more, since its mean is not driven from
+    the beginning on. Who begins at less than half of the lane's limit, where the map has one, is held up and wants that."""
     if goal is None or goal.s_m is None or goal.time_s is None:
-        return 0.0
+        return begun.speed_mps
+    limit_mps = road.limits_from(road.lane_of(begun.d_m, 0.0), 0.0)[0][1]
+    if begun.speed_mps < _HELD_UP * limit_mps < _HELD_UP * road.speed_limit_mps:
+        return limit_mps
     mean_mps = max(sum(goal.s_m), 0.0) / max(sum(goal.time_s), 1.0)
-    return min(_ABOVE_MEAN * mean_mps, road.limits_from(road.lane_of(own_d_m, 0.0), 0.0)[0][1])
+    return max(begun.speed_mps, min(_ABOVE_MEAN * mean_mps, limit_mps))
 
 
 def _moved(line: LaneLine, lane: EgoLane, by_m: float, frame: FrenetFrame, path: Path) -> tuple[LaneLine, Road, FrenetFrame]:
