@@ -22,6 +22,7 @@ from mcdas_opt.native.library import library
 
 _STARTS_MPS = 0.2  # a standing car drives off when the optimiser means it to go at least so fast
 _STARTS_WITHIN_S = 0.5  # ... so soon: the first step of driving off is slower than that
+_HELD_MPS2 = 1e-6  # who stops within a step stands at its end: no jerk there makes more of its deceleration than nearly nothing
 _EASING = 0.95  # share of the jerk with which a stop, or the approach to top speed, can be eased
 _steps = LastAddress()  # a grid's stay the same
 
@@ -30,7 +31,8 @@ def roll_out(host: HostState, planned_speed_mps: Array, inputs: Array, grid: Tim
     """The trajectory (N + 1 samples) of inputs (N, 2) from the measured state.
 
     Where the speed would fall through zero the brakes hold the car: it stands, with no acceleration, until the planned speed (N + 1) says
-    that it drives off. Road beyond its knots keeps its curvature.
+    that it drives off; a jerk that would turn its deceleration round within that step is lowered. Road beyond its knots keeps its
+    curvature.
     """
     u = np.array(inputs, dtype=np.float64)
     planned = soon(np.asarray(planned_speed_mps, dtype=np.float64), grid)
@@ -69,6 +71,8 @@ def interpreted(host: HostState, planned_speed_mps: Array, u: Array, grid: TimeG
             x = [*x[:4], 0.0, x[5]]
             states.append(x)
             continue
+        if x[4] < 0.0 <= x[4] + u[k, 0] * h and time_to_stop(x[3], x[4], float(u[k, 0])) < h:
+            u[k, 0] = -(x[4] + _HELD_MPS2) / h
         jerk, rate = float(u[k, 0]), float(u[k, 1])
 
         def right_side(state: Any, jerk: float = jerk, rate: float = rate) -> list[Any]:

@@ -13,6 +13,7 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.verdict import ViolationKind
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.native.library import library
 from mcdas_opt.planning.planner import Planner
@@ -33,6 +34,20 @@ def test_braking_on_ends_in_a_standing_car_that_the_judge_passes(v: float, a: fl
     assert np.all(np.diff(driven.s_m) >= -1e-12)
     verdict = judge(driven, host, CAR, Road(), NOBODY)
     assert verdict.passed, verdict.reason
+
+
+@given(v=st.floats(1e-4, 0.1), a=st.floats(-2.0, -0.01), jerk=st.floats(0.0, 20.0))
+def test_a_stop_eased_too_late_is_a_stop_that_the_judge_passes(v: float, a: float, jerk: float) -> None:
+    """Where the speed dips below zero in a step at whose end the jerk would have the car accelerate."""
+    host = HostState(speed_mps=v, acceleration_mps2=a)
+    inputs = np.zeros((40, 2))
+    inputs[0, 0] = jerk
+    driven = roll_out(host, np.zeros(41), inputs, GRID, CAR, Road())
+    states = interpreted(host, np.zeros(41), inputs, GRID, CAR, Road())
+    assert driven.states == pytest.approx(states, abs=1e-9)
+    verdict = judge(driven, host, CAR, Road(), NOBODY)
+    assert all(one.kind is not ViolationKind.RESIDUAL for one in verdict.violations), verdict.reason
+    assert all(one.kind is not ViolationKind.REINTEGRATED_END for one in verdict.violations), verdict.reason
 
 
 @given(v=st.floats(0.0, 49.9), a=st.floats(-8.0, 3.0))

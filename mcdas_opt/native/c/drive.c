@@ -2,6 +2,8 @@
  * operation by operation. */
 #include "curvature.h"
 
+#define HELD 1e-6 /* `planning.roll_out` [m/s^2] */
+
 enum { S, D, PSI, V, A, DELTA, NX };
 enum { WHEELBASE, CENTRE, INSET }; /* of a car; the last where a path is followed */
 
@@ -75,6 +77,7 @@ PUBLIC void mcdas_drive(whole nodes, const double *h, const double *planned, dou
             next[A] = 0.0;
             continue;
         }
+        if (x[A] < 0.0 && x[A] + u[0] * h[k] >= 0.0 && time_to_stop(x[V], x[A], u[0]) < h[k]) u[0] = -(x[A] + HELD) / h[k];
         const Road on = {u, car, road, road + knots, knots};
         step(&on, x, h[k], next);
     }
