@@ -45,20 +45,21 @@ def beside(network: Any, lanelet: Any, side: Side) -> Any | None:
 
 def rows_ahead(network: Any, own: Any, goals: set[int], far_m: float) -> list[Row]:
     """From the own lanelet on. Along the shortest way to a goal's lanelet, lane changes on the way included, else always straightest on.
-    Where a lanelet leads nowhere, or off the way to the goal, and one beside it does not, the way goes on there."""
+    Where a lanelet leads nowhere, and one beside it does, the way goes on there."""
     way = route(network, own.lanelet_id, goals)
     rows, length, seen = [row_of(network, own, 0)], float(own.distance[-1]), {own.lanelet_id}
     while length < far_m and len(rows) < _MOST_ROWS:
         last = rows[-1]
-        found: list[tuple[int, Any]] = []
+        found = None
         for number in sorted(last.lanelets, key=lambda k: (abs(k - last.leads), k)):
             here = network.find_lanelet_by_id(last.lanelets[number])
             options = [network.find_lanelet_by_id(identifier) for identifier in here.successor if identifier not in seen]
             if options:
-                found.append((number, _best(network, options, way)))
-        if not found:
+                found = number, _best(network, options, way)
+                break
+        if found is None:
             break
-        number, following = next((one for one in found if _is_on(network, one[1], way)), found[0])
+        number, following = found
         seen.add(following.lanelet_id)
         rows.append(row_of(network, following, number))
         length += float(following.distance[-1])
@@ -80,16 +81,11 @@ def rows_behind(network: Any, own: Any, far_m: float) -> list[Row]:
     return rows
 
 
-def _is_on(network: Any, lanelet: Any, way: set[int]) -> bool:
-    """Whether a lanelet is on the way, or beside one that is."""
-    return bool(way & set(row_of(network, lanelet, 0).lanelets.values()))
-
-
 def _best(network: Any, options: list[Any], way: set[int]) -> Any:
     """One on the way, else one beside the way, else any; of these the straightest."""
     for chosen in (
         [one for one in options if one.lanelet_id in way],
-        [one for one in options if _is_on(network, one, way)],
+        [one for one in options if way & set(row_of(network, one, 0).lanelets.values())],
     ):
         if chosen:
             return min(chosen, key=bend)

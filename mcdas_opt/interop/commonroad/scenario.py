@@ -185,8 +185,8 @@ def _described(road: Road, lane: EgoLane, line: LaneLine, network: Any, own_d_m:
 
 
 def _pace_mps(road: Road, begun: HostState, goal: Destination | None) -> float:
-    """What the ego wants to drive: the speed that it begins with, or what the goal asks for and some more, since its mean is not driven from
-    the beginning on. Who begins at less than half of the lane's limit, where the map has one, is held up and wants that."""
+    """What the ego wants to drive: the speed that it begins with, or what the goal asks for and some more, since its mean is not driven
+    from the beginning on. Who begins at less than half of the lane's limit, where the map has one, is held up and wants that."""
     if goal is None or goal.s_m is None or goal.time_s is None:
         return begun.speed_mps
     limit_mps = road.limits_from(road.lane_of(begun.d_m, 0.0), 0.0)[0][1]
