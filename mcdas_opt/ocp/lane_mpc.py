@@ -92,7 +92,7 @@ class LaneProblem:
     costs: tuple[Cost, ...] = field(default_factory=_costs)
     free_weights: bool = False  # the weights are parameters of every node, `weight_<cost>`: one compiled problem for all of them
     sloping_edges: bool = False  # the road's edges change along it
-    free_centre: bool = False  # so is the body centre's lead over the point that moves along the car's axis, `centre`
+    slips: bool = False  # the car does: the body centre's lead over the point that moves along its axis is a parameter, `centre`
     penalties: dict[str, SlackPenalty] = field(default_factory=_penalties)
 
     @property
@@ -116,7 +116,7 @@ class LaneProblem:
         vehicle, costs, constraints = self.vehicle, self.costs, self.constraints
         free = [weight_name(cost) for cost in costs] if self.free_weights else []
         asked = [p for cost in costs for p in cost.parameters] + [p for row in constraints for p in row.parameters] + free
-        last = [*([CENTRE] if self.free_centre else []), *([] if car else SIZES)]
+        last = [*([CENTRE] if self.slips else []), *([] if car else SIZES)]
         parameters = tuple(dict.fromkeys([*BEND, *asked, *last]))
         x, u = ca.SX.sym("x", len(STATES)), ca.SX.sym("u", len(INPUTS))
         p, h = ca.SX.sym("p", len(parameters)), ca.SX.sym("h")
@@ -177,7 +177,7 @@ class LaneProblem:
             neighbours=self.neighbours,
             free_weights=self.free_weights,
             sloping_edges=self.sloping_edges,
-            free_centre=self.free_centre,
+            slips=self.slips,
         )
 
     def _member(self, problem: StageProblem) -> Member:
@@ -204,7 +204,7 @@ SIZES = _SymbolicSizes._fields
 
 
 def _general() -> LaneProblem:
-    return LaneProblem(vehicle=Vehicle(), neighbours=0, free_weights=True, sloping_edges=True, free_centre=True)
+    return LaneProblem(vehicle=Vehicle(), neighbours=0, free_weights=True, sloping_edges=True, slips=True)
 
 
 @cache

@@ -77,7 +77,7 @@ class TranscribedProblems:
         rate = settings.steering_rate_share * vehicle.steering_rate_max_radps
         self._planned = replace(vehicle, steering_rate_max_radps=rate, zero_sideslip_point_m=0.0)
         self._settings, self._solver = settings, solver
-        self._free_point = False
+        self._slips = False
         self._built: dict[tuple[int, bool, bool], TranscribedProblem] = {}
         self._constant: dict[tuple[str, ...], Array] = {}
 
@@ -88,8 +88,8 @@ class TranscribedProblems:
         """The one with the fewest slots that hold so many neighbours (at most the last), built when first asked for; another one where
         the road's edges change along it."""
         slots = next((n for n in self._solver.slots if n >= neighbours), self._solver.slots[-1])
-        self._free_point |= vehicle.zero_sideslip_point_m > 0.0
-        asked = slots, self._free_point, sloping_edges
+        self._slips |= vehicle.zero_sideslip_point_m > 0.0
+        asked = slots, self._slips, sloping_edges
         if asked not in self._built:
             weights, nodes = self._solver.weights is not None, self._settings.grid.nodes
             original = _original(self._planned, slots, weights, asked[1:], nodes, _circumstances())
@@ -116,6 +116,6 @@ def _circumstances() -> str:
 def _original(
     vehicle: Vehicle, slots: int, free_weights: bool, kind: tuple[bool, bool], nodes: int, circumstances: str
 ) -> TranscribedProblem:
-    free_centre, sloping = kind
-    lane = LaneProblem(vehicle=vehicle, neighbours=slots, free_weights=free_weights, free_centre=free_centre, sloping_edges=sloping)
+    slips, sloping = kind
+    lane = LaneProblem(vehicle=vehicle, neighbours=slots, free_weights=free_weights, slips=slips, sloping_edges=sloping)
     return TranscribedProblem(lane, nodes)

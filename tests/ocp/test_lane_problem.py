@@ -165,7 +165,7 @@ def test_a_free_centre_is_that_of_a_car_that_rolls_there(point: float, seed: int
     """One compiled problem for every speed: its equations are those of the vehicle with that zero-sideslip point."""
     r = np.random.default_rng(seed)
     car = replace(VEHICLE, zero_sideslip_point_m=point)
-    free, fixed = LaneProblem(vehicle=VEHICLE, neighbours=1, free_centre=True).stage_problem(), LaneProblem(vehicle=car, neighbours=1)
+    free, fixed = LaneProblem(vehicle=VEHICLE, neighbours=1, slips=True).stage_problem(), LaneProblem(vehicle=car, neighbours=1)
     assert free.parameters[-1] == CENTRE
     x = np.array([3.0, 0.4, r.uniform(-0.2, 0.2), r.uniform(5.0, 30.0), r.uniform(-3.0, 2.0), r.uniform(-0.1, 0.1)])
     u, p = r.uniform(-0.3, 0.3, 2), np.append(r.uniform(0.0, 1e-3, len(free.parameters) - 1), car.centre_m)

@@ -96,7 +96,7 @@ def test_one_library_serves_every_vehicle_number_of_neighbours_and_horizon(vehic
 
 @needs_library
 @pytest.mark.parametrize(
-    "options", [{"free_weights": True}, {"sloping_edges": True}, {"free_centre": True}, {"free_weights": True, "free_centre": True}]
+    "options", [{"free_weights": True}, {"sloping_edges": True}, {"slips": True}, {"free_weights": True, "slips": True}]
 )
 def test_parameters_that_a_problem_may_have_are_found_among_its_own(options):
     """And those that it has not are fixed: the solver checks on its own that both pose the same."""
