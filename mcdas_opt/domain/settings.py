@@ -141,6 +141,9 @@ class Settings:
 
     cycle_s: float = 0.1
     steering_rate_share: float = 1.0  # of the limit that the MPC plans with; the judge allows the whole
+    lateral_jerk_mps3: float = (
+        30.0  # up to which it may steer a car that slips faster than that share: at low speed wheels ask little of tyres
+    )
     friction_share: float = 1.0  # of what it takes of the friction circle: the judge allows the whole of that too
     speed_limit_excess: float = 0.0  # share by which ordinary driving may exceed the speed limit; escaping from behind is not bound by it
     edge_reserve_m: float = 0.0  # kept from the road's edges by the MPC where it can, beyond its margin: the judge allows all of the road
@@ -168,4 +171,4 @@ class Settings:
         require_type("warning", self.warning, WarningSettings)
         within("steering_rate_share", self.steering_rate_share, 0.05, 1.0)
         within("friction_share", self.friction_share, 0.1, 1.0)
-        require(self, non_negative, "speed_limit_excess", "edge_reserve_m")
+        require(self, non_negative, "lateral_jerk_mps3", "speed_limit_excess", "edge_reserve_m")

@@ -16,6 +16,7 @@ from mcdas_opt.dynamics.bicycle import INPUTS, STATES, road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.ocp.terms import (
     BEND,
+    AxleFriction,
     CarSizes,
     Comfort,
     Constraint,
@@ -36,7 +37,7 @@ from mcdas_opt.solvers.barrier_stage import BarrierStage
 from mcdas_opt.solvers.problem_family import ProblemFamily
 from mcdas_opt.solvers.stage_problem import Member, StageProblem
 
-CENTRE = "centre"
+CENTRE, STEERING_RATE_SHARE = "centre", "steering_rate_share"
 HEADWAY_HORIZON_S = 2.5  # of closing speed, kept free
 
 
@@ -92,14 +93,15 @@ class LaneProblem:
     costs: tuple[Cost, ...] = field(default_factory=_costs)
     free_weights: bool = False  # the weights are parameters of every node, `weight_<cost>`: one compiled problem for all of them
     sloping_edges: bool = False  # the road's edges change along it
-    slips: bool = False  # the car does: the body centre's lead over the point that moves along its axis is a parameter, `centre`
+    slips: bool = False  # the car does; parameters are what its axles leave of the friction circle, the share of the steering rate that
+    # plans may use, and `centre`, the body centre's lead over the point that moves along the car's axis
     penalties: dict[str, SlackPenalty] = field(default_factory=_penalties)
 
     @property
     def constraints(self) -> tuple[Constraint, ...]:
         bodies = tuple(MovingBody(slot=i) for i in range(self.neighbours))
         return (
-            FrictionCircle(),
+            AxleFriction() if self.slips else FrictionCircle(),
             SlopingRoadEdges(margin=self.road_margin_m) if self.sloping_edges else RoadEdges(margin=self.road_margin_m),
             RoadEnd(),
             Headway(horizon_s=HEADWAY_HORIZON_S),
@@ -116,20 +118,20 @@ class LaneProblem:
         vehicle, costs, constraints = self.vehicle, self.costs, self.constraints
         free = [weight_name(cost) for cost in costs] if self.free_weights else []
         asked = [p for cost in costs for p in cost.parameters] + [p for row in constraints for p in row.parameters] + free
-        last = [*([CENTRE] if self.slips else []), *([] if car else SIZES)]
+        last = [*([STEERING_RATE_SHARE, CENTRE] if self.slips else []), *([] if car else SIZES)]
         parameters = tuple(dict.fromkeys([*BEND, *asked, *last]))
         x, u = ca.SX.sym("x", len(STATES)), ca.SX.sym("u", len(INPUTS))
         p, h = ca.SX.sym("p", len(parameters)), ca.SX.sym("h")
         named = {name: p[i] for i, name in enumerate(parameters)}
         values: dict[str, Any] = {name: x[i] for i, name in enumerate(STATES)}
-        values |= {name: u[i] for i, name in enumerate(INPUTS)}
+        values |= {"jerk": u[0], "delta_rate": named[STEERING_RATE_SHARE] * u[1] if self.slips else u[1]}
         sizes: CarSizes = car or _SymbolicSizes(*(named[name] for name in SIZES))
         centre = named.get(CENTRE, vehicle.centre_m)
         stage = Stage(**values, p=named, m=ca, vehicle=sizes, centre=centre)
 
         def right_side(state: Any) -> list[Any]:
             kappa = named["kappa"] + named["kappa_slope"] * (state[0] - named["kappa_s"])
-            return road_bicycle(state, ca.vertsplit(u), kappa, sizes.wheelbase_m, centre, ca)
+            return road_bicycle(state, [stage.jerk, stage.delta_rate], kappa, sizes.wheelbase_m, centre, ca)
 
         step = rk4(right_side, ca.vertsplit(x), h)
         root, terminal_root = self._roots(named, in_symbols=car is None)
@@ -181,7 +183,7 @@ class LaneProblem:
         )
 
     def _member(self, problem: StageProblem) -> Member:
-        fixed = {**default_weights(), CENTRE: self.vehicle.centre_m}
+        fixed = {**default_weights(), CENTRE: self.vehicle.centre_m, STEERING_RATE_SHARE: 1.0, "driving_pull": 1.0}
         names, known = family_parameters(), {name: i for i, name in enumerate(problem.parameters)}
         sizes = [getattr(self.vehicle, name) for name in SIZES]
         limits = [limit for _, _, limit in BarrierStage(problem).bounds]

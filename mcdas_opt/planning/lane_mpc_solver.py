@@ -12,7 +12,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.ocp.lane_mpc import CENTRE, HEADWAY_HORIZON_S
+from mcdas_opt.ocp.lane_mpc import CENTRE, HEADWAY_HORIZON_S, STEERING_RATE_SHARE
 from mcdas_opt.planning.candidate import Driven, Proposed, Refused
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.lane_parameters import (
@@ -22,6 +22,7 @@ from mcdas_opt.planning.lane_parameters import (
     obstacle_slots,
     proposal_values,
     shared_values,
+    slip_values,
 )
 from mcdas_opt.planning.mirror import is_turned, turned_guess, turned_inputs, turned_states
 from mcdas_opt.planning.reach import Room, in_reach
@@ -149,7 +150,7 @@ class LaneMpcSolver:
             return Refused(proposed=proposed, reason=f"not solved: {reason}", iterations=iterations)
         self._left[proposed.name] = _WarmStart(proposed, best, by, turned, others, scene.expected)
         u = turned_inputs(best.u) if turned else best.u
-        trajectory = self._rolled_out(cycle, transcribed, best.x[:, 3], u)
+        trajectory = self._rolled_out(cycle, transcribed, best.x[:, 3], u, p)
         return Driven(proposed=proposed, trajectory=trajectory, iterations=iterations, converged=best.ending is Ending.CONVERGED)
 
     def guess(self, cycle: Cycle, proposed: Proposed, transcribed: TranscribedProblem) -> StageGuess:
@@ -199,9 +200,12 @@ class LaneMpcSolver:
         left = self.own.newton_steps_cycle - scene.newton_steps
         return min(self.own.newton_steps, max(left, self.own.newton_steps_late))
 
-    def _rolled_out(self, cycle: Cycle, transcribed: TranscribedProblem, speed_mps: Array, u: Array) -> Trajectory:
-        """The inputs, kept inside their limits, driven through the equations of motion from the measured state."""
+    def _rolled_out(self, cycle: Cycle, transcribed: TranscribedProblem, speed_mps: Array, u: Array, p: Array) -> Trajectory:
+        """The inputs, kept inside their limits, driven through the equations of motion from the measured state; `p` (N + 1, np) says which
+        share of the steering rate they are of."""
         u = np.minimum(np.maximum(u, transcribed.problem.u_lower), transcribed.problem.u_upper)
+        share = transcribed.parameters.columns.get(STEERING_RATE_SHARE)
+        u = u if share is None else u * (1.0, p[0, share])
         return roll_out(cycle.situation.host, speed_mps, u, self.settings.grid, cycle.vehicle, cycle.situation.road)
 
     def _shared(self, cycle: Cycle) -> _Scene:
@@ -214,8 +218,8 @@ class LaneMpcSolver:
             matrix = self.problems.constant(transcribed).copy()
             share = self.own.friction_share * self.settings.friction_share
             values = shared_values(cycle.situation, others, slots=min(len(others), transcribed.slots), friction_share=share)
-            if transcribed.problem.parameters[-1] == CENTRE:
-                values[CENTRE] = cycle.vehicle.centre_m
+            if CENTRE in transcribed.parameters.columns:
+                values |= slip_values(cycle.vehicle, cycle.situation.host.speed_mps, self.settings)
             transcribed.parameters.fill(matrix, values)
             low, high = transcribed.problem.x_lower, transcribed.problem.x_upper
             start = np.minimum(np.maximum(within_reach(cycle.situation.host, cycle.vehicle), low), high)

@@ -3,26 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
 from typing import Any
 
 import numpy as np
 
+from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.comfort import ComfortSettings
 from mcdas_opt.domain.prediction import BodyMotion, PredictedBody, is_free, sizes_on_road, together
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.settings import HeadwaySettings
+from mcdas_opt.domain.settings import HeadwaySettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import CROSSING_MPS
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.ocp.lane_mpc import FAR_M, HEADWAY_HORIZON_S
+from mcdas_opt.dynamics.axle_limits import AxleLimits
+from mcdas_opt.ocp.lane_mpc import CENTRE, FAR_M, HEADWAY_HORIZON_S, STEERING_RATE_SHARE
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.grown_bodies import grown_bodies
 from mcdas_opt.planning.headway import INTRUSION_M, asked_time_gap_s
 
 _SETTLING_S = 0.8  # of the guess, from where the host is onto the path
 _ROAD_END_GAP_M = 0.5
+_SLOWEST_MPS = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +77,16 @@ def shared_values(situation: Situation, others: ObstacleSlots, *, slots: int, fr
     for i in range(min(len(others), slots)):
         values.update(zip(_slot_names(i), (others.motion.s_m[i], others.motion.d_m[i], *others.grown[i]), strict=True))
     return values | vacant_values(range(len(others), slots))
+
+
+def slip_values(vehicle: Vehicle, speed_mps: float, settings: Settings) -> dict[str, float]:
+    """What the problem of a car that slips asks for besides: name to number."""
+    jerk = settings.lateral_jerk_mps3 / max(speed_mps, _SLOWEST_MPS) ** 2 * vehicle.wheelbase_m  # [rad/s]
+    return {
+        CENTRE: vehicle.centre_m,
+        STEERING_RATE_SHARE: min(max(settings.steering_rate_share, jerk / vehicle.steering_rate_max_radps), 1.0),
+        **asdict(AxleLimits.of(Chassis.of(vehicle))),
+    }
 
 
 def nearest_values(others: ObstacleSlots, slots: int, proposed: Proposed, guess_s: Array) -> dict[str, Any]:

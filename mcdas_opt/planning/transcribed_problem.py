@@ -71,11 +71,12 @@ class TranscribedProblem:
 
 class TranscribedProblems:
     """One planner's problems, one per number of slots. A vehicle that once had its zero-sideslip point ahead of the rear axle keeps the
-    problems in which that point is a parameter, at rest too."""
+    problems in which that point, and its share of the steering rate, are parameters, at rest too."""
 
     def __init__(self, vehicle: Vehicle, settings: Settings, solver: SolverSettings) -> None:
         rate = settings.steering_rate_share * vehicle.steering_rate_max_radps
-        self._planned = replace(vehicle, steering_rate_max_radps=rate, zero_sideslip_point_m=0.0)
+        self._slipping = replace(vehicle, zero_sideslip_point_m=0.0)
+        self._planned = replace(self._slipping, steering_rate_max_radps=rate)
         self._settings, self._solver = settings, solver
         self._slips = False
         self._built: dict[tuple[int, bool, bool], TranscribedProblem] = {}
@@ -92,7 +93,7 @@ class TranscribedProblems:
         asked = slots, self._slips, sloping_edges
         if asked not in self._built:
             weights, nodes = self._solver.weights is not None, self._settings.grid.nodes
-            original = _original(self._planned, slots, weights, asked[1:], nodes, _circumstances())
+            original = _original(self._slipping if self._slips else self._planned, slots, weights, asked[1:], nodes, _circumstances())
             backup = OsqpSettings(qp_iterations=_BACKUP_QP_ITERATIONS)
             self._built[asked] = original.twin(OsqpSettings() if self._solver.solver == "osqp" else backup)
         return self._built[asked]

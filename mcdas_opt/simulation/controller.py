@@ -20,7 +20,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError, nearest
 
-STEERING_RATE_SHARE = 0.3  # planned with; chosen on sandwiches that were left at the side without it
+STEERING_RATE_SHARE = 0.3  # planned with at speed; chosen on sandwiches that were left at the side without it
 FRICTION_SHARE = 0.965  # planned with, of the 97 % that a kinematic vehicle is planned with
 EDGE_RESERVE_M = 0.2  # beside the road's edges: the least that is left of it in the hard scenes of seed 9 is 0.16
 
@@ -99,8 +99,8 @@ def planned_for(settings: Settings, *, slips: bool) -> Settings:
 
     A dynamic vehicle turns later than its wheels: a plan that steers back at the last moment at the full rate leaves the road. Tyres at
     their limit slip without giving more: a plan that takes all the grip leaves none against spinning. So plans get at most
-    STEERING_RATE_SHARE and FRICTION_SHARE. They also keep EDGE_RESERVE_M to the road's edges, where there is so much room: a vehicle
-    that leaves its plan at the very edge cannot come back to it.
+    STEERING_RATE_SHARE (at low speed more: `Settings.lateral_jerk_mps3`) and FRICTION_SHARE. They also keep EDGE_RESERVE_M to the road's
+    edges, where there is so much room: a vehicle that leaves its plan at the very edge cannot come back to it.
     """
     if not slips:
         return settings

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.dynamics.axle_limits import AxleLimits
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.ocp.lane_mpc import CENTRE, LaneParameters, LaneProblem
-from mcdas_opt.ocp.terms import MovingBody, Stage, reference_d
+from mcdas_opt.ocp.lane_mpc import CENTRE, STEERING_RATE_SHARE, LaneParameters, LaneProblem
+from mcdas_opt.ocp.terms import BEND, AxleFriction, FrictionCircle, MovingBody, Stage, reference_d
 from mcdas_opt.planning.candidate import Driven
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
@@ -162,12 +163,22 @@ def test_a_cold_start_by_ipopt_ends_where_the_iteration_does() -> None:
 @given(point=st.floats(0.0, 6.0), seed=st.integers(0, 1000))
 @settings(max_examples=10, deadline=None)
 def test_a_free_centre_is_that_of_a_car_that_rolls_there(point: float, seed: int) -> None:
-    """One compiled problem for every speed: its equations are those of the vehicle with that zero-sideslip point."""
+    """One compiled problem for every speed: its equations are those of the vehicle with that zero-sideslip point, steered by the share."""
     r = np.random.default_rng(seed)
     car = replace(VEHICLE, zero_sideslip_point_m=point)
     free, fixed = LaneProblem(vehicle=VEHICLE, neighbours=1, slips=True).stage_problem(), LaneProblem(vehicle=car, neighbours=1)
-    assert free.parameters[-1] == CENTRE
+    assert free.parameters[-2:] == (STEERING_RATE_SHARE, CENTRE)
     x = np.array([3.0, 0.4, r.uniform(-0.2, 0.2), r.uniform(5.0, 30.0), r.uniform(-3.0, 2.0), r.uniform(-0.1, 0.1)])
-    u, p = r.uniform(-0.3, 0.3, 2), np.append(r.uniform(0.0, 1e-3, len(free.parameters) - 1), car.centre_m)
-    ours, theirs = free.dynamics(x, u, p, 0.1), fixed.stage_problem().dynamics(x, u, p[:-1], 0.1)
+    u, values, share = r.uniform(-0.3, 0.3, 2), dict.fromkeys(free.parameters, 0.0), r.uniform(0.1, 1.0)
+    values |= {name: r.uniform(0.0, 1e-3) for name in BEND} | {STEERING_RATE_SHARE: share, CENTRE: car.centre_m}
+    of = fixed.stage_problem()
+    ours_p, their_p = (np.array([values[name] for name in problem.parameters]) for problem in (free, of))
+    ours, theirs = free.dynamics(x, u, ours_p, 0.1), of.dynamics(x, u * (1.0, share), their_p, 0.1)
     np.testing.assert_allclose(np.asarray(ours), np.asarray(theirs), rtol=1e-12, atol=1e-12)
+
+
+@given(v=st.floats(0.0, 40.0), a=st.floats(-9.0, 3.0), delta=st.floats(-0.3, 0.3), grip=st.floats(1.0, 9.0))
+def test_the_friction_of_axles_that_nothing_unloads_is_the_friction_circle(v: float, a: float, delta: float, grip: float) -> None:
+    p = {"grip": grip, **asdict(AxleLimits())}
+    stage = Stage(s=0, d=0, psi=0, v=v, a=a, delta=delta, jerk=0, delta_rate=0, p=p, m=np, vehicle=VEHICLE, centre=VEHICLE.centre_m)
+    assert AxleFriction().rows(stage) == FrictionCircle().rows(stage)

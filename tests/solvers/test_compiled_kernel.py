@@ -104,7 +104,14 @@ def test_parameters_that_a_problem_may_have_are_found_among_its_own(options):
     compiled, interpreted = both(problem, 20)
     plain = lane_problem(2)
     q = posed(*evasion(np.random.default_rng(4), 2), plain, 20)
-    more = {**dict.fromkeys(problem.parameters, 0.0), **default_weights(), "centre": Vehicle().centre_m}
+    more = {
+        **dict.fromkeys(problem.parameters, 0.0),
+        **default_weights(),
+        "centre": Vehicle().centre_m,
+        "steering_rate_share": 0.5,
+        "driving_pull": 1.5,
+        "braking_unloads": 0.05,
+    }
     more["weight_path_deviation"] *= 1.5
     p = np.column_stack([q.p[:, plain.parameters.index(n)] if n in plain.parameters else np.full(21, more[n]) for n in problem.parameters])
     one, two = (engine.solve(q.x0, p, q.steps, q.guess) for engine in (compiled, interpreted))
