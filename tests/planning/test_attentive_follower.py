@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import pytest
@@ -11,10 +12,12 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
-from mcdas_opt.domain.vocabulary import Side, Status
+from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.planning.proposals import BRAKE_BEHIND, brake_behind
+from mcdas_opt.planning.proposals import BRAKE_BEHIND, brake_behind, go_on_unpressed
+from mcdas_opt.reference.offset_path import corrected
 
 SPEEDS_MPS, BRAKING_MPS2, FOLLOWING_S = (20.0, 27.0, 33.0), (3.0, 4.0), (1.5, 2.5)
 CASES = list(product(SPEEDS_MPS, BRAKING_MPS2, FOLLOWING_S))
@@ -86,3 +89,14 @@ def test_braking_behind_takes_a_little_more_than_it_needs() -> None:
         rate = (proposed.speeds_mps[0] - proposed.speeds_mps[5]) / times[5]
         assert needed < rate < 1.3 * max(needed, 2.0)
     assert brake_behind(Cycle.of(Situation(host=HostState(speed_mps=20.0), coverage=Coverage()), Planner().vehicle)) is None
+
+
+@pytest.mark.parametrize("speed", SPEEDS_MPS)
+def test_who_steers_out_does_not_slow_down_for_whom_it_steers_out_for(speed: float) -> None:
+    situation = behind_who_brakes(speed, 4.0, 2.5)
+    cycle = Cycle.of(replace(situation, tracks=situation.tracks[:2]), Planner().vehicle)
+    path = corrected(start_s_m=0.0, start_d_m=0.0, target_d_m=3.7, speed_mps=speed, lateral_acceleration_mps2=3.0)
+    out = Manoeuvre(side=Side.LEFT, path=path, target_d_m=3.7, speed_mps=speed)
+    slowest = {mode: go_on_unpressed(cycle, replace(out, mode=mode)).speeds_mps.min() for mode in (Mode.EVADE, Mode.CRUISE)}
+    assert slowest[Mode.EVADE] >= speed - 1e-9
+    assert slowest[Mode.CRUISE] < speed - 1.0  # who changes lanes for nothing that presses still follows
