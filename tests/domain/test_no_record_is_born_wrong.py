@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import importlib
 import math
@@ -78,8 +79,10 @@ def defaults() -> Iterator[Any]:
             continue
         try:
             found = vars(importlib.import_module(name)).values()
-        except MissingExtraError:
-            continue
+        except ImportError as error:
+            if not isinstance(error, MissingExtraError) and (error.name or "").startswith("mcdas_opt"):
+                raise
+            continue  # an extra is not here
         for kind in found:
             if not isinstance(kind, type) or not dataclasses.is_dataclass(kind) or kind.__module__ != name:
                 continue
@@ -88,7 +91,8 @@ def defaults() -> Iterator[Any]:
             given = {type(example) for example in EXAMPLES}
             missing = dataclasses.MISSING
             if kind not in given and all(f.default is not missing or f.default_factory is not missing for f in dataclasses.fields(kind)):
-                yield kind()
+                with contextlib.suppress(MissingExtraError):
+                    yield kind()
 
 
 RECORDS = tuple({type(record): record for record in (*EXAMPLES, *defaults())}.values())
