@@ -91,7 +91,9 @@ def _busy(processes: int) -> Iterator[None]:
 
 
 def _spin() -> None:
-    while True:
+    """As long as who asked for it lives, however that ends."""
+    parent = multiprocessing.parent_process()
+    while parent is not None and parent.is_alive():
         pass
 
 
