@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
 
 import numpy as np
@@ -17,6 +18,8 @@ from mcdas_opt.simulation.plant import make_plant
 from mcdas_opt.tracking.sideslip_observer import UNKNOWN_SD
 
 BMW = load_vehicle("bmw_320i")
+theirs = pytest.mark.skipif(importlib.util.find_spec("vehiclemodels") is None, reason="needs the extra vehicle-models")
+DYNAMIC, STD, MULTI_BODY = "dynamic", pytest.param("std", marks=theirs), pytest.param("multi-body", marks=theirs)
 
 
 def woven(
@@ -41,7 +44,7 @@ def woven(
     return np.array(rows)
 
 
-@pytest.mark.parametrize("plant", ["dynamic", "std", "multi-body"])
+@pytest.mark.parametrize("plant", [DYNAMIC, STD, MULTI_BODY])
 @pytest.mark.parametrize(("friction", "share"), [(0.9, 0.8), (0.3, 0.8), (0.3, 1.3)])
 @pytest.mark.parametrize("sensors", ["ideal", "production"])
 def test_sideslip_is_known_to_a_hundredth_and_to_its_own_uncertainty(plant: str, friction: float, share: float, sensors: str) -> None:
@@ -51,7 +54,7 @@ def test_sideslip_is_known_to_a_hundredth_and_to_its_own_uncertainty(plant: str,
     assert (np.abs(told - true) < 3.0 * sd).mean() > 0.9
 
 
-@pytest.mark.parametrize("plant", ["dynamic", "multi-body"])
+@pytest.mark.parametrize("plant", [DYNAMIC, MULTI_BODY])
 @pytest.mark.parametrize("friction", [0.3, 0.9])
 def test_friction_shows_only_where_tyres_work_hard(plant: str, friction: float) -> None:
     gentle, hard = (woven(plant, friction=friction, share=share, believed=1.5, sensors="production").T for share in (0.4, 1.4))
