@@ -4,7 +4,7 @@
 
 Limits: above 20 m/s an acceleration of 2.0, braking of 3.5 m/s^2 and jerk of 2.5 m/s^3; below 5 m/s 4.0, 5.0 and 5.0; linear in between.
 Acceleration and braking are means over 2 s, jerk (of braking) over 1 s. Told for each band: the time driven there, the share of it beyond
-each limit, and the greatest excess.
+each limit, and the greatest excess (negative: what is left to the limit).
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def told(name: str, table: Array) -> list[str]:
         mine = table[1:, (table[0] >= low) & (table[0] < high)]
         if mine.size:
             parts = (
-                f"{part} {100 * np.mean(row > ISO_TOLERANCE):6.2f} % (most {max(row.max(), 0.0):.2f} {unit})"
+                f"{part} {100 * np.mean(row > ISO_TOLERANCE):6.2f} % ({row.max():+.2f} {unit} at most)"
                 for (part, unit), row in zip(PARTS, mine, strict=True)
             )
             lines.append(f"{name:<12} {low:>4.0f} to {high:<4.0f} m/s  {0.1 * mine.shape[1]:>8.1f} s  beyond: {', '.join(parts)}")
