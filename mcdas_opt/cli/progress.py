@@ -62,7 +62,8 @@ def _shown() -> Progress:
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), Rate(), TimeElapsedColumn(), TimeRemainingColumn())
     hidden = is_quiet() or not sys.stderr.isatty()
-    return Progress(*columns, console=Console(stderr=True), transient=True, disable=hidden)
+    console = Console(stderr=True, quiet=hidden)  # rich 13 and 14 end a hidden bar with a line of their own
+    return Progress(*columns, console=console, transient=True, disable=hidden)
 
 
 class _Lines:
