@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mcdas_opt.domain.chassis import Chassis
+from mcdas_opt.domain.rules import non_negative, positive, require
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, DrivenAxle
 
 
@@ -21,6 +22,10 @@ class AxleLimits:
     braking_unloads: float = 0.0  # [s^2/m] of the rear axle's load
     driving_unloads: float = 0.0  # [s^2/m] of the driven axle's load
     driving_pull: float = 1.0  # force of the driven axle over its share of the mass, per acceleration of the car
+
+    def __post_init__(self) -> None:
+        require(self, non_negative, "braking_unloads", "driving_unloads")
+        require(self, positive, "driving_pull")
 
     @classmethod
     def of(cls, chassis: Chassis) -> AxleLimits:

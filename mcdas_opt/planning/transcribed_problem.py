@@ -74,9 +74,7 @@ class TranscribedProblems:
     problems in which that point, and its share of the steering rate, are parameters, at rest too."""
 
     def __init__(self, vehicle: Vehicle, settings: Settings, solver: SolverSettings) -> None:
-        rate = settings.steering_rate_share * vehicle.steering_rate_max_radps
-        self._slipping = replace(vehicle, zero_sideslip_point_m=0.0)
-        self._planned = replace(self._slipping, steering_rate_max_radps=rate)
+        self._vehicle = replace(vehicle, zero_sideslip_point_m=0.0)
         self._settings, self._solver = settings, solver
         self._slips = False
         self._built: dict[tuple[int, bool, bool], TranscribedProblem] = {}
@@ -93,10 +91,15 @@ class TranscribedProblems:
         asked = slots, self._slips, sloping_edges
         if asked not in self._built:
             weights, nodes = self._solver.weights is not None, self._settings.grid.nodes
-            original = _original(self._slipping if self._slips else self._planned, slots, weights, asked[1:], nodes, _circumstances())
+            original = _original(self._steered_within_limits(), slots, weights, asked[1:], nodes, _circumstances())
             backup = OsqpSettings(qp_iterations=_BACKUP_QP_ITERATIONS)
             self._built[asked] = original.twin(OsqpSettings() if self._solver.solver == "osqp" else backup)
         return self._built[asked]
+
+    def _steered_within_limits(self) -> Vehicle:
+        """The vehicle with its share of the steering rate; one that slips has that as a parameter."""
+        rate = self._vehicle.steering_rate_max_radps
+        return self._vehicle if self._slips else replace(self._vehicle, steering_rate_max_radps=self._settings.steering_rate_share * rate)
 
     def constant(self, of: TranscribedProblem) -> Array:
         """(N + 1, np): what stays from cycle to cycle, the weights and nobody in any slot; the rest is to be filled in."""
