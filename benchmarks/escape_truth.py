@@ -158,9 +158,9 @@ class Truth:
         return None
 
     def asked_again(self, kind: str, last_s: float | None, claimed_s: float) -> float | None:
-        """The truth for a start that somebody claims is sound and that is later: what was sound some steps before is varied up to there."""
+        """The truth for a later start that somebody claims is sound: what was sound before, however long before, is varied up to there."""
         claimed = round(claimed_s / STEP_S)
-        for before in range(claimed - 1, max(claimed - 16, -1), -1):
+        for before in range(claimed - 1, -1, -1):
             if self._refined(kind, before, (_WIDEST, *_WIDTHS)) >= claimed:
                 return claimed_s
         return last_s
