@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mcdas_opt.domain.host import HostState
-from mcdas_opt.domain.prediction import Prediction, sizes_on_road
+from mcdas_opt.domain.prediction import BodyMotion, Prediction, sizes_on_road
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.safe_end import EndKind, SafeEnd, SafeEndSettings
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.native.library import library
 
 IN_THE_WAY_M = 0.2  # a body that overlaps the host's width by so little less is in its way
 _STANDING_MPS = 0.05
@@ -105,7 +106,7 @@ def _record(margin: float, demand: float, t_s: float, safe: Any, standing: Any) 
 
 def ends(
     drive: Trajectory,
-    samples: slice,
+    first: int,
     start: HostState,
     vehicle: Vehicle,
     road: Road,
@@ -113,35 +114,69 @@ def ends(
     settings: SafeEndSettings | None = None,
     owed_m: Mapping[str, float] | None = None,
 ) -> Ends:
-    """What ending at each of `samples` would mean, judged against the plan's beginning at `start`.
+    """What ending at each sample from the `first` on would mean, judged against the plan's beginning at `start`.
 
     `owed_m` says by name how short of the distance that can be held (at most 0) others made it; who is not named, by all that is short at
     the beginning.
 
     The front car is any body whose width overlaps the host's there and that is ahead; a standing host asks nothing of it. The end of the
     road, or of the lane there, is a car that stands.
+
+    In C where there is a compiler, with the same bits.
     """
-    cfg = settings or SafeEndSettings()
-    s, d, psi, v = (column[samples] for column in (drive.s_m, drive.d_m, drive.heading_rad, drive.speed_mps))
+    cfg, first = settings or SafeEndSettings(), range(len(drive))[first]
+    s, d, psi = (column[first:] for column in (drive.s_m, drive.d_m, drive.heading_rad))
+    turned = None if road.is_straight else psi + vehicle.centre_m * road.curvature_at(s)  # a body in a bend, by its sideslip at the centre
+    lane_end = None
+    if road.road_end_s_m is not None or road.lanes:
+        lane_end = np.array([_end_m(road, *place, vehicle) for place in zip(s.tolist(), d.tolist(), strict=True)])
+    others = prediction.rows_on(drive.t_s)
+    taken = sizes_on_road(prediction.bodies, others.heading_rad[:, first:])
+    now_s, now_v = _beginning(prediction, drive.t_s)
+    owed = [math.nan if owed_m is None else owed_m.get(body.id, math.nan) for body in prediction.bodies]
+    compiled = library()
+    if compiled is None:
+        return _interpreted(drive, first, turned, lane_end, others, taken, (now_s, now_v, np.array(owed)), start, vehicle, road, cfg)
+    count = len(drive) - first
+    found, numbers = np.empty((4, count), dtype=np.bool_), np.empty((2, count))
+    bounds = cfg.follower_response_s, cfg.follower_demand_mps2, cfg.settled_rad, IN_THE_WAY_M, _STANDING_MPS, _ROUNDING_M, _ROUNDING_MPS2
+    rule = np.array((vehicle.length_m, vehicle.width_m, start.s_m, start.speed_mps, *Braking.of(vehicle, road, cfg), *bounds))
+    rows = map(np.ascontiguousarray, (others.s_m, others.d_m, others.speed_s_mps))
+    sizes, now = map(np.ascontiguousarray, taken), np.array((now_s, now_v, owed))
+    each = taken[0].shape[1] == count > 1
+    compiled.mcdas_ends(len(drive), first, drive.table, turned, lane_end, len(owed), *rows, each, *sizes, now, rule, found, numbers)
+    standing, safe, front_fails, follower_fails = found
+    return Ends(numbers[0], numbers[1], standing, safe, front_fails, follower_fails)
+
+
+def _interpreted(
+    drive: Trajectory,
+    first: int,
+    turned: Array | None,
+    lane_end: Array | None,
+    others: BodyMotion,
+    taken: tuple[Array, Array],
+    now: tuple[Array, Array, Array],
+    start: HostState,
+    vehicle: Vehicle,
+    road: Road,
+    cfg: SafeEndSettings,
+) -> Ends:
+    """`now`: of everybody the place, the speed and what is owed, NaN where that is not known."""
+    s, d, psi, v = (column[first:] for column in (drive.s_m, drive.d_m, drive.heading_rad, drive.speed_mps))
     standing = v <= _STANDING_MPS
     margin, demand = np.full(s.shape, math.inf), np.full(s.shape, -math.inf)
-    front_fails = ~standing & (np.abs(_turned_rad(s, psi, vehicle, road)) > cfg.settled_rad)
+    front_fails = ~standing & (np.abs(psi if turned is None else turned) > cfg.settled_rad)
     follower_fails = np.zeros(s.shape, dtype=bool)
-    others = prediction.rows_on(drive.t_s)
-    its_s, its_v = others.s_m[:, samples], others.speed_s_mps[:, samples]
-    taken_m, taken_across_m = sizes_on_road(prediction.bodies, others.heading_rad[:, samples])
-    lengths, widths = 0.5 * (taken_m + vehicle.length_m), 0.5 * (taken_across_m + vehicle.width_m)
-    in_way = np.abs(others.d_m[:, samples] - d) < widths + IN_THE_WAY_M
-    near = np.flatnonzero(in_way.any(axis=-1))
-    if near.size:
-        in_way, its_s, its_v, lengths = in_way[near], its_s[near], its_v[near], lengths[near]
-        first_s, first_v = (row[near] for row in _beginning(prediction, drive.t_s))
+    its_s, its_d, its_v = (row[:, first:] for row in (others.s_m, others.d_m, others.speed_s_mps))
+    if len(its_s):
+        first_s, first_v, known = now
+        lengths, widths = 0.5 * (taken[0] + vehicle.length_m), 0.5 * (taken[1] + vehicle.width_m)
+        in_way = np.abs(its_d - d) < widths + IN_THE_WAY_M
         ahead = in_way & (its_s >= s)
         room = its_s - s - lengths - distance_to_hold(v, its_v, vehicle, road, cfg)
         before = first_s - start.s_m - lengths[:, 0] - distance_to_hold(start.speed_mps, first_v, vehicle, road, cfg)
-        owed = np.where(first_s > start.s_m, np.minimum(before, 0.0), 0.0)
-        if owed_m:
-            owed = np.array([owed_m.get(prediction.bodies[i].id, own) for i, own in zip(near.tolist(), owed.tolist(), strict=True)])
+        owed = np.where(np.isnan(known), np.where(first_s > start.s_m, np.minimum(before, 0.0), 0.0), known)
         margin = np.where(ahead, room, math.inf).min(axis=0)
         front_fails |= (ahead & (room < owed[:, None] - _ROUNDING_M)).any(axis=0) & ~standing
         behind = in_way & (its_s < s)
@@ -150,9 +185,8 @@ def ends(
         allowed = np.maximum(np.where(first_s < start.s_m, asked_before, 0.0), cfg.follower_demand_mps2)
         demand = np.where(behind, asked, -math.inf).max(axis=0)
         follower_fails |= (behind & (asked > allowed[:, None] + _ROUNDING_MPS2)).any(axis=0)
-    if road.road_end_s_m is not None or road.lanes:
-        end = np.array([_end_m(road, *place, vehicle) for place in zip(s.tolist(), d.tolist(), strict=True)])
-        room = end - s - 0.5 * vehicle.length_m - distance_to_hold(v, 0.0, vehicle, road, cfg)
+    if lane_end is not None:
+        room = lane_end - s - 0.5 * vehicle.length_m - distance_to_hold(v, 0.0, vehicle, road, cfg)
         margin = np.minimum(margin, room)
         front_fails |= ~standing & (room < 0.0)
     return Ends(margin, demand, standing, ~front_fails & ~follower_fails, front_fails, follower_fails)
@@ -167,45 +201,9 @@ def last_end(
     settings: SafeEndSettings | None = None,
     owed_m: Mapping[str, float] | None = None,
 ) -> LastEnd:
-    """`ends` of the last sample alone, number by number: every plan is asked for it, and one sample fills no array."""
-    cfg = settings or SafeEndSettings()
-    s, d, psi, v = (row.item(-1) for row in (drive.s_m, drive.d_m, drive.heading_rad, drive.speed_mps))
-    braking, response, standing = Braking.of(vehicle, road, cfg), cfg.follower_response_s, v <= _STANDING_MPS
-    margin, demand = math.inf, -math.inf
-    front_fails, follower_fails = not standing and abs(_turned_rad(s, psi, vehicle, road)) > cfg.settled_rad, False
-    others = prediction.rows_on(drive.t_s)
-    lasts = zip(*(row[:, -1].tolist() for row in (others.s_m, others.d_m, others.speed_s_mps)), strict=True)
-    firsts = zip(*(row.tolist() for row in _beginning(prediction, drive.t_s)), strict=True)
-    taken = zip(*(size[:, -1].tolist() for size in sizes_on_road(prediction.bodies, others.heading_rad[:, -1:])), strict=True)
-    for body, (its_s, its_d, its_v), (first_s, first_v), (length, width) in zip(prediction.bodies, lasts, firsts, taken, strict=True):
-        if not abs(its_d - d) < 0.5 * (width + vehicle.width_m) + IN_THE_WAY_M:
-            continue
-        lengths = 0.5 * (length + vehicle.length_m)
-        if its_s >= s:
-            room = its_s - s - lengths - max(braking.needed(v, max(its_v, 0.0)), 0.0)
-            margin, owed = min(margin, room), 0.0
-            known = None if owed_m is None else owed_m.get(body.id)
-            if known is not None:
-                owed = known
-            elif first_s > start.s_m:
-                owed = first_s - start.s_m - lengths - max(braking.needed(start.speed_mps, max(first_v, 0.0)), 0.0)
-            front_fails = front_fails or (not standing and room < min(owed, 0.0) - _ROUNDING_M)
-        else:
-            asked, asked_before = _demand(s - its_s - lengths, its_v - v, response), 0.0
-            if first_s < start.s_m:
-                asked_before = _demand(start.s_m - first_s - lengths, first_v - start.speed_mps, response)
-            demand = max(demand, asked)
-            follower_fails = follower_fails or asked > max(cfg.follower_demand_mps2, asked_before) + _ROUNDING_MPS2
-    if road.road_end_s_m is not None or road.lanes:
-        room = _end_m(road, s, d, vehicle) - s - 0.5 * vehicle.length_m - max(braking.needed(v, 0.0), 0.0)
-        margin, front_fails = min(margin, room), front_fails or (not standing and room < 0.0)
-    end = _record(margin, demand, drive.t_s.item(-1), not front_fails and not follower_fails, standing)
-    return LastEnd(end, front_fails, follower_fails)
-
-
-def _turned_rad(s_m: Any, psi_rad: Any, vehicle: Vehicle, road: Road) -> Any:
-    """Off the heading of a body that goes along the road, which in a bend is turned out of it by its sideslip at the centre."""
-    return psi_rad if road.is_straight else psi_rad + vehicle.centre_m * road.curvature_at(s_m)
+    """`ends` of the last sample alone."""
+    found = ends(drive, -1, start, vehicle, road, prediction, settings, owed_m)
+    return LastEnd(found.at(0, drive.t_s.item(-1)), bool(found.front_fails[0]), bool(found.follower_fails[0]))
 
 
 def _end_m(road: Road, s_m: float, d_m: float, vehicle: Vehicle) -> float:
@@ -214,15 +212,6 @@ def _end_m(road: Road, s_m: float, d_m: float, vehicle: Vehicle) -> float:
         assert road.road_end_s_m is not None
         return road.road_end_s_m
     return road.ends_m(road.lane_of(d_m, s_m), s_m, vehicle.width_m)
-
-
-def _demand(gap_m: float, closing_mps: float, response_s: float) -> float:
-    """`demand_on_follower`, of numbers."""
-    if closing_mps <= 0.0 and gap_m > 0.0:
-        return 0.0
-    closing = max(closing_mps, 0.0)
-    left = gap_m - closing * response_s
-    return closing * closing / (2.0 * left) if left > 0.0 else math.inf
 
 
 def _beginning(prediction: Prediction, t_s: Array) -> tuple[Array, Array]:

@@ -15,6 +15,7 @@ FUNCTIONS = {
     "mcdas_missing_headway": "lllaaaaaaaww",
     "mcdas_cost_rate": "llaaalaaaw",
     "mcdas_speeds_along": "lalalaaww",
+    "mcdas_ends": "llaaalaaalaaaaww",
     "mcdas_drive": "lpadalaww",
     "mcdas_follow": "ldalaaaaww",
     "mcdas_at": "pdddp",

@@ -51,7 +51,7 @@ def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle) -> Continuatio
         pieces, known = [plan], len(plan)
         while float(pieces[-1].t_s[-1] - plan.t_s[-1]) < settings.longest_s:
             piece = _driven(pieces[-1], law, situation.road, vehicle)
-            found = ends(piece, slice(1, None), situation.host, vehicle, situation.road, prediction, settings, owed_m)
+            found = ends(piece, 1, situation.host, vehicle, situation.road, prediction, settings, owed_m)
             pieces.append(piece)
             if found.safe.any():
                 k = int(np.argmax(found.safe))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -11,14 +12,15 @@ from hypothesis import strategies as st
 
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.host import HostState
-from mcdas_opt.domain.prediction import CruisingBody, Prediction
+from mcdas_opt.domain.prediction import BodyMotion, CruisingBody, FreeBody, Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.safe_end import EndKind, SafeEndSettings
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.manoeuvres.safe_end import demand_on_follower, distance_to_hold, ends, last_end
+from mcdas_opt.manoeuvres.safe_end import LastEnd, demand_on_follower, distance_to_hold, ends, last_end
+from mcdas_opt.native.form import SWITCH
 
 SEDAN = load_vehicle("sedan")
 SPEEDS = st.floats(0.5, 40.0)
@@ -80,16 +82,7 @@ def steady(v: float, seconds: float = 4.0) -> Trajectory:
 
 def end_of(drive: Trajectory, *bodies: CruisingBody, road: Road | None = None) -> tuple[EndKind, float | None, float | None]:
     start = HostState.from_vector(drive.states[0])
-    found = ends(drive, slice(-1, None), start, SEDAN, road or Road(), Prediction(name="test", bodies=bodies))
-    end = found.at(0, 4.0)
-    assert end.safe == bool(found.safe[0])
-    alone = last_end(drive, start, SEDAN, road or Road(), Prediction(name="test", bodies=bodies))
-    assert (alone.end.kind, alone.end.front_margin_m, alone.end.follower_demand_mps2) == (
-        end.kind,
-        end.front_margin_m,
-        end.follower_demand_mps2,
-    )
-    assert (alone.front_fails, alone.follower_fails) == (bool(found.front_fails[0]), bool(found.follower_fails[0]))
+    end = last_end(drive, start, SEDAN, road or Road(), Prediction(name="test", bodies=bodies)).end
     return end.kind, end.front_margin_m, end.follower_demand_mps2
 
 
@@ -109,13 +102,33 @@ def test_kinds_of_ends() -> None:
 @given(
     speed=st.floats(0.0, 30.0),
     others=st.lists(st.tuples(st.floats(-60.0, 160.0), st.floats(-3.0, 35.0), st.floats(-4.0, 4.0)), max_size=4),
-    road_end=st.sampled_from([None, 60.0, 150.0]),
+    road=st.sampled_from([Road(), Road(road_end_s_m=60.0), Road(road_end_s_m=150.0), Road(curvature=((0.0, 0.0), (80.0, 0.01)))]),
+    crosses=st.booleans(),
+    owed=st.sampled_from([None, {}, {"0": -3.0, "2": 0.0}]),
 )
-def test_the_last_sample_alone_is_weighed_to_the_bit_as_among_all(
-    speed: float, others: list[tuple[float, float, float]], road_end: float | None
+def test_both_forms_weigh_every_end_to_the_bit_and_the_last_alone_as_among_all(
+    speed: float, others: list[tuple[float, float, float]], road: Road, crosses: bool, owed: dict[str, float] | None
 ) -> None:
-    bodies = (cruising(str(k), s, v, d) for k, (s, v, d) in enumerate(others))
-    end_of(steady(speed), *bodies, road=Road(road_end_s_m=road_end))  # which asserts it
+    drive, start = steady(speed), HostState(s_m=-1.0, speed_mps=speed)
+    bodies: list[CruisingBody | FreeBody] = [cruising(str(k), s, v, d) for k, (s, v, d) in enumerate(others)]
+    if crosses:
+        bodies.append(FreeBody(id="crossing", length_m=4.5, width_m=1.8, motion=_crossing, heading_rad=1.2, covariance=np.zeros((4, 4))))
+
+    def weighed() -> tuple[list[bytes], LastEnd]:
+        asked = start, SEDAN, road, Prediction(name="test", bodies=tuple(bodies)), None, owed
+        found, last = ends(drive, 3, *asked), last_end(drive, *asked)
+        assert (last.end, last.front_fails) == (found.at(-1, 4.0), bool(found.front_fails[-1])) or crosses  # turned otherwise by then
+        return [np.asarray(getattr(found, field.name)).tobytes() for field in fields(found)], last
+
+    compiled = weighed()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(SWITCH, "0")
+        assert weighed() == compiled
+
+
+def _crossing(t: Array) -> BodyMotion:
+    turning = 1.2 - 0.2 * t
+    return BodyMotion(s_m=30.0 + 2.0 * t, d_m=-8.0 + 4.0 * t, heading_rad=turning, speed_s_mps=2.0 + 0.0 * t, speed_d_mps=4.0 + 0.0 * t)
 
 
 @pytest.mark.parametrize("gap_m", [1.0, 2.0, 4.0])

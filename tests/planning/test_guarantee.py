@@ -67,7 +67,7 @@ def test_planned_comes_to_a_safe_end_and_what_does_not_says_so(planner: Planner,
     assert plan.safe_end is not None
     assert plan.safe_end.t_s == plan.trajectory.t_s[-1]
     prediction = predict_for(situation, planner.settings.prediction)
-    again = ends(plan.trajectory, slice(-1, None), situation.host, planner.vehicle, situation.road, prediction)
+    again = ends(plan.trajectory, -1, situation.host, planner.vehicle, situation.road, prediction)
     if plan.safe_end.relies_on is None:
         assert bool(again.safe[0]) == plan.safe_end.safe
     else:  # the front is as safe as ever, and who is relied on follows at his distance

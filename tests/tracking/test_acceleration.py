@@ -221,7 +221,7 @@ def test_a_safe_end_is_never_easier_to_come_by(rate: float, sd: float, s: float,
         jerk_mps3=zero,
     )
     known, unknown = (
-        ends(drive, slice(None), HostState(speed_mps=own), Vehicle(), ROAD, predict([track], SETTINGS, ROAD, 0.0))
+        ends(drive, 0, HostState(speed_mps=own), Vehicle(), ROAD, predict([track], SETTINGS, ROAD, 0.0))
         for track in (track_of(rate, sd, s=s, d=d), track_of(rate, None, s=s, d=d))
     )
     assert not (known.safe & ~unknown.safe).any()
