@@ -32,6 +32,11 @@ def verdicts(drives: Sequence[Trajectory], cycle: Cycle, near: Nearness | None =
     return [_collisions(drives[i], i, near, prediction) if hit else next(answers) for i, hit in enumerate(hits)]
 
 
+def hits(drive: Trajectory, cycle: Cycle, samples: int) -> bool:
+    """Whether a drive plainly hits somebody within its first so many samples."""
+    return bool((nearness((drive,), cycle).separation_m[..., :samples] < -CERTAIN_M).any())
+
+
 def _collisions(drive: Trajectory, which: int, near: Nearness, prediction: Prediction) -> Verdict:
     """Whom it plainly hits, since when, and how deep."""
     separation, deepest = near.separation_m[which], near.deepest_m[which]

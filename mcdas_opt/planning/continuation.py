@@ -17,12 +17,13 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.manoeuvres.safe_end import LastEnd, ends, last_end
 from mcdas_opt.planning.candidate import Continuation, Costed, Ended
-from mcdas_opt.planning.collision_check import verdicts
+from mcdas_opt.planning.collision_check import hits
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.tracking.prediction import names_of
+from mcdas_opt.verification.judge import judge_all
 
 _COMFORT_MPS2 = 3.0
 _PIECE_S = 3.0  # continued so far at a time, so that little is driven beyond the end that is found
@@ -52,19 +53,21 @@ def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle) -> Continuatio
         while float(pieces[-1].t_s[-1] - plan.t_s[-1]) < settings.longest_s:
             piece = _driven(pieces[-1], law, situation.road, vehicle)
             found = ends(piece, 1, situation.host, vehicle, situation.road, prediction, settings, owed_m)
+            is_over = bool(found.safe.any())
+            more = int(np.argmax(found.safe)) + 1 if is_over else len(piece) - 1
+            if hits(piece, cycle, more + 1):
+                break
             pieces.append(piece)
-            if found.safe.any():
-                k = int(np.argmax(found.safe))
-                drive = _joined(pieces, known + k + 1)
-                if _beyond(drive, situation.road):
-                    break
-                (judged,) = verdicts((drive,), cycle)
-                if judged.passed:
-                    return Continuation(drive, judged, found.at(k, float(drive.t_s[-1])))
+            if is_over:
+                drive = _joined(pieces, known + more)
+                if not _beyond(drive, situation.road):
+                    (judged,) = judge_all((drive,), situation.host, vehicle, situation.road, prediction)
+                    if judged.passed:
+                        return Continuation(drive, judged, found.at(more - 1, float(drive.t_s[-1])))
                 break
             if found.standing[-1] or _beyond(piece, situation.road):
                 break
-            known += len(piece) - 1
+            known += more
     return as_it_is
 
 
@@ -105,7 +108,7 @@ def _driven(drive: Trajectory, law: SpeedLaw, road: Road, vehicle: Vehicle) -> T
     centre = road.lane_centre_m(lane, s)
     if abs(d - centre) > 0.5 * road.lane_width_at(lane, s):
         centre = d  # on a shoulder
-    then = follow(
+    return follow(
         HostState(s_m=s, d_m=d, heading_rad=psi, speed_mps=max(v, 0.0), acceleration_mps2=a, steering_rad=delta),
         LaneCentre(d_m=centre),
         law,
@@ -113,8 +116,8 @@ def _driven(drive: Trajectory, law: SpeedLaw, road: Road, vehicle: Vehicle) -> T
         road=road,
         duration_s=_PIECE_S,
         lateral_acceleration_mps2=0.5 * road.friction * GRAVITY_MPS2,
+        begins_s=drive.t_s.item(-1),
     )
-    return Trajectory.from_states(np.round(drive.t_s[-1] + then.t_s, 9), then.table[1:7].T, then.table[8:6:-1].T)
 
 
 def _beyond(drive: Trajectory, road: Road) -> bool:

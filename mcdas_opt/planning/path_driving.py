@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import IntEnum
 from functools import lru_cache
 from typing import Protocol, runtime_checkable
@@ -58,14 +59,18 @@ def follow(
     road: Road,
     duration_s: float,
     lateral_acceleration_mps2: float,
+    begins_s: float = 0.0,
 ) -> Trajectory:
-    """As `path_following.follow`, to 1e-9: the trajectory of the bicycle from the measured state along `path`.
+    """As `path_following.follow`, to 1e-9: the trajectory of the bicycle from the measured state along `path`, its times counted from
+    `begins_s`.
 
     A driver of somebody's own, who is no `CountedLaw`, is asked step by step.
     """
     compiled, driver = library(), _driver(law)
+    steps = max(2, round(duration_s / STEP_S))
+    times = _times(steps, STEP_S, begins_s)
     if compiled is None or driver is None:
-        return path_following.follow(
+        drive = path_following.follow(
             start,
             path,
             law,
@@ -74,20 +79,20 @@ def follow(
             duration_s=duration_s,
             lateral_acceleration_mps2=lateral_acceleration_mps2,
         )
-    steps = max(2, round(duration_s / STEP_S))
+        return replace(drive, t_s=times)
     states, inputs = np.empty((steps + 1, 6)), np.empty((steps, 2))
     states[0] = start.to_vector()
     car = np.array([vehicle.wheelbase_m, vehicle.centre_m, swept_inset_m2(vehicle.length_m, vehicle.centre_m)])
     rule = _law(vehicle, road, lateral_acceleration_mps2)
     bends = road.knots
     compiled.mcdas_follow(steps, STEP_S, car, bends.shape[1], bends, _path(path), rule, driver, inputs, states)
-    return Trajectory.from_states(_times(steps, STEP_S), states, inputs)
+    return Trajectory.from_states(times, states, inputs)
 
 
 @lru_cache(maxsize=16)
-def _times(steps: int, step_s: float) -> Array:
+def _times(steps: int, step_s: float, begins_s: float) -> Array:
     """(steps + 1,), the same array for the same numbers: a prediction works the neighbours out once for all drives over it."""
-    times = np.round(np.arange(steps + 1) * step_s, 9)
+    times = np.round(begins_s + np.round(np.arange(steps + 1) * step_s, 9), 9)
     times.setflags(write=False)
     return times
 
