@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from itertools import chain
+from itertools import chain, product
 
 import numpy as np
 
@@ -83,8 +83,8 @@ class LaneMpcSolver:
 
     def warm_up(self, vehicle: Vehicle) -> None:
         """Poses every problem now that a drive may ask for but the backup: some tenths of a second once a process, else nothing."""
-        for slots in self.own.slots:
-            self.problems.holding(slots, vehicle)
+        for slots, sloping in product(self.own.slots, (False, True)):
+            self.problems.holding(slots, vehicle, sloping_edges=sloping)
 
     def with_less_clearance(self, vehicle: Vehicle) -> LaneMpcSolver:
         """The same, with less clearance asked for."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import ClassVar
 
 from mcdas_opt.domain.plan import Plan, Refusal, Timing
 from mcdas_opt.domain.settings import Settings
@@ -22,6 +23,7 @@ from mcdas_opt.planning.proposals import STOP_IN_LANE
 from mcdas_opt.planning.reason import reason
 from mcdas_opt.planning.search import Found, Search, Solvers, run
 from mcdas_opt.planning.solver_settings import SolverSettings
+from mcdas_opt.planning.warm_up import rehearse
 
 _NOTABLE_MPS = 0.1  # beyond the speed limit
 
@@ -30,6 +32,7 @@ class MpcMethod:
     """Kinematic-bicycle MPC on the sigmoid offset path. Between calls it keeps nothing but its solvers and their warm starts."""
 
     has_ladder = True
+    _is_rehearsed: ClassVar[bool] = False  # in this process
 
     def __init__(
         self,
@@ -44,6 +47,9 @@ class MpcMethod:
         self._warm_starts: object = None
         for each in self.solvers:
             each.warm_up(vehicle)
+        if not MpcMethod._is_rehearsed:
+            MpcMethod._is_rehearsed = True
+            rehearse(self, self.settings)
 
     @property
     def solver(self) -> str:

@@ -115,7 +115,7 @@ def _circumstances() -> str:
     return os.environ.get(SWITCH, "1")
 
 
-@lru_cache(maxsize=12)
+@lru_cache(maxsize=24)
 @held_interrupts()
 def _original(
     vehicle: Vehicle, slots: int, free_weights: bool, kind: tuple[bool, bool], nodes: int, circumstances: str

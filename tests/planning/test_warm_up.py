@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import json
 from ctypes import CDLL
+from dataclasses import replace
 
 import pytest
 from typer.testing import CliRunner
 
 import mcdas_opt as mo
 from mcdas_opt.cli.app import app
+from mcdas_opt.domain.lane import Lane
+from mcdas_opt.domain.road import Road
 from mcdas_opt.native import library
 from mcdas_opt.native.form import SWITCH
+from mcdas_opt.planning import transcribed_problem
 
 
 @pytest.mark.parametrize("planner", ["mpc", "closed-form", "closed-form-corrected", "aeb", "un-r157", "idm-mobil"])
@@ -29,6 +33,15 @@ def test_a_planner_that_is_built_loads_nothing_more(planner: str, scene: str, mo
     monkeypatch.setattr(library, "load", noted)
     built.plan(situation)
     assert asked == []
+
+
+def test_a_road_whose_edges_change_waits_for_no_problem_to_be_posed(monkeypatch: pytest.MonkeyPatch) -> None:
+    built, lanes = mo.Planner(), (Lane(lane=1, width_m=((40.0, 3.7), (90.0, 3.0))),)
+    situation = replace(mo.load_situation("sandwich-60-40"), road=Road(lanes_left=1, lanes=lanes))
+    posed = transcribed_problem._original.cache_info().misses
+    assert situation.road.edges is not None
+    built.plan(situation)
+    assert transcribed_problem._original.cache_info().misses == posed
 
 
 def test_a_plan_says_which_form_made_it_also_where_the_fallback_answers(monkeypatch: pytest.MonkeyPatch) -> None:
