@@ -125,24 +125,26 @@ def ends(
     In C where there is a compiler, with the same bits.
     """
     cfg, first = settings or SafeEndSettings(), range(len(drive))[first]
-    s, d, psi = (column[first:] for column in (drive.s_m, drive.d_m, drive.heading_rad))
-    turned = None if road.is_straight else psi + vehicle.centre_m * road.curvature_at(s)  # a body in a bend, by its sideslip at the centre
-    lane_end = None
+    turned = lane_end = None
+    if not road.is_straight:  # a body in a bend is turned out of it by its sideslip at the centre
+        turned = drive.heading_rad[first:] + vehicle.centre_m * road.curvature_at(drive.s_m[first:])
     if road.road_end_s_m is not None or road.lanes:
-        lane_end = np.array([_end_m(road, *place, vehicle) for place in zip(s.tolist(), d.tolist(), strict=True)])
-    others = prediction.rows_on(drive.t_s)
-    taken = sizes_on_road(prediction.bodies, others.heading_rad[:, first:])
-    now_s, now_v = _beginning(prediction, drive.t_s)
-    owed = [math.nan if owed_m is None else owed_m.get(body.id, math.nan) for body in prediction.bodies]
+        places = zip(drive.s_m[first:].tolist(), drive.d_m[first:].tolist(), strict=True)
+        lane_end = np.array([_end_m(road, *place, vehicle) for place in places])
+    bodies, others = prediction.bodies, prediction.rows_on(drive.t_s)
+    taken = sizes_on_road(bodies, others.heading_rad[:, first:])
+    begun = others if drive.t_s[0] == 0.0 else prediction.rows_on(_NOW)
+    owed = [math.nan] * len(bodies) if owed_m is None else [owed_m.get(body.id, math.nan) for body in bodies]
+    now = np.array((begun.s_m[:, 0], begun.speed_s_mps[:, 0], owed))  # of everybody
     compiled = library()
     if compiled is None:
-        return _interpreted(drive, first, turned, lane_end, others, taken, (now_s, now_v, np.array(owed)), start, vehicle, road, cfg)
+        return _interpreted(drive, first, turned, lane_end, others, taken, now, start, vehicle, road, cfg)
     count = len(drive) - first
     found, numbers = np.empty((4, count), dtype=np.bool_), np.empty((2, count))
     bounds = cfg.follower_response_s, cfg.follower_demand_mps2, cfg.settled_rad, IN_THE_WAY_M, _STANDING_MPS, _ROUNDING_M, _ROUNDING_MPS2
     rule = np.array((vehicle.length_m, vehicle.width_m, start.s_m, start.speed_mps, *Braking.of(vehicle, road, cfg), *bounds))
     rows = map(np.ascontiguousarray, (others.s_m, others.d_m, others.speed_s_mps))
-    sizes, now = map(np.ascontiguousarray, taken), np.array((now_s, now_v, owed))
+    sizes = map(np.ascontiguousarray, taken)
     each = taken[0].shape[1] == count > 1
     compiled.mcdas_ends(len(drive), first, drive.table, turned, lane_end, len(owed), *rows, each, *sizes, now, rule, found, numbers)
     standing, safe, front_fails, follower_fails = found
@@ -156,7 +158,7 @@ def _interpreted(
     lane_end: Array | None,
     others: BodyMotion,
     taken: tuple[Array, Array],
-    now: tuple[Array, Array, Array],
+    now: Array,
     start: HostState,
     vehicle: Vehicle,
     road: Road,
@@ -212,9 +214,3 @@ def _end_m(road: Road, s_m: float, d_m: float, vehicle: Vehicle) -> float:
         assert road.road_end_s_m is not None
         return road.road_end_s_m
     return road.ends_m(road.lane_of(d_m, s_m), s_m, vehicle.width_m)
-
-
-def _beginning(prediction: Prediction, t_s: Array) -> tuple[Array, Array]:
-    """Place and speed of every body at the situation's time."""
-    rows = prediction.rows_on(t_s if t_s[0] == 0.0 else _NOW)
-    return rows.s_m[:, 0], rows.speed_s_mps[:, 0]

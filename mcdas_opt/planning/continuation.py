@@ -12,10 +12,11 @@ from mcdas_opt.actuation.path_following import SpeedLaw
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import AnsweringBody, Prediction
 from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.verdict import Verdict
-from mcdas_opt.manoeuvres.safe_end import LastEnd, ends, last_end
+from mcdas_opt.manoeuvres.safe_end import ends, last_end
 from mcdas_opt.planning.candidate import Continuation, Costed, Ended
 from mcdas_opt.planning.collision_check import hits
 from mcdas_opt.planning.cycle import Cycle
@@ -32,19 +33,24 @@ _PIECE_S = 3.0  # continued so far at a time, so that little is driven beyond th
 def ended(candidate: Costed, cycle: Cycle) -> Ended:
     """The candidate, continued to a safe end where there is one."""
     plan, verdict, follower = candidate.trajectory, candidate.checked.verdict, candidate.proposed.attentive_follower
-    continuation = None if follower is None else _behind_which_one_brakes(plan, verdict, cycle, follower)
-    return Ended(candidate=candidate, continuation=continuation or to_safe_end(plan, verdict, cycle))
+    return Ended(candidate=candidate, continuation=to_safe_end(plan, verdict, cycle, follower))
 
 
-def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle) -> Continuation:
+def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, attentive_follower: str | None = None) -> Continuation:
     """The plan as it is where it failed or its end is safe, else continued to the first safe end that the judge passes.
 
+    Its end is safe, too, where it would be but for an attentive follower, and is if he brakes: the judge passed it with one who does not.
     Where no such end is found, or the deadline leaves no time to look: as it is, with its open end. The continuation keeps the lane that
     the plan ends in (or its offset, on a shoulder), gently first.
     """
     situation, vehicle, prediction, settings = cycle.situation, cycle.vehicle, cycle.prediction, cycle.settings.safe_end
     owed_m = cycle.owed_m
     last = last_end(plan, situation.host, vehicle, situation.road, prediction, settings, owed_m)
+    if attentive_follower is not None and verdict.passed and last.follower_fails and not last.front_fails:
+        brakes = _behind_which_one_brakes(prediction, attentive_follower, settings)
+        answered = last_end(plan, situation.host, vehicle, situation.road, brakes, settings, owed_m).end
+        if answered.safe:
+            return Continuation(plan, verdict, replace(answered, relies_on=attentive_follower))
     as_it_is = Continuation(plan, verdict, last.end)
     if not verdict.passed or last.end.safe or cycle.is_late_for(Stage.SAFE_END):
         return as_it_is
@@ -71,22 +77,11 @@ def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle) -> Continuatio
     return as_it_is
 
 
-def _behind_which_one_brakes(plan: Trajectory, verdict: Verdict, cycle: Cycle, follower: str) -> Continuation | None:
-    """The plan as it is, where its end would be safe but for its follower, and is if he brakes as an attentive driver does; None elsewhere.
-    The judge has passed it with a follower who does not."""
-    situation, vehicle, settings = cycle.situation, cycle.vehicle, cycle.settings.safe_end
-
-    def last(prediction: Prediction) -> LastEnd:
-        return last_end(plan, situation.host, vehicle, situation.road, prediction, settings, cycle.owed_m)
-
-    found = last(cycle.prediction)
-    if not verdict.passed or found.front_fails or not found.follower_fails:
-        return None
+def _behind_which_one_brakes(prediction: Prediction, follower: str, settings: SafeEndSettings) -> Prediction:
+    """The prediction with a follower who brakes as an attentive driver does."""
     brakes = partial(AnsweringBody, response_s=settings.follower_response_s, braking_mps2=settings.attentive_braking_mps2)
     his = names_of(follower)
-    bodies = tuple(brakes(body=body) if body.id in his else body for body in cycle.prediction.bodies)
-    answered = last(Prediction(name="follower brakes", bodies=bodies)).end
-    return Continuation(plan, verdict, replace(answered, relies_on=follower)) if answered.safe else None
+    return Prediction(name="follower brakes", bodies=tuple(brakes(body=body) if body.id in his else body for body in prediction.bodies))
 
 
 def _laws(plan: Trajectory, road: Road, vehicle: Vehicle, *, follower_fails: bool, front_fails: bool) -> list[SpeedLaw]:
