@@ -57,8 +57,10 @@ def predict(
     """
     settings = PredictionSettings() if settings is None else settings
     bodies: list[PredictedBody] = []
+    following = [] if host_s_m is None else [track for track in tracks if _is_behind(track, host_s_m) and _keeps_to_its_line(track)]
+    shielded = {track.id for track in following if _is_shielded(track, following)}
     for track in tracks:
-        if host_s_m is not None and _is_shielded(track, tracks, host_s_m):
+        if track.id in shielded:
             continue
         if not track.follows_road:
             bodies.append(_free(track, settings, road or Road()))
@@ -181,13 +183,11 @@ def _is_behind(track: Track, host_s_m: float) -> bool:
     return track.s_m <= host_s_m - track.length_m
 
 
-def _is_shielded(track: Track, tracks: Sequence[Track], host_s_m: float) -> bool:
-    """Whether somebody in its way, wholly behind the host too, is between the two, and slow braking is enough to stay behind that one."""
-    if not (_is_behind(track, host_s_m) and _keeps_to_its_line(track)):
-        return False
-    for one in tracks:
+def _is_shielded(track: Track, following: Sequence[Track]) -> bool:
+    """Whether one of those who follow the host, in its way, is between the two, and slow braking is enough to stay behind that one."""
+    for one in following:
         gap = one.s_m - track.s_m - 0.5 * (one.length_m + track.length_m)
-        if gap <= 0.0 or not (_is_behind(one, host_s_m) and _keeps_to_its_line(one)):
+        if gap <= 0.0:
             continue
         shared = 0.5 * (one.width_m + track.width_m) - abs(one.d_m - track.d_m)
         if shared < 0.5 * min(one.width_m, track.width_m):
