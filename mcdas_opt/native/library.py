@@ -14,14 +14,27 @@ from mcdas_opt.native.functions import FUNCTIONS
 PORTABLE = "portable"
 _LEVELS = {4: ("_v4", "_v3", ""), 3: ("_v3", ""), 1: ("",)}
 _loaded: dict[bool, ctypes.CDLL | None] = {}
+_held: list[ctypes.CDLL | None] = []
 
 
 class NoLibraryError(Exception):
     """There is no native library for what is asked; says why."""
 
 
+class Held:
+    """`with Held():` the form that the environment asks for now stays: to ask anew at each call took a twentieth of a cycle."""
+
+    def __enter__(self) -> None:
+        _held.append(library())
+
+    def __exit__(self, *raised: object) -> None:
+        _held.pop()
+
+
 def library() -> ctypes.CDLL | None:
     """The library, loaded on first use; None where it cannot be had, which is said once, or must not be used."""
+    if _held:
+        return _held[-1]
     form = environ.get(SWITCH)
     if form == "0":
         return None

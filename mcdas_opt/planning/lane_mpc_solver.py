@@ -98,8 +98,7 @@ class LaneMpcSolver:
         """Which engine answers first, and in which form; known once it has solved."""
         if self.own.solver == "osqp":
             return "osqp"
-        kinds = {transcribed.interior_point.kind for transcribed in self.problems}
-        return f"interior-point ({', '.join(sorted(kinds))})"
+        return f"interior-point ({self.problems.kinds})"
 
     def begin(self) -> None:
         """A new cycle: what the last one left is there to begin from."""

@@ -19,7 +19,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request, Side
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.native.library import library
+from mcdas_opt.native.library import Held, library
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.fallback import NothingPasses, fall_back, host_refused, remainder_instead
 from mcdas_opt.planning.memory import Memory
@@ -134,7 +134,7 @@ class Planner:
         if situation.vehicle is not None and self.vehicle.name not in (situation.vehicle, Path(situation.vehicle).stem):
             rule = f"is not the car of this planner, {self.vehicle.name!r}, which a situation names by vehicle={self.vehicle.name!r}"
             raise ParameterError("situation.vehicle", situation.vehicle, rule)
-        with self._one_thread.inside():
+        with self._one_thread.inside(), Held():
             return self._believing(situation)
 
     def _believing(self, situation: Situation) -> Plan:

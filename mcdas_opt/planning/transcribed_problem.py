@@ -70,13 +70,14 @@ class TranscribedProblem:
 
 
 class TranscribedProblems:
-    """One planner's problems, one per number of slots. A vehicle that once had its zero-sideslip point ahead of the rear axle keeps the
-    problems in which that point, and its share of the steering rate, are parameters, at rest too."""
+    """One planner's problems, one per number of slots; `kinds` says in which form they are solved. A vehicle that once had its
+    zero-sideslip point ahead of the rear axle keeps the problems in which that point, and its share of the steering rate, are parameters,
+    at rest too."""
 
     def __init__(self, vehicle: Vehicle, settings: Settings, solver: SolverSettings) -> None:
         self._vehicle = replace(vehicle, zero_sideslip_point_m=0.0)
         self._settings, self._solver = settings, solver
-        self._slips = False
+        self._slips, self.kinds = False, ""
         self._built: dict[tuple[int, bool, bool], TranscribedProblem] = {}
         self._constant: dict[tuple[str, ...], Array] = {}
 
@@ -94,6 +95,7 @@ class TranscribedProblems:
             original = _original(self._steered_within_limits(), slots, weights, asked[1:], nodes, _circumstances())
             backup = OsqpSettings(qp_iterations=_BACKUP_QP_ITERATIONS)
             self._built[asked] = original.twin(OsqpSettings() if self._solver.solver == "osqp" else backup)
+            self.kinds = ", ".join(sorted({built.interior_point.kind for built in self}))
         return self._built[asked]
 
     def _steered_within_limits(self) -> Vehicle:
