@@ -91,6 +91,14 @@ def test_the_library_is_there_once_and_not_where_it_is_forbidden(monkeypatch: py
     assert library.library() is before
 
 
+def test_while_it_is_held_the_form_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = library.library()
+    with library.Held(), library.Held():
+        monkeypatch.setenv(SWITCH, "0")
+        assert library.library() is before
+    assert library.library() is None
+
+
 @pytest.fixture
 def elsewhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """Where the library is looked for, and is not."""
