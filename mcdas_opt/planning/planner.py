@@ -131,7 +131,7 @@ class Planner:
         by the remainder of the previous plan, then by a stop, each judged.
         """
         require_type("situation", situation, Situation)
-        if situation.vehicle is not None and self.vehicle.name not in (situation.vehicle, Path(situation.vehicle).stem):
+        if situation.vehicle not in (None, self.vehicle.name) and Path(situation.vehicle).stem != self.vehicle.name:
             rule = f"is not the car of this planner, {self.vehicle.name!r}, which a situation names by vehicle={self.vehicle.name!r}"
             raise ParameterError("situation.vehicle", situation.vehicle, rule)
         with self._one_thread.inside(), Held():
