@@ -116,7 +116,7 @@ def lane_change_cost(side: Side, cycle: Cycle, weights: CostWeights) -> float:
     """What steering out to `side` costs beside what is driven; nothing for keeping the lane."""
     if side is Side.NONE or not cycle.needs_no_steering:
         return needed_lane_change_cost(side, cycle, weights)
-    unneeded = weights.unneeded_lane_change + (weights.inconsiderate if cycle.is_inconsiderate(side) else 0.0)
+    unneeded = weights.unneeded_lane_change + (weights.inconsiderate if side in cycle.inconsiderate_sides else 0.0)
     return needed_lane_change_cost(side, cycle, weights) + unneeded
 
 

@@ -243,12 +243,15 @@ class Cycle:
             return False
         return bool(max(speed - its_speed, 0.0) ** 2 <= ORDINARY_MPS2 * room)
 
-    def is_inconsiderate(self, side: Side) -> bool:
-        """Whether somebody in the next lane on that side would have to brake harder than manners allow."""
-        situation = self.situation
-        lane = situation.road.lane_of(situation.host.d_m, situation.host.s_m) + (1 if side is Side.LEFT else -1)
-        there = neighbours_in(lane, situation, self.vehicle)
-        return demanded_braking_mps2(there, situation.host.speed_mps) > self.settings.manners.follower_braking_mps2
+    @cached_property
+    def inconsiderate_sides(self) -> frozenset[Side]:
+        """The sides in whose next lane somebody would have to brake harder than manners allow."""
+        situation, vehicle, most = self.situation, self.vehicle, self.settings.manners.follower_braking_mps2
+        lane, speed_mps = situation.road.lane_of(situation.host.d_m, situation.host.s_m), situation.host.speed_mps
+        beside = {Side.LEFT: lane + 1, Side.RIGHT: lane - 1}
+        return frozenset(
+            side for side, other in beside.items() if demanded_braking_mps2(neighbours_in(other, situation, vehicle), speed_mps) > most
+        )
 
     def leads_astray(self, side: Side) -> bool:
         """Whether the next lane on that side is farther from the destination's lane."""

@@ -50,8 +50,9 @@ def assign_roles(tracks: Sequence[Track], lane: int, host: HostState, vehicle: V
     behind: list[tuple[float, str, Track]] = []
     for track in tracks:
         gap = gap_m(track, host, vehicle)
-        overlapping = _overlap(track.d_m, track.across_m, host.d_m, vehicle.width_m) > 0.0
-        if in_the_way(track, lane, host, vehicle, road, settings) and (gap >= 0.0 or overlapping):
+        if in_the_way(track, lane, host, vehicle, road, settings) and (
+            gap >= 0.0 or _overlap(track.d_m, track.across_m, host.d_m, vehicle.width_m) > 0.0
+        ):
             (ahead if track.s_m > host.s_m else behind).append((gap, track.id, track))
         elif abs(track.s_m - host.s_m) <= settings.beside_m:
             if in_lane(track, lane + 1, road, settings):

@@ -201,8 +201,7 @@ def test_who_would_have_to_brake_hard_costs_a_lane_change_that_is_not_needed() -
     front = Track(id="front", s_m=60.0, d_m=0.0, speed_s_mps=10.0)
     fast = Track(id="fast", s_m=-30.0, d_m=LANE_M, speed_s_mps=33.0)
     cycle = Cycle.of(Situation(host=HostState(speed_mps=22.0), tracks=(front, fast), road=road), CAR, QUIET)
-    assert cycle.is_inconsiderate(Side.LEFT)
-    assert not cycle.is_inconsiderate(Side.RIGHT)
+    assert cycle.inconsiderate_sides == {Side.LEFT}
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan])
