@@ -34,6 +34,7 @@ RATE_SIGMAS = 2.5  # standard deviations that the change of speed has to show
 # a track may go straight on where our road turns as tightly as at a crossing, so soon: towards us, or too fast for the turn
 TURN_1PM, TURN_WITHIN_S, TURN_MPS2 = 0.05, 4.0, 4.0
 _TURN_TIMES_S = np.linspace(0.0, TURN_WITHIN_S, 21)
+ACROSS_MPS, YOUNG_MPS = 1.0, 0.5  # what is usual across a lane; a speed across that is known no better is that of a young track
 STRAYING_MPS = 0.5  # somebody on foot may at once go so much faster or elsewhere
 SHIELDED_MPS2, SHIELDED_SIDEWAYS_MPS = 3.0, 0.5  # braking, and a speed across the road, that nobody needs more of to stay behind another
 QUEUE_MPS = 10.0  # nobody is predicted to brake before a follower no faster than this
@@ -74,7 +75,7 @@ def predict(
             s_m=track.s_m,
             d_m=track.d_m,
             speed_s_mps=track.speed_s_mps,
-            speed_d_mps=track.speed_d_mps,
+            speed_d_mps=_across_mps(track),
             covariance=track.covariance,
             lateral_fade_s=settings.lateral_fade_s,
             sigmas=settings.sigmas,
@@ -132,6 +133,13 @@ def _may_go_straight_on(track: Track, road: Road) -> bool:
         return False
     turn = float(np.abs(road.curvature_at(track.s_m + track.speed_s_mps * _TURN_TIMES_S)).max())
     return turn >= TURN_1PM and (track.speed_s_mps < 0.0 or turn * track.speed_s_mps**2 > TURN_MPS2)
+
+
+def _across_mps(track: Track) -> float:
+    """How fast it moves across its lane, told of a young track in the light of what is usual (the mean of two normal distributions): after
+    three noisy looks it may seem to leave its lane at 2 m/s."""
+    unknown = max(float(track.covariance[3, 3]) - YOUNG_MPS**2, 0.0)
+    return track.speed_d_mps * ACROSS_MPS**2 / (ACROSS_MPS**2 + unknown) if unknown else track.speed_d_mps
 
 
 def lane_change(track: Track, settings: PredictionSettings, road: Road) -> tuple[float, float, float] | None:

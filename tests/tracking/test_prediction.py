@@ -11,7 +11,16 @@ from mcdas_opt.domain.prediction import CruisingBody
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.track import Track
-from mcdas_opt.tracking.prediction import CHANGE_FASTEST_S, CHANGE_GROWTH, CHANGE_PEAK_MPS, CHANGING, lane_change, predict
+from mcdas_opt.tracking.prediction import (
+    ACROSS_MPS,
+    CHANGE_FASTEST_S,
+    CHANGE_GROWTH,
+    CHANGE_PEAK_MPS,
+    CHANGING,
+    YOUNG_MPS,
+    lane_change,
+    predict,
+)
 
 ROAD = Road(lanes_left=2, lanes_right=1)
 SETTINGS = PredictionSettings()
@@ -43,6 +52,17 @@ SEEN_SD_MPS = 0.15
 
 def sideways(d: float, vd: float, *, sd: float = SEEN_SD_MPS, speed: float = 15.0) -> Track:
     return Track(id="7", s_m=20.0, d_m=d, speed_s_mps=speed, speed_d_mps=vd, covariance=np.diag([0.01, 0.04, 0.01, sd * sd]))
+
+
+@given(vd=st.floats(-4.0, 4.0), sd=st.floats(0.0, 5.0))
+def test_a_young_tracks_speed_across_the_lane_counts_by_how_well_it_is_known(vd: float, sd: float) -> None:
+    told = predict([sideways(0.0, vd, sd=sd)]).bodies[0].at(np.zeros(1)).speed_d_mps[0]
+    assert abs(told) <= abs(vd)
+    assert told * vd >= 0.0
+    if sd <= YOUNG_MPS:
+        assert told == vd
+    else:
+        assert told == pytest.approx(vd / (1.0 + (sd**2 - YOUNG_MPS**2) / ACROSS_MPS**2))
 
 
 places, sideways_mps = st.floats(-6.0, 10.0), st.floats(-4.0, 4.0)
