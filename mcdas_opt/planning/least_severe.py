@@ -13,11 +13,13 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.follower_reaction import with_follower_reaction
 from mcdas_opt.planning.memory import FollowerReaction
+from mcdas_opt.planning.reported_mode import REPORTED_S
 from mcdas_opt.planning.rounds.corrected_sigmoid import NAME as CORRECTED_SIGMOID
 from mcdas_opt.planning.severity import severities, severity_in_words
 from mcdas_opt.verification.judge import judge
 
 _STEERING_OUT_MPS = 0.5  # by which steering out must be less severe than staying in the lane
+_TURNING_ROUND_MPS = 0.5  # and accelerating than braking that is reported for less than a second, or the other way round
 
 
 class LeastSevere(NamedTuple):
@@ -32,7 +34,8 @@ def least_severe(driven: Sequence[Checked], optimised: Sequence[Checked], cycle:
     """Of what the fallback drove, and of what the optimiser drove and the judge failed for a collision alone.
 
     Nobody is relied on in a drive that, should that fail, is more severe than the closed form, which relies on nobody. Steering out must be
-    better than staying in the lane by a margin, unless it has begun: dithering is worst of all.
+    better than staying in the lane by a margin, unless it has begun, and so must be what turns round what began a moment ago: dithering is
+    worst of all.
     """
     options = [*driven, *(one for one in optimised if one.verdict.only_collides)]
     hurt = severities([option.trajectory for option in options], cycle)
@@ -46,9 +49,16 @@ def least_severe(driven: Sequence[Checked], optimised: Sequence[Checked], cycle:
         why = f"nothing passes unless {reaction} brakes; {one.proposed.name} asks less than {asked:.1f} m/s^2 of it"
         return LeastSevere(_exact(one, cycle), why, reaction)
 
+    reported = cycle.memory.reported
+    begun = reported.mode if reported is not None and reported.age_s < REPORTED_S else None
+
     def rank(i: int) -> tuple[float, float]:
-        speed, when = hurt[i]
-        return (speed if options[i].proposed.side in (Side.NONE, cycle.memory.side) else speed + _STEERING_OUT_MPS, when)
+        (speed, when), one = hurt[i], options[i]
+        if one.proposed.side not in (Side.NONE, cycle.memory.side):
+            speed += _STEERING_OUT_MPS
+        if begun is not None and one.driven_mode is not begun:
+            speed += _TURNING_ROUND_MPS
+        return (speed, when)
 
     order = sorted(range(len(options)), key=rank)
     exact = ((least, _exact(options[least], cycle)) for least in order)

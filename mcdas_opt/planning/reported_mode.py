@@ -10,7 +10,7 @@ from mcdas_opt.planning.candidate import strongest_mps2
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.memory import ReportedMode
 
-_LEAST_S = 1.0
+REPORTED_S = 1.0
 _OPPOSITE_MPS2 = 0.3  # a plan that does as much of the opposite is not what it was
 _ORDINARY_MPS2 = 2.0
 _BAND_MPS2 = 0.5  # between braking that begins to be more than ordinary and braking that no longer is; the same of accelerating
@@ -32,7 +32,7 @@ def with_reported_mode(plan: Plan, cycle: Cycle) -> tuple[Plan, ReportedMode]:
     if before is None:
         return plan, now
     age_s = before.age_s + cycle.memory.elapsed_s
-    is_same = age_s < _LEAST_S and not now.is_news_after(before) and still_agrees(before.mode, plan)
+    is_same = age_s < REPORTED_S and not now.is_news_after(before) and still_agrees(before.mode, plan)
     if is_same or (plan.mode in (Mode.HOLD, Mode.CRUISE) and _goes_on(before.mode, plan)):
         now = replace(now, mode=before.mode)
     if (now.mode, now.side) == (before.mode, before.side):

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from mcdas_opt import Planner, simulate
+from mcdas_opt import Planner, replay, simulate
 from mcdas_opt.catalogue.data_files import shipped
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.lane import Lane
@@ -28,6 +28,7 @@ from mcdas_opt.planning.reason import threat
 from mcdas_opt.planning.reported_mode import still_agrees
 from mcdas_opt.plotting.words import passed
 from mcdas_opt.situation.assess import assess
+from mcdas_opt.tracking.prediction import predict_for
 
 COMFORTABLE_MPS2 = 3.0  # of every shipped road's grip it is the lesser
 FOLLOWED = re.compile(r"; (\S+) costs (\d+\.\d\d)")
@@ -159,6 +160,21 @@ def test_the_mode_changes_within_a_second_only_for_something_new_or_to_the_oppos
             if then.age_s + 0.1 < 1.0 - 1e-6 and not now.is_news_after(then):
                 assert not still_agrees(then.mode, plan)
     assert changes > 10
+
+
+def test_the_shipped_recording_can_be_followed() -> None:
+    """Seen by two noisy radars, by a host that does not do as planned: the mode changes within a second only where what is known has
+    changed, besides what is measured: who threatens, who is there, or who is taken to brake, accelerate or change lanes."""
+    plans = [cycle.plan for cycle in replay("front_and_rear").cycles]
+    changed = [(before, after) for before, after in pairwise(plans) if (before.mode, before.side) != (after.mode, after.side)]
+    assert 1 <= len(changed) <= 3
+    for (_, first), (before, after) in pairwise(changed):
+        if after.time_s - first.time_s < 1.0 - 1e-6:
+            assert _known(before) != _known(after)
+
+
+def _known(plan: Plan) -> frozenset[str]:
+    return frozenset(body.id for body in predict_for(plan.situation).bodies)
 
 
 @pytest.mark.parametrize("method", ["closed-form", "aeb"])
