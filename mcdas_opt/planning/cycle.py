@@ -205,11 +205,13 @@ class Cycle:
     @property
     def attentive_follower(self) -> str | None:
         """Who is behind in the host's lane at the headway that is asked of the host, or more, while driving is ordinary: expected to brake
-        behind a host that keeps its lane, as an attentive driver does. None where there is no such follower."""
-        assessment, headway = self.assessment, self.settings.headway
+        behind a host that keeps its lane, as an attentive driver does; at less of it where the lane ends soon, which he has to brake for
+        himself. None where there is no such follower."""
+        assessment, headway, required = self.assessment, self.settings.headway, self.required_lane
         if assessment.rear_id is None or not self.is_ordinary:
             return None
-        kept_m = headway.standstill_m + headway.time_gap_s * max(assessment.rear_speed_mps or 0.0, 0.0)
+        share = 1.0 if required is None or required.end_m is None else LEAST_SHARE
+        kept_m = headway.standstill_m + share * headway.time_gap_s * max(assessment.rear_speed_mps or 0.0, 0.0)
         return assessment.rear_id if assessment.rear_gap_m >= kept_m else None
 
     @property

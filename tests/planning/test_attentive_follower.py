@@ -8,6 +8,7 @@ from itertools import product
 import pytest
 
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
@@ -100,3 +101,32 @@ def test_who_steers_out_does_not_slow_down_for_whom_it_steers_out_for(speed: flo
     slowest = {mode: go_on_unpressed(cycle, replace(out, mode=mode)).speeds_mps.min() for mode in (Mode.EVADE, Mode.CRUISE)}
     assert slowest[Mode.EVADE] >= speed - 1e-9
     assert slowest[Mode.CRUISE] < speed - 1.0  # who changes lanes for nothing that presses still follows
+
+
+def before_a_lanes_end(following_s: float, end_m: float = 320.0) -> Situation:
+    """A host at 31 m/s whose lane ends, beside a queue at 22 m/s, with somebody behind who is faster than it."""
+    queue = tuple(Track(id=f"queue-{k}", s_m=-60.0 + 30.0 * k, d_m=-3.7, speed_s_mps=22.0) for k in range(6))
+    return Situation(
+        host=HostState(speed_mps=31.0),
+        desired_speed_mps=33.0,
+        road=Road(lanes=(Lane(lane=0, closed_m=((end_m, 5000.0),)),), lanes_right=1, speed_limit_mps=36.0),
+        coverage=Coverage(),
+        tracks=(Track(id="follower", s_m=-4.5 - 2.0 - following_s * 34.0, d_m=0.0, speed_s_mps=34.0), *queue),
+    )
+
+
+@pytest.mark.parametrize("following", [0.85, 1.0, 1.3])
+def test_who_follows_into_a_lanes_end_has_to_brake_for_it_too(following: float) -> None:
+    """So the host slows down for the queue beside it in time, and does not wait for the end to force it out."""
+    situation = before_a_lanes_end(following)
+    assert Cycle.of(situation, Planner().vehicle).attentive_follower == "follower"
+    planner = Planner()
+    planner.plan(replace(before_a_lanes_end(2.0, end_m=4000.0), time_s=-0.1))  # one that keeps its lane already
+    plan = planner.plan(situation)
+    assert (plan.status, plan.side, plan.chosen) == (Status.PLANNED, Side.NONE, "keep")
+    assert plan.trajectory.speed_mps[-1] < 27.0
+
+
+def test_a_tailgater_is_not_even_there() -> None:
+    assert Cycle.of(before_a_lanes_end(0.6), Planner().vehicle).attentive_follower is None
+    assert Cycle.of(before_a_lanes_end(1.0, end_m=4000.0), Planner().vehicle).attentive_follower is None
