@@ -9,7 +9,7 @@ settled. String stable: no car swings more than the one ahead, up to 1 %, in spe
 
 `--recorded` is a folder of recordings t, veh1_x, veh1_y, veh1_v, ...: the hosts follow the speed of vehicle 1, and beside them stands how
 the recorded drivers behind it did. There the measure is the swing between 0.02 and 0.5 Hz (root of the power, under a Hann window: what the
-recording begins and ends with counts little), and the least and greatest speed.
+recording begins and ends with counts little), the same band by band, and the least and greatest speed. A swing under 0.01 m/s is none.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import multiprocessing
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +36,8 @@ from mcdas_opt.domain.track import Coverage, Track
 CYCLE_S = 0.1
 FREQUENCIES_HZ = (0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
 QUICK_HZ = (0.03, 0.07, 0.15, 0.4)
+BANDS_HZ = (0.02, 0.04, 0.07, 0.12, 0.25, 0.5)
+NONE_MPS = 0.01  # a smaller swing is none
 SWING_MPS, SWING_MPS2 = 1.0, 1.0
 NOISE_M, NOISE_MPS, NOISE_MPS2 = 0.1, 0.1, 0.3  # of a track
 TOLERANCE = 1.01
@@ -131,14 +134,23 @@ def recorded(file: Path, *, planner: str, noise: bool) -> tuple[str, Array, Plat
     return file.stem, speeds, drive(speeds[0], planner=planner, noise=noise)
 
 
-def swing_in_band(speed_mps: Array) -> Array:
-    """(rows,): root of the power between the least and the greatest frequency, of rows of speeds [m/s], one a cycle."""
+def swing_in_band(speed_mps: Array, low_hz: float = FREQUENCIES_HZ[0], high_hz: float = FREQUENCIES_HZ[-1]) -> Array:
+    """(rows,): root of the power from one frequency to another, of rows of speeds [m/s], one a cycle."""
     n = speed_mps.shape[-1]
     window = np.hanning(n)
     spectrum = np.abs(np.fft.rfft((speed_mps - speed_mps.mean(axis=-1, keepdims=True)) * window)) ** 2
     f = np.fft.rfftfreq(n, CYCLE_S)
-    band = (f >= FREQUENCIES_HZ[0]) & (f <= FREQUENCIES_HZ[-1])
+    band = (f >= low_hz) & (f <= high_hz)
     return np.asarray(np.sqrt(2.0 * spectrum[:, band].sum(axis=-1) / (n * (window**2).sum())))
+
+
+def by_band(name: str, speed_mps: Array) -> None:
+    """Prints how rows of speeds swing in each band, and the greatest ratio of neighbours where that is a swing."""
+    for low, high in pairwise(BANDS_HZ):
+        swings = swing_in_band(speed_mps, low, high)
+        ratios = np.where(swings[1:] > NONE_MPS, swings[1:] / swings[:-1], 0.0)
+        told = " ".join(f"{one:.3f}" for one in swings)
+        print(f"{name} {low:4.2f} to {high:4.2f} Hz: swings [m/s] {told}; greatest ratio {ratios.max():.3f}")
 
 
 def _map(function: Callable[..., object], over: Sequence[object], workers: int) -> list[object]:
@@ -171,6 +183,7 @@ def main() -> None:
                     f"{one:.2f} ({v.min():.1f} to {v.max():.1f})" for one, v in zip(swing_in_band(speeds), speeds, strict=True)
                 )
                 print(f"{name} {who}: swing of speed [m/s] (least to greatest) {told}")
+            by_band(f"{name} hosts", ours.speed_mps)
             print(f"{name} hosts: least gap {ours.least_gap_m.min():.1f} m; cycles by the fallback {ours.fallbacks}")
         return
     run = partial(swinging, speed_mps=args.speed, cars=args.cars, planner=args.planner, noise=args.noise)
