@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mcdas_opt.domain.prediction import Prediction, margins_together, together
+from mcdas_opt.domain.prediction import Prediction, margins_together
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
@@ -101,9 +101,9 @@ class CompiledMembers:
         self._margins = np.empty((len(bodies), 2, times.size))
         if not bodies:
             return
-        motion = together(bodies, times)
-        self._bodies[:, 0], self._bodies[:, 1] = motion.s_m, motion.d_m
-        self._bodies[:, 2], self._bodies[:, 3] = np.sin(motion.heading_rad), np.cos(motion.heading_rad)
+        n, motion = self._samples, self._prediction.rows_on(times[: self._samples])
+        for k, rows in enumerate((motion.s_m, motion.d_m, np.sin(motion.heading_rad), np.cos(motion.heading_rad))):
+            self._bodies[:, k, :n], self._bodies[:, k, n:] = rows, rows[:, -1:]
         self._sizes[:, 2] = motion.speed_s_mps[:, -1]
         self._margins[:, 0], self._margins[:, 1] = margins_together(bodies, times)
         self._bodies[:, 4] = road.curvature_at(self._bodies[:, 0]) if self._bend else 0.0

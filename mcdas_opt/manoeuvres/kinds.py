@@ -194,7 +194,7 @@ def _phases(vehicle: Vehicle, road: Road, speed_mps: float, wanted_mps: float) -
     levels = [tuple(x * (accelerate if x > 0.0 else brake) for x in (first, then)) for first, _, then in rows]
     gap = wanted_mps - speed_mps
     if abs(gap) > 0.5:
-        pull = float(np.clip(gap / 2.0, -0.3 * brake, 0.6 * accelerate))
+        pull = min(max(gap / 2.0, -0.3 * brake), 0.6 * accelerate)
         rows.append((0.0, gap / pull, 0.0))
         levels.append((pull, 0.0))
     first, then = np.array(levels).T[..., None]

@@ -266,8 +266,8 @@ def _bent_path(cycle: Cycle, target_d_m: float) -> OffsetPath:
         room = 0.5 * cycle.vehicle.width_m + _BODY_ROOM_M
         low, high = float(road.right_edge_at(host.s_m)) + room, float(road.left_edge_at(host.s_m)) - room
         half_lane_room = max(0.5 * road.lane_width_at(road.lane_of(host.d_m, host.s_m), host.s_m) - room, 0.0)
-        bend = float(np.clip(cycle.assessment.offset_m, -half_lane_room, half_lane_room))
-        bend = float(np.clip(target_d_m + bend, min(low, target_d_m), max(high, target_d_m)) - target_d_m)
+        bend = min(max(cycle.assessment.offset_m, -half_lane_room), half_lane_room)
+        bend = min(max(target_d_m + bend, min(low, target_d_m)), max(high, target_d_m)) - target_d_m
         bend_s = front.s_m + front.speed_s_mps * 2.5
     return corrected(
         start_s_m=host.s_m,
