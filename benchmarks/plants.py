@@ -40,6 +40,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.evaluation.case import Case
+from mcdas_opt.evaluation.labelling import wants_label
 from mcdas_opt.evaluation.labels import Kind, label_scene
 from mcdas_opt.evaluation.statistics import Pairs, Share
 from mcdas_opt.evaluation.suites import expand
@@ -207,7 +208,7 @@ def rows_of(one: tuple[str, Case], *, asked: Asked) -> list[Row]:
     ]
     if not wanted or (suite, given.index, "", "", "") in asked.done:
         return []
-    label = label_scene(with_vehicle(given.scene, asked.vehicle, CONDITIONS["as-is"])) if given.labelled else None
+    label = label_scene(with_vehicle(given.scene, asked.vehicle, CONDITIONS["as-is"])) if wants_label(given) else None
     if label is not None and label.kind is not Kind.A:
         return [
             Row(

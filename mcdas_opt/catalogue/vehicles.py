@@ -54,6 +54,8 @@ class VehicleFile(Part):
     axle_load_front_kg: Annotated[float | None, Field(description="static; with the rear axle's, says mass and centre of gravity")] = None
     axle_load_rear_kg: Annotated[float | None, Field(description="static; with the front axle's")] = None
     driven_axle: Annotated[str, Field(description="front, rear or both: who gets the engine's force")] = DrivenAxle.BOTH
+    brake_share_front: Annotated[float | None, Field(description="front axle's share of the braking force; by load where left out")] = None
+    anti_lock: Annotated[bool, Field(description="no wheel locks: what an axle cannot brake, the other one does")] = True
     actuators: Annotated[ActuatorsPart, Field(description="how steering, brakes and engine answer")] = ActuatorsPart()
 
 

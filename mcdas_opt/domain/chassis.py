@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mcdas_opt.domain.rules import non_negative, positive, require
+from mcdas_opt.domain.rules import non_negative, positive, require, true_or_false, within
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, DrivenAxle, Vehicle
 from mcdas_opt.errors import ParameterError
 
@@ -27,6 +27,8 @@ class Chassis:
     cornering_stiffness_front_nprad: float
     cornering_stiffness_rear_nprad: float
     driven_axle: DrivenAxle = DrivenAxle.BOTH
+    brake_share_front: float | None = None  # of the braking force; None: by load
+    anti_lock: bool = True
 
     def __post_init__(self) -> None:
         require(self, positive, "wheelbase_m", "mass_kg", "cog_to_front_axle_m")
@@ -35,6 +37,9 @@ class Chassis:
             raise ParameterError("cog_to_front_axle_m", self.cog_to_front_axle_m, rule, "m")
         require(self, positive, "yaw_inertia_kgm2", "cornering_stiffness_front_nprad", "cornering_stiffness_rear_nprad")
         non_negative("cog_height_m", self.cog_height_m, "m")
+        if self.brake_share_front is not None:
+            within("brake_share_front", self.brake_share_front, 0.0, 1.0)
+        true_or_false("anti_lock", self.anti_lock)
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> Chassis:
@@ -60,6 +65,8 @@ class Chassis:
             cornering_stiffness_front_nprad=_first(vehicle.cornering_stiffness_front_nprad, TYPICAL_STIFFNESS_FRONT * weight * rear),
             cornering_stiffness_rear_nprad=_first(vehicle.cornering_stiffness_rear_nprad, TYPICAL_STIFFNESS_REAR * weight * front),
             driven_axle=vehicle.driven_axle,
+            brake_share_front=vehicle.brake_share_front,
+            anti_lock=vehicle.anti_lock,
         )
 
     @property

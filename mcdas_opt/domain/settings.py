@@ -141,9 +141,7 @@ class Settings:
 
     cycle_s: float = 0.1
     steering_rate_share: float = 1.0  # of the limit that the MPC plans with; the judge allows the whole
-    lateral_jerk_mps3: float = (
-        30.0  # up to which it may steer a car that slips faster than that share: at low speed wheels ask little of tyres
-    )
+    lateral_jerk_mps3: float = 30.0  # up to which it steers a car that slips faster than that share: slow cars ask little of their tyres
     friction_share: float = 1.0  # of what it takes of the friction circle: the judge allows the whole of that too
     speed_limit_excess: float = 0.0  # share by which ordinary driving may exceed the speed limit; escaping from behind is not bound by it
     edge_reserve_m: float = 0.0  # kept from the road's edges by the MPC where it can, beyond its margin: the judge allows all of the road

@@ -7,7 +7,7 @@ from enum import StrEnum
 from operator import attrgetter
 
 from mcdas_opt.domain.actuator_response import ActuatorResponse
-from mcdas_opt.domain.rules import negative, non_negative, positive, require, within, word
+from mcdas_opt.domain.rules import negative, non_negative, positive, require, true_or_false, within, word
 from mcdas_opt.errors import ParameterError
 
 GRAVITY_MPS2 = 9.80665
@@ -64,6 +64,8 @@ class Vehicle:
     axle_load_front_kg: float | None = None
     axle_load_rear_kg: float | None = None
     driven_axle: DrivenAxle = DrivenAxle.BOTH
+    brake_share_front: float | None = None  # of the braking force; None: by load, as electronic distribution has it
+    anti_lock: bool = True
     actuators: ActuatorResponse = _IMMEDIATE
     zero_sideslip_point_m: float = 0.0
 
@@ -77,6 +79,9 @@ class Vehicle:
         if self.cog_height_m is not None:
             non_negative("cog_height_m", self.cog_height_m, "m")
         object.__setattr__(self, "driven_axle", word("driven_axle", self.driven_axle, DrivenAxle))
+        if self.brake_share_front is not None:
+            within("brake_share_front", self.brake_share_front, 0.0, 1.0)
+        true_or_false("anti_lock", self.anti_lock)
         self._check_loads()
 
     def _check_loads(self) -> None:

@@ -13,6 +13,8 @@ from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, DrivenAxle
 
 NO_SLIP_BELOW_MPS, SLIPS_ABOVE_MPS = 1.0, 3.0
+_STILL_STEERS = 0.95  # of its friction is what anti-lock brakes take of an axle; assumed: it leaves 0.31 for steering
+_LOCKED = 1.0 - 1e-9  # of an axle's friction: asked for so much, it locks without anti-lock brakes
 _SLOWEST_MPS = 0.1  # below, slip angles are taken at this speed
 
 
@@ -62,7 +64,10 @@ def axle_loads(chassis: Chassis, acceleration: float) -> tuple[float, float]:
 
 
 def axle_pulls(chassis: Chassis, acceleration: float, loads: tuple[float, float]) -> tuple[float, float]:
-    """Longitudinal forces [N] asked of front and rear axle: brakes share by load, the engine's goes to the driven axle."""
+    """Longitudinal forces [N] asked of front and rear axle: brakes share by load or by the file, the engine's goes to the driven axle."""
+    if acceleration < 0.0 and chassis.brake_share_front is not None:
+        pull = chassis.mass_kg * acceleration
+        return chassis.brake_share_front * pull, (1.0 - chassis.brake_share_front) * pull
     if acceleration <= 0.0 or chassis.driven_axle is DrivenAxle.BOTH:
         return acceleration / GRAVITY_MPS2 * loads[0], acceleration / GRAVITY_MPS2 * loads[1]
     pull = chassis.mass_kg * acceleration
@@ -72,7 +77,11 @@ def axle_pulls(chassis: Chassis, acceleration: float, loads: tuple[float, float]
 def axle_forces(
     vx: float, vy: float, yaw_rate: float, acceleration: float, steering: float, chassis: Chassis, friction: float
 ) -> tuple[AxleForces, AxleForces]:
-    """Front and rear: the wanted acceleration is shared by `axle_pulls`, and the rest of each circle is for turning."""
+    """Front and rear: the wanted acceleration is shared by `axle_pulls`, and the rest of each circle is for turning.
+
+    Anti-lock brakes of a fixed split leave an axle something to steer with, and the other one takes what it cannot. Without them an axle
+    that is asked for all of its friction locks: it slides, and its force points against where it goes.
+    """
     c = chassis
     v = max(vx, _SLOWEST_MPS)
     slip = (
@@ -81,11 +90,23 @@ def axle_forces(
     )
     stiffness = (c.cornering_stiffness_front_nprad, c.cornering_stiffness_rear_nprad)
     forces, loads = [], axle_loads(c, acceleration)
-    for load, pull, angle, stiff in zip(loads, axle_pulls(c, acceleration, loads), slip, stiffness, strict=True):
-        most = friction * load
+    pulls, limits = axle_pulls(c, acceleration, loads), (friction * loads[0], friction * loads[1])
+    if acceleration < 0.0 and c.anti_lock and c.brake_share_front is not None:
+        pulls = _anti_lock(pulls, limits)
+    for load, pull, most, angle, stiff in zip(loads, pulls, limits, slip, stiffness, strict=True):
+        if not c.anti_lock and pull < 0.0 and -pull >= _LOCKED * most:
+            forces.append(AxleForces(-most * math.cos(angle), most * math.sin(angle), load))
+            continue
         along = min(max(pull, -most), most)
         forces.append(AxleForces(along, fiala(angle, stiff, math.sqrt(max(most**2 - along**2, 0.0))), load))
     return forces[0], forces[1]
+
+
+def _anti_lock(pulls: tuple[float, float], limits: tuple[float, float]) -> tuple[float, float]:
+    """Braking forces of two axles that keep something for steering: each takes what is beyond the other's share."""
+    (front, rear), (most_front, most_rear) = pulls, (_STILL_STEERS * limits[0], _STILL_STEERS * limits[1])
+    beyond = min(front + most_front, 0.0), min(rear + most_rear, 0.0)
+    return max(front + beyond[1], -most_front), max(rear + beyond[0], -most_rear)
 
 
 def body_accelerations(front: AxleForces, rear: AxleForces, steering: float, chassis: Chassis) -> tuple[float, float, float]:

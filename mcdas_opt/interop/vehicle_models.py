@@ -137,6 +137,8 @@ class VehicleModelPlant:
         model, p = self._model, self._model.parameters
         rates = model.rates(x, [rate, acceleration], p)
         forward, aside = model.velocity(x)
+        if acceleration < 0.0 and not self._chassis.anti_lock:
+            return rates
         share = p.T_sb if acceleration < 0.0 else p.T_se
         for index, at_front, side in model.wheels:
             along = forward + (0.5 * (p.T_f if at_front else p.T_r) * side * x[5])
@@ -218,6 +220,7 @@ def _parameters(vehicle: Vehicle, friction: float) -> Any:
         a=chassis.cog_to_front_axle_m,
         b=chassis.cog_to_rear_axle_m,
         I_z=chassis.yaw_inertia_kgm2,
+        T_sb=p.T_sb if chassis.brake_share_front is None else chassis.brake_share_front,
         h_s=chassis.cog_height_m,
         tire=tire,
         steering=steering,

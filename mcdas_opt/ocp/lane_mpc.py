@@ -183,7 +183,7 @@ class LaneProblem:
         )
 
     def _member(self, problem: StageProblem) -> Member:
-        fixed = {**default_weights(), CENTRE: self.vehicle.centre_m, STEERING_RATE_SHARE: 1.0, "driving_pull": 1.0}
+        fixed = {**default_weights(), CENTRE: self.vehicle.centre_m, STEERING_RATE_SHARE: 1.0, "brakes_by_load": 1.0, "driving_pull": 1.0}
         names, known = family_parameters(), {name: i for i, name in enumerate(problem.parameters)}
         sizes = [getattr(self.vehicle, name) for name in SIZES]
         limits = [limit for _, _, limit in BarrierStage(problem).bounds]

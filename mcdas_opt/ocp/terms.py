@@ -204,21 +204,29 @@ class AxleFriction:
     """The friction circle of the axle that gives way first, in place of the car's own.
 
     sqrt(pull^2 + (v^2 tan(delta) / L)^2) <= grip load; parameters: `dynamics.axle_limits.AxleLimits`. `load` is what the axle carries, over
-    what it carries at rest: braking takes `braking_unloads` times the deceleration from the rear one, driving `driving_unloads` times the
-    acceleration from the driven one. Brakes share by load; the engine asks the driven axle for `driving_pull` times the acceleration.
+    what it carries at rest: braking takes `braking_unloads` times the deceleration from the braked one, driving `driving_unloads` times the
+    acceleration from the driven one. Brakes share by load, or ask the axle for `braking_pull` times the deceleration; the engine asks the
+    driven one for `driving_pull` times the acceleration.
     Steady turns: what yawing faster asks of either axle is left out.
     """
 
     name: str = "axle friction [m/s^2]"
     slack: str = "friction"
-    parameters: Sequence[str] = ("grip", "braking_unloads", "driving_unloads", "driving_pull")
+    parameters: Sequence[str] = (
+        "grip",
+        "braking_unloads",
+        "brakes_by_load",
+        "braking_pull",
+        "driving_unloads",
+        "driving_pull",
+    )
 
     def rows(self, stage: Stage) -> list[Any]:
         m, p = stage.m, stage.p
         driving = m.fmax(stage.a, 0.0)
         braking = stage.a - driving
         load = 1.0 + p["braking_unloads"] * braking - p["driving_unloads"] * driving
-        pull = load * braking + p["driving_pull"] * driving
+        pull = p["brakes_by_load"] * load * braking + p["braking_pull"] * braking + p["driving_pull"] * driving
         return [m.sqrt(pull**2 + stage.lateral_acceleration**2 + 1e-2) - p["grip"] * load]
 
 

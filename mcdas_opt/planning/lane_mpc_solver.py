@@ -218,7 +218,7 @@ class LaneMpcSolver:
             share = self.own.friction_share * self.settings.friction_share
             values = shared_values(cycle.situation, others, slots=min(len(others), transcribed.slots), friction_share=share)
             if CENTRE in transcribed.parameters.columns:
-                values |= slip_values(cycle.vehicle, cycle.situation.host.speed_mps, self.settings)
+                values |= slip_values(cycle.vehicle, cycle.situation.host.speed_mps, cycle.situation.road.friction, self.settings)
             transcribed.parameters.fill(matrix, values)
             low, high = transcribed.problem.x_lower, transcribed.problem.x_upper
             start = np.minimum(np.maximum(within_reach(cycle.situation.host, cycle.vehicle), low), high)

@@ -79,13 +79,13 @@ def shared_values(situation: Situation, others: ObstacleSlots, *, slots: int, fr
     return values | vacant_values(range(len(others), slots))
 
 
-def slip_values(vehicle: Vehicle, speed_mps: float, settings: Settings) -> dict[str, float]:
+def slip_values(vehicle: Vehicle, speed_mps: float, friction: float, settings: Settings) -> dict[str, float]:
     """What the problem of a car that slips asks for besides: name to number."""
     jerk = settings.lateral_jerk_mps3 / max(speed_mps, _SLOWEST_MPS) ** 2 * vehicle.wheelbase_m  # [rad/s]
     return {
         CENTRE: vehicle.centre_m,
         STEERING_RATE_SHARE: min(max(settings.steering_rate_share, jerk / vehicle.steering_rate_max_radps), 1.0),
-        **asdict(AxleLimits.of(Chassis.of(vehicle))),
+        **asdict(AxleLimits.of(Chassis.of(vehicle), friction)),
     }
 
 

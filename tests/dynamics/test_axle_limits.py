@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import assume, given
@@ -28,7 +29,7 @@ def bounded_mps2(limits: AxleLimits, a: float, friction: float) -> float:
     """The same by `AxleLimits`, as `ocp.terms.AxleFriction` has it."""
     driving, braking = max(a, 0.0), min(a, 0.0)
     load = 1.0 + limits.braking_unloads * braking - limits.driving_unloads * driving
-    pull = load * braking + limits.driving_pull * driving
+    pull = (limits.brakes_by_load * load + limits.braking_pull) * braking + limits.driving_pull * driving
     return math.sqrt(max((friction * GRAVITY_MPS2 * load) ** 2 - pull**2, 0.0))
 
 
@@ -37,7 +38,7 @@ def test_braking_it_is_the_rear_axle_driving_the_driven_one(
     a: float, friction: float, driven: DrivenAxle, front: float, height: float
 ) -> None:
     chassis = Chassis.of(Vehicle(driven_axle=driven, cog_to_front_axle_m=2.7 * front, cog_height_m=height))
-    bound = bounded_mps2(AxleLimits.of(chassis), a, friction)
+    bound = bounded_mps2(AxleLimits.of(chassis, friction), a, friction)
     if a > 0.0 and driven is not DrivenAxle.FRONT:
         pull = a if driven is DrivenAxle.BOTH else a / front
         assert bound == pytest.approx(math.sqrt(max((friction * GRAVITY_MPS2) ** 2 - pull**2, 0.0)))
@@ -51,5 +52,19 @@ def test_braking_it_is_the_rear_axle_driving_the_driven_one(
 def test_braking_in_a_turn_leaves_less_than_the_friction_circle(a: float, friction: float) -> None:
     assume(friction * GRAVITY_MPS2 > -a + 0.1)
     circle = math.sqrt((friction * GRAVITY_MPS2) ** 2 - a**2)
-    assert bounded_mps2(AxleLimits.of(Chassis.of(Vehicle())), a, friction) < circle
+    assert bounded_mps2(AxleLimits.of(Chassis.of(Vehicle()), friction), a, friction) < circle
     assert bounded_mps2(AxleLimits(), a, friction) == pytest.approx(circle)
+
+
+@given(st.floats(-9.0, -0.1), st.floats(0.2, 1.0), st.floats(0.0, 1.0), st.floats(0.4, 0.6), st.floats(0.0, 0.7))
+def test_brakes_of_a_fixed_split_bring_one_axle_to_its_friction_first(
+    a: float, friction: float, share: float, front: float, height: float
+) -> None:
+    chassis = Chassis.of(Vehicle(brake_share_front=share, cog_to_front_axle_m=2.7 * front, cog_height_m=height))
+    hardest = -friction * GRAVITY_MPS2
+    loads = axle_loads(chassis, hardest)
+    used = [-pull / load for pull, load in zip(axle_pulls(chassis, hardest, loads), loads, strict=True)]
+    bound = bounded_mps2(AxleLimits.of(chassis, friction), a, friction)
+    assert bound == pytest.approx(cornering_mps2(chassis, a, friction, FRONT if used[FRONT] > used[REAR] else REAR), abs=1e-6)
+    by_load = replace(chassis, brake_share_front=loads[FRONT] / sum(loads))
+    assert bounded_mps2(AxleLimits.of(by_load, friction), 0.999 * hardest, friction) < 0.1 * friction * GRAVITY_MPS2

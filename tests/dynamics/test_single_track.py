@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -48,6 +49,33 @@ def test_mirrored_motion_has_mirrored_forces(motion: tuple[float, ...], friction
         axle_forces(v, vy, r, a, delta, CHASSIS, friction), axle_forces(v, -vy, -r, a, -delta, CHASSIS, friction), strict=True
     ):
         assert (other.along, other.across, other.load) == pytest.approx((axle.along, -axle.across, axle.load))
+
+
+@given(MOTION, st.floats(0.05, 1.5), st.floats(0.0, 1.0))
+def test_anti_lock_brakes_give_what_is_asked_up_to_nearly_all_friction_whatever_their_split(
+    motion: tuple[float, ...], friction: float, share: float
+) -> None:
+    v, vy, r, a, delta = motion
+    axles = axle_forces(v, vy, r, -abs(a), delta, replace(CHASSIS, brake_share_front=share), friction)
+    assert sum(axle.along for axle in axles) == pytest.approx(-min(CHASSIS.mass_kg * abs(a), 0.95 * friction * WEIGHT), abs=1e-6)
+    assert all(math.hypot(axle.along, axle.across) <= friction * axle.load * (1.0 + 1e-9) for axle in axles)
+
+
+@given(MOTION, st.floats(0.05, 1.5), st.floats(0.0, 1.0))
+def test_without_an_axle_locks_and_slides_where_it_was_going(motion: tuple[float, ...], friction: float, share: float) -> None:
+    v, vy, r, a, delta = motion
+    chassis = replace(CHASSIS, brake_share_front=share, anti_lock=False)
+    axles = axle_forces(v, vy, r, -abs(a), delta, chassis, friction)
+    slips = (
+        delta - math.atan2(vy + chassis.cog_to_front_axle_m * r, max(v, 0.1)),
+        -math.atan2(vy - chassis.cog_to_rear_axle_m * r, max(v, 0.1)),
+    )
+    for axle, part, slip in zip(axles, (share, 1.0 - share), slips, strict=True):
+        asked, most = part * chassis.mass_kg * abs(a), friction * axle.load
+        if asked > most * (1.0 + 1e-6):
+            assert (axle.along, axle.across) == pytest.approx((-most * math.cos(slip), most * math.sin(slip)))
+        elif asked < most * (1.0 - 1e-6):
+            assert axle.along == pytest.approx(-asked)
 
 
 @given(MOTION)

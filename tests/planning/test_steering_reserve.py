@@ -119,7 +119,7 @@ def test_who_slips_brakes_less_in_a_turn_than_the_friction_circle_allows() -> No
     """Braking takes load from the rear axle: the optimiser's own answer keeps to what that axle has left."""
     settings, car = planned_for(Settings(), slips=True), replace(load_vehicle("sedan"), zero_sideslip_point_m=1.0)
     situation = random_sandwich(6)
-    limits = AxleLimits.of(Chassis.of(car))
+    limits = AxleLimits.of(Chassis.of(car), situation.road.friction)
     most = {}
     for vehicle in (load_vehicle("sedan"), car):
         cycle = Cycle.of(situation, vehicle, settings)

@@ -132,6 +132,8 @@ def test_plans_begin_where_commands_take_effect_and_the_drive_keeps_to_them(plan
         ("axle_load_front_kg = 800.0", "axle_load_front_kg", "other axle"),
         ("axle_load_front_kg = 800.0\naxle_load_rear_kg = 800.0\ncog_to_front_axle_m = 1.0", "cog_to_front_axle_m", "must be 1.350"),
         ('driven_axle = "middle"', "driven_axle", "front, rear, both"),
+        ("brake_share_front = 1.2", "brake_share_front", "[0, 1]"),
+        ('anti_lock = "sometimes"', "anti_lock", "bool"),
     ],
 )
 def test_a_file_that_contradicts_itself_is_one_error(tmp_path: Path, line: str, key: str, rule: str) -> None:
@@ -161,3 +163,16 @@ def test_one_driven_axle_gives_no_more_than_its_load_on_ice(driven: DrivenAxle) 
         for _ in range(100):
             car.step(-40.0, 0.0)
     assert both.state.acceleration_mps2 == one.state.acceleration_mps2 < -2.0
+
+
+@pytest.mark.parametrize(("share", "anti_lock", "least", "most"), [(0.9, True, 0.5, 1.2), (0.9, False, -0.1, 0.1)])
+def test_locked_front_wheels_do_not_steer(share: float, anti_lock: bool, least: float, most: float) -> None:
+    """Braked at 0.8 of what the road gives, which is all that the front axle has, and steered: yaw rate over that of the same car whose
+    brakes share by load."""
+    yaw_rates = []
+    for brakes in (Vehicle(), replace(Vehicle(), brake_share_front=share, anti_lock=anti_lock)):
+        car = DynamicPlant(brakes, ROAD, START)
+        for k in range(60):
+            car.step(-40.0 if car.state.acceleration_mps2 > -6.2 else 0.0, 0.1 if k >= 30 else 0.0)
+        yaw_rates.append(car.state.yaw_rate_radps)
+    assert least <= yaw_rates[1] / yaw_rates[0] <= most
