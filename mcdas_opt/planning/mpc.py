@@ -24,6 +24,7 @@ from mcdas_opt.planning.reason import reason
 from mcdas_opt.planning.search import Found, Search, Solvers, run
 from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.planning.warm_up import rehearse
+from mcdas_opt.tracking.slow_traffic import relied_on
 
 _NOTABLE_MPS = 0.1  # beyond the speed limit
 
@@ -100,7 +101,7 @@ class MpcMethod:
             + _lane_change(best, cycle)
             + _haste(best, cycle)
             + _stop(best, cycle)
-            + _reliance(best),
+            + _reliance(best, cycle),
             chosen=proposed.name,
             verdict=best.continuation.verdict,
             prediction=cycle.prediction.name,
@@ -148,9 +149,11 @@ def _stop(best: Ended, cycle: Cycle) -> str:
     return f"; {cycle.assessment.front_id} brakes about as hard as the road allows" if stops else ""
 
 
-def _reliance(best: Ended) -> str:
-    """Said of an end that a follower makes safe."""
-    end = best.continuation.end
+def _reliance(best: Ended, cycle: Cycle) -> str:
+    """Said of an end that a follower makes safe, and of followers in slow traffic."""
+    end, followers = best.continuation.end, relied_on(cycle.prediction)
+    if followers:
+        return f"; {' and '.join(followers)} behind in slow traffic {'is' if len(followers) == 1 else 'are'} expected to brake"
     return "" if end is None or end.relies_on is None else f"; {end.relies_on} keeps its distance behind and is expected to brake"
 
 

@@ -15,6 +15,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import BodyKind
+from mcdas_opt.tracking.slow_traffic import QUEUE_MPS, TURN_1PM, with_braking_followers
 from mcdas_opt.tracking.straight_on import straight_on
 
 CONSTANT_VELOCITY = "constant-velocity"
@@ -32,12 +33,11 @@ BRAKING_MPS2, BRAKING_SHARE = 3.0, 0.8
 ACCELERATING_MPS2, ACCELERATING_S = 2.0, 1.0  # it goes on for so long
 RATE_SIGMAS = 2.5  # standard deviations that the change of speed has to show
 # a track may go straight on where our road turns as tightly as at a crossing, so soon: towards us, or too fast for the turn
-TURN_1PM, TURN_WITHIN_S, TURN_MPS2 = 0.05, 4.0, 4.0
+TURN_WITHIN_S, TURN_MPS2 = 4.0, 4.0
 _TURN_TIMES_S = np.linspace(0.0, TURN_WITHIN_S, 21)
 ACROSS_MPS, YOUNG_MPS = 1.0, 0.5  # what is usual across a lane; a speed across that is known no better is that of a young track
 STRAYING_MPS = 0.5  # somebody on foot may at once go so much faster or elsewhere
 SHIELDED_MPS2, SHIELDED_SIDEWAYS_MPS = 3.0, 0.5  # braking, and a speed across the road, that nobody needs more of to stay behind another
-QUEUE_MPS = 10.0  # nobody is predicted to brake before a follower no faster than this
 
 
 def predict(
@@ -100,8 +100,11 @@ def predict(
 
 
 def predict_for(situation: Situation, settings: PredictionSettings | None = None) -> Prediction:
-    """`predict` of a situation's tracks on its road, around its host: what plans are made under, and have to be judged under."""
-    return predict(situation.tracks, settings, situation.road, situation.host.s_m)
+    """`predict` of a situation's tracks on its road, around its host, with followers that brake in slow traffic: what plans are made under,
+    and have to be judged under."""
+    prediction = predict(situation.tracks, settings, situation.road, situation.host.s_m)
+    rates = {track.id: change[0] for track in situation.tracks if (change := speed_change(track, situation.road)) is not None}
+    return with_braking_followers(prediction, situation, rates)
 
 
 def names_of(track_id: str) -> tuple[str, ...]:

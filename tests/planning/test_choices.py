@@ -201,7 +201,7 @@ def test_who_was_relied_on_before_has_responded(planner: Planner) -> None:
         return "unless rear brakes" in planner.plan(situation).reason
 
     first = nearer_remembered = nearer_anew = 0
-    for seed in range(60):
+    for seed in range(180):
         situation = queue(seed)
         planner.reset()
         if not relied(situation):
