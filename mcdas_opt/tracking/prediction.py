@@ -34,6 +34,7 @@ ACCELERATING_MPS2, ACCELERATING_S = 2.0, 1.0  # it goes on for so long
 RATE_SIGMAS = 2.5  # standard deviations that the change of speed has to show
 # a track may go straight on where our road turns as tightly as at a crossing, so soon: towards us, or too fast for the turn
 TURN_WITHIN_S, TURN_MPS2 = 4.0, 4.0
+TURN_FADE_S = 0.5  # who comes towards us through such a turn settles so soon, or goes straight on: both are predicted
 _TURN_TIMES_S = np.linspace(0.0, TURN_WITHIN_S, 21)
 ACROSS_MPS, YOUNG_MPS = 1.0, 0.5  # what is usual across a lane; a speed across that is known no better is that of a young track
 STRAYING_MPS = 0.5  # somebody on foot may at once go so much faster or elsewhere
@@ -54,7 +55,9 @@ def predict(
     ordinary traffic (`_is_shielded`), does not come to the host, and is not in the prediction.
 
     Who does not follow the road, being turned off its direction, or on foot, is predicted in the plane alone: it keeps its velocity and its
-    heading. So is, besides, whoever is known to head along a road that turns as tightly as at a crossing, and may go straight on there.
+    heading. So is, besides, whoever is known to head along a road that turns as tightly as at a crossing, and may go straight on there. Who
+    comes towards the host there either goes straight on or keeps to his lane's turn, settling soon: his speed across the road is that of
+    cutting the turn, not of changing lanes.
     """
     settings = PredictionSettings() if settings is None else settings
     bodies: list[PredictedBody] = []
@@ -66,7 +69,9 @@ def predict(
         if not track.follows_road:
             bodies.append(_free(track, settings, road or Road()))
             continue
-        if road is not None and _may_go_straight_on(track, road):
+        goes_straight_on = road is not None and _may_go_straight_on(track, road)
+        comes_through_a_turn = goes_straight_on and track.speed_s_mps < 0.0
+        if goes_straight_on and road is not None:
             bodies.append(replace(_free(track, settings, road), id=f"{track.id} {STRAIGHT_ON}"))
         drifting = CruisingBody(
             id=track.id,
@@ -77,14 +82,14 @@ def predict(
             speed_s_mps=track.speed_s_mps,
             speed_d_mps=_across_mps(track),
             covariance=track.covariance,
-            lateral_fade_s=settings.lateral_fade_s,
+            lateral_fade_s=min(settings.lateral_fade_s, TURN_FADE_S) if comes_through_a_turn else settings.lateral_fade_s,
             sigmas=settings.sigmas,
             growth_s=settings.growth_s,
             cap_along_m=settings.cap_along_m,
             cap_across_m=settings.cap_across_m,
         )
         bodies.append(drifting)
-        change = None if road is None else lane_change(track, settings, road)
+        change = None if road is None or comes_through_a_turn else lane_change(track, settings, road)
         if change is not None:
             speed_d, fade_s, swell = change
             name = f"{track.id} {CHANGING}"

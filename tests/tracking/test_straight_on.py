@@ -17,7 +17,7 @@ from mcdas_opt.domain.track import ALIGNED_RAD, Track
 from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.window import frame_near
-from mcdas_opt.tracking.prediction import STRAIGHT_ON, predict
+from mcdas_opt.tracking.prediction import STRAIGHT_ON, TURN_FADE_S, predict
 from mcdas_opt.tracking.straight_on import straight_on
 from mcdas_opt.tracking.track_life import course
 
@@ -91,6 +91,18 @@ def test_who_comes_towards_us_at_a_tight_turn_may_go_straight_on_there() -> None
     ahead = track(0.0, 3.0, s_m=15.0, d_m=0.0)
     assert names(ahead, CORNER) == ["1"]
     assert names(replace(ahead, speed_s_mps=12.0), CORNER) == [f"1 {STRAIGHT_ON}", "1"]
+
+
+@given(speed=st.floats(3.0, 12.0), sideways=st.floats(0.5, 1.5), left=st.booleans())
+def test_who_comes_towards_us_through_a_tight_turn_keeps_to_it_or_goes_straight_on(speed: float, sideways: float, left: bool) -> None:
+    """He changes no lanes there, and hardly drifts; elsewhere, and who drives our way, as ever."""
+    road = replace(CORNER, lanes_left=1)
+    one = replace(track(math.pi, speed, s_m=50.0, d_m=2.9), speed_d_mps=sideways if left else -sideways)
+    assert names(one, road) == [f"1 {STRAIGHT_ON}", "1"]
+    kept = predict([one], road=road).bodies[1]
+    assert np.abs(kept.at(TIMES).d_m - one.d_m).max() <= TURN_FADE_S * sideways
+    on_straight = predict([one], road=replace(STRAIGHT, lanes_left=1)).bodies[0]
+    assert np.abs(on_straight.at(np.array([8.0])).d_m - one.d_m).item() > 0.99 * sideways
 
 
 @given(st.floats(-math.pi, math.pi))
