@@ -15,14 +15,13 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import BodyKind
-from mcdas_opt.tracking.slow_traffic import QUEUE_MPS, TURN_1PM, with_braking_followers
+from mcdas_opt.tracking.slow_traffic import SLOW_MPS, STRAIGHT_ON, TURN_1PM, with_braking_followers
 from mcdas_opt.tracking.straight_on import straight_on
 
 CONSTANT_VELOCITY = "constant-velocity"
 CHANGING = "changing lanes"
 BRAKING = "braking"
 ACCELERATING = "accelerating"
-STRAIGHT_ON = "straight on"
 
 # a track may be changing lanes that moves sideways so fast, by so many standard deviations, so far from the middle of its lane
 CHANGE_MPS, CHANGE_SIGMAS, CHANGE_FROM_M = 0.5, 2.5, 0.2
@@ -224,5 +223,5 @@ def _queues(ahead: Track, tracks: Sequence[Track], host_s_m: float, road: Road) 
     safe end has the front car brake fully in any case.
     """
     return any(
-        _is_behind(one, host_s_m) and one.speed_s_mps <= QUEUE_MPS and abs(one.d_m - ahead.d_m) < 0.5 * road.lane_width_m for one in tracks
+        _is_behind(one, host_s_m) and one.speed_s_mps <= SLOW_MPS and abs(one.d_m - ahead.d_m) < 0.5 * road.lane_width_m for one in tracks
     )

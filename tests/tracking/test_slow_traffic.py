@@ -15,7 +15,7 @@ from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.vocabulary import Side, Status
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.tracking.prediction import predict, predict_for
-from mcdas_opt.tracking.slow_traffic import BRAKING_MPS2, QUEUE_MPS, RESPONSE_S, relied_on
+from mcdas_opt.tracking.slow_traffic import BRAKING_MPS2, RESPONSE_S, SLOW_MPS, STRAIGHT_ON, relied_on
 from tests.planning.situations import car
 
 TIMES = np.linspace(0.0, 8.0, 81)
@@ -54,7 +54,7 @@ def test_whoever_is_relied_on_is_slow_and_stays_behind(front_mps: float, followe
     if not relied_on(prediction):
         assert prediction == predict(situation.tracks, None, situation.road, situation.host.s_m)
         return
-    assert max(follower_mps, front_mps) <= QUEUE_MPS
+    assert max(follower_mps, front_mps) <= SLOW_MPS
     (body,) = (one for one in prediction.bodies if one.id == "behind")
     motion = body.at(TIMES)
     assert np.all(motion.speed_s_mps[TIMES <= RESPONSE_S] == follower_mps)
@@ -93,6 +93,18 @@ def test_who_follows_before_a_tight_turn_brakes_for_it(starts_m: float, radius_m
     road = replace(situation.road, curvature=bend)
     alone = replace(situation, road=road, tracks=situation.tracks[1:])
     assert relied_on(predict_for(alone)) == (("behind",) if brakes else ())
+
+
+def test_who_brakes_before_a_turn_is_not_too_fast_for_it() -> None:
+    """Nor does he go straight on there; whoever is not relied on may."""
+    turn = Road(lane_width_m=3.0, lanes_left=1, curvature=((10.0, 0.0), (12.0, 0.12), (22.0, 0.12), (24.0, 0.0)))
+    situation = replace(queue(3.0, 6.5, 12.0), road=turn)
+    known = tuple(replace(track, heading_rad=0.0) for track in situation.tracks[1:])
+    relied = predict_for(replace(situation, tracks=known))
+    assert [body.id for body in relied.bodies] == ["behind"]
+    assert relied_on(relied) == ("behind",)
+    fast = tuple(replace(track, speed_s_mps=9.5) for track in known)
+    assert [body.id for body in predict_for(replace(situation, tracks=fast)).bodies] == [f"behind {STRAIGHT_ON}", "behind"]
 
 
 def test_without_a_queue_nothing_changes() -> None:

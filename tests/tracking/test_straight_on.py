@@ -17,7 +17,8 @@ from mcdas_opt.domain.track import ALIGNED_RAD, Track
 from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.window import frame_near
-from mcdas_opt.tracking.prediction import STRAIGHT_ON, TURN_FADE_S, predict
+from mcdas_opt.tracking.prediction import TURN_FADE_S, predict
+from mcdas_opt.tracking.slow_traffic import STRAIGHT_ON
 from mcdas_opt.tracking.straight_on import straight_on
 from mcdas_opt.tracking.track_life import course
 
