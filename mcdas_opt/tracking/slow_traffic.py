@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -15,6 +16,7 @@ SLOW_MPS = 10.0  # whoever is faster is in no slow traffic
 BRAKING_MPS2, RESPONSE_S = 2.0, 1.0  # what a follower in slow traffic is predicted to brake with, and after how long
 CLOSING_S = 2.5  # who would be there so soon does not look ahead
 TURN_1PM = 0.05  # a road that bends so tightly, as at a crossing, is driven slowly
+SIDEWAYS_MPS = 0.5  # a host that moves sideways faster does not keep its lane
 _AHEAD_S, _LEAST_AHEAD_M = 4.0, 10.0  # whatever is farther ahead of the host is no reason to slow down
 _SHARES = np.linspace(0.0, 1.0, 21)
 _HOST_LENGTH_M = 5.0  # of a host whose length a prediction is not told
@@ -24,16 +26,16 @@ def with_braking_followers(prediction: Prediction, situation: Situation, rates_m
     """The prediction with followers in slow traffic braking gently after a while, each as long as gentle braking is enough for him.
 
     Nobody can come to a safe end in a queue, or before a tight turn, if the cars behind are predicted never to brake. As before, so not to
-    brake, is predicted whoever is faster, clearly accelerates, or closes in so fast that gentle braking would not be enough;
-    and everybody where somebody ahead in the lane clearly brakes: an emergency counts on nobody. `rates_mps2` holds, by track, the changes
-    of speed that are clear.
+    brake, is predicted whoever is faster, clearly accelerates, or closes in so fast that gentle braking would not be enough; and everybody
+    where the host steers out, or somebody ahead in the lane clearly brakes: an emergency counts on nobody. `rates_mps2` holds, by track,
+    the changes of speed that are clear.
     """
     host, road = situation.host, situation.road
     near_m = max(_AHEAD_S * host.speed_mps, _LEAST_AHEAD_M)
     slow = [track for track in situation.tracks if 0.0 <= track.speed_s_mps <= SLOW_MPS and _is_in_lane(track, situation)]
     ahead = [track for track in slow if track.s_m > host.s_m and _gap_m(track, host.s_m) <= near_m]
     turns = not road.is_straight and float(np.abs(road.curvature_at(host.s_m + near_m * _SHARES)).max()) >= TURN_1PM
-    if not (ahead or turns) or any(rates_mps2.get(track.id, 0.0) < 0.0 for track in ahead):
+    if not (ahead or turns) or _steers_out(situation) or any(rates_mps2.get(track.id, 0.0) < 0.0 for track in ahead):
         return prediction
     behind = {track.id for track in slow if track.s_m < host.s_m and track.id not in rates_mps2 and _looks_ahead(track, situation)}
     if not behind:
@@ -56,6 +58,12 @@ def _looks_ahead(track: Track, situation: Situation) -> bool:
     """Whether gentle braking, begun late, keeps him behind a host that drives as it does now."""
     gap, closing = _gap_m(track, situation.host.s_m), max(track.speed_s_mps - situation.host.speed_mps, 0.0)
     return gap > CLOSING_S * closing and closing * closing <= 2.0 * BRAKING_MPS2 * (gap - RESPONSE_S * closing)
+
+
+def _steers_out(situation: Situation) -> bool:
+    """Whether the host's middle, taken to be that of its wheelbase, clearly moves sideways."""
+    host = situation.host
+    return abs(host.speed_mps * math.sin(host.heading_rad + 0.5 * math.tan(host.steering_rad))) > SIDEWAYS_MPS
 
 
 def _gap_m(track: Track, host_s_m: float) -> float:

@@ -73,6 +73,16 @@ def test_nobody_is_relied_on_in_an_emergency(who: str, rate_mps2: float) -> None
     assert relied_on(predict_for(replace(situation, tracks=seen))) == ()
 
 
+@pytest.mark.parametrize(
+    ("heading_rad", "steering_rad", "relied"), [(0.0, 0.0, True), (0.12, 0.0, False), (-0.12, 0.0, False), (-0.12, 0.24, True)]
+)
+def test_nobody_is_relied_on_by_a_host_that_steers_out(heading_rad: float, steering_rad: float, relied: bool) -> None:
+    """In a bend it is turned by its sideslip, and steers out as little as on a straight."""
+    situation = queue(3.0, 6.0, 12.0)
+    host = replace(situation.host, heading_rad=heading_rad, steering_rad=steering_rad)
+    assert relied_on(predict_for(replace(situation, host=host))) == (("behind",) if relied else ())
+
+
 def test_a_queue_that_slows_down_is_followed_in_the_lane_and_the_plan_says_on_whom_it_counts() -> None:
     plan = Planner().plan(queue(2.0, 6.0, 11.0))
     assert plan.status is Status.PLANNED
