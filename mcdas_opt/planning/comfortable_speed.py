@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from operator import itemgetter
 from typing import NamedTuple
 
@@ -15,6 +16,7 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.headway import ORDINARY_MPS2, asked_time_gap_s
 from mcdas_opt.planning.lane_choice import known_acceleration_mps2, reaches_into
 from mcdas_opt.reference.speed_profile import FrontCar, SpeedProfile, profile_ahead, speeds_along
+from mcdas_opt.tracking.prediction import CHANGE_MPS, CHANGE_SIGMAS
 
 _STANDING_MPS = 0.4
 _CLOSED_UP_M = 1.5  # beyond the gap at standstill: nobody drives on for so little
@@ -57,14 +59,19 @@ def comfortable_speed(
 
 
 def _fronts(cycle: Cycle, lanes_m: tuple[float, ...]) -> list[FrontCar]:
-    """Who is next ahead in lanes around these centres; and whoever must not be passed on the wrong side of the last of them."""
+    """Who is next ahead in lanes around these centres, and does not leave them; and whoever must not be passed on the wrong side of the
+    last of them."""
     host, road, vehicle, times_s = cycle.situation.host, cycle.situation.road, cycle.vehicle, cycle.settings.grid.times_s
     manners, found = cycle.settings.manners, []
     ahead = [
         (track, track.s_m - host.s_m - 0.5 * (track.along_m + vehicle.length_m)) for track in cycle.situation.tracks if not track.crosses
     ]
     for centre in dict.fromkeys(lanes_m):
-        there = [one for one in ahead if one[0].s_m > host.s_m and reaches_into(one[0], centre, road.lane_width_m)]
+        there = [
+            one
+            for one in ahead
+            if one[0].s_m > host.s_m and reaches_into(one[0], centre, road.lane_width_m) and not _leaves(one[0], centre, cycle)
+        ]
         if there:
             front, room_m = min(there, key=itemgetter(1))
             speeds, way = _going_on(front, times_s)
@@ -77,6 +84,16 @@ def _fronts(cycle: Cycle, lanes_m: tuple[float, ...]) -> list[FrontCar]:
                 speeds, way = _going_on(track, times_s)
                 found.append(FrontCar(room_m + way, speeds, np.zeros_like(times_s)))
     return found
+
+
+def _leaves(track: Track, centre_m: float, cycle: Cycle) -> bool:
+    """Whether it clearly moves out of the lane around that centre, and is out of it once that has faded: not to meet it until then is left
+    to the optimiser."""
+    fastest = max(CHANGE_MPS, CHANGE_SIGMAS * math.sqrt(max(float(track.covariance[3, 3]), 0.0)))
+    if abs(track.speed_d_mps) < fastest or track.speed_d_mps * (track.d_m - centre_m) <= 0.0:
+        return False
+    settled_m = track.d_m + track.speed_d_mps * cycle.settings.prediction.lateral_fade_s
+    return not reaches_into(replace(track, d_m=settled_m), centre_m, cycle.situation.road.lane_width_m)
 
 
 def _let_ahead(cycle: Cycle, track: Track) -> FrontCar:

@@ -12,7 +12,10 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode
+from mcdas_opt.planning.comfortable_speed import comfortable_speed
+from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.planner import Planner
 
 _INTERVENTION_MPS2 = 3.5
@@ -57,3 +60,25 @@ def test_a_front_car_that_brakes_hard_itself_is_braked_for_as_hard_as_may_be(pla
 def test_who_is_near_brakes_harder(planner: Planner) -> None:
     far, near = (planned(planner, following(24.0, 6.0, seconds)).trajectory.acceleration_mps2[:20] for seconds in (4.9, 2.2))
     assert np.min(near) < np.min(far) - 1.0
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("speed_mps", [18.0, 21.0, 24.0])
+def test_who_brakes_hard_on_its_way_out_of_the_lane_is_not_followed_to_a_stop(speed_mps: float, side: float) -> None:
+    front = Track(
+        id="front",
+        s_m=2.1 * speed_mps,
+        d_m=1.9 * side,
+        speed_s_mps=speed_mps - 8.0,
+        speed_d_mps=1.0 * side,
+        acceleration_s_mps2=-7.5,
+        acceleration_s_sd_mps2=0.5,
+    )
+    road, host = Road(lanes_left=1, lanes_right=1, lane_width_m=3.2), HostState(speed_mps=speed_mps)
+    slowest = []
+    for sideways_mps in (1.0, 0.3, -1.0):
+        tracks = (replace(front, speed_d_mps=sideways_mps * side),)
+        cycle = Cycle.of(Situation(host=host, tracks=tracks, road=road, desired_speed_mps=speed_mps), Vehicle())
+        slowest.append(float(comfortable_speed(cycle, speed_mps, 0.0).speeds_mps.min()))
+    assert slowest[0] == speed_mps
+    assert slowest[1] == slowest[2] < speed_mps - 5.0
