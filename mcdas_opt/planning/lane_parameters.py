@@ -82,10 +82,12 @@ def shared_values(situation: Situation, others: ObstacleSlots, *, slots: int, fr
 def slip_values(vehicle: Vehicle, speed_mps: float, friction: float, settings: Settings) -> dict[str, float]:
     """What the problem of a car that slips asks for besides: name to number."""
     jerk = settings.lateral_jerk_mps3 / max(speed_mps, _SLOWEST_MPS) ** 2 * vehicle.wheelbase_m  # [rad/s]
+    limits = AxleLimits.of(Chassis.of(vehicle), friction)
     return {
         CENTRE: vehicle.centre_m,
         STEERING_RATE_SHARE: min(max(settings.steering_rate_share, jerk / vehicle.steering_rate_max_radps), 1.0),
-        **asdict(AxleLimits.of(Chassis.of(vehicle), friction)),
+        **asdict(limits),
+        "brakes_by_load": settings.friction_share * limits.brakes_by_load,  # the reserve is for turning: straight on, none
     }
 
 

@@ -131,7 +131,7 @@ def test_who_slips_brakes_less_in_a_turn_than_the_friction_circle_allows() -> No
             x = solved.trajectory
             across = x.speed_mps**2 * np.tan(x.steering_rad) / vehicle.wheelbase_m
             load = 1.0 + limits.braking_unloads * np.minimum(x.acceleration_mps2, 0.0)
-            worst.append(float((np.hypot(load * x.acceleration_mps2, across) / load).max()))
+            worst.append(float((np.hypot(FRICTION_SHARE * load * x.acceleration_mps2, across) / load).max()))
         most[vehicle is car] = max(worst) / (situation.road.friction * GRAVITY_MPS2)
     assert most[True] <= FRICTION_SHARE
     assert most[False] > 1.0
