@@ -14,13 +14,15 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.interop.commonroad.lane_line import Placement
+from mcdas_opt.interop.commonroad.lanes import EgoLane
+from mcdas_opt.interop.commonroad.road_lanes import on_road
 
 _BESIDE_M = 2.0  # an area whose middle is further off the road than this is not on it
 _NEXT_M = 1.0  # areas of one lane that are no further apart are one
 
 
 def destination(
-    problem: Any, network: Any, road: Road, placement: Placement, host: HostState, step_s: float, vehicle: Vehicle
+    problem: Any, network: Any, road: Road, lane: EgoLane, placement: Placement, host: HostState, step_s: float, vehicle: Vehicle
 ) -> tuple[Destination | None, str]:
     """The goal state that can be reached along the ego's road, in the lane nearest to the ego's, the longest of these; or None, and why
     there is none: empty where none is asked for."""
@@ -33,12 +35,12 @@ def destination(
             speed_mps=(float(state.velocity.start), float(state.velocity.end)) if state.has_value("velocity") else None,
         )
         lanelets = [network.find_lanelet_by_id(identifier) for identifier in named.get(k, ())]
-        areas = _areas(state, lanelets)
+        areas = [(_outline(one), lane.station_of(int(one.lanelet_id))) for one in lanelets] or [(points, None) for points in _shapes(state)]
         if not areas:
             return asked, ""
         on_the_road = []
-        for points in areas:
-            there, why = _along(points, asked, state, road, placement, is_lane=bool(lanelets))
+        for points, station_m in areas:
+            there, why = _along(points, station_m, asked, state, road, placement, is_lane=bool(lanelets))
             if there is None:
                 reasons.append(why)
             else:
@@ -56,10 +58,9 @@ def destination(
 
 
 def _along(
-    points: Array, asked: Destination, state: Any, road: Road, placement: Placement, *, is_lane: bool
+    points: Array, station_m: tuple[float, float] | None, asked: Destination, state: Any, road: Road, placement: Placement, *, is_lane: bool
 ) -> tuple[Destination | None, str]:
-    x, y, yaw = placement.to_frame(points[:, 0], points[:, 1], np.zeros(len(points)))
-    s, d, _ = FrenetFrame(road=road).to_road(x, y, yaw)
+    s, d = on_road(points, station_m, placement, FrenetFrame(road=road))
     middle_s, middle_d = 0.5 * float(s.min() + s.max()), 0.5 * float(d.min() + d.max())
     low, high = float(road.right_edge_at(middle_s)), float(road.left_edge_at(middle_s))
     if not low - _BESIDE_M <= middle_d <= high + _BESIDE_M:
@@ -111,12 +112,14 @@ def _window(state: Any, first_step: int, step_s: float) -> tuple[float, float]:
     return first, last
 
 
-def _areas(state: Any, lanelets: list[Any]) -> list[Array]:
+def _outline(lanelet: Any) -> Array:
+    return np.concatenate([np.asarray(lanelet.left_vertices), np.asarray(lanelet.right_vertices)[::-1]])
+
+
+def _shapes(state: Any) -> list[Array]:
     """Outlines of what counts as there (n, 2) [m]."""
     from commonroad.geometry.shape import Circle, ShapeGroup
 
-    if lanelets:
-        return [np.concatenate([np.asarray(one.left_vertices), np.asarray(one.right_vertices)[::-1]]) for one in lanelets]
     if not state.has_value("position"):
         return []
     shapes = state.position.shapes if isinstance(state.position, ShapeGroup) else [state.position]

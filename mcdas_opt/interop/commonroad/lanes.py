@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,20 +13,32 @@ import numpy as np
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.errors import InputError
 from mcdas_opt.interop.commonroad.lane_line import AHEAD_M, BEHIND_M
+from mcdas_opt.interop.commonroad.lane_middle import lane_middle
 from mcdas_opt.interop.commonroad.rows import Row, route, rows_ahead, rows_behind
 
 _ALONG_RAD = 0.5  # of several lanelets that the ego points along so well the one that leads to the goal is its
+_NEAR_M = 0.5  # an ego that stands on no lanelet is on one that is so near
 _SIDEWAYS_RAD = 0.5 * np.pi  # an ego that points further off its lane is not driving along it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EgoLane:
-    """`polyline` (n, 2) is the middle of the lane, from behind the ego to ahead of it."""
+    """`polyline` (n, 2) is the middle of the lane, from behind the ego to ahead of it.
+
+    `stations`: where each row begins and ends along that middle, counted from the ego [m]: where a road passes itself, as through a
+    roundabout, nothing else says which of its passes a lanelet belongs to.
+    """
 
     polyline: Array
     width_m: float
     rows: tuple[Row, ...]
+    stations: tuple[tuple[float, float], ...]
     ends: bool  # nothing follows its last lanelets
+
+    def station_of(self, lanelet: int) -> tuple[float, float] | None:
+        """Where its first row ahead of the ego lies, or else its last behind; None if the road does not lead past it."""
+        found = [station for row, station in zip(self.rows, self.stations, strict=True) if lanelet in row.lanelets.values()]
+        return next((station for station in found if station[1] > 0.0), found[-1] if found else None)
 
     @property
     def lanelets(self) -> tuple[int, ...]:
@@ -35,11 +48,13 @@ class EgoLane:
 
 def ego_lane(scenario: Any, problem: Any, path: Path) -> EgoLane:
     """The lane under the planning problem's first position. Raises `InputError` where there is none."""
+    from commonroad.geometry.shape import Circle
+
     network, first = scenario.lanelet_network, problem.initial_state
     position = np.asarray(first.position, dtype=np.float64)
     if not network.lanelets:
         raise InputError(path, "lanelet", None, "the scenario has no lane")
-    under = network.find_lanelet_by_position([position])[0]
+    under = network.find_lanelet_by_position([position])[0] or network.find_lanelet_by_shape(Circle(_NEAR_M, position))
     lanelets = [network.find_lanelet_by_id(identifier) for identifier in under]
     aligned = sorted((abs(_turn(_direction(lanelet, position), float(first.orientation))), lanelet.lanelet_id) for lanelet in lanelets)
     if not aligned or aligned[0][0] >= _SIDEWAYS_RAD:
@@ -49,17 +64,30 @@ def ego_lane(scenario: Any, problem: Any, path: Path) -> EgoLane:
     goals = goal_lanelets(network, problem)
     along = [identifier for angle, identifier in aligned if angle < max(aligned[0][0], _ALONG_RAD)]
     own = network.find_lanelet_by_id(next((identifier for identifier in along if route(network, identifier, goals)), aligned[0][1]))
-    ahead = rows_ahead(network, own, goals, AHEAD_M)
-    rows = (*rows_behind(network, own, BEHIND_M), *ahead)
-    sides = np.hypot(*(np.asarray(own.left_vertices) - np.asarray(own.right_vertices)).T)
-    nearest = int(np.argmin(np.hypot(*(np.asarray(own.center_vertices) - position).T)))
+    behind = rows_behind(network, own, BEHIND_M)
+    rows = (*behind, *rows_ahead(network, own, goals, AHEAD_M))
+    middle, widths = lane_middle(own)
+    nearest = int(np.argmin(np.hypot(*(middle - position).T)))
     last = [network.find_lanelet_by_id(identifier) for identifier in rows[-1].lanelets.values()]
     return EgoLane(
         polyline=_line(network, rows),
-        width_m=float(sides[nearest]),
+        width_m=float(widths[nearest]),
         rows=rows,
+        stations=_stations(network, rows, own.lanelet_id, len(behind), position),
         ends=not any(lanelet.successor for lanelet in last),
     )
+
+
+def _stations(network: Any, rows: Sequence[Row], own: int, own_row: int, position: Array) -> tuple[tuple[float, float], ...]:
+    lengths = [_length_m(network.find_lanelet_by_id(row.lanelets[row.leads])) for row in rows]
+    middle, _ = lane_middle(network.find_lanelet_by_id(own))
+    to_ego = middle[: int(np.argmin(np.hypot(*(middle - position).T))) + 1]
+    begins = np.cumsum([0.0, *lengths]) - sum(lengths[:own_row]) - float(np.hypot(*np.diff(to_ego, axis=0).T).sum())
+    return tuple(pairwise(begins.tolist()))
+
+
+def _length_m(lanelet: Any) -> float:
+    return float(np.hypot(*np.diff(lane_middle(lanelet)[0], axis=0).T).sum())
 
 
 def _line(network: Any, rows: Sequence[Row]) -> Array:
@@ -67,9 +95,9 @@ def _line(network: Any, rows: Sequence[Row]) -> Array:
     pieces: list[Array] = []
     offset = 0.0
     for before, row in zip((None, *rows), rows, strict=False):
-        points = np.asarray(network.find_lanelet_by_id(row.lanelets[row.leads]).center_vertices, dtype=np.float64)
+        points = lane_middle(network.find_lanelet_by_id(row.lanelets[row.leads]))[0]
         if before is not None and row.leads != before.leads:
-            leading = np.asarray(network.find_lanelet_by_id(before.lanelets[row.leads]).center_vertices, dtype=np.float64)
+            leading = lane_middle(network.find_lanelet_by_id(before.lanelets[row.leads]))[0]
             along = leading[-1] - leading[-2]
             normal = np.array([-along[1], along[0]]) / np.hypot(*along)
             offset = float((pieces[-1][-1] - leading[-1]) @ normal)
@@ -82,7 +110,7 @@ def _line(network: Any, rows: Sequence[Row]) -> Array:
 
 
 def _direction(lanelet: Any, position: Array) -> float:
-    points = np.asarray(lanelet.center_vertices)
+    points, _ = lane_middle(lanelet)
     k = min(int(np.argmin(np.hypot(*(points - position).T))), len(points) - 2)
     way = points[k + 1] - points[k]
     return float(np.arctan2(way[1], way[0]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -14,21 +14,31 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.interop.commonroad.lane_line import AHEAD_M, BEHIND_M, Placement
-from mcdas_opt.interop.commonroad.rows import Row
+from mcdas_opt.interop.commonroad.lane_middle import lane_middle
+from mcdas_opt.interop.commonroad.lanes import EgoLane
 
 _EVERY_M = 2.0
+_ABRUPT = 1.8  # metres across per metre along that a lane beside another may begin or end with
 _SAME_M = 0.02  # a knot that linear interpolation misses by less is left out
 _BESIDE_STEP_M, _BESIDE_MOST_M = 0.25, 5.0
 _TIGHTEST = 0.8  # of a bend's radius: what lies further in is not looked at
 _HELD_M, _FADED_M = 8.0, 40.0  # what a host's body needs beside its lane is road for so far, and less and less until then
 _SPARE_M = 0.15
+_SPEED = re.compile(r"(\d+\.?\d*)\s*(|m/?s|km/?h|mph)")
+_UNITS_MPS = {"": 1.0, "ms": 1.0, "kmh": 1.0 / 3.6, "mph": 0.44704}
+_WIDEST_M = 20.0  # of what a lane of ours may be
+_DRIFT_M = 25.0  # that stations along lanelets and s along the fitted line may differ by
 _LEAST_M = 0.1  # less beside the lanes is none
 
 
-def with_lanes(road: Road, network: Any, rows: Sequence[Row], placement: Placement) -> Road:
-    """The road with the lanes of the rows. Raises `ParameterError` where they cannot be such."""
-    frame = FrenetFrame(road=road)
-    spans = [_points(network.find_lanelet_by_id(row.lanelets[row.leads]), placement, frame)[0] for row in rows]
+def with_lanes(road: Road, network: Any, lane: EgoLane, placement: Placement) -> Road:
+    """The road with the lanes of the ego lane's rows. Raises `ParameterError` where they cannot be such."""
+    frame, rows = FrenetFrame(road=road), lane.rows
+
+    def points(k: int, number: int) -> tuple[Array, Array]:
+        return _points(network.find_lanelet_by_id(rows[k].lanelets[number]), lane.stations[k], placement, frame)
+
+    spans = [points(k, row.leads)[0] for k, row in enumerate(rows)]
     low, high = max(-BEHIND_M, float(spans[0][0])), min(AHEAD_M, float(spans[-1][-1]))
     s = np.arange(np.ceil(low / _EVERY_M) * _EVERY_M, high, _EVERY_M)
     if s.size < 2:
@@ -37,27 +47,43 @@ def with_lanes(road: Road, network: Any, rows: Sequence[Row], placement: Placeme
     row_at = np.minimum(np.searchsorted(ends, s, side="right"), len(rows) - 1)
     numbers = [number for row in rows for number in row.lanelets]
     right, left = min(numbers), max(numbers)
-    lanes, reached = [], {1: np.zeros(s.size), -1: np.zeros(s.size)}  # how far the lanes reach to each side
-    for number in sorted(range(right, left + 1), key=lambda k: (abs(k), k)):
-        widths, limits = np.zeros(s.size), np.full(s.size, np.nan)
-        for k, row in enumerate(rows):
-            here = row_at == k
-            if number in row.lanelets and here.any():
-                lanelet = network.find_lanelet_by_id(row.lanelets[number])
-                along, width = _points(lanelet, placement, frame)
-                widths[here] = np.interp(s[here], along, width)
-                limits[here] = _limit_mps(network, lanelet)
-        for side in (1, -1) if number == 0 else (1 if number > 0 else -1,):
-            inside = np.maximum(side * road.curvature_at(s), 1e-9)
-            share = 0.5 if number == 0 else 1.0
-            widths = np.minimum(widths, np.maximum(_TIGHTEST / inside - reached[side], 0.0) / share)
-            reached[side] = reached[side] + share * widths
+    widths = {number: np.zeros(s.size) for number in sorted(range(right, left + 1), key=lambda k: (abs(k), k))}
+    limits = {number: np.full(s.size, np.nan) for number in widths}
+    for k, row in enumerate(rows):
+        here = row_at == k
+        for number, identifier in row.lanelets.items() if here.any() else ():
+            along, width = points(k, number)
+            widths[number][here] = np.minimum(np.interp(s[here], along, width), _WIDEST_M)
+            limits[number][here] = _limit_mps(network, network.find_lanelet_by_id(identifier))
+    _narrowed(widths, road, s)
+    lanes = []
+    for number, wide in ((number, _opening(wide)) for number, wide in widths.items()):
         merges = Side.NONE
-        if number == 0 and widths[-1] == 0.0:
+        if number == 0 and wide[-1] == 0.0:
             merges = Side.LEFT if rows[-1].leads > 0 else Side.RIGHT
-        lanes.append(Lane(lane=number, width_m=_knots(s, widths), speed_limit_mps=_steps(s, limits), merges=merges))
+        lanes.append(Lane(lane=number, width_m=_knots(s, wide), speed_limit_mps=_steps(s, limits[number]), merges=merges))
     lanes.sort(key=lambda lane: lane.lane)
     return replace(road, lanes_left=left, lanes_right=-right, lanes=tuple(lanes))
+
+
+def _narrowed(widths: dict[int, Array], road: Road, s: Array) -> None:
+    """No lane reaches so far into a bend that it comes near its centre."""
+    around = [road.curvature_at(s + shift) for shift in (-_EVERY_M, -0.5 * _EVERY_M, 0.0, 0.5 * _EVERY_M, _EVERY_M)]
+    for side in (1, -1):
+        inside = np.maximum(side * np.array(around), 1e-9).max(axis=0)
+        reached = np.zeros(s.size)
+        for number in (number for number in widths if side * number >= 0):
+            share = 0.5 if number == 0 else 1.0
+            widths[number] = np.minimum(widths[number], np.maximum(_TIGHTEST / inside - reached, 0.0) / share)
+            reached += share * widths[number]
+
+
+def _opening(widths: Array) -> Array:
+    """The widest lane within this one that begins and ends no more abruptly than a lane beside another may."""
+    steps = _ABRUPT * _EVERY_M * np.arange(widths.size)
+    from_behind = np.minimum.accumulate(widths - steps) + steps
+    from_ahead = np.minimum.accumulate((widths + steps)[::-1])[::-1] - steps
+    return np.asarray(np.minimum(from_behind, from_ahead))
 
 
 def with_surface(road: Road, network: Any, placement: Placement, host_d_m: float, host_reach_m: float) -> Road:
@@ -81,8 +107,9 @@ def with_surface(road: Road, network: Any, placement: Placement, host_d_m: float
         wide = np.where(lanes_m < 0.0, 0.0, np.clip(ground_m - lanes_m, 0.0, _BESIDE_MOST_M))  # lanes on one side of the line alone
         needed = sign * host_d_m + host_reach_m + _SPARE_M - lanes_m[int(np.argmin(np.abs(s)))]
         wide = np.maximum(wide, needed * np.clip((_FADED_M - np.abs(s)) / (_FADED_M - _HELD_M), 0.0, 1.0))
+        wide = _opening(np.maximum(wide, 0.0))
         if wide.max() > _LEAST_M:
-            found.append(Lane(lane=number, width_m=_knots(s, np.maximum(wide, 0.0)), shoulder=True))
+            found.append(Lane(lane=number, width_m=_knots(s, wide), shoulder=True))
     left, right = (any(lane.lane * sign > 0 for lane in found) for sign in (1, -1))
     lanes = tuple(sorted((*road.lanes, *found), key=lambda lane: lane.lane))
     return replace(road, lanes_left=road.lanes_left + left, lanes_right=road.lanes_right + right, lanes=lanes)
@@ -95,14 +122,24 @@ def _without_peaks(values: Array) -> Array:
     return np.asarray(windows(np.pad(least, 1, mode="edge"), 3).max(axis=1))
 
 
-def _points(lanelet: Any, placement: Placement, frame: FrenetFrame) -> tuple[Array, Array]:
+def _points(lanelet: Any, station_m: tuple[float, float], placement: Placement, frame: FrenetFrame) -> tuple[Array, Array]:
     """s [m] of a lanelet's middle, increasing, and its width there [m]."""
-    middle = np.asarray(lanelet.center_vertices, dtype=np.float64)
-    width = np.hypot(*(np.asarray(lanelet.left_vertices) - np.asarray(lanelet.right_vertices)).T)
-    x, y, yaw = placement.to_frame(middle[:, 0], middle[:, 1], np.zeros(len(middle)))
-    s, _, _ = frame.to_road(x, y, yaw)
+    middle, width = lane_middle(lanelet)
+    s, _ = on_road(middle, station_m, placement, frame)
     kept = np.concatenate([[True], s[1:] > np.maximum.accumulate(s)[:-1] + 1e-6])
     return s[kept], width[kept]
+
+
+def on_road(points: Array, station_m: tuple[float, float] | None, placement: Placement, frame: FrenetFrame) -> tuple[Array, Array]:
+    """(s, d) of points (n, 2) of the scenario's plane; `station_m` says about where along the road they lie."""
+    x, y, yaw = placement.to_frame(points[:, 0], points[:, 1], np.zeros(len(points)))
+    guess = None
+    if station_m is not None:
+        near = np.arange(station_m[0] - _DRIFT_M, station_m[1] + _DRIFT_M, 1.0)
+        line_x, line_y, _ = frame.to_plane(near, np.zeros(near.size), np.zeros(near.size))
+        guess = near[np.argmin(np.hypot(x[:, None] - line_x, y[:, None] - line_y), axis=1)]
+    s, d, _ = frame.to_road(x, y, yaw, guess_s_m=guess)
+    return s, d
 
 
 def _polygon(lanelet: Any) -> Any:
@@ -113,12 +150,14 @@ def _polygon(lanelet: Any) -> Any:
 
 
 def _limit_mps(network: Any, lanelet: Any) -> float:
-    """By the signs that a lanelet refers to; NaN without."""
+    """By the signs that a lanelet refers to; NaN without one that can be read. A number is in m/s, as the format says, unless a map says
+    otherwise behind it."""
     for identifier in lanelet.traffic_signs or ():
         sign = network.find_traffic_sign_by_id(identifier)
         for element in sign.traffic_sign_elements if sign is not None else ():
             if element.traffic_sign_element_id.name == "MAX_SPEED" and element.additional_values:
-                return float(element.additional_values[0])
+                said = _SPEED.fullmatch(str(element.additional_values[0]).strip().lower())
+                return float(said[1]) * _UNITS_MPS[said[2].replace("/", "")] if said else np.nan
     return np.nan
 
 

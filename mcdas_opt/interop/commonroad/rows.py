@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.interop.commonroad.lane_middle import lane_middle
 
 _MOST_ROWS = 200
 
@@ -117,7 +118,7 @@ def route(network: Any, begin: int, goals: Iterable[int]) -> set[int]:
 
 def bend(lanelet: Any) -> tuple[float, int]:
     """How far a lanelet turns in all [rad]."""
-    points = np.asarray(lanelet.center_vertices)
+    points, _ = lane_middle(lanelet)
     first, last = points[1] - points[0], points[-1] - points[-2]
     turn = np.arctan2(first[0] * last[1] - first[1] * last[0], first @ last)
     return abs(float(turn)), int(lanelet.lanelet_id)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tempfile
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -107,7 +108,7 @@ def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str 
     road = _described(road, lane, line, scenario.lanelet_network, own_d, own_psi, car)
     duration = _duration(scenario, chosen)
     begun = HostState(d_m=own_d, heading_rad=own_psi, speed_mps=begun_mps)
-    goal, off = destination(chosen, scenario.lanelet_network, road, line.placement, begun, float(scenario.dt), car)
+    goal, off = destination(chosen, scenario.lanelet_network, road, lane, line.placement, begun, float(scenario.dt), car)
     names: dict[str, int] = {}
     left_out: dict[int, str] = {}
     tables: dict[str, tuple[Array, float, float, BodyKind | None]] = {}
@@ -176,12 +177,13 @@ def _road(lane: EgoLane, line: LaneLine, path: Path) -> Road:
 
 
 def _described(road: Road, lane: EgoLane, line: LaneLine, network: Any, own_d_m: float, own_psi_rad: float, car: Vehicle) -> Road:
-    """The road with its lanes and what lies beside them; the ego's lane alone where the lanelets make no such road."""
+    """The road with its lanes and what lies beside them; without what the lanelets make no road of."""
     reach = 0.5 * (car.width_m * math.cos(own_psi_rad) + car.length_m * abs(math.sin(own_psi_rad)))
-    try:
-        return with_surface(with_lanes(road, network, lane.rows, line.placement), network, line.placement, own_d_m, reach)
-    except ParameterError:
-        return road
+    with suppress(ParameterError):
+        road = with_lanes(road, network, lane, line.placement)
+    with suppress(ParameterError):
+        road = with_surface(road, network, line.placement, own_d_m, reach)
+    return road
 
 
 def _pace_mps(road: Road, begun: HostState, goal: Destination | None) -> float:
