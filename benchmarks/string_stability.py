@@ -8,8 +8,9 @@ its exact place, speed and acceleration (`--noise`: as a radar's tracker knows t
 settled. String stable: no car swings more than the one ahead, up to 1 %, in speed.
 
 `--recorded` is a folder of recordings t, veh1_x, veh1_y, veh1_v, ...: the hosts follow the speed of vehicle 1, and beside them stands how
-the recorded drivers behind it did. There the measure is the swing between 0.02 and 0.5 Hz (root of the power, under a Hann window: what the
-recording begins and ends with counts little), the same band by band, and the least and greatest speed. A swing under 0.01 m/s is none.
+the recorded drivers behind it did. There the measure is the swing between 0.02 and 0.5 Hz (root of the power, less the trend and under a Hann
+window: what the recording begins and ends with counts little), the same band by band, and the least and greatest speed. A swing under
+0.01 m/s is none.
 """
 
 from __future__ import annotations
@@ -135,10 +136,12 @@ def recorded(file: Path, *, planner: str, noise: bool) -> tuple[str, Array, Plat
 
 
 def swing_in_band(speed_mps: Array, low_hz: float = FREQUENCIES_HZ[0], high_hz: float = FREQUENCIES_HZ[-1]) -> Array:
-    """(rows,): root of the power from one frequency to another, of rows of speeds [m/s], one a cycle."""
+    """(rows,): root of the power from one frequency to another, of rows of speeds [m/s], one a cycle, each less a parabola: a trend over
+    the whole recording is slower than any of these frequencies, and would count in the lowest."""
     n = speed_mps.shape[-1]
-    window = np.hanning(n)
-    spectrum = np.abs(np.fft.rfft((speed_mps - speed_mps.mean(axis=-1, keepdims=True)) * window)) ** 2
+    window, along = np.hanning(n), np.vander(np.linspace(-1.0, 1.0, n), 3)
+    trend = along @ np.linalg.lstsq(along, speed_mps.T, rcond=None)[0]
+    spectrum = np.abs(np.fft.rfft((speed_mps - trend.T) * window)) ** 2
     f = np.fft.rfftfreq(n, CYCLE_S)
     band = (f >= low_hz) & (f <= high_hz)
     return np.asarray(np.sqrt(2.0 * spectrum[:, band].sum(axis=-1) / (n * (window**2).sum())))
