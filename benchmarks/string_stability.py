@@ -8,9 +8,9 @@ its exact place, speed and acceleration (`--noise`: as a radar's tracker knows t
 settled. String stable: no car swings more than the one ahead, up to 1 %, in speed.
 
 `--recorded` is a folder of recordings t, veh1_x, veh1_y, veh1_v, ...: the hosts follow the speed of vehicle 1, and beside them stands how
-the recorded drivers behind it did. There the measure is the swing between 0.02 and 0.5 Hz (root of the power, less the trend and under a Hann
-window: what the recording begins and ends with counts little), the same band by band, and the least and greatest speed. A swing under
-0.01 m/s is none.
+the recorded drivers behind it did. There the measure is the swing between 0.02 and 0.5 Hz (root of the power, less the trend and under a
+Hann window: what the recording begins and ends with counts little), the same band by band, and the least and greatest speed. A swing
+under 0.01 m/s is none.
 """
 
 from __future__ import annotations

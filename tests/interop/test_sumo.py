@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +35,7 @@ from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
 from mcdas_opt.interop.sumo.route import Edge, read_route
 from mcdas_opt.interop.sumo.route import Lane as RouteLane
 from mcdas_opt.plotting.traffic_moments import draw_moments
-from mcdas_opt.simulation.ordinary import Placed, Snapshot
+from mcdas_opt.simulation.ordinary import OWED_S, Placed, Snapshot
 
 libsumo = pytest.importorskip("libsumo")
 
@@ -272,6 +273,19 @@ def test_sumo_that_ends_while_driving_leaves_what_was_driven(tmp_path: Path) -> 
             driver.step()
     assert len(driver.snapshots) == 5
     assert driver.summary.ordinary.duration_s == pytest.approx(0.4)
+
+
+def test_the_gap_that_sumo_put_the_vehicle_into_is_not_its_own_doing(tmp_path: Path) -> None:
+    with on_the_road(configuration(tmp_path, ROUTE + EGO)) as sumo:
+        driver = SumoDriver(sumo, "ego", "sumo")
+        for _ in range(120):
+            driver.step()
+    for k, one in enumerate(driver.snapshots):
+        ahead = replace(one.host, id="lead", s_m=one.host.s_m + one.host.length_m + 0.4 * max(one.host.speed_mps, 5.0))
+        driver.snapshots[k] = replace(one, others=(ahead,))
+    found = driver.summary.ordinary
+    assert found.short_headway_any_s > 11.5
+    assert found.short_headway_s[-1] == pytest.approx(found.short_headway_any_s - OWED_S, abs=0.25)
 
 
 def test_the_command_keeps_what_was_driven_goes_on_and_prints_a_table(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -124,12 +125,15 @@ class SumoDriver:
 
     @property
     def summary(self) -> SumoSummary:
-        """Of the drive so far."""
+        """Of the drive so far. The gap in which SUMO put the vehicle on the road is nobody's doing: it counts as one that others made."""
+        instants = [instant(one.time_s, one.host, one.others) for one in self.snapshots]
+        if instants:
+            instants[0] = replace(instants[0], leader=None)
         return SumoSummary(
             driver=self.name,
             ended=self.ended or "driving",
             contacts=tuple(self.contacts),
-            ordinary=ordinary_driving([instant(one.time_s, one.host, one.others) for one in self.snapshots]),
+            ordinary=ordinary_driving(instants),
             plans=sum(self._counts.values()),
             fallbacks=self._counts[Status.FALLBACK],
             unavoidable=self._counts[Status.UNAVOIDABLE],
