@@ -62,7 +62,7 @@ RULES = (
     Rule(Mode.EVADE, "threats from front and rear", lambda c: c.front & c.rear & c.side),
     Rule(Mode.BRAKE, "threats from front and rear, no side open", lambda c: c.front & c.rear & ~c.side),
     Rule(Mode.ACCELERATE, "rear threat, the front is clear", lambda c: c.only_rear & c.outruns),
-    Rule(Mode.EVADE, "rear threat, by its gap or the one ahead not to be outrun", lambda c: c.only_rear & ~c.outruns & c.side),
+    Rule(Mode.EVADE, "rear threat, the gaps leave no room to outrun it", lambda c: c.only_rear & ~c.outruns & c.side),
     Rule(Mode.ACCELERATE, "rear threat, no side open, room ahead", lambda c: c.only_rear & ~c.outruns & ~c.side & c.room),
     Rule(Mode.HOLD, "rear threat, boxed in", lambda c: c.only_rear & ~c.outruns & ~c.side & ~c.room),
 )
