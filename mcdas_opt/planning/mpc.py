@@ -21,9 +21,9 @@ from mcdas_opt.planning.memory import Memory, carried
 from mcdas_opt.planning.order import SEARCH
 from mcdas_opt.planning.proposals import STOP_IN_LANE
 from mcdas_opt.planning.reason import reason
+from mcdas_opt.planning.rehearsal import rehearse
 from mcdas_opt.planning.search import Found, Search, Solvers, run
 from mcdas_opt.planning.solver_settings import SolverSettings
-from mcdas_opt.planning.warm_up import rehearse
 from mcdas_opt.tracking.slow_traffic import relied_on
 
 _NOTABLE_MPS = 0.1  # beyond the speed limit

@@ -77,7 +77,7 @@ class TranscribedProblems:
     def __init__(self, vehicle: Vehicle, settings: Settings, solver: SolverSettings) -> None:
         self._vehicle = replace(vehicle, zero_sideslip_point_m=0.0)
         self._settings, self._solver = settings, solver
-        self._slips, self.kinds = False, ""
+        self.kinds = ""
         self._built: dict[tuple[int, bool, bool], TranscribedProblem] = {}
         self._constant: dict[tuple[str, ...], Array] = {}
 
@@ -88,20 +88,20 @@ class TranscribedProblems:
         """The one with the fewest slots that hold so many neighbours (at most the last), built when first asked for; another one where
         the road's edges change along it."""
         slots = next((n for n in self._solver.slots if n >= neighbours), self._solver.slots[-1])
-        self._slips |= vehicle.zero_sideslip_point_m > 0.0
-        asked = slots, self._slips, sloping_edges
+        slips = vehicle.zero_sideslip_point_m > 0.0 or any(slips for _, slips, _ in self._built)
+        asked = slots, slips, sloping_edges
         if asked not in self._built:
             weights, nodes = self._solver.weights is not None, self._settings.grid.nodes
-            original = _original(self._steered_within_limits(), slots, weights, asked[1:], nodes, _circumstances())
+            original = _original(self._steered_within_limits(slips), slots, weights, asked[1:], nodes, _circumstances())
             backup = OsqpSettings(qp_iterations=_BACKUP_QP_ITERATIONS)
             self._built[asked] = original.twin(OsqpSettings() if self._solver.solver == "osqp" else backup)
             self.kinds = ", ".join(sorted({built.interior_point.kind for built in self}))
         return self._built[asked]
 
-    def _steered_within_limits(self) -> Vehicle:
+    def _steered_within_limits(self, slips: bool) -> Vehicle:
         """The vehicle with its share of the steering rate; one that slips has that as a parameter."""
         rate = self._vehicle.steering_rate_max_radps
-        return self._vehicle if self._slips else replace(self._vehicle, steering_rate_max_radps=self._settings.steering_rate_share * rate)
+        return self._vehicle if slips else replace(self._vehicle, steering_rate_max_radps=self._settings.steering_rate_share * rate)
 
     def constant(self, of: TranscribedProblem) -> Array:
         """(N + 1, np): what stays from cycle to cycle, the weights and nobody in any slot; the rest is to be filled in."""
