@@ -13,8 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.errors import ParameterError
 from mcdas_opt.interop.commonroad.lane_middle import lane_middle
 from mcdas_opt.interop.commonroad.scenario import read_scenario
+from mcdas_opt.interop.commonroad.solution import goal_reached_s, solution
 
 pytest.importorskip("commonroad")
 WIDTH = 3.5
@@ -160,3 +163,13 @@ def test_a_goal_after_a_full_turn_lies_ahead_though_the_road_passes_it_twice(tmp
     assert there is not None
     begin = 60.0 + 2.0 * np.pi * radius
     assert there.s_m == pytest.approx((begin, begin + 200.0), abs=6.0)
+
+
+def test_a_drive_that_ends_at_once_reaches_no_goal_and_is_no_solution(tmp_path: Path) -> None:
+    own = lanelet(1, straight(-60.0, 100.0, 0.5 * WIDTH), straight(-60.0, 100.0, -0.5 * WIDTH), '<successor ref="2"/>')
+    after = lanelet(2, straight(100.0, 300.0, 0.5 * WIDTH), straight(100.0, 300.0, -0.5 * WIDTH))
+    scene = read(tmp_path, own + after, goal='<lanelet ref="2"/>')
+    at_once = Trajectory.from_states(np.zeros(1), np.array([[0.0, 0.0, 0.0, 8.0, 0.0, 0.0]]), np.zeros((0, 2)))
+    assert goal_reached_s(scene, at_once) is None
+    with pytest.raises(ParameterError, match="must last a time step"):
+        solution(scene, at_once)

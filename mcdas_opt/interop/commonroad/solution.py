@@ -22,8 +22,6 @@ def states(read: CommonRoadScene, driven: Trajectory) -> list[Any]:
     from commonroad.scenario.state import KSState
 
     count = int(np.floor(float(driven.t_s[-1]) / read.step_s + 1e-9)) + 1
-    if count < 2:
-        raise ParameterError("trajectory", float(driven.t_s[-1]), f"must last a time step of {read.step_s:g} s at least", "s")
     t = read.step_s * np.arange(count)
     s, d, psi, v, delta = (
         np.interp(t, driven.t_s, column) for column in (driven.s_m, driven.d_m, driven.heading_rad, driven.speed_mps, driven.steering_rad)
@@ -48,8 +46,13 @@ def goal_reached_s(read: CommonRoadScene, driven: Trajectory) -> float | None:
 
 
 def solution(read: CommonRoadScene, driven: Trajectory) -> Any:
-    """A `commonroad.common.solution.Solution` of the planning problem that was read, by vehicle model KS, cost function SA1."""
+    """A `commonroad.common.solution.Solution` of the planning problem that was read, by vehicle model KS, cost function SA1.
+
+    Raises `ParameterError` for a drive that ends within the first time step.
+    """
     require()
+    if float(driven.t_s[-1]) < (1.0 - 1e-9) * read.step_s:
+        raise ParameterError("trajectory", float(driven.t_s[-1]), f"must last a time step of {read.step_s:g} s at least", "s")
     from commonroad.common.solution import CostFunction, PlanningProblemSolution, Solution, VehicleModel, VehicleType
     from commonroad.scenario.trajectory import Trajectory as Driven
 
