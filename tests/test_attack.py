@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
 import pytest
 
+from benchmarks.attack import guided
 from benchmarks.attack.__main__ import ATTACKS, run
 
 # cases here: what takes a process each has its tests in tests/cli and tests/studio
@@ -23,3 +25,13 @@ def test_an_attack_finds_nothing(name: str) -> None:
     assert tally.wrong == 0, tally.faults
     assert tally.answered > 0
     assert tally.tried == tally.answered + tally.refused
+
+
+@pytest.mark.parametrize("kind", [kind for kind in guided.KINDS if kind != "commonroad"])
+def test_guided_attacks_begin_with_sound_files(kind: str, tmp_path: Path) -> None:
+    read, sound = guided.reader(kind)
+    assert sound
+    for k, data in enumerate(sound):
+        file = tmp_path / f"{k}"
+        file.write_bytes(data)
+        assert read(file)
