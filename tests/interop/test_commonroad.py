@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import tarfile
 import warnings
 from collections.abc import Callable
@@ -262,3 +263,12 @@ def test_obstacles_stay_where_they_are(tmp_path: Path, scenarios: Callable[[Path
             assert math.remainder(float(yaw[0]) - first.orientation, math.tau) == pytest.approx(0.0, abs=1e-6)
             read_any += 1
     assert read_any >= least
+
+
+@pytest.mark.parametrize("far", ["1e8", "1e300", "nan", "inf"])
+def test_a_lanelet_that_goes_on_for_ever_is_refused_before_it_is_sampled(tmp_path: Path, far: str) -> None:
+    """Every metre of it was: gigabytes, and a MemoryError."""
+    path = tmp_path / "own.xml"
+    path.write_text(re.sub(r"(<leftBound>.*?<x>)[^<]*", rf"\g<1>{far}", scenario(), count=1, flags=re.S), "utf-8")
+    with pytest.raises(InputError, match=r"own\.xml"):
+        read_scenario(path)

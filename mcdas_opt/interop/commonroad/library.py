@@ -6,10 +6,13 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from mcdas_opt.errors import InputError, MissingExtraError, reading
 
 PACKAGE, PIN = "commonroad-io", "2024.3"  # 2026.1 removed what its own drivability checker needs
 LARGEST_BYTES = 100_000_000
+LONGEST_LANELET_M = 20_000.0  # its line is sampled every metre
 
 
 def require() -> None:
@@ -48,4 +51,8 @@ def read_file(path: Path) -> tuple[Any, Any]:
         scenario, problems = CommonRoadFileReader(str(path)).open(lanelet_assignment=False)
     except Exception as error:  # the reader raises whatever its parsing meets
         raise InputError(path, "", None, f"is no CommonRoad scenario: {type(error).__name__}: {error}") from None
+    for lanelet in scenario.lanelet_network.lanelets:
+        extent_m = float(np.ptp(np.vstack([lanelet.left_vertices, lanelet.right_vertices]), axis=0).max())
+        if not extent_m <= LONGEST_LANELET_M:
+            raise InputError(path, f"lanelet {lanelet.lanelet_id}", f"{extent_m:g} m", f"must be at most {LONGEST_LANELET_M:g} m long")
     return scenario, problems
