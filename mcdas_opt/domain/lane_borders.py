@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mcdas_opt.domain.lane import Lane
+from mcdas_opt.domain.lane import Knots, Lane
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import ParameterError
@@ -74,9 +75,7 @@ class LaneBorders:
         d = np.concatenate([below[::-1].reshape(-1, s.size), [left - w0], [left], above.reshape(-1, s.size)])
         high, low = d[-1] + shoulder_left_m, d[0] - shoulder_right_m
         for k, lane in enumerate(usual):
-            shut = np.zeros(s.size, dtype=bool)
-            for begin, end in lane.closed_m:
-                shut |= (s >= begin) & (s <= end)
+            shut = _within(s, lane.closed_m)
             if lane.lane > 0 or (lane.lane == 0 and own.merges is Side.RIGHT) or (lane.lane == 0 and lanes_right and not lanes_left):
                 high = np.where(shut, np.minimum(high, d[k]), high)
             else:
@@ -113,6 +112,14 @@ def _knots(lanes: Sequence[Lane]) -> Array:
     return np.unique(np.array(places or [0.0]))
 
 
+def _within(s: Array, stretches: Knots) -> NDArray[np.bool_]:
+    """(K,) whether each place lies in one of the stretches, their ends included; `s` increases."""
+    ends = np.reshape(np.array(stretches, dtype=np.float64), (-1, 2))
+    entered = np.bincount(np.searchsorted(s, ends[:, 0]), minlength=s.size + 1)
+    left = np.bincount(np.searchsorted(s, ends[:, 1], side="right"), minlength=s.size + 1)
+    return np.asarray(np.cumsum(entered - left)[:-1] > 0)
+
+
 def _refuse_holes(usual: Sequence[Lane], s: Array, widths: Array) -> None:
     """A lane may be as narrow as it likes, but where another lies beyond it, that one must not be thrown aside."""
     if s.size < 2:
@@ -145,7 +152,21 @@ def _steered(edges: Edges) -> Edges:
     even = np.linspace(low, high, int(min(np.ceil((high - low) / _EVERY_M) + 1, _MOST_KNOTS)))
     places = np.union1d(even, s)
     # the lowest cone over any place is the lowest over a knot, since edges are linear in between
-    reach = STEERED * np.abs(places[:, None] - s)
-    inner_left = np.minimum((edges.left(s) + reach).min(axis=1), edges.left(places))
-    inner_right = np.maximum((edges.right(s) - reach).max(axis=1), edges.right(places))
+    inner_left = np.minimum(_lowest_cone(s, left, places), edges.left(places))
+    inner_right = np.maximum(-_lowest_cone(s, -right, places), edges.right(places))
     return Edges(np.array([places, inner_left, inner_right]))
+
+
+def _lowest_cone(s: Array, heights: Array, places: Array) -> Array:
+    """(P,) the least over the knots of height + `STEERED` times the distance to the knot, in two sweeps; `s` and `places` increase."""
+    from_behind = _lowest_cone_behind(s, heights, places)
+    from_ahead = _lowest_cone_behind(-s[::-1], heights[::-1], -places[::-1])[::-1]
+    return np.minimum(from_behind, from_ahead)
+
+
+def _lowest_cone_behind(s: Array, heights: Array, places: Array) -> Array:
+    """The same of the knots behind each place; of the first knot where none is."""
+    rise = heights - STEERED * (s - s[0])
+    lowest = np.maximum.accumulate(np.where(rise == np.minimum.accumulate(rise), np.arange(s.size), 0))
+    k = lowest[np.maximum(np.searchsorted(s, places, side="right") - 1, 0)]
+    return np.asarray(heights[k] + STEERED * np.abs(places - s[k]))
