@@ -17,6 +17,8 @@ from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vocabulary import Request, Sector
 from mcdas_opt.errors import InputError, ParameterError
 
+MOST_TRACKS = 1000
+
 
 def _unsaid() -> Coverage:
     warnings.warn(
@@ -59,6 +61,8 @@ class Situation:
         if self.destination is not None:
             require_type("destination", self.destination, Destination)
         object.__setattr__(self, "tracks", all_of("tracks", self.tracks, Track))
+        if len(self.tracks) > MOST_TRACKS:
+            raise ParameterError("tracks", len(self.tracks), f"must be at most {MOST_TRACKS}: a planner's work is bounded")
         if type(self.request) is not Request:
             object.__setattr__(self, "request", word("request", self.request, Request))
         within("host.s_m", self.host.s_m, -FARTHEST_M, FARTHEST_M, "m")

@@ -69,9 +69,9 @@ class Track:
     def __post_init__(self) -> None:
         require_type("id", self.id, str)
         as_floats(self, _NUMBERS)
-        if max(abs(self.s_m), abs(self.d_m)) > FARTHEST_M or max(abs(self.speed_s_mps), abs(self.speed_d_mps)) > FASTEST_MPS:
+        if max(abs(self.s_m), abs(self.d_m)) > 2.0 * FARTHEST_M or max(abs(self.speed_s_mps), abs(self.speed_d_mps)) > FASTEST_MPS:
             for name in ("s_m", "d_m"):
-                within(name, attrgetter(name)(self), -FARTHEST_M, FARTHEST_M, "m")
+                within(name, attrgetter(name)(self), -2.0 * FARTHEST_M, 2.0 * FARTHEST_M, "m")  # a host at the farthest place sees ahead
             for name in ("speed_s_mps", "speed_d_mps"):
                 within(name, attrgetter(name)(self), -FASTEST_MPS, FASTEST_MPS, "m/s")
         within("acceleration_s_mps2", self.acceleration_s_mps2, -HARDEST_MPS2, HARDEST_MPS2, "m/s^2")

@@ -56,7 +56,7 @@ class Sensing:
         """The situation at `now` [s], after these scans, each with its own time stamp, seen from where the car then was."""
         on = road or self.road
         self._poses.note(now, host)
-        for scan in sorted(scans, key=lambda scan: scan.t_s if math.isfinite(scan.t_s) else math.inf):
+        for scan in self.tracker.in_order(scans, now):
             seen_from = self._poses.at(scan.t_s) if math.isfinite(scan.t_s) else host
             self.tracker.update([scan], seen_from, on, now)
         if not scans:

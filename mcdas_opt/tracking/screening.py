@@ -15,6 +15,9 @@ RANGE_MAX_M = 300.0  # beyond is no car
 SPEED_MAX_MPS = 100.0  # no range rate, no speed exceeds this
 SD_MIN, SD_MAX = 1e-6, 1e3  # [m, rad, m/s]: no radar claims to be better, none that is worse says anything
 MOUNTED_WITHIN_M = 100.0  # of the body centre: the longest road train
+MOST_SCANS = 40  # of an update: the latest
+MOST_DETECTIONS = 256  # of a scan: the nearest; a radar of points has to group them before
+MOST_TRACKS = 256  # that live at a time: the confirmed ones, then the nearest
 SAME_TIME_S = 1e-6  # scans of one sensor closer than this are the same scan
 Source = tuple[str, str]  # sensor and sector: one product may sit at the front and at the rear
 
@@ -27,6 +30,7 @@ COUNTERS = (
     "negative_range",
     "implausible",  # beyond the farthest range or the highest speed, no width, off any road
     "duplicate",  # a scan of the same time as the last, a detection said twice in one scan
+    "too_many",  # scans of an update, detections of a scan, or tracks, beyond the most that are followed
     "out_of_order",  # scans older than the last of the same sensor, or too old beside another's
     "future",  # scans ahead of the clock
     "stale",  # scans far behind the clock

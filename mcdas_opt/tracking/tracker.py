@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 
@@ -23,10 +24,23 @@ from mcdas_opt.tracking.blind_range import unseen_near
 from mcdas_opt.tracking.coverage import SectorWatch
 from mcdas_opt.tracking.filtering import TargetFix, build_filtering
 from mcdas_opt.tracking.fix import Viewpoint
-from mcdas_opt.tracking.screening import COUNTERS, Source, body_fault, clock_fault, radar_fault, scan_fault, source_of
+from mcdas_opt.tracking.screening import (
+    COUNTERS,
+    FUTURE_TOLERANCE_S,
+    MOST_DETECTIONS,
+    MOST_SCANS,
+    MOST_TRACKS,
+    Source,
+    body_fault,
+    clock_fault,
+    radar_fault,
+    scan_fault,
+    source_of,
+)
 from mcdas_opt.tracking.track_life import TrackLife
 
 Size = tuple[float, float]
+T = TypeVar("T")
 REFLECTIONS = ("face", "centre")
 BODY_GATE_M = 5.0  # a body of known name may be off its track by this much
 ALIKE_MPS = 1.0  # reflections of one body differ less in range rate
@@ -90,7 +104,7 @@ class Tracker:
             self._begin_anew()
         self._now_s = now
         frame = frame_near(road, host.s_m)
-        for scan in sorted(scans, key=lambda scan: scan.t_s if math.isfinite(scan.t_s) else math.inf):
+        for scan in self.in_order(scans, now):
             fault = scan_fault(scan, now, self._last.get(source_of(scan)), self._clock_s)
             if fault is not None:
                 self.counters[fault] += 1
@@ -100,6 +114,16 @@ class Tracker:
             self._take(_Look(scan, host, frame, now))
         self._bury(now)
         self._number(now)
+
+    def in_order(self, scans: Sequence[Scan], now: float) -> list[Scan]:
+        """In the order of their times; of more than can be taken in the latest, and those that will be refused."""
+        ordered = sorted(scans, key=lambda scan: scan.t_s if math.isfinite(scan.t_s) else math.inf)
+        if len(ordered) <= MOST_SCANS:
+            return ordered
+        refused = sum(not scan.t_s <= now + FUTURE_TOLERANCE_S for scan in ordered)
+        beyond = max(len(ordered) - refused - MOST_SCANS, 0)
+        self.counters["too_many"] += beyond
+        return ordered[beyond:]
 
     def tracks(self, now: float) -> tuple[Track, ...]:
         """Confirmed tracks, predicted to `now` from the time of their last detection; oldest first. None of them where the clock is set
@@ -120,7 +144,7 @@ class Tracker:
         self._last[source_of(scan)] = scan.t_s
         self._clock_s = scan.t_s if self._clock_s is None else max(self._clock_s, scan.t_s)
         points = self._sound_points(scan.radar)
-        bodies = self._sound_bodies(scan.bodies)
+        bodies = self._sound_bodies(scan.bodies, look.host)
         if points or bodies or not (scan.radar or scan.bodies):
             self._watch.heard(scan, look.now)
         else:
@@ -132,6 +156,7 @@ class Tracker:
                 life.miss(scan)
         self._tell_apart(look)
         self._merge(scan.t_s)
+        self._lives = self._most(self._lives, MOST_TRACKS, lambda life: (not life.confirmed, abs(life.place(scan.t_s)[0] - look.host.s_m)))
 
     def _take_bodies(self, bodies: list[BodyDetection], look: _Look) -> None:
         """Ideal detections: by name, else by overlap with a track that no name is known of, else a new track."""
@@ -295,24 +320,32 @@ class Tracker:
         self._lives = old
 
     def _sound_points(self, points: Sequence[RadarDetection]) -> list[RadarDetection]:
-        sound: list[RadarDetection] = []
+        sound = dict[RadarDetection, None]()
         for point in points:
             fault = radar_fault(point) or ("duplicate" if point in sound else None)
             if fault is None:
-                sound.append(point)
+                sound[point] = None
             else:
                 self.counters[fault] += 1
-        return sound
+        return self._most(sound, MOST_DETECTIONS, lambda point: point.range_m)
 
-    def _sound_bodies(self, bodies: Sequence[BodyDetection]) -> list[BodyDetection]:
-        sound: list[BodyDetection] = []
+    def _sound_bodies(self, bodies: Sequence[BodyDetection], host: HostState) -> list[BodyDetection]:
+        sound = dict[str, BodyDetection]()
         for body in bodies:
-            fault = body_fault(body) or ("duplicate" if any(body.name == b.name for b in sound) else None)
+            fault = body_fault(body) or ("duplicate" if body.name in sound else None)
             if fault is None:
-                sound.append(body)
+                sound[body.name] = body
             else:
                 self.counters[fault] += 1
-        return sound
+        return self._most(sound.values(), MOST_DETECTIONS, lambda body: math.hypot(body.s_m - host.s_m, body.d_m - host.d_m))
+
+    def _most(self, given: Collection[T], most: int, rank: Callable[[T], float | tuple[bool, float]]) -> list[T]:
+        """All of them, or so many that rank first, in the order that they had; the others are counted."""
+        if len(given) <= most:
+            return list(given)
+        self.counters["too_many"] += len(given) - most
+        kept = set(sorted(range(len(given)), key=[rank(one) for one in given].__getitem__)[:most])
+        return [one for k, one in enumerate(given) if k in kept]
 
 
 def _meet(bodies: Sequence[tuple[float, float, float, float]]) -> bool:
