@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.rules import Array, floats
 from mcdas_opt.errors import ParameterError
+
+_MOST_STEPS, _SHORTEST_S = 1000, 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,11 +21,14 @@ class TimeGrid:
     """(N + 1,), from 0. Rounded to a nanosecond, so that 0.1 s steps print as such."""
 
     def __post_init__(self) -> None:
-        steps = np.array(self.steps_s, dtype=np.float64)
+        steps = floats("steps_s", self.steps_s, "must be at least two positive steps", "s")
         if steps.ndim != 1 or steps.size < 2 or not np.all(np.isfinite(steps)) or steps.min() <= 0.0:
             raise ParameterError("steps_s", self.steps_s, "must be at least two positive steps", "s")
         if steps.max() > 0.1 + 1e-9:
             raise ParameterError("steps_s", float(steps.max()), "no step may exceed 0.1 s", "s")
+        if steps.size > _MOST_STEPS or steps.min() < _SHORTEST_S:
+            rule = f"must be at most {_MOST_STEPS} steps, none of them under {_SHORTEST_S:g}"
+            raise ParameterError("steps_s", f"{steps.size} steps, the shortest {steps.min():g}", rule, "s")
         steps.setflags(write=False)
         object.__setattr__(self, "steps_s", steps)
         times = np.round(np.concatenate([[0.0], np.cumsum(steps)]), 9)

@@ -7,7 +7,7 @@ from enum import StrEnum
 from operator import attrgetter
 
 from mcdas_opt.domain.actuator_response import ActuatorResponse
-from mcdas_opt.domain.rules import negative, non_negative, positive, require, true_or_false, within, word
+from mcdas_opt.domain.rules import negative, non_negative, positive, require, true_or_false, unit_of, within, word
 from mcdas_opt.errors import ParameterError
 
 GRAVITY_MPS2 = 9.80665
@@ -21,6 +21,19 @@ _OPEN = (  # may stay open
     "axle_load_front_kg",
     "axle_load_rear_kg",
 )
+_LARGEST = {  # that a road vehicle can have, by far
+    "wheelbase_m": 50.0,
+    "front_overhang_m": 50.0,
+    "rear_overhang_m": 50.0,
+    "width_m": 20.0,
+    "steering_rate_max_radps": 1e4,
+    "acceleration_max_mps2": 1e3,
+    "acceleration_min_mps2": 1e3,
+    "jerk_max_mps3": 1e6,
+    "jerk_min_mps3": 1e6,
+    "speed_max_mps": 1e3,
+    "zero_sideslip_point_m": 1e3,
+}
 _LOADS_AGREE = 0.01  # of the mass, of the wheelbase: figures of data sheets are rounded
 
 
@@ -75,6 +88,8 @@ class Vehicle:
         require(self, positive, "steering_rate_max_radps", "acceleration_max_mps2", "jerk_max_mps3", "speed_max_mps")
         require(self, negative, "acceleration_min_mps2", "jerk_min_mps3")
         non_negative("zero_sideslip_point_m", self.zero_sideslip_point_m, "m")
+        for name, largest in _LARGEST.items():
+            within(name, attrgetter(name)(self), -largest, largest, unit_of(name))
         require(self, positive, *(name for name in _OPEN if attrgetter(name)(self) is not None))
         if self.cog_height_m is not None:
             non_negative("cog_height_m", self.cog_height_m, "m")
