@@ -16,7 +16,6 @@ from mcdas_opt.domain.actuator_response import ActuatorResponse
 from mcdas_opt.domain.body import Body
 from mcdas_opt.domain.comfort import ComfortSettings
 from mcdas_opt.domain.destination import Destination
-from mcdas_opt.domain.grid import TimeGrid
 from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.manners import MannersSettings
 from mcdas_opt.domain.measurement import BodyDetection
@@ -56,7 +55,7 @@ NEEDED: dict[type, dict[str, Any]] = {
 }  # fmt: skip
 RECORDS: tuple[type, ...] = (
     *NEEDED, HostState, Road, Coverage, Mounting, Vehicle, Settings, SelectorSettings, PredictionSettings, SigmoidSettings, WarningSettings,
-    TimeGrid, HeadwaySettings, ComfortSettings, MannersSettings, SafeEndSettings, ActuatorResponse, ParkingLimits, ParkingTolerance,
+    HeadwaySettings, ComfortSettings, MannersSettings, SafeEndSettings, ActuatorResponse, ParkingLimits, ParkingTolerance,
     LiveSettings,
 )  # fmt: skip
 EXTREMES = (0.0, -0.0, 5e-324, -5e-324, 1e-300, 1e-9, 0.1, 1.0, -1.0, 90.0, 400.0, 1e4, 1e6, 1e9, -1e9, 1e16, 1e300, 1e308, -1e308)

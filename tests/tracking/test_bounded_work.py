@@ -15,6 +15,7 @@ from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.simulation.judging import verify
 from mcdas_opt.tracking.screening import MOST_DETECTIONS, MOST_SCANS
 
 HOST = HostState(speed_mps=20.0)
@@ -92,3 +93,12 @@ def test_whoever_leaves_the_farthest_place_stops_no_planning(place_m: float) -> 
         scans = [Scan(sensor="f", sector=Sector.FRONT, t_s=0.1 * k, bodies=(body,))] if k < 3 else []
         plan = PLANNER.step(scans, HOST, 0.1 * k)
     assert plan.verdict.passed
+
+
+def test_who_is_beside_a_host_at_the_farthest_place_can_be_judged() -> None:
+    """Doubts move a body that overlaps the host beside it."""
+    near = Track(id="near", s_m=-FARTHEST_M, d_m=0.0, speed_s_mps=20.0)
+    situation = Situation(host=HostState(s_m=-FARTHEST_M + 2.0, speed_mps=20.0), coverage=Coverage(), tracks=(near,))
+    PLANNER.reset()
+    plan = PLANNER.plan(situation)
+    assert plan.verdict.passed == verify(plan.trajectory, situation).passed
