@@ -59,7 +59,9 @@ def arrival_speed_mps(
         return held
     last = float(np.clip(held, *_inside(asked)))
     rate = falling_mps2 if last < held else rising_mps2
-    return last if 0.5 * (early_s + late_s) - abs(held - last) / rate <= _BEGINS_S else held
+    passes_s = 0.5 * (max(begin_m, 0.0) + end_m) / held if held > 0.0 else late_s
+    asked_by_s = max(early_s, min(0.5 * (early_s + late_s), passes_s))
+    return last if asked_by_s - abs(held - last) / rate <= _BEGINS_S else held
 
 
 def _inside(asked: tuple[float, float]) -> tuple[float, float]:

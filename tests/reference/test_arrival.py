@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from mcdas_opt.domain.destination import Destination
@@ -37,6 +37,7 @@ def driven(destination: Destination, speed_mps: float, desired_mps: float) -> li
     wanted=st.floats(0.0, 40.0),
     asks=st.booleans(),
 )
+@example(begun=0.0, cruise=2.0, early=6.0, lasting=6.0, length=7.0, wanted=5.0, asks=True)  # out of the place before half its time
 def test_who_drives_towards_it_is_there_in_its_window(
     begun: float, cruise: float, early: float, lasting: float, length: float, wanted: float, asks: bool
 ) -> None:
