@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from mcdas_opt.domain.rules import non_negative, positive, require, true_or_false, within
@@ -83,6 +84,13 @@ class Chassis:
     def rear_slip_gradient(self) -> float:
         """K_r [rad / (m/s^2)]: slip of the rear axle per lateral acceleration in a steady turn (Rajamani 2012, section 3.1)."""
         return self.mass_kg * self.cog_to_front_axle_m / (self.wheelbase_m * self.cornering_stiffness_rear_nprad)
+
+    def sliding_sideslip_rad(self, friction: float) -> float:
+        """Sideslip of the rear axle at which the whole contact of its tyres slides, at its load at rest: more of it gives no more lateral
+        force, and the car spins unless it is steered against (Fiala 1954; as a limit of stability: Beal and Gerdes, Model predictive
+        control for vehicle stabilization at the limits of handling, IEEE Trans. Control Systems Technology 21(4) 2013)."""
+        load = self.mass_kg * GRAVITY_MPS2 * self.cog_to_front_axle_m / self.wheelbase_m
+        return math.atan(3.0 * friction * load / self.cornering_stiffness_rear_nprad)
 
     def zero_sideslip_point_m(self, speed_mps: float) -> float:
         """Ahead of the rear axle, the point of the car's axis that moves along it in every steady turn at this speed [m].

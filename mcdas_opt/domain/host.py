@@ -16,7 +16,8 @@ class HostState:
     """Body centre (s, d) in the road frame, heading relative to the road at s; speed, acceleration, steering of the rear axle.
 
     What was measured, and so any finite number: a planner answers a state that no car can have by a plan, and says so
-    (`planning/host_plausibility.py`).
+    (`planning/host_plausibility.py`). `sideslip_rad` is by how much the rear axle moves aside of the car's axis, or at most moves as far as
+    is known; 0 without slip. Plans are made as if it were 0, and hold only while the rear tyres do (`verification/sideslip.py`).
     """
 
     s_m: float = 0.0
@@ -25,6 +26,7 @@ class HostState:
     speed_mps: float = 0.0
     acceleration_mps2: float = 0.0
     steering_rad: float = 0.0
+    sideslip_rad: float = 0.0
 
     def __post_init__(self) -> None:
         as_floats(self, tuple(self.__dataclass_fields__))
@@ -58,11 +60,18 @@ class HostState:
 class SlidingState(HostState):
     """A host whose tyres slip: `steering_rad` is the angle of the wheels, and the rear axle moves sideways too.
 
-    `lateral_speed_mps` is the rear axle's, to the left of the body; without slip it is 0 and the yaw rate is v tan(delta) / L.
+    `lateral_speed_mps` is the rear axle's, to the left of the body; without slip it is 0 and the yaw rate is v tan(delta) / L. Where it is
+    an estimate it has a standard deviation. `sideslip_rad` follows from both: one standard deviation beyond the estimate.
     """
 
     lateral_speed_mps: float = 0.0
     yaw_rate_radps: float = 0.0
+    lateral_speed_sd_mps: float = 0.0
+
+    def __post_init__(self) -> None:
+        HostState.__post_init__(self)
+        aside = abs(self.lateral_speed_mps) + self.lateral_speed_sd_mps
+        object.__setattr__(self, "sideslip_rad", math.atan2(aside, abs(self.speed_mps)))
 
     def turning(self, wheelbase_m: float) -> tuple[float, float]:
         """As `HostState.turning`; both are in the state."""
@@ -81,4 +90,5 @@ class SlidingState(HostState):
             speed_mps=v,
             acceleration_mps2=self.acceleration_mps2,
             steering_rad=math.atan(wheelbase_m * self.yaw_rate_radps / v),
+            sideslip_rad=self.sideslip_rad,
         )

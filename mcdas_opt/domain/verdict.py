@@ -21,6 +21,7 @@ class ViolationKind(StrEnum):
     START_SPEED = "start speed"
     START_ACCELERATION = "start acceleration"
     START_STEERING = "start steering"
+    SIDESLIP = "sideslip"
     SPEED = "speed"
     ACCELERATION = "acceleration"
     JERK = "jerk"

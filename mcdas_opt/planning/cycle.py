@@ -9,6 +9,7 @@ from typing import Any
 
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.doubt import Doubt, SupposedTrack
+from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import FARTHEST_M
@@ -363,6 +364,8 @@ def _local(given: Situation, origin_m: float) -> Situation:
     near = tuple(track for track in given.tracks if max(abs(track.s_m - origin_m), abs(track.d_m)) <= _IN_TRAFFIC_M)
     if len(near) < len(given.tracks):
         given = replace(given, tracks=near)
+    if given.host.sideslip_rad != 0.0:
+        given = replace(given, host=HostState.from_vector(given.host.to_vector()))
     destination = given.destination and given.destination.seen_from(origin_m, given.time_s)
     if origin_m == 0.0:
         return given if given.time_s == 0.0 else replace(given, time_s=0.0, destination=destination)

@@ -22,6 +22,7 @@ from mcdas_opt.errors import ParameterError
 from mcdas_opt.native.library import Held, library
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.fallback import NothingPasses, fall_back, host_refused, remainder_instead
+from mcdas_opt.planning.loss_of_grip import with_loss_of_grip
 from mcdas_opt.planning.memory import Memory
 from mcdas_opt.planning.method import AskedMethod, Method, PlannerName, build_method
 from mcdas_opt.planning.one_thread import OneThread
@@ -153,6 +154,7 @@ class Planner:
         else:
             plan, reported = with_reported_mode(self._answered(cycle), cycle)
             plan = with_time_to_react(plan, cycle)
+        plan = with_loss_of_grip(plan, cycle)
         self.memory = cycle.remember(plan, reported)
         indicator = plan.indicator if plan.side is Side.NONE else plan.side
         timing = replace(plan.timing_ms, total=1e3 * (time.perf_counter() - started))

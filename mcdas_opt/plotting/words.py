@@ -66,7 +66,9 @@ def broken(violation: Violation) -> str:
 def sentence(plan: Plan) -> str:
     """Status and verdict together, and whether anybody looked beyond."""
     unknown = f"for {plan.trajectory.t_s[-1]:.1f} s, its end was not looked at" if plan.verdict.passed and plan.safe_end is None else ""
-    return "; ".join(part for part in (_STATUS.get(plan.status, plan.status.value), f"{judged(plan.verdict)} {unknown}".strip()) if part)
+    slides = any(found.kind is ViolationKind.SIDESLIP for found in plan.verdict.violations)
+    status = "the car slides, and follows no plan" if slides else _STATUS.get(plan.status, plan.status.value)
+    return "; ".join(part for part in (status, f"{judged(plan.verdict)} {unknown}".strip()) if part)
 
 
 def because(plan: Plan) -> str:

@@ -47,4 +47,5 @@ class MeasuredHost:
             steering_rad=self.measured.steering_rad,
             lateral_speed_mps=self.slip.lateral_speed_mps,
             yaw_rate_radps=self.slip.yaw_rate_radps,
+            lateral_speed_sd_mps=self.slip.lateral_speed_sd_mps,
         )

@@ -23,6 +23,7 @@ from mcdas_opt.verification.finding import Findings
 from mcdas_opt.verification.limits import actuators, friction
 from mcdas_opt.verification.motion import drive
 from mcdas_opt.verification.record import Samples, sampling, started_elsewhere, unreadable
+from mcdas_opt.verification.sideslip import sideslip
 from mcdas_opt.verification.surface import on_road
 
 
@@ -57,8 +58,9 @@ def judge_all(
         return judge_all(drives, begun, vehicle, road.seen_from(origin_m), prediction.seen_from(origin_m))
     verdicts: dict[int, Verdict] = {}
     groups: list[list[int]] = []
+    slides = sideslip(start, vehicle, road)
     tables = [trajectory.table for trajectory in trajectories]
-    compiled, bodies = library(), rows_of(prediction.bodies)
+    compiled, bodies = library() if slides is None else None, rows_of(prediction.bodies)
     rules = rules_of(vehicle, road, ALONG_REACHES)
     for i, one in enumerate(tables):
         found = unreadable(one)
@@ -76,7 +78,7 @@ def judge_all(
     for group in groups:
         findings = _examined(Samples.of([tables[i] for i in group]), start, vehicle, road, prediction)
         for i, violations in zip(group, findings.of, strict=True):
-            verdicts[i] = Verdict(violations=tuple(violations))
+            verdicts[i] = Verdict(violations=tuple(violations) if slides is None else (slides, *violations))
     return tuple(verdicts[i] for i in range(len(trajectories)))
 
 
