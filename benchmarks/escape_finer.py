@@ -14,6 +14,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.manoeuvres.family import Rolled
 from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
@@ -34,7 +35,7 @@ def finer(situation: Situation, vehicle: Vehicle, traffic: PredictedTraffic, pre
     """The map's own members, and a grid around them that is some ten times finer."""
     own = members(situation, vehicle, traffic, settings)
     grip = situation.road.friction * GRAVITY_MPS2
-    brake, accelerate = vehicle.strongest_mps2(situation.road.friction)
+    brake, accelerate = available_mps2(vehicle, situation.road.friction)
     speeds = [float(body.at(np.zeros(1)).speed_s_mps[0]) for body in prediction.bodies]
     grid: list[tuple[float, ...]] = []
     for kind, most in enumerate((-brake, accelerate)):
@@ -91,7 +92,7 @@ def varied_around(known: Members, width: tuple[float, float, float], brake_mps2:
 def sigmoids(target_d_m: float, road: Road, vehicle: Vehicle) -> tuple[Phases, LaneChangeProfiles]:
     """Sigmoids to there, in rows (R,)."""
     grip = road.friction * GRAVITY_MPS2
-    brake, accelerate = vehicle.strongest_mps2(road.friction)
+    brake, accelerate = available_mps2(vehicle, road.friction)
     paces = [(0.0, 9.0), (0.4 * accelerate, 9.0), (0.9 * accelerate, 1.0), (0.9 * accelerate, 9.0)]
     paces += [(-x * brake, t) for x in (0.3, 0.6, 0.8) for t in (0.8, 1.5, 9.0)]
     pushes = [share * grip for share in (0.2, 0.35, 0.5, 0.6, 0.7, 0.8, 0.9)]

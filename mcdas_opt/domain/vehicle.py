@@ -125,11 +125,6 @@ class Vehicle:
     def length_m(self) -> float:
         return self.front_overhang_m + self.wheelbase_m + self.rear_overhang_m
 
-    def strongest_mps2(self, friction: float) -> tuple[float, float]:
-        """The most that it brakes, and that it accelerates, on such a road: both greater than 0."""
-        grip = friction * GRAVITY_MPS2
-        return min(-self.acceleration_min_mps2, grip), min(self.acceleration_max_mps2, grip)
-
     @property
     def centre_m(self) -> float:
         """Body centre ahead of the zero-sideslip point [m]; of the rear axle, for a kinematic vehicle."""

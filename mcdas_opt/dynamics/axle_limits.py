@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.rules import non_negative, positive, require, within
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2, DrivenAxle
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, DrivenAxle, Vehicle
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,6 +46,12 @@ class AxleLimits:
             return cls(**braking, driving_pull=c.wheelbase_m / c.cog_to_front_axle_m)
         to_front = c.cog_height_m / (GRAVITY_MPS2 * c.cog_to_rear_axle_m)
         return cls(**braking, driving_unloads=to_front, driving_pull=c.wheelbase_m / c.cog_to_rear_axle_m)
+
+
+def available_mps2(vehicle: Vehicle, friction: float) -> tuple[float, float]:
+    """The most that it brakes, and that it accelerates, straight on, on a road of that friction: both greater than 0."""
+    grip = friction * GRAVITY_MPS2
+    return min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
 
 
 def _split(c: Chassis, friction: float) -> dict[str, float]:

@@ -16,6 +16,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.manoeuvres.family import Member, Scoring, best_of_each
 from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
@@ -189,7 +190,7 @@ def _dodges(situation: Situation, vehicle: Vehicle, prediction: Prediction) -> l
 
 def _phases(vehicle: Vehicle, road: Road, speed_mps: float, wanted_mps: float) -> Phases:
     """(P, 1): hold, one phase, two phases; and towards the wanted speed, when that is another."""
-    brake, accelerate = vehicle.strongest_mps2(road.friction)
+    brake, accelerate = available_mps2(vehicle, road.friction)
     rows = list(SPEEDS)
     levels = [tuple(x * (accelerate if x > 0.0 else brake) for x in (first, then)) for first, _, then in rows]
     gap = wanted_mps - speed_mps

@@ -15,6 +15,7 @@ from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
+from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.manoeuvres.kinds import best_of_kind, next_lane_m
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.comfortable_speed import comfortable_speed
@@ -85,7 +86,7 @@ def brake_behind(cycle: Cycle) -> Proposed | None:
     if braking > 0.0:
         needed = max(needed, host_mps**2 / (2.0 * (room_m + front_mps**2 / (2.0 * braking))))
         slowest = max(front_mps - braking * float(cycle.settings.grid.times_s[-1]) - _SLOWER_MPS, 0.0)
-    rate = min(max(_HARDER * needed, ORDINARY_MPS2), cycle.vehicle.strongest_mps2(situation.road.friction)[0])
+    rate = min(max(_HARDER * needed, ORDINARY_MPS2), available_mps2(cycle.vehicle, situation.road.friction)[0])
     speeds = np.maximum(host_mps - rate * cycle.settings.grid.times_s, min(slowest, host_mps))
     return Proposed(
         name=BRAKE_BEHIND,

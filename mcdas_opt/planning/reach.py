@@ -12,6 +12,7 @@ from mcdas_opt.domain.prediction import BodyMotion, CruisingBody, Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.native.library import library
 
 AFTERWARDS_S = 20.0  # no plan with its continuation is longer, nor does any manoeuvre of a time to react end later
@@ -38,7 +39,7 @@ def in_reach(
     The host's reach is the interval from full braking to full acceleration, both at once: no drive that it can drive leaves it. In C where
     there is a compiler, with the same bits.
     """
-    brake, accelerate = vehicle.strongest_mps2(road.friction)
+    brake, accelerate = available_mps2(vehicle, road.friction)
     rate, v = max(accelerate, host.acceleration_mps2), host.speed_mps
     top = max(vehicle.speed_max_mps, v)
     compiled = library()

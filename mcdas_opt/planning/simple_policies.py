@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from mcdas_opt.actuation.path_following import SpeedLaw
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
+from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.planning.candidate import Driven, Proposed
 from mcdas_opt.planning.cycle import Cycle
@@ -23,8 +24,7 @@ _STEERING_SHARE = 0.9  # of the grip, for steering out with nothing left for bra
 def simple_policies(cycle: Cycle) -> Iterator[Driven]:
     """The five, driven by the bicycle within the car's limits; a side without lane or shoulder, or that nobody watches, is left out."""
     vehicle, path = cycle.vehicle, keep_path(cycle)
-    grip = _grip_mps2(cycle)
-    brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
+    brake, accelerate = available_mps2(vehicle, cycle.situation.road.friction)
     stop = SpeedLaw(speed_mps=0.0, acceleration_mps2=brake)
     go = SpeedLaw(speed_mps=0.98 * vehicle.speed_max_mps, acceleration_mps2=accelerate)
     laws = ((FULL_BRAKING, Mode.BRAKE, stop), (FULL_ACCELERATION, Mode.ACCELERATE, go), (HOLD, Mode.HOLD, _steady(cycle)))

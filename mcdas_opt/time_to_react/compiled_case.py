@@ -13,6 +13,7 @@ from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, all_cruise
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.manoeuvres.clearance import BOW, Margins
 from mcdas_opt.native.addresses import address
 from mcdas_opt.native.binding import record
@@ -78,7 +79,7 @@ def case_constants(
     numbers = (
         *(vehicle.wheelbase_m, vehicle.centre_m, vehicle.length_m, vehicle.width_m, vehicle.jerk_min_mps3, vehicle.jerk_max_mps3),
         *(vehicle.speed_max_mps, vehicle.steering_max_rad, vehicle.steering_rate_max_radps),
-        *(chosen.demand.friction * grip, chosen.demand.steering, *vehicle.strongest_mps2(road.friction)),
+        *(chosen.demand.friction * grip, chosen.demand.steering, *available_mps2(vehicle, road.friction)),
         *(road.left_edge_m, road.right_edge_m, np.inf if road.road_end_s_m is None else road.road_end_s_m),
         *(bend, chosen.clear_m, CLEAR_S, chosen.comfort_on(road.friction), SHORTEST_S, straightening_mps2),
     )

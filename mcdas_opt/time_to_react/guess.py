@@ -15,6 +15,7 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.geometry.edges import beyond_edges
 from mcdas_opt.manoeuvres.starts import Starts
 from mcdas_opt.time_to_react.compiled_case import CompiledCase, Nodes, case_constants, predicted_traffic
@@ -81,7 +82,7 @@ class Case:
         among: Members | None = None,
     ) -> None:
         self.situation, self.vehicle, self.chosen = situation, vehicle, chosen
-        self.brake_mps2, self.accelerate_mps2 = vehicle.strongest_mps2(situation.road.friction)
+        self.brake_mps2, self.accelerate_mps2 = available_mps2(vehicle, situation.road.friction)
         self.comfort_mps2 = chosen.comfort_on(situation.road.friction)
         until_s, bodies, margins = LATEST_S + CLEAR_S, prediction.bodies, chosen.margins
         self.traffic = (

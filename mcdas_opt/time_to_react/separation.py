@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.manoeuvres.clearance import BOW
 from mcdas_opt.manoeuvres.starts import Starts
 from mcdas_opt.time_to_react.evasive_profiles import EvasiveProfiles, Motions, pace
@@ -106,7 +107,7 @@ def inevitable_collision(
 
 def room_needed(speed_mps: Array, others_mps: Array, half_length_m: Array, vehicle: Vehicle, road: Road) -> tuple[Array, Array]:
     """How far bodies (J, ...) must be ahead of a host at these speeds that then brakes, or else behind one that accelerates: of centres."""
-    brake, accelerate = vehicle.strongest_mps2(road.friction)
+    brake, accelerate = available_mps2(vehicle, road.friction)
     closing = speed_mps - others_mps
     bodies = half_length_m + 0.5 * vehicle.length_m
     ahead = bodies + np.maximum(closing, 0.0) ** 2 / (2.0 * ROOM_SHARE * brake)

@@ -16,6 +16,7 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.native.form import SWITCH
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
@@ -35,7 +36,7 @@ CAR, TIMES = Vehicle(), np.arange(41) * 0.1
 def test_who_is_not_in_reach_is_met_by_no_drive(v: float, gap: float, other: float, switch: float, first: float, then: float) -> None:
     """Drives of two pieces, each braking or accelerating by a share of what the car can."""
     road, host = Road(), HostState(speed_mps=v)
-    brake, accelerate = CAR.strongest_mps2(road.friction)
+    brake, accelerate = available_mps2(CAR, road.friction)
     body = predict([Track(id="other", s_m=gap, d_m=0.0, speed_s_mps=other)]).bodies[0]
     motion = Prediction(name="", bodies=(body,)).rows_on(TIMES)
     if in_reach(motion, np.array([4.5]), TIMES, host, CAR, road, Room(standstill_m=0.0))[0]:

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from mcdas_opt.actuation.path_following import SpeedLaw
 from mcdas_opt.domain.plan import Candidate
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import Mode, Side
+from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.planning.candidate import Checked, Costed, Driven, Proposed
 from mcdas_opt.planning.collision_check import verdicts
 from mcdas_opt.planning.cycle import Cycle
@@ -42,13 +42,13 @@ def _checked(drives: Sequence[Driven], cycle: Cycle, rows: list[Candidate]) -> I
 def _in_the_lane(cycle: Cycle) -> Iterator[Driven]:
     """Hold, brake ever harder to a stop, accelerate."""
     situation, vehicle = cycle.situation, cycle.vehicle
-    grip = situation.road.friction * GRAVITY_MPS2
+    brake, accelerate = available_mps2(vehicle, situation.road.friction)
     laws = [("hold", Mode.HOLD, SpeedLaw(speed_mps=situation.host.speed_mps, acceleration_mps2=1.0))]
     for share in _BRAKING_SHARES:
-        most = share * min(-vehicle.acceleration_min_mps2, grip)
+        most = share * brake
         laws.append((f"brake {most:.1f} m/s^2", Mode.BRAKE, SpeedLaw(speed_mps=0.0, acceleration_mps2=most)))
     for share in _ACCELERATING_SHARES:
-        most = share * min(vehicle.acceleration_max_mps2, grip)
+        most = share * accelerate
         law = SpeedLaw(speed_mps=0.98 * vehicle.speed_max_mps, acceleration_mps2=most)
         laws.append((f"accelerate {most:.1f} m/s^2", Mode.ACCELERATE, law))
     path = keep_path(cycle)
