@@ -18,6 +18,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.dynamics.axle_limits import driving_mps2
 from mcdas_opt.dynamics.bicycle import road_bicycle, swept_inset_m2
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.dynamics.stopping import time_to_stop
@@ -66,13 +67,13 @@ def follow(
     steps = max(2, round(duration_s / h))
     x = [float(value) for value in start.to_vector()]
     states, inputs = [x], []
-    grip = FRICTION_SHARE * road.friction * GRAVITY_MPS2
+    grip, driving = FRICTION_SHARE * road.friction * GRAVITY_MPS2, driving_mps2(vehicle, road.friction)
     knots = [(float(s), float(k)) for s, k in road.curvature]
     straight = road.is_straight
     for k in range(steps):
         kappa = 0.0 if straight else _interpolate(knots, x[0])
         rate = _steering_rate(x, path, kappa, vehicle, min(lateral_acceleration_mps2, grip))
-        jerk = _jerk(x, _wanted(x, law, k * h, vehicle), vehicle, grip)
+        jerk = _jerk(x, _wanted(x, law, k * h, vehicle), vehicle, grip, driving)
         u = (jerk, rate)
 
         def right_side(state: Any, u: tuple[float, float] = u) -> list[Any]:
@@ -140,11 +141,11 @@ def _halting(v: float, jerk_mps3: float) -> float:
     return -min(math.sqrt(0.7 * LIMIT_SHARE * jerk_mps3 * v), v / (3.0 * STEP_S))
 
 
-def _jerk(x: list[float], wanted: float, vehicle: Vehicle, grip: float) -> float:
+def _jerk(x: list[float], wanted: float, vehicle: Vehicle, grip: float, driving: float) -> float:
     v, a, delta = x[3], x[4], x[5]
     share, h = LIMIT_SHARE, STEP_S
     lateral = v**2 * math.tan(delta) / vehicle.wheelbase_m
     room = math.sqrt(max(grip**2 - lateral**2, 0.0))
-    low, high = share * vehicle.acceleration_min_mps2, share * vehicle.acceleration_max_mps2
+    low, high = share * vehicle.acceleration_min_mps2, share * driving
     wanted = max(low, -room, min(high, room, wanted))
     return max(share * vehicle.jerk_min_mps3, min(share * vehicle.jerk_max_mps3, (wanted - a) / h))

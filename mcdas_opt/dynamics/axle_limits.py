@@ -8,6 +8,7 @@ those of `single_track`.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.rules import non_negative, positive, require, within
@@ -51,7 +52,20 @@ class AxleLimits:
 def available_mps2(vehicle: Vehicle, friction: float) -> tuple[float, float]:
     """The most that it brakes, and that it accelerates, straight on, on a road of that friction: both greater than 0."""
     grip = friction * GRAVITY_MPS2
-    return min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
+    return min(-vehicle.acceleration_min_mps2, grip), min(driving_mps2(vehicle, friction), grip)
+
+
+def driving_mps2(vehicle: Vehicle, friction: float) -> float:
+    """The most that its engine accelerates it, straight on: no more than the axle that it turns can hold, where it turns but one."""
+    if vehicle.driven_axle is DrivenAxle.BOTH:
+        return vehicle.acceleration_max_mps2
+    return _driving_one_axle_mps2(vehicle, friction)
+
+
+@lru_cache(maxsize=64)
+def _driving_one_axle_mps2(vehicle: Vehicle, friction: float) -> float:
+    limits, grip = AxleLimits.of(Chassis.of(vehicle), friction), friction * GRAVITY_MPS2
+    return min(vehicle.acceleration_max_mps2, grip / (limits.driving_pull + grip * limits.driving_unloads))
 
 
 def _split(c: Chassis, friction: float) -> dict[str, float]:

@@ -16,6 +16,7 @@ from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.verdict import Verdict
+from mcdas_opt.dynamics.axle_limits import driving_mps2
 from mcdas_opt.manoeuvres.safe_end import ends, last_end
 from mcdas_opt.planning.candidate import Continuation, Costed, Ended
 from mcdas_opt.planning.collision_check import hits
@@ -89,7 +90,7 @@ def _laws(plan: Trajectory, road: Road, vehicle: Vehicle, *, follower_fails: boo
     grip = road.friction * GRAVITY_MPS2
     laws = []
     if follower_fails and not front_fails:
-        most = min(vehicle.acceleration_max_mps2, 0.9 * grip)
+        most = min(driving_mps2(vehicle, road.friction), 0.9 * grip)
         laws.append(SpeedLaw(speed_mps=0.98 * vehicle.speed_max_mps, acceleration_mps2=most))
     for most in (_COMFORT_MPS2, -vehicle.acceleration_min_mps2):
         laws.append(SpeedLaw(speed_mps=0.0, acceleration_mps2=min(most, 0.9 * grip)))

@@ -17,7 +17,7 @@ from mcdas_opt.domain.settings import HeadwaySettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import CROSSING_MPS
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.dynamics.axle_limits import AxleLimits
+from mcdas_opt.dynamics.axle_limits import AxleLimits, driving_mps2
 from mcdas_opt.ocp.lane_mpc import CENTRE, FAR_M, HEADWAY_HORIZON_S, STEERING_RATE_SHARE
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.grown_bodies import grown_bodies
@@ -136,7 +136,7 @@ def proposal_values(
         **_bounds(situation, vehicle, proposed, guess_s),
         **_lane_end(situation, vehicle, proposed),
         **_headway(situation, vehicle, others, proposed, times_s, headway or HeadwaySettings()),
-        **_comfort(situation, proposed, times_s, comfort or ComfortSettings()),
+        **_comfort(situation, vehicle, proposed, times_s, comfort or ComfortSettings()),
     }
 
 
@@ -192,10 +192,15 @@ def _headway(
     return {**bumpers, "standstill": headway.standstill_m, "time_gap": time_gap}
 
 
-def _comfort(situation: Situation, proposed: Proposed, times_s: Array, comfort: ComfortSettings) -> dict[str, Any]:
-    """What the host's speed makes comfortable, reached from its acceleration with the jerk that is."""
+def _comfort(situation: Situation, vehicle: Vehicle, proposed: Proposed, times_s: Array, comfort: ComfortSettings) -> dict[str, Any]:
+    """What the host's speed makes comfortable, reached from its acceleration with the jerk that is; else what the driven axle can hold."""
     if not proposed.is_comfortable:
-        return {"most_acceleration": FAR_M, "most_braking": FAR_M, "most_jerk": FAR_M}
+        driving = driving_mps2(vehicle, situation.road.friction)
+        return {
+            "most_acceleration": FAR_M if driving == vehicle.acceleration_max_mps2 else driving,
+            "most_braking": FAR_M,
+            "most_jerk": FAR_M,
+        }
     limits, a = comfort.limits(situation.host.speed_mps), situation.host.acceleration_mps2
     change = limits.jerk_mps3 * times_s
     return {
@@ -250,7 +255,7 @@ def guessed_states(situation: Situation, proposed: Proposed, vehicle: Vehicle, t
     """(N + 1, 6): the candidate's path, driven towards its speed. Dynamically inconsistent on purpose: it only chooses the basin."""
     host = situation.host
     gap = proposed.speed_mps - host.speed_mps
-    rate = min(max(gap / 2.0, 0.6 * vehicle.acceleration_min_mps2), 0.9 * vehicle.acceleration_max_mps2)
+    rate = min(max(gap / 2.0, 0.6 * vehicle.acceleration_min_mps2), 0.9 * driving_mps2(vehicle, situation.road.friction))
     gained = np.minimum(np.maximum(rate * times_s, min(gap, 0.0)), max(gap, 0.0))
     x = np.zeros((times_s.size, 6))
     s, d, psi, v = x[:, 0], x[:, 1], x[:, 2], x[:, 3]

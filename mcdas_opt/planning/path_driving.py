@@ -24,6 +24,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.dynamics.axle_limits import driving_mps2
 from mcdas_opt.dynamics.bicycle import swept_inset_m2
 from mcdas_opt.native.library import library
 from mcdas_opt.reference.lane_centre import LaneCentre
@@ -123,7 +124,7 @@ def _law(vehicle: Vehicle, road: Road, lateral_mps2: float) -> Array:
             share * vehicle.jerk_min_mps3,
             share * vehicle.jerk_max_mps3,
             share * vehicle.acceleration_min_mps2,
-            share * vehicle.acceleration_max_mps2,
+            share * driving_mps2(vehicle, road.friction),
             0.7 * share * vehicle.jerk_max_mps3,
         ]
     )

@@ -11,6 +11,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Request, Sector, Side
+from mcdas_opt.dynamics.axle_limits import driving_mps2
 from mcdas_opt.situation import one_state
 from mcdas_opt.situation.occupancy import blocked_sides
 from mcdas_opt.situation.roles import assign_roles, gap_m
@@ -71,7 +72,7 @@ def assess(
             right_open=Sector.RIGHT not in blocked,
             preferred_side=_preferred_side(-offset if front_car is not None else host.d_m - road.lane_centre_m(lane, host.s_m)),
             park_requested=situation.request is Request.PARK,
-            acceleration_mps2=vehicle.acceleration_max_mps2,
+            acceleration_mps2=driving_mps2(vehicle, road.friction),
             previous_mode=mode_code(None if previous is None else previous.mode),
             previous_side=side_code(before.side),
             previous_front_threat=Sector.FRONT in before.threats,

@@ -16,6 +16,7 @@ from mcdas_opt.domain.rules import Array, finite, positive, within
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.dynamics.axle_limits import driving_mps2
 from mcdas_opt.manoeuvres.clearance import Margins
 from mcdas_opt.manoeuvres.family import Demand
 from mcdas_opt.manoeuvres.kinds import next_lane_m
@@ -234,7 +235,7 @@ def forces(road: Road, host: HostState, vehicle: Vehicle, chosen: EscapeSettings
     if not road.is_straight:
         bend = min(host.speed_mps**2 * abs(float(road.curvature_at(host.s_m))), _BEND_SHARE * grip)
     spare = math.sqrt(grip * grip - bend * bend)
-    brake, accelerate = min(-vehicle.acceleration_min_mps2, spare), min(vehicle.acceleration_max_mps2, spare - _FASTER * bend)
+    brake, accelerate = min(-vehicle.acceleration_min_mps2, spare), min(driving_mps2(vehicle, road.friction), spare - _FASTER * bend)
     return Forces(grip, bend, brake, accelerate, _JUST * chosen.comfort_on(road.friction), min(1.0, 0.2 * grip))
 
 

@@ -19,6 +19,7 @@ from mcdas_opt.domain.prediction import MOVING, CruisingBody, PredictedBody
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.dynamics.axle_limits import driving_mps2
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.verification.motion import FINE_STEP_S
 from mcdas_opt.verification.tolerances import CONTRACT
@@ -59,7 +60,7 @@ def rules_of(vehicle: Vehicle, road: Road, along_reaches: float) -> Array:
     of = CONTRACT
     edge_doubt = 5.0 * max(abs(kappa) for _, kappa in road.curvature) * 0.25 * (vehicle.length_m**2 + vehicle.width_m**2) + of.edge_m
     car: tuple[float, ...] = (vehicle.wheelbase_m, vehicle.centre_m, vehicle.length_m, vehicle.width_m, vehicle.steering_max_rad)
-    car += (vehicle.steering_rate_max_radps, vehicle.acceleration_min_mps2, vehicle.acceleration_max_mps2)
+    car += (vehicle.steering_rate_max_radps, vehicle.acceleration_min_mps2, driving_mps2(vehicle, road.friction))
     car += (vehicle.jerk_min_mps3, vehicle.jerk_max_mps3, vehicle.speed_max_mps)
     end = math.inf if road.road_end_s_m is None else road.road_end_s_m
     ground = (road.friction * GRAVITY_MPS2 * (1.0 + of.friction), road.left_edge_m, road.right_edge_m, end, edge_doubt + 0.05)

@@ -102,7 +102,7 @@ def _examined(
         started_elsewhere(samples, start, found)
     frame = _frame(samples.s_m, vehicle, road, prediction)
     motion = drive(samples, vehicle, frame, found)
-    actuators(samples, motion, vehicle, found)
+    actuators(samples, motion, vehicle, road, found)
     friction(motion, vehicle, road, found)
     collisions(motion, vehicle, frame, prediction, found)
     on_road(samples, motion, vehicle, frame, found)
