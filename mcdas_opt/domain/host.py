@@ -8,7 +8,7 @@ from typing import Self
 
 import numpy as np
 
-from mcdas_opt.domain.rules import Array, as_floats
+from mcdas_opt.domain.rules import Array, as_floats, non_negative
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,6 +30,7 @@ class HostState:
 
     def __post_init__(self) -> None:
         as_floats(self, tuple(self.__dataclass_fields__))
+        non_negative("sideslip_rad", self.sideslip_rad, "rad")
 
     def to_vector(self) -> Array:
         """(s, d, psi, v, a, delta)."""
@@ -70,7 +71,7 @@ class SlidingState(HostState):
 
     def __post_init__(self) -> None:
         HostState.__post_init__(self)
-        aside = abs(self.lateral_speed_mps) + self.lateral_speed_sd_mps
+        aside = abs(self.lateral_speed_mps) + non_negative("lateral_speed_sd_mps", self.lateral_speed_sd_mps, "m/s")
         object.__setattr__(self, "sideslip_rad", math.atan2(aside, abs(self.speed_mps)))
 
     def turning(self, wheelbase_m: float) -> tuple[float, float]:

@@ -16,6 +16,6 @@ def sideslip(start: HostState | None, vehicle: Vehicle, road: Road) -> Violation
     if start is None or start.sideslip_rad == 0.0:
         return None
     limit = Chassis.of(vehicle).sliding_sideslip_rad(road.friction)
-    if abs(start.sideslip_rad) * slip_share(start.speed_mps) <= limit:
+    if start.sideslip_rad * slip_share(start.speed_mps) <= limit:
         return None
-    return Violation(kind=ViolationKind.SIDESLIP, t_s=0.0, value=abs(start.sideslip_rad), limit=limit, unit="rad")
+    return Violation(kind=ViolationKind.SIDESLIP, t_s=0.0, value=start.sideslip_rad, limit=limit, unit="rad")
