@@ -8,7 +8,8 @@
 Avoidable scenes of one or more suites (the oracle drives the kinematic vehicle), and all of one whose traffic reacts, with the host's
 vehicle replaced by the one named, are driven by a planner on all plants with the same seeds. On every plant the road's friction is the peak
 of the tyres' force over their load. Of each avoidable scene that a plant loses it is asked whether it can follow the oracle's own drive:
-tracked by the same controller, without any planner.
+tracked by the same controller, without any planner. Avoidable is said of a car that has grip in every direction; "survivable" are the scenes
+that this car came through, driven by the planner or along the oracle's drive.
 
 Conditions: `CONDITIONS` below. Parameters are wrong in the plant alone: planner, controller and observer have the vehicle's file. `--out`
 keeps every row; a run that was stopped goes on with the same command.
@@ -241,7 +242,7 @@ def rows_of(one: tuple[str, Case], *, asked: Asked) -> list[Row]:
 
 
 def report(rows: Sequence[Row], asked: Asked) -> None:
-    heads = ("safe", "unavoidable cycles", "spun", f"felt < {FELT_LOW:g}", "sideslip p99 [rad]", "unverified")
+    heads = ("safe", "of survivable", "unavoidable cycles", "spun", f"felt < {FELT_LOW:g}", "sideslip p99 [rad]", "unverified")
     first = rows_as(rows, asked.plants[0], asked.controllers[0], asked.conditions[0])
     print(
         f"{'plant':>12} {'controller':>17} {'condition':>15} {heads[0]:>22}", *(f"{head:>{len(head) + 1}}" for head in heads[1:]), " lost"
@@ -255,7 +256,9 @@ def report(rows: Sequence[Row], asked: Asked) -> None:
                 share = Share(k=sum(row.ended == "safe" for row in own.values()), n=len(own))
                 low, high = (100 * q for q in share.interval)
                 lost = ", ".join(f"{n} {how}" for how, n in sorted(Counter(row.ended for row in own.values()).items()) if how != "safe")
+                followed = [row for row in own.values() if row.ended != "safe" and row.followed == "safe"]
                 counts = (
+                    f"{share.k}/{share.k + len(followed)}",
                     sum(row.unavoidable for row in own.values()),
                     sum(row.spun for row in own.values()),
                     sum(row.felt < FELT_LOW for row in own.values()),
