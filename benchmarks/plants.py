@@ -8,8 +8,8 @@
 Avoidable scenes of one or more suites (the oracle drives the kinematic vehicle), and all of one whose traffic reacts, with the host's
 vehicle replaced by the one named, are driven by a planner on all plants with the same seeds. On every plant the road's friction is the peak
 of the tyres' force over their load. Of each avoidable scene that a plant loses it is asked whether it can follow the oracle's own drive:
-tracked by the same controller, without any planner. Avoidable is said of a car that has grip in every direction; "survivable" are the scenes
-that this car came through, driven by the planner or along the oracle's drive.
+tracked by the same controller, without any planner. Avoidable is said of a car that has grip in every direction; "survivable" are the
+scenes that this car came through, driven by the planner or along the oracle's drive.
 
 Conditions: `CONDITIONS` below. Parameters are wrong in the plant alone: planner, controller and observer have the vehicle's file. `--out`
 keeps every row; a run that was stopped goes on with the same command.
