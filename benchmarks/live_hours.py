@@ -4,7 +4,8 @@
 
 Two ESRs at 20 Hz tell of a car ahead and one behind, over and over, as frames of virtual buses. Now and then, for some seconds each: a
 flood (10,000 frames a second of other identifiers), frames of random bytes under the radar's identifiers, frames lost, a bus that reports
-errors, a radar that restarts (0.6 s of silence), a time that jumps ahead by half a second. Told are the counts, and the slopes of memory
+errors, a radar that restarts (0.6 s of silence), a time that jumps ahead by half a second. A session that ends since both radars are silent
+for a second is begun anew. Told are the counts, and the slopes of memory
 as `endurance` has them.
 """
 
@@ -22,8 +23,8 @@ from mcdas_opt import Planner, RadarDetection, Scan, Sector, Settings, Status, V
 from mcdas_opt.interop.esr_can import write_esr
 from mcdas_opt.interop.esr_codec import EsrCodec
 from mcdas_opt.interop.live.inbox import Arrival
-from mcdas_opt.interop.live.loop import LiveLoop, LiveSettings
-from mcdas_opt.interop.live.record import Line
+from mcdas_opt.interop.live.loop import LiveLoop, LiveSettings, SilentBusError
+from mcdas_opt.interop.live.record import Line, LiveSummary
 from mcdas_opt.simulation.sensors import mounting
 
 _PERIOD_S, _SPEED_MPS, _ROUND = 0.05, 15.0, 400  # cycles after which the cars are where they were
@@ -130,13 +131,20 @@ def main() -> None:
             samples.append(sample(sum(statuses.values())))
 
     planner = Planner(settings=Settings(cycle_s=_PERIOD_S))
-    settings = LiveSettings(cycle_s=_PERIOD_S)
-    loop = LiveLoop(bus, _SECTORS, planner, heard, codec=EsrCodec(), sensor=load_sensor("delphi_esr"), settings=settings, clock=bus.clock)
-    began = time.perf_counter()
-    summary = loop.run(cycles)
+    settings, codec, sensor = LiveSettings(cycle_s=_PERIOD_S), EsrCodec(), load_sensor("delphi_esr")
+    began, summaries = time.perf_counter(), list[LiveSummary]()
+    while (left := cycles - sum(statuses.values())) > 0:
+        loop = LiveLoop(bus, _SECTORS, planner, heard, codec=codec, sensor=sensor, settings=settings, clock=bus.clock)
+        try:
+            loop.run(left)
+        except SilentBusError as error:
+            print(f"ended, and begun anew: {error}", flush=True)
+        summaries.append(loop.summary)
     took = time.perf_counter() - began
     print(f"{cycles} cycles ({bus.now / 3600.0:.2f} h) in {took:.0f} s: {sum(statuses.values())} answered, {dict(statuses)}")
-    print(f"faults begun: {dict(bus.begun)}; cycles missed: {summary.missed_cycles}; drops: {summary.to_dict()['drops']}")
+    print(f"faults begun: {dict(bus.begun)}; cycles missed: {sum(one.missed_cycles for one in summaries)}")
+    for one in summaries:
+        print(f"  {one.cycles} cycles, unverified {one.unverified_plans}, faults {one.faults}, drops {one.to_dict()['drops']}")
     print(f"must not be: {dict(wrong) or 'nothing'}")
     table = np.array(samples)
     if len(table) >= 20:  # ten stretches after the first fifth
