@@ -77,7 +77,13 @@ class Tally:
         if plan.status is Status.UNAVOIDABLE:
             return
         believed = "state cannot be" not in plan.reason
-        if not plan.verdict.passed or (believed and not verify(plan.trajectory, situation).passed):
+        try:
+            passed = plan.verdict.passed and (not believed or verify(plan.trajectory, situation).passed)
+        except Exception as error:
+            self.foreign += 1
+            self.note(f"the judge asked anew: {type(error).__name__} in {_innermost(error)}: {str(error)[:80]}", situation.to_json())
+            return
+        if not passed:
             self.unverified += 1
             self.note(f"unverified, called {plan.status.value}", situation.to_json())
 
