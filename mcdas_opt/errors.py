@@ -61,6 +61,8 @@ def blaming(file: object, under: str = "") -> Iterator[None]:
 @contextmanager
 def reading(file: object) -> Iterator[None]:
     """Turns a failure to read the file into an `InputError` that names it."""
+    if "\0" in str(file):
+        raise InputError(file, "", None, "cannot be read: no file has a NUL in its name")
     try:
         yield
     except OSError as error:

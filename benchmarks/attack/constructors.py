@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any
 
 import numpy as np
 
 from benchmarks.attack.campaign import examples
-from benchmarks.attack.strategies import NEEDED, RECORDS, anything
+from benchmarks.attack.records import fields, needed, records
+from benchmarks.attack.strategies import anything
 from benchmarks.attack.tally import Tally
 
 _USES = 50  # of a value, by different fields: to make one takes longer than to try it
@@ -20,9 +20,9 @@ def attack(tally: Tally, count: int, seed: int) -> None:
     values: list[Any] = []
     examples(anything, values.append, max(count // _USES, 100), seed)
     r = np.random.default_rng(seed)
-    fields = {record: [field.name for field in dataclasses.fields(record) if field.init] for record in RECORDS}
+    known = [(record, [field.name for field in fields(record)]) for record in records()]
     for _ in range(count):
-        record = RECORDS[int(r.integers(len(RECORDS)))]
-        names = {fields[record][int(r.integers(len(fields[record])))] for _ in range(int(r.integers(1, _MOST_FIELDS + 1)))}
-        given = {**NEEDED.get(record, {}), **{name: values[int(r.integers(len(values)))] for name in sorted(names)}}
+        record, of = known[int(r.integers(len(known)))]
+        names = {of[int(r.integers(len(of)))] for _ in range(int(r.integers(1, _MOST_FIELDS + 1)))}
+        given = {**needed(record), **{name: values[int(r.integers(len(values)))] for name in sorted(names)}}
         tally.ask(lambda record=record, given=given: record(**given), lambda record=record, given=given: f"{record.__name__}(**{given!r})")

@@ -11,53 +11,16 @@ from typing import Any, TypeVar
 import numpy as np
 from hypothesis import strategies as st
 
-from mcdas_opt import Coverage, HostState, Mounting, RadarDetection, Request, Road, Scan, Sector, Settings, Situation, Track, Vehicle
-from mcdas_opt.domain.actuator_response import ActuatorResponse
-from mcdas_opt.domain.body import Body
-from mcdas_opt.domain.comfort import ComfortSettings
+from benchmarks.attack.records import HOST
+from mcdas_opt import Coverage, HostState, Mounting, RadarDetection, Request, Road, Scan, Sector, Situation, Track
 from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.lane import Lane
-from mcdas_opt.domain.manners import MannersSettings
 from mcdas_opt.domain.measurement import BodyDetection
-from mcdas_opt.domain.motion import TargetMotion
-from mcdas_opt.domain.parking import ParallelSlot, ParkingCase, ParkingLimits, ParkingTolerance
-from mcdas_opt.domain.safe_end import SafeEndSettings
-from mcdas_opt.domain.sensor import Beam, Sensor
-from mcdas_opt.domain.settings import HeadwaySettings, PredictionSettings, SelectorSettings, SigmoidSettings, WarningSettings
-from mcdas_opt.domain.sigmoid_design import SigmoidDesign
-from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.sensor import Beam
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import McdasError
-from mcdas_opt.interop.live.loop import LiveSettings
 
 R = TypeVar("R")
-HOST = HostState(speed_mps=20.0)
-_SERIES = ("t_s", "s_m", "d_m", "heading_rad", "speed_mps", "acceleration_mps2", "steering_rad", "steering_rate_radps", "jerk_mps3")
-NEEDED: dict[type, dict[str, Any]] = {
-    Situation: {"host": HOST, "coverage": Coverage()},
-    Track: {"id": "f", "s_m": 60.0, "d_m": 0.0, "speed_s_mps": 15.0},
-    Scan: {"sensor": "esr", "sector": Sector.FRONT, "t_s": 0.0},
-    RadarDetection: {"range_m": 30.0, "azimuth_rad": 0.0, "range_rate_mps": -5.0},
-    BodyDetection: {"name": "x", "s_m": 30.0, "d_m": 0.0, "speed_s_mps": 10.0, "speed_d_mps": 0.0, "length_m": 4.5, "width_m": 1.8},
-    Lane: {"lane": 0},
-    Destination: {"lane": 0},
-    Body: {"name": "x", "s_m": 30.0},
-    Beam: {"name": "long", "range_max_m": 174.0, "half_angle_rad": 0.17},
-    Sensor: {
-        "name": "x", "beams": (Beam(name="long", range_max_m=174.0, half_angle_rad=0.17),), "range_min_m": 0.5, "rate_hz": 20.0,
-        "range_sd_m": 0.25, "azimuth_sd_rad": 0.01, "range_rate_sd_mps": 0.1,
-    },
-    TargetMotion: {"name": "x", "acceleration_along_mps2": 2.0, "acceleration_across_mps2": 0.5},
-    SigmoidDesign: {"a_per_m": -0.2, "b": 3.0, "y_max_m": 3.7},
-    ParallelSlot: {"length_m": 5.4},
-    ParkingCase: {"start": (6.0, 1.4, 0.0), "goal": (1.35, -1.05, 0.0)},
-    Trajectory: dict.fromkeys(_SERIES, (0.0, 0.1)),
-}  # fmt: skip
-RECORDS: tuple[type, ...] = (
-    *NEEDED, HostState, Road, Coverage, Mounting, Vehicle, Settings, SelectorSettings, PredictionSettings, SigmoidSettings, WarningSettings,
-    HeadwaySettings, ComfortSettings, MannersSettings, SafeEndSettings, ActuatorResponse, ParkingLimits, ParkingTolerance,
-    LiveSettings,
-)  # fmt: skip
 EXTREMES = (0.0, -0.0, 5e-324, -5e-324, 1e-300, 1e-9, 0.1, 1.0, -1.0, 90.0, 400.0, 1e4, 1e6, 1e9, -1e9, 1e16, 1e300, 1e308, -1e308)
 _WHEELBASE_M = 2.7
 NOT_FINITE = (math.nan, math.inf, -math.inf)

@@ -11,10 +11,11 @@ import math
 from collections import deque
 from dataclasses import dataclass, field, replace
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.host_motion import MotionMeasurement, SlipEstimate
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import positive
+from mcdas_opt.domain.rules import positive, within
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.tracking.sideslip_observer import LEAST_FRICTION, UNKNOWN_SD
 
@@ -54,8 +55,9 @@ class GripMonitor:
     _waited_s: float = field(init=False, default=0.0)  # since a sample counted
 
     def __post_init__(self) -> None:
+        require_types(self)
         positive("believed", self.believed)
-        self._past = deque(maxlen=2 * max(round(0.5 * SPAN_S / positive("step_s", self.step_s, "s")), 1) + 1)
+        self._past = deque(maxlen=2 * max(round(0.5 * SPAN_S / within("step_s", self.step_s, 1e-4, 1.0, "s")), 1) + 1)
         self._used = deque(maxlen=max(round(USED_S / self.step_s), 1))
 
     @property

@@ -34,6 +34,7 @@ Size = Annotated[float, Field(gt=0.0, le=LONGEST_M)]
 Loaded = TypeVar("Loaded")
 TRAJECTORY_COLUMNS = ("t_s", "s_m", "d_m", "heading_rad", "speed_mps")
 _FASTEST_MPS, _NOISE_M = 100.0, 2.0  # what a recorded car may seem to move by
+_RECORDED_M = 1e5  # from where a drive begins: it lasts 600 s at most
 
 
 class HostPart(Part):
@@ -278,9 +279,8 @@ def _read_trajectory(scene: Path, index: int, name: str, road: Road) -> Array:
     if header != TRAJECTORY_COLUMNS:
         raise InputError(path, "line 1", ",".join(header), f"must be the header {','.join(TRAJECTORY_COLUMNS)}")
     rows: list[list[float]] = []
-    for number, line in enumerate(lines[1:], start=2):
-        if not line.strip():
-            continue
+    numbers = [number for number, line in enumerate(lines) if number and line.strip()]
+    for number, line in ((number + 1, lines[number]) for number in numbers):
         try:
             row = [float(part) for part in line.split(",")]
         except ValueError:
@@ -289,22 +289,30 @@ def _read_trajectory(scene: Path, index: int, name: str, road: Road) -> Array:
             raise InputError(path, f"line {number}", line, f"must be {len(TRAJECTORY_COLUMNS)} finite numbers")
         if rows and row[0] <= rows[-1][0]:
             raise InputError(path, f"line {number}", row[0], "t_s must increase")
-        if rows and (moved := math.hypot(row[1] - rows[-1][1], row[2] - rows[-1][2])) > _FASTEST_MPS * (row[0] - rows[-1][0]) + _NOISE_M:
-            moved = moved if road.is_straight else _moved_m(rows[-1], row, road)
-            if moved > _FASTEST_MPS * (row[0] - rows[-1][0]) + _NOISE_M:
-                raise InputError(path, f"line {number}", line, f"jumps by {moved:.0f} m in {row[0] - rows[-1][0]:g} s: no car is so fast")
+        if max(abs(row[1]), abs(row[2])) > _RECORDED_M:
+            raise InputError(path, f"line {number}", line, f"must lie within {_RECORDED_M:g} m")
         rows.append(row)
     if len(rows) < 2:
         raise InputError(path, "", None, "needs at least two rows")
-    return np.array(rows)
+    samples = np.array(rows)
+    jump = _first_jump(samples, road)
+    if jump is not None:
+        after, moved_m = jump
+        rule = f"jumps by {moved_m:.0f} m in {np.diff(samples[:, 0])[after - 1]:g} s: no car is so fast"
+        raise InputError(path, f"line {numbers[after] + 1}", lines[numbers[after]], rule)
+    return samples
 
 
-def _moved_m(row: list[float], following: list[float], road: Road) -> float:
-    """How far apart two samples are in the plane."""
-    s, d = (np.array([row[k], following[k]]) for k in (1, 2))
-    frame = FrenetFrame(road=road, s_min_m=min(float(s.min()), 0.0) - 1.0, s_max_m=max(float(s.max()), 0.0) + 1.0)
-    x, y, _ = frame.to_plane(s, d, np.zeros(2))
-    return float(np.hypot(np.diff(x), np.diff(y))[0])
+def _first_jump(samples: Array, road: Road) -> tuple[int, float] | None:
+    """The first sample that no car reaches from the one before it, and how far it lies from that in the plane [m]."""
+    s, d = samples[:, 1:3].T
+    most_m = _FASTEST_MPS * np.diff(samples[:, 0]) + _NOISE_M
+    moved_m = np.hypot(np.diff(s), np.diff(d))
+    if not road.is_straight and (moved_m > most_m).any():  # across a bend its s may
+        x, y, _ = FrenetFrame(road=road, s_min_m=float(s.min()) - 1.0, s_max_m=float(s.max()) + 1.0).to_plane(s, d, np.zeros(s.size))
+        moved_m = np.where(moved_m > most_m, np.hypot(np.diff(x), np.diff(y)), moved_m)
+    jumps = np.flatnonzero(moved_m > most_m)
+    return (int(jumps[0]) + 1, float(moved_m[jumps[0]])) if jumps.size else None
 
 
 def _check_values(scene: Scene, path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.rules import as_floats, positive, require, require_type
 from mcdas_opt.domain.vocabulary import BodyKind
 
@@ -27,6 +28,7 @@ class Body:
     kind: BodyKind | None = None
 
     def __post_init__(self) -> None:
+        require_types(self)
         require_type("name", self.name, str)
         as_floats(self, ("s_m", "d_m", "heading_rad", "speed_mps", "length_m", "width_m"))
         require(self, positive, "length_m", "width_m")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.rules import non_negative, positive, require, true_or_false, within
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, DrivenAxle, Vehicle
 from mcdas_opt.errors import ParameterError
@@ -32,6 +33,7 @@ class Chassis:
     anti_lock: bool = True
 
     def __post_init__(self) -> None:
+        require_types(self)
         require(self, positive, "wheelbase_m", "mass_kg", "cog_to_front_axle_m")
         if not self.cog_to_front_axle_m < self.wheelbase_m:
             rule = f"must be less than the wheelbase {self.wheelbase_m:g}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.track import Track
 
 
@@ -43,6 +44,7 @@ class Doubt:
     unit: str
 
     def __post_init__(self) -> None:
+        require_types(self)
         who = f"track{'s' if len(self.tracks) > 1 else ''} {' and '.join(self.tracks)}"
         object.__setattr__(self, "words", _WORDS[self.kind].format(who=who, measured=f"{self.value:.3g} {self.unit}"))
 

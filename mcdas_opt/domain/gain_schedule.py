@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mcdas_opt.domain.rules import Array, finite, positive, unit_of, vector
+from mcdas_opt.domain.declared_types import require_types
+from mcdas_opt.domain.rules import Array, finite, floats, positive, unit_of, vector
 from mcdas_opt.errors import ParameterError
 
 Grid = tuple[float, ...]
@@ -31,6 +32,7 @@ class GainSchedule:
     length_m: Array
 
     def __post_init__(self) -> None:
+        require_types(self)
         for name, given in (("speed_mps", self.speed_mps), ("offset_m", self.offset_m), ("friction", self.friction)):
             axis = vector(name, given, unit_of(name))
             if axis.size < 1 or np.any(np.diff(axis) <= 0.0):
@@ -40,10 +42,7 @@ class GainSchedule:
         shape = (len(self.friction), len(self.offset_m), len(self.speed_mps))
         tables = {"a_per_m": self.a_per_m, "b": self.b, "y_max_m": self.y_max_m, "length_m": self.length_m}
         for name, filled in tables.items():
-            try:
-                table = np.array(filled, dtype=np.float64)
-            except (TypeError, ValueError):
-                table = np.zeros(0)
+            table = floats(name, filled, f"must be a finite table of {shape}: friction, offset, speed")
             if table.shape != shape or not np.all(np.isfinite(table)):
                 raise ParameterError(name, f"a table of {table.shape}", f"must be a finite table of {shape}: friction, offset, speed")
             table.setflags(write=False)

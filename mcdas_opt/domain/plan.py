@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import Any, ClassVar
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.doubt import Doubt
 from mcdas_opt.domain.escapes import Escapes
@@ -87,6 +88,7 @@ class Plan(Result):
 
     def __post_init__(self) -> None:
         """A method may answer in words; what is no word of the contract is refused here and not at the end of a drive."""
+        require_types(self)
         if not (type(self.mode) is Mode and type(self.side) is Side and type(self.status) is Status and type(self.alert) is Alert):
             for name, kind in (("mode", Mode), ("side", Side), ("status", Status), ("alert", Alert)):
                 object.__setattr__(self, name, word(name, attrgetter(name)(self), kind))
@@ -127,5 +129,6 @@ class Refusal:
     iterations: int = 0
 
     def __post_init__(self) -> None:
+        require_types(self)
         require_type("reason", self.reason, str)
         object.__setattr__(self, "candidates", all_of("candidates", self.candidates, Candidate))

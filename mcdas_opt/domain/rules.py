@@ -143,11 +143,15 @@ def all_finite(values: Array) -> bool:
     return math.isfinite(np.vdot(values, values)) or bool(np.isfinite(values).all())
 
 
-def whole(name: str, value: int, least: int = 0) -> int:
-    """`value` as an integer of at least `least`."""
+def integer(name: str, value: int) -> int:
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
         raise ParameterError(name, value, "must be a whole number")
-    if value < least:
+    return int(value)
+
+
+def whole(name: str, value: int, least: int = 0) -> int:
+    """`value` as an integer of at least `least`."""
+    if integer(name, value) < least:
         raise ParameterError(name, value, f"must be at least {least}")
     return int(value)
 

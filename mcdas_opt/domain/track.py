@@ -78,6 +78,7 @@ class Track:
         if self.acceleration_s_sd_mps2 is not None:
             within("acceleration_s_sd_mps2", self.acceleration_s_sd_mps2, 0.0, HARDEST_MPS2, "m/s^2")
         non_negative("age_s", self.age_s, "s")
+        true_or_false("coasting", self.coasting)
         if self.heading_rad is not None:
             object.__setattr__(self, "heading_rad", finite("heading_rad", self.heading_rad, "rad"))
         if self.kind is not None and type(self.kind) is not BodyKind:

@@ -7,7 +7,7 @@ from enum import StrEnum
 from operator import attrgetter
 
 from mcdas_opt.domain.actuator_response import ActuatorResponse
-from mcdas_opt.domain.rules import negative, non_negative, positive, require, true_or_false, unit_of, within, word
+from mcdas_opt.domain.rules import negative, non_negative, positive, require, require_type, true_or_false, unit_of, within, word
 from mcdas_opt.errors import ParameterError
 
 GRAVITY_MPS2 = 9.80665
@@ -83,6 +83,8 @@ class Vehicle:
     zero_sideslip_point_m: float = 0.0
 
     def __post_init__(self) -> None:
+        require_type("name", self.name, str)
+        require_type("actuators", self.actuators, ActuatorResponse)
         require(self, positive, "wheelbase_m", "front_overhang_m", "rear_overhang_m", "width_m")
         within("steering_max_rad", self.steering_max_rad, 0.01, 1.4, "rad")
         require(self, positive, "steering_rate_max_radps", "acceleration_max_mps2", "jerk_max_mps3", "speed_max_mps")

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from mcdas_opt.domain.rules import all_of, require_numbers, require_type, true_or_false, word
+
 
 class ViolationKind(StrEnum):
     """Every rule that a judge may find broken, in traffic and in parking; the value is what a person reads."""
@@ -65,6 +67,10 @@ class Violation:
     body: str = ""
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "kind", word("kind", self.kind, ViolationKind))
+        require_numbers(self, ("t_s", "value", "limit"))
+        require_type("unit", self.unit, str)
+        require_type("body", self.body, str)
         object.__setattr__(self, "name", self._name())
 
     def _name(self) -> str:
@@ -90,6 +96,8 @@ class Verdict:
     passed: bool = True
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "violations", all_of("violations", self.violations, Violation))
+        true_or_false("passed", self.passed)
         object.__setattr__(self, "passed", not self.violations)
 
     @property

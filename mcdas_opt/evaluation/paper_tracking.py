@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.rules import Array, positive, require_every
 from mcdas_opt.evaluation import published
 from mcdas_opt.plotting.tracking_bands import TrackingBands
@@ -29,6 +30,7 @@ class TrackingChoices:
     acceleration_sd_mps2: tuple[float, float] = (0.1, 0.05)  # Q: white-noise acceleration along, across
 
     def __post_init__(self) -> None:
+        require_types(self)
         require_every(self, positive)
 
     def in_words(self) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.errors import ParameterError
 
 LEVEL = 0.95
@@ -21,6 +22,7 @@ class Share:
     n: int
 
     def __post_init__(self) -> None:
+        require_types(self)
         if not 0 <= self.k <= self.n:
             raise ParameterError("k", self.k, f"must lie in [0, {self.n}]")
 

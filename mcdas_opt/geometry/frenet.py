@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.rules import Array, finite, require_type, within
 
 _STEP_M = 0.5
+_LONGEST_M = 1e6  # of a table
 _GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
@@ -35,6 +36,8 @@ class FrenetFrame:
     _addresses: tuple[int, int, int, int] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        require_type("road", self.road, Road)
+        within("s_max_m", finite("s_max_m", self.s_max_m, "m"), finite("s_min_m", self.s_min_m, "m"), self.s_min_m + _LONGEST_M, "m")
         self._tabulate()
         line, bends = self._table, self._knots
         object.__setattr__(self, "_addresses", (line.shape[1], line.ctypes.data, bends.shape[1], bends.ctypes.data))

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from mcdas_opt.catalogue.data_files import models_folder
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.errors import InputError, MissingExtraError, ParameterError, reading
 
 FIRST_TRACK, TRACKS, STATUS_1, STATUS_2 = 0x500, 64, 0x4E0, 0x4E1
@@ -88,6 +89,7 @@ class EsrCodec:
     _messages: dict[int, Any] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
+        require_types(self)
         path = models_folder() / "can" / "esr_minimal.dbc" if self.dbc is None else Path(self.dbc)
         messages = {message.frame_id: message for message in _load(path)}
         missing = [k for k in range(TRACKS) if FIRST_TRACK + k not in messages]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array, vector
@@ -33,6 +34,7 @@ class HostMotion:
     source: str = "host speed"
 
     def __post_init__(self) -> None:
+        require_types(self)
         t_s = vector("t_s", self.t_s, "s")
         vector("speed_mps", self.speed_mps, "m/s", length=t_s.size)
         if t_s.size < 2 or np.any(np.diff(t_s) <= 0.0):

@@ -7,8 +7,9 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from statistics import median
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.measurement import Scan
-from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.rules import Array, floats
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.interop.recordings.tally import Tally
@@ -33,6 +34,9 @@ class SensorLog:
     pieces: int | None = None
 
     def __post_init__(self) -> None:
+        require_types(self)
+        if self.host_speed is not None:
+            floats("host_speed", self.host_speed, "must be numbers")
         if not self.scans or len(self.scans) != len(self.arrivals_s):
             raise ParameterError("scans", len(self.scans), "must be at least one, each with its arrival time")
 

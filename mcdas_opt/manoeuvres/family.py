@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
@@ -135,6 +136,7 @@ class Scoring:
     clear_m: float = 0.0
 
     def __post_init__(self) -> None:
+        require_types(self)
         require_every(self, non_negative)
 
 

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.bicycle import INPUTS, STATES, road_bicycle
@@ -242,6 +243,7 @@ class LaneParameters:
     columns: dict[str, int] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        require_types(self)
         object.__setattr__(self, "columns", {name: i for i, name in enumerate(self.names)})
 
     def matrix(self, nodes: int, *groups: dict[str, Any]) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.rules import non_negative, positive, require
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.parking.cost import COSTS, ParkingCosts
@@ -30,6 +31,7 @@ class ParkSettings:
     time_budget_s: float | None = None
 
     def __post_init__(self) -> None:
+        require_types(self)
         for name in self.guesses:
             if name not in GUESSES:
                 raise ParameterError("guesses", name, f"is unknown; {nearest(name, GUESSES)}")

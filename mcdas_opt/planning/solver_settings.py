@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.rules import non_negative, require_every, whole, within
 from mcdas_opt.errors import ParameterError
 
@@ -34,6 +35,7 @@ class SolverSettings:
     event_speed_mps: float = 0.5
 
     def __post_init__(self) -> None:
+        require_types(self)
         for name, given, known in (
             ("solver", self.solver, ("interior-point", "osqp")),
             ("cold_start", self.cold_start, ("same", "ipopt")),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.simulation.idm import STEP_S
 
@@ -31,6 +32,7 @@ class Actuators:
     acceleration_range: tuple[float, float] = field(init=False)
 
     def __post_init__(self) -> None:
+        require_types(self)
         grip = self.friction * GRAVITY_MPS2
         object.__setattr__(self, "grip_mps2", grip)
         low, high = max(self.vehicle.acceleration_min_mps2, -grip), min(self.vehicle.acceleration_max_mps2, grip)

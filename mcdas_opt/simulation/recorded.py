@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.rules import Array, all_finite, floats
+from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.frenet import FrenetFrame
 
 _AROUND_M = 50.0  # of road beyond the samples
@@ -33,6 +35,11 @@ class RecordedMotion:
     _plane: Array = field(init=False, repr=False, compare=False)  # (n, 3): x, y, yaw of the samples on a bent road
 
     def __post_init__(self) -> None:
+        require_types(self)
+        samples = floats("samples", self.samples, "must be rows of five numbers")
+        if samples.ndim != 2 or samples.shape[1] != 5 or not samples.size or not all_finite(samples):
+            raise ParameterError("samples", f"shape {samples.shape}", "must be rows of five finite numbers")
+        object.__setattr__(self, "samples", samples)
         frame, plane = None, np.zeros((0, 3))
         if not self.road.is_straight:
             s, d, heading = self.samples[:, 1:4].T

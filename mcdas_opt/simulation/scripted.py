@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mcdas_opt.catalogue.scenes import MotionPart
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
@@ -87,6 +88,7 @@ class ScriptedMotion:
     _columns: Array = field(init=False, repr=False, compare=False)  # (4, pieces): start, s, speed, acceleration of `along`
 
     def __post_init__(self) -> None:
+        require_types(self)
         rows = [(piece.t_s, piece.s_m, piece.speed_mps, piece.acceleration_mps2) for piece in self.along]
         object.__setattr__(self, "_columns", np.array(rows, dtype=np.float64).T)
 
@@ -129,6 +131,7 @@ class HeadedMotion:
     _frame: FrenetFrame = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        require_types(self)
         object.__setattr__(self, "_frame", FrenetFrame(road=self.road))
 
     @classmethod

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csc_matrix
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.rules import Array, positive, require_every
 from mcdas_opt.solvers.linearisation import Linearisation, Linearised
 from mcdas_opt.solvers.outcome import Ending, Outcome
@@ -33,6 +34,7 @@ class OsqpSettings:
     qp_iterations: int = 300
 
     def __post_init__(self) -> None:
+        require_types(self)
         require_every(self, positive)
 
 

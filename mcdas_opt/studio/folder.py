@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mcdas_opt.catalogue.data_files import models_folder, read_toml, shipped
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.errors import InputError, writing
 from mcdas_opt.evaluation.table import CSV, TIMINGS
 
@@ -26,6 +27,7 @@ class Folder:
     root: Path
 
     def __post_init__(self) -> None:
+        require_types(self)
         root = self.root.resolve()
         if not root.is_dir():
             raise InputError(self.root, "", None, "no such folder")

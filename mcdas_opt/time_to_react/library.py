@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array, finite, positive, within
@@ -129,6 +130,7 @@ class EscapeSettings:
     margins: Margins = field(default_factory=Margins)
 
     def __post_init__(self) -> None:
+        require_types(self)
         positive("escapes.comfort_mps2", self.comfort_mps2, "m/s^2")
         within("escapes.comfort_share", self.comfort_share, 0.05, 1.0)
         finite("escapes.clear_m", self.clear_m, "m")

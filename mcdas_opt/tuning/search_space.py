@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.rules import Array, finite
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.planning.adjustable import defaults
@@ -23,6 +24,7 @@ class Range:
     log: bool = False
 
     def __post_init__(self) -> None:
+        require_types(self)
         known = defaults()
         if self.name not in known:
             raise ParameterError("search space", self.name, f"is not adjustable; {nearest(self.name, known)}")

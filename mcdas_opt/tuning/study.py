@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from mcdas_opt.catalogue.scenes import Scene
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.evaluation.provenance import digest
@@ -43,6 +44,7 @@ class StudySpec:
     early: int = 3
 
     def __post_init__(self) -> None:
+        require_types(self)
         if self.method not in METHODS:
             raise ParameterError("search", self.method, f"is not a known search; {nearest(self.method, METHODS)}")
         if not self.scenes:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.rules import positive, require, whole
 from mcdas_opt.tuning.search_space import SPACE, Range
 
@@ -26,5 +27,6 @@ class StudyOptions:
     space: tuple[Range, ...] = field(default=SPACE)
 
     def __post_init__(self) -> None:
+        require_types(self)
         require(self, positive, "scenes", "held_out", "workers", "speed_mps")
         whole("seed", self.seed)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.rules import positive, require, whole
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
@@ -33,6 +34,7 @@ class EpisodeSettings:
     frequency_hz: int = 20  # of its simulation; a whole number of frames in a cycle
 
     def __post_init__(self) -> None:
+        require_types(self)
         require(self, positive, "duration_s", "vehicles")
         whole("frequency_hz", self.frequency_hz, least=1)
         if self.frequency_hz % round(1.0 / CYCLE_S):

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.rules import non_negative, positive, require, within
 from mcdas_opt.domain.sensor import Sensor
@@ -44,6 +45,7 @@ class LiveSettings:
     trajectories: bool = False  # whether lines hold the plan's whole trajectory
 
     def __post_init__(self) -> None:
+        require_types(self)
         require(self, positive, "cycle_s", "silence_s")
         if self.speed_mps is not None:
             non_negative("speed_mps", self.speed_mps, "m/s")

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.errors import InputError, reading
 from mcdas_opt.interop.recordings.recording import Row, position
 from mcdas_opt.interop.recordings.tally import Tally
@@ -28,6 +29,7 @@ class CsvTable:
     _lines: tuple[tuple[int, tuple[str, ...]], ...] = ()
 
     def __post_init__(self) -> None:
+        require_types(self)
         with reading(self.path):
             text = Path(self.path).read_bytes().decode("utf-8-sig", errors="replace")
         try:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mcdas_opt.catalogue.data_files import models_folder, not_shipped, shipped
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.rules import positive
 from mcdas_opt.errors import InputError, McdasError
 from mcdas_opt.interop.sumo.connection import Connection, asking, started
@@ -27,6 +28,7 @@ class EpisodeSettings:
     look_m: tuple[float, float] = (150.0, 100.0)
 
     def __post_init__(self) -> None:
+        require_types(self)
         for value in self.look_m:
             positive("look_m", value, "m")
         if self.desired_mps is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.rules import non_negative, positive, require
 
 
@@ -35,6 +36,7 @@ class FollowSettings:
     replans: int = 3
 
     def __post_init__(self) -> None:
+        require_types(self)
         non_negative("stop_clearance_m", self.stop_clearance_m, "m")
         positive("tracked_m", self.tracked_m, "m")
         non_negative("replans", self.replans)

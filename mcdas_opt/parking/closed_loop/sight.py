@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.rules import Array, finite, non_negative, positive, require
 from mcdas_opt.errors import ParameterError
@@ -24,6 +25,7 @@ class Visitor:
     name: str = "pedestrian"
 
     def __post_init__(self) -> None:
+        require_types(self)
         require(self, finite, "x_m", "y_m")
         non_negative("from_s", self.from_s, "s")
         positive("width_m", self.width_m, "m")

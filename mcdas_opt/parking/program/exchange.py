@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.rules import Array, non_negative, positive, require, within
 from mcdas_opt.errors import ParameterError, nearest
@@ -55,6 +56,7 @@ class ExchangeSettings:
     solver: str = "ipopt"  # or "fatrop", which IPOPT answers for where it finds nothing sound, and where it cannot be asked
 
     def __post_init__(self) -> None:
+        require_types(self)
         require(self, positive, "rounds", "rounds_unsound")
         require(self, non_negative, "work", "work_unsound")
         require(self, positive, "trust_region_m", "trust_region_rad")

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.rules import non_negative, positive, require
 from mcdas_opt.parking.cost import ParkingCosts
@@ -37,6 +38,7 @@ class WindowSettings:
     fine_stride: int = 12  # ... in windows that begin so many gears apart
 
     def __post_init__(self) -> None:
+        require_types(self)
         for name, count in (("phases", self.phases), ("stride", self.stride), ("rounds", self.rounds), ("fine_stride", self.fine_stride)):
             positive(name, count)
         require(self, non_negative, "whole_up_to", "fine_up_to")

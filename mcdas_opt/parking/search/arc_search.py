@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.rules import Array, positive, require
 from mcdas_opt.geometry.angles import wrapped
@@ -51,6 +52,7 @@ class Resolution:
     wide: bool = False
 
     def __post_init__(self) -> None:
+        require_types(self)
         require(self, positive, "cell_m", "max_nodes")
 
     @property
