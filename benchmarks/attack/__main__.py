@@ -57,9 +57,12 @@ def run(name: str, count: int, seed: int) -> Tally:
     """A warning that leaves is foreign too."""
     tally = Tally()
     logging.disable()  # of what parsers of others tell
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        ATTACKS[name][0](tally, count, seed)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            ATTACKS[name][0](tally, count, seed)
+    finally:
+        logging.disable(logging.NOTSET)
     return tally
 
 
