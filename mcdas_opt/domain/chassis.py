@@ -13,6 +13,7 @@ from mcdas_opt.errors import ParameterError
 TYPICAL_MASS_KG = 1500.0
 TYPICAL_FRONT_SHARE = 4.0 / 9.0  # centre of gravity behind the front axle, in wheelbases
 TYPICAL_HEIGHT_M = 0.55
+_HIGHEST = 2.0  # times the way to the nearer axle
 TYPICAL_STIFFNESS_FRONT = 14.7  # cornering stiffness over the axle's static load [1/rad]
 TYPICAL_STIFFNESS_REAR = 21.4
 
@@ -64,7 +65,7 @@ class Chassis:
             mass_kg=mass,
             yaw_inertia_kgm2=_first(vehicle.yaw_inertia_kgm2, mass * front * rear),
             cog_to_front_axle_m=front,
-            cog_height_m=_first(vehicle.cog_height_m, TYPICAL_HEIGHT_M),
+            cog_height_m=_first(vehicle.cog_height_m, min(TYPICAL_HEIGHT_M, _HIGHEST * min(front, rear))),
             cornering_stiffness_front_nprad=_first(vehicle.cornering_stiffness_front_nprad, TYPICAL_STIFFNESS_FRONT * weight * rear),
             cornering_stiffness_rear_nprad=_first(vehicle.cornering_stiffness_rear_nprad, TYPICAL_STIFFNESS_REAR * weight * front),
             driven_axle=vehicle.driven_axle,

@@ -21,6 +21,19 @@ _OPEN = (  # may stay open
     "axle_load_front_kg",
     "axle_load_rear_kg",
 )
+_TIPS_MPS2, _NEAREST_AXLE = 2.0, 0.4  # a share of the wheelbase: where the centre of gravity may be that nobody gave
+_SMALLEST = {
+    "wheelbase_m": 0.1,
+    "front_overhang_m": 1e-3,
+    "rear_overhang_m": 1e-3,
+    "width_m": 0.05,
+    "steering_rate_max_radps": 1e-3,
+    "acceleration_max_mps2": 0.01,
+    "acceleration_min_mps2": 0.01,
+    "jerk_max_mps3": 0.01,
+    "jerk_min_mps3": 0.01,
+    "speed_max_mps": 0.1,
+}
 _LARGEST = {  # that a road vehicle can have, by far
     "wheelbase_m": 50.0,
     "front_overhang_m": 50.0,
@@ -90,6 +103,9 @@ class Vehicle:
         require(self, positive, "steering_rate_max_radps", "acceleration_max_mps2", "jerk_max_mps3", "speed_max_mps")
         require(self, negative, "acceleration_min_mps2", "jerk_min_mps3")
         non_negative("zero_sideslip_point_m", self.zero_sideslip_point_m, "m")
+        for name, smallest in _SMALLEST.items():
+            if abs(attrgetter(name)(self)) < smallest:
+                raise ParameterError(name, attrgetter(name)(self), f"must be at least {smallest:g} in size", unit_of(name))
         for name, largest in _LARGEST.items():
             within(name, attrgetter(name)(self), -largest, largest, unit_of(name))
         require(self, positive, *(name for name in _OPEN if attrgetter(name)(self) is not None))
@@ -100,6 +116,7 @@ class Vehicle:
             within("brake_share_front", self.brake_share_front, 0.0, 1.0)
         true_or_false("anti_lock", self.anti_lock)
         self._check_loads()
+        self._check_balance()
 
     def _check_loads(self) -> None:
         loads = self.axle_loads_kg
@@ -116,6 +133,16 @@ class Vehicle:
         if self.cog_to_front_axle_m is not None and abs(self.cog_to_front_axle_m - behind) > _LOADS_AGREE * self.wheelbase_m:
             rule = f"must be {behind:.3f}, as the axle loads say"
             raise ParameterError("cog_to_front_axle_m", self.cog_to_front_axle_m, rule, "m")
+
+    def _check_balance(self) -> None:
+        """The centre of gravity lies between the axles, and so low that braking at `_TIPS_MPS2` keeps both of them on the road."""
+        front, nearest = self.cog_to_front_axle_m, _NEAREST_AXLE * self.wheelbase_m
+        if front is not None:
+            if not front < self.wheelbase_m:
+                raise ParameterError("cog_to_front_axle_m", front, f"must be less than the wheelbase {self.wheelbase_m:g}", "m")
+            nearest = min(front, self.wheelbase_m - front)
+        if self.cog_height_m is not None:
+            within("cog_height_m", self.cog_height_m, 0.0, nearest * GRAVITY_MPS2 / _TIPS_MPS2, "m")
 
     @property
     def axle_loads_kg(self) -> tuple[float, float] | None:

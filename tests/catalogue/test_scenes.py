@@ -9,9 +9,11 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
+from mcdas_opt.catalogue import scenes
 from mcdas_opt.catalogue.data_files import shipped
 from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.errors import InputError
+from mcdas_opt.geometry.frenet import FrenetFrame
 
 GOOD = """\
 name = "good"
@@ -218,6 +220,8 @@ def test_bytes_that_are_no_text_are_told(tmp_path):
         (HEADER + "0,60,0,0,4\n1,64,0,4\n", "line 3", "5 finite numbers"),
         (HEADER + "1,60,0,0,4\n\n1,64,0,0,4\n", "line 4", "t_s must increase"),
         (HEADER + "0,60,0,0,4\n1,964,0,0,4\n", "line 3", "jumps by 904 m in 1 s"),
+        (HEADER + "0,60,0,0,4\n\n1,64,0,0,4\n2,964,0,0,4\n", "line 5", "jumps by 900 m in 1 s"),
+        (HEADER + "0,1e9,0,0,4\n1,1e9,0,0,4\n", "line 2", "must lie within 100000 m"),
     ],
 )
 def test_faults_of_a_neighbours_recording_name_its_file_and_line(tmp_path, rows, where, words):
@@ -225,6 +229,17 @@ def test_faults_of_a_neighbours_recording_name_its_file_and_line(tmp_path, rows,
     error = refused(tmp_path, GOOD + RECORDED)
     assert (error.file, error.key) == (str(tmp_path / "other.csv"), where)
     assert words in error.rule
+
+
+def test_a_recording_that_goes_round_and_round_takes_one_look_at_the_road(tmp_path, monkeypatch):
+    """Its s jumps in every row and it does not move: the road from its beginning was tabulated anew for each."""
+    made = []
+    monkeypatch.setattr(scenes, "FrenetFrame", lambda **given: made.append(given) or FrenetFrame(**given))
+    once_round = 2.0 * math.pi / 0.02
+    (tmp_path / "other.csv").write_text(HEADER + "".join(f"{k},{60.0 + 10 * once_round * (k % 2)},0,0,4\n" for k in range(50)))
+    (tmp_path / "scene.toml").write_text(after("[road]", "curvature = [[-10.0, 0.02]]") + RECORDED)
+    assert load_scene(tmp_path / "scene.toml")
+    assert len(made) < 5  # of 50
 
 
 @pytest.mark.parametrize(
