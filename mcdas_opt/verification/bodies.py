@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from mcdas_opt.domain.prediction import BodyMotion, PredictedBody, Prediction
+from mcdas_opt.domain.prediction import BodyMotion, PredictedBody
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import ViolationKind
@@ -26,11 +26,11 @@ _TOUCH_M = 1e-9
 _PLAINLY_M = 0.05  # more than any corner's way bows out of its chord in 0.02 s (that is 1000 m/s^2)
 
 
-def collisions(motion: Motion, vehicle: Vehicle, frame: FrenetFrame, prediction: Prediction, found: Findings) -> None:
+def collisions(motion: Motion, vehicle: Vehicle, frame: FrenetFrame, bodies: Iterable[PredictedBody], found: Findings) -> None:
     """One violation for each neighbour that a host's body overlaps, in the order of contact: `t_s` is the first one, `value` the deepest
     separation [m]."""
     hit = Findings(len(found.of))
-    for body in prediction.bodies:
+    for body in bodies:
         _collision(motion, vehicle, frame, body, hit)
     for violations, its in zip(found.of, hit.of, strict=True):
         violations += sorted(its, key=lambda one: (one.t_s, one.value))

@@ -1,7 +1,7 @@
 """The conservative fast accept: what the judge's C text accepts, the array operations find nothing against.
 
-The C text keeps every limit with more than rounding to spare and has one answer, so that a verdict never depends on which of the two
-forms ran: what is not accepted is examined, and its violations measured, by the array operations alone.
+The C text keeps every limit with more than rounding to spare and only acquits, so that a verdict never depends on which of the two forms
+ran: what is not accepted is examined, and its violations measured, by the array operations alone.
 """
 
 from __future__ import annotations
@@ -21,49 +21,52 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.axle_limits import driving_mps2
 from mcdas_opt.geometry.frenet import FrenetFrame
-from mcdas_opt.verification.motion import FINE_STEP_S
+from mcdas_opt.verification.motion import BETWEEN_SAMPLES_M, FINE_STEP_S
 from mcdas_opt.verification.tolerances import CONTRACT
 
 _as_a_row = attrgetter(*MOVING, "length_m", "width_m")
+_UNKNOWN = (math.nan,) * (len(MOVING) + 2)
 _EDGES = slice(12, 14)  # where `Rules` has left and right
 _PAD_M = 20.0  # before and behind the body's centre
 _HALF_STEPS = 10  # in a sample interval, at most
 
 
-def accepts(compiled: ctypes.CDLL, table: Array, start: HostState | None, rules: Array, bodies: Array | None, frame: FrenetFrame) -> bool:
-    """Whether a trajectory's table (9, n), contiguous, is accepted: then nothing can be found against it.
+def doubtful_bodies(
+    compiled: ctypes.CDLL, table: Array, start: HostState | None, rules: Array, bodies: Array, frame: FrenetFrame
+) -> list[int] | None:
+    """Which bodies a trajectory's table (9, n), contiguous, is not certainly apart from; none: nothing can be found against it. None
+    where something else may be wrong with it.
 
     `compiled` is the native library; `rules` from `rules_of`, `bodies` from `rows_of`.
     """
-    if bodies is None:
-        return False
     if frame.road.edges is not None:  # as if the road were all along as it is where it is narrowest
         s = table[1]
         rules = rules.copy()
         rules[_EDGES] = frame.road.edges.narrowest(float(s.min()) - _PAD_M, float(s.max()) + _PAD_M)
-    n = table.shape[1]
+    n, many = table.shape[1], len(bodies)
     work = np.empty((4, _HALF_STEPS * max(n - 1, 0) + 1))  # of each call: threads may judge at once
+    doubtful = np.empty(many, dtype=np.int64)
     begun = None if start is None else start.to_vector().copy()
-    return bool(compiled.mcdas_conservative_accept(table, n, begun, rules, bodies, len(bodies), *frame.addresses(), work))
+    found = compiled.mcdas_conservative_accept(table, n, begun, rules, bodies, many, *frame.addresses(), work, doubtful)
+    left: list[int] = doubtful[: max(found, 0)].tolist()
+    return None if found < 0 else left
 
 
-def rows_of(bodies: Sequence[PredictedBody]) -> Array | None:
-    """(bodies, 10) as the C text has them; None where one moves otherwise than it knows."""
-    if not all(type(body) is CruisingBody for body in bodies):
-        return None
-    return np.array([_as_a_row(body) for body in bodies], dtype=np.float64).reshape(-1, len(MOVING) + 2)
+def rows_of(bodies: Sequence[PredictedBody]) -> Array:
+    """(bodies, 10) as the C text has them; of who moves otherwise than it knows, and is doubtful for that, no numbers."""
+    rows = [_as_a_row(body) if type(body) is CruisingBody else _UNKNOWN for body in bodies]
+    return np.array(rows, dtype=np.float64).reshape(-1, len(_UNKNOWN))
 
 
 @lru_cache(maxsize=32)
 def rules_of(vehicle: Vehicle, road: Road, along_reaches: float) -> Array:
     """The record `Rules` of the C text."""
     of = CONTRACT
-    edge_doubt = 5.0 * max(abs(kappa) for _, kappa in road.curvature) * 0.25 * (vehicle.length_m**2 + vehicle.width_m**2) + of.edge_m
     car: tuple[float, ...] = (vehicle.wheelbase_m, vehicle.centre_m, vehicle.length_m, vehicle.width_m, vehicle.steering_max_rad)
     car += (vehicle.steering_rate_max_radps, vehicle.acceleration_min_mps2, driving_mps2(vehicle, road.friction))
     car += (vehicle.jerk_min_mps3, vehicle.jerk_max_mps3, vehicle.speed_max_mps)
     end = math.inf if road.road_end_s_m is None else road.road_end_s_m
-    ground = (road.friction * GRAVITY_MPS2 * (1.0 + of.friction), road.left_edge_m, road.right_edge_m, end, edge_doubt + 0.05)
+    ground = (road.friction * GRAVITY_MPS2 * (1.0 + of.friction), road.left_edge_m, road.right_edge_m, end, of.edge_m + BETWEEN_SAMPLES_M)
     start = (of.start_position_m, of.start_heading_rad, of.start_speed_mps, of.start_acceleration_mps2, of.start_steering_rad)
     residual = (of.residual_position_m, of.residual_heading_rad, of.residual_speed_mps, of.residual_acceleration_mps2)
     last = (of.residual_steering_rad, of.longest_step_s + of.step_rounding_s, of.largest_number, FINE_STEP_S, along_reaches)

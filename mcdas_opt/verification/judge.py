@@ -9,16 +9,16 @@ from functools import lru_cache
 import numpy as np
 
 from mcdas_opt.domain.host import HostState
-from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.prediction import PredictedBody, Prediction
 from mcdas_opt.domain.road import Road, local_origin_m
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.verdict import Verdict
+from mcdas_opt.domain.verdict import Verdict, Violation
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.native.library import library
 from mcdas_opt.verification.bodies import ALONG_REACHES, collisions
-from mcdas_opt.verification.conservative_accept import accepts, rows_of, rules_of
+from mcdas_opt.verification.conservative_accept import doubtful_bodies, rows_of, rules_of
 from mcdas_opt.verification.finding import Findings
 from mcdas_opt.verification.limits import actuators, friction
 from mcdas_opt.verification.motion import drive
@@ -62,24 +62,39 @@ def judge_all(
     tables = [trajectory.table for trajectory in trajectories]
     compiled, bodies = library() if slides is None else None, rows_of(prediction.bodies)
     rules = rules_of(vehicle, road, ALONG_REACHES)
+    doubtful: dict[int, list[int]] = {}  # of drives with which nothing else is wrong, the bodies
     for i, one in enumerate(tables):
         found = unreadable(one)
         if found:
             verdicts[i] = Verdict(violations=tuple(found))
             continue
-        if compiled is not None and accepts(compiled, one, start, rules, bodies, _frame(one[1], vehicle, road, prediction)):
-            verdicts[i] = Verdict()
-            continue
+        if compiled is not None:
+            left = doubtful_bodies(compiled, one, start, rules, bodies, _frame(one[1], vehicle, road, prediction))
+            if left is not None and not left:
+                verdicts[i] = Verdict()
+                continue
+            if left is not None:
+                doubtful[i] = left
         group = next((g for g in groups if np.array_equal(tables[g[0]][0], one[0])), None)
         if group is None:
             groups.append([i])
         else:
             group.append(i)
     for group in groups:
-        findings = _examined(Samples.of([tables[i] for i in group]), start, vehicle, road, prediction)
-        for i, violations in zip(group, findings.of, strict=True):
-            verdicts[i] = Verdict(violations=tuple(violations) if slides is None else (slides, *violations))
+        frame = _frame(np.array([tables[i][1] for i in group]), vehicle, road, prediction)
+        examined, passed_by = [i for i in group if i not in doubtful], [i for i in group if i in doubtful]
+        if examined:
+            findings = _examined(Samples.of([tables[i] for i in examined]), start, vehicle, frame, prediction)
+            verdicts |= _told(examined, findings, [] if slides is None else [slides])
+        if passed_by:
+            near = sorted({body for i in passed_by for body in doubtful[i]})
+            findings = _passed_by(Samples.of([tables[i] for i in passed_by]), vehicle, frame, [prediction.bodies[body] for body in near])
+            verdicts |= _told(passed_by, findings, [])
     return tuple(verdicts[i] for i in range(len(trajectories)))
+
+
+def _told(drives: Sequence[int], findings: Findings, of_all: list[Violation]) -> dict[int, Verdict]:
+    return {i: Verdict(violations=(*of_all, *violations)) for i, violations in zip(drives, findings.of, strict=True)}
 
 
 def _origin_m(trajectories: Sequence[Trajectory], start: HostState | None) -> float:
@@ -92,7 +107,7 @@ def _examined(
     samples: Samples,
     start: HostState | None,
     vehicle: Vehicle,
-    road: Road,
+    frame: FrenetFrame,
     prediction: Prediction,
 ) -> Findings:
     """Everything that is wrong with readable trajectories of the same times."""
@@ -100,12 +115,18 @@ def _examined(
     sampling(samples.t_s, found)
     if start is not None:
         started_elsewhere(samples, start, found)
-    frame = _frame(samples.s_m, vehicle, road, prediction)
     motion = drive(samples, vehicle, frame, found)
-    actuators(samples, motion, vehicle, road, found)
-    friction(motion, vehicle, road, found)
-    collisions(motion, vehicle, frame, prediction, found)
+    actuators(samples, motion, vehicle, frame.road, found)
+    friction(motion, vehicle, frame.road, found)
+    collisions(motion, vehicle, frame, prediction.bodies, found)
     on_road(samples, motion, vehicle, frame, found)
+    return found
+
+
+def _passed_by(samples: Samples, vehicle: Vehicle, frame: FrenetFrame, bodies: Sequence[PredictedBody]) -> Findings:
+    """The same of drives with which nothing can be wrong but that they touch one of these bodies."""
+    found = Findings(len(samples.s_m))
+    collisions(drive(samples, vehicle, frame, found), vehicle, frame, bodies, found)
     return found
 
 

@@ -28,6 +28,7 @@ from mcdas_opt.verification.record import Samples
 from mcdas_opt.verification.tolerances import CONTRACT
 
 FINE_STEP_S = 0.02
+BETWEEN_SAMPLES_M = 0.05  # a lateral motion bows out of its samples' chords by a quarter of that at 1 g
 _MOST_STEPS = 5  # a sample interval of the contract; a longer one is refused for its length and looked at more coarsely
 
 

@@ -13,11 +13,9 @@ from mcdas_opt.geometry.edges import corners_beyond, knots_inside
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners, half_extent
 from mcdas_opt.verification.finding import Findings
-from mcdas_opt.verification.motion import Motion
+from mcdas_opt.verification.motion import BETWEEN_SAMPLES_M, Motion
 from mcdas_opt.verification.record import Samples
 from mcdas_opt.verification.tolerances import CONTRACT
-
-_BETWEEN_SAMPLES_M = 0.05  # a lateral motion bows out of its samples' chords by a quarter of that at 1 g
 
 
 def on_road(samples: Samples, motion: Motion, vehicle: Vehicle, frame: FrenetFrame, found: Findings) -> None:
@@ -82,7 +80,7 @@ def _on_curve(motion: Motion, vehicle: Vehicle, frame: FrenetFrame) -> tuple[Arr
     road = frame.road
     s, d = motion.node_s_m, motion.node_d_m
     radius = 0.5 * math.hypot(vehicle.length_m, vehicle.width_m)
-    margin = 5.0 * max(abs(kappa) for _, kappa in road.curvature) * radius**2 + _BETWEEN_SAMPLES_M
+    margin = 5.0 * max(abs(kappa) for _, kappa in road.curvature) * radius**2 + BETWEEN_SAMPLES_M
     ahead, aside = half_extent(motion.node_yaw_rad - frame.road_heading(s), vehicle.length_m, vehicle.width_m)
     front, left, right = s + ahead, d + aside, d - aside
     doubtful = (left > road.left_edge_m - margin) | (right < road.right_edge_m + margin)

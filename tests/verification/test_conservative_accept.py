@@ -6,16 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from mcdas_opt.domain.prediction import CruisingBody, Prediction
+from mcdas_opt.domain.road import Road
 from mcdas_opt.native.form import SWITCH
 from mcdas_opt.native.library import library
 from mcdas_opt.verification import judge as judging
-from mcdas_opt.verification.conservative_accept import accepts, rows_of, rules_of
-from tests.verification.rollouts import WIDE, WIDE_CURVED, Drive, legal
+from mcdas_opt.verification.conservative_accept import doubtful_bodies, rows_of, rules_of
+from tests.verification.rollouts import WIDE, WIDE_CURVED, Drive, cruising, legal
 
+TURN = Road(shoulder_left_m=3.0, shoulder_right_m=3.0, curvature=((0.0, 0.0), (15.0, 0.0), (21.0, 0.06), (29.0, 0.06), (35.0, 0.0)))
 seeds = st.integers(0, 10**9)
 both_roads = pytest.mark.parametrize("road", [WIDE, WIDE_CURVED], ids=["straight", "curved"])
 COLUMNS = ("s_m", "d_m", "heading_rad", "speed_mps", "acceleration_mps2", "steering_rad", "steering_rate_radps", "jerk_mps3")
@@ -30,8 +32,7 @@ def accepted(drive: Drive) -> bool:
     rules = rules_of(drive.vehicle, drive.road, judging.ALONG_REACHES)
     bodies = rows_of(drive.prediction.bodies)
     frame = judging._frame(table[1], drive.vehicle, drive.road, drive.prediction)
-    assert bodies is not None
-    return accepts(compiled, table, drive.start, rules, bodies, frame)
+    return doubtful_bodies(compiled, table, drive.start, rules, bodies, frame) == []
 
 
 def examined(drive: Drive) -> bool:
@@ -128,3 +129,27 @@ def test_the_verdict_does_not_depend_on_the_form(road, seed, column):
     with pytest.MonkeyPatch.context() as patched:
         patched.setenv(SWITCH, "0")
         assert drive.verdict() == quick
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=seeds, ahead_m=st.floats(-15.0, 40.0), aside_m=st.floats(-6.0, 6.0), speed=st.floats(-5.0, 20.0), across=st.floats(-8.0, 8.0))
+@pytest.mark.parametrize("road", [WIDE, WIDE_CURVED, TURN], ids=["straight", "curved", "turn"])
+def test_who_is_looked_at_alone_is_touched_as_by_everybody(road, seed, ahead_m, aside_m, speed, across):
+    """Where one of the bodies moves as the C text does not know, or is near, the verdict has the same collisions."""
+    drive = legal(seed, road)
+    assume(0.06 * float(np.abs(drive.trajectory.d_m).max()) < 0.9)
+    known = CruisingBody(
+        id="known",
+        length_m=4.5,
+        width_m=1.8,
+        s_m=aside_m,
+        d_m=0.2 * ahead_m,
+        speed_s_mps=speed,
+        speed_d_mps=0.0,
+        covariance=np.zeros((4, 4)),
+    )
+    drive = replace(drive, prediction=Prediction(name="test", bodies=(cruising("free", ahead_m, aside_m, speed, across), known)))
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setenv(SWITCH, "0")
+        whole = drive.verdict()
+    assert drive.verdict() == whole

@@ -1,4 +1,5 @@
-/* The judge's examination of one trajectory, as `judge._examined` makes it, with one answer: accepted, or not for sure.
+/* The judge's examination of one trajectory, as `judge._examined` makes it, with two answers: nothing is wrong with the drive itself, or
+ * that is not for sure; and of each body that it is apart, or that that is not for sure.
  *
  * Every limit is kept with CERTAINLY to spare, which is more than rounding, and bodies must be apart by CLEAR on an axis that stands
  * still for the step: what is accepted here, the array operations find nothing against. All the rest is theirs to examine.
@@ -200,11 +201,30 @@ static int last_sample_and_inputs(const double *table, whole n, const Rules *rul
         && within(fabs(table[DELTA * n + n - 1]), rule->steering_max * more) && within(length_of(table[A * n + n - 1], across), rule->grip);
 }
 
+/* How far a corner may be beside where it would be were the road straight on from the centre's foot, between two samples. On the way to
+ * it, x along the tangent, its foot moves by at most x / least, least = 1 - kappa d (a road keeps it above 0.1), and the road's heading by
+ * kappa times that: kappa x^2 / (2 least), with the sharpest curvature of the whole road and of what is passed. */
+static double bent_by(const Frame *frame, const double *table, whole n, whole k, double radius)
+{
+    const whole next = k + 1 < n ? k + 1 : k;
+    const double aside = GREATER(fabs(table[D * n + k]), fabs(table[D * n + next])) + 1.5 * radius;
+    double sharpest = 0.0, least, low, high, most;
+    for (whole i = 0; i < frame->knots; i++) sharpest = GREATER(sharpest, fabs(frame->kappa[i]));
+    least = GREATER(1.0 - sharpest * aside, 0.1);
+    low = LESSER(table[S * n + k], table[S * n + next]) - radius / least;
+    high = GREATER(table[S * n + k], table[S * n + next]) + radius / least;
+    most = GREATER(fabs(road_curvature(frame, low)), fabs(road_curvature(frame, high)));
+    for (whole i = 0; i < frame->knots; i++)
+        if (frame->at[i] > low && frame->at[i] < high) most = GREATER(most, fabs(frame->kappa[i]));
+    return most * radius * radius / (2.0 * least);
+}
+
 /* every corner inside the edges and before the end; on a curved road by an estimate that errs to the safe side */
 static int on_road(const double *table, whole n, const Frame *frame, const Rules *rule, int steps, const double *node, whole stride)
 {
-    const double radius = 0.5 * length_of(rule->length, rule->width), bent = frame->samples ? rule->edge_doubt : 0.0;
+    const double radius = 0.5 * length_of(rule->length, rule->width);
     for (whole k = 0, i = 0; k < n; k++) {
+        const double bent = frame->samples ? bent_by(frame, table, n, k, radius) + rule->edge_doubt : 0.0;
         for (int j = 0; j < steps && i < stride; j++, i += 2) {
             const double share = (double)j / steps;
             double s = node[i], d = node[stride + i], psi = node[2 * stride + i], c, q, ahead, aside;
@@ -219,7 +239,7 @@ static int on_road(const double *table, whole n, const Frame *frame, const Rules
             c = fabs(cos(psi)), q = fabs(sin(psi));
             ahead = 0.5 * (rule->length * c + rule->width * q), aside = 0.5 * (rule->length * q + rule->width * c);
             if (frame->samples) {
-                if (!between(d - aside, rule->right + rule->edge_doubt, HUGE_VAL) || !within(d + aside, rule->left - rule->edge_doubt)) return 0;
+                if (!between(d - aside, rule->right + bent, HUGE_VAL) || !within(d + aside, rule->left - bent)) return 0;
                 if (!within(s + 10.0 * radius, rule->end)) return 0;
             } else {
                 if (!between(d - aside, rule->right - rule->edge, HUGE_VAL) || !within(d + aside, rule->left + rule->edge)) return 0;
@@ -313,24 +333,26 @@ static int apart(const double *body, const double *table, whole n, const Frame *
     return 1;
 }
 
-/* table (9, n) of a trajectory; start (6) or none; bodies (count, OF_BODY); work (4, 2 MOST_STEPS (n - 1) + 1) */
+/* table (9, n) of a trajectory; start (6) or none; bodies (count, OF_BODY); work (4, 2 MOST_STEPS (n - 1) + 1).
+ * How many bodies are not apart from it for sure, and in doubtful (count) which; -1 where something else may be wrong with it */
 PUBLIC int mcdas_conservative_accept(const double *table, whole n, const double *start, const double *rules, const double *bodies,
-                                     whole count, whole samples, const double *line, whole knots, const double *bends, double *work)
+                                     whole count, whole samples, const double *line, whole knots, const double *bends, double *work,
+                                     whole *doubtful)
 {
     Rules rule;
     const Frame frame = frame_of(samples, line, knots, bends);
     double longest = 0.0;
     whole stride;
-    int steps;
+    int steps, open = 0;
     memcpy(&rule, rules, sizeof rule);
-    if (!readable(table, n, &rule) || (start && !starts_there(table, n, start, &rule))) return 0;
+    if (!readable(table, n, &rule) || (start && !starts_there(table, n, start, &rule))) return -1;
     for (whole k = 1; k < n; k++) longest = GREATER(longest, table[k] - table[k - 1]);
     steps = (int)ceil(longest / rule.fine_step - 1e-6);
     steps = steps < 1 ? 1 : steps > MOST_STEPS ? MOST_STEPS : steps;
     stride = 2 * steps * (n - 1) + 1;
-    if (!last_sample_and_inputs(table, n, &rule) || !followed(table, n, &frame, &rule, steps, work, work + 3 * stride, stride)) return 0;
-    if (!on_road(table, n, &frame, &rule, steps, work, stride)) return 0;
+    if (!last_sample_and_inputs(table, n, &rule) || !followed(table, n, &frame, &rule, steps, work, work + 3 * stride, stride)) return -1;
+    if (!on_road(table, n, &frame, &rule, steps, work, stride)) return -1;
     for (whole i = 0; i < count; i++)
-        if (!apart(bodies + OF_BODY * i, table, n, &frame, &rule, steps, work, work + 3 * stride, stride)) return 0;
-    return 1;
+        if (!apart(bodies + OF_BODY * i, table, n, &frame, &rule, steps, work, work + 3 * stride, stride)) doubtful[open++] = i;
+    return open;
 }
