@@ -52,19 +52,19 @@ def trajectory_cost(trajectory: Trajectory, cycle: Cycle, weights: CostWeights) 
 def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[float]:
     """Of each of the drives the cost of discomfort, of being off the desired speed, of being near to others, and of how it leaves things
     at its end; without the cost of changing lanes."""
-    vehicle, drives = cycle.vehicle, near.tables
+    drives = near.tables
     t, missing, closeness = drives[0, 0], None, None
-    if near.ends:
-        missing = missing_headway(drives, near.motion, _halves_m(cycle), cycle.situation.host, cycle.headway)
+    others = near.others
+    if others.ends:
+        missing = missing_headway(drives, others.motion, others.halves_m, cycle.situation.host, cycle.headway)
         closeness = np.exp(-np.maximum(np.minimum.reduce(near.separation_m, axis=1), 0.0) / 0.7)
     rate = _rate(drives, missing, closeness, cycle, weights)
     totals: list[float] = np.add.reduce(0.5 * (rate[:, 1:] + rate[:, :-1]) * (t[1:] - t[:-1]), axis=1).tolist()
-    if not near.ends:
+    if not others.ends:
         return totals
-    widths = [0.5 * (body.width_m + vehicle.width_m) for body in cycle.prediction.bodies]
     ends, gaps = drives[:, 1:5, -1].tolist(), near.separation_m[:, :, -1].tolist()
     for i, ((end_s, end_d, _, end_v), its_gaps) in enumerate(zip(ends, gaps, strict=True)):
-        for width, (s, d, speed), gap in zip(widths, near.ends, its_gaps, strict=True):
+        for (width, s, d, speed), gap in zip(others.ends, its_gaps, strict=True):
             if abs(d - end_d) - width > weights.end_room_m:
                 continue
             closing = max(end_v - speed if s > end_s else speed - end_v, 0.0)
@@ -103,13 +103,6 @@ def _desired_mps(drives: Array, cycle: Cycle) -> Array | float:
         return desired
     bends = bends_ahead(cycle, cycle.lane_centre_m)
     return desired if bends is None else np.minimum(desired, bends.at(drives[:, 1]))
-
-
-def _halves_m(cycle: Cycle) -> Array:
-    """(J, 2): half of the host's body and each of the others together, along and across."""
-    vehicle = cycle.vehicle
-    sizes = ((body.length_m + vehicle.length_m, body.width_m + vehicle.width_m) for body in cycle.prediction.bodies)
-    return np.array([(0.5 * along, 0.5 * across) for along, across in sizes])
 
 
 def lane_change_cost(side: Side, cycle: Cycle, weights: CostWeights) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -12,18 +12,20 @@ from mcdas_opt.domain.doubt import Doubt, SupposedTrack
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.prediction import Prediction
-from mcdas_opt.domain.rules import FARTHEST_M
+from mcdas_opt.domain.rules import FARTHEST_M, Array
 from mcdas_opt.domain.settings import HeadwaySettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
+from mcdas_opt.geometry.window import frame_near
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
 from mcdas_opt.planning.deadline import Deadline, Stage
 from mcdas_opt.planning.headway import INTRUSION_M, ORDINARY_MPS2
 from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, lane_choice, neighbours_in, presses
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory, PreviousPlan, ReportedMode
+from mcdas_opt.planning.others import Others
 from mcdas_opt.planning.reach import in_reach_ever
 from mcdas_opt.planning.required_lane import LEAST_SHARE, RequiredLane, required_lane
 from mcdas_opt.reference.arrival import arrival_speed_mps
@@ -70,6 +72,7 @@ class Cycle:
     lane_choice: LaneChoice
     active: Manoeuvre | None
     deadline: Deadline | None
+    _others: dict[tuple[int, int], Others] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
     def of(
@@ -142,6 +145,15 @@ class Cycle:
     def origin_m(self) -> float:
         """Where its s = 0 lies in the situation as it was given."""
         return self.memory.origin_m
+
+    def others_at(self, t_s: Array, near_s_m: float) -> Others:
+        """Everybody who is predicted at these times (n,), in the plane of the road's frame near there: worked out once."""
+        rows, frame = self.prediction.rows_on(t_s), frame_near(self.situation.road, near_s_m)
+        key = id(rows), id(frame)  # both are kept with what is found
+        found = self._others.get(key)
+        if found is None:
+            found = self._others[key] = Others.of(self.prediction, rows, frame, self.vehicle)
+        return found
 
     def is_late_for(self, stage: Stage) -> bool:
         """Whether the deadline, where there is one, leaves no time to begin it."""

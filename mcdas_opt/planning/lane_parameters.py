@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cache
 from typing import Any
 
@@ -26,6 +26,7 @@ from mcdas_opt.planning.headway import INTRUSION_M, asked_time_gap_s
 _SETTLING_S = 0.8  # of the guess, from where the host is onto the path
 _ROAD_END_GAP_M = 0.5
 _SLOWEST_MPS = 1.0
+Bumpers = tuple[Array, Array, Array, Array]  # place and speed of one ahead, of one behind (N + 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,9 +41,17 @@ class ObstacleSlots:
     first: Sequence[tuple[float, float, float]]
     sizes: Sequence[tuple[float, float]]
     crosses: Sequence[bool]
+    _in_lane: dict[float, Bumpers] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __len__(self) -> int:
         return len(self.bodies)
+
+    def bumpers(self, target_d_m: float, situation: Situation, times_s: Array) -> Bumpers:
+        """The nearest bumpers ahead and behind in the lane at `target_d_m`, beside where the host is: worked out once."""
+        found = self._in_lane.get(target_d_m)
+        if found is None:
+            found = self._in_lane[target_d_m] = _in_lane(target_d_m, self, situation, times_s)
+        return found
 
 
 def obstacle_slots(
@@ -217,29 +226,33 @@ def _reached(limit: float, now: float, change: Array) -> Array:
 
 def _bumpers(situation: Situation, others: ObstacleSlots, proposed: Proposed, times_s: Array) -> tuple[float, dict[str, Array]]:
     """When the candidate gets to the lane that it ends in [s], and the nearest bumpers ahead and behind there; far away before."""
-    host, road = situation.host, situation.road
+    host = situation.host
     arrival, target = 0.0, proposed.path.target_d_m
     if proposed.manoeuvre is not None:
         crossing = proposed.path.start_s_m + 0.6 * proposed.path.length_m
         arrival = max(crossing - host.s_m, 0.0) / max(host.speed_mps, 1.0)
         target = proposed.manoeuvre.target_d_m
-    lane = road.lane_of(target, host.s_m)
+    front, front_speed, rear, rear_speed = others.bumpers(target, situation, times_s)
+    if arrival > 0.0:
+        early = times_s < arrival
+        front, rear = np.where(early, FAR_M, front), np.where(early, -FAR_M, rear)
+    return arrival, {"front_bumper": front, "front_speed": front_speed, "rear_bumper": rear, "rear_speed": rear_speed}
+
+
+def _in_lane(target_d_m: float, others: ObstacleSlots, situation: Situation, times_s: Array) -> Bumpers:
+    host, road = situation.host, situation.road
+    lane = road.lane_of(target_d_m, host.s_m)
     here = road.lane_width_at(lane, host.s_m)
     ahead: list[tuple[Array, Array]] = []
     behind: list[tuple[Array, Array]] = []
     for i, ((s, d, _), (length, its_width), crosses) in enumerate(zip(others.first, others.sizes, others.crosses, strict=True)):
-        if crosses or abs(d - target) - 0.5 * its_width > 0.5 * (road.lane_width_at(lane, s) or here) - INTRUSION_M:
+        if crosses or abs(d - target_d_m) - 0.5 * its_width > 0.5 * (road.lane_width_at(lane, s) or here) - INTRUSION_M:
             continue
         if s > host.s_m:
             ahead.append((others.motion.s_m[i] - 0.5 * length, others.motion.speed_s_mps[i]))
         else:
             behind.append((others.motion.s_m[i] + 0.5 * length, others.motion.speed_s_mps[i]))
-    front, front_speed = _nearest(ahead, FAR_M, np.less, times_s)
-    rear, rear_speed = _nearest(behind, -FAR_M, np.greater, times_s)
-    if arrival > 0.0:
-        early = times_s < arrival
-        front, rear = np.where(early, FAR_M, front), np.where(early, -FAR_M, rear)
-    return arrival, {"front_bumper": front, "front_speed": front_speed, "rear_bumper": rear, "rear_speed": rear_speed}
+    return *_nearest(ahead, FAR_M, np.less, times_s), *_nearest(behind, -FAR_M, np.greater, times_s)
 
 
 def _nearest(bumpers: Sequence[tuple[Array, Array]], far: float, is_nearer: Any, times_s: Array) -> tuple[Array, Array]:

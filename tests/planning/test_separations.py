@@ -17,10 +17,13 @@ from mcdas_opt.geometry.rectangle import corners, separation
 from mcdas_opt.native.form import SWITCH
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.nearness import nearness
-from mcdas_opt.planning.separations import Poses, separations
+from mcdas_opt.planning.separations import Rectangles, separations
 
 HALF = (2.25, 0.9)
 numbers = st.integers(0, 2**32 - 1)
+
+
+Poses = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def poses(rng: np.random.Generator, count: int, n: int) -> Poses:
@@ -28,10 +31,11 @@ def poses(rng: np.random.Generator, count: int, n: int) -> Poses:
 
 
 def both(mine: Poses, others: Poses, halves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    compiled = separations(mine, others, HALF, halves)
+    own, their = Rectangles.of(*mine, np.array([HALF])), Rectangles.of(*others, halves)
+    compiled = separations(own, their)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(SWITCH, "0")
-        return compiled, separations(mine, others, HALF, halves)
+        return compiled, separations(own, their)
 
 
 @settings(deadline=None)
@@ -64,7 +68,7 @@ def test_they_are_the_separations_of_the_corners() -> None:
     mine, others, halves = poses(rng, 3, 41), poses(rng, 4, 41), rng.uniform(0.3, 6.0, (4, 2))
     one = corners(*mine, 2.0 * HALF[0], 2.0 * HALF[1])[:, None]
     other = corners(*others, 2.0 * halves[:, :1], 2.0 * halves[:, 1:])
-    np.testing.assert_allclose(separations(mine, others, HALF, halves), separation(one, other), atol=1e-12)
+    np.testing.assert_allclose(both(mine, others, halves)[0], separation(one, other), atol=1e-12)
 
 
 def test_a_drive_that_seems_to_fly_off_near_a_bends_centre_is_measured_where_the_road_is_known() -> None:
