@@ -88,7 +88,7 @@ class _Room(threading.local):
         self.of_size(1 << 15)
 
     def of_size(self, size: int) -> None:
-        numbers = np.empty(size)
+        numbers = np.full(size, math.nan)  # memory is touched now, not within the first map
         self.size, self.numbers, self.at = size, numbers.data, address(numbers)
 
 
