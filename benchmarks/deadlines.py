@@ -12,7 +12,7 @@ import argparse
 import multiprocessing
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 import numpy as np
@@ -20,11 +20,11 @@ import numpy as np
 from benchmarks.random_traffic import KINDS, ask, episodes
 from mcdas_opt import Plan, Planner, Situation, Status
 
-_FAMILIES = tuple(name for name in KINDS if name not in ("baselines", "lincoln"))
+FAMILIES = tuple(name for name in KINDS if name not in ("baselines", "lincoln"))
 
 
-class _Timed:
-    """A planner that is asked by the clock."""
+class Timed:
+    """A planner with a deadline, that is asked by the clock."""
 
     def __init__(self, deadline_s: float) -> None:
         self.planner = Planner(deadline_s=deadline_s)
@@ -32,6 +32,15 @@ class _Timed:
         self.own_s: list[float] = []
         self.statuses: Counter[str] = Counter()
         self.unverified = 0
+
+    def drive(self, families: Sequence[str], plans: int, first: int = 0) -> None:
+        """About so many plans, over all families, from episodes of that number on."""
+        _warm_up(self.planner)
+        for family in families:
+            for one in episodes(family, plans // len(families), first):
+                self.planner.reset()
+                for _ in ask(one, self):
+                    pass
 
     def plan(self, situation: Situation) -> Plan:
         wall, own = time.perf_counter(), time.thread_time()
@@ -47,21 +56,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--plans", type=int, default=2000, help="of each deadline, over all families")
     parser.add_argument("--deadlines-ms", default="5,10,20,50")
-    parser.add_argument("--families", default=",".join(_FAMILIES))
+    parser.add_argument("--families", default=",".join(FAMILIES))
     parser.add_argument("--load", type=int, default=0, help="processes that keep the machine busy")
     asked = parser.parse_args()
     families = asked.families.split(",")
     headings = f"{'deadline':>9s}{'plans':>8s}{'in time own':>13s}{'wall':>8s}{'own p50':>9s}{'p99':>8s}{'max':>8s}{'wall max':>10s}"
     print(f"{headings}  statuses, unverified")
-    with _busy(asked.load):
+    with busy(asked.load):
         for deadline_s in (1e-3 * float(text) for text in asked.deadlines_ms.split(",")):
-            timed = _Timed(deadline_s)
-            _warm_up(timed.planner)
-            for family in families:
-                for one in episodes(family, asked.plans // len(families)):
-                    timed.planner.reset()
-                    for _ in ask(one, timed):
-                        pass
+            timed = Timed(deadline_s)
+            timed.drive(families, asked.plans)
             own, wall = 1e3 * np.array(timed.own_s), 1e3 * np.array(timed.wall_s)
             shares = [f"{(took <= 1e3 * deadline_s).mean():.2%}" for took in (own, wall)]
             p50, p99, most = np.percentile(own, [50.0, 99.0, 100.0])
@@ -79,7 +83,8 @@ def _warm_up(planner: Planner) -> None:
 
 
 @contextmanager
-def _busy(processes: int) -> Iterator[None]:
+def busy(processes: int) -> Iterator[None]:
+    """Beside so many processes that never wait."""
     others = [multiprocessing.Process(target=_spin, daemon=True) for _ in range(processes)]
     for other in others:
         other.start()

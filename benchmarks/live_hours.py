@@ -12,9 +12,10 @@ as `endurance` has them.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -112,6 +113,24 @@ class HostileBus:
         return here
 
 
+def live(cycles: int, bus: HostileBus, heard: Callable[[Line], None]) -> Iterator[LiveSummary]:
+    """So many cycles of a planner on the bus; the summary of each session, which ends, and is begun anew, where both radars are silent."""
+    answered = 0
+
+    def counted(line: Line) -> None:
+        nonlocal answered
+        answered += 1
+        heard(line)
+
+    planner = Planner(settings=Settings(cycle_s=_PERIOD_S))
+    settings, codec, sensor = LiveSettings(cycle_s=_PERIOD_S), EsrCodec(), load_sensor("delphi_esr")
+    while answered < cycles:
+        loop = LiveLoop(bus, _SECTORS, planner, counted, codec=codec, sensor=sensor, settings=settings, clock=bus.clock)
+        with contextlib.suppress(SilentBusError):
+            loop.run(cycles - answered)
+        yield loop.summary
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--hours", type=float, default=3.0)
@@ -130,16 +149,8 @@ def main() -> None:
         if sum(statuses.values()) % max(cycles // _SAMPLES, 1) == 0:
             samples.append(sample(sum(statuses.values())))
 
-    planner = Planner(settings=Settings(cycle_s=_PERIOD_S))
-    settings, codec, sensor = LiveSettings(cycle_s=_PERIOD_S), EsrCodec(), load_sensor("delphi_esr")
-    began, summaries = time.perf_counter(), list[LiveSummary]()
-    while (left := cycles - sum(statuses.values())) > 0:
-        loop = LiveLoop(bus, _SECTORS, planner, heard, codec=codec, sensor=sensor, settings=settings, clock=bus.clock)
-        try:
-            loop.run(left)
-        except SilentBusError as error:
-            print(f"ended, and begun anew: {error}", flush=True)
-        summaries.append(loop.summary)
+    began = time.perf_counter()
+    summaries = list(live(cycles, bus, heard))
     took = time.perf_counter() - began
     print(f"{cycles} cycles ({bus.now / 3600.0:.2f} h) in {took:.0f} s: {sum(statuses.values())} answered, {dict(statuses)}")
     print(f"faults begun: {dict(bus.begun)}; cycles missed: {sum(one.missed_cycles for one in summaries)}")

@@ -14,6 +14,7 @@ import argparse
 import math
 import os
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -53,8 +54,14 @@ class _Traffic:
         return tuple(found)
 
 
-def _decided(plan: Plan) -> tuple[object, ...]:
+def decided(plan: Plan) -> tuple[object, ...]:
     return plan.status, plan.mode, plan.side, plan.chosen, plan.warning, plan.alert, plan.verdict.passed
+
+
+def places_apart_m(plan: Plan, other: Plan) -> float:
+    """Along the road, as long as both plans last."""
+    shorter = min(len(plan.trajectory), len(other.trajectory))
+    return float(np.abs(plan.trajectory.s_m[:shorter] - other.trajectory.s_m[:shorter]).max())
 
 
 def _next(plan: Plan) -> HostState:
@@ -63,31 +70,37 @@ def _next(plan: Plan) -> HostState:
     return HostState(**{name: float(np.interp(_CYCLE_S, driven.t_s, column)) for name, column in driven.columns().items() if name in names})
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--hours", type=float, default=24.0)
-    parser.add_argument("--seed", type=int, default=1)
-    asked = parser.parse_args()
-    bends = tuple((500.0 * k, 0.0008 * math.sin(0.7 * k)) for k in range(-2, round(asked.hours * 3600.0 * 25.0 / 500.0) + 10))
+def driven(cycles: int, seed: int) -> Iterator[tuple[Plan, Plan, HostState]]:
+    """In each cycle the plans by both clocks, and where the host is after it."""
+    bends = tuple((500.0 * k, 0.0008 * math.sin(0.7 * k)) for k in range(-2, round(cycles * _CYCLE_S * 25.0 / 500.0) + 10))
     road = Road(lanes_left=1, lanes_right=1, curvature=bends)
-    traffic, host = _Traffic(asked.seed), HostState(speed_mps=20.0)
+    traffic, host = _Traffic(seed), HostState(speed_mps=20.0)
     planners = {0.0: Planner(road=road), _UNIX_S: Planner(road=road)}
-    statuses, different, apart_m, samples, before_m = Counter[str](), 0, 0.0, [], traffic.front_m
-    cycles, told = round(3600.0 * asked.hours / _CYCLE_S), round(_TOLD_S / _CYCLE_S)
+    before_m = traffic.front_m
     for k in range(cycles):
         t_s = round(k * _CYCLE_S, 9)
         traffic.move(t_s, host)
         speed_mps, before_m = (traffic.front_m - before_m) / _CYCLE_S, traffic.front_m
         scans = traffic.scans(0.0, host, min(max(speed_mps, 0.0), 40.0) - host.speed_mps)
-        plans = [
+        first, other = (
             planner.step([replace(scan, t_s=zero_s + t_s + scan.t_s) for scan in scans], host, zero_s + t_s)
             for zero_s, planner in planners.items()
-        ]
-        statuses[plans[0].status.value] += 1
-        different += _decided(plans[0]) != _decided(plans[1])
-        shorter = min(len(plan.trajectory) for plan in plans)
-        apart_m = max(apart_m, float(np.abs(plans[0].trajectory.s_m[:shorter] - plans[1].trajectory.s_m[:shorter]).max()))
-        host = _next(plans[0])
+        )
+        host = _next(first)
+        yield first, other, host
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--hours", type=float, default=24.0)
+    parser.add_argument("--seed", type=int, default=1)
+    asked = parser.parse_args()
+    statuses, different, apart_m, samples = Counter[str](), 0, 0.0, []
+    cycles, told = round(3600.0 * asked.hours / _CYCLE_S), round(_TOLD_S / _CYCLE_S)
+    for k, (first, other, host) in enumerate(driven(cycles, asked.seed)):
+        statuses[first.status.value] += 1
+        different += decided(first) != decided(other)
+        apart_m = max(apart_m, places_apart_m(first, other))
         if (k + 1) % (told // 15) == 0:
             samples.append((*sample(k + 1)[:2], float(len(os.listdir("/proc/self/fd")))))
         if (k + 1) % told == 0 or k + 1 == cycles:

@@ -127,9 +127,9 @@ def episode(family: str, number: int) -> Episode:
     return Episode(family=family, number=number, first=first, cycles=cycles, method=method, vehicle=first.vehicle)
 
 
-def episodes(family: str, plans: int) -> Iterator[Episode]:
-    """As many episodes of the family, from number 0 on, as it takes for so many plans."""
-    asked, number = 0, 0
+def episodes(family: str, plans: int, first: int = 0) -> Iterator[Episode]:
+    """As many episodes of the family, from that number on, as it takes for so many plans."""
+    asked, number = 0, first
     while asked < plans:
         one = episode(family, number)
         yield one

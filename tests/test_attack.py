@@ -11,11 +11,21 @@ from benchmarks.attack import guided
 from benchmarks.attack.__main__ import ATTACKS, run
 
 # cases here: what takes a process each has its tests in tests/cli and tests/studio
-QUICK = {"constructors": 300, "situations": 30, "streams": 60, "files": 300, "journals": 30, "kills": 2}
+QUICK = {
+    "constructors": 300,
+    "situations": 30,
+    "streams": 60,
+    "files": 300,
+    "journals": 30,
+    "kills": 2,
+    "planners": 15,
+    "clocks": 10,
+    "live": 60,
+}
 
 
 def test_every_attack_is_quick_somewhere() -> None:
-    assert set(QUICK) | {"commands", "studio"} == set(ATTACKS)
+    assert set(QUICK) | {"commands", "studio", "deadlines"} == set(ATTACKS)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="operating system: kills as POSIX has them")

@@ -6,15 +6,20 @@
 |---|---|
 | constructors | every record, with anything in its fields |
 | situations | absurd traffic, hosts and roads, planned for |
+| planners | cars and settings that nobody would have, and plans of theirs |
 | streams | cycles of hostile scans under clocks that jitter, stop, jump and run back |
 | files | scenes, cars, sensors, cases, suites, recordings ... with bytes, lines, numbers and words changed |
 | journals | journals cut off and damaged, their log too |
 | kills | processes that write a journal, killed |
 | commands | every command with wrong words, streams and locales |
 | studio | sessions of one server: slow ones, ones that leave in mid-solve, hostile files and wishes |
+| clocks | a drive by two clocks, from 0 and from Unix time: the same decisions? 24 h |
+| deadlines | plans that are due in 5 to 50 ms, beside two busy processes |
+| live | radars that flood, stall and restart, 3 h on a clock of its own; by the wall's clock: `benchmarks.live_wall_clock` |
 
 Counted are: foreign exceptions, calls that took more than 2 s of the processor's time, numbers that are not finite, plans that left as
-verified and are not, and records lost. Exit code 1 where there is one. Of each distinct fault the shortest input is shown.
+verified and are not, records lost, and decisions that differ by the origin of the clock. Exit code 1 where there is one. Of each distinct
+fault the shortest input is shown.
 
 A campaign is counted block by block. With `--out` each block is kept there, with the commit that it ran on, and the same command goes on
 where it was stopped; when all is there it prints the table. After a fault is mended, `--again` asks the blocks that found it once more.
@@ -32,7 +37,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from benchmarks.attack import commands, constructors, files, journals, kills, situations, streams, studio
+from benchmarks.attack import clocks, commands, constructors, deadlines, files, journals, kills, live, planners, situations, streams, studio
 from benchmarks.attack.table import Block, Table
 from benchmarks.attack.tally import Tally
 from mcdas_opt.evaluation.provenance import commit
@@ -42,12 +47,16 @@ from mcdas_opt.evaluation.running.journal import Journal
 ATTACKS: dict[str, tuple[Callable[[Tally, int, int], None], tuple[int, int, int], int]] = {
     "constructors": (constructors.attack, (500, 20_000, 1_000_000), 20_000),
     "situations": (situations.attack, (60, 2_000, 100_000), 1_000),
+    "planners": (planners.attack, (50, 1_000, 10_000), 1_000),
     "streams": (streams.attack, (150, 2_000, 100_000), 1_000),
     "files": (files.attack, (500, 10_000, 100_000), 5_000),
     "journals": (journals.attack, (50, 1_000, 10_000), 1_000),
     "kills": (kills.attack, (2, 50, 1_000), 50),
     "commands": (commands.attack, (4, 60, 1_000), 20),
     "studio": (studio.attack, (4, 20, 200), 200),
+    "clocks": (clocks.attack, (50, 1_000, 864_000), 36_000),
+    "deadlines": (deadlines.attack, (40, 400, 100_000), 4_000),
+    "live": (live.attack, (200, 4_000, 216_000), 36_000),
 }
 _NEVER_S = 3600.0  # a block without an end: say where it hangs, and end
 _SEEDS = 100_000  # between those of two campaigns
@@ -83,7 +92,7 @@ def main() -> int:
     if unknown:
         parser.error(f"no such attack: {', '.join(unknown)}; known: {', '.join(ATTACKS)}")
     with tempfile.TemporaryDirectory() as folder, Journal(asked.out or Path(folder) / "blocks") as kept:
-        table = Table(list(asked.names or ATTACKS), map(Block.of, kept.records))
+        table = Table(list(asked.names or ATTACKS), map(Block.of, kept.records), {name: ATTACKS[name][1][2] for name in ATTACKS})
         for block in [block for name in table.names for block in table.of(name) if asked.again and block.tally.wrong]:
             again = one_block(block.attack, block.tally.tried, block.seed)
             kept.append(again.to_dict())

@@ -34,8 +34,8 @@ class Block:
 class Table:
     """Of the attacks that are asked for, in that order."""
 
-    def __init__(self, names: list[str], blocks: Iterable[Block]) -> None:
-        self.names = names
+    def __init__(self, names: list[str], blocks: Iterable[Block], goals: dict[str, int]) -> None:
+        self.names, self.goals = names, goals
         self._by_seed: dict[str, dict[int, Block]] = {name: {} for name in names}
         for block in blocks:
             if block.attack in self._by_seed:
@@ -61,7 +61,11 @@ class Table:
 
     @property
     def heading(self) -> str:
-        return f"{'attack':13s}" + "".join(f"{name:>12s}" for name in _COUNTS) + f"{'worst [s]':>12s}{'took [s]':>10s}  cases by commit"
+        return (
+            f"{'attack':13s}{'goal':>9s}"
+            + "".join(f"{name:>12s}" for name in _COUNTS)
+            + f"{'worst [s]':>12s}{'took [s]':>10s}  cases by commit"
+        )
 
     def row(self, name: str) -> str:
         blocks, by_commit = self.of(name), Counter[str]()
@@ -70,15 +74,26 @@ class Table:
         counts = "".join(f"{sum(getattr(block.tally, what) for block in blocks):12d}" for what in _COUNTS)
         worst_s, took_s = max((block.tally.worst_s for block in blocks), default=0.0), sum(block.took_s for block in blocks)
         commits = ", ".join(f"{cases} {commit}" for commit, cases in by_commit.items())
-        return f"{name:13s}{counts}{worst_s:12.2f}{took_s:10.1f}  {commits}"
+        return f"{name:13s}{self.goals.get(name, 0):9d}{counts}{worst_s:12.2f}{took_s:10.1f}  {commits}"
 
     @property
     def closing(self) -> str:
-        """Of each distinct fault the shortest input, and the commit that showed it."""
+        """What else was counted, and the faults."""
+        lines = [f"{name}: {what}: {number}" for name in self.names for what, number in self._counted(name).items()]
+        return "\n".join([*lines, *self._faults()])
+
+    def _counted(self, name: str) -> Counter[str]:
+        found = Counter[str]()
+        for block in self.of(name):
+            found.update(block.tally.counted)
+        return found
+
+    def _faults(self) -> list[str]:
+        """Of each distinct one the shortest input, and the commit that showed it."""
         found: dict[tuple[str, str], tuple[str, str]] = {}
         for name in self.names:
             for block in self.of(name):
                 for fault, shown in block.tally.faults.items():
                     if (name, fault) not in found or len(shown) < len(found[name, fault][0]):
                         found[name, fault] = (shown, block.commit)
-        return "\n".join(f"{name}: {fault} ({commit})\n    {shown}" for (name, fault), (shown, commit) in sorted(found.items()))
+        return [f"{name}: {fault} ({commit})\n    {shown}" for (name, fault), (shown, commit) in sorted(found.items())]

@@ -11,7 +11,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from mcdas_opt import Plan, Situation, Status, verify
+from mcdas_opt import Plan, Situation, Status, Vehicle, verify
+from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.errors import McdasError
 
 HANG_S = 2.0  # of the processor's time: a machine under load is no hang
@@ -21,7 +22,8 @@ T = TypeVar("T")
 
 @dataclass(slots=True, kw_only=True)
 class Tally:
-    """Counts of one attack. `faults` holds for each distinct fault the shortest input that showed it."""
+    """Counts of one attack. `faults` holds for each distinct fault the shortest input that showed it. `different` are decisions that
+    the origin of a clock has changed."""
 
     tried: int = 0
     answered: int = 0
@@ -31,14 +33,16 @@ class Tally:
     non_finite: int = 0
     unverified: int = 0
     lost: int = 0
+    different: int = 0
     worst_s: float = 0.0
     faults: dict[str, str] = field(default_factory=dict)
+    counted: dict[str, int] = field(default_factory=dict)
 
     @property
     def wrong(self) -> int:
-        return self.foreign + self.hangs + self.non_finite + self.unverified + self.lost
+        return self.foreign + self.hangs + self.non_finite + self.unverified + self.lost + self.different
 
-    def ask(self, question: Callable[[], T], shown: Callable[[], str], *, may_refuse: bool = True) -> T | None:
+    def ask(self, question: Callable[[], T], shown: Callable[[], str], *, may_refuse: bool = True, most_s: float = HANG_S) -> T | None:
         """The answer; None where it was refused in our own words, or is a fault, which is counted: an exception of another kind, or any
         where none may be raised."""
         self.tried += 1
@@ -56,10 +60,14 @@ class Tally:
             self.answered += 1
         took = time.process_time() - began
         self.worst_s = max(self.worst_s, took)
-        if took > HANG_S:
+        if took > most_s:
             self.hangs += 1
-            self.note("longer than 2 s", shown())
+            self.note(f"longer than {most_s:g} s", shown())
         return answer
+
+    def add(self, what: str, count: int) -> None:
+        """Something else that an attack counts: what is told of it under the table."""
+        self.counted[what] = self.counted.get(what, 0) + count
 
     def note(self, fault: str, shown: str) -> None:
         """A fault with an input that shows it; of several the shortest is kept."""
@@ -67,7 +75,9 @@ class Tally:
         if fault not in self.faults or len(text) < len(self.faults[fault]):
             self.faults[fault] = text
 
-    def check_plan(self, plan: Plan, situation: Situation) -> None:
+    def check_plan(
+        self, plan: Plan, situation: Situation, vehicle: Vehicle | None = None, prediction: PredictionSettings | None = None
+    ) -> None:
         """Finite, and what is not called unavoidable passes the judge, asked anew where the host's state could be believed."""
         numbers_finite = bool(np.isfinite(plan.trajectory.table).all()) and all_finite(plan.to_dict())
         if not numbers_finite:
@@ -78,7 +88,7 @@ class Tally:
             return
         believed = "state cannot be" not in plan.reason
         try:
-            passed = plan.verdict.passed and (not believed or verify(plan.trajectory, situation).passed)
+            passed = plan.verdict.passed and (not believed or verify(plan.trajectory, situation, None, prediction, vehicle).passed)
         except Exception as error:
             self.foreign += 1
             self.note(f"the judge asked anew: {type(error).__name__} in {_innermost(error)}: {str(error)[:80]}", situation.to_json())
