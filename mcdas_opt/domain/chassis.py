@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from mcdas_opt.domain.declared_types import require_types
-from mcdas_opt.domain.rules import non_negative, positive, require, true_or_false, within
+from mcdas_opt.domain.rules import measurable, non_negative, require, true_or_false, within
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, DrivenAxle, Vehicle
 from mcdas_opt.errors import ParameterError
 
@@ -35,11 +35,11 @@ class Chassis:
 
     def __post_init__(self) -> None:
         require_types(self)
-        require(self, positive, "wheelbase_m", "mass_kg", "cog_to_front_axle_m")
+        require(self, measurable, "wheelbase_m", "mass_kg", "cog_to_front_axle_m")
         if not self.cog_to_front_axle_m < self.wheelbase_m:
             rule = f"must be less than the wheelbase {self.wheelbase_m:g}"
             raise ParameterError("cog_to_front_axle_m", self.cog_to_front_axle_m, rule, "m")
-        require(self, positive, "yaw_inertia_kgm2", "cornering_stiffness_front_nprad", "cornering_stiffness_rear_nprad")
+        require(self, measurable, "yaw_inertia_kgm2", "cornering_stiffness_front_nprad", "cornering_stiffness_rear_nprad")
         non_negative("cog_height_m", self.cog_height_m, "m")
         if self.brake_share_front is not None:
             within("brake_share_front", self.brake_share_front, 0.0, 1.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from mcdas_opt.domain.rules import at_most, positive, require
+from mcdas_opt.domain.rules import at_most, measurable, require
 from mcdas_opt.errors import ParameterError
 
 
@@ -39,7 +39,7 @@ class ComfortSettings:
     late_braking_mps2: float = 3.0
 
     def __post_init__(self) -> None:
-        require(self, positive, *self.__slots__)
+        require(self, measurable, *self.__slots__)
         at_most("comfort.bend_braking_mps2", self.bend_braking_mps2, "comfort.late_braking_mps2", self.late_braking_mps2)
         at_most("comfort.share", self.share, "all", 1.0)
         if not self.slow_mps < self.fast_mps:

@@ -16,8 +16,8 @@ from mcdas_opt.domain.rules import (
     Array,
     all_of,
     floats,
+    measurable,
     non_negative,
-    positive,
     require,
     require_type,
     require_type_if_given,
@@ -42,7 +42,7 @@ class ParkingLimits:
 
     def __post_init__(self) -> None:
         non_negative("clearance_m", self.clearance_m, "m")
-        require(self, positive, "forward_mps", "reverse_mps", "acceleration_mps2")
+        require(self, measurable, "forward_mps", "reverse_mps", "acceleration_mps2")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +53,7 @@ class ParkingTolerance:
     heading_rad: float = 0.01
 
     def __post_init__(self) -> None:
-        require(self, positive, "position_m", "heading_rad")
+        require(self, measurable, "position_m", "heading_rad")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +65,7 @@ class ParallelSlot:
     street_m: float = 4.5
 
     def __post_init__(self) -> None:
-        require(self, positive, "length_m", "depth_m", "street_m")
+        require(self, measurable, "length_m", "depth_m", "street_m")
         for name in ("length_m", "depth_m", "street_m"):
             within(name, attrgetter(name)(self), 0.0, LARGEST_SLOT_M, "m")
 

@@ -24,6 +24,7 @@ T = TypeVar("T")
 W = TypeVar("W", bound=StrEnum)
 FARTHEST_M = 1e9  # along a road: there places are still told apart to 0.1 um
 FASTEST_MPS = 1e4  # beyond is no number of traffic; what no car can drive is judged in the situation
+_LEAST, _MOST = 1e-9, 1e9  # of a setting that must not be 0
 _UNITS = {
     "m": "m",
     "s": "s",
@@ -159,6 +160,13 @@ def whole(name: str, value: int, least: int = 0) -> int:
 def positive(name: str, value: float, unit: str = "") -> float:
     if finite(name, value, unit) <= 0.0:
         raise ParameterError(name, value, "must be greater than 0", unit)
+    return float(value)
+
+
+def measurable(name: str, value: float, unit: str = "") -> float:
+    """Positive, and neither next to nothing nor beyond measure: its square can be divided by."""
+    if not _LEAST <= positive(name, value, unit) <= _MOST:
+        raise ParameterError(name, value, f"must lie in [{_LEAST:g}, {_MOST:g}]", unit)
     return float(value)
 
 

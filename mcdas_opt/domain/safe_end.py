@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from mcdas_opt.domain.rules import positive, require, within
+from mcdas_opt.domain.rules import measurable, require, within
 
 
 class EndKind(StrEnum):
@@ -39,8 +39,8 @@ class SafeEndSettings:
     longest_s: float = 12.0  # that a plan is continued by, to reach a safe end
 
     def __post_init__(self) -> None:
-        require(self, positive, "response_s", "follower_response_s", "attentive_response_s", "longest_s", "queue_mps", "settled_rad")
-        require(self, positive, "front_braking_mps2", "follower_demand_mps2", "attentive_braking_mps2", "payback_s", "payback_mps2")
+        require(self, measurable, "response_s", "follower_response_s", "attentive_response_s", "longest_s", "queue_mps", "settled_rad")
+        require(self, measurable, "front_braking_mps2", "follower_demand_mps2", "attentive_braking_mps2", "payback_s", "payback_mps2")
         within("braking_share", self.braking_share, 0.1, 1.0)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from mcdas_opt.domain.comfort import ComfortSettings
 from mcdas_opt.domain.grid import TimeGrid
 from mcdas_opt.domain.manners import MannersSettings
-from mcdas_opt.domain.rules import at_most, finite, negative, non_negative, positive, require, require_type, true_or_false, within, word
+from mcdas_opt.domain.rules import at_most, finite, measurable, negative, non_negative, require, require_type, true_or_false, within, word
 from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.domain.vocabulary import Side
@@ -44,8 +44,8 @@ class SelectorSettings:
     occupancy_gap_m: float = 1.0
 
     def __post_init__(self) -> None:
-        require(self, positive, "ttc_threat_s", "ttc_clear_s", "ttc_warning_s")
-        require(self, positive, "demand_threat_mps2", "braking_enough_mps2", "braking_followed_mps2")
+        require(self, measurable, "ttc_threat_s", "ttc_clear_s", "ttc_warning_s")
+        require(self, measurable, "demand_threat_mps2", "braking_enough_mps2", "braking_followed_mps2")
         require(self, non_negative, "distance_rear_m", "distance_front_short_m", "distance_front_long_m", "closing_mps", "hold_s")
         require(self, non_negative, "accelerating_room_m", "speed_band_mps", "evading_speed_mps", "standstill_mps", "lane_intrusion_m")
         require(self, non_negative, "swept_margin_m", "beside_m", "occupancy_s", "occupancy_gap_m")
@@ -67,7 +67,7 @@ class PredictionSettings:
 
     def __post_init__(self) -> None:
         require(self, non_negative, "sigmas", "growth_s", "cap_along_m", "cap_across_m")
-        positive("lateral_fade_s", self.lateral_fade_s, "s")
+        measurable("lateral_fade_s", self.lateral_fade_s, "s")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,7 +89,7 @@ class SigmoidSettings:
         negative("a_per_m", self.a_per_m, "1/m")
         if not finite("b", self.b) > 1.0:
             raise ParameterError("b", self.b, "must be greater than 1")
-        require(self, positive, "y_max_m", "lateral_acceleration_mps2", "speed_floor_mps")
+        require(self, measurable, "y_max_m", "lateral_acceleration_mps2", "speed_floor_mps")
         within("lateral_friction_share", self.lateral_friction_share, 0.05, 1.0)
         if self.given is not None:
             require_type("given", self.given, SigmoidDesign)
@@ -112,7 +112,7 @@ class WarningSettings:
 
     def __post_init__(self) -> None:
         true_or_false("warning.escapes", self.escapes)
-        positive("warning.comfort_mps2", self.comfort_mps2, "m/s^2")
+        measurable("warning.comfort_mps2", self.comfort_mps2, "m/s^2")
         within("warning.comfort_share", self.comfort_share, 0.05, 1.0)
         require(self, non_negative, "warn_lead_s", "act_lead_s", "within_s", of="warning")
 
@@ -131,7 +131,7 @@ class HeadwaySettings:
     pressed_s: float = 0.05
 
     def __post_init__(self) -> None:
-        require(self, positive, "time_gap_s", "standstill_m", "opening", "pressed_s", of="headway")
+        require(self, measurable, "time_gap_s", "standstill_m", "opening", "pressed_s", of="headway")
         at_most("headway.pressed_s", self.pressed_s, "headway.time_gap_s", self.time_gap_s)
 
 
@@ -156,7 +156,7 @@ class Settings:
     warning: WarningSettings = field(default_factory=WarningSettings)
 
     def __post_init__(self) -> None:
-        positive("cycle_s", self.cycle_s, "s")
+        measurable("cycle_s", self.cycle_s, "s")
         within("cycle_s", self.cycle_s, 1e-3, 10.0, "s")
         require_type("grid", self.grid, TimeGrid)
         require_type("selector", self.selector, SelectorSettings)

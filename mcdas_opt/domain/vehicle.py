@@ -7,7 +7,7 @@ from enum import StrEnum
 from operator import attrgetter
 
 from mcdas_opt.domain.actuator_response import ActuatorResponse
-from mcdas_opt.domain.rules import negative, non_negative, positive, require, require_type, true_or_false, unit_of, within, word
+from mcdas_opt.domain.rules import measurable, negative, non_negative, positive, require, require_type, true_or_false, unit_of, within, word
 from mcdas_opt.errors import ParameterError
 
 GRAVITY_MPS2 = 9.80665
@@ -108,7 +108,7 @@ class Vehicle:
                 raise ParameterError(name, attrgetter(name)(self), f"must be at least {smallest:g} in size", unit_of(name))
         for name, largest in _LARGEST.items():
             within(name, attrgetter(name)(self), -largest, largest, unit_of(name))
-        require(self, positive, *(name for name in _OPEN if attrgetter(name)(self) is not None))
+        require(self, measurable, *(name for name in _OPEN if attrgetter(name)(self) is not None))
         if self.cog_height_m is not None:
             non_negative("cog_height_m", self.cog_height_m, "m")
         object.__setattr__(self, "driven_axle", word("driven_axle", self.driven_axle, DrivenAxle))
