@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from operator import attrgetter
 
 from mcdas_opt.domain.declared_types import require_types
-from mcdas_opt.domain.rules import non_negative, require_every, whole, within
+from mcdas_opt.domain.rules import non_negative, require_every, within
 from mcdas_opt.errors import ParameterError
+
+_MOST_SLOTS = 64
+_MOST_WORK = {"newton_steps": 10_000, "newton_steps_cycle": 100_000, "newton_steps_late": 10_000, "first_candidates": 1000}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,7 +48,9 @@ class SolverSettings:
                 raise ParameterError(name, given, f"must be {' or '.join(known)}")
         require_every(self, non_negative)
         within("friction_share", self.friction_share, 0.1, 1.0)
-        for count in self.slots:
-            whole("slots", count, least=1)
+        if not self.slots or not all(1 <= count <= _MOST_SLOTS for count in self.slots):
+            raise ParameterError("slots", self.slots, f"must be numbers of neighbours from 1 to {_MOST_SLOTS}")
+        for name, most in _MOST_WORK.items():
+            within(name, attrgetter(name)(self), 1, most)
         for name, weight in self.weights or ():
             non_negative(name, weight)

@@ -20,7 +20,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import RadarDetection, Scan
 from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.settings import SelectorSettings, Settings
+from mcdas_opt.domain.settings import SelectorSettings, Settings, SigmoidSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vehicle import Vehicle
@@ -173,6 +173,9 @@ def test_what_is_taken_is_planned_for(record: type) -> None:
         (lambda: GripMonitor(vehicle=Vehicle(), believed=1.0, step_s=5e-324), "step_s = 5e-324 s: must lie in [0.0001, 1]"),
         (lambda: FrenetFrame(road=Road(curvature=((0.0, 0.01),)), s_max_m=1e9), "s_max_m = 1000000000.0 m: must lie in [-400, 999600]"),
         (lambda: SolverSettings(weights=(("jerk", "x"),)), "weights[0][1] = 'x': must be a number"),
+        (lambda: SolverSettings(slots=(10**9,)), "slots = (1000000000,): must be numbers of neighbours from 1 to 64"),
+        (lambda: SolverSettings(newton_steps=10**9), "newton_steps = 1000000000: must lie in [1, 10000]"),
+        (lambda: SigmoidSettings(lateral_acceleration_mps2=5e-324), "must lie in [1e-09, 1e+09]"),
         (lambda: ParkSettings(resolutions=(None,)), "resolutions[0] = None: must be a Resolution"),
         (lambda: DesignRequest(b_bounds=(3.0,)), "b_bounds = (3.0,): must be a list of 2"),
         (lambda: CsvTable("a\0b"), "no file has a NUL in its name"),
