@@ -21,6 +21,7 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.single_track import axle_loads, fiala_slip, slip_share
 
 _STEERING_LAG_S = 0.02
+_YAW_ENDS = 1.5  # times the yaw rate that the road can keep: faster yawing is steered against
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,16 +115,20 @@ class PlanTracking:
         return math.sqrt(max(friction**2 - (state.acceleration_mps2 / GRAVITY_MPS2) ** 2, 1e-6))
 
     def _held(self, wheels_rad: float, state: HostState) -> float:
-        """The wheels, turned no further than the front tyres can use."""
+        """The wheels, turned no further than the front tyres can use, and less where that would yaw the car faster still than the road can
+        keep it turning: not at all at half as fast again, against it beyond (the limit of Rajamani 2012, section 8.2)."""
         share = slip_share(state.speed_mps)
         if self.grip is None or share == 0.0:
             return wheels_rad
         c = Chassis.of(self.vehicle)
         aside, yaw_rate = state.turning(c.wheelbase_m)
-        course = math.atan2(aside + c.wheelbase_m * yaw_rate, max(state.speed_mps, SPEEDS_MPS[0]))
-        limit = self._grip(state) * axle_loads(c, state.acceleration_mps2)[0]
+        speed, grip = max(state.speed_mps, SPEEDS_MPS[0]), self._grip(state)
+        course = math.atan2(aside + c.wheelbase_m * yaw_rate, speed)
+        limit = grip * axle_loads(c, state.acceleration_mps2)[0]
         most = fiala_slip(limit, c.cornering_stiffness_front_nprad, limit, share=GRIP_SHARE)
-        return share * min(max(wheels_rad, course - most), course + most) + (1.0 - share) * wheels_rad
+        turning = yaw_rate * speed / (grip * GRAVITY_MPS2)  # beyond 1 in size no road keeps it
+        left, right = (min(max((_YAW_ENDS - way) / (_YAW_ENDS - 1.0), -1.0), 1.0) * most for way in (turning, -turning))
+        return share * min(max(wheels_rad, course - right), course + left) + (1.0 - share) * wheels_rad
 
 
 def gains_at(speed: float, table: Array) -> Array:

@@ -6,19 +6,24 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from mcdas_opt.actuation.error_lqr import error_model
 from mcdas_opt.actuation.grip_monitor import GripMonitor
+from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.simulation.controller import CONTROLLERS, make_controller
 from mcdas_opt.simulation.dynamic_plant import DynamicPlant
 from mcdas_opt.simulation.loop import simulate
+from mcdas_opt.simulation.record import Outcome
 from tests.actuation.test_lateral_lqr import driven, follow, modes
 from tests.simulation.fake_driver import FakeDriver
 from tests.simulation.scene_maker import make_scene
@@ -86,6 +91,34 @@ def test_wheels_are_turned_no_further_than_the_front_tyres_can_use(law: str) -> 
     states, _ = follow(plant, make_controller(law, car, grip=GripMonitor(vehicle=car, believed=0.2)), plan)
     assert np.abs(states[:, 5]).max() < 0.08
     assert abs(plant.state.lateral_speed_mps / plant.state.speed_mps) < 0.15
+
+
+@pytest.mark.parametrize("law", ["stanley", "lqr-errors"])
+@given(
+    speed=st.floats(10.0, 40.0), friction=st.sampled_from([0.25, 0.5, 0.9]), faster=st.floats(1.6, 4.0),
+    side=st.sampled_from([-1.0, 1.0]), beside=st.floats(-2.0, 2.0),
+)  # fmt: skip
+def test_who_yaws_faster_than_any_road_can_keep_is_steered_against(
+    law: str, speed: float, friction: float, faster: float, side: float, beside: float
+) -> None:
+    """Wherever the plan is: from wheels along the course of their axle, against the yawing. At what the road keeps, the plan decides."""
+    car = CARS[1]
+    plan = driven(car, HostState(speed_mps=speed), [(0.0, 0.0)] * 5)
+    controller = make_controller(law, car, grip=GripMonitor(vehicle=car, believed=friction))
+    yaw_rate = side * faster * friction * GRAVITY_MPS2 / speed
+    spins = SlidingState(speed_mps=speed, d_m=beside, yaw_rate_radps=yaw_rate, steering_rad=math.atan2(car.wheelbase_m * yaw_rate, speed))
+    assert side * controller.command(plan, 0.0, spins)[1] < 0.0
+    turns = SlidingState(speed_mps=speed, d_m=-3.0 * side, yaw_rate_radps=0.2 * side * friction * GRAVITY_MPS2 / speed)
+    assert side * controller.command(plan, 0.0, turns)[1] > 0.0
+
+
+def test_a_reversal_at_speed_ends_in_no_spin() -> None:
+    """From 8.5 m/s^2 to the right to as much to the left, at 32 m/s in a bend: it span, and was hit."""
+    document = expand("curved", 12, 620481).cases[0].scene.model_dump(exclude_unset=True)
+    document["host"]["vehicle"] = "bmw_320i"
+    drive = simulate(Scene.model_validate(document | {"duration_s": 3.0}), plant="dynamic")
+    assert drive.outcome is Outcome.SAFE
+    assert np.abs(drive.history.sideslip_rad).max() < 0.12
 
 
 @pytest.mark.parametrize("speed", [3.5, 8.0, 20.0, 45.0])
