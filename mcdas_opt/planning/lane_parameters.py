@@ -107,7 +107,7 @@ def nearest_values(others: ObstacleSlots, slots: int, proposed: Proposed, guess_
     gaps = np.maximum(np.abs(rows.s_m - guess_s) - along, 0.0), np.maximum(np.abs(rows.d_m - guess_d) - across, 0.0)
     order = np.argsort(np.hypot(*gaps), axis=0, kind="stable")
     nearest = np.sort(order[:slots], axis=0)  # a body keeps its slot as long as the same are near
-    columns = (np.take_along_axis(each, nearest, axis=0) for each in (rows.s_m, rows.d_m, along, across))
+    columns = (each[nearest, np.arange(guess_s.size)] for each in (rows.s_m, rows.d_m, along, across))
     return {name: row for i, values in enumerate(zip(*columns, strict=True)) for name, row in zip(_slot_names(i), values, strict=True)}
 
 
