@@ -94,6 +94,7 @@ class NeighbourPart(Part):
     trajectory: Annotated[str | None, Field(description="instead of state and motion: a CSV of t_s, s_m, d_m, heading_rad, speed_mps")] = (
         None
     )
+    leaves: Annotated[bool, Field(description="with a trajectory: gone after its last row; else it drives on from there")] = False
     _samples: Array | None = PrivateAttr(default=None)
 
     @model_validator(mode="after")
@@ -106,6 +107,8 @@ class NeighbourPart(Part):
             if self.behaviour == "idm":
                 raise ValueError("a recorded trajectory cannot follow by idm")
             return self
+        if self.leaves:
+            raise ValueError("leaves needs a trajectory, after which it is gone")
         for key in ("s_m", "speed_mps"):
             if state[key] is None:
                 raise ValueError(f"missing key {key} (or trajectory)")

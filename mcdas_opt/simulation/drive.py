@@ -21,7 +21,7 @@ from mcdas_opt.simulation.controller import Controller
 from mcdas_opt.simulation.idm import STEP_S, step_times
 from mcdas_opt.simulation.measured_host import MeasuredHost
 from mcdas_opt.simulation.metrics import History, driven, lane_changed, times_to_collision
-from mcdas_opt.simulation.neighbours import Traffic, body_at, host_motion
+from mcdas_opt.simulation.neighbours import Traffic, host_motion
 from mcdas_opt.simulation.perception import Perception
 from mcdas_opt.simulation.record import Cycle, CycleTimes, NeighbourHistory, Outcome, Simulation
 
@@ -99,11 +99,7 @@ class Drive:
         for k, time_s in enumerate(step_times(first, end + 1).tolist()):
             if k == 0 or not perception.is_due(time_s):
                 continue
-            bodies = [
-                body_at(name, motion.part(k), *size, self.traffic.road, kind)
-                for name, motion, size, kind in zip(self.traffic.names, others, self.traffic.sizes, self.traffic.kinds, strict=True)
-            ]
-            perception.look(time_s, *been[k], bodies)
+            perception.look(time_s, *been[k], self.traffic.bodies_as([motion.part(k) for motion in others], time_s))
         if fault is not None and self.outcome is Outcome.SAFE:
             raise fault
 

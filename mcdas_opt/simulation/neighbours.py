@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -29,7 +29,7 @@ _TABLE_STEPS = 1000
 def motion_of(neighbour: NeighbourPart, road: Road) -> Motion:
     """The motion of a scripted or recorded neighbour as a function of time."""
     if neighbour.samples is not None:
-        return RecordedMotion(samples=neighbour.samples, road=road)
+        return RecordedMotion(samples=neighbour.samples, road=road, leaves=neighbour.leaves)
     s, d, _, speed = neighbour.initial
     if neighbour.heading_rad is not None:
         return HeadedMotion.from_script(
@@ -101,10 +101,17 @@ class Traffic:
         return table
 
     def bodies(self, t_s: float) -> tuple[Body, ...]:
-        """Each neighbour at one instant."""
-        moments = self.motions(np.array(t_s))
-        rows = zip(self.names, moments, self.sizes, self.kinds, strict=True)
-        return tuple(body_at(name, moment, length, width, self.road, kind) for name, moment, (length, width), kind in rows)
+        """Each neighbour at one instant, but for who has left."""
+        return self.bodies_as(self.motions(np.array(t_s)), t_s)
+
+    def bodies_as(self, moments: Sequence[BodyMotion], t_s: float) -> tuple[Body, ...]:
+        """The same where their motion at that instant is known."""
+        rows = zip(self.names, moments, self.sizes, self.kinds, self._motions, strict=True)
+        return tuple(
+            body_at(name, moment, length, width, self.road, kind)
+            for name, moment, (length, width), kind, motion in rows
+            if not (isinstance(motion, RecordedMotion) and motion.is_gone(t_s))
+        )
 
     def known(self) -> tuple[KnownBody, ...]:
         """The motions as a prediction for the judge; followers as far as they have moved, then at constant speed."""

@@ -17,6 +17,7 @@ from mcdas_opt.geometry.frenet import FrenetFrame
 _AROUND_M = 50.0  # of road beyond the samples
 _ACROSS = np.sin(np.radians(20.0))  # who is headed farther off the road's direction goes on as headed
 _LEAST_STRETCH = 0.1  # of 1 - d kappa: nearer to the centre of a bend nothing has a speed along it
+_GONE_M = 1e4  # who has left stands so far off the road: nobody meets or sees it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,11 +27,12 @@ class RecordedMotion:
     A body that goes across a bend is now nearest to the road before it, now after it: its s may jump, its place does not. After the last
     sample the body goes on at the last speed: along the road, in its direction, heading 0 or pi, or across it as it was headed. Before
     t = 0 (and before a first sample that is later) it has come along the road at the speed of that moment, as everybody has before a scene
-    begins.
+    begins. Who `leaves` is gone after the last sample.
     """
 
     samples: Array
     road: Road
+    leaves: bool = False
     _frame: FrenetFrame | None = field(init=False, repr=False, compare=False)
     _plane: Array = field(init=False, repr=False, compare=False)  # (n, 3): x, y, yaw of the samples on a bent road
 
@@ -49,6 +51,10 @@ class RecordedMotion:
         object.__setattr__(self, "_frame", frame)
         object.__setattr__(self, "_plane", plane)
 
+    def is_gone(self, t_s: float) -> bool:
+        """Whether it has left by then."""
+        return self.leaves and t_s > max(0.0, float(self.samples[-1, 0]))
+
     def __call__(self, t_s: Any) -> BodyMotion:
         t = np.asarray(t_s, dtype=np.float64)
         first, last = max(0.0, float(self.samples[0, 0])), float(self.samples[-1, 0])
@@ -59,6 +65,9 @@ class RecordedMotion:
         heading = np.where(beyond & settled, np.where(np.cos(heading) > 0.0, 0.0, np.pi), heading)
         along = speed * np.cos(heading)
         across = np.where(beyond & settled, 0.0, speed * np.sin(heading))
+        if self.leaves:
+            d, speed = np.where(beyond, _GONE_M, d), np.where(beyond, 0.0, speed)
+            along, across = np.where(beyond, 0.0, along), np.where(beyond, 0.0, across)
         if self._frame is not None:
             along = along / np.maximum(1.0 - d * self.road.curvature_at(s), _LEAST_STRETCH)
         return BodyMotion(

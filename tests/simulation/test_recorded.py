@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mcdas_opt.catalogue.scenes import load_scene
+from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.frenet import FrenetFrame
-from mcdas_opt.simulation.neighbours import body_at
+from mcdas_opt.simulation.loop import simulate
+from mcdas_opt.simulation.neighbours import Traffic, body_at
+from mcdas_opt.simulation.record import Outcome, Simulation
 from mcdas_opt.simulation.recorded import RecordedMotion
 from mcdas_opt.simulation.sensors import ideal_detections
 
@@ -64,3 +70,40 @@ def test_who_crosses_goes_on_across_after_its_last_sample() -> None:
     motion = RecordedMotion(samples=line(STRAIGHT, 30.0, -8.0, math.pi / 2.0, 4.0), road=STRAIGHT)
     after = motion(np.array(4.0))
     assert (float(after.s_m), float(after.d_m)) == pytest.approx((30.0, 8.0))
+
+
+@given(st.sampled_from([STRAIGHT, CORNER]), st.floats(1.0, 20.0))
+def test_who_leaves_is_nowhere_near_after_its_last_sample(road: Road, speed: float) -> None:
+    samples = line(road, 5.0, 0.0, 0.0, speed)
+    stays, leaves = RecordedMotion(samples=samples, road=road), RecordedMotion(samples=samples, road=road, leaves=True)
+    during, after = np.linspace(-1.0, 3.0, 41), np.array([3.01, 20.0])
+    assert to_document(stays(during)) == to_document(leaves(during))
+    assert np.abs(leaves(after).d_m).min() > 1e3
+    assert np.abs(leaves(after).speed_s_mps).max() == 0.0
+    assert not leaves.is_gone(3.0)
+    assert leaves.is_gone(3.01)
+    assert not stays.is_gone(20.0)
+
+
+def test_who_leaves_is_not_driven_into_and_not_seen(tmp_path: Path) -> None:
+    """A car that stands in the lane, recorded for half a second: gone, or in the way for ever."""
+    (tmp_path / "gone.csv").write_text("t_s,s_m,d_m,heading_rad,speed_mps\n0.0,18.0,0.0,0.0,0.0\n0.5,18.0,0.0,0.0,0.0\n", "utf-8")
+    text = 'duration_s = 7.0\n[road]\n[host]\nspeed_mps = 5.0\n[[neighbour]]\nname = "gone"\ntrajectory = "gone.csv"\n'
+    ends: dict[bool, Simulation] = {}
+    for leaves in (False, True):
+        file = tmp_path / f"{leaves}.toml"
+        file.write_text(text + f"leaves = {str(leaves).lower()}\n", "utf-8")
+        scene = load_scene(file)
+        ends[leaves] = simulate(scene, "mpc")
+        assert [body.name for body in Traffic(scene).bodies(0.6)] == ([] if leaves else ["gone"])
+    assert float(ends[False].trajectory.s_m[-1]) < 15.0
+    assert float(ends[True].trajectory.s_m[-1]) > 16.0
+    assert ends[True].outcome is Outcome.SAFE
+    assert not ends[True].cycles[-1].tracks
+
+
+def test_only_who_is_recorded_can_leave(tmp_path: Path) -> None:
+    file = tmp_path / "scene.toml"
+    file.write_text("[road]\n[host]\nspeed_mps = 5.0\n[[neighbour]]\ns_m = 20.0\nspeed_mps = 5.0\nleaves = true\n", "utf-8")
+    with pytest.raises(InputError, match="leaves needs a trajectory"):
+        load_scene(file)

@@ -290,6 +290,7 @@ def _files(
         file = f"{neighbour}.csv"
         lines += ["", "[[neighbour]]", f'name = "{neighbour}"', f'trajectory = "{file}"', f"length_m = {length!r}", f"width_m = {width!r}"]
         lines += [] if kind is None else [f'kind = "{kind.value}"']
+        lines += ["leaves = true"] if samples[-1, 0] < duration_s else []  # there nobody is where his states have ended
         rows = [",".join(repr(float(value)) for value in row) for row in samples]
         files[file] = "\n".join([",".join(TRAJECTORY_COLUMNS), *rows]) + "\n"
     return {SCENE_FILE: "\n".join(lines) + "\n", **files}
