@@ -26,11 +26,12 @@ from mcdas_opt.domain.rules import (
 from mcdas_opt.domain.vocabulary import BodyKind, Sector
 
 HARDEST_MPS2 = 1e4  # beyond is no number of traffic
+FASTEST_TURN_RADPS = 1e3  # nor this
 ALIGNED_RAD = math.radians(20.0)  # who is turned no farther from the road's direction, or the opposite one, follows the road
 CROSSING_MPS = 1.0
 LONGEST_M = 1000.0  # of a body: a long train, or a wall
 _SINE_ALIGNED = math.sin(ALIGNED_RAD)
-_NUMBERS = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "age_s", "acceleration_s_mps2")
+_NUMBERS = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "age_s", "acceleration_s_mps2", "turn_rate_radps")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +43,8 @@ class Track:
 
     `heading_rad` is where it points, relative to the road there (0 along it, pi towards the host, pi / 2 across it to the left). Who is
     turned by more than `ALIGNED_RAD` does not follow the road; nor does a pedestrian. None: not known, it counts as aligned with the road.
+    `turn_rate_radps` is how fast it turns in the plane, to the left, with a standard deviation; without one (None) it is not known, and
+    the number says nothing.
     """
 
     id: str
@@ -58,6 +61,8 @@ class Track:
     acceleration_s_sd_mps2: float | None = None
     heading_rad: float | None = None
     kind: BodyKind | None = None
+    turn_rate_radps: float = 0.0
+    turn_rate_sd_radps: float | None = None
 
     def __eq__(self, other: object) -> bool:
         """Every number the same, the covariance's too."""
@@ -77,6 +82,9 @@ class Track:
         within("acceleration_s_mps2", self.acceleration_s_mps2, -HARDEST_MPS2, HARDEST_MPS2, "m/s^2")
         if self.acceleration_s_sd_mps2 is not None:
             within("acceleration_s_sd_mps2", self.acceleration_s_sd_mps2, 0.0, HARDEST_MPS2, "m/s^2")
+        within("turn_rate_radps", self.turn_rate_radps, -FASTEST_TURN_RADPS, FASTEST_TURN_RADPS, "rad/s")
+        if self.turn_rate_sd_radps is not None:
+            within("turn_rate_sd_radps", self.turn_rate_sd_radps, 0.0, FASTEST_TURN_RADPS, "rad/s")
         non_negative("age_s", self.age_s, "s")
         true_or_false("coasting", self.coasting)
         if self.heading_rad is not None:

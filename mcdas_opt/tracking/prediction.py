@@ -30,10 +30,13 @@ CHANGE_GROWTH, CHANGE_PEAK_MPS = 2.0, 3.0  # it may become so many times as fast
 # a track may go on braking, until it stands, that brakes so hard (on a slippery road: by this share of what it gives); or accelerating
 BRAKING_MPS2, BRAKING_SHARE = 3.0, 0.8
 ACCELERATING_MPS2, ACCELERATING_S = 2.0, 1.0  # it goes on for so long
-RATE_SIGMAS = 2.5  # standard deviations that the change of speed has to show
+RATE_SIGMAS = 2.5  # standard deviations that a change of speed, or a turn, has to show
 # a track may go straight on where our road turns as tightly as at a crossing, so soon: towards us, or too fast for the turn
 TURN_WITHIN_S, TURN_MPS2 = 4.0, 4.0
 TURN_FADE_S = 0.5  # who comes towards us through such a turn settles so soon, or goes straight on: both are predicted
+# but not who clearly turns with a road that turns so much, at such shares of the rate that the road asks of him for the next moment
+LEAST_TURN_1PM, TURNS_LEAST, TURNS_MOST = 0.02, 0.5, 2.0
+_AT_ONCE_S = np.linspace(0.0, 0.5, 6)
 _TURN_TIMES_S = np.linspace(0.0, TURN_WITHIN_S, 21)
 ACROSS_MPS, YOUNG_MPS = 1.0, 0.5  # what is usual across a lane; a speed across that is known no better is that of a young track
 STRAYING_MPS = 0.5  # somebody on foot may at once go so much faster or elsewhere
@@ -57,6 +60,8 @@ def predict(
     heading. So is, besides, whoever is known to head along a road that turns as tightly as at a crossing, and may go straight on there. Who
     comes towards the host there either goes straight on or keeps to his lane's turn, settling soon: his speed across the road is that of
     cutting the turn, not of changing lanes.
+
+    Who clearly turns with the road (`turns_with`) does not go straight on.
     """
     settings = PredictionSettings() if settings is None else settings
     bodies: list[PredictedBody] = []
@@ -68,9 +73,9 @@ def predict(
         if not track.follows_road:
             bodies.append(_free(track, settings, road or Road()))
             continue
-        goes_straight_on = road is not None and _may_go_straight_on(track, road)
-        comes_through_a_turn = goes_straight_on and track.speed_s_mps < 0.0
-        if goes_straight_on and road is not None:
+        meets_a_turn = road is not None and _may_go_straight_on(track, road)
+        comes_through_a_turn = meets_a_turn and track.speed_s_mps < 0.0
+        if meets_a_turn and road is not None and not turns_with(track, road):
             bodies.append(replace(_free(track, settings, road), id=f"{track.id} {STRAIGHT_ON}"))
         drifting = CruisingBody(
             id=track.id,
@@ -140,6 +145,16 @@ def _may_go_straight_on(track: Track, road: Road) -> bool:
         return False
     turn = float(np.abs(road.curvature_at(track.s_m + track.speed_s_mps * _TURN_TIMES_S)).max())
     return turn >= TURN_1PM and (track.speed_s_mps < 0.0 or turn * track.speed_s_mps**2 > TURN_MPS2)
+
+
+def turns_with(track: Track, road: Road) -> bool:
+    """Whether it clearly turns about as the road does where it is and will be at once: then it does not go straight on."""
+    sd = track.turn_rate_sd_radps
+    if sd is None or abs(track.turn_rate_radps) <= RATE_SIGMAS * sd:
+        return False
+    curvature = float(np.mean(road.curvature_at(track.s_m + track.speed_s_mps * _AT_ONCE_S)))
+    asked = curvature * track.speed_s_mps
+    return abs(curvature) >= LEAST_TURN_1PM and asked != 0.0 and TURNS_LEAST <= track.turn_rate_radps / asked <= TURNS_MOST
 
 
 def _across_mps(track: Track) -> float:

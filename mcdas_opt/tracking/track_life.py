@@ -18,6 +18,7 @@ from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.tracking.acceleration import AccelerationFilter
 from mcdas_opt.tracking.filtering import Filtering, TargetFilter, TargetFix
 from mcdas_opt.tracking.screening import Source, source_of
+from mcdas_opt.tracking.turn_rate import TurnRateFilter
 
 GATE = 16.27  # of the squared Mahalanobis distance of (s, d, range rate): lets 99.9 % of true detections in (chi-square, 3)
 INITIAL_SPEED_SD_MPS = 15.0  # of a new radar track along the road, around the host's speed
@@ -42,6 +43,7 @@ class TrackLife:
     def __init__(self, filter_: TargetFilter, size: tuple[float, float]) -> None:
         self._filter = filter_
         self._acceleration = AccelerationFilter()
+        self._turning = TurnRateFilter()
         self._hits: deque[bool] = deque(maxlen=CONFIRM_WINDOW)
         self._sources: set[Source] = set()
         self._born_s = filter_.time_s
@@ -130,11 +132,13 @@ class TrackLife:
         if len(self._shown_m) >= SHOWN:
             self.length_m = max(self.length_m, sorted(self._shown_m)[-SHOWN])
 
-    def know(self, body: BodyDetection) -> None:
-        """An ideal sensor has told name and size: the track is confirmed."""
+    def know(self, body: BodyDetection, road_heading_rad: float, time_s: float) -> None:
+        """An ideal sensor has told name and size: the track is confirmed. `road_heading_rad` is the road's in the plane, there."""
         self.name, self.size, self.confirmed = body.name, (body.length_m, body.width_m), True
         self.length_m = body.length_m
         self._heading_rad, self._kind = body.heading_rad, body.kind
+        if body.heading_rad is not None:
+            self._turning.take(time_s, road_heading_rad + body.heading_rad)
 
     def miss(self, scan: Scan) -> None:
         """A scan that does not show this target counts against it if its sensor has seen it before."""
@@ -170,6 +174,7 @@ class TrackLife:
         s, vs, d, vd = state.tolist()
         s += 0.5 * self._beyond * (self.length_m - self.size[0])  # the near end is where it is seen
         acceleration, its_sd = self._acceleration.at(now)
+        turn_rate, its_turn_sd = self._turning.at(now)
         return Track(
             id=str(self.number),
             s_m=s,
@@ -185,6 +190,8 @@ class TrackLife:
             acceleration_s_sd_mps2=its_sd,
             heading_rad=self._heading_rad if self.name is not None else course(vs, vd, P),
             kind=self._kind,
+            turn_rate_radps=turn_rate,
+            turn_rate_sd_radps=its_turn_sd,
         )
 
 

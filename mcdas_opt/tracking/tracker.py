@@ -162,11 +162,12 @@ class Tracker:
         """Ideal detections: by name, else by overlap with a track that no name is known of, else a new track."""
         time_s = look.scan.t_s
         named = {life.name: life for life in self._lives if life.name is not None}
-        strangers: list[tuple[BodyDetection, TargetFix]] = []
-        for body in bodies:
+        strangers: list[tuple[BodyDetection, TargetFix, float]] = []
+        headings: list[float] = look.frame.road_heading(np.array([body.s_m for body in bodies])).tolist()
+        for body, road_heading in zip(bodies, headings, strict=True):
             fix: TargetFix = self._filtering.body_fix(body, look.frame, BODY_POSITION_SD_M, BODY_SPEED_SD_MPS)
             if body.name not in named:
-                strangers.append((body, fix))
+                strangers.append((body, fix, road_heading))
                 continue
             life = named[body.name]
             s, d = life.place(time_s)
@@ -174,24 +175,24 @@ class Tracker:
                 self.counters["gated"] += 1
                 continue
             self._hit(life, fix, look)
-            life.know(body)
+            life.know(body, road_heading, time_s)
         if not strangers:
             return
         nameless = [life for life in self._lives if life.name is None]
         costs = np.full((len(nameless), len(strangers)), np.inf)
         for i, life in enumerate(nameless):
             s, d = life.place(time_s)
-            for j, (body, _) in enumerate(strangers):
+            for j, (body, _, _) in enumerate(strangers):
                 if _overlap((s, d), life.size, (body.s_m, body.d_m), (body.length_m, body.width_m), 1.0):
                     costs[i, j] = (body.s_m - s) ** 2 + (body.d_m - d) ** 2
         owners = {j: nameless[i] for i, j in assign(costs)}
-        for j, (body, fix) in enumerate(strangers):
+        for j, (body, fix, road_heading) in enumerate(strangers):
             if j in owners:
                 life = owners[j]
                 self._hit(life, fix, look)
             else:
                 life = self._begin(fix, look)
-            life.know(body)
+            life.know(body, road_heading, time_s)
 
     def _take_points(self, points: list[RadarDetection], look: _Look) -> None:
         """Radar points: confirmed tracks choose first, then tentative ones; what is left begins new tracks."""

@@ -1,0 +1,120 @@
+"""How fast others turn: told from noise, carried in the track, and used where somebody may go straight on at a turn."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mcdas_opt.domain.document import to_document
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.measurement import BodyDetection, Scan
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.errors import ParameterError
+from mcdas_opt.tracking.prediction import RATE_SIGMAS, predict, turns_with
+from mcdas_opt.tracking.slow_traffic import STRAIGHT_ON
+from mcdas_opt.tracking.tracker import Tracker
+from mcdas_opt.tracking.turn_rate import TurnRateFilter
+
+STRAIGHT = Road(lanes_left=1, lanes_right=1)
+CORNER = Road(lanes_left=1, curvature=((0.0, 0.0), (20.0, 0.0), (25.0, 0.12), (38.0, 0.12), (43.0, 0.0)))
+TIMES = np.linspace(0.0, 4.0, 81)
+
+
+def turning(heading: float, speed: float, rate: float, **more: object) -> Track:
+    """One whose turn rate is known to 0.08 rad/s."""
+    moving = {"speed_s_mps": speed * math.cos(heading), "speed_d_mps": speed * math.sin(heading), "heading_rad": heading}
+    one = Track(id="1", s_m=30.0, d_m=6.0, speed_s_mps=0.0, turn_rate_radps=rate, turn_rate_sd_radps=0.08)
+    return replace(one, **moving | more)
+
+
+@given(st.floats(-1.5, 1.5), st.floats(-math.pi, math.pi))
+def test_a_steady_turn_is_known_within_a_second(rate: float, heading: float) -> None:
+    turn = TurnRateFilter()
+    assert turn.at(0.0) == (0.0, None)
+    for k in range(21):
+        turn.take(0.05 * k, math.remainder(heading + rate * 0.05 * k, 2.0 * math.pi))
+    found, sd = turn.at(1.0)
+    assert found == pytest.approx(rate, abs=0.02)
+    assert sd is not None
+    assert 0.0 < sd < 0.3
+
+
+@pytest.mark.parametrize("noise_rad", [0.0, 0.01, 0.03, 0.1])
+def test_noise_is_not_taken_for_turning(noise_rad: float) -> None:
+    """Also where headings are ten times noisier than told: at most one in a hundred."""
+    random, seen = np.random.default_rng(7), 0
+    for _ in range(20):
+        turn = TurnRateFilter()
+        for k in range(100):
+            turn.take(0.05 * k, noise_rad * float(random.standard_normal()))
+            rate, sd = turn.at(0.05 * k)
+            assert sd is not None
+            seen += k > 20 and abs(rate) > RATE_SIGMAS * sd
+    assert seen <= 0.01 * 20 * 80
+
+
+def test_a_track_of_an_ideal_sensor_says_how_fast_it_turns_in_the_plane() -> None:
+    """Along a bend at the road's own heading: speed times curvature."""
+    bend, tracker = Road(curvature=((0.0, 0.05), (200.0, 0.05))), Tracker()
+    host = HostState(speed_mps=8.0)
+    for k in range(31):
+        body = BodyDetection(
+            name="a", s_m=20.0 + 0.4 * k, d_m=0.0, speed_s_mps=8.0, speed_d_mps=0.0, length_m=4.5, width_m=1.8, heading_rad=0.0
+        )
+        tracker.update([Scan(sensor="ideal", sector=Sector.FRONT, t_s=0.05 * k, bodies=(body,), period_s=0.05)], host, bend, 0.05 * k)
+    (one,) = tracker.tracks(1.5)
+    assert one.turn_rate_radps == pytest.approx(0.4, abs=0.02)
+    assert one.turn_rate_sd_radps is not None
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(0.0, 15.0), st.floats(-0.19, 0.19), st.sampled_from([STRAIGHT, CORNER]))
+def test_what_does_not_stand_out_changes_nothing(heading: float, speed: float, rate: float, road: Road) -> None:
+    one, without = turning(heading, speed, rate), turning(heading, speed, 0.0, turn_rate_sd_radps=None)
+    bodies, known = predict([one], road=road).bodies, predict([without], road=road).bodies
+    assert [body.id for body in bodies] == [body.id for body in known]
+    for body, same in zip(bodies, known, strict=True):
+        assert to_document(body.at(TIMES)) == to_document(same.at(TIMES))
+
+
+def names(one: Track, road: Road) -> list[str]:
+    return [body.id for body in predict([one], road=road).bodies]
+
+
+def test_who_turns_about_as_the_road_does_keeps_to_it_and_any_other_may_go_straight_on() -> None:
+    """Towards us at 7 m/s through a bend of 8 m: he has to turn by 0.84 rad/s to his right."""
+    oncoming = turning(math.pi, 7.0, 0.0, s_m=35.0, d_m=3.0)
+    kept, both = ["1"], [f"1 {STRAIGHT_ON}", "1"]
+    asked = -7.0 * 0.12
+    for share, expected in ((1.0, kept), (0.6, kept), (1.9, kept), (0.3, both), (2.5, both), (-1.0, both), (0.0, both)):
+        assert names(replace(oncoming, turn_rate_radps=share * asked), CORNER) == expected
+    assert names(replace(oncoming, turn_rate_radps=asked, turn_rate_sd_radps=None), CORNER) == both
+    assert names(replace(oncoming, s_m=60.0, turn_rate_radps=asked), CORNER) == both  # before the bend
+
+
+@given(st.floats(0.4, 2.7), st.floats(1.0, 15.0), st.floats(-3.0, 3.0), st.sampled_from([STRAIGHT, CORNER]))
+def test_who_goes_across_the_road_goes_straight_on_however_it_turns(heading: float, speed: float, rate: float, road: Road) -> None:
+    (free,), (same,) = (predict([turning(heading, speed, each)], road=road).bodies for each in (rate, 0.0))
+    assert to_document(free.at(TIMES)) == to_document(same.at(TIMES))
+
+
+@given(st.floats(3.0, 12.0), st.floats(0.3, 2.5))
+def test_the_mirrored_turn_counts_as_much(speed: float, share: float) -> None:
+    mirrored = Road(lanes_left=1, lanes_right=1, curvature=tuple((s, -kappa) for s, kappa in CORNER.curvature))
+    one = turning(math.pi, speed, -share * speed * 0.12, s_m=35.0, d_m=3.0)
+    other = replace(one, d_m=-one.d_m, speed_d_mps=-one.speed_d_mps, turn_rate_radps=-one.turn_rate_radps)
+    assert turns_with(one, CORNER) == turns_with(other, mirrored)
+
+
+def test_a_turn_rate_is_a_number_of_a_car() -> None:
+    for wrong in (math.nan, 1e9):
+        with pytest.raises(ParameterError, match="turn_rate_radps"):
+            Track(id="1", s_m=0.0, d_m=0.0, speed_s_mps=0.0, turn_rate_radps=wrong)
+    with pytest.raises(ParameterError, match="turn_rate_sd_radps"):
+        Track(id="1", s_m=0.0, d_m=0.0, speed_s_mps=0.0, turn_rate_sd_radps=-1.0)
