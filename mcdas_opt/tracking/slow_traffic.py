@@ -13,6 +13,7 @@ from mcdas_opt.domain.track import Track
 
 STRAIGHT_ON = "straight on"  # the name's ending of whoever may be too fast for a turn
 SLOW_MPS = 10.0  # whoever is faster is in no slow traffic
+TOWARDS_A_TURN_MPS = 14.0  # nor, towards a tight turn, for which he brakes in any case, whoever is faster than this
 BRAKING_MPS2, RESPONSE_S = 2.0, 1.0  # what a follower in slow traffic is predicted to brake with, and after how long
 CLOSING_S = 2.5  # who would be there so soon does not look ahead
 TURN_1PM = 0.05  # a road that bends so tightly, as at a crossing, is driven slowly
@@ -32,12 +33,14 @@ def with_braking_followers(prediction: Prediction, situation: Situation, rates_m
     """
     host, road = situation.host, situation.road
     near_m = max(_AHEAD_S * host.speed_mps, _LEAST_AHEAD_M)
-    slow = [track for track in situation.tracks if 0.0 <= track.speed_s_mps <= SLOW_MPS and _is_in_lane(track, situation)]
+    near = [track for track in situation.tracks if 0.0 <= track.speed_s_mps <= TOWARDS_A_TURN_MPS and _is_in_lane(track, situation)]
+    slow = [track for track in near if track.speed_s_mps <= SLOW_MPS]
     ahead = [track for track in slow if track.s_m > host.s_m and _gap_m(track, host.s_m) <= near_m]
     turns = not road.is_straight and float(np.abs(road.curvature_at(host.s_m + near_m * _SHARES)).max()) >= TURN_1PM
     if not (ahead or turns) or _steers_out(situation) or any(rates_mps2.get(track.id, 0.0) < 0.0 for track in ahead):
         return prediction
-    behind = {track.id for track in slow if track.s_m < host.s_m and track.id not in rates_mps2 and _looks_ahead(track, situation)}
+    following = near if turns else slow  # through a turn nobody drives fast, whoever is ahead of him
+    behind = {track.id for track in following if track.s_m < host.s_m and track.id not in rates_mps2 and _looks_ahead(track, situation)}
     if not behind:
         return prediction
     too_fast = {f"{one} {STRAIGHT_ON}" for one in behind}  # for the turn: not he who brakes before it

@@ -105,6 +105,15 @@ def test_who_follows_before_a_tight_turn_brakes_for_it(starts_m: float, radius_m
     assert relied_on(predict_for(alone)) == (("behind",) if brakes else ())
 
 
+@pytest.mark.parametrize(("follower_mps", "behind_m", "brakes"), [(13.0, 45.0, True), (13.0, 20.0, False), (14.5, 60.0, False)])
+def test_who_follows_towards_a_tight_turn_may_be_faster_than_a_queue(follower_mps: float, behind_m: float, brakes: bool) -> None:
+    """He brakes for the turn himself; not who would have to brake hard, nor where the road goes straight on behind somebody slow."""
+    turn = Road(lane_width_m=3.0, lanes_left=1, curvature=((10.0, 0.0), (12.0, 0.12), (22.0, 0.12), (24.0, 0.0)))
+    situation = queue(3.0, follower_mps, behind_m)
+    assert relied_on(predict_for(situation)) == ()
+    assert relied_on(predict_for(replace(situation, road=turn, tracks=situation.tracks[1:]))) == (("behind",) if brakes else ())
+
+
 def test_who_brakes_before_a_turn_is_not_too_fast_for_it() -> None:
     """Nor does he go straight on there; whoever is not relied on may."""
     turn = Road(lane_width_m=3.0, lanes_left=1, curvature=((10.0, 0.0), (12.0, 0.12), (22.0, 0.12), (24.0, 0.0)))
