@@ -12,6 +12,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.simulation.idm import STEP_S, step_times
+from mcdas_opt.simulation.recorded import GONE_M
 
 SETTLED_M, SETTLED_RAD = 0.3, 0.03
 _CLOSING_MPS = 0.05
@@ -57,7 +58,7 @@ def times_to_collision(
         gap = np.abs(motion.s_m - s) - 0.5 * (length + vehicle.length_m)
         ahead = motion.s_m > s
         closing = np.where(ahead, speed - motion.speed_s_mps, motion.speed_s_mps - speed)
-        counts = sharing & (gap > 0.0) & (closing > _CLOSING_MPS)
+        counts = sharing & (motion.d_m < GONE_M) & (gap > 0.0) & (closing > _CLOSING_MPS)
         time = np.where(counts, gap / np.where(counts, closing, 1.0), np.inf)
         for k, side in enumerate((ahead, ~ahead)):
             least[k] = min(least[k], float(time[side].min(initial=np.inf)))

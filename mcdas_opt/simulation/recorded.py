@@ -17,7 +17,7 @@ from mcdas_opt.geometry.frenet import FrenetFrame
 _AROUND_M = 50.0  # of road beyond the samples
 _ACROSS = np.sin(np.radians(20.0))  # who is headed farther off the road's direction goes on as headed
 _LEAST_STRETCH = 0.1  # of 1 - d kappa: nearer to the centre of a bend nothing has a speed along it
-_GONE_M = 1e4  # who has left stands so far off the road: nobody meets or sees it
+GONE_M = 1e4  # who has left stands so far off the road: nobody meets or sees it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +66,7 @@ class RecordedMotion:
         along = speed * np.cos(heading)
         across = np.where(beyond & settled, 0.0, speed * np.sin(heading))
         if self.leaves:
-            d, speed = np.where(beyond, _GONE_M, d), np.where(beyond, 0.0, speed)
+            d, speed = np.where(beyond, GONE_M, d), np.where(beyond, 0.0, speed)
             along, across = np.where(beyond, 0.0, along), np.where(beyond, 0.0, across)
         if self._frame is not None:
             along = along / np.maximum(1.0 - d * self.road.curvature_at(s), _LEAST_STRETCH)

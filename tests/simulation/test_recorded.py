@@ -100,6 +100,9 @@ def test_who_leaves_is_not_driven_into_and_not_seen(tmp_path: Path) -> None:
     assert float(ends[True].trajectory.s_m[-1]) > 16.0
     assert ends[True].outcome is Outcome.SAFE
     assert not ends[True].cycles[-1].tracks
+    before, after = ends[False].min_ttc_front_s, ends[True].min_ttc_front_s
+    assert before is not None
+    assert after == pytest.approx((18.0 - 4.5) / 5.0, abs=0.6)  # when it was last there
 
 
 def test_only_who_is_recorded_can_leave(tmp_path: Path) -> None:
