@@ -27,7 +27,7 @@ from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory, PreviousPlan, ReportedMode
 from mcdas_opt.planning.others import Others
 from mcdas_opt.planning.reach import in_reach_ever
-from mcdas_opt.planning.required_lane import LEAST_SHARE, RequiredLane, required_lane
+from mcdas_opt.planning.required_lane import LEAST_SHARE, Gap, RequiredLane, best_gap, required_lane
 from mcdas_opt.reference.arrival import arrival_speed_mps
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.situation.doubts import believed
@@ -203,6 +203,12 @@ class Cycle:
     def required_lane(self) -> RequiredLane | None:
         """Where to change lanes though nobody is slower; None where the host's lane leads on to where it is to go."""
         return required_lane(self.situation, self.vehicle)
+
+    @cached_property
+    def gap(self) -> Gap | None:
+        """The one to go into in the lane that has to be reached; None where there is none, or no such lane."""
+        required = self.required_lane
+        return None if required is None else best_gap(self.situation, self.vehicle, self.settings, required, self.limit_mps)
 
     @property
     def is_pressed(self) -> bool:

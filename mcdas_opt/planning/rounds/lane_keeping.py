@@ -8,7 +8,6 @@ from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.planning.candidate import Costed
 from mcdas_opt.planning.choice import Round
 from mcdas_opt.planning.proposals import brake_behind, change_lanes, change_to_required, go_on_unpressed, keep_lane, stop_in_lane
-from mcdas_opt.planning.required_lane import best_gap
 from mcdas_opt.planning.search import Search
 
 
@@ -24,11 +23,10 @@ def lane_keeping(search: Search) -> Iterator[Round]:
         return
     if cycle.brakes_to_the_limit:
         yield Round(competing=search.solve((stop_in_lane(cycle),)), is_comparison=False)
-    required, gap = cycle.required_lane, None
+    required, gap = cycle.required_lane, cycle.gap
     if required is None:
         change = change_lanes(cycle)
     else:
-        gap = best_gap(cycle.situation, cycle.vehicle, cycle.settings, required, cycle.limit_mps)
         change = change_to_required(cycle, required) if gap is not None and gap.wait_s == 0.0 else None
     if change is not None:
         yield Round(competing=search.solve((change,)), is_comparison=False)
