@@ -141,8 +141,9 @@ def change_to_required(cycle: Cycle, required: RequiredLane) -> Proposed | None:
 def _unhurried(cycle: Cycle, side: Side, changing_s: float | None = None) -> Proposed:
     situation, sigmoid = cycle.situation, cycle.settings.sigmoid
     host, road = situation.host, situation.road
-    target = road.lane_centre_m(road.lane_of(host.d_m, host.s_m) + (1 if side is Side.LEFT else -1), host.s_m)
     way_m = max(host.speed_mps, sigmoid.speed_floor_mps) * (changing_s or cycle.settings.manners.changing_s)
+    beside = road.lane_of(host.d_m, host.s_m) + (1 if side is Side.LEFT else -1)
+    target = road.lane_centre_m(beside, host.s_m if road.has_lane(beside, host.s_m) else host.s_m + way_m)
     path = OffsetPath(
         start_s_m=host.s_m,
         start_d_m=host.d_m,
