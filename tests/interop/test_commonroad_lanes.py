@@ -105,6 +105,22 @@ def test_a_lane_begins(tmp_path: Path) -> None:
     assert road.has_lane(-1, 120.0, 250.0)
 
 
+@pytest.mark.parametrize(
+    ("mouth", "goal_lane", "begins_m"),
+    [((20.0, 100.0), -1, 20.0), ((20.0, 60.0), -1, 100.0), ((20.0, 100.0), 0, 100.0), (None, -1, 100.0)],
+)
+def test_a_lane_on_the_way_to_the_goal_begins_where_there_is_ground_for_it(
+    tmp_path: Path, mouth: tuple[float, float] | None, goal_lane: int, begins_m: float
+) -> None:
+    """Another one's lanelet, not said to be beside the ego's, lies there: all the way up to the lane, or not."""
+    ground = [] if mouth is None else [lanelet(7, -1, *mouth)]
+    road = read(tmp_path, [*SPLIT_AND_BEGIN, *ground], goal_x=200.0, goal_y=WIDTH * goal_lane, steps=(100, 200)).scene.true_road
+    assert road.has_lane(-1, begins_m + 4.0, 250.0)
+    assert not road.has_lane(-1, begins_m - 4.0)
+    assert float(road.right_edge_at(200.0)) == pytest.approx(-1.5 * WIDTH, abs=0.1)
+    assert float(road.right_edge_at(10.0)) == pytest.approx(-0.5 * WIDTH, abs=0.3)
+
+
 def test_the_host_is_on_the_road_though_its_body_is_over_its_lanelets_edge(tmp_path: Path) -> None:
     road = read(tmp_path, [lanelet(1, 0, -60, 300)], goal_x=90.0, goal_y=0.0, steps=(50, 90), y=-1.2).scene.true_road
     assert float(road.right_edge_at(0.0)) < -1.2 - 0.8

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Container
 from dataclasses import replace
 from typing import Any
 
@@ -31,8 +32,9 @@ _DRIFT_M = 25.0  # that stations along lanelets and s along the fitted line may 
 _LEAST_M = 0.1  # less beside the lanes is none
 
 
-def with_lanes(road: Road, network: Any, lane: EgoLane, placement: Placement) -> Road:
-    """The road with the lanes of the ego lane's rows. Raises `ParameterError` where they cannot be such."""
+def with_lanes(road: Road, network: Any, lane: EgoLane, placement: Placement, goals: Container[int] = ()) -> Road:
+    """The road with the lanes of the ego lane's rows; those on the way to the lanelets of a goal begin where there is ground for them.
+    Raises `ParameterError` where they cannot be such."""
     frame, rows = FrenetFrame(road=road), lane.rows
 
     def points(k: int, number: int) -> tuple[Array, Array]:
@@ -55,6 +57,8 @@ def with_lanes(road: Road, network: Any, lane: EgoLane, placement: Placement) ->
             along, width = points(k, number)
             widths[number][here] = np.minimum(np.interp(s[here], along, width), _WIDEST_M)
             limits[number][here] = _limit_mps(network, network.find_lanelet_by_id(identifier))
+    wanted = {number for row in rows for number, identifier in row.lanelets.items() if identifier in goals}
+    _begun_sooner(widths, wanted, network, s, placement, frame)
     _narrowed(widths, road, s)
     lanes = []
     for number, wide in ((number, _opening(wide)) for number, wide in widths.items()):
@@ -76,6 +80,39 @@ def _narrowed(widths: dict[int, Array], road: Road, s: Array) -> None:
             share = 0.5 if number == 0 else 1.0
             widths[number] = np.minimum(widths[number], np.maximum(_TIGHTEST / inside - reached, 0.0) / share)
             reached += share * widths[number]
+
+
+def _begun_sooner(widths: dict[int, Array], wanted: set[int], network: Any, s: Array, placement: Placement, frame: FrenetFrame) -> None:
+    """Lanes between the ego's and a goal's that begin ahead, where nothing is beside the ego's, begin as far before that as any lanelet's
+    ground is as wide: who turns into a road may turn into any of its lanes, and a lane beside a ramp's is reached over its mouth."""
+    for sign in (1, -1):
+        beside = [sign * k for k in range(1, max((sign * number for number in wanted), default=0) + 1)]
+        side_m = np.sum([widths[number] for number in widths if sign * number > 0], axis=0) if beside else np.zeros(s.size)
+        begins = int(np.argmax((s >= 0.0) & (side_m > 0.0)))
+        empty = int(np.argmax(s >= 0.0))
+        if not beside or begins <= empty:
+            continue
+        here, needed = slice(empty, begins), np.zeros(begins - empty)
+        edge = sign * 0.5 * widths[0][here]
+        ground_m = _ground_beside_m(network, s[here], edge, sign, placement, frame, float(sum(widths[k][begins] for k in beside)))
+        for number in beside:
+            needed = needed + widths[number][begins]
+            fits = np.logical_and.accumulate((ground_m >= needed - _BESIDE_STEP_M)[::-1])[::-1]
+            widths[number][here] = np.where(fits, widths[number][begins], 0.0)
+
+
+def _ground_beside_m(network: Any, s: Array, edge: Array, sign: float, placement: Placement, frame: FrenetFrame, far_m: float) -> Array:
+    """(n,): how wide any lanelet's ground goes on beyond an edge (n,) to that side, looked at as far as `far_m`."""
+    import shapely
+
+    ground = shapely.union_all([_polygon(lanelet) for lanelet in network.lanelets]).buffer(0.01)
+    shapely.prepare(ground)
+    out = np.arange(_BESIDE_STEP_M, far_m + _BESIDE_STEP_M, _BESIDE_STEP_M)
+    d = edge[:, None] + sign * out
+    x, y, yaw = frame.to_plane(*np.broadcast_arrays(s[:, None], d, 0.0))
+    px, py, _ = placement.to_plane(x, y, yaw)
+    on = shapely.contains_xy(ground, px, py)
+    return np.asarray(_BESIDE_STEP_M * np.logical_and.accumulate(on, axis=1).sum(axis=1))
 
 
 def _opening(widths: Array) -> Array:

@@ -23,7 +23,7 @@ from mcdas_opt.errors import InputError, ParameterError, writing
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.interop.commonroad.goal import destination
 from mcdas_opt.interop.commonroad.lane_line import LaneLine, Placement, fit
-from mcdas_opt.interop.commonroad.lanes import EgoLane, ego_lane
+from mcdas_opt.interop.commonroad.lanes import EgoLane, ego_lane, goal_lanelets
 from mcdas_opt.interop.commonroad.library import read_file
 from mcdas_opt.interop.commonroad.road_lanes import with_lanes, with_surface
 
@@ -105,7 +105,8 @@ def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str 
         line, road, frame = _moved(line, lane, own_s, frame, path)
     begun_mps = max(float(first.velocity), 0.0)
     car = load_vehicle(vehicle) if vehicle else own_vehicle(begun_mps)
-    road = _described(road, lane, line, scenario.lanelet_network, own_d, own_psi, car)
+    goals = goal_lanelets(scenario.lanelet_network, chosen)
+    road = _described(road, lane, line, scenario.lanelet_network, goals, own_d, own_psi, car)
     duration = _duration(scenario, chosen)
     begun = HostState(d_m=own_d, heading_rad=own_psi, speed_mps=begun_mps)
     goal, off = destination(chosen, scenario.lanelet_network, road, lane, line.placement, begun, float(scenario.dt), car)
@@ -176,11 +177,13 @@ def _road(lane: EgoLane, line: LaneLine, path: Path) -> Road:
         raise InputError(path, f"lanelets {lane.lanelets}: {error.name}", error.value, error.rule) from None
 
 
-def _described(road: Road, lane: EgoLane, line: LaneLine, network: Any, own_d_m: float, own_psi_rad: float, car: Vehicle) -> Road:
+def _described(
+    road: Road, lane: EgoLane, line: LaneLine, network: Any, goals: set[int], own_d_m: float, own_psi_rad: float, car: Vehicle
+) -> Road:
     """The road with its lanes and what lies beside them; without what the lanelets make no road of."""
     reach = 0.5 * (car.width_m * math.cos(own_psi_rad) + car.length_m * abs(math.sin(own_psi_rad)))
     with suppress(ParameterError):
-        road = with_lanes(road, network, lane, line.placement)
+        road = with_lanes(road, network, lane, line.placement, goals)
     with suppress(ParameterError):
         road = with_surface(road, network, line.placement, own_d_m, reach)
     return road
