@@ -12,6 +12,7 @@ import numpy as np
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.headway import ORDINARY_MPS2, asked_time_gap_s
@@ -19,6 +20,9 @@ from mcdas_opt.planning.lane_choice import known_acceleration_mps2, reaches_into
 from mcdas_opt.reference.speed_profile import FrontCar, SpeedProfile, profile_ahead, speeds_along
 from mcdas_opt.tracking.prediction import CHANGE_MPS, CHANGE_SIGMAS
 
+_HURRIED_MPS2, _HURRIED_SHARE = 3.0, 0.35  # across in bends, where the destination is missed otherwise, and of what the road gives
+_LEVELS = 5  # of hurry
+_LATE_S, _EVERY_M, _SLOWEST_MPS = 0.5, 2.0, 0.5  # before the destination's time is over; a way is timed in such steps, no slower than so
 _STANDING_MPS = 0.4
 _CLOSED_UP_M = 1.5  # beyond the gap at standstill: nobody drives on for so little
 
@@ -126,10 +130,32 @@ def _stands(cycle: Cycle) -> bool:
 
 
 def bends_ahead(cycle: Cycle, d_m: float, stops_m: float = math.inf) -> SpeedProfile | None:
-    """What the road's bends allow along the offset d from where the host is, which stops within so much way."""
-    situation = cycle.situation
+    """What the road's bends allow along the offset d from where the host is, which stops within so much way: in comfort, and as much less
+    comfort as brings the host to its destination in time."""
+    situation, comfort = cycle.situation, cycle.settings.comfort
     fastest = max(situation.host.speed_mps, situation.wanted_speed_mps)
-    return profile_ahead(situation.road, situation.host.s_m, d_m, fastest, cycle.settings.comfort, stops_m)
+    found = profile_ahead(situation.road, situation.host.s_m, d_m, fastest, comfort, stops_m)
+    if found is None or not _comes_late(found, cycle):
+        return found
+    most = max(min(_HURRIED_MPS2, _HURRIED_SHARE * GRAVITY_MPS2 * situation.road.friction), comfort.lateral_mps2)
+    for lateral_mps2 in np.linspace(comfort.lateral_mps2, most, _LEVELS)[1:].tolist():
+        found = profile_ahead(situation.road, situation.host.s_m, d_m, fastest, replace(comfort, lateral_mps2=lateral_mps2), stops_m)
+        if found is None or not _comes_late(found, cycle):
+            break
+    return found
+
+
+def _comes_late(profile: SpeedProfile, cycle: Cycle) -> bool:
+    """Whether the destination's time is over before a host that drives so and gains speed in comfort is at its place."""
+    situation, comfort = cycle.situation, cycle.settings.comfort
+    host, destination = situation.host, situation.destination
+    if destination is None or destination.s_m is None or destination.time_s is None or destination.s_m[0] <= host.s_m:
+        return False
+    way_m = np.arange(0.5 * _EVERY_M, destination.s_m[0] - host.s_m, _EVERY_M)
+    gained = 2.0 * comfort.share * comfort.limits(host.speed_mps).acceleration_mps2 * way_m
+    speeds = np.minimum(profile.at(host.s_m + way_m), np.sqrt(host.speed_mps**2 + gained))
+    speeds = np.maximum(np.minimum(speeds, max(host.speed_mps, situation.wanted_speed_mps)), _SLOWEST_MPS)
+    return float((_EVERY_M / speeds).sum()) > destination.time_s[1] - situation.time_s - _LATE_S
 
 
 def _lane_end_ahead_m(cycle: Cycle, d_m: float) -> float:
