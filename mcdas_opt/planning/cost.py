@@ -109,13 +109,15 @@ def lane_change_cost(side: Side, cycle: Cycle, weights: CostWeights) -> float:
     """What steering out to `side` costs beside what is driven; nothing for keeping the lane."""
     if side is Side.NONE or not cycle.needs_no_steering:
         return needed_lane_change_cost(side, cycle, weights)
-    unneeded = weights.unneeded_lane_change + (weights.inconsiderate if side in cycle.inconsiderate_sides else 0.0)
+    unneeded = weights.inconsiderate if side in cycle.inconsiderate_sides else 0.0
+    if not cycle.leads_there(side):
+        unneeded += weights.unneeded_lane_change
     return needed_lane_change_cost(side, cycle, weights) + unneeded
 
 
 def needed_lane_change_cost(side: Side, cycle: Cycle, weights: CostWeights) -> float:
     """The same where braking or accelerating is not enough, or counts for nothing."""
-    if side is Side.NONE:
+    if side is Side.NONE or cycle.leads_there(side):
         return 0.0
     preferred = cycle.preferred_side
     other = preferred is not Side.NONE and side is not preferred

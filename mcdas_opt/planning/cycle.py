@@ -41,6 +41,7 @@ _CLEARLY = 1.5  # standard deviations
 _LIMIT_SHARE = 0.8  # of what tyres and brakes give is nearly all of it
 _OFFSET_AHEAD_S, _OFFSET_SLOWEST_MPS = 4.0, 5.0  # so long before the destination the host goes beside its lane's middle for it
 _OFFSET_SPARE_M = 0.2  # inside the offsets that are asked for, and from the body to the lane's border
+_HEADING_SPARE_RAD, _HEADING_LEAD_S = 0.02, 1.0  # inside the headings that are asked for; until the host follows a path that turns
 _BESIDE_SHARE = 0.7  # of the desired speed: no less is driven for a destination in another lane, whose own lane goes on
 _FASTEST_SHARE = 0.98  # of the car's top speed
 _UNHURRIED_MPS = 3.0  # who is slower stops within its length, and need not steer out
@@ -172,7 +173,8 @@ class Cycle:
 
     @property
     def kept_d_m(self) -> float:
-        """Where the host drives in that lane: in its middle; as near to it as the destination's offsets ask, where that is near ahead."""
+        """Where the host drives in that lane: in its middle; as near to it as the destination's offsets ask, where that is near ahead, and
+        across it as the heading that is asked for there."""
         centre, situation, vehicle = self.lane_centre_m, self.situation, self.vehicle
         host, road, destination = situation.host, situation.road, situation.destination
         if destination is None or destination.d_m is None or destination.s_m is None:
@@ -186,6 +188,10 @@ class Cycle:
         beside = max(0.5 * (width - vehicle.width_m) - _OFFSET_SPARE_M, 0.0)
         there = road.lane_centre_m(lane, place)
         offset = min(max(0.0, right + spare - there), left - spare - there)
+        if destination.heading_rad is not None:
+            least, most = destination.heading_rad
+            spare = min(_HEADING_SPARE_RAD, 0.25 * (most - least))
+            offset += min(max(0.0, least + spare), most - spare) * (host.s_m + _HEADING_LEAD_S * host.speed_mps - place)
         return centre + min(max(offset, -beside), beside)
 
     @property
@@ -282,6 +288,11 @@ class Cycle:
         lane = road.lane_of(host.d_m, host.s_m)
         return destination.lane <= lane if side is Side.LEFT else destination.lane >= lane
 
+    def leads_there(self, side: Side) -> bool:
+        """Whether the next lane on that side is nearer to the destination's lane, and can be changed to."""
+        required = self.required_lane
+        return required is not None and required.end_m is None and required.side is side
+
     @cached_property
     def is_withdrawn(self) -> bool:
         """Whether a lane change that nothing presses is given up, the body being in its lane still: somebody has come so near in the next
@@ -317,9 +328,16 @@ class Cycle:
 
     @cached_property
     def headway(self) -> HeadwaySettings:
-        """What is asked for in this cycle: less where more than ordinary driving is called for."""
+        """What is asked for in this cycle: less where more than ordinary driving is called for, and the least that a gap may have while the
+        host gets past somebody into one in the destination's lane."""
         headway = self.settings.headway
-        return headway if self.is_ordinary else replace(headway, time_gap_s=headway.pressed_s)
+        if not self.is_ordinary:
+            return replace(headway, time_gap_s=headway.pressed_s)
+        gap = self.gap
+        passes = gap is not None and gap.wait_s > 0.0 and not gap.is_slower and self.active is None
+        if passes and self.required_lane is not None and self.required_lane.end_m is None:
+            return replace(headway, time_gap_s=LEAST_SHARE * headway.time_gap_s)
+        return headway
 
     @property
     def preferred_side(self) -> Side:

@@ -7,17 +7,19 @@ from collections.abc import Iterator
 from operator import itemgetter
 from typing import NamedTuple
 
-from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.settings import HeadwaySettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.planning.headway import ORDINARY_MPS2
 from mcdas_opt.planning.lane_choice import follower_gap_m, known_acceleration_mps2, reaches_into
 
 AHEAD_S, AHEAD_M = 20.0, 60.0  # a lane that ends within so much driving, and at least so far ahead, is left
 _FARTHER_M = 30.0  # a lane must lead on by so much farther to be worth a change
 _ADAPTING_S = 12.0  # before the end speed is adapted to a gap; until then one that comes by itself is taken
 _YIELDING_S, _LAST_S = 8.0, 3.0  # before the end less than the whole headway is accepted, and the least that ever is
+_ARRIVING_S = 3.0  # so much sooner for a destination: by its time the change is over
 LEAST_SHARE = 0.65  # of the time gap that is asked for; then 0.8 s where that is 1.2 s
 _CROSSING_S = 2.5  # from now until the body is in the new lane
 _BESIDE_SHARE = 0.7  # of the gap that is asked for once there, already now
@@ -25,6 +27,7 @@ _GAINING_MPS2, _LOSING_MPS2 = 1.0, 1.5  # to get ahead of somebody, or behind
 _SLOWER_MPS = 6.0  # at most, than who is let ahead
 _FASTER_MPS = 3.0  # than who is passed, where the host wants to be no faster itself
 _HARDLY_MPS = 0.3
+_RESPONSE_S = 0.5  # until the host brakes for who is ahead in the next lane
 _OWN_GAP_S = 0.5  # to who is ahead in the own lane, while one gets past somebody in the next
 
 
@@ -100,16 +103,21 @@ def _gaps(situation: Situation, vehicle: Vehicle, settings: Settings, required: 
     own = road.lane_of(host.d_m, host.s_m)
     there = _in_lane(situation, own + (1 if required.side is Side.LEFT else -1))
     leader = next_ahead(situation, road.lane_centre_m(own, host.s_m))
-    share = min(max((required.left_s - _LAST_S) / (_YIELDING_S - _LAST_S), 0.0), 1.0)
+    is_arriving = required.end_m is None
+    left_s = required.left_s - (_ARRIVING_S if is_arriving else 0.0)
+    share = min(max((left_s - _LAST_S) / (_YIELDING_S - _LAST_S), 0.0), 1.0)
     time_gap_s = settings.headway.time_gap_s * (LEAST_SHARE + (1.0 - LEAST_SHARE) * share)
-    braking = (1.0 - share) * settings.manners.follower_braking_mps2
+    braking = (1.0 if is_arriving else 1.0 - share) * settings.manners.follower_braking_mps2
     too_early, too_late = [], []  # for each of them: how far the host is short of being ahead, or behind
     for track in there:
         v, soon_mps = track.speed_s_mps, track.speed_s_mps + max(known_acceleration_mps2(track), 0.0)
         asked_m = follower_gap_m(soon_mps, host.speed_mps, time_gap_s, braking)
         too_early.append(_short_m(host.s_m - track.s_m, host.speed_mps - v, track, vehicle, asked_m))
-        asked_m = follower_gap_m(host.speed_mps, v, time_gap_s)
-        too_late.append(_short_m(track.s_m - host.s_m, v - host.speed_mps, track, vehicle, asked_m))
+        if is_arriving:
+            too_late.append(_short_behind_m(track, host.speed_mps, track.s_m - host.s_m, vehicle, settings.headway, time_gap_s))
+        else:
+            asked_m = follower_gap_m(host.speed_mps, v, time_gap_s)
+            too_late.append(_short_m(track.s_m - host.s_m, v - host.speed_mps, track, vehicle, asked_m))
     for k in range(len(there) + 1):
         early, behind = max(zip(too_early[:k], there[:k], strict=True), key=itemgetter(0), default=(-math.inf, None))
         late, ahead = max(zip(too_late[k:], there[k:], strict=True), key=itemgetter(0), default=(-math.inf, None))
@@ -125,7 +133,9 @@ def _gaps(situation: Situation, vehicle: Vehicle, settings: Settings, required: 
                 yield Gap(behind, ahead, wait_s, fastest_mps=fastest)
         elif early <= 0.0 and ahead is not None and _is_in_time_behind(ahead, situation, time_gap_s):
             most = min(_SLOWER_MPS, ahead.speed_s_mps)
-            yield Gap(behind, ahead, _gained_after_s(late, ahead.speed_s_mps - host.speed_mps, most, _LOSING_MPS2), is_slower=True)
+            wait_s = _gained_after_s(late, ahead.speed_s_mps - host.speed_mps, most, _LOSING_MPS2)
+            if not is_arriving or wait_s + _CROSSING_S <= required.left_s:
+                yield Gap(behind, ahead, wait_s, is_slower=True)
 
 
 def _is_in_time_behind(ahead: Track, situation: Situation, time_gap_s: float) -> bool:
@@ -155,6 +165,15 @@ def _short_m(ahead_m: float, opening_mps: float, track: Track, vehicle: Vehicle,
     host is in the lane, and half of that now."""
     lengths = 0.5 * (track.length_m + vehicle.length_m)
     return max(lengths + asked_m - ahead_m - opening_mps * _CROSSING_S, lengths + _BESIDE_SHARE * asked_m - ahead_m)
+
+
+def _short_behind_m(track: Track, speed_mps: float, ahead_m: float, vehicle: Vehicle, headway: HeadwaySettings, time_gap_s: float) -> float:
+    """By how much the distance to somebody ahead, whose speed the host takes on by ordinary braking, is less than that headway then."""
+    lengths, closing_mps = 0.5 * (track.length_m + vehicle.length_m), max(speed_mps - track.speed_s_mps, 0.0)
+    closes_m = closing_mps * (_RESPONSE_S + closing_mps / (2.0 * ORDINARY_MPS2))
+    opens_m = max(track.speed_s_mps - speed_mps, 0.0) * _CROSSING_S
+    asked_m = headway.standstill_m + min(speed_mps, max(track.speed_s_mps, 0.0)) * time_gap_s
+    return lengths + max(asked_m + closes_m - opens_m, _BESIDE_SHARE * asked_m) - ahead_m
 
 
 def _gained_after_s(way_m: float, now_mps: float, most_mps: float, gain_mps2: float) -> float:

@@ -78,15 +78,18 @@ speeds = st.floats(5.0, 36.0)
 
 
 @given(
-    cars=st.lists(st.tuples(st.floats(-120.0, 120.0), speeds, st.floats(3.0, 16.0)), max_size=5), speed=speeds, left_s=st.floats(0.0, 20.0)
+    cars=st.lists(st.tuples(st.floats(-120.0, 120.0), speeds, st.floats(3.0, 16.0)), max_size=5),
+    speed=speeds,
+    left_s=st.floats(0.0, 20.0),
+    end_m=st.sampled_from([None, 300.0]),
 )
 def test_a_gap_that_is_gone_into_makes_nobody_brake_harder_than_manners_allow(
-    cars: list[tuple[float, float, float]], speed: float, left_s: float
+    cars: list[tuple[float, float, float]], speed: float, left_s: float, end_m: float | None
 ) -> None:
     settings, vehicle = Settings(), Vehicle()
     tracks = tuple(Track(id=f"{i}", s_m=s, d_m=3.7, speed_s_mps=v, length_m=length) for i, (s, v, length) in enumerate(cars))
     situation = Situation(host=HostState(speed_mps=speed), tracks=tracks, road=Road(lanes_left=1, speed_limit_mps=40.0))
-    gap = best_gap(situation, vehicle, settings, RequiredLane(Side.LEFT, left_s), 40.0)
+    gap = best_gap(situation, vehicle, settings, RequiredLane(Side.LEFT, left_s, end_m), 40.0)
     if gap is None or gap.wait_s > 0.0:
         return
     for track in tracks:
@@ -108,8 +111,8 @@ def test_who_is_beside_is_let_ahead_or_passed_and_only_when_it_is_time() -> None
     road = Road(lanes_left=1)
     for s, slower in ((2.0, True), (-14.0, False)):
         situation = Situation(host=host, tracks=(car("beside", s, 3.7, 22.0),), road=road, desired_speed_mps=30.0)
-        assert best_gap(situation, vehicle, settings, RequiredLane(Side.LEFT, 15.0), 36.0) is None
-        gap = best_gap(situation, vehicle, settings, RequiredLane(Side.LEFT, 11.0), 36.0)
+        assert best_gap(situation, vehicle, settings, RequiredLane(Side.LEFT, 15.0, 330.0), 36.0) is None
+        gap = best_gap(situation, vehicle, settings, RequiredLane(Side.LEFT, 11.0, 242.0), 36.0)
         assert gap is not None
         assert (gap.is_slower, (gap.ahead or gap.behind).id) == (slower, "beside")  # type: ignore[union-attr]
         assert 0.0 < gap.wait_s < 10.0
