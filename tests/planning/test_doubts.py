@@ -77,13 +77,9 @@ def planted(situation: Situation, fault: str, who: int, off_m: float, aside_m: f
 def later(situation: Situation, plan: Plan) -> Situation:
     """0.1 s on: the host along its plan, the others at constant speed."""
     drive, t = plan.trajectory, 0.1
-    state = {
-        name: float(np.interp(t, drive.t_s, column)) for name, column in zip(HostState.__dataclass_fields__, drive.table[1:7], strict=True)
-    }
+    now = HostState.from_vector(np.array([np.interp(t, drive.t_s, column) for column in drive.table[1:7]]))
     tracks = tuple(replace(track, s_m=track.s_m + t * track.speed_s_mps) for track in situation.tracks)
-    return replace(
-        situation, time_s=situation.time_s + t, host=HostState(**state | {"speed_mps": max(state["speed_mps"], 0.0)}), tracks=tracks
-    )
+    return replace(situation, time_s=situation.time_s + t, host=replace(now, speed_mps=max(now.speed_mps, 0.0)), tracks=tracks)
 
 
 def is_of_this_cycle(plan: Plan, situation: Situation) -> bool:
