@@ -30,7 +30,7 @@ from mcdas_opt.geometry.rectangle import corners, separation
 Place = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
 Speed = Annotated[float, Field(ge=0.0, le=FASTEST_MPS)]
 Acceleration = Annotated[float, Field(ge=-1e3, le=1e3)]
-Size = Annotated[float, Field(gt=0.0, le=LONGEST_M)]
+Size = Annotated[float, Field(ge=0.01, le=LONGEST_M)]
 Loaded = TypeVar("Loaded")
 TRAJECTORY_COLUMNS = ("t_s", "s_m", "d_m", "heading_rad", "speed_mps")
 _FASTEST_MPS, _NOISE_M = 100.0, 2.0  # what a recorded car may seem to move by

@@ -110,6 +110,7 @@ def test_an_unknown_key_near_nothing_lists_the_known(tmp_path):
         (after("start_s = 1", "until_speed_mps = nan"), "neighbour[0].motion[0].until_speed_mps", math.nan),
         (after("s_m = 30", "length_m = -4.5"), "neighbour[0].length_m", -4.5),
         (after("s_m = 30", "width_m = 0"), "neighbour[0].width_m", 0),
+        (after("s_m = 30", "length_m = 5e-324"), "neighbour[0].length_m", 5e-324),
         (after("[road]", "lane_width_m = -3.7"), "road.lane_width_m", -3.7),
         (after("[road]", "friction = 0.0"), "road.friction", 0.0),
         (after("[road]", "lanes_right = -1"), "road.lanes_right", -1),
