@@ -30,7 +30,7 @@ from mcdas_opt.cli.schema import schema
 from mcdas_opt.cli.screen import CutShortError
 from mcdas_opt.cli.shortage import shortage
 from mcdas_opt.cli.simulate import simulate
-from mcdas_opt.cli.stop import INTERRUPTED, Stopped, terminated_as_interrupted
+from mcdas_opt.cli.stop import INTERRUPTED, Stopped, interrupted_between_imports, terminated_as_interrupted
 from mcdas_opt.cli.streams import prepare_streams, told_where_stdout_ends
 from mcdas_opt.cli.studio import studio
 from mcdas_opt.cli.sumo import sumo
@@ -75,7 +75,7 @@ def run() -> None:
         sys.exit(_MISTAKE)
     warnings.showwarning = _warned
     try:
-        with told_where_stdout_ends(), terminated_as_interrupted() as stopped:
+        with told_where_stdout_ends(), interrupted_between_imports(), terminated_as_interrupted() as stopped:
             code = _run(stopped)
     except Exception as error:
         lacking = shortage(error)

@@ -13,6 +13,7 @@ from typing import NoReturn
 from mcdas_opt.cli.log import complain
 
 INTERRUPTED, TERMINATED = 130, 143
+_AGAIN_S = 0.05  # until it is seen whether the module is loaded
 
 
 class Stopped:
@@ -37,6 +38,45 @@ class Stopped:
         complain(f"{'terminated' if self.terminated else 'interrupted'}; {what}")
         exec("")
         sys.exit(TERMINATED if self.terminated else INTERRUPTED)
+
+
+@contextmanager
+def interrupted_between_imports() -> Iterator[None]:
+    """Ctrl-C while a command loads a module is raised once it is loaded: modules of others may swallow what is raised in them.
+
+    Only in the main thread of a POSIX system, and where the handler is Python's own.
+    """
+    if (
+        sys.platform == "win32"
+        or threading.current_thread() is not threading.main_thread()
+        or signal.getsignal(signal.SIGINT) is not signal.default_int_handler
+    ):
+        yield
+        return
+    before = signal.signal(signal.SIGALRM, _pressed)
+    signal.signal(signal.SIGINT, _pressed)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGALRM, before)
+
+
+def _pressed(number: int, frame: FrameType | None) -> None:
+    if sys.platform != "win32" and _loads(frame):
+        signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
+    else:
+        raise KeyboardInterrupt
+
+
+def _loads(frame: FrameType | None) -> bool:
+    """Whether what is interrupted is done for an import."""
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            return True
+        frame = frame.f_back
+    return False
 
 
 @contextmanager

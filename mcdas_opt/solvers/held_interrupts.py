@@ -10,8 +10,9 @@ from contextlib import contextmanager
 
 @contextmanager
 def held_interrupts() -> Iterator[None]:
-    """An interrupt that arrives inside is raised at the end; only in the main thread, and where the handler is Python's own."""
-    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+    """An interrupt that arrives inside is raised at the end; only in the main thread, and where a handler of Python's is there."""
+    handler = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(handler):
         yield
         return
     arrived: list[int] = []
@@ -19,6 +20,6 @@ def held_interrupts() -> Iterator[None]:
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGINT, handler)
         if arrived:
-            raise KeyboardInterrupt
+            signal.raise_signal(signal.SIGINT)

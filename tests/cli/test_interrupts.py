@@ -84,7 +84,12 @@ main()
 """
 
 
-@pytest.mark.parametrize("program", [DROPPED_WHILE_LOADING, INSIDE_A_TEXT])
+DROPPED_IN_A_COMMAND = DROPPED_WHILE_LOADING.replace("mcdas_opt.cli.plan", "mcdas_opt.simulation.loop").replace(
+    "import main\n", "import main\nsys.argv[1:] = ['simulate', 'benign-following', '--planner', 'closed-form', '--json']\n"
+)
+
+
+@pytest.mark.parametrize("program", [DROPPED_WHILE_LOADING, DROPPED_IN_A_COMMAND, INSIDE_A_TEXT])
 def test_an_interrupt_while_modules_are_loaded_is_one_line_too(program: str) -> None:
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=_PATIENCE_S)
     assert (ended.returncode, ended.stdout) == (130, "")
