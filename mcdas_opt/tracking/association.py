@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Sequence
+from importlib import import_module
 
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.tracking.fix import Belief, Fix
 
-Path = tuple[tuple[int, int], ...]  # pairs (row, column)
-_ROUNDING = 1e-9
+_NEVER = 1e9
 FAR_M, FAR_SD = 20.0, 6.0  # further from the belief than this plus so many of its deviations no radar is that wrong
 
 
@@ -41,39 +40,18 @@ def gated_costs(beliefs: Sequence[Belief], fixes: Sequence[Sequence[Fix | None]]
     return costs
 
 
+def load_assignment() -> None:
+    """Imports SciPy's assignment (a fifth of a second) now, not in the first cycle in which somebody's detections are in doubt."""
+    import_module("scipy.optimize")
+
+
 def assign(costs: Array) -> list[tuple[int, int]]:
-    """Pairs (row, column) that match as many as can be matched at the least total cost; infinite entries are never paired.
+    """Pairs (row, column) that match as many as can be matched at the least total cost; infinite entries are never paired."""
+    pairs = [(i, j) for i, row in enumerate(costs.tolist()) for j, cost in enumerate(row) if math.isfinite(cost)]
+    if len({i for i, _ in pairs}) == len({j for _, j in pairs}) == len(pairs):
+        return pairs
+    from scipy.optimize import linear_sum_assignment
 
-    One more pair after the other, each by the path that adds least (Kuhn, Naval Research Logistics 2 (1955) 83): few are in doubt, and
-    SciPy's answer to the same question takes a fifth of a second to load, within the first cycle that asks.
-    """
-    known = {(i, j): cost for i, row in enumerate(costs.tolist()) for j, cost in enumerate(row) if math.isfinite(cost)}
-    of_row, of_column = Counter(i for i, _ in known), Counter(j for _, j in known)
-    certain = [pair for pair in known if of_row[pair[0]] == of_column[pair[1]] == 1]
-    doubtful = {pair: cost for pair, cost in known.items() if of_row[pair[0]] > 1 or of_column[pair[1]] > 1}
-    row_of: dict[int, int] = {}  # by column
-    while path := _cheapest_path(doubtful, row_of):
-        row_of.update((j, i) for i, j in path)
-    return sorted(certain + [(i, j) for j, i in row_of.items()])
-
-
-def _cheapest_path(costs: dict[tuple[int, int], float], row_of: dict[int, int]) -> Path:
-    """From a row without a partner to a column without one, at the least cost: each row on it takes the column, whose row moves on. Empty
-    where there is none (Bellman and Ford)."""
-    paired = set(row_of.values())
-    reached: dict[int, tuple[float, Path]] = {i: (0.0, ()) for i, _ in costs if i not in paired}
-    ends: list[tuple[float, Path]] = []
-    for _ in range(len(row_of) + 1):
-        ends, longer = [], dict(reached)
-        for (i, j), cost in costs.items():
-            if i not in reached or row_of.get(j) == i:
-                continue
-            total, path = reached[i][0] + cost, (*reached[i][1], (i, j))
-            if j not in row_of:
-                ends.append((total, path))
-            elif total - costs[row_of[j], j] < longer.get(row_of[j], (math.inf, ()))[0] - _ROUNDING:
-                longer[row_of[j]] = total - costs[row_of[j], j], path
-        if longer == reached:
-            break
-        reached = longer
-    return min(ends, default=(0.0, ()))[1]
+    possible = np.isfinite(costs)
+    rows, columns = linear_sum_assignment(np.where(possible, costs, _NEVER))
+    return [(int(i), int(j)) for i, j in zip(rows, columns, strict=True) if possible[i, j]]

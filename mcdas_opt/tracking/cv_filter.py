@@ -15,10 +15,9 @@ from mcdas_opt.tracking.association import gated_costs
 from mcdas_opt.tracking.fix import Fix
 
 
-def load_libraries() -> None:
-    """Import what the tracker needs (half a second) now, not in the first cycle of a drive."""
-    for name in ("filterpy.kalman", "scipy.optimize"):
-        import_module(name)
+def load_filter() -> None:
+    """Imports filterpy (half a second) now, not in the first cycle of a drive."""
+    import_module("filterpy.kalman")
 
 
 class ConstantVelocityFilter:

@@ -9,8 +9,9 @@ from mcdas_opt.domain.measurement import BodyDetection, RadarDetection
 from mcdas_opt.domain.motion import TargetMotion
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.frenet import FrenetFrame
+from mcdas_opt.tracking.association import load_assignment
 from mcdas_opt.tracking.compiled_filter import CompiledFiltering, compiled_filtering
-from mcdas_opt.tracking.cv_filter import ConstantVelocityFilter, load_libraries
+from mcdas_opt.tracking.cv_filter import ConstantVelocityFilter, load_filter
 from mcdas_opt.tracking.fix import BodyFix, RadarFix, Viewpoint, body_fix, radar_fixes
 
 
@@ -49,7 +50,7 @@ class InterpretedFiltering:
     """On filterpy and numpy: the reference."""
 
     def __init__(self) -> None:
-        load_libraries()
+        load_filter()
 
     def radar_fixes(
         self, detections: Sequence[RadarDetection], view: Viewpoint, frame: FrenetFrame, size: tuple[float, float] | None
@@ -65,4 +66,5 @@ class InterpretedFiltering:
 
 def build_filtering() -> CompiledFiltering | InterpretedFiltering:
     """The compiled form; where there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it, the interpreted one."""
+    load_assignment()
     return compiled_filtering() or InterpretedFiltering()
