@@ -48,8 +48,8 @@ class SafeEndSettings:
 class SafeEnd:
     """`front_margin_m`: the gap to whoever is ahead less the distance that can be held (None: nobody); `follower_demand_mps2`: what whoever
     is behind must brake with (None: nobody). What others made it short of that, and is not yet paid back, it may still be short of at the
-    end. `relies_on` is who follows at his distance and has braked by then, as an attentive driver does; None: the end is safe though nobody
-    brakes until then.
+    end. `relies_on` is who follows and has braked by then, as an attentive driver does ("a and b" where there are two); None: the end is
+    safe though nobody brakes until then.
     """
 
     kind: EndKind

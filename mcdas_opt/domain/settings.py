@@ -121,17 +121,19 @@ class WarningSettings:
 class HeadwaySettings:
     """The gap to the front car that is driven: `standstill_m` and `time_gap_s` times the own speed (ISO 15622 asks for at least 0.8 s).
 
-    A smaller gap that was found opens: the time gap asked for grows by `opening` seconds a second. While something threatens, in front or
+    A smaller gap that was found opens: the time gap asked for grows by `opening` seconds a second, from what braking by `braking_mps2`
+    leaves of it; both sooner where the host itself took the gap. While something threatens, in front or
     behind, no more than `pressed_s` is asked for: headway gives way first.
     """
 
     time_gap_s: float = 1.2
     standstill_m: float = 2.0
     opening: float = 0.1
+    braking_mps2: float = 1.2
     pressed_s: float = 0.05
 
     def __post_init__(self) -> None:
-        require(self, measurable, "time_gap_s", "standstill_m", "opening", "pressed_s", of="headway")
+        require(self, measurable, "time_gap_s", "standstill_m", "opening", "braking_mps2", "pressed_s", of="headway")
         at_most("headway.pressed_s", self.pressed_s, "headway.time_gap_s", self.time_gap_s)
 
 

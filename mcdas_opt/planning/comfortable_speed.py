@@ -17,7 +17,7 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.headway import ORDINARY_MPS2, asked_time_gap_s
 from mcdas_opt.planning.lane_choice import known_acceleration_mps2, reaches_into
-from mcdas_opt.reference.speed_profile import FrontCar, SpeedProfile, profile_ahead, speeds_along
+from mcdas_opt.reference.speed_profile import BEHIND_MPS2, FrontCar, SpeedProfile, profile_ahead, speeds_along
 from mcdas_opt.tracking.prediction import CHANGE_MPS, CHANGE_SIGMAS
 
 _HURRIED_MPS2, _HURRIED_SHARE = 3.0, 0.35  # across in bends, where the destination is missed otherwise, and of what the road gives
@@ -54,6 +54,7 @@ def comfortable_speed(
         rising_mps2=comfort.share * comfort.limits(host_mps).acceleration_mps2,
         falling_mps2=ORDINARY_MPS2,
         late_mps2=comfort.late_braking_mps2,
+        behind_mps2=comfort.late_braking_mps2 if cycle.wins_back else BEHIND_MPS2,
         fronts=_fronts(cycle, (d_m,) if evades else (cycle.lane_centre_m, d_m)) + ([] if follows is None else [_let_ahead(cycle, follows)]),
     )
     if profile is None:

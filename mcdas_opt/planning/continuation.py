@@ -17,7 +17,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.dynamics.axle_limits import driving_mps2
-from mcdas_opt.manoeuvres.safe_end import ends, last_end
+from mcdas_opt.manoeuvres.safe_end import IN_THE_WAY_M, ends, last_end
 from mcdas_opt.planning.candidate import Continuation, Costed, Ended
 from mcdas_opt.planning.collision_check import hits
 from mcdas_opt.planning.cycle import Cycle
@@ -33,25 +33,26 @@ _PIECE_S = 3.0  # continued so far at a time, so that little is driven beyond th
 
 def ended(candidate: Costed, cycle: Cycle) -> Ended:
     """The candidate, continued to a safe end where there is one."""
-    plan, verdict, follower = candidate.trajectory, candidate.checked.verdict, candidate.proposed.attentive_follower
-    return Ended(candidate=candidate, continuation=to_safe_end(plan, verdict, cycle, follower))
+    plan, verdict, followers = candidate.trajectory, candidate.checked.verdict, candidate.proposed.expected_followers
+    return Ended(candidate=candidate, continuation=to_safe_end(plan, verdict, cycle, followers))
 
 
-def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, attentive_follower: str | None = None) -> Continuation:
+def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, expected_followers: Sequence[str] = ()) -> Continuation:
     """The plan as it is where it failed or its end is safe, else continued to the first safe end that the judge passes.
 
-    Its end is safe, too, where it would be but for an attentive follower, and is if he brakes: the judge passed it with one who does not.
-    Where no such end is found, or the deadline leaves no time to look: as it is, with its open end. The continuation keeps the lane that
-    the plan ends in (or its offset, on a shoulder), gently first.
+    Its end is safe, too, where it would be but for followers who are expected to brake, and is if they do: the judge passed it with
+    none who does. Where no such end is found, or the deadline leaves no time to look: as it is, with its open end. The continuation keeps
+    the lane that the plan ends in (or its offset, on a shoulder), gently first.
     """
     situation, vehicle, prediction, settings = cycle.situation, cycle.vehicle, cycle.prediction, cycle.settings.safe_end
     owed_m = cycle.owed_m
     last = last_end(plan, situation.host, vehicle, situation.road, prediction, settings, owed_m)
-    if attentive_follower is not None and verdict.passed and last.follower_fails and not last.front_fails:
-        brakes = _behind_which_one_brakes(prediction, attentive_follower, settings)
+    if expected_followers and verdict.passed and last.follower_fails and not last.front_fails:
+        relied_on = [one for one in expected_followers if _is_in_the_way(plan, one, cycle)]
+        brakes = _behind_which_they_brake(prediction, relied_on, settings)
         answered = last_end(plan, situation.host, vehicle, situation.road, brakes, settings, owed_m).end
         if answered.safe:
-            return Continuation(plan, verdict, replace(answered, relies_on=attentive_follower))
+            return Continuation(plan, verdict, replace(answered, relies_on=" and ".join(relied_on)))
     as_it_is = Continuation(plan, verdict, last.end)
     if not verdict.passed or last.end.safe or cycle.is_late_for(Stage.SAFE_END):
         return as_it_is
@@ -78,11 +79,22 @@ def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, attentive_foll
     return as_it_is
 
 
-def _behind_which_one_brakes(prediction: Prediction, follower: str, settings: SafeEndSettings) -> Prediction:
-    """The prediction with a follower who brakes as an attentive driver does."""
+def _is_in_the_way(plan: Trajectory, follower: str, cycle: Cycle) -> bool:
+    """Whether he may be behind the plan's end, in its way."""
+    s, d = plan.s_m.item(-1), plan.d_m.item(-1)
+    for body in cycle.prediction.bodies:
+        if body.id in names_of(follower):
+            there = body.at(plan.t_s[-1:])
+            if there.s_m.item() < s and abs(there.d_m.item() - d) < 0.5 * (body.width_m + cycle.vehicle.width_m) + IN_THE_WAY_M:
+                return True
+    return False
+
+
+def _behind_which_they_brake(prediction: Prediction, followers: Sequence[str], settings: SafeEndSettings) -> Prediction:
+    """The prediction with followers who brake as attentive drivers do."""
     brakes = partial(AnsweringBody, response_s=settings.follower_response_s, braking_mps2=settings.attentive_braking_mps2)
-    his = names_of(follower)
-    return Prediction(name="follower brakes", bodies=tuple(brakes(body=body) if body.id in his else body for body in prediction.bodies))
+    theirs = {name for one in followers for name in names_of(one)}
+    return Prediction(name="followers brake", bodies=tuple(brakes(body=one) if one.id in theirs else one for one in prediction.bodies))
 
 
 def _laws(plan: Trajectory, road: Road, vehicle: Vehicle, *, follower_fails: bool, front_fails: bool) -> list[SpeedLaw]:

@@ -21,8 +21,9 @@ from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.geometry.window import frame_near
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
 from mcdas_opt.planning.deadline import Deadline, Stage
+from mcdas_opt.planning.front_gap import TAKEN_OPENING, CutIn, cut_in, is_too_near
 from mcdas_opt.planning.headway import INTRUSION_M, ORDINARY_MPS2
-from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, lane_choice, neighbours_in, presses
+from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, lane_choice, neighbours_in, open_lane, presses
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory, PreviousPlan, ReportedMode
 from mcdas_opt.planning.others import Others
@@ -36,7 +37,7 @@ from mcdas_opt.tracking.prediction import names_of, predict_for
 _IN_TRAFFIC_M = 0.5 * FARTHEST_M  # who is farther away is not in traffic, and could not be moved on
 _STANDING_GAP_M = 2.0
 _BRAKING_MPS2 = 0.5  # who brakes by less may as well hold its speed
-_STOPPING_MPS2 = 2.5
+_SLOWING_MPS2, _STOPPING_MPS2 = 1.5, 2.5  # with which ordinary braking ends the closing, and stops behind who brakes
 _CLEARLY = 1.5  # standard deviations
 _LIMIT_SHARE = 0.8  # of what tyres and brakes give is nearly all of it
 _OFFSET_AHEAD_S, _OFFSET_SLOWEST_MPS = 4.0, 5.0  # so long before the destination the host goes beside its lane's middle for it
@@ -70,6 +71,7 @@ class Cycle:
     doubts: tuple[Doubt, ...]
     supposed: tuple[SupposedTrack, ...]
     deficits: tuple[FrontDeficit, ...]
+    cut_in: CutIn | None
     lane_choice: LaneChoice
     active: Manoeuvre | None
     deadline: Deadline | None
@@ -94,6 +96,7 @@ class Cycle:
         active = memory.active
         active = None if active is None or active.finished(local) else active
         leaves_lane = active is not None and active.mode is Mode.CRUISE and not active.half_done(local)
+        assessment = assess(local, vehicle, settings.selector, memory.assessment, leaves_lane=leaves_lane)
         return cls(
             given=situation,
             told=there.tracks,
@@ -109,7 +112,16 @@ class Cycle:
             else memory.lane_choice.resting,
             deficits=front_deficits(local, vehicle, settings.safe_end, memory.deficits, memory.elapsed_s),
             prediction=in_reach_ever(predict_for(local, settings.prediction), local.host, vehicle, local.road),
-            assessment=assess(local, vehicle, settings.selector, memory.assessment, leaves_lane=leaves_lane),
+            assessment=assessment,
+            cut_in=cut_in(
+                assessment,
+                memory.assessment,
+                memory.cut_in,
+                memory.elapsed_s,
+                speed_mps=local.host.speed_mps,
+                headway=settings.headway,
+                steers=memory.active is not None,
+            ),
             deadline=deadline,
         )
 
@@ -130,6 +142,7 @@ class Cycle:
             alert=plan.alert,
             reported=reported,
             deficits=self.deficits,
+            cut_in=self.cut_in,
             tracks=self.told,
             supposed=self.supposed,
             lane_choice=self.lane_choice,
@@ -239,6 +252,25 @@ class Cycle:
         kept_m = headway.standstill_m + share * headway.time_gap_s * max(assessment.rear_speed_mps or 0.0, 0.0)
         return assessment.rear_id if assessment.rear_gap_m >= kept_m else None
 
+    @cached_property
+    def expected_followers(self) -> tuple[str, ...]:
+        """Who is expected to have braked by the end of a plan that keeps its lane, while driving is ordinary: the attentive follower; and
+        where no lane beside is open, everybody who is behind. The gap to a host that keeps its lane is his to keep who follows, or comes in
+        behind, too closely (Responsibility-Sensitive Safety, Shalev-Shwartz et al. 2017)."""
+        attentive = self.attentive_follower
+        if not self.is_ordinary or self.open_sides:
+            return () if attentive is None else (attentive,)
+        host_m, length_m = self.situation.host.s_m, self.vehicle.length_m
+        return tuple(one.id for one in self.situation.tracks if host_m - one.s_m > 0.5 * (one.along_m + length_m))
+
+    @cached_property
+    def open_sides(self) -> frozenset[Side]:
+        """The sides whose next lane is free as manners ask: with the headway to everybody there."""
+        situation, vehicle, settings = self.situation, self.vehicle, self.settings
+        lane = situation.road.lane_of(situation.host.d_m, situation.host.s_m)
+        sides = (Side.LEFT, Side.RIGHT)
+        return frozenset(side for side in sides if open_lane(lane, side, situation, vehicle, settings) is not None)
+
     @property
     def brakes_to_the_limit(self) -> bool:
         """The front car brakes so that stopping behind it, begun now, takes nearly all that tyres and brakes give (the distance of
@@ -258,7 +290,7 @@ class Cycle:
 
     @cached_property
     def brakes_gently(self) -> bool:
-        """Braking is enough for the front car; half of what is ordinary would end the closing, and little more stop the host behind it
+        """Braking is enough for the front car; less than what is ordinary would end the closing, and little more stop the host behind it
         where it brakes itself."""
         situation, assessment = self.situation, self.assessment
         front = next((track for track in situation.tracks if track.id == assessment.front_id), None)
@@ -268,7 +300,7 @@ class Cycle:
         braking = -front.acceleration_s_mps2
         if braking > _BRAKING_MPS2 and speed**2 > 2.0 * _STOPPING_MPS2 * (room + max(its_speed, 0.0) ** 2 / (2.0 * braking)):
             return False
-        return bool(max(speed - its_speed, 0.0) ** 2 <= ORDINARY_MPS2 * room)
+        return bool(max(speed - its_speed, 0.0) ** 2 <= 2.0 * _SLOWING_MPS2 * room)
 
     @cached_property
     def inconsiderate_sides(self) -> frozenset[Side]:
@@ -329,7 +361,7 @@ class Cycle:
     @cached_property
     def headway(self) -> HeadwaySettings:
         """What is asked for in this cycle: less where more than ordinary driving is called for, and the least that a gap may have while the
-        host gets past somebody into one in the destination's lane."""
+        host gets past somebody into one in the destination's lane; sooner where the host made it."""
         headway = self.settings.headway
         if not self.is_ordinary:
             return replace(headway, time_gap_s=headway.pressed_s)
@@ -337,7 +369,22 @@ class Cycle:
         passes = gap is not None and gap.wait_s > 0.0 and not gap.is_slower and self.active is None
         if passes and self.required_lane is not None and self.required_lane.end_m is None:
             return replace(headway, time_gap_s=LEAST_SHARE * headway.time_gap_s)
-        return headway
+        if not self.wins_back:
+            return headway
+        return replace(headway, opening=TAKEN_OPENING, braking_mps2=self.settings.comfort.late_braking_mps2)
+
+    @cached_property
+    def wins_back(self) -> bool:
+        """Whether a gap that nobody else made too small is won back by more than ordinary braking: nobody follows closely."""
+        assessment, headway = self.assessment, self.settings.headway
+        close_m = headway.standstill_m + LEAST_SHARE * headway.time_gap_s * max(assessment.rear_speed_mps or 0.0, 0.0)
+        follows_closely = assessment.rear_id is not None and assessment.rear_gap_m < close_m
+        return self.is_too_near and self.cut_in is None and not follows_closely
+
+    @cached_property
+    def is_too_near(self) -> bool:
+        """Whether ordinary braking would leave too little of the headway ahead."""
+        return is_too_near(self.assessment, self.situation.host.speed_mps, self.settings.headway)
 
     @property
     def preferred_side(self) -> Side:

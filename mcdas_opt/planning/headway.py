@@ -14,7 +14,6 @@ from mcdas_opt.native.library import library
 
 ORDINARY_MPS2 = 2.0  # braking behind a front car, where that is enough
 INTRUSION_M = 0.2  # a body that reaches further than this into a lane is in it
-_GENTLE_MPS2 = 1.2  # what is asked for leaves room to brake by so much
 _BUILT_UP_S = 1.0  # until braking counts: it begins with a comfortable jerk
 _BEGINNING_S = 1.5  # until a gap opens at its full rate
 _SLOWEST_MPS = 1.0  # time gaps are those of at least this speed
@@ -52,7 +51,7 @@ def _interpreted(
 ) -> Array:
     after = np.maximum(times_s - since_s, 0.0)
     slowest = np.where(times_s < since_s, speed_mps, np.clip(front_mps, 0.0, max(speed_mps, 0.0)))
-    speed = np.maximum(speed_mps - _GENTLE_MPS2 * np.maximum(after - _BUILT_UP_S, 0.0), slowest)
+    speed = np.maximum(speed_mps - headway.braking_mps2 * np.maximum(after - _BUILT_UP_S, 0.0), slowest)
     counted = np.maximum(speed, front_mps)  # a gap that a faster one opens is his
     gone = np.zeros_like(speed)
     gone[..., 1:] = np.cumsum(0.5 * (counted[..., 1:] + counted[..., :-1]) * (times_s[1:] - times_s[:-1]), axis=-1)
@@ -92,4 +91,4 @@ def missing_headway(drives: Array, others: BodyMotion, halves_m: Array, host: Ho
 def _numbers(headway: HeadwaySettings) -> Array:
     """The record `Headway` of the C text."""
     asked = headway.time_gap_s, headway.standstill_m, headway.opening
-    return np.array((*asked, _GENTLE_MPS2, _BUILT_UP_S, _BEGINNING_S, _SLOWEST_MPS))
+    return np.array((*asked, headway.braking_mps2, _BUILT_UP_S, _BEGINNING_S, _SLOWEST_MPS))

@@ -87,13 +87,13 @@ def _wanted(situation: Situation, vehicle: Vehicle, settings: Settings, own_lane
     own = _expected_mps(here, situation, settings, _ANTICIPATION_S)
     sides = (manners.inside,) if manners.passes_inside else (manners.inside, manners.drives_on)
     for side in sides:
-        there = _open(lane, side, situation, vehicle, settings)
+        there = open_lane(lane, side, situation, vehicle, settings)
         if there is not None and _expected_mps(there, situation, settings, _ANTICIPATION_S) >= own + manners.advantage_mps:
             return side
     inside_of_own = (lane > own_lane) if manners.inside is Side.LEFT else (lane < own_lane)
     if not (manners.returns and inside_of_own) and not manners.keeps_outer_lane:
         return Side.NONE
-    outer = _open(lane, manners.drives_on, situation, vehicle, settings)
+    outer = open_lane(lane, manners.drives_on, situation, vehicle, settings)
     free = outer is not None and _expected_mps(outer, situation, settings, _FREE_S) >= own - manners.loss_mps
     return manners.drives_on if free else Side.NONE
 
@@ -154,7 +154,7 @@ def demanded_braking_mps2(there: Iterable[Neighbour], host_mps: float, kept_m: f
     return most
 
 
-def _open(lane: int, side: Side, situation: Situation, vehicle: Vehicle, settings: Settings) -> list[Neighbour] | None:
+def open_lane(lane: int, side: Side, situation: Situation, vehicle: Vehicle, settings: Settings) -> list[Neighbour] | None:
     """Who is in the next lane, where there is one that is watched, with the headway that is asked for ahead and behind."""
     road, host, seen = situation.road, situation.host, situation.coverage
     other = lane + (1 if side is Side.LEFT else -1)

@@ -187,7 +187,7 @@ def _headway(
 ) -> dict[str, Any]:
     """The bumpers, and the time gap to keep from the one ahead. A follower who keeps his distance himself holds nobody back."""
     host, (arrival, bumpers) = situation.host, _bumpers(situation, others, proposed, times_s)
-    if proposed.attentive_follower is not None:
+    if not proposed.keeps_room_behind:
         bumpers["rear_bumper"] = np.full_like(times_s, -FAR_M)
     time_gap = asked_time_gap_s(
         bumpers["front_bumper"] - host.s_m - 0.5 * vehicle.length_m,

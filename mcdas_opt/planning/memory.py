@@ -14,6 +14,7 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Alert, Mode, Sector, Side, Status
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit
+from mcdas_opt.planning.front_gap import CutIn
 from mcdas_opt.planning.lane_choice import LaneChoice
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 
@@ -74,9 +75,9 @@ class Memory:
     of a planner which begins.
 
     `chosen` names the candidate that was chosen last; `least_cost` is the least that one was chosen for since the candidates were last
-    compared. `deficits` is who was ahead, and what front distance is owed to whom; `lane_choice` what lane was wanted; `tracks` is what was
-    told, before any doubt, and `supposed` whose track jumped away. `warm_starts` is the
-    mark of the solver's workspace that this memory goes with: one with another mark begins cold.
+    compared. `deficits` is who was ahead, and what front distance is owed to whom; `cut_in` who came in between lately;
+    `lane_choice` what lane was wanted; `tracks` is what was told, before any doubt, and `supposed` whose track jumped away. `warm_starts`
+    is the mark of the solver's workspace that this memory goes with: one with another mark begins cold.
     """
 
     situation: Situation | None = None
@@ -92,6 +93,7 @@ class Memory:
     least_cost: float | None = None
     reaction: FollowerReaction | None = None
     deficits: tuple[FrontDeficit, ...] = ()
+    cut_in: CutIn | None = None
     tracks: tuple[Track, ...] = ()
     supposed: tuple[SupposedTrack, ...] = ()
     lane_choice: LaneChoice = field(default_factory=LaneChoice)

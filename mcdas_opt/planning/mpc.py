@@ -154,7 +154,11 @@ def _reliance(best: Ended, cycle: Cycle) -> str:
     end, followers = best.continuation.end, relied_on(cycle.prediction)
     if followers:
         return f"; {' and '.join(followers)} behind in slow traffic {'is' if len(followers) == 1 else 'are'} expected to brake"
-    return "" if end is None or end.relies_on is None else f"; {end.relies_on} keeps its distance behind and is expected to brake"
+    if end is None or end.relies_on is None:
+        return ""
+    if end.relies_on == cycle.attentive_follower:
+        return f"; {end.relies_on} keeps its distance behind and is expected to brake"
+    return f"; {end.relies_on} too close behind {'are' if ' and ' in end.relies_on else 'is'} expected to brake, as no lane beside is open"
 
 
 def _haste(best: Ended, cycle: Cycle) -> str:

@@ -62,7 +62,8 @@ def keep_lane(cycle: Cycle, mode: Mode, towards: Gap | None = None) -> Proposed:
         speed_mps=goal,
         speeds_mps=speeds,
         is_comfortable=True,
-        attentive_follower=cycle.attentive_follower,
+        expected_followers=cycle.expected_followers,
+        keeps_room_behind=cycle.attentive_follower is None and not (cycle.is_too_near and cycle.expected_followers),
     )
 
 
@@ -95,7 +96,8 @@ def brake_behind(cycle: Cycle) -> Proposed | None:
         path=keep_path(cycle),
         speed_mps=float(speeds[-1]),
         speeds_mps=speeds,
-        attentive_follower=cycle.attentive_follower,
+        expected_followers=cycle.expected_followers,
+        keeps_room_behind=not cycle.expected_followers,
     )
 
 

@@ -90,7 +90,8 @@ def ending(plan: Plan) -> str:
         EndKind.OPEN: "not safely: at rest nowhere, and nearer to somebody than can be held",
     }
     asked = f"; asks {end.follower_demand_mps2:.1f} m/s² of whoever is behind" if end.follower_demand_mps2 else ""
-    relied = f"; {end.relies_on} behind is expected to brake" if end.relies_on is not None else ""
+    several = " and " in (end.relies_on or "")
+    relied = "" if end.relies_on is None else f"; {end.relies_on} behind {'are' if several else 'is'} expected to brake"
     return f"{words[end.kind]}, after {end.t_s:.1f} s{asked}{relied}"
 
 

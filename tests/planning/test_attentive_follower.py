@@ -70,11 +70,26 @@ def test_some_of_them_rely_on_him() -> None:
 
 
 @pytest.mark.parametrize("speed", SPEEDS_MPS)
-def test_a_tailgater_is_relied_on_for_nothing(speed: float) -> None:
+def test_a_tailgater_is_relied_on_for_nothing_where_a_lane_is_open(speed: float) -> None:
     situation = behind_who_brakes(speed, 4.0, 0.5)
-    assert Cycle.of(situation, Planner().vehicle).attentive_follower is None
+    situation = replace(situation, tracks=situation.tracks[:2])
+    cycle = Cycle.of(situation, Planner().vehicle)
+    assert (cycle.attentive_follower, cycle.expected_followers, cycle.open_sides) == (None, (), {Side.LEFT})
     end = planned(situation).safe_end
     assert end is None or end.relies_on is None
+
+
+@pytest.mark.parametrize(("speed", "following"), list(product(SPEEDS_MPS, (0.4, 0.6, 0.9))))
+def test_a_tailgater_sends_nobody_out_between_others(speed: float, following: float) -> None:
+    """The gap behind a host that keeps its lane is his to keep: where no lane beside is open, nobody there makes it good."""
+    situation = behind_who_brakes(speed, 4.0, following, ahead_s=2.5)
+    beside = tuple(Track(id=f"beside-{s}", s_m=s, d_m=3.7, speed_s_mps=speed - 3.0) for s in (-30.0, 25.0))
+    situation = replace(situation, tracks=(*situation.tracks[:2], *beside))
+    assert "follower" in Cycle.of(situation, Planner().vehicle).expected_followers
+    plan = planned(situation)
+    assert (plan.status, plan.side) == (Status.PLANNED, Side.NONE)
+    assert plan.safe_end is not None
+    assert plan.safe_end.safe
 
 
 def test_braking_behind_takes_a_little_more_than_it_needs() -> None:

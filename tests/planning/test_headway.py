@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.prediction import BodyMotion
@@ -22,6 +23,7 @@ from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
 from mcdas_opt.native.form import SWITCH
+from mcdas_opt.planning.front_gap import OWED_S, CutIn, cut_in
 from mcdas_opt.planning.headway import asked_time_gap_s, missing_headway
 from mcdas_opt.planning.memory import Memory
 from mcdas_opt.planning.planner import Planner
@@ -99,6 +101,45 @@ def test_a_gap_that_somebody_else_took_opens_gently(planner: Planner, speed_mps:
     assert drive.gaps_m[-1] >= 0.9 * HEADWAY.time_gap_s * drive.hosts[-1].speed_mps
     assert min(host.acceleration_mps2 for host in drive.hosts) >= -2.3
     assert {plan.status for plan in drive.plans} == {Status.PLANNED}
+
+
+@pytest.mark.parametrize(("speed_mps", "gap_m", "leader_mps", "braking_mps2"), [(31.0, 80.0, 20.0, 0.8), (25.0, 60.0, 15.0, 0.8)])
+def test_who_comes_up_to_traffic_that_slows_down_keeps_its_distance(
+    planner: Planner, speed_mps: float, gap_m: float, leader_mps: float, braking_mps2: float
+) -> None:
+    """A gap that shrinks by the host's own doing is not the next cycle's allowance."""
+    drive = Follow(planner, speed_mps, gap_m, 33.0)
+    drive.leader = leader(gap_m + drive.lengths_m, leader_mps, -braking_mps2)
+    drive.drive(0.5 * leader_mps / braking_mps2, braking_mps2)
+    headways = [gap / host.speed_mps for gap, host in zip(drive.gaps_m, drive.hosts, strict=True)]
+    assert min(headways) > 0.8
+    assert min(host.acceleration_mps2 for host in drive.hosts) > -3.5
+    assert {plan.status for plan in drive.plans} == {Status.PLANNED}
+
+
+def behind(gap_m: float, *, name: str = "leader", host_mps: float = 25.0) -> Assessment:
+    return Assessment(front_id=name, front_gap_m=gap_m, front_speed_mps=host_mps)
+
+
+def cut_in_of(now: Assessment, before: Assessment | None, known: CutIn | None = None, *, steers: bool = False) -> CutIn | None:
+    return cut_in(now, before, known, CYCLE_S, speed_mps=25.0, headway=HEADWAY, steers=steers)
+
+
+@given(gap=st.floats(0.0, 31.0), other=st.floats(40.0, 150.0))
+def test_a_gap_is_owed_by_who_comes_in_between_and_for_a_while(gap: float, other: float) -> None:
+    near = behind(gap)
+    assert cut_in_of(near, None) == CutIn(id="leader")  # whom a drive begins behind
+    assert cut_in_of(near, behind(other, name="before")) == CutIn(id="leader")
+    assert cut_in_of(near, Assessment()) == CutIn(id="leader")
+    assert cut_in_of(near, behind(other, name="before"), steers=True) is None  # the host came to him
+    assert cut_in_of(near, behind(gap)) is None  # he was there
+    assert cut_in_of(near, behind(0.5 * gap, name="before")) is None  # somebody between them is gone
+    assert cut_in_of(behind(other), Assessment()) is None  # he takes nothing
+    known: CutIn | None = CutIn(id="leader")
+    for _ in range(round(OWED_S / CYCLE_S) - 1):
+        known = cut_in_of(near, near, known)
+    assert known is not None
+    assert cut_in_of(near, near, cut_in_of(near, near, known)) is None
 
 
 def test_the_speed_limit_binds_ordinary_driving(planner: Planner) -> None:
@@ -188,7 +229,7 @@ def test_held_is_never_said_of_a_deficit_of_ones_own_making(planner: Planner) ->
         assert plan.safe_end.kind is EndKind.STOPPED or plan.safe_end.front_margin_m >= allowed_m
 
 
-@pytest.mark.parametrize("name", ["time_gap_s", "standstill_m", "opening", "pressed_s"])
+@pytest.mark.parametrize("name", ["time_gap_s", "standstill_m", "opening", "braking_mps2", "pressed_s"])
 @pytest.mark.parametrize("value", [0.0, -1.0])
 def test_no_headway_is_refused_by_name_and_value(name: str, value: float) -> None:
     with pytest.raises(ParameterError, match=f"headway.{name}"):
