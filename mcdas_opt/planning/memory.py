@@ -56,12 +56,15 @@ class FollowerReaction:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReportedMode:
-    """What the last plan was reported as and since when [s], with what was known then."""
+    """What the last plan was reported as and since when [s], with what was known then: who was there, and what was foreseen of them besides
+    going on as they do."""
 
     mode: Mode
     side: Side
+    status: Status
     threats: frozenset[Sector]
     tracks: frozenset[str]
+    foreseen: frozenset[str]
     age_s: float = 0.0
 
     def is_news_after(self, before: ReportedMode) -> bool:

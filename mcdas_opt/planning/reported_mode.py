@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mcdas_opt.domain.plan import Plan
-from mcdas_opt.domain.vocabulary import Mode, Side
+from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.planning.candidate import strongest_mps2
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.memory import ReportedMode
@@ -20,14 +20,17 @@ def with_reported_mode(plan: Plan, cycle: Cycle) -> tuple[Plan, ReportedMode]:
     """The plan, and what the next cycle must know of its mode.
 
     It keeps the mode of the cycle before, where that is not a second old and not the opposite of what the plan does, nobody new is there,
-    and the threats are the same. What was more than ordinary stays so until it is clearly less.
+    and the threats are the same. What was more than ordinary stays so until it is clearly less. Where it changes within a second all the
+    same, the reason says what is new.
     """
     before = cycle.memory.reported
     now = ReportedMode(
         mode=plan.mode,
         side=plan.side,
+        status=plan.status,
         threats=cycle.assessment.threats,
-        tracks=frozenset(track.id for track in cycle.given.tracks),
+        tracks=(tracks := frozenset(track.id for track in cycle.given.tracks)),
+        foreseen=frozenset(body.id for body in cycle.prediction.bodies) - tracks,
     )
     if before is None:
         return plan, now
@@ -37,7 +40,30 @@ def with_reported_mode(plan: Plan, cycle: Cycle) -> tuple[Plan, ReportedMode]:
         now = replace(now, mode=before.mode)
     if (now.mode, now.side) == (before.mode, before.side):
         now = replace(now, age_s=age_s)
+    elif age_s < REPORTED_S:
+        plan = replace(plan, reason=f"{plan.reason}; {now.mode.value} {age_s:.1f} s after {before.mode.value} began: {_news(now, before)}")
     return plan if plan.mode is now.mode else replace(plan, mode=now.mode), now
+
+
+def _news(now: ReportedMode, before: ReportedMode) -> str:
+    """What there is now that was not, or is no more."""
+    said = [f"{', '.join(sorted(there))} {verb}" for there, verb in _changes(now, before) if there]
+    if now.status is not before.status:
+        said.append("a candidate passes again" if now.status is Status.PLANNED else "no candidate passes to a safe end")
+    return ", ".join(said) or "by its cost alone"
+
+
+def _changes(now: ReportedMode, before: ReportedMode) -> tuple[tuple[frozenset[str], str], ...]:
+    gone = frozenset(one for one in before.foreseen - now.foreseen if any(one.startswith(f"{track} ") for track in now.tracks))
+    came = frozenset(one for one in now.foreseen - before.foreseen if any(one.startswith(f"{track} ") for track in before.tracks))
+    threats, threatened = (frozenset(sector.value for sector in one.threats) for one in (now, before))
+    return (
+        (now.tracks - before.tracks, "not seen before"),
+        (threats - threatened, "threatens"),
+        (threatened - threats, "no longer threatens"),
+        (came, "foreseen now"),
+        (gone, "no longer foreseen"),
+    )
 
 
 def _goes_on(mode: Mode, plan: Plan) -> bool:

@@ -157,6 +157,8 @@ def test_the_mode_changes_within_a_second_only_for_something_new_or_to_the_oppos
             if then.mode is now.mode:
                 continue
             changes += 1
+            within_a_second = then.age_s + 0.1 < 1.0 - 1e-6
+            assert (f"; {now.mode.value} " in plan.reason and f" s after {then.mode.value} began: " in plan.reason) == within_a_second
             if then.age_s + 0.1 < 1.0 - 1e-6 and not now.is_news_after(then):
                 assert not still_agrees(then.mode, plan)
     assert changes > 10
@@ -171,6 +173,7 @@ def test_the_shipped_recording_can_be_followed() -> None:
     for (_, first), (before, after) in pairwise(changed):
         if after.time_s - first.time_s < 1.0 - 1e-6:
             assert _known(before) != _known(after)
+            assert re.search(rf" s after {before.mode.value} began: .*foreseen", after.reason)
 
 
 def _known(plan: Plan) -> frozenset[str]:
