@@ -27,8 +27,8 @@ class Proposed:
 
     `guess` (N + 1, 6) are states that the optimiser begins from; None: those of the path. `is_delayed`: it begins later. `speeds_mps`
     (N + 1) is the speed to drive at each node; None: `speed_mps` is asked for at once. `is_comfortable`: nothing presses, and its
-    acceleration and jerk are bound by what a person finds comfortable. `expected_followers` are who behind is expected to
-    brake by its end, as an attentive driver does; `keeps_room_behind`: the optimiser minds the gap to a follower, not only not to be hit.
+    acceleration and jerk are bound by what a person finds comfortable. `relies_on_followers`: who is expected to brake by
+    its end may make that safe; `keeps_room_behind`: the optimiser minds the gap to a follower, not only not to be hit.
     """
 
     name: str
@@ -42,7 +42,7 @@ class Proposed:
     is_delayed: bool = False
     speeds_mps: Array | None = field(default=None, compare=False)
     is_comfortable: bool = False
-    expected_followers: tuple[str, ...] = ()
+    relies_on_followers: bool = False
     keeps_room_behind: bool = True
 
 

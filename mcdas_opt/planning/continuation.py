@@ -22,6 +22,7 @@ from mcdas_opt.planning.candidate import Continuation, Costed, Ended
 from mcdas_opt.planning.collision_check import hits
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
+from mcdas_opt.planning.expected_followers import expected_followers
 from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.tracking.prediction import names_of
@@ -33,11 +34,11 @@ _PIECE_S = 3.0  # continued so far at a time, so that little is driven beyond th
 
 def ended(candidate: Costed, cycle: Cycle) -> Ended:
     """The candidate, continued to a safe end where there is one."""
-    plan, verdict, followers = candidate.trajectory, candidate.checked.verdict, candidate.proposed.expected_followers
-    return Ended(candidate=candidate, continuation=to_safe_end(plan, verdict, cycle, followers))
+    plan, verdict, relies = candidate.trajectory, candidate.checked.verdict, candidate.proposed.relies_on_followers
+    return Ended(candidate=candidate, continuation=to_safe_end(plan, verdict, cycle, relies_on_followers=relies))
 
 
-def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, expected_followers: Sequence[str] = ()) -> Continuation:
+def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, *, relies_on_followers: bool = False) -> Continuation:
     """The plan as it is where it failed or its end is safe, else continued to the first safe end that the judge passes.
 
     Its end is safe, too, where it would be but for followers who are expected to brake, and is if they do: the judge passed it with
@@ -47,11 +48,11 @@ def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, expected_follo
     situation, vehicle, prediction, settings = cycle.situation, cycle.vehicle, cycle.prediction, cycle.settings.safe_end
     owed_m = cycle.owed_m
     last = last_end(plan, situation.host, vehicle, situation.road, prediction, settings, owed_m)
-    if expected_followers and verdict.passed and last.follower_fails and not last.front_fails:
-        relied_on = [one for one in expected_followers if _is_in_the_way(plan, one, cycle)]
+    if relies_on_followers and verdict.passed and last.follower_fails and not last.front_fails:
+        relied_on = [one for one in expected_followers(cycle) if _is_in_the_way(plan, one, cycle)]
         brakes = _behind_which_they_brake(prediction, relied_on, settings)
         answered = last_end(plan, situation.host, vehicle, situation.road, brakes, settings, owed_m).end
-        if answered.safe:
+        if relied_on and answered.safe:
             return Continuation(plan, verdict, replace(answered, relies_on=" and ".join(relied_on)))
     as_it_is = Continuation(plan, verdict, last.end)
     if not verdict.passed or last.end.safe or cycle.is_late_for(Stage.SAFE_END):

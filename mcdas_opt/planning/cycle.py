@@ -23,7 +23,7 @@ from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
 from mcdas_opt.planning.deadline import Deadline, Stage
 from mcdas_opt.planning.front_gap import TAKEN_OPENING, CutIn, cut_in, is_too_near
 from mcdas_opt.planning.headway import INTRUSION_M, ORDINARY_MPS2
-from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, lane_choice, neighbours_in, open_lane, presses
+from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, lane_choice, neighbours_in, presses
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory, PreviousPlan, ReportedMode
 from mcdas_opt.planning.others import Others
@@ -251,25 +251,6 @@ class Cycle:
         share = 1.0 if required is None or required.end_m is None else LEAST_SHARE
         kept_m = headway.standstill_m + share * headway.time_gap_s * max(assessment.rear_speed_mps or 0.0, 0.0)
         return assessment.rear_id if assessment.rear_gap_m >= kept_m else None
-
-    @cached_property
-    def expected_followers(self) -> tuple[str, ...]:
-        """Who is expected to have braked by the end of a plan that keeps its lane, while driving is ordinary: the attentive follower; and
-        where no lane beside is open, everybody who is behind. The gap to a host that keeps its lane is his to keep who follows, or comes in
-        behind, too closely (Responsibility-Sensitive Safety, Shalev-Shwartz et al. 2017)."""
-        attentive = self.attentive_follower
-        if not self.is_ordinary or self.open_sides:
-            return () if attentive is None else (attentive,)
-        host_m, length_m = self.situation.host.s_m, self.vehicle.length_m
-        return tuple(one.id for one in self.situation.tracks if host_m - one.s_m > 0.5 * (one.along_m + length_m))
-
-    @cached_property
-    def open_sides(self) -> frozenset[Side]:
-        """The sides whose next lane is free as manners ask: with the headway to everybody there."""
-        situation, vehicle, settings = self.situation, self.vehicle, self.settings
-        lane = situation.road.lane_of(situation.host.d_m, situation.host.s_m)
-        sides = (Side.LEFT, Side.RIGHT)
-        return frozenset(side for side in sides if open_lane(lane, side, situation, vehicle, settings) is not None)
 
     @property
     def brakes_to_the_limit(self) -> bool:

@@ -20,6 +20,7 @@ from mcdas_opt.manoeuvres.kinds import best_of_kind, next_lane_m
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.comfortable_speed import comfortable_speed
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.expected_followers import expected_followers
 from mcdas_opt.planning.headway import ORDINARY_MPS2
 from mcdas_opt.planning.lane_choice import known_acceleration_mps2
 from mcdas_opt.planning.manoeuvre import Manoeuvre
@@ -62,8 +63,8 @@ def keep_lane(cycle: Cycle, mode: Mode, towards: Gap | None = None) -> Proposed:
         speed_mps=goal,
         speeds_mps=speeds,
         is_comfortable=True,
-        expected_followers=cycle.expected_followers,
-        keeps_room_behind=cycle.attentive_follower is None and not (cycle.is_too_near and cycle.expected_followers),
+        relies_on_followers=True,
+        keeps_room_behind=cycle.attentive_follower is None and not (cycle.is_too_near and expected_followers(cycle)),
     )
 
 
@@ -96,8 +97,8 @@ def brake_behind(cycle: Cycle) -> Proposed | None:
         path=keep_path(cycle),
         speed_mps=float(speeds[-1]),
         speeds_mps=speeds,
-        expected_followers=cycle.expected_followers,
-        keeps_room_behind=not cycle.expected_followers,
+        relies_on_followers=True,
+        keeps_room_behind=not expected_followers(cycle),
     )
 
 

@@ -15,6 +15,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.expected_followers import expected_followers, open_sides
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.proposals import BRAKE_BEHIND, brake_behind, go_on_unpressed
@@ -74,7 +75,7 @@ def test_a_tailgater_is_relied_on_for_nothing_where_a_lane_is_open(speed: float)
     situation = behind_who_brakes(speed, 4.0, 0.5)
     situation = replace(situation, tracks=situation.tracks[:2])
     cycle = Cycle.of(situation, Planner().vehicle)
-    assert (cycle.attentive_follower, cycle.expected_followers, cycle.open_sides) == (None, (), {Side.LEFT})
+    assert (cycle.attentive_follower, expected_followers(cycle), open_sides(cycle)) == (None, (), {Side.LEFT})
     end = planned(situation).safe_end
     assert end is None or end.relies_on is None
 
@@ -85,7 +86,7 @@ def test_a_tailgater_sends_nobody_out_between_others(speed: float, following: fl
     situation = behind_who_brakes(speed, 4.0, following, ahead_s=2.5)
     beside = tuple(Track(id=f"beside-{s}", s_m=s, d_m=3.7, speed_s_mps=speed - 3.0) for s in (-30.0, 25.0))
     situation = replace(situation, tracks=(*situation.tracks[:2], *beside))
-    assert "follower" in Cycle.of(situation, Planner().vehicle).expected_followers
+    assert "follower" in expected_followers(Cycle.of(situation, Planner().vehicle))
     plan = planned(situation)
     assert (plan.status, plan.side) == (Status.PLANNED, Side.NONE)
     assert plan.safe_end is not None
