@@ -17,6 +17,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vocabulary import Side, Status
 from mcdas_opt.manoeuvres.safe_end import ends
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.expected_followers import open_sides
 from mcdas_opt.planning.memory import PreviousPlan
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.remainder import remainder
@@ -70,12 +71,14 @@ def test_planned_comes_to_a_safe_end_and_what_does_not_says_so(planner: Planner,
     again = ends(plan.trajectory, -1, situation.host, planner.vehicle, situation.road, prediction)
     if plan.safe_end.relies_on is None:
         assert bool(again.safe[0]) == plan.safe_end.safe
-    else:  # the front is as safe as ever, and who is relied on follows at his distance
+    else:  # the front is as safe as ever, and who is relied on follows at his distance, or leaves the host no lane beside
         assert not again.front_fails[0]
         assert again.follower_fails[0]
-        (follower,) = (track for track in situation.tracks if track.id == plan.safe_end.relies_on)
-        gap_m = situation.host.s_m - follower.s_m - 0.5 * (follower.length_m + planner.vehicle.length_m)
-        assert gap_m >= 2.0 + 1.2 * follower.speed_s_mps
+        followers = [track for track in situation.tracks if track.id in plan.safe_end.relies_on.split(" and ")]
+        gaps_m = [situation.host.s_m - one.s_m - 0.5 * (one.length_m + planner.vehicle.length_m) for one in followers]
+        assert min(gaps_m) > 0.0
+        if any(gap_m < 2.0 + 1.2 * one.speed_s_mps for gap_m, one in zip(gaps_m, followers, strict=True)):
+            assert not open_sides(Cycle.of(situation, planner.vehicle, planner.settings))
         assert plan.side is Side.NONE
     if plan.status is Status.PLANNED:
         assert plan.safe_end.safe
