@@ -96,7 +96,12 @@ class Cycle:
         active = memory.active
         active = None if active is None or active.finished(local) else active
         leaves_lane = active is not None and active.mode is Mode.CRUISE and not active.half_done(local)
-        assessment = assess(local, vehicle, settings.selector, memory.assessment, leaves_lane=leaves_lane)
+        before, elapsed_s = memory.lane_choice, memory.elapsed_s
+        choice = lane_choice(local, vehicle, settings, before, elapsed_s) if active is None else before.resting
+        deficits = front_deficits(local, vehicle, settings.safe_end, memory.deficits, elapsed_s)
+        prediction = in_reach_ever(predict_for(local, settings.prediction), local.host, vehicle, local.road)
+        now = assess(local, vehicle, settings.selector, memory.assessment, leaves_lane=leaves_lane)
+        asked_m = settings.headway.standstill_m + settings.headway.time_gap_s * max(local.host.speed_mps, 0.0)
         return cls(
             given=situation,
             told=there.tracks,
@@ -107,21 +112,11 @@ class Cycle:
             doubts=what.doubts,
             supposed=what.supposed,
             active=active,
-            lane_choice=lane_choice(local, vehicle, settings, memory.lane_choice, memory.elapsed_s)
-            if active is None
-            else memory.lane_choice.resting,
-            deficits=front_deficits(local, vehicle, settings.safe_end, memory.deficits, memory.elapsed_s),
-            prediction=in_reach_ever(predict_for(local, settings.prediction), local.host, vehicle, local.road),
-            assessment=assessment,
-            cut_in=cut_in(
-                assessment,
-                memory.assessment,
-                memory.cut_in,
-                memory.elapsed_s,
-                speed_mps=local.host.speed_mps,
-                headway=settings.headway,
-                steers=memory.active is not None,
-            ),
+            lane_choice=choice,
+            deficits=deficits,
+            prediction=prediction,
+            assessment=now,
+            cut_in=cut_in(now, memory.assessment, memory.cut_in, elapsed_s, asked_m=asked_m, steers=memory.active is not None),
             deadline=deadline,
         )
 
@@ -364,8 +359,9 @@ class Cycle:
 
     @cached_property
     def is_too_near(self) -> bool:
-        """Whether ordinary braking would leave too little of the headway ahead."""
-        return is_too_near(self.assessment, self.situation.host.speed_mps, self.settings.headway)
+        """Whether more than ordinary braking would leave too little of the headway ahead."""
+        settings, speed_mps = self.settings, self.situation.host.speed_mps
+        return is_too_near(self.assessment, speed_mps, settings.headway, settings.comfort.late_braking_mps2)
 
     @property
     def preferred_side(self) -> Side:

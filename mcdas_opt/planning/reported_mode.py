@@ -10,7 +10,7 @@ from mcdas_opt.planning.candidate import strongest_mps2
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.memory import ReportedMode
 
-REPORTED_S = 1.0
+REPORTED_S, _ROUNDING_S = 1.0, 1e-6
 _OPPOSITE_MPS2 = 0.3  # a plan that does as much of the opposite is not what it was
 _ORDINARY_MPS2 = 2.0
 _BAND_MPS2 = 0.5  # between braking that begins to be more than ordinary and braking that no longer is; the same of accelerating
@@ -40,7 +40,7 @@ def with_reported_mode(plan: Plan, cycle: Cycle) -> tuple[Plan, ReportedMode]:
         now = replace(now, mode=before.mode)
     if (now.mode, now.side) == (before.mode, before.side):
         now = replace(now, age_s=age_s)
-    elif age_s < REPORTED_S:
+    elif age_s < REPORTED_S - _ROUNDING_S:
         plan = replace(plan, reason=f"{plan.reason}; {now.mode.value} {age_s:.1f} s after {before.mode.value} began: {_news(now, before)}")
     return plan if plan.mode is now.mode else replace(plan, mode=now.mode), now
 

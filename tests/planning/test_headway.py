@@ -122,7 +122,7 @@ def behind(gap_m: float, *, name: str = "leader", host_mps: float = 25.0) -> Ass
 
 
 def cut_in_of(now: Assessment, before: Assessment | None, known: CutIn | None = None, *, steers: bool = False) -> CutIn | None:
-    return cut_in(now, before, known, CYCLE_S, speed_mps=25.0, headway=HEADWAY, steers=steers)
+    return cut_in(now, before, known, CYCLE_S, asked_m=HEADWAY.standstill_m + HEADWAY.time_gap_s * 25.0, steers=steers)
 
 
 @given(gap=st.floats(0.0, 31.0), other=st.floats(40.0, 150.0))
