@@ -341,13 +341,18 @@ class Cycle:
         headway = self.settings.headway
         if not self.is_ordinary:
             return replace(headway, time_gap_s=headway.pressed_s)
-        gap = self.gap
-        passes = gap is not None and gap.wait_s > 0.0 and not gap.is_slower and self.active is None
-        if passes and self.required_lane is not None and self.required_lane.end_m is None:
+        if self.passes:
             return replace(headway, time_gap_s=LEAST_SHARE * headway.time_gap_s)
         if not self.wins_back:
             return headway
         return replace(headway, opening=TAKEN_OPENING, braking_mps2=self.settings.comfort.late_braking_mps2)
+
+    @cached_property
+    def passes(self) -> bool:
+        """Whether the host gets past somebody into a gap in the destination's lane."""
+        gap, required = self.gap, self.required_lane
+        waits = gap is not None and gap.wait_s > 0.0 and not gap.is_slower and self.active is None
+        return waits and required is not None and required.end_m is None
 
     @cached_property
     def wins_back(self) -> bool:
@@ -355,7 +360,7 @@ class Cycle:
         assessment, headway = self.assessment, self.settings.headway
         close_m = headway.standstill_m + LEAST_SHARE * headway.time_gap_s * max(assessment.rear_speed_mps or 0.0, 0.0)
         follows_closely = assessment.rear_id is not None and assessment.rear_gap_m < close_m
-        return self.is_too_near and self.cut_in is None and not follows_closely
+        return self.is_too_near and self.cut_in is None and not follows_closely and not self.passes
 
     @cached_property
     def is_too_near(self) -> bool:
