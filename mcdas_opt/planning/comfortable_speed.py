@@ -90,9 +90,9 @@ def _fronts(cycle: Cycle, lanes_m: tuple[float, ...]) -> list[FrontCar]:
             for track, room_m in ahead
             if room_m > 0.0 and track.speed_s_mps > manners.queue_mps and reaches_into(track, inner, road.lane_width_m)
         ]
-        at_once = np.zeros_like(times_s)
-        for (_, room_m), speeds, way in zip(there, *_going_on([track for track, _ in there], times_s), strict=True):
-            found.append(FrontCar(room_m + way, speeds, at_once))
+        if there:
+            each = zip(there, *_going_on([track for track, _ in there], times_s), strict=True)
+            found += [FrontCar(room_m + way, speeds, np.zeros(times_s.size)) for (_, room_m), speeds, way in each]
     return found
 
 
@@ -116,10 +116,10 @@ def _let_ahead(cycle: Cycle, track: Track) -> FrontCar:
 
 def _going_on(tracks: Sequence[Track], times_s: Array) -> tuple[Array, Array]:
     """(speeds [m/s], way [m]), each (J, N + 1), of those whose acceleration, as far as it is known, fades."""
-    now, known = np.array([(track.speed_s_mps, known_acceleration_mps2(track)) for track in tracks]).reshape(-1, 2).T[..., None]
+    now, known = np.array([(track.speed_s_mps, known_acceleration_mps2(track)) for track in tracks]).T[..., None]
     fading_s = np.where(known < 0.0, _BRAKING_FADES_S, _FADING_S)
     speeds = np.maximum(now + known * fading_s * -np.expm1(-times_s / fading_s), 0.0)
-    way = np.zeros_like(speeds)
+    way = np.zeros(speeds.shape)
     np.cumsum(0.5 * (speeds[:, 1:] + speeds[:, :-1]) * (times_s[1:] - times_s[:-1]), axis=-1, out=way[:, 1:])
     return speeds, way
 
