@@ -297,9 +297,9 @@ class Cycle:
         return destination.lane <= lane if side is Side.LEFT else destination.lane >= lane
 
     def leads_there(self, side: Side) -> bool:
-        """Whether the next lane on that side is nearer to the destination's lane, and can be changed to."""
-        required = self.required_lane
-        return required is not None and required.end_m is None and required.side is side
+        """Whether the next lane on that side is nearer to the destination's lane, with a gap that is gone into now."""
+        required, gap = self.required_lane, self.gap
+        return required is not None and required.end_m is None and required.side is side and gap is not None and gap.wait_s == 0.0
 
     @cached_property
     def is_withdrawn(self) -> bool:
