@@ -2,50 +2,37 @@
 
 from __future__ import annotations
 
-import operator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.doubt import Doubt, SupposedTrack
-from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.prediction import Prediction
-from mcdas_opt.domain.rules import FARTHEST_M, Array
+from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import HeadwaySettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.geometry.window import frame_near
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
 from mcdas_opt.planning.deadline import Deadline, Stage
+from mcdas_opt.planning.front_braking import brakes_gently, brakes_to_the_limit
 from mcdas_opt.planning.front_gap import TAKEN_OPENING, CutIn, cut_in, is_too_near
-from mcdas_opt.planning.headway import INTRUSION_M, ORDINARY_MPS2
-from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, lane_choice, neighbours_in, presses
+from mcdas_opt.planning.kept_offset import kept_d_m
+from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, lane_choice, neighbours_in
+from mcdas_opt.planning.local_situation import in_order, limit_mps, seen_locally, with_wanted_speed
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory, PreviousPlan, ReportedMode
 from mcdas_opt.planning.others import Others
 from mcdas_opt.planning.reach import in_reach_ever
 from mcdas_opt.planning.required_lane import LEAST_SHARE, Gap, RequiredLane, best_gap, required_lane
-from mcdas_opt.reference.arrival import arrival_speed_mps
+from mcdas_opt.planning.withdrawal import is_withdrawn
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.situation.doubts import believed
 from mcdas_opt.tracking.prediction import names_of, predict_for
 
-_IN_TRAFFIC_M = 0.5 * FARTHEST_M  # who is farther away is not in traffic, and could not be moved on
-_STANDING_GAP_M = 2.0
-_BRAKING_MPS2 = 0.5  # who brakes by less may as well hold its speed
-_SLOWING_MPS2, _STOPPING_MPS2 = 1.5, 2.5  # with which ordinary braking ends the closing, and stops behind who brakes
-_CLEARLY = 1.5  # standard deviations
-_LIMIT_SHARE = 0.8  # of what tyres and brakes give is nearly all of it
-_OFFSET_AHEAD_S, _OFFSET_SLOWEST_MPS = 4.0, 5.0  # so long before the destination the host goes beside its lane's middle for it
-_OFFSET_SPARE_M = 0.2  # inside the offsets that are asked for, and from the body to the lane's border
-_HEADING_SPARE_RAD, _HEADING_LEAD_S = 0.02, 1.0  # inside the headings that are asked for; until the host follows a path that turns
-_BESIDE_SHARE = 0.7  # of the desired speed: no less is driven for a destination in another lane, whose own lane goes on
-_FASTEST_SHARE = 0.98  # of the car's top speed
-_UNHURRIED_MPS = 3.0  # who is slower stops within its length, and need not steer out
 _STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side
 
 
@@ -88,11 +75,11 @@ class Cycle:
     ) -> Cycle:
         """Assesses and predicts. A memory that is not older than the situation is none; a manoeuvre that it holds is active until it is
         finished."""
-        settings, situation = settings or Settings(), _in_order(situation)
+        settings, situation = settings or Settings(), in_order(situation)
         memory = (memory or Memory()).seen_by(situation)
-        there = _local(situation, memory.origin_m)
+        there = seen_locally(situation, memory.origin_m)
         what = believed(there, memory.tracks, memory.elapsed_s, memory.supposed, vehicle)
-        local = _limited(_in_order(what.situation), settings, vehicle)
+        local = with_wanted_speed(in_order(what.situation), settings, vehicle)
         active = memory.active
         active = None if active is None or active.finished(local) else active
         leaves_lane = active is not None and active.mode is Mode.CRUISE and not active.half_done(local)
@@ -120,10 +107,9 @@ class Cycle:
             deadline=deadline,
         )
 
-    def given_from(self, plan: Plan, **told: Any) -> Plan:
-        """A plan of this cycle in the place and time of the situation as it was given, with what is doubted of that, and what is `told` of
-        it besides, by the names of its fields."""
-        return replace(plan, trajectory=plan.trajectory.seen_from(-self.origin_m), time_s=self.given.time_s, doubts=self.doubts, **told)
+    def given_from(self, plan: Plan) -> Plan:
+        """A plan of this cycle in the place and time of the situation as it was given, with what is doubted of that."""
+        return replace(plan, trajectory=plan.trajectory.seen_from(-self.origin_m), time_s=self.given.time_s, doubts=self.doubts)
 
     def remember(self, plan: Plan, reported: ReportedMode | None = None) -> Memory:
         """What a plan of this cycle, reported so, means for the next one: the method's own part, and what holds for all of them."""
@@ -171,7 +157,7 @@ class Cycle:
     @cached_property
     def limit_mps(self) -> float:
         """The fastest that ordinary driving is."""
-        return _limit_mps(self.situation, self.settings)
+        return limit_mps(self.situation, self.settings)
 
     @cached_property
     def lane_centre_m(self) -> float:
@@ -181,26 +167,8 @@ class Cycle:
 
     @property
     def kept_d_m(self) -> float:
-        """Where the host drives in that lane: in its middle; as near to it as the destination's offsets ask, where that is near ahead, and
-        across it as the heading that is asked for there."""
-        centre, situation, vehicle = self.lane_centre_m, self.situation, self.vehicle
-        host, road, destination = situation.host, situation.road, situation.destination
-        if destination is None or destination.d_m is None or destination.s_m is None:
-            return centre
-        place, lane = 0.5 * (destination.s_m[0] + destination.s_m[1]), road.lane_of(host.d_m, host.s_m)
-        right, left = destination.d_m
-        spare, far_m = min(_OFFSET_SPARE_M, 0.25 * (left - right)), _OFFSET_AHEAD_S * max(host.speed_mps, _OFFSET_SLOWEST_MPS)
-        if place - host.s_m > far_m or road.lane_of(0.5 * (right + left), place) != lane:
-            return centre
-        width = min(road.lane_width_at(lane, host.s_m), road.lane_width_at(lane, place))
-        beside = max(0.5 * (width - vehicle.width_m) - _OFFSET_SPARE_M, 0.0)
-        there = road.lane_centre_m(lane, place)
-        offset = min(max(0.0, right + spare - there), left - spare - there)
-        if destination.heading_rad is not None:
-            least, most = destination.heading_rad
-            spare = min(_HEADING_SPARE_RAD, 0.25 * (most - least))
-            offset += min(max(0.0, least + spare), most - spare) * (host.s_m + _HEADING_LEAD_S * host.speed_mps - place)
-        return centre + min(max(offset, -beside), beside)
+        """Where the host drives in that lane."""
+        return kept_d_m(self.situation, self.vehicle, self.lane_centre_m)
 
     @property
     def destination(self) -> str:
@@ -247,36 +215,16 @@ class Cycle:
         kept_m = headway.standstill_m + share * headway.time_gap_s * max(assessment.rear_speed_mps or 0.0, 0.0)
         return assessment.rear_id if assessment.rear_gap_m >= kept_m else None
 
-    @property
+    @cached_property
     def brakes_to_the_limit(self) -> bool:
-        """The front car brakes so that stopping behind it, begun now, takes nearly all that tyres and brakes give (the distance of
-        Responsibility-Sensitive Safety, Shalev-Shwartz et al. 2017, with its braking as it is); and nobody closes in from behind."""
-        situation, assessment, safe_end = self.situation, self.assessment, self.settings.safe_end
-        front = next((track for track in situation.tracks if track.id == assessment.front_id), None)
-        if front is None or self.is_pressed or front.acceleration_s_sd_mps2 is None:
-            return False
-        braking = -front.acceleration_s_mps2
-        if braking < max(_BRAKING_MPS2, _CLEARLY * front.acceleration_s_sd_mps2):
-            return False
-        grip = situation.road.friction * GRAVITY_MPS2
-        most = _LIMIT_SHARE * safe_end.braking_share * min(-self.vehicle.acceleration_min_mps2, grip)
-        v, its = situation.host.speed_mps, max(front.speed_s_mps, 0.0)
-        room = assessment.front_gap_m - _STANDING_GAP_M - safe_end.response_s * v + its * its / (2.0 * min(braking, grip))
-        return v > its and v * v > 2.0 * most * room
+        """Stopping behind the front car, which brakes, takes nearly all that there is, and nobody closes in from behind."""
+        settings = self.settings.safe_end
+        return not self.is_pressed and brakes_to_the_limit(self.situation, self.assessment, self.vehicle, settings)
 
     @cached_property
     def brakes_gently(self) -> bool:
-        """Braking is enough for the front car; less than what is ordinary would end the closing, and little more stop the host behind it
-        where it brakes itself."""
-        situation, assessment = self.situation, self.assessment
-        front = next((track for track in situation.tracks if track.id == assessment.front_id), None)
-        if assessment.mode is not Mode.BRAKE or front is None:
-            return False
-        speed, its_speed, room = situation.host.speed_mps, front.speed_s_mps, assessment.front_gap_m - _STANDING_GAP_M
-        braking = -front.acceleration_s_mps2
-        if braking > _BRAKING_MPS2 and speed**2 > 2.0 * _STOPPING_MPS2 * (room + max(its_speed, 0.0) ** 2 / (2.0 * braking)):
-            return False
-        return bool(max(speed - its_speed, 0.0) ** 2 <= 2.0 * _SLOWING_MPS2 * room)
+        """Gentle braking is enough for the front car."""
+        return brakes_gently(self.situation, self.assessment)
 
     @cached_property
     def inconsiderate_sides(self) -> frozenset[Side]:
@@ -303,23 +251,8 @@ class Cycle:
 
     @cached_property
     def is_withdrawn(self) -> bool:
-        """Whether a lane change that nothing presses is given up, the body being in its lane still: somebody has come so near in the next
-        one that he, or the host, would have to brake harder than manners allow; where the lane has to be reached, than is comfortable.
-        And whether steering out is given up by a host that drives so slowly in its lane that it may as well stop."""
-        situation, active = self.situation, self.active
-        if active is None or (active.mode is Mode.CRUISE and active.half_done(situation)):
-            return False
-        host, road = situation.host, situation.road
-        off_m, width = abs(host.d_m - self.lane_centre_m), road.lane_width_at(road.lane_of(host.d_m, host.s_m), host.s_m)
-        if off_m > 0.5 * (width - self.vehicle.width_m) + INTRUSION_M:
-            return False
-        if active.mode is not Mode.CRUISE:
-            return host.speed_mps < _UNHURRIED_MPS and off_m < abs(host.d_m - active.target_d_m)
-        required, time_gap_s = self.required_lane, self.settings.headway.time_gap_s
-        if required is not None and required.side is active.side:
-            most = self.settings.comfort.limits(host.speed_mps).braking_mps2
-            return presses(active.side, situation, self.vehicle, LEAST_SHARE * time_gap_s, most)
-        return presses(active.side, situation, self.vehicle, time_gap_s, self.settings.manners.follower_braking_mps2)
+        """Whether the active manoeuvre is given up."""
+        return self.active is not None and is_withdrawn(self.active, self.situation, self.vehicle, self.settings, self.required_lane)
 
     @cached_property
     def indicator(self) -> Side:
@@ -379,61 +312,3 @@ class Cycle:
     def needs_no_steering(self) -> bool:
         """Nothing threatens, or the selector finds braking or accelerating enough."""
         return not self.assessment.threatened or self.assessment.mode in (Mode.BRAKE, Mode.ACCELERATE)
-
-
-def _in_order(given: Situation) -> Situation:
-    """The tracks from behind to ahead, whatever the order and the names that they were given: sums over them have the same last bits."""
-    tracks = given.tracks
-    ordered = sorted(tracks, key=_place)
-    return given if all(map(operator.is_, ordered, tracks)) else replace(given, tracks=tuple(ordered))
-
-
-def _place(track: Track) -> tuple[float | str, ...]:
-    """Of two in mirrored places the one that is named first: a mirrored scene has the mirrored order."""
-    moving = track.speed_s_mps, abs(track.speed_d_mps), track.acceleration_s_mps2
-    return (track.s_m, abs(track.d_m), *moving, track.length_m, track.width_m, track.id)
-
-
-def _limit_mps(situation: Situation, settings: Settings) -> float:
-    road, host = situation.road, situation.host
-    return road.limit_mps(road.lane_of(host.d_m, host.s_m), host.s_m, settings.speed_limit_excess)
-
-
-def _limited(situation: Situation, settings: Settings, vehicle: Vehicle) -> Situation:
-    """With a desired speed that is there in time, in another lane than the destination's not much slower than desired, and within the
-    limit; without a destination that cannot be had any more."""
-    destination, wanted = situation.destination, situation.wanted_speed_mps
-    if destination is not None:
-        if destination.why_unreachable(situation.host, situation.time_s, situation.road, vehicle):
-            situation = replace(situation, destination=None, desired_speed_mps=wanted)
-        else:
-            host, comfort = situation.host, settings.comfort
-            rising_mps2 = comfort.share * comfort.limits(host.speed_mps).acceleration_mps2
-            arriving = arrival_speed_mps(
-                destination,
-                host,
-                situation.time_s,
-                wanted,
-                fastest_mps=_FASTEST_SHARE * vehicle.speed_max_mps,
-                rising_mps2=rising_mps2,
-                falling_mps2=comfort.share * ORDINARY_MPS2,
-            )
-            is_beside = destination.lane is not None and destination.lane != situation.road.lane_of(host.d_m, host.s_m)
-            wanted = max(arriving, _BESIDE_SHARE * wanted) if is_beside else arriving
-            situation = replace(situation, desired_speed_mps=wanted)
-    limit = _limit_mps(situation, settings)
-    return replace(situation, desired_speed_mps=limit) if wanted > limit else situation
-
-
-def _local(given: Situation, origin_m: float) -> Situation:
-    near = tuple(track for track in given.tracks if max(abs(track.s_m - origin_m), abs(track.d_m)) <= _IN_TRAFFIC_M)
-    if len(near) < len(given.tracks):
-        given = replace(given, tracks=near)
-    if given.host.sideslip_rad != 0.0:
-        given = replace(given, host=HostState.from_vector(given.host.to_vector()))
-    destination = given.destination and given.destination.seen_from(origin_m, given.time_s)
-    if origin_m == 0.0:
-        return given if given.time_s == 0.0 else replace(given, time_s=0.0, destination=destination)
-    tracks = tuple(track.seen_from(origin_m) for track in near)
-    host, road = given.host.seen_from(origin_m), given.road.seen_from(origin_m)
-    return replace(given, time_s=0.0, host=host, tracks=tracks, road=road, destination=destination)

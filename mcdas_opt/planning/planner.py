@@ -158,8 +158,8 @@ class Planner:
         self.memory = cycle.remember(plan, reported)
         indicator = plan.indicator if plan.side is Side.NONE else plan.side
         timing = replace(plan.timing_ms, total=1e3 * (time.perf_counter() - started))
-        self._asked.previous = cycle.given_from(
-            plan,
+        self._asked.previous = replace(
+            cycle.given_from(plan),
             planner=self.name,
             solver=plan.solver or self._asked.solver,
             indicator=indicator,

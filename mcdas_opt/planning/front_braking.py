@@ -1,0 +1,49 @@
+"""How hard the host has to brake for the front car: gently, or with nearly all that it has."""
+
+from __future__ import annotations
+
+from mcdas_opt.domain.assessment import Assessment
+from mcdas_opt.domain.safe_end import SafeEndSettings
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vocabulary import Mode
+
+_STANDING_GAP_M = 2.0
+_BRAKING_MPS2 = 0.5  # who brakes by less may as well hold its speed
+_SLOWING_MPS2, _STOPPING_MPS2 = 1.5, 2.5  # with which ordinary braking ends the closing, and stops behind who brakes
+_CLEARLY = 1.5  # standard deviations
+_LIMIT_SHARE = 0.8  # of what tyres and brakes give is nearly all of it
+
+
+def brakes_to_the_limit(situation: Situation, assessment: Assessment, vehicle: Vehicle, safe_end: SafeEndSettings) -> bool:
+    """The front car brakes so that stopping behind it, begun now, takes nearly all that tyres and brakes give (the distance of
+    Responsibility-Sensitive Safety, Shalev-Shwartz et al. 2017, with its braking as it is)."""
+    front = _front(situation, assessment)
+    if front is None or front.acceleration_s_sd_mps2 is None:
+        return False
+    braking = -front.acceleration_s_mps2
+    if braking < max(_BRAKING_MPS2, _CLEARLY * front.acceleration_s_sd_mps2):
+        return False
+    grip = situation.road.friction * GRAVITY_MPS2
+    most = _LIMIT_SHARE * safe_end.braking_share * min(-vehicle.acceleration_min_mps2, grip)
+    v, its = situation.host.speed_mps, max(front.speed_s_mps, 0.0)
+    room = assessment.front_gap_m - _STANDING_GAP_M - safe_end.response_s * v + its * its / (2.0 * min(braking, grip))
+    return v > its and v * v > 2.0 * most * room
+
+
+def brakes_gently(situation: Situation, assessment: Assessment) -> bool:
+    """Braking is enough for the front car; less than what is ordinary would end the closing, and little more stop the host behind it
+    where it brakes itself."""
+    front = _front(situation, assessment)
+    if assessment.mode is not Mode.BRAKE or front is None:
+        return False
+    speed, its_speed, room = situation.host.speed_mps, front.speed_s_mps, assessment.front_gap_m - _STANDING_GAP_M
+    braking = -front.acceleration_s_mps2
+    if braking > _BRAKING_MPS2 and speed**2 > 2.0 * _STOPPING_MPS2 * (room + max(its_speed, 0.0) ** 2 / (2.0 * braking)):
+        return False
+    return bool(max(speed - its_speed, 0.0) ** 2 <= 2.0 * _SLOWING_MPS2 * room)
+
+
+def _front(situation: Situation, assessment: Assessment) -> Track | None:
+    return next((track for track in situation.tracks if track.id == assessment.front_id), None)
