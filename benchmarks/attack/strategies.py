@@ -17,7 +17,7 @@ from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.measurement import BodyDetection
 from mcdas_opt.domain.sensor import Beam
-from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.domain.vocabulary import BodyKind, Side
 from mcdas_opt.errors import McdasError
 
 R = TypeVar("R")
@@ -80,6 +80,10 @@ def _lanes(draw: st.DrawFn, right: int, left: int) -> tuple[Lane, ...]:
     )
 
 
+def _pair(low: float, wide: float) -> tuple[float, float]:
+    return low, low + wide
+
+
 @st.composite
 def _destinations(draw: st.DrawFn, time_s: float) -> Destination:
     begin_m, begin_s = draw(_mostly(-50.0, 500.0)), time_s + draw(_mostly(0.0, 30.0))
@@ -88,6 +92,9 @@ def _destinations(draw: st.DrawFn, time_s: float) -> Destination:
         lane=draw(st.one_of(st.none(), st.integers(-3, 3))),
         s_m=draw(st.one_of(st.none(), st.just((begin_m, begin_m + draw(_mostly(0.1, 50.0)))))),
         time_s=draw(st.one_of(st.none(), st.just((begin_s, begin_s + draw(_mostly(0.1, 30.0)))))),
+        d_m=draw(st.one_of(st.none(), st.just(_pair(draw(_mostly(-8.0, 8.0)), draw(_mostly(0.1, 4.0)))))),
+        speed_mps=draw(st.one_of(st.none(), st.just(_pair(draw(_mostly(0.0, 40.0)), draw(_mostly(0.1, 10.0)))))),
+        heading_rad=draw(st.one_of(st.none(), st.just(_pair(draw(_mostly(-1.0, 1.0)), draw(_mostly(0.01, 1.0)))))),
     )
 
 
@@ -129,6 +136,7 @@ def hosts(draw: st.DrawFn) -> HostState:
         speed_mps=draw(_mostly(0.0, 45.0)),
         acceleration_mps2=draw(_mostly(-6.0, 3.0)),
         steering_rad=draw(_mostly(-0.1, 0.1)),
+        sideslip_rad=draw(st.one_of(st.just(0.0), _mostly(-0.2, 0.2))),
     )
 
 
@@ -149,6 +157,8 @@ def tracks(draw: st.DrawFn, from_s_m: float) -> tuple[Track, ...]:
             coasting=draw(st.booleans()),
             acceleration_s_mps2=draw(_mostly(-9.0, 3.0)),
             acceleration_s_sd_mps2=draw(st.one_of(st.none(), _mostly(0.0, 2.0))),
+            heading_rad=draw(st.one_of(st.none(), st.none(), _mostly(-3.2, 3.2))),
+            kind=draw(st.sampled_from((None, None, *BodyKind))),
         )
         for k in range(draw(st.integers(0, 6)))
     )
