@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from mcdas_opt.catalogue.part import Part
 from mcdas_opt.domain.road import MOST_LANES
+from mcdas_opt.domain.rules import FASTEST_MPS
 from mcdas_opt.evaluation.spread import Number, Spread, largest
 
 _MOST_CARS = 20  # in a lane
@@ -36,6 +37,12 @@ class HostSpread(Part):
     vehicle: str = "sedan"
     speed_mps: Number
     eager_mps: Number = 0.0
+
+    @model_validator(mode="after")
+    def _as_a_car(self) -> Self:
+        if largest(self.speed_mps) > FASTEST_MPS:
+            raise ValueError(f"speed_mps must be at most {FASTEST_MPS:g}")
+        return self
 
 
 class FrontSpread(Part):

@@ -19,6 +19,7 @@ _APART_M = 1.0  # bumper to bumper at the start, at least
 _DRAWS = 200
 _TOP_MPS = 45.0
 _QUINTIC_PEAK = 1.875  # largest speed of a quintic move over its mean
+_SLOWEST_MPS = 0.1  # at which a bend that asks for so much is looked for
 _SLIDE = 0.5  # sideways speed over speed along the road, at most: about 27 degrees of heading
 _PASSING_M = 0.2  # between two cars that pass one another
 
@@ -60,7 +61,7 @@ class _Draw:
             self._host["desired_speed_mps"] = min(self._speed + eager, self._vehicle.speed_max_mps)
         bend = draw(road.bend_mps2, rng, self._speed)
         if bend:
-            kappa = bend / self._speed**2
+            kappa = bend / max(self._speed, _SLOWEST_MPS) ** 2
             self._road["curvature"] = [[0.0, kappa]]
             # the heading at which the body's centre goes along the bend while the rear axle does not slip
             self._host["heading_rad"] = -math.atan(kappa * self._vehicle.centre_m)

@@ -189,6 +189,8 @@ def test_spreads(spread: dict[str, object], speed: float, wanted: set[float]) ->
         ('name = "x"\nhost = { speed_mps = { low = 3.0 } }\n', "host.speed_mps"),
         ('name = "x"\nhost = { speed_mps = 3.0 }\nside = { cars = 999999999999999 }\n', "cars must be at most"),
         ('name = "x"\nhost = { speed_mps = 3.0 }\nroad = { lanes_left = { low = 0.0, high = 1e18 } }\n', "lanes_left must be at most"),
+        ('name = "x"\nhost = { speed_mps = 1e200 }\nroad = { bend_mps2 = 1.0 }\n', "speed_mps must be at most 10000"),
+        ('name = "x"\nhost = { speed_mps = 0.0 }\nroad = { bend_mps2 = 1.0 }\n', "too tight"),
         ('name = "x"\ncount = 99999999999\nhost = { speed_mps = 3.0 }\n', "count"),
         (
             'name = "x"\ngrid = true\n[host.speed_mps]\nfirst = 1.0\nlast = 9.0\nstep = 0.001\n[front]\ngap_m = 3.0\n[front.slower_mps]\n'
