@@ -135,10 +135,13 @@ def _commonroad(
     if as_json:
         emit({"schema_version": 1, "suite": campaign.SUITE, "rows": str(folder / campaign.ROWS), "summary": summary, "pictures": pictures})
         return
-    table = headed_table(f"CommonRoad, {len(found[:scenes])} scenarios", "", *planners)
+    driven = len(found[:scenes])
+    table = headed_table(f"CommonRoad, {driven} scenario{'s' if driven > 1 else ''}", "", *planners)
     for title, cells in campaign.lines(summary):
         table.add_row(title, *cells)
     console().print(table)
+    for said in dict.fromkeys(f"{row['scenario']}: {row['end']}: {row['why']}" for row in rows if row["end"] in campaign.NOT_DRIVEN):
+        console().print(said, soft_wrap=True, markup=False)
     console().print(f"rows, table and {len(pictures)} pictures of losses: {folder}", soft_wrap=True)
 
 

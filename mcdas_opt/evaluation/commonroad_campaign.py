@@ -30,6 +30,7 @@ from mcdas_opt.simulation.record import Outcome, Simulation
 SUITE = "commonroad"
 MANIFEST, JOURNAL, ROWS, TABLE, PICTURES = "run.json", "rows.journal", "rows.csv", "table.md", "pictures"
 REFUSED, SAFE, FAILED, OFF_THE_MAP = "refused", "safe", "failed", "off the map"
+NOT_DRIVEN = (REFUSED, FAILED)
 REACHED = "reached"
 RECORDING, NOTHING, OURS = "recording", "nothing", "ours"
 _ENDS = (SAFE, "struck in front", "struck at the side", "struck from behind", "left_road", OFF_THE_MAP, REFUSED, FAILED)
@@ -120,7 +121,7 @@ def driven(path: Path, planner: str, pictures: Path) -> Record:
     try:
         read = read_scenario(path)
     except InputError as error:
-        return row | {"end": REFUSED, "why": f"{error.key}: {error.rule}"}
+        return row | {"end": REFUSED, "why": f"{error.key}: {error.rule}" if error.key else error.rule}
     try:
         drive = simulate(read.scene, planner)
     except McdasError as error:
@@ -203,7 +204,7 @@ def summarise(rows: Sequence[Record], planners: Sequence[str]) -> Record:
     found: Record = {}
     for planner in planners:
         mine = [row for row in rows if row["planner"] == planner]
-        drives = [row for row in mine if row["end"] not in (REFUSED, FAILED)]
+        drives = [row for row in mine if row["end"] not in NOT_DRIVEN]
         lost = [row for row in drives if row["end"] != SAFE]
         cycles = sum(row["cycles"] for row in drives)
         goals = [row["goal"].partition(":")[0] for row in drives if row["goal"]]
@@ -224,9 +225,9 @@ def summarise(rows: Sequence[Record], planners: Sequence[str]) -> Record:
             "most_lateral_mps2": _middle([row["most_lateral_mps2"] for row in drives]),
             "most_braking_mps2": _middle([row["most_braking_mps2"] for row in drives]),
         }
-    first = {row["scenario"]: row["end"] != SAFE for row in rows if row["planner"] == planners[0] and row["end"] not in (REFUSED, FAILED)}
+    first = {row["scenario"]: row["end"] != SAFE for row in rows if row["planner"] == planners[0] and row["end"] not in NOT_DRIVEN}
     for planner in planners[1:]:
-        other = {row["scenario"]: row["end"] != SAFE for row in rows if row["planner"] == planner and row["end"] not in (REFUSED, FAILED)}
+        other = {row["scenario"]: row["end"] != SAFE for row in rows if row["planner"] == planner and row["end"] not in NOT_DRIVEN}
         both = [(lost, other[name]) for name, lost in first.items() if name in other]
         found[planner][f"paired_with_{planners[0]}"] = Pairs(
             first=planners[0],

@@ -80,7 +80,9 @@ def test_the_command_drives_a_folder_and_goes_on_where_it_was_stopped(tmp_path: 
     lost = summary["lost"]["k"]
     assert len(list((out / "pictures").glob("*.png")) if lost else []) == lost
     assert isinstance(RUN.invoke(app, command).exception, InputError)  # holds rows of this very run
-    assert RUN.invoke(app, [*command, "--resume"]).exit_code == 0
+    again = RUN.invoke(app, [*command, "--resume"])
+    assert again.exit_code == 0
+    assert "without: refused: lanelet: the scenario has no lane" in again.stdout
     assert (out / "rows.csv").read_text() == rows
     other = RUN.invoke(app, [*command[:-6], "--planners", "acc", "--out", str(out)])
     assert isinstance(other.exception, InputError)
