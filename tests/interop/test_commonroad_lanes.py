@@ -29,7 +29,10 @@ def lanelet(
     to = lane if onto is None else onto
 
     def bound(side: str, offset: float) -> str:
-        rows = [(x, WIDTH * (lane + (to - lane) * (x - begin) / (end - begin)) + offset) for x in np.linspace(begin, end, 9).tolist()]
+        turned = 1.0 if end > begin else -1.0  # westwards
+        rows = [
+            (x, WIDTH * (lane + (to - lane) * (x - begin) / (end - begin)) + turned * offset) for x in np.linspace(begin, end, 9).tolist()
+        ]
         return f"<{side}Bound>{''.join(f'<point><x>{x}</x><y>{y}</y></point>' for x, y in rows)}</{side}Bound>"
 
     following = f'<successor ref="{after}"/>' if after else ""
@@ -107,12 +110,12 @@ def test_a_lane_begins(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("mouth", "goal_lane", "begins_m"),
-    [((20.0, 100.0), -1, 20.0), ((20.0, 60.0), -1, 100.0), ((20.0, 100.0), 0, 100.0), (None, -1, 100.0)],
+    [((20.0, 100.0), -1, 20.0), ((20.0, 60.0), -1, 100.0), ((20.0, 100.0), 0, 100.0), (None, -1, 100.0), ((100.0, 20.0), -1, 100.0)],
 )
 def test_a_lane_on_the_way_to_the_goal_begins_where_there_is_ground_for_it(
     tmp_path: Path, mouth: tuple[float, float] | None, goal_lane: int, begins_m: float
 ) -> None:
-    """Another one's lanelet, not said to be beside the ego's, lies there: all the way up to the lane, or not."""
+    """Another one's lanelet, not said to be beside the ego's, lies there: all the way up to the lane, or not, or towards the ego."""
     ground = [] if mouth is None else [lanelet(7, -1, *mouth)]
     road = read(tmp_path, [*SPLIT_AND_BEGIN, *ground], goal_x=200.0, goal_y=WIDTH * goal_lane, steps=(100, 200)).scene.true_road
     assert road.has_lane(-1, begins_m + 4.0, 250.0)

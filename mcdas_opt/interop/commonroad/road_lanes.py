@@ -29,6 +29,8 @@ _SPEED = re.compile(r"(\d+\.?\d*)\s*(|m/?s|km/?h|mph)")
 _UNITS_MPS = {"": 1.0, "ms": 1.0, "kmh": 1.0 / 3.6, "mph": 0.44704}
 _WIDEST_M = 20.0  # of what a lane of ours may be
 _DRIFT_M = 25.0  # that stations along lanelets and s along the fitted line may differ by
+_SEAM_M = 0.01  # between lanelets that touch
+_ALONG = 0.5  # a lanelet whose direction has so much of the road's goes along it, or, against it, comes towards it
 _LEAST_M = 0.1  # less beside the lanes is none
 
 
@@ -83,8 +85,9 @@ def _narrowed(widths: dict[int, Array], road: Road, s: Array) -> None:
 
 
 def _begun_sooner(widths: dict[int, Array], wanted: set[int], network: Any, s: Array, placement: Placement, frame: FrenetFrame) -> None:
-    """Lanes between the ego's and a goal's that begin ahead, where nothing is beside the ego's, begin as far before that as any lanelet's
-    ground is as wide: who turns into a road may turn into any of its lanes, and a lane beside a ramp's is reached over its mouth."""
+    """Lanes between the ego's and a goal's that begin ahead, where nothing is beside the ego's, begin as far before that as there is ground
+    as wide that is not an oncoming lane's: who turns into a road may turn into any of its lanes, and a lane beside a ramp's is reached
+    over its mouth."""
     for sign in (1, -1):
         beside = [sign * k for k in range(1, max((sign * number for number in wanted), default=0) + 1)]
         side_m = np.sum([widths[number] for number in widths if sign * number > 0], axis=0) if beside else np.zeros(s.size)
@@ -102,17 +105,26 @@ def _begun_sooner(widths: dict[int, Array], wanted: set[int], network: Any, s: A
 
 
 def _ground_beside_m(network: Any, s: Array, edge: Array, sign: float, placement: Placement, frame: FrenetFrame, far_m: float) -> Array:
-    """(n,): how wide any lanelet's ground goes on beyond an edge (n,) to that side, looked at as far as `far_m`."""
+    """(n,): how wide any lanelet's ground goes on beyond an edge (n,) to that side, but for where some come towards the road and none goes
+    along it, looked at as far as `far_m`."""
     import shapely
 
-    ground = shapely.union_all([_polygon(lanelet) for lanelet in network.lanelets]).buffer(0.01)
-    shapely.prepare(ground)
     out = np.arange(_BESIDE_STEP_M, far_m + _BESIDE_STEP_M, _BESIDE_STEP_M)
     d = edge[:, None] + sign * out
-    x, y, yaw = frame.to_plane(*np.broadcast_arrays(s[:, None], d, 0.0))
-    px, py, _ = placement.to_plane(x, y, yaw)
-    on = shapely.contains_xy(ground, px, py)
-    return np.asarray(_BESIDE_STEP_M * np.logical_and.accumulate(on, axis=1).sum(axis=1))
+    x, y, yaw = placement.to_plane(*frame.to_plane(*np.broadcast_arrays(s[:, None], d, 0.0)))
+    on, along, against = (np.zeros(x.shape, dtype=bool) for _ in range(3))
+    for lanelet in network.lanelets:
+        inside = shapely.contains_xy(_polygon(lanelet).buffer(_SEAM_M), x, y)
+        if inside.any():
+            points = lane_middle(lanelet)[0]
+            ways = np.gradient(points, axis=0)
+            nearest = np.argmin(np.hypot(x[inside, None] - points[:, 0], y[inside, None] - points[:, 1]), axis=1)
+            turned = (np.cos(yaw[inside]) * ways[nearest, 0] + np.sin(yaw[inside]) * ways[nearest, 1]) / np.hypot(*ways[nearest].T)
+            on |= inside
+            along[inside] |= turned > _ALONG
+            against[inside] |= turned < -_ALONG
+    free = np.logical_and.accumulate(on & (along | ~against), axis=1)
+    return np.asarray(_BESIDE_STEP_M * free.sum(axis=1))
 
 
 def _opening(widths: Array) -> Array:
