@@ -70,6 +70,9 @@ def run(name: str, count: int, seed: int) -> Tally:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             ATTACKS[name][0](tally, count, seed)
+    except Exception as error:  # of a case that could not even be made: the block ends there
+        tally.tried += 1
+        tally.fault(error, f"seed {seed}, after {tally.tried} cases")
     finally:
         logging.disable(logging.NOTSET)
     return tally

@@ -54,8 +54,7 @@ class Tally:
             if may_refuse and isinstance(error, McdasError):
                 self.refused += 1
             else:
-                self.foreign += 1
-                self.note(f"{type(error).__name__} in {_innermost(error)}: {str(error)[:80]}", shown())
+                self.fault(error, shown())
         else:
             self.answered += 1
         took = time.process_time() - began
@@ -64,6 +63,11 @@ class Tally:
             self.hangs += 1
             self.note(f"longer than {most_s:g} s", shown())
         return answer
+
+    def fault(self, error: Exception, shown: str) -> None:
+        """An exception that must not be."""
+        self.foreign += 1
+        self.note(f"{type(error).__name__} in {_innermost(error)}: {str(error)[:80]}", shown)
 
     def add(self, what: str, count: int) -> None:
         """Something else that an attack counts: what is told of it under the table."""
