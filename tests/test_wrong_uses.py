@@ -122,6 +122,7 @@ WRONG: dict[str, Callable[[], object]] = {
     "follow(None)": lambda: mo.follow(ANY),
     "tune at no speed": lambda: mo.tune(speed_mps=0.0),
     "tune at text": lambda: mo.tune(speed_mps=ANY or "60km/h"),
+    "tune into a number": lambda: mo.tune(speed_mps=16.7, out=ANY or 3),
     "tune for an unknown objective": lambda: mo.tune(speed_mps=16.7, objective=ANY or "fastest"),
     "benchmark(a name that is none)": lambda: mo.benchmark("sandwhich"),
     "benchmark by an unknown planner": lambda: mo.benchmark("sandwich", ["mpc", "magic"], scenes=1),

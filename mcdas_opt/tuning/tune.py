@@ -6,6 +6,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
+from mcdas_opt.domain.rules import require_type, require_type_if_given
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.tuning.design import Design, design
 from mcdas_opt.tuning.request import DesignRequest
@@ -62,11 +63,13 @@ def tune(
     of that stem are written. Raises `ParameterError` for what is out of range, unknown or cannot be had:
     then with the figure that could.
     """
+    require_type_if_given("out", out, str, Path)
     if scenes is not None:
         from mcdas_opt.tuning.tune_in_traffic import tune_in_traffic
 
         if storage is None:
             raise ParameterError("storage", None, "a study needs a file to live in")
+        require_type("storage", storage, str, Path)
         if limits:
             raise ParameterError(next(iter(limits)), next(iter(limits.values())), "is a limit of a design, not of a study")
         target = None if out is None else Path(out)
