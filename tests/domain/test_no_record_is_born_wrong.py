@@ -28,7 +28,7 @@ from mcdas_opt.tuning.search_space import Range
 
 FILLED_BY_US = {  # results, and what is counted or carried on while something runs: nobody hands them in
     *("Account", "AccelerationFilter", "Assessment", "CycleTimes", "Drops", "Escape", "Escapes", "LaneChoice", "LqrTracking", "Memory"),
-    *("OrdinaryDriving", "Searched", "SteadyLaw", "SumoSummary", "Timing"),
+    *("OrdinaryDriving", "Searched", "SteadyLaw", "SumoSummary", "Timing", "TurnRateFilter"),
 }
 GATED = {"Mounting", "RadarDetection", "BodyDetection"}  # they come with a scan, whose faults the tracker sorts out and counts
 SIGNED = {  # may be less than 0
@@ -45,7 +45,7 @@ SIGNED = {  # may be less than 0
         "road_end_s_m",
         "s_m",
     ),
-    *("speed_d_mps", "speed_mps", "speed_s_mps", "steering_rad", "yaw_rad", "yaw_rate_radps", "rotation_rad"),
+    *("speed_d_mps", "speed_mps", "speed_s_mps", "steering_rad", "turn_rate_radps", "yaw_rad", "yaw_rate_radps", "rotation_rad"),
 }
 EXAMPLES = (
     ActuatorResponse(),
