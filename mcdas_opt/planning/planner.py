@@ -154,7 +154,7 @@ class Planner:
         else:
             plan, reported = with_reported_mode(self._answered(cycle), cycle)
             plan = with_time_to_react(plan, cycle)
-        plan = with_loss_of_grip(plan, cycle)
+        plan = with_loss_of_grip(plan, situation.host, self.vehicle, situation.road)
         self.memory = cycle.remember(plan, reported)
         indicator = plan.indicator if plan.side is Side.NONE else plan.side
         timing = replace(plan.timing_ms, total=1e3 * (time.perf_counter() - started))
