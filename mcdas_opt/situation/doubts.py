@@ -32,6 +32,7 @@ _SUPPOSED_S = 0.5  # a body whose track has jumped away is planned around for so
 _CLOCK_DIGITS = 4  # of a second: what is finer is rounding
 _BESIDE_M = 0.1  # from the host's body to one that was said to be within it
 _SURE = 0.99  # of a limit: below it rounding explains nothing
+_ROUNDING_M = 1e-6  # what a shift of the origin may change: nobody is ahead by less
 _LEAST_SD_M = 0.1  # of an estimate, where one direction is weighed against another
 _SUPPOSED = "before its jump"
 
@@ -240,7 +241,7 @@ def _beside(track: Track, host: HostState, vehicle: Vehicle, doubts: list[Doubt]
         out, sideways = math.copysign(1.0, aside), track.speed_d_mps
         still = 0.0 if is_deep and sideways * out < 0.0 else sideways
         return replace(track, d_m=track.d_m + out * (depth[1] + _BESIDE_M), speed_d_mps=still)
-    out, speed = 1.0 if ahead > 0.0 else -1.0, track.speed_s_mps
+    out, speed = 1.0 if ahead > _ROUNDING_M else -1.0, track.speed_s_mps
     alike = host.speed_mps if is_deep and (speed - host.speed_mps) * out < 0.0 else speed
     return replace(track, s_m=track.s_m + out * (depth[0] + _BESIDE_M), speed_s_mps=alike)
 

@@ -147,3 +147,12 @@ def test_mirrored_tracks_are_believed_mirrored() -> None:
             what(replace(seen(0.0, car("in", s, 14.0, sign * d)), host=HostState(speed_mps=15.0))).situation.tracks[0] for sign in (1, -1)
         ]
         assert (sides[0].s_m, sides[0].d_m) == (sides[1].s_m, -sides[1].d_m)
+
+
+@pytest.mark.parametrize("ahead_m", [1e-9, 3e-257])
+def test_the_side_of_who_is_where_the_host_is_does_not_hang_on_rounding(ahead_m: float) -> None:
+    """A planner counts from a place of its own: what was ahead by 3e-257 m was behind for it and ahead for who judged the plan anew."""
+    host, there = HostState(speed_mps=20.0), car("x", ahead_m, -15.0)
+    at_all = believed(Situation(host=host, tracks=(replace(there, s_m=0.0),)), (), 0.0, (), Vehicle()).situation.tracks[0]
+    by_a_hair = believed(Situation(host=host, tracks=(there,)), (), 0.0, (), Vehicle()).situation.tracks[0]
+    assert by_a_hair.s_m == pytest.approx(at_all.s_m, abs=1e-6)
