@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mcdas_opt.catalogue.data_files import read_json, read_text
+from mcdas_opt.domain.rules import require_type
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.errors import InputError, nearest
 
@@ -31,6 +32,7 @@ def load_trajectory(path: str | Path) -> TrajectoryFile:
     malformed: unknown, missing or doubled columns, unequal lengths, cells that are no numbers. A number that is not finite (`nan`,
     `inf`; null in JSON) is let through: whether such a trajectory is sound is a verdict ('not finite'), not a question of the format.
     """
+    require_type("path", path, str, Path)
     path = Path(path)
     if not os.path.isfile(path):
         raise InputError(path, "", None, "no such file")

@@ -145,7 +145,11 @@ def _refuse_holes(usual: Sequence[Lane], s: Array, widths: Array) -> None:
 def _steered(edges: Edges) -> Edges:
     """The widest edges inside these that turn inwards no more steeply than a car can follow."""
     s, left, right = edges.table
-    if s.size < 2 or max(np.abs(np.diff(left) / np.diff(s)).max(), np.abs(np.diff(right) / np.diff(s)).max()) <= STEERED:
+    if s.size < 2:
+        return edges
+    with np.errstate(over="ignore"):  # of knots that are as good as in one place
+        slopes = np.abs(np.diff(np.array([left, right])) / np.diff(s))
+    if slopes.max() <= STEERED:
         return edges
     span = max(float(np.ptp(left)), float(np.ptp(right))) / STEERED
     low, high = s[0] - span, s[-1] + span

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mcdas_opt.domain.rules import measurable, non_negative, require, true_or_false, word
+from mcdas_opt.domain.rules import bounded, measurable, require, true_or_false, word
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import ParameterError
 
@@ -43,7 +43,7 @@ class MannersSettings:
         true_or_false("manners.keeps_outer_lane", self.keeps_outer_lane)
         true_or_false("manners.passes_inside", self.passes_inside)
         require(self, measurable, "changing_s", "follower_braking_mps2", "advantage_mps")
-        require(self, non_negative, "queue_mps", "announced_s", "lingering_s", "loss_mps")
+        require(self, bounded, "queue_mps", "announced_s", "lingering_s", "loss_mps")
 
     @property
     def inside(self) -> Side:

@@ -182,6 +182,13 @@ def non_negative(name: str, value: float, unit: str = "") -> float:
     return float(value)
 
 
+def bounded(name: str, value: float, unit: str = "") -> float:
+    """At least 0, and not beyond measure."""
+    if non_negative(name, value, unit) > _MOST:
+        raise ParameterError(name, value, f"must be at most {_MOST:g}", unit)
+    return float(value)
+
+
 def within(name: str, value: float, low: float, high: float, unit: str = "") -> float:
     if not low <= finite(name, value, unit) <= high:
         raise ParameterError(name, value, f"must lie in [{low:g}, {high:g}]", unit)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from mcdas_opt.domain.comfort import ComfortSettings
 from mcdas_opt.domain.grid import TimeGrid
 from mcdas_opt.domain.manners import MannersSettings
-from mcdas_opt.domain.rules import at_most, finite, measurable, negative, non_negative, require, require_type, true_or_false, within, word
+from mcdas_opt.domain.rules import at_most, bounded, finite, measurable, negative, require, require_type, true_or_false, within, word
 from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.domain.vocabulary import Side
@@ -46,9 +46,9 @@ class SelectorSettings:
     def __post_init__(self) -> None:
         require(self, measurable, "ttc_threat_s", "ttc_clear_s", "ttc_warning_s")
         require(self, measurable, "demand_threat_mps2", "braking_enough_mps2", "braking_followed_mps2")
-        require(self, non_negative, "distance_rear_m", "distance_front_short_m", "distance_front_long_m", "closing_mps", "hold_s")
-        require(self, non_negative, "accelerating_room_m", "speed_band_mps", "evading_speed_mps", "standstill_mps", "lane_intrusion_m")
-        require(self, non_negative, "swept_margin_m", "beside_m", "occupancy_s", "occupancy_gap_m")
+        require(self, bounded, "distance_rear_m", "distance_front_short_m", "distance_front_long_m", "closing_mps", "hold_s")
+        require(self, bounded, "accelerating_room_m", "speed_band_mps", "evading_speed_mps", "standstill_mps", "lane_intrusion_m")
+        require(self, bounded, "swept_margin_m", "beside_m", "occupancy_s", "occupancy_gap_m")
         if type(self.tie_break) is not Side:
             object.__setattr__(self, "tie_break", word("tie_break", self.tie_break, Side))
         at_most("ttc_threat_s", self.ttc_threat_s, "ttc_clear_s", self.ttc_clear_s)
@@ -66,7 +66,7 @@ class PredictionSettings:
     lateral_fade_s: float = 1.0
 
     def __post_init__(self) -> None:
-        require(self, non_negative, "sigmas", "growth_s", "cap_along_m", "cap_across_m")
+        require(self, bounded, "sigmas", "growth_s", "cap_along_m", "cap_across_m")
         measurable("lateral_fade_s", self.lateral_fade_s, "s")
 
 
@@ -114,7 +114,7 @@ class WarningSettings:
         true_or_false("warning.escapes", self.escapes)
         measurable("warning.comfort_mps2", self.comfort_mps2, "m/s^2")
         within("warning.comfort_share", self.comfort_share, 0.05, 1.0)
-        require(self, non_negative, "warn_lead_s", "act_lead_s", "within_s", of="warning")
+        require(self, bounded, "warn_lead_s", "act_lead_s", "within_s", of="warning")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -171,4 +171,4 @@ class Settings:
         require_type("warning", self.warning, WarningSettings)
         within("steering_rate_share", self.steering_rate_share, 0.05, 1.0)
         within("friction_share", self.friction_share, 0.1, 1.0)
-        require(self, non_negative, "lateral_jerk_mps3", "speed_limit_excess", "edge_reserve_m")
+        require(self, bounded, "lateral_jerk_mps3", "speed_limit_excess", "edge_reserve_m")

@@ -35,7 +35,7 @@ def park(case: str | Path | ParkingCase, planner: ParkingPlannerName | str = "nl
 
     Raises `ParameterError` for an unknown planner, `InputError` for a case file that is none.
     """
-    if planner not in PLANNERS:
+    if not isinstance(planner, str) or planner not in PLANNERS:
         raise ParameterError("planner", planner, f"is unknown; {nearest(planner, PLANNERS)}")
     if isinstance(case, (str, Path)):
         case = load_parking_case(case)

@@ -45,6 +45,7 @@ def plan(
     build a `Planner`: it goes on with what it began. Raises `InputError` or `ParameterError` for what is not known.
     """
     require_type("situation", situation, Situation)
+    require_type_if_given("planner", planner, str)
     chosen = renamed("plan", "method", method, "planner", planner) or "mpc"
     begun = _begun(situation.vehicle_name if vehicle is None else vehicle, chosen, settings)
     return begun.plan(situation if vehicle is None else replace(situation, vehicle=begun.vehicle.name))

@@ -43,6 +43,7 @@ def verify(
     """
     require_type("trajectory", trajectory, Trajectory)
     require_type("target", target, Scene, Situation)
+    require_type_if_given("prediction", prediction, str)
     require_type_if_given("settings", settings, PredictionSettings)
     require_type_if_given("vehicle", vehicle, Vehicle)
     if isinstance(target, Situation):

@@ -66,6 +66,11 @@ def simulate(
     settings = settings or Settings()
     seed = scene.seed if seed is None else whole("seed", seed)
     not_a_class("planner", planner)
+    not_a_class("controller", controller)
+    if controller is not None and not isinstance(controller, str) and not callable(getattr(controller, "command", None)):
+        raise ParameterError("controller", controller, "must be the name of a controller, or have a method command")
+    if progress is not None and not callable(progress):
+        raise ParameterError("progress", progress, "must be a function of how many turns are done, and of how many")
     traffic, car = Traffic(scene), Car(plant, scene.vehicle, scene.true_road, scene.host_state)
     host = MeasuredHost(scene.vehicle, car.state, sensors_named(motion_sensors), friction=scene.assumed_road.friction, seed=seed)
     driver = _driver(planner, scene, planned_for(settings, slips=car.slips), slips=car.slips)

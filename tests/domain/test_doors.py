@@ -176,6 +176,7 @@ def test_what_is_taken_is_planned_for(record: type) -> None:
         (lambda: SolverSettings(slots=(10**9,)), "slots = (1000000000,): must be numbers of neighbours from 1 to 64"),
         (lambda: SolverSettings(newton_steps=10**9), "newton_steps = 1000000000: must lie in [1, 10000]"),
         (lambda: SigmoidSettings(lateral_acceleration_mps2=5e-324), "must lie in [1e-09, 1e+09]"),
+        (lambda: Settings(speed_limit_excess=1e300), "speed_limit_excess = 1e+300: must be at most 1e+09"),
         (lambda: ParkSettings(resolutions=(None,)), "resolutions[0] = None: must be a Resolution"),
         (lambda: DesignRequest(b_bounds=(3.0,)), "b_bounds = (3.0,): must be a list of 2"),
         (lambda: CsvTable("a\0b"), "no file has a NUL in its name"),

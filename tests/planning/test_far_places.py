@@ -24,6 +24,7 @@ NEAR_M = 1.1e-6
         {"road": Road(lanes=(Lane(lane=0, width_m=((0.0, 3.0), (2e9, 3.2))),))},
         {"road": Road(lanes=(Lane(lane=0, width_m=((0.0, 3.0), (NEAR_M, 3.0 + NEAR_M), (50.0, 3.2))),))},
         {"road": Road(lanes_left=1, lanes=(Lane(lane=1, closed_m=((0.0, NEAR_M), (1.0, 2e9))),))},
+        {"road": Road(lanes_left=1, lanes=(Lane(lane=1, width_m=((0.0, 3.2),), closed_m=((5e-324, 90.0),)),))},
         {"road": Road(lanes_left=1, lanes=(Lane(lane=0, width_m=((0.0, 3.7), (1.85, 0.0)), merges=Side.LEFT),))},
         {"destination": Destination(s_m=(0.0, 2e9))},
         {"destination": Destination(time_s=(0.0, 1.7e308)), "time_s": -1.7e308},
