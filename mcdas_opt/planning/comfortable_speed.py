@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from operator import itemgetter
 from typing import NamedTuple
@@ -80,19 +79,15 @@ def _fronts(cycle: Cycle, lanes_m: tuple[float, ...]) -> list[FrontCar]:
         ]
         if there:
             front, room_m = min(there, key=itemgetter(1))
-            (speeds,), (way,) = _going_on([front], times_s)
+            speeds, way = _going_on(front, times_s)
             gaps = asked_time_gap_s(room_m + way, speeds, host.speed_mps, times_s, cycle.headway)
             found.append(FrontCar(room_m + way - cycle.headway.standstill_m, speeds, gaps))
     if manners.passes_inside:
         inner = lanes_m[-1] + (road.lane_width_m if manners.inside is Side.LEFT else -road.lane_width_m)
-        there = [
-            (track, room_m)
-            for track, room_m in ahead
-            if room_m > 0.0 and track.speed_s_mps > manners.queue_mps and reaches_into(track, inner, road.lane_width_m)
-        ]
-        if there:
-            each = zip(there, *_going_on([track for track, _ in there], times_s), strict=True)
-            found += [FrontCar(room_m + way, speeds, np.zeros(times_s.size)) for (_, room_m), speeds, way in each]
+        for track, room_m in ahead:
+            if room_m > 0.0 and track.speed_s_mps > manners.queue_mps and reaches_into(track, inner, road.lane_width_m):
+                speeds, way = _going_on(track, times_s)
+                found.append(FrontCar(room_m + way, speeds, np.zeros_like(times_s)))
     return found
 
 
@@ -109,18 +104,18 @@ def _leaves(track: Track, centre_m: float, cycle: Cycle) -> bool:
 def _let_ahead(cycle: Cycle, track: Track) -> FrontCar:
     """Somebody in another lane, behind whom a gap is opened at once."""
     host, headway, times_s = cycle.situation.host, cycle.settings.headway, cycle.settings.grid.times_s
-    (speeds,), (way,) = _going_on([track], times_s)
+    speeds, way = _going_on(track, times_s)
     room_m = track.s_m - host.s_m - 0.5 * (track.length_m + cycle.vehicle.length_m) - headway.standstill_m
     return FrontCar(room_m + way, speeds, np.full_like(times_s, headway.time_gap_s))
 
 
-def _going_on(tracks: Sequence[Track], times_s: Array) -> tuple[Array, Array]:
-    """(speeds [m/s], way [m]), each (J, N + 1), of those whose acceleration, as far as it is known, fades."""
-    now, known = np.array([(track.speed_s_mps, known_acceleration_mps2(track)) for track in tracks]).T[..., None]
-    fading_s = np.where(known < 0.0, _BRAKING_FADES_S, _FADING_S)
-    speeds = np.maximum(now + known * fading_s * -np.expm1(-times_s / fading_s), 0.0)
-    way = np.zeros(speeds.shape)
-    np.cumsum(0.5 * (speeds[:, 1:] + speeds[:, :-1]) * (times_s[1:] - times_s[:-1]), axis=-1, out=way[:, 1:])
+def _going_on(track: Track, times_s: Array) -> tuple[Array, Array]:
+    """(speeds [m/s], way [m]) of somebody whose acceleration, as far as it is known, fades."""
+    known = known_acceleration_mps2(track)
+    fading_s = _BRAKING_FADES_S if known < 0.0 else _FADING_S
+    speeds = np.maximum(track.speed_s_mps + known * fading_s * -np.expm1(-times_s / fading_s), 0.0)
+    way = np.zeros(times_s.size)
+    np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * (times_s[1:] - times_s[:-1]), out=way[1:])
     return speeds, way
 
 
