@@ -115,6 +115,6 @@ def _plain(hint: Any) -> Any:
         return _plain(get_args(hint)[0])
     if kind is tuple:
         return tuple(_plain(part) for part in get_args(hint) if part is not Ellipsis)
-    if kind in _PLAIN:
-        return _PLAIN[kind]
+    if kind in _PLAIN or not isinstance(kind, type):  # an alias: numpy's of an array, from 2.4 on
+        return _PLAIN.get(kind, _PLAIN[np.ndarray])
     return next(iter(kind)) if issubclass(kind, Enum) else kind(**needed(kind))
