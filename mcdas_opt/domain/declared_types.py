@@ -27,15 +27,24 @@ def require_types(record: DataclassInstance) -> None:
 
     Raises `ParameterError`; of a tuple it names the place.
     """
-    for name, read, check in _checks(type(record)):
-        check(name, read(record))
+    for name, read, sound, check in _checks(type(record)):
+        value = read(record)
+        if type(value) not in sound:
+            check(name, value)
 
 
 @cache
-def _checks(kind: type[DataclassInstance]) -> tuple[tuple[str, Callable[[object], Any], Check], ...]:
+def _checks(kind: type[DataclassInstance]) -> tuple[tuple[str, Callable[[object], Any], frozenset[type], Check], ...]:
+    """Of each field its name, how to read it, the types whose every value will do, and what to ask of a value of any other."""
     hints = get_type_hints(kind)
-    found = [(field.name, _check(hints[field.name], unit_of(field.name))) for field in fields(kind) if field.init]
-    return tuple((name, attrgetter(name), check) for name, check in found if check is not None)
+    found = [(field.name, hints[field.name], _check(hints[field.name], unit_of(field.name))) for field in fields(kind) if field.init]
+    return tuple((name, attrgetter(name), _sound(hint), check) for name, hint, check in found if check is not None)
+
+
+def _sound(hint: Any) -> frozenset[type]:
+    """The types whose every value is one of the declared type. Not `float`: a number has to be finite."""
+    parts = get_args(hint) if (get_origin(hint) or hint) in (Union, UnionType) else (hint,)
+    return frozenset(part for part in parts if isinstance(part, type) and part is not float)
 
 
 def _check(hint: Any, unit: str) -> Check | None:
@@ -47,7 +56,7 @@ def _check(hint: Any, unit: str) -> Check | None:
         return check if check is None or NoneType not in parts else partial(_if_given, check)
     if kind is tuple:
         checks = [_check(part, unit) for part in parts if part is not Ellipsis]
-        return partial(_every, checks[0]) if Ellipsis in parts else partial(_each, checks)
+        return partial(_every, checks[0], _sound(parts[0])) if Ellipsis in parts else partial(_each, checks)
     if kind is float:
         return lambda name, value: finite(name, value, unit)
     if kind is int:
@@ -68,9 +77,9 @@ def _if_given(check: Check, name: str, value: Any) -> None:
         check(name, value)
 
 
-def _every(check: Check | None, name: str, value: Any) -> None:
+def _every(check: Check | None, sound: frozenset[type], name: str, value: Any) -> None:
     _listed(name, value)
-    if check is not None:
+    if check is not None and not sound.issuperset(map(type, value)):
         for k, one in enumerate(value):
             check(f"{name}[{k}]", one)
 
