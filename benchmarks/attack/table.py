@@ -10,6 +10,7 @@ from typing import Any
 
 from benchmarks.attack.tally import Tally
 
+_SHOWN = 400  # characters of an input that showed a fault
 _COUNTS = tuple(field.name for field in fields(Tally) if field.type == "int")
 
 
@@ -96,4 +97,4 @@ class Table:
                 for fault, shown in block.tally.faults.items():
                     if (name, fault) not in found or len(shown) < len(found[name, fault][0]):
                         found[name, fault] = (shown, block.commit)
-        return [f"{name}: {fault} ({commit})\n    {shown}" for (name, fault), (shown, commit) in sorted(found.items())]
+        return [f"{name}: {fault} ({commit})\n    {shown[:_SHOWN]}" for (name, fault), (shown, commit) in sorted(found.items())]

@@ -16,7 +16,7 @@ from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.errors import McdasError
 
 HANG_S = 2.0  # of the processor's time: a machine under load is no hang
-_SHOWN = 400  # characters of an input
+_KEPT = 50_000  # characters of an input: whole, so that it can be asked again
 T = TypeVar("T")
 
 
@@ -75,7 +75,7 @@ class Tally:
 
     def note(self, fault: str, shown: str) -> None:
         """A fault with an input that shows it; of several the shortest is kept."""
-        text = shown if len(shown) <= _SHOWN else shown[:_SHOWN] + " ..."
+        text = shown if len(shown) <= _KEPT else shown[:_KEPT] + " ..."
         if fault not in self.faults or len(text) < len(self.faults[fault]):
             self.faults[fault] = text
 
