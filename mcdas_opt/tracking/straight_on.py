@@ -11,12 +11,15 @@ from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
+from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.window import frame_near
 
 LASTS_S = 20.0  # a table is that long; who is followed longer stays where it ends
 _STEP_S = 0.1
 _LEAST_STRETCH = 0.2  # of 1 - d kappa: nearer to a bend's centre nothing has a place along the road
 _JUMP_MPS = 100.0  # s that changes faster has gone over to another part of the road
+_AS_NEAR_M = 1e-6  # what rounding may make of two equal distances
+_MOST_JUMPS = 8  # that are looked at, of one line
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,8 +72,27 @@ def straight_on(track: Track, road: Road) -> Callable[[Array], BodyMotion]:
     forward = track.speed_s_mps * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), _LEAST_STRETCH)
     c, s = np.cos(yaw - heading), np.sin(yaw - heading)  # of the road there
     vx, vy = c * forward - s * track.speed_d_mps, s * forward + c * track.speed_d_mps
-    its_s, its_d, its_heading = frame.to_road(x + vx * t, y + vy * t, np.full_like(t, yaw), near_s_m=track.s_m)
+    its_s, its_d, its_heading = _places(frame, x + vx * t, y + vy * t, np.full_like(t, yaw), track.s_m)
     road_yaw = yaw - its_heading
     stretch = np.maximum(1.0 - its_d * road.curvature_at(its_s), _LEAST_STRETCH)
     along, across = (np.cos(road_yaw) * vx + np.sin(road_yaw) * vy) / stretch, np.cos(road_yaw) * vy - np.sin(road_yaw) * vx
     return TabulatedLine(table=np.array([t, its_s, its_d, np.unwrap(its_heading), along, across]))
+
+
+def _places(frame: FrenetFrame, x: Array, y: Array, yaw: Array, start_s_m: float) -> tuple[Array, Array, Array]:
+    """(s, d, psi) of the samples of a line that begins at `start_s_m`. Where the road comes back to its own place, two are as near: the
+    line stays on the piece of road that it is on, wherever s is counted from."""
+    s, d, psi = frame.to_road(x, y, yaw, near_s_m=start_s_m)
+    begin = 0
+    for _ in range(_MOST_JUMPS):
+        jumps = np.flatnonzero(np.abs(np.diff(s[begin:], prepend=s[begin - 1] if begin else start_s_m)) > _JUMP_MPS * _STEP_S)
+        if not jumps.size:
+            break
+        begin += int(jumps[0])
+        before_s_m = float(s[begin - 1]) if begin else start_s_m
+        rest = slice(begin, None)
+        going_on = frame.to_road(x[rest], y[rest], yaw[rest], guess_s_m=np.full(s.size - begin, before_s_m))
+        as_near = np.abs(going_on[1] - d[rest]) <= _AS_NEAR_M
+        s[rest], d[rest], psi[rest] = (np.where(as_near, new, old) for new, old in zip(going_on, (s[rest], d[rest], psi[rest]), strict=True))
+        begin += 1
+    return s, d, psi

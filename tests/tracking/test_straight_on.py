@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from mcdas_opt.domain.document import to_document
@@ -44,6 +44,19 @@ def test_it_goes_straight_on_in_the_plane(heading: float, speed: float, road: Ro
     np.testing.assert_allclose(np.cos(yaw - yaw[0]), 1.0, atol=5e-3)
     sideways = (x - x[0]) * math.sin(yaw[0]) - (y - y[0]) * math.cos(yaw[0])
     assert np.abs(sideways).max() < 0.15
+
+
+@given(
+    st.floats(-1.5, 1.5), st.floats(5.0, 90.0), st.floats(1 / 90, 1 / 30), st.floats(-1000.0, 1000.0), st.floats(-10.0, 10.0)
+)
+@example(heading=-0.9, speed=90.0, curvature=0.017656526657684263, shift_m=774.0, d_m=0.0)
+def test_on_a_road_that_turns_full_circle_it_is_where_it_is_wherever_s_is_counted_from(
+    heading: float, speed: float, curvature: float, shift_m: float, d_m: float
+) -> None:
+    road = Road(curvature=((-2000.0, curvature),))
+    at, shifted = (straight_on(track(heading, speed, s_m=s_m, d_m=d_m), road)(TIMES) for s_m in (0.0, shift_m))
+    np.testing.assert_allclose(shifted.s_m - shift_m, at.s_m, atol=1e-5)
+    np.testing.assert_allclose(shifted.d_m, at.d_m, atol=1e-5)
 
 
 @given(st.floats(-math.pi, math.pi), st.floats(0.0, 15.0))
