@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.native.library import library
+from mcdas_opt.verification.bodies import ALONG_REACHES
 
 AFTERWARDS_S = 20.0  # no plan with its continuation is longer, nor does any manoeuvre of a time to react end later
 _AFTERWARDS = np.linspace(0.0, AFTERWARDS_S, 21)
@@ -62,10 +64,15 @@ def in_reach(
 
 
 def in_reach_ever(prediction: Prediction, host: HostState, vehicle: Vehicle, road: Road) -> Prediction:
-    """The prediction of those that can matter to any plan and what comes after it."""
+    """The prediction of those that can matter to any plan and what comes after it. On a bent road bodies as large as a bend may meet a host
+    that is far from them along the road: whoever the judge looks at is there."""
     if all(isinstance(body, CruisingBody) and abs(body.s_m - host.s_m) <= _AWAY_M for body in prediction.bodies):
         return prediction  # all of them are near now
     lengths = np.array([body.length_m for body in prediction.bodies])
+    if not road.is_straight:
+        across = np.array([math.hypot(body.length_m, body.width_m) for body in prediction.bodies])
+        judged_m = 0.5 * ALONG_REACHES * (across + math.hypot(vehicle.length_m, vehicle.width_m))
+        lengths = np.maximum(lengths, 2.0 * (judged_m - _AWAY_M) - vehicle.length_m)
     motion = prediction.rows_on(_AFTERWARDS)
     near = in_reach(motion, lengths, _AFTERWARDS, host, vehicle, road, Room(standstill_m=_AWAY_M, time_gap_s=2.0, closing_s=5.0))
     if near.all():

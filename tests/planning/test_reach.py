@@ -9,13 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mcdas_opt import Planner, verify
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import CruisingBody, Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.native.form import SWITCH
 from mcdas_opt.planning.cycle import Cycle
@@ -73,6 +75,15 @@ def test_at_every_node_the_nearest_are_in_the_optimiser() -> None:
         assert {(float(others.motion.s_m[i, k]), float(others.motion.d_m[i, k])) for i in near} <= set(
             zip(placed[0][:, k].tolist(), placed[1][:, k].tolist(), strict=True)
         )
+
+
+def test_on_a_road_that_turns_full_circle_a_body_as_wide_as_the_circle_is_met_wherever_it_is_along_the_road() -> None:
+    """The judge, asked anew, looks at everybody who may touch: the plan that passed is one that passes."""
+    road = Road(curvature=((-200.0, 0.02),))
+    wide = Track(id="wide", s_m=1228.0, d_m=0.0, speed_s_mps=70.6, width_m=400.0)
+    situation = Situation(host=HostState(speed_mps=0.95), tracks=(wide,), road=road, coverage=Coverage(front=True))
+    plan = Planner().plan(situation)
+    assert plan.status is Status.UNAVOIDABLE or verify(plan.trajectory, situation).passed
 
 
 def test_bodies_of_other_kinds_are_looked_at_too() -> None:
