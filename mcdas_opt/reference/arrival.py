@@ -9,7 +9,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.rules import Array
 
 _SPARE_S = 0.5  # to be there earlier than at the last moment, and not before the first
-_SHORTEST_S = 0.1
+_SHORTEST_S, _LONGEST_S = 0.1, 1e9  # left; more is any time
 _RESPONSE_S = 0.3  # until an acceleration is built up
 _BEGINS_S = 0.3  # who has to change its speed so soon begins now
 _SPEEDS, _MOMENTS = 65, 25
@@ -44,7 +44,10 @@ def arrival_speed_mps(
         last = float(np.clip(desired_mps, *_inside(asked)))
         changing_m = (host.speed_mps**2 - last**2) / (2.0 * falling_mps2)
         return last if begin_m <= max(changing_m, 0.0) + _BEGINS_S * host.speed_mps else desired_mps
-    early_s, late_s = (max(moment - time_s, _SHORTEST_S) for moment in (destination.time_s[0] + _SPARE_S, destination.time_s[1] - _SPARE_S))
+    early_s, late_s = (
+        min(max(moment - time_s, _SHORTEST_S), _LONGEST_S)
+        for moment in (destination.time_s[0] + _SPARE_S, destination.time_s[1] - _SPARE_S)
+    )
     last = 0.0 if asked is None else float(np.clip(desired_mps, *_inside(asked)))
     if last < desired_mps:
         after_s = _slows_after_s(host.speed_mps, desired_mps, last, (early_s, late_s), (begin_m, end_m), rising_mps2, falling_mps2)

@@ -68,3 +68,12 @@ def test_nothing_that_is_asked_leaves_the_speed_as_desired() -> None:
     rates = {"fastest_mps": FASTEST_MPS, "rising_mps2": RISING_MPS2, "falling_mps2": FALLING_MPS2}
     for there in (Destination(lane=1), Destination(time_s=(1.0, 2.0)), Destination(s_m=(50.0, 60.0))):
         assert arrival_speed_mps(there, HostState(speed_mps=10.0), 0.0, 12.0, **rates) == 12.0
+
+
+@pytest.mark.parametrize("ever", [1e12, 1e308])
+def test_a_window_that_never_closes_is_as_one_of_years(ever: float) -> None:
+    def at(late_s: float) -> float:
+        there = Destination(s_m=(0.0, 185.0), lane=0, time_s=(22.0, late_s), speed_mps=(0.0, 5.3))
+        return arrival_speed_mps(there, HostState(speed_mps=32.0), 0.0, 20.0, fastest_mps=50.0, rising_mps2=1.0, falling_mps2=2.0)
+
+    assert at(ever) == at(1e9)
