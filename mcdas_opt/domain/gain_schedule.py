@@ -35,7 +35,7 @@ class GainSchedule:
         require_types(self)
         for name, given in (("speed_mps", self.speed_mps), ("offset_m", self.offset_m), ("friction", self.friction)):
             axis = vector(name, given, unit_of(name))
-            if axis.size < 1 or np.any(np.diff(axis) <= 0.0):
+            if axis.size < 1 or np.any(axis[1:] <= axis[:-1]):
                 raise ParameterError(name, given, "must increase", unit_of(name))
             object.__setattr__(self, name, tuple(axis.tolist()))
         positive("speed_mps", self.speed_mps[0], "m/s")

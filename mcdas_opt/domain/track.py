@@ -43,6 +43,7 @@ class Track:
 
     `heading_rad` is where it points, relative to the road there (0 along it, pi towards the host, pi / 2 across it to the left). Who is
     turned by more than `ALIGNED_RAD` does not follow the road; nor does a pedestrian. None: not known, it counts as aligned with the road.
+    Whole turns are taken off.
     `turn_rate_radps` is how fast it turns in the plane, to the left, with a standard deviation; without one (None) it is not known, and
     the number says nothing.
     """
@@ -88,7 +89,8 @@ class Track:
         non_negative("age_s", self.age_s, "s")
         true_or_false("coasting", self.coasting)
         if self.heading_rad is not None:
-            object.__setattr__(self, "heading_rad", finite("heading_rad", self.heading_rad, "rad"))
+            heading = finite("heading_rad", self.heading_rad, "rad")
+            object.__setattr__(self, "heading_rad", heading if abs(heading) <= math.pi else math.remainder(heading, 2.0 * math.pi))
         if self.kind is not None and type(self.kind) is not BodyKind:
             object.__setattr__(self, "kind", word("kind", self.kind, BodyKind))
         positive("length_m", self.length_m, "m")

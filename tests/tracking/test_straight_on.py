@@ -69,6 +69,15 @@ def test_the_mirrored_body_goes_the_mirrored_way_to_the_bit(heading: float, spee
     assert np.array_equal(a.heading_rad, -b.heading_rad)
 
 
+@given(st.floats(allow_nan=False, allow_infinity=False), st.floats(-400.0, 400.0))
+@example(heading=1e308, shift_m=307.0)
+def test_however_often_it_has_turned_it_goes_the_same_way_wherever_s_is_counted_from(heading: float, shift_m: float) -> None:
+    road = Road(curvature=((0.0, -0.005),))
+    at, shifted = (straight_on(replace(track(0.0, 20.0, s_m=s_m), heading_rad=heading), road)(TIMES) for s_m in (0.0, shift_m))
+    assert abs(replace(track(0.0, 20.0), heading_rad=heading).heading_rad or 0.0) <= math.pi
+    np.testing.assert_allclose(np.cos(shifted.heading_rad - at.heading_rad), 1.0, atol=1e-9)
+
+
 @given(st.floats(-0.99 * ALIGNED_RAD, 0.99 * ALIGNED_RAD), st.sampled_from([0.0, math.pi]), st.floats(0.0, 20.0))
 def test_who_is_aligned_with_the_road_is_predicted_as_without_a_heading(turned: float, towards: float, speed: float) -> None:
     one = track(turned + towards, speed)

@@ -157,3 +157,9 @@ def test_the_schedule_is_drawn(tmp_path: Path) -> None:
     shown = pixels(save_png(figure, tmp_path / "schedule.png"))
     for line in figure.axes[2].lines:
         assert coloured(shown, line.get_color()).sum() > 100, line.get_label()
+
+
+@pytest.mark.parametrize("axis", [(-1e308, 1e308, -1e308), (1.0, 1.0)])
+def test_an_axis_that_does_not_increase_is_refused_whatever_its_numbers(axis: tuple[float, ...]) -> None:
+    with pytest.raises(ParameterError, match="must increase"):
+        replace(SHIPPED, friction=axis)
