@@ -22,6 +22,7 @@ from mcdas_opt.tracking.prediction import CHANGE_MPS, CHANGE_SIGMAS
 _HURRIED_MPS2, _HURRIED_SHARE = 3.0, 0.35  # across in bends, where the destination is missed otherwise, and of what the road gives
 _LEVELS = 5  # of hurry
 _LATE_S, _EVERY_M, _SLOWEST_MPS = 0.5, 2.0, 0.5  # before the destination's time is over; a way is timed in such steps, no slower than so
+_TIMED_M = 20_000.0  # of a way that is timed in steps: what follows is driven as fast as its last one
 _STANDING_MPS = 0.4
 _CLOSED_UP_M = 1.5  # beyond the gap at standstill: nobody drives on for so little
 
@@ -147,11 +148,13 @@ def _comes_late(profile: SpeedProfile, cycle: Cycle) -> bool:
     host, destination = situation.host, situation.destination
     if destination is None or destination.s_m is None or destination.time_s is None or destination.s_m[0] <= host.s_m:
         return False
-    way_m = np.arange(0.5 * _EVERY_M, destination.s_m[0] - host.s_m, _EVERY_M)
+    left_m = destination.s_m[0] - host.s_m
+    way_m = np.arange(0.5 * _EVERY_M, min(left_m, _TIMED_M), _EVERY_M)
     gained = 2.0 * comfort.share * comfort.limits(host.speed_mps).acceleration_mps2 * way_m
     speeds = np.minimum(profile.at(host.s_m + way_m), np.sqrt(host.speed_mps**2 + gained))
     speeds = np.maximum(np.minimum(speeds, max(host.speed_mps, situation.wanted_speed_mps)), _SLOWEST_MPS)
-    return float((_EVERY_M / speeds).sum()) > destination.time_s[1] - situation.time_s - _LATE_S
+    rest_s = (left_m - _TIMED_M) / float(speeds[-1]) if left_m > _TIMED_M else 0.0
+    return float((_EVERY_M / speeds).sum()) + rest_s > destination.time_s[1] - situation.time_s - _LATE_S
 
 
 def _lane_end_ahead_m(cycle: Cycle, d_m: float) -> float:

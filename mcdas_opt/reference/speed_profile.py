@@ -15,7 +15,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.native.library import library
 
 _STEP_M = 2.0
-_AHEAD_S = 6.0  # looked ahead so far beyond the way to a stop
+_AHEAD_S, _FARTHEST_M = 6.0, 10_000.0  # looked ahead so far beyond the way to a stop, and no farther than so
 _CLOSING_S = 3.5  # a small difference from the gap to keep decays with
 _CLOSING_MPS2 = 1.2  # who closes in over a large one brakes by
 _STOPPING_MPS2 = 2.0  # before the end of a lane
@@ -50,7 +50,7 @@ def profile_ahead(
     """From s on along the offset d, for a car that drives no faster than `fastest_mps`: as fast as the lateral acceleration allows, and no
     faster than from where braking gently reaches every bend ahead in time, and stops within `stops_m`. None where the road is straight,
     and that is far."""
-    reach_m = fastest_mps * fastest_mps / (2.0 * comfort.bend_braking_mps2) + fastest_mps * _AHEAD_S
+    reach_m = min(fastest_mps * fastest_mps / (2.0 * comfort.bend_braking_mps2) + fastest_mps * _AHEAD_S, _FARTHEST_M)
     if road.is_straight and stops_m > reach_m:
         return None
     places = _STEP_M * np.arange(math.ceil(reach_m / _STEP_M) + 1)

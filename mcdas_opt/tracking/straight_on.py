@@ -93,6 +93,8 @@ def _places(frame: FrenetFrame, x: Array, y: Array, yaw: Array, start_s_m: float
         rest = slice(begin, None)
         going_on = frame.to_road(x[rest], y[rest], yaw[rest], guess_s_m=np.full(s.size - begin, before_s_m))
         as_near = np.abs(going_on[1] - d[rest]) <= _AS_NEAR_M
-        s[rest], d[rest], psi[rest] = (np.where(as_near, new, old) for new, old in zip(going_on, (s[rest], d[rest], psi[rest]), strict=True))
+        s[rest], d[rest], psi[rest] = (
+            np.where(as_near, new, old) for new, old in zip(going_on, (s[rest], d[rest], psi[rest]), strict=True)
+        )
         begin += 1
     return s, d, psi

@@ -11,13 +11,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mcdas_opt import Planner
 from mcdas_opt.catalogue.scenes import load_scene
+from mcdas_opt.domain.comfort import ComfortSettings
 from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
@@ -26,6 +28,7 @@ from mcdas_opt.planning.cost import CostWeights, lane_change_cost
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.proposals import change_to_required
 from mcdas_opt.planning.required_lane import best_gap, required_lane
+from mcdas_opt.reference.speed_profile import profile_ahead
 from mcdas_opt.simulation.loop import simulate
 from tests.planning.situations import car
 
@@ -116,3 +119,19 @@ def test_a_heading_that_is_asked_for_is_had_at_the_place(tmp_path: Path, heading
     assert (drive.outcome.value, drive.fallbacks, drive.destination) == ("safe", 0, "reached")
     assert drive.max_lateral_acceleration_mps2 < 3.0
     assert math.isfinite(float(drive.trajectory.d_m[-1]))
+
+
+@pytest.mark.parametrize("far_m", [2e4, 1e6, 9e8])
+def test_a_destination_however_far_away_is_driven_towards_as_one_that_is_not_late(far_m: float) -> None:
+    """9e8 m on a bent road were timed in steps of 2 m: gigabytes, and `MemoryError` out of `plan`."""
+    road = Road(curvature=((0.0, 0.0), (100.0, 0.01), (200.0, 0.0)))
+    bare = Situation(host=HostState(speed_mps=20.0), road=road, coverage=Coverage())
+    there = Destination(s_m=(far_m, 1e9), time_s=(0.0, 1e9))
+    assert Planner().plan(replace(bare, destination=there)).trajectory == Planner().plan(bare).trajectory
+
+
+def test_a_car_that_hardly_brakes_before_bends_looks_ahead_so_far_and_no_farther() -> None:
+    comfort = ComfortSettings(bend_braking_mps2=1e-9)
+    profile = profile_ahead(BENT, 0.0, 0.0, 36.0, comfort)
+    assert profile is not None
+    assert profile.speed_mps.size * profile.step_m < 11_000.0

@@ -46,9 +46,7 @@ def test_it_goes_straight_on_in_the_plane(heading: float, speed: float, road: Ro
     assert np.abs(sideways).max() < 0.15
 
 
-@given(
-    st.floats(-1.5, 1.5), st.floats(5.0, 90.0), st.floats(1 / 90, 1 / 30), st.floats(-1000.0, 1000.0), st.floats(-10.0, 10.0)
-)
+@given(st.floats(-1.5, 1.5), st.floats(5.0, 90.0), st.floats(1 / 90, 1 / 30), st.floats(-1000.0, 1000.0), st.floats(-10.0, 10.0))
 @example(heading=-0.9, speed=90.0, curvature=0.017656526657684263, shift_m=774.0, d_m=0.0)
 def test_on_a_road_that_turns_full_circle_it_is_where_it_is_wherever_s_is_counted_from(
     heading: float, speed: float, curvature: float, shift_m: float, d_m: float
