@@ -25,6 +25,7 @@ from mcdas_opt.planning.headway import ORDINARY_MPS2
 from mcdas_opt.planning.lane_choice import known_acceleration_mps2
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.required_lane import Gap, RequiredLane, next_ahead
+from mcdas_opt.planning.withdrawal import reaches_out_of_its_lane
 from mcdas_opt.reference.offset_path import OffsetPath, corrected
 
 STOP_IN_LANE = "brake"
@@ -116,13 +117,21 @@ def go_on(active: Manoeuvre) -> Proposed:
 
 def go_on_unpressed(cycle: Cycle, active: Manoeuvre) -> Proposed:
     """The same where nothing threatens any more: slowly enough for the bends ahead, and for the headway in the lane that is changed to; at
-    the speed that the destination asks for by now, where there is one, but no slower past somebody."""
+    the speed that the destination asks for by now, where there is one, but no slower past somebody. Once it is in both lanes, followers
+    in them are expected to brake as if it kept its lane: there is no way back that asks less of anybody."""
     situation, towards_mps, evades = cycle.situation, active.speed_mps, active.mode is not Mode.CRUISE
     follows = None if evades else next_ahead(situation, active.target_d_m)
     if situation.destination is not None:
         towards_mps = max(situation.wanted_speed_mps, active.speed_mps if evades else 0.0)
     goal, speeds = comfortable_speed(cycle, towards_mps, active.target_d_m, follows, evades=evades)
-    return replace(go_on(active), mode=active.mode, speed_mps=goal, speeds_mps=speeds, is_comfortable=True)
+    return replace(
+        go_on(active),
+        mode=active.mode,
+        speed_mps=goal,
+        speeds_mps=speeds,
+        is_comfortable=True,
+        relies_on_followers=reaches_out_of_its_lane(situation, cycle.vehicle),
+    )
 
 
 def change_lanes(cycle: Cycle) -> Proposed | None:

@@ -16,19 +16,31 @@ _UNHURRIED_MPS = 3.0  # who is slower stops within its length, and need not stee
 
 def is_withdrawn(active: Manoeuvre, situation: Situation, vehicle: Vehicle, settings: Settings, required: RequiredLane | None) -> bool:
     """Whether a lane change that nothing presses is given up, the body being in its lane still: somebody has come so near in the next
-    one that he, or the host, would have to brake harder than manners allow; where the lane has to be reached, than is comfortable.
-    And whether steering out is given up by a host that drives so slowly in its lane that it may as well stop."""
+    one that he, or the host, would have to brake harder than manners allow; where the lane has to be reached, or the host steers out of
+    what threatens no more, than is comfortable. And whether steering out is given up by a host that drives so slowly in its lane that it
+    may as well stop."""
     if active.mode is Mode.CRUISE and active.half_done(situation):
         return False
-    host, road = situation.host, situation.road
-    lane = road.lane_of(host.d_m, host.s_m)
-    off_m, width = abs(host.d_m - road.lane_centre_m(lane, host.s_m)), road.lane_width_at(lane, host.s_m)
-    if off_m > 0.5 * (width - vehicle.width_m) + INTRUSION_M:
+    if reaches_out_of_its_lane(situation, vehicle):
         return False
-    if active.mode is not Mode.CRUISE:
-        return host.speed_mps < _UNHURRIED_MPS and off_m < abs(host.d_m - active.target_d_m)
-    time_gap_s = settings.headway.time_gap_s
-    if required is not None and required.side is active.side:
+    host, time_gap_s, evades = situation.host, settings.headway.time_gap_s, active.mode is not Mode.CRUISE
+    if evades and host.speed_mps < _UNHURRIED_MPS:
+        return _off_centre_m(situation) < abs(host.d_m - active.target_d_m)
+    if evades and active.half_done(situation):
+        return False
+    if evades or (required is not None and required.side is active.side):
         most = settings.comfort.limits(host.speed_mps).braking_mps2
         return presses(active.side, situation, vehicle, LEAST_SHARE * time_gap_s, most)
     return presses(active.side, situation, vehicle, time_gap_s, settings.manners.follower_braking_mps2)
+
+
+def reaches_out_of_its_lane(situation: Situation, vehicle: Vehicle) -> bool:
+    """Whether the host's body is in the next lane, too."""
+    host, road = situation.host, situation.road
+    width_m = road.lane_width_at(road.lane_of(host.d_m, host.s_m), host.s_m)
+    return _off_centre_m(situation) > 0.5 * (width_m - vehicle.width_m) + INTRUSION_M
+
+
+def _off_centre_m(situation: Situation) -> float:
+    host, road = situation.host, situation.road
+    return abs(host.d_m - road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m))

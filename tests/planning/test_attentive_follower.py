@@ -17,6 +17,7 @@ from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.expected_followers import expected_followers, open_sides
 from mcdas_opt.planning.manoeuvre import Manoeuvre
+from mcdas_opt.planning.memory import Memory
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.proposals import BRAKE_BEHIND, brake_behind, go_on_unpressed
 from mcdas_opt.reference.offset_path import corrected
@@ -146,3 +147,42 @@ def test_who_follows_into_a_lanes_end_has_to_brake_for_it_too(following: float) 
 def test_a_tailgater_is_not_even_there() -> None:
     assert Cycle.of(before_a_lanes_end(0.6), Planner().vehicle).attentive_follower is None
     assert Cycle.of(before_a_lanes_end(1.0, end_m=4000.0), Planner().vehicle).attentive_follower is None
+
+
+def steers_out(d_m: float, beside: Track, *, speed_mps: float = 28.0, mode: Mode = Mode.EVADE) -> tuple[Situation, Memory]:
+    """A host that steers out to the left, so far out of the middle of its lane by now, with somebody in the next."""
+    path = corrected(
+        start_s_m=-15.0, start_d_m=0.0, target_d_m=3.7, speed_mps=speed_mps, lateral_acceleration_mps2=2.0, b=50.0
+    )  # fmt: skip
+    active = Manoeuvre(side=Side.LEFT, path=path, target_d_m=3.7, speed_mps=speed_mps, mode=mode)
+    road = Road(lanes_left=1, speed_limit_mps=36.0)
+    before = Situation(host=HostState(speed_mps=speed_mps), road=road)
+    now = Situation(
+        time_s=0.1, host=HostState(d_m=d_m, heading_rad=0.03, speed_mps=speed_mps), tracks=(beside,), road=road, desired_speed_mps=speed_mps
+    )
+    return now, Memory(situation=before, active=active, chosen="left")
+
+
+@pytest.mark.parametrize("s_m", [-8.0, -4.0, 0.0, 4.0, 8.0])
+@pytest.mark.parametrize("faster_mps", [-2.0, 0.0, 2.0])
+def test_steering_out_of_what_threatens_no_more_is_given_up_for_who_is_beside(s_m: float, faster_mps: float) -> None:
+    beside = Track(id="beside", s_m=s_m, d_m=3.7, speed_s_mps=28.0 + faster_mps)
+    for d_m, given_up in ((0.0, True), (0.8, True), (1.4, False), (2.4, False), (3.5, False)):
+        situation, memory = steers_out(d_m, beside)
+        cycle = Cycle.of(situation, Planner().vehicle, memory=memory)
+        assert cycle.is_withdrawn is given_up
+        assert cycle.is_ordinary or not given_up
+    far = replace(beside, s_m=60.0)
+    situation, memory = steers_out(0.8, far)
+    assert not Cycle.of(situation, Planner().vehicle, memory=memory).is_withdrawn
+
+
+@pytest.mark.parametrize("mode", [Mode.EVADE, Mode.CRUISE])
+def test_who_is_in_both_lanes_goes_on_and_a_follower_there_is_expected_to_brake(mode: Mode) -> None:
+    """Not so who is in one lane still: he may stay there."""
+    follower = Track(id="follower", s_m=-25.0, d_m=3.7, speed_s_mps=30.0, acceleration_s_sd_mps2=0.5)
+    for d_m, relies in ((0.4, False), (1.7, True)):
+        situation, memory = steers_out(d_m, follower, mode=mode)
+        cycle = Cycle.of(situation, Planner().vehicle, memory=memory)
+        assert cycle.active is not None
+        assert go_on_unpressed(cycle, cycle.active).relies_on_followers is relies
