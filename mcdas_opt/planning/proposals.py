@@ -13,6 +13,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import SigmoidSettings
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.dynamics.axle_limits import available_mps2
@@ -22,11 +23,12 @@ from mcdas_opt.planning.comfortable_speed import comfortable_speed
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.expected_followers import expected_followers
 from mcdas_opt.planning.headway import ORDINARY_MPS2
-from mcdas_opt.planning.lane_choice import known_acceleration_mps2
+from mcdas_opt.planning.lane_choice import known_acceleration_mps2, reaches_into
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.required_lane import Gap, RequiredLane, next_ahead
 from mcdas_opt.planning.withdrawal import reaches_out_of_its_lane
 from mcdas_opt.reference.offset_path import OffsetPath, corrected
+from mcdas_opt.tracking.prediction import CHANGING
 
 STOP_IN_LANE = "brake"
 BRAKE_BEHIND = "brake-behind"
@@ -75,20 +77,21 @@ def stop_in_lane(cycle: Cycle) -> Proposed:
 
 
 def brake_behind(cycle: Cycle) -> Proposed | None:
-    """Behind the front car, and harder than is comfortable: a little more than it takes to stop behind it where it brakes, or to be slower
-    than it; None without one."""
-    situation, assessment = cycle.situation, cycle.assessment
-    front = next((track for track in situation.tracks if track.id == assessment.front_id), None)
-    if front is None:
+    """Behind the front car and whoever comes in ahead, and harder than is comfortable: a little more than it takes to stop behind them
+    where they brake, or to be slower than they are; None without anybody."""
+    situation, horizon_s = cycle.situation, float(cycle.settings.grid.times_s[-1])
+    fronts = [track for track in situation.tracks if track.id == cycle.assessment.front_id or _comes_in(track, cycle)]
+    if not fronts:
         return None
-    host_mps, front_mps = situation.host.speed_mps, max(front.speed_s_mps, 0.0)
-    room_m = max(assessment.front_gap_m - cycle.settings.headway.standstill_m, _LEAST_ROOM_M)
-    braking = -known_acceleration_mps2(front)
-    needed = max(host_mps - front_mps, 0.0) ** 2 / (2.0 * room_m)
-    slowest = max(front_mps - _SLOWER_MPS, 0.0)
-    if braking > 0.0:
-        needed = max(needed, host_mps**2 / (2.0 * (room_m + front_mps**2 / (2.0 * braking))))
-        slowest = max(front_mps - braking * float(cycle.settings.grid.times_s[-1]) - _SLOWER_MPS, 0.0)
+    host_mps, needed, slowest = situation.host.speed_mps, 0.0, math.inf
+    for front in fronts:
+        front_mps, braking = max(front.speed_s_mps, 0.0), -known_acceleration_mps2(front)
+        gap_m = front.s_m - situation.host.s_m - 0.5 * (front.along_m + cycle.vehicle.length_m)
+        room_m = max(gap_m - cycle.settings.headway.standstill_m, _LEAST_ROOM_M)
+        needed = max(needed, max(host_mps - front_mps, 0.0) ** 2 / (2.0 * room_m))
+        slowest = min(slowest, max(front_mps - max(braking, 0.0) * horizon_s - _SLOWER_MPS, 0.0))
+        if braking > 0.0:
+            needed = max(needed, host_mps**2 / (2.0 * (room_m + front_mps**2 / (2.0 * braking))))
     rate = min(max(_HARDER * needed, ORDINARY_MPS2), available_mps2(cycle.vehicle, situation.road.friction)[0])
     speeds = np.maximum(host_mps - rate * cycle.settings.grid.times_s, min(slowest, host_mps))
     return Proposed(
@@ -101,6 +104,16 @@ def brake_behind(cycle: Cycle) -> Proposed | None:
         relies_on_followers=True,
         keeps_room_behind=not expected_followers(cycle),
     )
+
+
+def _comes_in(track: Track, cycle: Cycle) -> bool:
+    """Whether somebody ahead is predicted to change into the host's lane."""
+    situation, changing = cycle.situation, f"{track.id} {CHANGING}"
+    body = next((one for one in cycle.prediction.bodies if one.id == changing), None)
+    if body is None or track.s_m <= situation.host.s_m:
+        return False
+    there_m = float(body.at(cycle.settings.grid.times_s[-1:]).d_m[0])
+    return reaches_into(replace(track, d_m=there_m), cycle.lane_centre_m, situation.road.lane_width_m)
 
 
 def go_on(active: Manoeuvre) -> Proposed:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import product
 
+import numpy as np
 import pytest
 
 from mcdas_opt.domain.host import HostState
@@ -107,6 +108,25 @@ def test_braking_behind_takes_a_little_more_than_it_needs() -> None:
         rate = (proposed.speeds_mps[0] - proposed.speeds_mps[5]) / times[5]
         assert needed < rate < 1.3 * max(needed, 2.0)
     assert brake_behind(Cycle.of(Situation(host=HostState(speed_mps=20.0), coverage=Coverage()), Planner().vehicle)) is None
+
+
+@pytest.mark.parametrize("speed", SPEEDS_MPS)
+def test_whoever_comes_in_braking_is_braked_for_and_nobody_steers_out(speed: float) -> None:
+    known = {"acceleration_s_sd_mps2": 0.8, "age_s": 5.0, "covariance": np.zeros((4, 4))}
+    comes = Track(
+        id="comes", s_m=2.8 * speed, d_m=-3.0, speed_s_mps=0.85 * speed, speed_d_mps=0.95, acceleration_s_mps2=-6.0, **known
+    )  # fmt: skip
+    ahead = Track(id="ahead", s_m=1.5 * speed, d_m=0.0, speed_s_mps=1.02 * speed, **known)
+    beside = tuple(Track(id=f"beside-{s}", s_m=s, d_m=3.7, speed_s_mps=speed - 1.0, **known) for s in (-30.0, 11.0, 40.0))
+    road = Road(lanes_left=1, lanes_right=1, speed_limit_mps=36.0)
+    situation = Situation(host=HostState(speed_mps=speed), desired_speed_mps=speed, road=road, tracks=(ahead, comes, *beside))
+    cycle = Cycle.of(situation, Planner().vehicle)
+    proposed, without = brake_behind(cycle), brake_behind(Cycle.of(replace(situation, tracks=(ahead, *beside)), Planner().vehicle))
+    assert proposed is not None
+    assert without is not None
+    assert proposed.speeds_mps[-1] < without.speeds_mps[-1] - 1.0
+    plan = planned(situation)
+    assert (plan.status, plan.side) == (Status.PLANNED, Side.NONE)
 
 
 @pytest.mark.parametrize("speed", SPEEDS_MPS)
