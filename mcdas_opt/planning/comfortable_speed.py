@@ -16,6 +16,7 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.headway import ORDINARY_MPS2, asked_time_gap_s
 from mcdas_opt.planning.lane_choice import known_acceleration_mps2, reaches_into
+from mcdas_opt.planning.required_lane import merging_time_gap_s
 from mcdas_opt.reference.speed_profile import BEHIND_MPS2, FrontCar, SpeedProfile, profile_ahead, speeds_along
 from mcdas_opt.tracking.prediction import CHANGE_MPS, CHANGE_SIGMAS
 
@@ -103,11 +104,14 @@ def _leaves(track: Track, centre_m: float, cycle: Cycle) -> bool:
 
 
 def _let_ahead(cycle: Cycle, track: Track) -> FrontCar:
-    """Somebody in another lane, behind whom a gap is opened at once."""
-    host, headway, times_s = cycle.situation.host, cycle.settings.headway, cycle.settings.grid.times_s
+    """Somebody in another lane, behind whom a gap is opened at once; before a lane's end one that leaves room for who follows him."""
+    host, headway, times_s, gap = cycle.situation.host, cycle.settings.headway, cycle.settings.grid.times_s, cycle.gap
     speeds, way = _going_on(track, times_s)
     room_m = track.s_m - host.s_m - 0.5 * (track.length_m + cycle.vehicle.length_m) - headway.standstill_m
-    return FrontCar(room_m + way, speeds, np.full_like(times_s, headway.time_gap_s))
+    time_gap_s = headway.time_gap_s
+    if gap is not None and gap.ahead is track and cycle.required_lane is not None and cycle.required_lane.end_m is not None:
+        time_gap_s = merging_time_gap_s(gap, host.speed_mps, cycle.vehicle, headway)
+    return FrontCar(room_m + way, speeds, np.full_like(times_s, time_gap_s))
 
 
 def _going_on(track: Track, times_s: Array) -> tuple[Array, Array]:

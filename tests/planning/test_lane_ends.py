@@ -26,7 +26,7 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.planning.required_lane import RequiredLane, best_gap
+from mcdas_opt.planning.required_lane import Gap, RequiredLane, best_gap, merging_time_gap_s
 from mcdas_opt.reference.offset_path import OffsetPath
 from mcdas_opt.simulation.loop import simulate
 from tests.planning.situations import car, mirrored, random_sandwich
@@ -144,6 +144,49 @@ def test_a_car_that_cannot_get_out_stops_before_the_end(tmp_path: Path) -> None:
     drive = simulate(load_scene(written(tmp_path, begin=60.0, end=80.0, speed=8.0, duration=11.0, beside=column)))
     assert drive.outcome.value == "safe"
     assert float(drive.trajectory.s_m[-1]) < 75.0
+
+
+COLUMN = '[[neighbour]]\nname = "n{k}"\ns_m = {s}\nd_m = -3.7\nspeed_mps = {speed}\n'
+
+
+def test_who_is_faster_than_a_column_goes_along_with_it_into_a_gap(tmp_path: Path) -> None:
+    """Nobody in it makes room; the passing lane ends. Before, the host drove past them all, and braked to a crawl for the end."""
+    column = "".join(COLUMN.format(k=k, s=3.0 + 35.5 * (k - 5), speed=17.0) for k in range(14))
+    path = written(tmp_path, begin=290.0, end=330.0, speed=24.0, duration=16.0, beside=column)
+    path.write_text(path.read_text("utf-8").replace("lanes_left", "lanes_right").replace('"left"', '"right"'), "utf-8")
+    drive = simulate(load_scene(path))
+    assert (drive.outcome.value, drive.fallbacks, drive.unavoidable) == ("safe", 0, 0)
+    assert drive.trajectory.d_m[-1] == pytest.approx(-3.7, abs=0.3)
+    assert float(drive.trajectory.speed_mps.min()) > 0.85 * 17.0
+    assert float(drive.trajectory.acceleration_mps2.min()) > -3.5
+
+
+@pytest.mark.parametrize("speed", [12.0, 18.0, 24.0])
+def test_a_gap_is_gained_only_by_who_can_still_stop_gently(speed: float) -> None:
+    vehicle, settings, road = Vehicle(), Settings(), Road(lanes_right=1)
+    rng, gained = np.random.default_rng(round(speed)), 0
+    for _ in range(200):
+        tracks = tuple(car(f"{k}", float(rng.uniform(-80.0, 120.0)), -3.7, speed - float(rng.uniform(-2.0, 8.0))) for k in range(3))
+        end_m = float(rng.uniform(3.0, 16.0)) * speed
+        situation = Situation(host=HostState(speed_mps=speed), tracks=tracks, road=road, desired_speed_mps=36.0)
+        gap = best_gap(situation, vehicle, settings, RequiredLane(Side.RIGHT, end_m / speed, end_m), 36.0)
+        if gap is not None and gap.wait_s > 0.0 and not gap.is_slower:
+            gained += 1
+            assert speed * gap.wait_s + speed**2 / (2.0 * 1.5) <= end_m
+    assert gained > 5
+
+
+@given(st.floats(5.0, 120.0), st.floats(0.5, 40.0))
+def test_what_is_free_in_a_gap_is_shared(free_m: float, speed: float) -> None:
+    vehicle, headway = Vehicle(), Settings().headway
+    ahead = car("ahead", 4.5 + free_m + vehicle.length_m, -3.7, speed)
+    gap = Gap(car("behind", 0.0, -3.7, speed), replace(ahead, length_m=4.5))
+    gap = gap._replace(behind=replace(gap.behind, length_m=4.5))  # type: ignore[type-var]
+    time_gap_s = merging_time_gap_s(gap, speed, vehicle, headway)
+    assert 0.65 * headway.time_gap_s <= time_gap_s <= headway.time_gap_s
+    before_m = headway.standstill_m + time_gap_s * speed
+    assert before_m <= 0.6 * free_m + 1e-6 or time_gap_s == 0.65 * headway.time_gap_s
+    assert merging_time_gap_s(gap._replace(behind=None), speed, vehicle, headway) == headway.time_gap_s
 
 
 def ending(lane: Lane, situation: Situation) -> Situation:

@@ -13,8 +13,8 @@ from mcdas_opt.planning.search import Search
 
 def lane_keeping(search: Search) -> Iterator[Round]:
     """A lane change that is due comes first; if it does not come to a safe end, it waits. Who begins, or kept no lane before, compares the
-    lane with the closed forms. Where what is comfortable comes to no safe end behind the front car, braking harder is tried before others
-    are troubled."""
+    lane with the closed forms, which make room for nobody. Where what is comfortable comes to no safe end behind the front car, braking
+    harder is tried before others are troubled."""
     cycle = search.cycle
     if not cycle.is_ordinary:
         return
@@ -33,7 +33,8 @@ def lane_keeping(search: Search) -> Iterator[Round]:
     quiet = cycle.assessment.mode if cycle.assessment.mode in (Mode.CRUISE, Mode.BRAKE, Mode.PARK) else Mode.HOLD
     search.keep = (keep_lane(cycle, quiet, gap),)
     passing = search.solve(search.keep)
-    cheaper = _cheaper_closed_forms(search, passing[0]) if passing and cycle.memory.chosen != search.keep[0].name else []
+    begins = cycle.memory.chosen != search.keep[0].name and not (gap is not None and gap.is_slower)
+    cheaper = _cheaper_closed_forms(search, passing[0]) if passing and begins else []
     yield Round(competing=passing + cheaper, is_comparison=False)
     harder = brake_behind(cycle)
     if harder is not None:
