@@ -107,11 +107,17 @@ def _begun_sooner(widths: dict[int, Array], wanted: set[int], network: Any, s: A
 def _ground_beside_m(network: Any, s: Array, edge: Array, sign: float, placement: Placement, frame: FrenetFrame, far_m: float) -> Array:
     """(n,): how wide any lanelet's ground goes on beyond an edge (n,) to that side, but for where some come towards the road and none goes
     along it, looked at as far as `far_m`."""
+    out = np.arange(_BESIDE_STEP_M, far_m + _BESIDE_STEP_M, _BESIDE_STEP_M)
+    on, along, against = _directions(network, s[:, None], edge[:, None] + sign * out, placement, frame)
+    free = np.logical_and.accumulate(on & (along | ~against), axis=1)
+    return np.asarray(_BESIDE_STEP_M * free.sum(axis=1))
+
+
+def _directions(network: Any, s: Array, d: Array, placement: Placement, frame: FrenetFrame) -> tuple[Array, Array, Array]:
+    """Of places on the road, each of the broadcast shape: whether a lanelet is there, one that goes along the road, one against it."""
     import shapely
 
-    out = np.arange(_BESIDE_STEP_M, far_m + _BESIDE_STEP_M, _BESIDE_STEP_M)
-    d = edge[:, None] + sign * out
-    x, y, yaw = placement.to_plane(*frame.to_plane(*np.broadcast_arrays(s[:, None], d, 0.0)))
+    x, y, yaw = placement.to_plane(*frame.to_plane(*np.broadcast_arrays(s, d, 0.0)))
     on, along, against = (np.zeros(x.shape, dtype=bool) for _ in range(3))
     for lanelet in network.lanelets:
         inside = shapely.contains_xy(_polygon(lanelet).buffer(_SEAM_M), x, y)
@@ -123,8 +129,7 @@ def _ground_beside_m(network: Any, s: Array, edge: Array, sign: float, placement
             on |= inside
             along[inside] |= turned > _ALONG
             against[inside] |= turned < -_ALONG
-    free = np.logical_and.accumulate(on & (along | ~against), axis=1)
-    return np.asarray(_BESIDE_STEP_M * free.sum(axis=1))
+    return on, along, against
 
 
 def _opening(widths: Array) -> Array:
