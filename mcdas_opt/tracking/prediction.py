@@ -15,7 +15,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import BodyKind
-from mcdas_opt.tracking.slow_traffic import SLOW_MPS, STRAIGHT_ON, TURN_1PM, with_braking_followers
+from mcdas_opt.tracking.slow_traffic import SLOW_MPS, STRAIGHT_ON, TURN_1PM, is_in_a_queue, with_braking_followers
 from mcdas_opt.tracking.straight_on import straight_on
 
 CONSTANT_VELOCITY = "constant-velocity"
@@ -110,8 +110,11 @@ def predict(
 
 def predict_for(situation: Situation, settings: PredictionSettings | None = None) -> Prediction:
     """`predict` of a situation's tracks on its road, around its host, with followers that brake in slow traffic: what plans are made under,
-    and have to be judged under."""
+    and have to be judged under. Nobody behind the host is predicted to change lanes into its queue."""
     prediction = predict(situation.tracks, settings, situation.road, situation.host.s_m)
+    if is_in_a_queue(situation):
+        late = {f"{track.id} {CHANGING}" for track in situation.tracks if _is_behind(track, situation.host.s_m)}
+        prediction = Prediction(name=prediction.name, bodies=tuple(body for body in prediction.bodies if body.id not in late))
     rates = {track.id: change[0] for track in situation.tracks if (change := speed_change(track, situation.road)) is not None}
     return with_braking_followers(prediction, situation, rates)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 
 import numpy as np
 
@@ -15,9 +15,11 @@ STRAIGHT_ON = "straight on"  # the name's ending of whoever may be too fast for 
 SLOW_MPS = 10.0  # whoever is faster is in no slow traffic
 TOWARDS_A_TURN_MPS = 14.0  # nor, towards a tight turn, for which he brakes in any case, whoever is faster than this
 BRAKING_MPS2, RESPONSE_S = 2.0, 1.0  # what a follower in slow traffic is predicted to brake with, and after how long
+ATTENTIVE_MPS2 = 3.0  # ... and beside a lane of oncoming traffic
 CLOSING_S = 2.5  # who would be there so soon does not look ahead
 TURN_1PM = 0.05  # a road that bends so tightly, as at a crossing, is driven slowly
 SIDEWAYS_MPS = 0.5  # a host that moves sideways faster does not keep its lane
+_PASSABLE = 0.5  # of the usual lane's width: less is nothing to drive on
 _AHEAD_S, _LEAST_AHEAD_M = 4.0, 10.0  # whatever is farther ahead of the host is no reason to slow down
 _SHARES = np.linspace(0.0, 1.0, 21)
 _HOST_LENGTH_M = 5.0  # of a host whose length a prediction is not told
@@ -30,22 +32,56 @@ def with_braking_followers(prediction: Prediction, situation: Situation, rates_m
     brake, is predicted whoever is faster, clearly accelerates, or closes in so fast that gentle braking would not be enough; and everybody
     where the host steers out, or somebody ahead in the lane clearly brakes: an emergency counts on nobody. `rates_mps2` holds, by track,
     the changes of speed that are clear.
+
+    Where there is nothing beside the host's lane but the lane of those who come towards it, everybody who follows so is predicted to brake,
+    as an attentive driver does, also in an emergency: to keep his distance is his, and the host has nowhere else to go.
     """
-    host, road = situation.host, situation.road
-    near_m = max(_AHEAD_S * host.speed_mps, _LEAST_AHEAD_M)
+    host, road, near_m = situation.host, situation.road, _near_m(situation)
     near = [track for track in situation.tracks if 0.0 <= track.speed_s_mps <= TOWARDS_A_TURN_MPS and _is_in_lane(track, situation)]
     slow = [track for track in near if track.speed_s_mps <= SLOW_MPS]
+    looking = {track.id for track in near if track.s_m < host.s_m and _looks_ahead(track, situation)}
+    if _steers_out(situation):
+        return prediction
+    if is_beside_oncoming(situation):
+        return _answering(prediction, {one for one in looking if rates_mps2.get(one, 0.0) <= 0.0}, ATTENTIVE_MPS2)
     ahead = [track for track in slow if track.s_m > host.s_m and _gap_m(track, host.s_m) <= near_m]
     turns = not road.is_straight and float(np.abs(road.curvature_at(host.s_m + near_m * _SHARES)).max()) >= TURN_1PM
-    if not (ahead or turns) or _steers_out(situation) or any(rates_mps2.get(track.id, 0.0) < 0.0 for track in ahead):
+    if not (ahead or turns) or any(rates_mps2.get(track.id, 0.0) < 0.0 for track in ahead):
         return prediction
     following = near if turns else slow  # through a turn nobody drives fast, whoever is ahead of him
-    behind = {track.id for track in following if track.s_m < host.s_m and track.id not in rates_mps2 and _looks_ahead(track, situation)}
+    return _answering(prediction, looking & {track.id for track in following if track.id not in rates_mps2}, BRAKING_MPS2)
+
+
+def is_in_a_queue(situation: Situation) -> bool:
+    """Whether the host is slow, and somebody slow is near ahead in its lane."""
+    host, near_m = situation.host, _near_m(situation)
+    return host.speed_mps <= SLOW_MPS and any(
+        track.s_m > host.s_m
+        and 0.0 <= track.speed_s_mps <= SLOW_MPS
+        and _is_in_lane(track, situation)
+        and _gap_m(track, host.s_m) <= near_m
+        for track in situation.tracks
+    )
+
+
+def is_beside_oncoming(situation: Situation) -> bool:
+    """Whether the host's lane has the lane of those who come towards it beside it, and nothing else that a car can drive on."""
+    host, road = situation.host, situation.road
+    if not any(lane.oncoming for lane in road.lanes):
+        return False
+    least_m, own = _PASSABLE * road.lane_width_m, road.lane_of(host.d_m, host.s_m)
+    others = (lane for lane in range(-road.lanes_right, road.lanes_left + 1) if lane != own)
+    beside = {lane for lane in others if road.lane_width_at(lane, host.s_m) >= least_m}
+    return bool(beside) and beside <= {lane.lane for lane in road.lanes if lane.oncoming}
+
+
+def _answering(prediction: Prediction, behind: Set[str], braking_mps2: float) -> Prediction:
+    """The prediction with these braking so after a while."""
     if not behind:
         return prediction
     too_fast = {f"{one} {STRAIGHT_ON}" for one in behind}  # for the turn: not he who brakes before it
     bodies = tuple(
-        AnsweringBody(body=body, response_s=RESPONSE_S, braking_mps2=BRAKING_MPS2) if body.id in behind else body
+        AnsweringBody(body=body, response_s=RESPONSE_S, braking_mps2=braking_mps2) if body.id in behind else body
         for body in prediction.bodies
         if body.id not in too_fast
     )
@@ -67,6 +103,10 @@ def _steers_out(situation: Situation) -> bool:
     """Whether the host's middle, taken to be that of its wheelbase, clearly moves sideways."""
     host = situation.host
     return abs(host.speed_mps * math.sin(host.heading_rad + 0.5 * math.tan(host.steering_rad))) > SIDEWAYS_MPS
+
+
+def _near_m(situation: Situation) -> float:
+    return max(_AHEAD_S * situation.host.speed_mps, _LEAST_AHEAD_M)
 
 
 def _gap_m(track: Track, host_s_m: float) -> float:

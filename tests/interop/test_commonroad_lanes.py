@@ -174,3 +174,14 @@ def test_a_goal_of_one_moment_is_reached_at_that_moment(tmp_path: Path) -> None:
     scene = read(tmp_path, [lanelet(1, 0, -60, 300)], steps=(28, 28), named=(1,))
     drive = simulate(scene.scene)
     assert (drive.destination, drive.destination_reached_s, goal_reached_s(scene, drive.trajectory)) == ("reached", 2.8, 2.8)
+
+
+@pytest.mark.parametrize(("begin", "end", "theirs"), [(300, -60, True), (-60, 300, False)])
+def test_ground_beside_the_lanes_is_an_oncoming_lane_where_its_lanelets_come_towards_the_host(
+    tmp_path: Path, begin: float, end: float, theirs: bool
+) -> None:
+    """No lanelet is said to be adjacent."""
+    road = read(tmp_path, [lanelet(1, 0, -60, 300), lanelet(2, 1, begin, end)], goal_x=60.0, steps=(60, 80)).scene.true_road
+    (beside,) = (lane for lane in road.lanes if lane.lane == 1)
+    assert beside.shoulder
+    assert beside.oncoming is theirs

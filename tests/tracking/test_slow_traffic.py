@@ -10,12 +10,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.vocabulary import Side, Status
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.tracking.prediction import predict, predict_for
-from mcdas_opt.tracking.slow_traffic import BRAKING_MPS2, RESPONSE_S, SLOW_MPS, STRAIGHT_ON, relied_on
+from mcdas_opt.tracking.prediction import CHANGING, predict, predict_for
+from mcdas_opt.tracking.slow_traffic import (
+    ATTENTIVE_MPS2,
+    BRAKING_MPS2,
+    RESPONSE_S,
+    SLOW_MPS,
+    STRAIGHT_ON,
+    TOWARDS_A_TURN_MPS,
+    is_beside_oncoming,
+    relied_on,
+)
 from tests.planning.situations import car
 
 TIMES = np.linspace(0.0, 8.0, 81)
@@ -130,3 +140,92 @@ def test_without_a_queue_nothing_changes() -> None:
     situation = queue(3.0, 6.0, 12.0)
     alone = replace(situation, tracks=situation.tracks[1:])
     assert predict_for(alone) == predict(alone.tracks, None, alone.road, alone.host.s_m)
+
+
+TWO_WAY = Road(lane_width_m=3.0, lanes_left=1, lanes=(Lane(lane=1, oncoming=True),))
+
+
+@pytest.mark.parametrize(
+    ("lanes", "right", "beside"),
+    [
+        ((Lane(lane=1, oncoming=True),), 0, True),
+        ((Lane(lane=1, oncoming=True, shoulder=True),), 0, True),
+        ((Lane(lane=1, shoulder=True),), 0, False),
+        ((), 0, False),
+        ((Lane(lane=1, oncoming=True),), 1, False),
+        ((Lane(lane=1, oncoming=True), Lane(lane=-1, width_m=((0.0, 0.4),), shoulder=True)), 1, True),
+        ((Lane(lane=1, oncoming=True, width_m=((-50.0, 0.0), (20.0, 0.0), (22.0, 3.0))),), 0, False),
+    ],
+)
+def test_a_lane_with_oncoming_traffic_beside_it_and_nothing_else(lanes: tuple[Lane, ...], right: int, beside: bool) -> None:
+    """A lane of its own direction, a shoulder that a car can drive on, or no oncoming lane where the host is: not so."""
+    road = Road(lane_width_m=3.0, lanes_left=1, lanes_right=right, lanes=lanes)
+    assert is_beside_oncoming(replace(queue(3.0, 6.0, 12.0), road=road)) is beside
+
+
+@pytest.mark.parametrize(
+    ("follower_mps", "behind_m", "rate_mps2", "brakes"),
+    [
+        (11.0, 20.0, 0.0, True),
+        (11.0, 20.0, -4.0, True),
+        (13.5, 40.0, 0.0, True),
+        (11.0, 20.0, 3.0, False),
+        (11.0, 7.0, 0.0, False),
+        (15.0, 60.0, 0.0, False),
+    ],
+)
+def test_beside_a_lane_of_oncoming_traffic_who_follows_is_expected_to_brake(
+    follower_mps: float, behind_m: float, rate_mps2: float, brakes: bool
+) -> None:
+    """Also where the front car brakes hard; not who accelerates, is too near or too fast. With a lane beside he is not."""
+    situation = queue(5.0, follower_mps, behind_m, 10.0)
+    rates = {"front": -4.5, "behind": rate_mps2}
+    seen = tuple(replace(track, acceleration_s_mps2=rates[track.id], acceleration_s_sd_mps2=0.3) for track in situation.tracks)
+    assert relied_on(predict_for(replace(situation, tracks=seen))) == ()
+    assert relied_on(predict_for(replace(situation, tracks=seen, road=TWO_WAY))) == (("behind",) if brakes else ())
+
+
+@settings(max_examples=100, deadline=None)
+@given(follower_mps=st.floats(0.0, 20.0), behind_m=st.floats(4.6, 60.0), host_mps=st.floats(0.0, 20.0))
+def test_whoever_is_relied_on_beside_oncoming_traffic_stays_behind_a_host_that_goes_on(
+    follower_mps: float, behind_m: float, host_mps: float
+) -> None:
+    prediction = predict_for(replace(queue(3.0, follower_mps, behind_m, host_mps), road=TWO_WAY))
+    if not relied_on(prediction):
+        return
+    assert follower_mps <= TOWARDS_A_TURN_MPS
+    (body,) = (one for one in prediction.bodies if one.id == "behind")
+    motion = body.at(TIMES)
+    assert np.all(motion.speed_s_mps[TIMES <= RESPONSE_S] == follower_mps)
+    assert np.diff(motion.speed_s_mps).min() >= -ATTENTIVE_MPS2 * 0.1 - 1e-9
+    assert np.all(motion.s_m + 4.5 <= host_mps * TIMES + 1e-9)
+
+
+def test_a_queue_that_stops_is_not_left_into_oncoming_traffic() -> None:
+    """The front car brakes by 4.5 m/s^2 to a standstill, somebody follows at 1.5 s: the host stops in its lane."""
+    front = replace(car("front", 22.0, 0.0, 4.9), acceleration_s_mps2=-4.5, acceleration_s_sd_mps2=0.25)
+    behind = replace(car("behind", -20.8, 0.0, 10.6), acceleration_s_mps2=0.0, acceleration_s_sd_mps2=0.25)
+    situation = Situation(
+        host=HostState(speed_mps=9.7, acceleration_mps2=-1.0),
+        road=TWO_WAY,
+        tracks=(front, behind),
+        desired_speed_mps=10.3,
+        coverage=Coverage(),
+    )
+    plan = Planner().plan(situation)
+    assert plan.status is Status.PLANNED
+    assert plan.side is Side.NONE
+    assert plan.safe_end is not None
+    assert plan.safe_end.safe
+
+
+@pytest.mark.parametrize(
+    ("s_m", "front_mps", "host_mps", "foreseen"),
+    [(-20.0, 3.0, 4.0, False), (-20.0, 3.0, 14.0, True), (-20.0, 14.0, 4.0, True), (-2.0, 3.0, 4.0, True)],
+)
+def test_nobody_behind_is_expected_to_change_into_a_queue(s_m: float, front_mps: float, host_mps: float, foreseen: bool) -> None:
+    """Who is beside or ahead may, and whoever changes behind a host that is in no queue."""
+    changes = replace(car("beside", s_m, -2.5, 12.0), speed_d_mps=0.8)
+    situation = replace(queue(front_mps, 3.0, 40.0, host_mps), road=Road(lane_width_m=3.0, lanes_left=1, lanes_right=1))
+    seen = replace(situation, tracks=(*situation.tracks, changes))
+    assert (f"beside {CHANGING}" in {body.id for body in predict_for(seen).bodies}) is foreseen

@@ -32,6 +32,7 @@ _DRIFT_M = 25.0  # that stations along lanelets and s along the fitted line may 
 _SEAM_M = 0.01  # between lanelets that touch
 _ALONG = 0.5  # a lanelet whose direction has so much of the road's goes along it, or, against it, comes towards it
 _LEAST_M = 0.1  # less beside the lanes is none
+_PASSABLE_M = 2.0  # nobody comes towards the host on less
 
 
 def with_lanes(road: Road, network: Any, lane: EgoLane, placement: Placement, goals: Container[int] = ()) -> Road:
@@ -141,7 +142,8 @@ def _opening(widths: Array) -> Array:
 
 
 def with_surface(road: Road, network: Any, placement: Placement, host_d_m: float, host_reach_m: float) -> Road:
-    """The road with what is beside its lanes: any lanelet's ground, as far as it is joined to them, and what the host's body stands on."""
+    """The road with what is beside its lanes: any lanelet's ground, as far as it is joined to them, and what the host's body stands on; the
+    lane of those who come towards the host, where most of the ground is theirs alone."""
     import shapely
 
     ground = shapely.union_all([_polygon(lanelet) for lanelet in network.lanelets]).buffer(0.01)
@@ -163,10 +165,18 @@ def with_surface(road: Road, network: Any, placement: Placement, host_d_m: float
         wide = np.maximum(wide, needed * np.clip((_FADED_M - np.abs(s)) / (_FADED_M - _HELD_M), 0.0, 1.0))
         wide = _opening(np.maximum(wide, 0.0))
         if wide.max() > _LEAST_M:
-            found.append(Lane(lane=number, width_m=_knots(s, wide), shoulder=True))
+            theirs = _is_oncoming(network, s, sign * (lanes_m + 0.5 * np.minimum(wide, road.lane_width_m)), wide, placement, frame)
+            found.append(Lane(lane=number, width_m=_knots(s, wide), shoulder=True, oncoming=theirs))
     left, right = (any(lane.lane * sign > 0 for lane in found) for sign in (1, -1))
     lanes = tuple(sorted((*road.lanes, *found), key=lambda lane: lane.lane))
     return replace(road, lanes_left=road.lanes_left + left, lanes_right=road.lanes_right + right, lanes=lanes)
+
+
+def _is_oncoming(network: Any, s: Array, d: Array, wide: Array, placement: Placement, frame: FrenetFrame) -> bool:
+    """Whether, of the places (s, d) that are wide enough for a car to pass, most belong to lanelets that come towards the host alone."""
+    lanes = wide >= _PASSABLE_M
+    _, along, against = _directions(network, s[lanes], d[lanes], placement, frame)
+    return bool(lanes.any()) and float(np.mean(against & ~along)) > 0.5
 
 
 def _without_peaks(values: Array) -> Array:

@@ -281,6 +281,7 @@ def _files(
         for key, pairs in (("width_m", lane.width_m), ("speed_limit_mps", lane.speed_limit_mps)):
             lines += [f"{key} = [{', '.join(f'[{s!r}, {value!r}]' for s, value in pairs)}]"] if pairs else []
         lines += ["shoulder = true"] if lane.shoulder else []
+        lines += ["oncoming = true"] if lane.oncoming else []
         lines += [f'merges = "{lane.merges.value}"'] if lane.merges is not Side.NONE else []
     if goal is not None:
         lines += ["", "[destination]"]
