@@ -12,7 +12,7 @@ from mcdas_opt.planning.collision_check import verdicts
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.memory import FollowerReaction
 from mcdas_opt.planning.nearness import nearness
-from mcdas_opt.tracking.prediction import ACCELERATING
+from mcdas_opt.tracking.slow_traffic import ACCELERATING
 
 
 def with_follower_reaction(options: Sequence[Checked], cycle: Cycle) -> tuple[Checked, FollowerReaction] | None:

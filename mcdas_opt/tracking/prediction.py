@@ -15,13 +15,12 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import BodyKind
-from mcdas_opt.tracking.slow_traffic import SLOW_MPS, STRAIGHT_ON, TURN_1PM, is_in_a_queue, with_braking_followers
+from mcdas_opt.tracking.slow_traffic import ACCELERATING, SLOW_MPS, STRAIGHT_ON, TURN_1PM, is_in_a_queue, with_braking_followers
 from mcdas_opt.tracking.straight_on import straight_on
 
 CONSTANT_VELOCITY = "constant-velocity"
 CHANGING = "changing lanes"
 BRAKING = "braking"
-ACCELERATING = "accelerating"
 
 # a track may be changing lanes that moves sideways so fast, by so many standard deviations, so far from the middle of its lane
 CHANGE_MPS, CHANGE_SIGMAS, CHANGE_FROM_M = 0.5, 2.5, 0.2

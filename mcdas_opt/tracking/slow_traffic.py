@@ -12,6 +12,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 
 STRAIGHT_ON = "straight on"  # the name's ending of whoever may be too fast for a turn
+ACCELERATING = "accelerating"  # ... of whoever goes on accelerating for a while
 SLOW_MPS = 10.0  # whoever is faster is in no slow traffic
 TOWARDS_A_TURN_MPS = 14.0  # nor, towards a tight turn, for which he brakes in any case, whoever is faster than this
 BRAKING_MPS2, RESPONSE_S = 2.0, 1.0  # what a follower in slow traffic is predicted to brake with, and after how long

@@ -24,7 +24,6 @@ from mcdas_opt.errors import ParameterError
 from mcdas_opt.manoeuvres.safe_end import ends
 from mcdas_opt.tracking.acceleration import AccelerationFilter
 from mcdas_opt.tracking.prediction import (
-    ACCELERATING,
     ACCELERATING_MPS2,
     ACCELERATING_S,
     BRAKING,
@@ -34,6 +33,7 @@ from mcdas_opt.tracking.prediction import (
     predict,
     speed_change,
 )
+from mcdas_opt.tracking.slow_traffic import ACCELERATING
 from mcdas_opt.tracking.tracker import Tracker
 from tests.tracking.worlds import ESR, host_at, radar_scan
 
