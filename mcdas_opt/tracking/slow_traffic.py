@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Set
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -17,6 +17,7 @@ SLOW_MPS = 10.0  # whoever is faster is in no slow traffic
 TOWARDS_A_TURN_MPS = 14.0  # nor, towards a tight turn, for which he brakes in any case, whoever is faster than this
 BRAKING_MPS2, RESPONSE_S = 2.0, 1.0  # what a follower in slow traffic is predicted to brake with, and after how long
 ATTENTIVE_MPS2 = 3.0  # ... and beside a lane of oncoming traffic
+SEEN_MPS2, SEEN_SIGMAS = 1.0, 2.5  # who brakes by so much, and by so many standard deviations, is seen to brake
 CLOSING_S = 2.5  # who would be there so soon does not look ahead
 TURN_1PM = 0.05  # a road that bends so tightly, as at a crossing, is driven slowly
 SIDEWAYS_MPS = 0.5  # a host that moves sideways faster does not keep its lane
@@ -30,27 +31,33 @@ def with_braking_followers(prediction: Prediction, situation: Situation, rates_m
     """The prediction with followers in slow traffic braking gently after a while, each as long as gentle braking is enough for him.
 
     Nobody can come to a safe end in a queue, or before a tight turn, if the cars behind are predicted never to brake. As before, so not to
-    brake, is predicted whoever is faster, clearly accelerates, or closes in so fast that gentle braking would not be enough; and everybody
-    where the host steers out, or somebody ahead in the lane clearly brakes: an emergency counts on nobody. `rates_mps2` holds, by track,
-    the changes of speed that are clear.
+    brake, is predicted whoever is faster, or closes in so fast, or will by accelerating until then, that gentle braking would not be
+    enough; and everybody where the host steers out, or somebody ahead in the lane clearly brakes: an emergency counts on nobody.
+    `rates_mps2` holds, by track, the changes of speed that are clear. Whoever is seen to brake hard enough is predicted to go on so.
 
     Where there is nothing beside the host's lane but the lane of those who come towards it, everybody who follows so is predicted to brake,
     as an attentive driver does, also in an emergency: to keep his distance is his, and the host has nowhere else to go.
     """
     host, road, near_m = situation.host, situation.road, _near_m(situation)
-    near = [track for track in situation.tracks if 0.0 <= track.speed_s_mps <= TOWARDS_A_TURN_MPS and _is_in_lane(track, situation)]
-    slow = [track for track in near if track.speed_s_mps <= SLOW_MPS]
-    looking = {track.id for track in near if track.s_m < host.s_m and _looks_ahead(track, situation)}
-    if _steers_out(situation):
-        return prediction
-    if is_beside_oncoming(situation):
-        return _answering(prediction, {one for one in looking if rates_mps2.get(one, 0.0) <= 0.0}, ATTENTIVE_MPS2)
+    in_lane = [track for track in situation.tracks if track.speed_s_mps >= 0.0 and _is_in_lane(track, situation)]
+    slow = [track for track in in_lane if track.speed_s_mps <= SLOW_MPS]
     ahead = [track for track in slow if track.s_m > host.s_m and _gap_m(track, host.s_m) <= near_m]
     turns = not road.is_straight and float(np.abs(road.curvature_at(host.s_m + near_m * _SHARES)).max()) >= TURN_1PM
-    if not (ahead or turns) or any(rates_mps2.get(track.id, 0.0) < 0.0 for track in ahead):
+    fastest, braking = (TOWARDS_A_TURN_MPS if turns else SLOW_MPS), BRAKING_MPS2  # through a turn nobody drives fast
+    if is_beside_oncoming(situation):
+        fastest, braking = TOWARDS_A_TURN_MPS, ATTENTIVE_MPS2
+    elif not (ahead or turns) or any(rates_mps2.get(track.id, 0.0) < 0.0 for track in ahead):
         return prediction
-    following = near if turns else slow  # through a turn nobody drives fast, whoever is ahead of him
-    return _answering(prediction, looking & {track.id for track in following if track.id not in rates_mps2}, BRAKING_MPS2)
+    if _steers_out(situation):
+        return prediction
+    answers = {}
+    for track in in_lane:
+        rate = rates_mps2.get(track.id, 0.0)
+        if track.s_m < host.s_m and track.speed_s_mps <= fastest and _looks_ahead(track, situation, rate):
+            answers[track.id] = (RESPONSE_S, braking)
+        elif track.s_m < host.s_m and _brakes_enough(track, situation):
+            answers[track.id] = (0.0, -track.acceleration_s_mps2)
+    return _answering(prediction, answers)
 
 
 def is_in_a_queue(situation: Situation) -> bool:
@@ -76,13 +83,14 @@ def is_beside_oncoming(situation: Situation) -> bool:
     return bool(beside) and beside <= {lane.lane for lane in road.lanes if lane.oncoming}
 
 
-def _answering(prediction: Prediction, behind: Set[str], braking_mps2: float) -> Prediction:
-    """The prediction with these braking so after a while."""
-    if not behind:
+def _answering(prediction: Prediction, answers: Mapping[str, tuple[float, float]]) -> Prediction:
+    """The prediction with these braking so [m/s^2] after so long [s], having gone on as they do, or accelerating, until then."""
+    if not answers:
         return prediction
-    too_fast = {f"{one} {STRAIGHT_ON}" for one in behind}  # for the turn: not he who brakes before it
+    answers = dict(answers) | {f"{one} {ACCELERATING}": answer for one, answer in answers.items()}
+    too_fast = {f"{one} {STRAIGHT_ON}" for one in answers}  # for the turn: not he who brakes before it
     bodies = tuple(
-        AnsweringBody(body=body, response_s=RESPONSE_S, braking_mps2=braking_mps2) if body.id in behind else body
+        AnsweringBody(body=body, response_s=answers[body.id][0], braking_mps2=answers[body.id][1]) if body.id in answers else body
         for body in prediction.bodies
         if body.id not in too_fast
     )
@@ -91,13 +99,23 @@ def _answering(prediction: Prediction, behind: Set[str], braking_mps2: float) ->
 
 def relied_on(prediction: Prediction) -> tuple[str, ...]:
     """Who is predicted to brake because he follows in slow traffic."""
-    return tuple(body.id for body in prediction.bodies if isinstance(body, AnsweringBody))
+    return tuple(body.id for body in prediction.bodies if isinstance(body, AnsweringBody) and not body.id.endswith(ACCELERATING))
 
 
-def _looks_ahead(track: Track, situation: Situation) -> bool:
-    """Whether gentle braking, begun late, keeps him behind a host that drives as it does now."""
-    gap, closing = _gap_m(track, situation.host.s_m), max(track.speed_s_mps - situation.host.speed_mps, 0.0)
+def _looks_ahead(track: Track, situation: Situation, rate_mps2: float) -> bool:
+    """Whether gentle braking, begun late, keeps him behind a host that drives as it does now; of somebody who accelerates until then."""
+    gained = max(rate_mps2, 0.0) * RESPONSE_S
+    gap, closing = _gap_m(track, situation.host.s_m), max(track.speed_s_mps + gained - situation.host.speed_mps, 0.0)
     return gap > CLOSING_S * closing and closing * closing <= 2.0 * BRAKING_MPS2 * (gap - RESPONSE_S * closing)
+
+
+def _brakes_enough(track: Track, situation: Situation) -> bool:
+    """Whether he is clearly seen to brake, and so hard that he stays behind a host that drives as it does now."""
+    sd, seen = track.acceleration_s_sd_mps2, -track.acceleration_s_mps2
+    if sd is None or seen < max(SEEN_MPS2, SEEN_SIGMAS * sd):
+        return False
+    closing = max(track.speed_s_mps - situation.host.speed_mps, 0.0)
+    return closing * closing <= 2.0 * seen * _gap_m(track, situation.host.s_m)
 
 
 def _steers_out(situation: Situation) -> bool:

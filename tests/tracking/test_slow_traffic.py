@@ -169,7 +169,9 @@ def test_a_lane_with_oncoming_traffic_beside_it_and_nothing_else(lanes: tuple[La
         (11.0, 20.0, 0.0, True),
         (11.0, 20.0, -4.0, True),
         (13.5, 40.0, 0.0, True),
-        (11.0, 20.0, 3.0, False),
+        (11.0, 20.0, 3.0, True),
+        (11.0, 12.0, 0.0, True),
+        (11.0, 12.0, 3.0, False),
         (11.0, 7.0, 0.0, False),
         (15.0, 60.0, 0.0, False),
     ],
@@ -177,7 +179,7 @@ def test_a_lane_with_oncoming_traffic_beside_it_and_nothing_else(lanes: tuple[La
 def test_beside_a_lane_of_oncoming_traffic_who_follows_is_expected_to_brake(
     follower_mps: float, behind_m: float, rate_mps2: float, brakes: bool
 ) -> None:
-    """Also where the front car brakes hard; not who accelerates, is too near or too fast. With a lane beside he is not."""
+    """Also where the front car brakes hard; not who accelerates too near, is too near or too fast. With a lane beside he is not."""
     situation = queue(5.0, follower_mps, behind_m, 10.0)
     rates = {"front": -4.5, "behind": rate_mps2}
     seen = tuple(replace(track, acceleration_s_mps2=rates[track.id], acceleration_s_sd_mps2=0.3) for track in situation.tracks)
@@ -199,6 +201,26 @@ def test_whoever_is_relied_on_beside_oncoming_traffic_stays_behind_a_host_that_g
     assert np.all(motion.speed_s_mps[TIMES <= RESPONSE_S] == follower_mps)
     assert np.diff(motion.speed_s_mps).min() >= -ATTENTIVE_MPS2 * 0.1 - 1e-9
     assert np.all(motion.s_m + 4.5 <= host_mps * TIMES + 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("follower_mps", "behind_m", "rate_mps2", "brakes"),
+    [(9.5, 9.0, 0.0, False), (9.5, 9.0, -2.5, True), (9.5, 6.0, -2.5, False), (16.0, 30.0, -3.0, True), (9.5, 9.0, -0.5, False)],
+)
+def test_who_is_seen_to_brake_hard_enough_is_expected_to_go_on(
+    follower_mps: float, behind_m: float, rate_mps2: float, brakes: bool
+) -> None:
+    """However near or fast he is: he brakes by what is seen, at once."""
+    situation = queue(3.0, follower_mps, behind_m)
+    seen = tuple(
+        replace(track, acceleration_s_mps2=rate_mps2 if track.id == "behind" else 0.0, acceleration_s_sd_mps2=0.25)
+        for track in situation.tracks
+    )
+    prediction = predict_for(replace(situation, tracks=seen))
+    assert relied_on(prediction) == (("behind",) if brakes else ())
+    if brakes:
+        (body,) = (one for one in prediction.bodies if one.id == "behind")
+        np.testing.assert_allclose(body.at(TIMES).speed_s_mps, np.maximum(follower_mps + rate_mps2 * TIMES, 0.0))
 
 
 def test_a_queue_that_stops_is_not_left_into_oncoming_traffic() -> None:
