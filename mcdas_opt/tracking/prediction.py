@@ -33,7 +33,9 @@ RATE_SIGMAS = 2.5  # standard deviations that a change of speed, or a turn, has 
 # a track may go straight on where our road turns as tightly as at a crossing, so soon: towards us, or too fast for the turn
 TURN_WITHIN_S, TURN_MPS2 = 4.0, 4.0
 TURN_FADE_S = 0.5  # who comes towards us through such a turn settles so soon, or goes straight on: both are predicted
-# but not who clearly turns with a road that turns so much, at such shares of the rate that the road asks of him for the next moment
+SETTLES_LEAST_S = 0.2  # nobody who turns back into the road's direction settles sooner
+# but not who clearly turns with a road that turns so much, at least at such a share of what it asks of him on average for the next moment,
+# and at most at such one of the most that it asks of him then
 LEAST_TURN_1PM, TURNS_LEAST, TURNS_MOST = 0.02, 0.5, 2.0
 _AT_ONCE_S = np.linspace(0.0, 0.5, 6)
 _TURN_TIMES_S = np.linspace(0.0, TURN_WITHIN_S, 21)
@@ -60,7 +62,8 @@ def predict(
     comes towards the host there either goes straight on or keeps to his lane's turn, settling soon: his speed across the road is that of
     cutting the turn, not of changing lanes.
 
-    Who clearly turns with the road (`turns_with`) does not go straight on.
+    Who clearly turns with the road (`turns_with`) does not go straight on; who clearly turns back into its direction settles as soon as
+    that takes (`settling_s`).
     """
     settings = PredictionSettings() if settings is None else settings
     bodies: list[PredictedBody] = []
@@ -85,7 +88,9 @@ def predict(
             speed_s_mps=track.speed_s_mps,
             speed_d_mps=_across_mps(track),
             covariance=track.covariance,
-            lateral_fade_s=min(settings.lateral_fade_s, TURN_FADE_S) if comes_through_a_turn else settings.lateral_fade_s,
+            lateral_fade_s=min(
+                settings.lateral_fade_s, TURN_FADE_S if comes_through_a_turn else math.inf, settling_s(track, road) if road else math.inf
+            ),
             sigmas=settings.sigmas,
             growth_s=settings.growth_s,
             cap_along_m=settings.cap_along_m,
@@ -154,9 +159,25 @@ def turns_with(track: Track, road: Road) -> bool:
     sd = track.turn_rate_sd_radps
     if sd is None or abs(track.turn_rate_radps) <= RATE_SIGMAS * sd:
         return False
-    curvature = float(np.mean(road.curvature_at(track.s_m + track.speed_s_mps * _AT_ONCE_S)))
-    asked = curvature * track.speed_s_mps
-    return abs(curvature) >= LEAST_TURN_1PM and asked != 0.0 and TURNS_LEAST <= track.turn_rate_radps / asked <= TURNS_MOST
+    curvature = road.curvature_at(track.s_m + track.speed_s_mps * _AT_ONCE_S)
+    mean, tightest = float(np.mean(curvature)), float(curvature[np.argmax(np.abs(curvature))])
+    if abs(mean) < LEAST_TURN_1PM or track.speed_s_mps == 0.0 or mean * tightest < 0.0:
+        return False
+    turns_1pm = track.turn_rate_radps / track.speed_s_mps
+    return turns_1pm / mean >= TURNS_LEAST and turns_1pm / tightest <= TURNS_MOST
+
+
+def settling_s(track: Track, road: Road) -> float:
+    """How long a track that clearly turns back into the road's direction goes on moving across it, at the least rate that it may turn with;
+    infinite of any other."""
+    sd, along = track.turn_rate_sd_radps, track.speed_s_mps
+    if sd is None or not track.follows_road or abs(track.turn_rate_radps) <= RATE_SIGMAS * sd:
+        return math.inf
+    turning = track.turn_rate_radps - float(road.curvature_at(track.s_m)) * along
+    surely = abs(turning) - RATE_SIGMAS * sd
+    if surely <= 0.0 or turning * along * track.speed_d_mps >= 0.0:
+        return math.inf
+    return max(abs(track.speed_d_mps / (along * surely)), SETTLES_LEAST_S)
 
 
 def _across_mps(track: Track) -> float:

@@ -98,6 +98,28 @@ def test_who_turns_about_as_the_road_does_keeps_to_it_and_any_other_may_go_strai
     assert names(replace(oncoming, s_m=60.0, turn_rate_radps=asked), CORNER) == both  # before the bend
 
 
+def test_who_ends_his_turn_into_our_road_keeps_to_it() -> None:
+    """Out of the corner, where for the next half second the road asks less and less: he turns as it asks of him now."""
+    oncoming = turning(math.pi, 8.0, -8.0 * 0.09, s_m=21.5, d_m=3.0)
+    assert names(oncoming, CORNER) == ["1"]
+
+
+@given(st.floats(0.01, 0.3), st.sampled_from([-1.0, 1.0]), st.floats(2.0, 15.0), st.floats(0.3, 1.5), st.booleans())
+def test_who_turns_back_into_the_roads_direction_settles_as_he_turns(
+    angle: float, side: float, speed: float, rate: float, oncoming: bool
+) -> None:
+    """No sooner than at the rate that is seen, and never later, nor elsewhere, than somebody of whom no turn rate is known."""
+    back = turning(side * angle + math.pi * oncoming, speed, -side * rate)
+    (body,) = (one for one in predict([back], road=STRAIGHT).bodies if one.id == "1")
+    (same,) = (one for one in predict([replace(back, turn_rate_sd_radps=None)], road=STRAIGHT).bodies if one.id == "1")
+    moved, usual = np.abs(body.at(TIMES).d_m - 6.0), np.abs(same.at(TIMES).d_m - 6.0)
+    assert np.all(moved <= usual + 1e-9)
+    assert moved[-1] >= min(0.5 * abs(back.speed_d_mps) * angle / rate, float(usual[-1])) - 1e-9
+    away = replace(back, turn_rate_radps=-back.turn_rate_radps)
+    (body,) = (one for one in predict([away], road=STRAIGHT).bodies if one.id == "1")
+    assert to_document(body.at(TIMES)) == to_document(same.at(TIMES))
+
+
 @given(st.floats(0.4, 2.7), st.floats(1.0, 15.0), st.floats(-3.0, 3.0), st.sampled_from([STRAIGHT, CORNER]))
 def test_who_goes_across_the_road_goes_straight_on_however_it_turns(heading: float, speed: float, rate: float, road: Road) -> None:
     (free,), (same,) = (predict([turning(heading, speed, each)], road=road).bodies for each in (rate, 0.0))
