@@ -117,7 +117,7 @@ def predict_for(situation: Situation, settings: PredictionSettings | None = None
     and have to be judged under. Nobody behind the host is predicted to change lanes into its queue."""
     prediction = predict(situation.tracks, settings, situation.road, situation.host.s_m)
     if is_in_a_queue(situation):
-        late = {f"{track.id} {CHANGING}" for track in situation.tracks if _is_behind(track, situation.host.s_m)}
+        late = {f"{track.id} {CHANGING}" for track in situation.tracks if _comes_behind(track, situation)}
         prediction = Prediction(name=prediction.name, bodies=tuple(body for body in prediction.bodies if body.id not in late))
     rates = {track.id: change[0] for track in situation.tracks if (change := speed_change(track, situation.road)) is not None}
     return with_braking_followers(prediction, situation, rates)
@@ -230,6 +230,12 @@ def speed_change(track: Track, road: Road) -> tuple[float, float] | None:
         return None
     rate = min(max(rate, -grip), grip)
     return rate, -speed / rate if rate < 0.0 else ACCELERATING_S
+
+
+def _comes_behind(track: Track, situation: Situation) -> bool:
+    """Whether somebody behind the host moves from the next lane towards the host's."""
+    host, aside = situation.host, situation.host.d_m - track.d_m
+    return _is_behind(track, host.s_m) and abs(aside) < 1.5 * situation.road.lane_width_m and aside * track.speed_d_mps > 0.0
 
 
 def _is_behind(track: Track, host_s_m: float) -> bool:

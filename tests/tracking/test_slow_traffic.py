@@ -251,3 +251,5 @@ def test_nobody_behind_is_expected_to_change_into_a_queue(s_m: float, front_mps:
     situation = replace(queue(front_mps, 3.0, 40.0, host_mps), road=Road(lane_width_m=3.0, lanes_left=1, lanes_right=1))
     seen = replace(situation, tracks=(*situation.tracks, changes))
     assert (f"beside {CHANGING}" in {body.id for body in predict_for(seen).bodies}) is foreseen
+    farther = replace(situation, road=Road(lane_width_m=3.0, lanes_right=2), tracks=(*situation.tracks, replace(changes, d_m=-5.5)))
+    assert f"beside {CHANGING}" in {body.id for body in predict_for(farther).bodies}  # into the lane beside

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mcdas_opt.domain.lane import Knots, Lane
 from mcdas_opt.domain.road import Road
@@ -31,6 +32,7 @@ _WIDEST_M = 20.0  # of what a lane of ours may be
 _DRIFT_M = 25.0  # that stations along lanelets and s along the fitted line may differ by
 _SEAM_M = 0.01  # between lanelets that touch
 _ALONG = 0.5  # a lanelet whose direction has so much of the road's goes along it, or, against it, comes towards it
+_Flags = NDArray[np.bool_]
 _LEAST_M = 0.1  # less beside the lanes is none
 _PASSABLE_M = 2.0  # nobody comes towards the host on less
 
@@ -114,7 +116,7 @@ def _ground_beside_m(network: Any, s: Array, edge: Array, sign: float, placement
     return np.asarray(_BESIDE_STEP_M * free.sum(axis=1))
 
 
-def _directions(network: Any, s: Array, d: Array, placement: Placement, frame: FrenetFrame) -> tuple[Array, Array, Array]:
+def _directions(network: Any, s: Array, d: Array, placement: Placement, frame: FrenetFrame) -> tuple[_Flags, _Flags, _Flags]:
     """Of places on the road, each of the broadcast shape: whether a lanelet is there, one that goes along the road, one against it."""
     import shapely
 
