@@ -6,7 +6,6 @@ import operator
 from dataclasses import replace
 
 from mcdas_opt.domain.host import HostState
-from mcdas_opt.domain.rules import FARTHEST_M
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
@@ -14,7 +13,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.planning.headway import ORDINARY_MPS2
 from mcdas_opt.reference.arrival import arrival_speed_mps
 
-_IN_TRAFFIC_M = 0.5 * FARTHEST_M  # who is farther away is not in traffic, and could not be moved on
+_IN_TRAFFIC_M = 20_000.0  # who is farther away does not come here while anything is planned
 _BESIDE_SHARE = 0.7  # of the desired speed: no less is driven for a destination in another lane, whose own lane goes on
 _FASTEST_SHARE = 0.98  # of the car's top speed
 

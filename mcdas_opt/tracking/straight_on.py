@@ -16,6 +16,7 @@ from mcdas_opt.geometry.window import frame_near
 
 LASTS_S = 20.0  # a table is that long; who is followed longer stays where it ends
 _STEP_S = 0.1
+_FARTHEST_M = 2500.0  # along the road that is known where it is
 _LEAST_STRETCH = 0.2  # of 1 - d kappa: nearer to a bend's centre nothing has a place along the road
 _JUMP_MPS = 100.0  # s that changes faster has gone over to another part of the road
 _AS_NEAR_M = 1e-6  # what rounding may make of two equal distances
@@ -66,7 +67,8 @@ def straight_on(track: Track, road: Road) -> Callable[[Array], BodyMotion]:
     heading = 0.0 if track.heading_rad is None else track.heading_rad
     if road.is_straight:
         return StraightLine(s_m=track.s_m, d_m=track.d_m, heading_rad=heading, speed_s_mps=track.speed_s_mps, speed_d_mps=track.speed_d_mps)
-    frame, here = frame_near(road, track.s_m), np.array([track.s_m])
+    fastest = abs(track.speed_s_mps) * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), 1.0) + abs(track.speed_d_mps)
+    frame, here = frame_near(road, track.s_m, min(LASTS_S * fastest, _FARTHEST_M)), np.array([track.s_m])
     t = _STEP_S * np.arange(round(LASTS_S / _STEP_S) + 1)
     x, y, yaw = (float(q[0]) for q in frame.to_plane(here, np.array([track.d_m]), np.array([heading])))
     forward = track.speed_s_mps * max(1.0 - track.d_m * float(road.curvature_at(track.s_m)), _LEAST_STRETCH)

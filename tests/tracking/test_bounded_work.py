@@ -9,11 +9,13 @@ import pytest
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import BodyDetection, Mounting, RadarDetection, Scan
+from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import FARTHEST_M
 from mcdas_opt.domain.situation import MOST_TRACKS, Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.geometry import window
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.simulation.judging import verify
 from mcdas_opt.tracking.screening import MOST_DETECTIONS, MOST_SCANS
@@ -102,3 +104,13 @@ def test_who_is_beside_a_host_at_the_farthest_place_can_be_judged() -> None:
     PLANNER.reset()
     plan = PLANNER.plan(situation)
     assert plan.verdict.passed == verify(plan.trajectory, situation).passed
+
+
+def test_a_road_is_tabulated_for_those_alone_who_can_come_here() -> None:
+    """1,000 turned bodies, 600 m from one another on a bent road, took 2.3 s: a table of the road around each of them."""
+    road = Road(curvature=((0.0, 0.0), (100.0, 0.01), (200.0, 0.0), (1e6, 0.001)))
+    tracks = tuple(Track(id=str(k), s_m=600.0 * k, d_m=3.0, speed_s_mps=90.0, heading_rad=1.0) for k in range(1, MOST_TRACKS + 1))
+    before = window._frame.cache_info().misses
+    plan = Planner().plan(Situation(host=HOST, tracks=tracks, road=road, coverage=Coverage()))
+    assert window._frame.cache_info().misses - before < 60
+    assert verify(plan.trajectory, Situation(host=HOST, tracks=tracks[:5], road=road, coverage=Coverage())).passed

@@ -67,6 +67,14 @@ def test_the_mirrored_body_goes_the_mirrored_way_to_the_bit(heading: float, spee
     assert np.array_equal(a.heading_rad, -b.heading_rad)
 
 
+@given(st.floats(25.0, 100.0), st.floats(-1000.0, 1000.0))
+def test_however_fast_it_goes_straight_on_as_long_as_it_is_followed(speed: float, s_m: float) -> None:
+    """On a road that is told as bent and is not: 450 m on it once stood still, where the frame's table ended."""
+    one = track(1.76, speed, s_m=s_m, speed_s_mps=speed, speed_d_mps=0.0)
+    at = straight_on(one, Road(curvature=((10000.0, -1e-255),)))(np.linspace(0.0, 20.0, 41))
+    np.testing.assert_allclose(at.s_m - s_m, speed * np.linspace(0.0, 20.0, 41), atol=1e-6)
+
+
 @given(st.floats(allow_nan=False, allow_infinity=False), st.floats(-400.0, 400.0))
 @example(heading=1e308, shift_m=307.0)
 def test_however_often_it_has_turned_it_goes_the_same_way_wherever_s_is_counted_from(heading: float, shift_m: float) -> None:
