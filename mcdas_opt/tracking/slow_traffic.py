@@ -17,7 +17,7 @@ SLOW_MPS = 10.0  # whoever is faster is in no slow traffic
 TOWARDS_A_TURN_MPS = 14.0  # nor, towards a tight turn, for which he brakes in any case, whoever is faster than this
 BRAKING_MPS2, RESPONSE_S = 2.0, 1.0  # what a follower in slow traffic is predicted to brake with, and after how long
 ATTENTIVE_MPS2 = 3.0  # ... and beside a lane of oncoming traffic
-SEEN_MPS2, SEEN_SIGMAS = 1.0, 2.5  # who brakes by so much, and by so many standard deviations, is seen to brake
+SEEN_MPS2, KNOWN_MPS2 = 1.0, 0.4  # who brakes by so much, known to such a standard deviation, is seen to brake
 CLOSING_S = 2.5  # who would be there so soon does not look ahead
 TURN_1PM = 0.05  # a road that bends so tightly, as at a crossing, is driven slowly
 SIDEWAYS_MPS = 0.5  # a host that moves sideways faster does not keep its lane
@@ -110,9 +110,10 @@ def _looks_ahead(track: Track, situation: Situation, rate_mps2: float) -> bool:
 
 
 def _brakes_enough(track: Track, situation: Situation) -> bool:
-    """Whether he is clearly seen to brake, and so hard that he stays behind a host that drives as it does now."""
+    """Whether he is clearly seen to brake, and so hard that he stays behind a host that drives as it does now. How hard a radar's noise
+    does not tell well enough: counted on in one moment and not in the next, he would have the host change its mind."""
     sd, seen = track.acceleration_s_sd_mps2, -track.acceleration_s_mps2
-    if sd is None or seen < max(SEEN_MPS2, SEEN_SIGMAS * sd):
+    if sd is None or sd > KNOWN_MPS2 or seen < SEEN_MPS2:
         return False
     closing = max(track.speed_s_mps - situation.host.speed_mps, 0.0)
     return closing * closing <= 2.0 * seen * _gap_m(track, situation.host.s_m)

@@ -218,6 +218,8 @@ def test_who_is_seen_to_brake_hard_enough_is_expected_to_go_on(
     )
     prediction = predict_for(replace(situation, tracks=seen))
     assert relied_on(prediction) == (("behind",) if brakes else ())
+    unsure = tuple(replace(track, acceleration_s_sd_mps2=0.8) for track in seen)
+    assert relied_on(predict_for(replace(situation, tracks=unsure))) == ()
     if brakes:
         (body,) = (one for one in prediction.bodies if one.id == "behind")
         np.testing.assert_allclose(body.at(TIMES).speed_s_mps, np.maximum(follower_mps + rate_mps2 * TIMES, 0.0))
