@@ -11,7 +11,7 @@ from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.doubt import Doubt
 from mcdas_opt.domain.escapes import Escapes
 from mcdas_opt.domain.result import Columns, Result
-from mcdas_opt.domain.rules import all_of, require_type, word
+from mcdas_opt.domain.rules import word
 from mcdas_opt.domain.safe_end import EndKind, SafeEnd
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
@@ -92,10 +92,8 @@ class Plan(Result):
         if not (type(self.mode) is Mode and type(self.side) is Side and type(self.status) is Status and type(self.alert) is Alert):
             for name, kind in (("mode", Mode), ("side", Side), ("status", Status), ("alert", Alert)):
                 object.__setattr__(self, name, word(name, attrgetter(name)(self), kind))
-        require_type("verdict", self.verdict, Verdict)
-        require_type("trajectory", self.trajectory, Trajectory)
-        require_type("reason", self.reason, str)
-        object.__setattr__(self, "candidates", all_of("candidates", self.candidates, Candidate))
+        if type(self.candidates) is not tuple:
+            object.__setattr__(self, "candidates", tuple(self.candidates))
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the contract."""
@@ -130,5 +128,5 @@ class Refusal:
 
     def __post_init__(self) -> None:
         require_types(self)
-        require_type("reason", self.reason, str)
-        object.__setattr__(self, "candidates", all_of("candidates", self.candidates, Candidate))
+        if type(self.candidates) is not tuple:
+            object.__setattr__(self, "candidates", tuple(self.candidates))

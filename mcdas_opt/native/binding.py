@@ -27,21 +27,20 @@ class _Read:
 
     @staticmethod
     def from_param(array: Any) -> Any:
+        if array is None:
+            return None
+        if array.flags.writeable:
+            return _in_place(array)
         known = _read_only.get(id(array))
         if known is not None:
             return known[1]
-        try:
-            return _in_place(array)
-        except TypeError:
-            if array is None:
-                return None
-            if not array.flags.c_contiguous:
-                raise
-            if len(_read_only) >= _KEPT:
-                _read_only.clear()
-            there = ctypes.c_void_p(array.__array_interface__["data"][0])
-            _read_only[id(array)] = array, there
-            return there
+        if not array.flags.c_contiguous:
+            raise TypeError("an array that is handed over must be contiguous")
+        if len(_read_only) >= _KEPT:
+            _read_only.clear()
+        there = ctypes.c_void_p(array.__array_interface__["data"][0])
+        _read_only[id(array)] = array, there
+        return there
 
 
 class _Written:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.doubt import Doubt, SupposedTrack
@@ -75,7 +76,7 @@ class Cycle:
     ) -> Cycle:
         """Assesses and predicts. A memory that is not older than the situation is none; a manoeuvre that it holds is active until it is
         finished."""
-        settings, situation = settings or Settings(), in_order(situation)
+        settings = settings or Settings()
         memory = (memory or Memory()).seen_by(situation)
         there = seen_locally(situation, memory.origin_m)
         what = believed(there, memory.tracks, memory.elapsed_s, memory.supposed, vehicle)
@@ -107,9 +108,10 @@ class Cycle:
             deadline=deadline,
         )
 
-    def given_from(self, plan: Plan) -> Plan:
-        """A plan of this cycle in the place and time of the situation as it was given, with what is doubted of that."""
-        return replace(plan, trajectory=plan.trajectory.seen_from(-self.origin_m), time_s=self.given.time_s, doubts=self.doubts)
+    def given_from(self, plan: Plan, **signed: Any) -> Plan:
+        """A plan of this cycle in the place and time of the situation as it was given, with what is doubted of that; `signed` so."""
+        trajectory = plan.trajectory.seen_from(-self.origin_m)
+        return replace(plan, trajectory=trajectory, time_s=self.given.time_s, doubts=self.doubts, **signed)
 
     def remember(self, plan: Plan, reported: ReportedMode | None = None) -> Memory:
         """What a plan of this cycle, reported so, means for the next one: the method's own part, and what holds for all of them."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+from collections.abc import Sequence
 from dataclasses import replace
 
 from mcdas_opt.domain.host import HostState
@@ -19,15 +20,13 @@ _FASTEST_SHARE = 0.98  # of the car's top speed
 
 
 def seen_locally(given: Situation, origin_m: float) -> Situation:
-    """From the origin and from now, with who may be in traffic there; a host whose tyres slip as one that grips."""
-    near = tuple(track for track in given.tracks if max(abs(track.s_m - origin_m), abs(track.d_m)) <= _IN_TRAFFIC_M)
-    if len(near) < len(given.tracks):
-        given = replace(given, tracks=near)
+    """From the origin and from now, with who may be in traffic there, in order; a host whose tyres slip as one that grips."""
+    near = [track for track in _ordered(given.tracks) if max(abs(track.s_m - origin_m), abs(track.d_m)) <= _IN_TRAFFIC_M]
     if given.host.sideslip_rad != 0.0:
         given = replace(given, host=HostState.from_vector(given.host.to_vector()))
     destination = given.destination and given.destination.seen_from(origin_m, given.time_s)
     if origin_m == 0.0:
-        return given if given.time_s == 0.0 else replace(given, time_s=0.0, destination=destination)
+        return replace(given, time_s=0.0, tracks=tuple(near), destination=destination)
     tracks = tuple(track.seen_from(origin_m) for track in near)
     host, road = given.host.seen_from(origin_m), given.road.seen_from(origin_m)
     return replace(given, time_s=0.0, host=host, tracks=tracks, road=road, destination=destination)
@@ -35,9 +34,12 @@ def seen_locally(given: Situation, origin_m: float) -> Situation:
 
 def in_order(given: Situation) -> Situation:
     """The tracks from behind to ahead, whatever the order and the names that they were given: sums over them have the same last bits."""
-    tracks = given.tracks
-    ordered = sorted(tracks, key=_place)
-    return given if all(map(operator.is_, ordered, tracks)) else replace(given, tracks=tuple(ordered))
+    ordered = _ordered(given.tracks)
+    return given if all(map(operator.is_, ordered, given.tracks)) else replace(given, tracks=tuple(ordered))
+
+
+def _ordered(tracks: Sequence[Track]) -> list[Track]:
+    return sorted(tracks, key=_place)
 
 
 def _place(track: Track) -> tuple[float | str, ...]:

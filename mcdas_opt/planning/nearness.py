@@ -27,8 +27,7 @@ class Nearness:
 
 def nearness(trajectories: Sequence[Trajectory], cycle: Cycle) -> Nearness:
     """Of at least one trajectory; all are sampled at the same times."""
-    tables = trajectories[0].table[None] if len(trajectories) == 1 else np.array([one.table for one in trajectories])
-    return nearness_of(tables, trajectories[0].t_s, cycle)
+    return nearness_of(np.array([one.table for one in trajectories]), trajectories[0].t_s, cycle)
 
 
 def nearness_of(tables: Array, t_s: Array, cycle: Cycle) -> Nearness:

@@ -11,7 +11,7 @@ from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Scan
-from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.plan import Plan, Timing
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import all_of, finite, not_a_class, positive, require_type, require_type_if_given
 from mcdas_opt.domain.settings import Settings
@@ -157,9 +157,9 @@ class Planner:
         plan = with_loss_of_grip(plan, situation.host, self.vehicle, situation.road)
         self.memory = cycle.remember(plan, reported)
         indicator = plan.indicator if plan.side is Side.NONE else plan.side
-        timing = replace(plan.timing_ms, total=1e3 * (time.perf_counter() - started))
-        self._asked.previous = replace(
-            cycle.given_from(plan),
+        timing = Timing(total=1e3 * (time.perf_counter() - started), solve=plan.timing_ms.solve, verify=plan.timing_ms.verify)
+        self._asked.previous = cycle.given_from(
+            plan,
             planner=self.name,
             solver=plan.solver or self._asked.solver,
             indicator=indicator,

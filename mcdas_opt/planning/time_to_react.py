@@ -31,7 +31,6 @@ def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
     elif wanted.escapes:
         comfort = _comfortable(wanted.comfort_mps2, wanted.comfort_share)
         found = escapes_under(cycle.prediction, cycle.situation, cycle.vehicle, comfort)
-        found = replace(found, situation=cycle.situation, vehicle=cycle.vehicle)
         told = alert(found, wanted, cycle.memory.alert)
         most = comfort.comfort_on(cycle.situation.road.friction)
         if told is not Alert.NONE and _is_comfortable(plan, cycle.vehicle.wheelbase_m, most):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.escapes import Closer, Escape, Escapes
@@ -39,9 +38,7 @@ def escapes(
     require_type_if_given("prediction", prediction, PredictionSettings)
     require_type_if_given("settings", settings, EscapeSettings)
     car = load_vehicle(situation.vehicle_name) if vehicle is None else vehicle
-    return replace(
-        escapes_under(predict_for(planned_around(situation, car), prediction), situation, car, settings), situation=situation, vehicle=car
-    )
+    return escapes_under(predict_for(planned_around(situation, car), prediction), situation, car, settings)
 
 
 def escapes_under(prediction: Prediction, situation: Situation, vehicle: Vehicle, settings: EscapeSettings | None = None) -> Escapes:
@@ -76,7 +73,16 @@ def escapes_under(prediction: Prediction, situation: Situation, vehicle: Vehicle
         candidates.append(candidate)
     brake, accelerate, left, right = candidates
     keeping_on_s = round(end_s, 4) if ender is not None else None
-    return Escapes(brake=brake, accelerate=accelerate, left=left, right=right, keeping_on_s=keeping_on_s, keeping_on_meets=ender)
+    return Escapes(
+        brake=brake,
+        accelerate=accelerate,
+        left=left,
+        right=right,
+        keeping_on_s=keeping_on_s,
+        keeping_on_meets=ender,
+        situation=situation,
+        vehicle=vehicle,
+    )
 
 
 _DEFAULT = EscapeSettings()
