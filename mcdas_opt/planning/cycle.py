@@ -88,7 +88,7 @@ class Cycle:
         choice = lane_choice(local, vehicle, settings, before, elapsed_s) if active is None else before.resting
         deficits = front_deficits(local, vehicle, settings.safe_end, memory.deficits, elapsed_s)
         prediction = in_reach_ever(predict_for(local, settings.prediction), local.host, vehicle, local.road)
-        now = assess(local, vehicle, settings.selector, memory.assessment, leaves_lane=leaves_lane)
+        now = assess(local, vehicle, settings.selector, memory.assessment, elapsed_s, leaves_lane=leaves_lane)
         asked_m = settings.headway.standstill_m + settings.headway.time_gap_s * max(local.host.speed_mps, 0.0)
         return cls(
             given=situation,

@@ -119,7 +119,7 @@ class Memory:
         if not 0.0 < elapsed_s <= _OLDEST_S:
             return Memory(origin_m=here_m)
         origin_m = self.origin_m if abs(here_m - self.origin_m) <= _STRETCH_M else here_m
-        by_m, was, previous, reaction = origin_m - self.origin_m, self.assessment, self.previous, self.reaction
+        by_m, previous, reaction = origin_m - self.origin_m, self.previous, self.reaction
         if previous is not None:
             previous = replace(previous, trajectory=previous.trajectory.seen_from(by_m), age_s=previous.age_s + elapsed_s)
         return replace(
@@ -127,7 +127,6 @@ class Memory:
             origin_m=origin_m,
             elapsed_s=elapsed_s,
             previous=previous,
-            assessment=None if was is None else replace(was, since_s=round(was.since_s - elapsed_s, _CLOCK_DIGITS)),
             active=None if self.active is None else self.active.seen_from(by_m),
             tracks=tuple(track.seen_from(by_m) for track in self.tracks) if by_m else self.tracks,
             supposed=tuple(one.seen_from(by_m) for one in self.supposed),

@@ -21,6 +21,7 @@ from mcdas_opt.situation.table1 import literal_mode
 
 _TIE_M = 0.1  # a smaller difference between the sides is a tie
 _LANE_END_MPS2 = 3.0  # of braking: a lane's end that asks for less is no threat
+_CLOCK_DIGITS = 4  # of a second: what is finer is rounding
 _LANE_REACHED = 0.75  # of a lane's width: an evasion that came this far counts lanes anew
 
 
@@ -39,11 +40,12 @@ def assess(
     vehicle: Vehicle,
     settings: SelectorSettings,
     previous: Assessment | None = None,
+    elapsed_s: float = 0.0,
     *,
     leaves_lane: bool = False,
 ) -> Assessment:
-    """Roles, gaps, times to collision, threats, open sides and the one mode; `previous` is the cycle before (hysteresis). Whoever changes
-    lanes already (`leaves_lane`) is not threatened by the end of the one that it is in."""
+    """Roles, gaps, times to collision, threats, open sides and the one mode; `previous` is the cycle before (hysteresis), whose time 0 was
+    `elapsed_s` before this one's. Whoever changes lanes already (`leaves_lane`) is not threatened by the end of the one that it is in."""
     host, road, coverage, tracks = situation.host, situation.road, situation.coverage, situation.tracks
     lane = _lane(situation, previous)
     assigned = assign_roles(tracks, lane, host, vehicle, road, settings)
@@ -57,7 +59,8 @@ def assess(
     if front.is_road_end and ttc_front < settings.ttc_warning_s:  # no lane goes on
         blocked |= {Sector.LEFT, Sector.RIGHT}
     offset = 0.0 if front_car is None else front_car.d_m - host.d_m
-    age = math.inf if previous is None or situation.time_s < previous.since_s else situation.time_s - previous.since_s
+    began_s = round(before.since_s - elapsed_s, _CLOCK_DIGITS) if elapsed_s else before.since_s
+    age = math.inf if previous is None or situation.time_s < began_s else situation.time_s - began_s
     choice = select_one(
         Facts(
             host_speed=host.speed_mps,
@@ -109,7 +112,7 @@ def assess(
         literal_mode=_table_1(front_car, rear_car, situation, vehicle),
         reason=RULES[rule].reason if rule >= 0 else f"{mode.value} goes on for {settings.hold_s:g} s",
         lane=lane,
-        since_s=before.since_s if same else situation.time_s,
+        since_s=began_s if same else situation.time_s,
     )
 
 
