@@ -82,7 +82,8 @@ class LaneMpcSolver:
         self._scene: _Scene | None = None
 
     def warm_up(self, vehicle: Vehicle) -> None:
-        """Poses every problem now that a drive may ask for but the backup: some tenths of a second once a process, else nothing."""
+        """Poses every problem now that a drive may ask for, and loads the backup: some tenths of a second once a process, else nothing."""
+        OsqpEngine.load()
         for slots, sloping in product(self.own.slots, (False, True)):
             self.problems.holding(slots, vehicle, sloping_edges=sloping)
 

@@ -107,6 +107,11 @@ class OsqpEngine:
     def _failed(self, ending: Ending, x: Array, u: Array, s: Array, done: int, inner: int, message: str) -> Outcome:
         return Outcome(ending=ending, x=x, u=u, s=s, iterations=done, inner_iterations=inner, message=message)
 
+    @staticmethod
+    def load() -> None:
+        """OSQP's own modules, before a solve needs them: they take a fiftieth of a second."""
+        import osqp  # noqa: F401
+
     def _qp(self, qp: _Qp, z: Array, y: Array) -> Any:
         import osqp
 
