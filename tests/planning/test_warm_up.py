@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 from ctypes import CDLL
 from dataclasses import replace
@@ -16,6 +17,8 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.native import library
 from mcdas_opt.native.form import SWITCH
 from mcdas_opt.planning import transcribed_problem
+from mcdas_opt.planning.mpc import MpcMethod
+from mcdas_opt.solvers.osqp_engine import OsqpEngine
 
 
 @pytest.mark.parametrize("planner", ["mpc", "closed-form", "closed-form-corrected", "aeb", "un-r157", "idm-mobil"])
@@ -42,6 +45,19 @@ def test_a_road_whose_edges_change_waits_for_no_problem_to_be_posed(monkeypatch:
     assert situation.road.edges is not None
     built.plan(situation)
     assert transcribed_problem._original.cache_info().misses == posed
+
+
+def test_the_first_planner_has_the_collector_look_through_what_was_loaded_and_loads_the_backup(monkeypatch: pytest.MonkeyPatch) -> None:
+    loaded = list[bool]()
+    monkeypatch.setattr(MpcMethod, "_is_rehearsed", False)
+    monkeypatch.setattr(OsqpEngine, "load", lambda: loaded.append(True))
+    full = gc.get_stats()[2]["collections"]
+    mo.Planner()
+    once = gc.get_stats()[2]["collections"]
+    assert once > full
+    assert loaded
+    mo.Planner()
+    assert gc.get_stats()[2]["collections"] == once
 
 
 def test_a_plan_says_which_form_made_it_also_where_the_fallback_answers(monkeypatch: pytest.MonkeyPatch) -> None:
