@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 from collections.abc import Callable
 from pathlib import Path
 
@@ -82,7 +83,10 @@ def live(
     radars = {bus: Sector.FRONT} if rear is None else {bus: Sector.FRONT, rear: Sector.REAR}
     frames = None if play is None else read_candump(find("logs", str(play), ".log")).frames
     opened = {name: open_bus(name, VIRTUAL if play is not None else interface) for name in radars}
+    gc.collect()
     with contextlib.ExitStack() as stack:
+        gc.freeze()  # else Python's collector looks through all that is loaded every few minutes, for 30 ms, within a cycle
+        stack.callback(gc.unfreeze)
         inbox = stack.enter_context(BusInbox(opened))
         watchdog = Watchdog()
         stack.callback(watchdog.close)
