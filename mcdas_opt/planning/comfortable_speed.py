@@ -17,17 +17,14 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.headway import ORDINARY_MPS2, asked_time_gap_s
 from mcdas_opt.planning.lane_choice import known_acceleration_mps2, reaches_into
 from mcdas_opt.planning.required_lane import merging_time_gap_s
+from mcdas_opt.reference.arrival import comes_late
 from mcdas_opt.reference.speed_profile import BEHIND_MPS2, FrontCar, SpeedProfile, profile_ahead, speeds_along
 from mcdas_opt.tracking.prediction import CHANGE_MPS, CHANGE_SIGMAS
 
 _HURRIED_MPS2, _HURRIED_SHARE = 3.0, 0.35  # across in bends, where the destination is missed otherwise, and of what the road gives
 _LEVELS = 5  # of hurry
-_LATE_S, _EVERY_M, _SLOWEST_MPS = 0.5, 2.0, 0.5  # before the destination's time is over; a way is timed in such steps, no slower than so
-_TIMED_M = 20_000.0  # of a way that is timed in steps: what follows is driven as fast as its last one
 _STANDING_MPS = 0.4
 _CLOSED_UP_M = 1.5  # beyond the gap at standstill: nobody drives on for so little
-
-
 _FADING_S, _BRAKING_FADES_S = 1.0, 2.0
 
 
@@ -55,7 +52,7 @@ def comfortable_speed(
         rising_mps2=comfort.share * comfort.limits(host_mps).acceleration_mps2,
         falling_mps2=ORDINARY_MPS2,
         late_mps2=comfort.late_braking_mps2,
-        behind_mps2=comfort.late_braking_mps2 if cycle.wins_back else BEHIND_MPS2,
+        behind_mps2=comfort.late_braking_mps2 if cycle.front_gap.is_won_back else BEHIND_MPS2,
         fronts=_fronts(cycle, (d_m,) if evades else (cycle.lane_centre_m, d_m)) + ([] if follows is None else [_let_ahead(cycle, follows)]),
     )
     if profile is None:
@@ -82,8 +79,8 @@ def _fronts(cycle: Cycle, lanes_m: tuple[float, ...]) -> list[FrontCar]:
         if there:
             front, room_m = min(there, key=itemgetter(1))
             speeds, way = _going_on(front, times_s)
-            gaps = asked_time_gap_s(room_m + way, speeds, host.speed_mps, times_s, cycle.headway)
-            found.append(FrontCar(room_m + way - cycle.headway.standstill_m, speeds, gaps))
+            gaps = asked_time_gap_s(room_m + way, speeds, host.speed_mps, times_s, cycle.front_gap.headway)
+            found.append(FrontCar(room_m + way - cycle.front_gap.headway.standstill_m, speeds, gaps))
     if manners.passes_inside:
         inner = lanes_m[-1] + (road.lane_width_m if manners.inside is Side.LEFT else -road.lane_width_m)
         for track, room_m in ahead:
@@ -147,18 +144,9 @@ def bends_ahead(cycle: Cycle, d_m: float, stops_m: float = math.inf) -> SpeedPro
 
 
 def _comes_late(profile: SpeedProfile, cycle: Cycle) -> bool:
-    """Whether the destination's time is over before a host that drives so and gains speed in comfort is at its place."""
     situation, comfort = cycle.situation, cycle.settings.comfort
-    host, destination = situation.host, situation.destination
-    if destination is None or destination.s_m is None or destination.time_s is None or destination.s_m[0] <= host.s_m:
-        return False
-    left_m = destination.s_m[0] - host.s_m
-    way_m = np.arange(0.5 * _EVERY_M, min(left_m, _TIMED_M), _EVERY_M)
-    gained = 2.0 * comfort.share * comfort.limits(host.speed_mps).acceleration_mps2 * way_m
-    speeds = np.minimum(profile.at(host.s_m + way_m), np.sqrt(host.speed_mps**2 + gained))
-    speeds = np.maximum(np.minimum(speeds, max(host.speed_mps, situation.wanted_speed_mps)), _SLOWEST_MPS)
-    rest_s = (left_m - _TIMED_M) / float(speeds[-1]) if left_m > _TIMED_M else 0.0
-    return float((_EVERY_M / speeds).sum()) + rest_s > destination.time_s[1] - situation.time_s - _LATE_S
+    rising_mps2 = comfort.share * comfort.limits(situation.host.speed_mps).acceleration_mps2
+    return comes_late(situation.destination, situation.host, situation.time_s, profile, situation.wanted_speed_mps, rising_mps2)
 
 
 def _lane_end_ahead_m(cycle: Cycle, d_m: float) -> float:

@@ -56,7 +56,7 @@ def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[fl
     t, missing, closeness = drives[0, 0], None, None
     others = near.others
     if others.ends:
-        missing = missing_headway(drives, others.motion, others.halves_m, cycle.situation.host, cycle.headway)
+        missing = missing_headway(drives, others.motion, others.halves_m, cycle.situation.host, cycle.front_gap.headway)
         closeness = np.exp(-np.maximum(np.minimum.reduce(near.separation_m, axis=1), 0.0) / 0.7)
     rate = _rate(drives, missing, closeness, cycle, weights)
     totals: list[float] = np.add.reduce(0.5 * (rate[:, 1:] + rate[:, :-1]) * (t[1:] - t[:-1]), axis=1).tolist()

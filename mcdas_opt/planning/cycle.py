@@ -11,7 +11,7 @@ from mcdas_opt.domain.doubt import Doubt, SupposedTrack
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.settings import HeadwaySettings, Settings
+from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
@@ -20,7 +20,7 @@ from mcdas_opt.geometry.window import frame_near
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
 from mcdas_opt.planning.deadline import Deadline, Stage
 from mcdas_opt.planning.front_braking import brakes_gently, brakes_to_the_limit
-from mcdas_opt.planning.front_gap import TAKEN_OPENING, CutIn, cut_in, is_too_near
+from mcdas_opt.planning.front_gap import CutIn, FrontGap, cut_in
 from mcdas_opt.planning.kept_offset import kept_d_m
 from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, lane_choice, neighbours_in
 from mcdas_opt.planning.local_situation import in_order, limit_mps, seen_locally, with_wanted_speed
@@ -28,7 +28,7 @@ from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory, PreviousPlan, ReportedMode
 from mcdas_opt.planning.others import Others
 from mcdas_opt.planning.reach import in_reach_ever
-from mcdas_opt.planning.required_lane import LEAST_SHARE, Gap, RequiredLane, best_gap, required_lane
+from mcdas_opt.planning.required_lane import LEAST_SHARE, Gap, RequiredLane, best_gap, gets_past_somebody, required_lane
 from mcdas_opt.planning.withdrawal import is_withdrawn
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.situation.doubts import believed
@@ -270,38 +270,11 @@ class Cycle:
         return {name: one.owed_m for one in self.deficits for name in names_of(one.id)}
 
     @cached_property
-    def headway(self) -> HeadwaySettings:
-        """What is asked for in this cycle: less where more than ordinary driving is called for, and the least that a gap may have while the
-        host gets past somebody into one in the destination's lane; sooner where the host made it."""
-        headway = self.settings.headway
-        if not self.is_ordinary:
-            return replace(headway, time_gap_s=headway.pressed_s)
-        if self.passes:
-            return replace(headway, time_gap_s=LEAST_SHARE * headway.time_gap_s)
-        if not self.wins_back:
-            return headway
-        return replace(headway, opening=TAKEN_OPENING, braking_mps2=self.settings.comfort.late_braking_mps2)
-
-    @cached_property
-    def passes(self) -> bool:
-        """Whether the host gets past somebody into a gap in the destination's lane."""
-        gap, required = self.gap, self.required_lane
-        waits = gap is not None and gap.wait_s > 0.0 and not gap.is_slower and self.active is None
-        return waits and required is not None and required.end_m is None
-
-    @cached_property
-    def wins_back(self) -> bool:
-        """Whether a gap that nobody else made too small is won back by more than ordinary braking: nobody follows closely."""
-        assessment, headway = self.assessment, self.settings.headway
-        close_m = headway.standstill_m + LEAST_SHARE * headway.time_gap_s * max(assessment.rear_speed_mps or 0.0, 0.0)
-        follows_closely = assessment.rear_id is not None and assessment.rear_gap_m < close_m
-        return self.is_too_near and self.cut_in is None and not follows_closely and not self.passes
-
-    @cached_property
-    def is_too_near(self) -> bool:
-        """Whether more than ordinary braking would leave too little of the headway ahead."""
-        settings, speed_mps = self.settings, self.situation.host.speed_mps
-        return is_too_near(self.assessment, speed_mps, settings.headway, settings.comfort.late_braking_mps2)
+    def front_gap(self) -> FrontGap:
+        """What is asked for of the gap ahead, and how it stands with that."""
+        gets_past = self.active is None and gets_past_somebody(self.required_lane, self.gap)
+        speed_mps, is_ordinary = self.situation.host.speed_mps, self.is_ordinary
+        return FrontGap.of(self.assessment, self.cut_in, self.settings, speed_mps, is_ordinary=is_ordinary, gets_past=gets_past)
 
     @property
     def preferred_side(self) -> Side:

@@ -1,11 +1,12 @@
-"""Who made the gap ahead too small: one that a cut-in took is won back gently, any other by more than ordinary braking."""
+"""The gap ahead: what is asked for, and who made it too small. One that a cut-in took is won back gently, any other by more than
+ordinary braking."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mcdas_opt.domain.assessment import Assessment
-from mcdas_opt.domain.settings import HeadwaySettings
+from mcdas_opt.domain.settings import HeadwaySettings, Settings
 from mcdas_opt.planning.required_lane import LEAST_SHARE
 
 OWED_S = 10.0  # so long a gap that a cut-in has shortened counts as made by others
@@ -37,10 +38,44 @@ def cut_in(
     return CutIn(id=now.front_id) if now.front_gap_m < asked_m else None
 
 
-def is_too_near(now: Assessment, speed_mps: float, headway: HeadwaySettings, braking_mps2: float) -> bool:
-    """Whether braking as it is won back by would leave less than the least share of the headway."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrontGap:
+    """What is asked for of the gap ahead in a cycle, and how it stands with that.
+
+    `is_too_near`: more than ordinary braking would leave less than the least share of the headway. `is_won_back`: by more than ordinary
+    braking, since nobody else made it too small, and nobody follows closely.
+    """
+
+    headway: HeadwaySettings
+    is_too_near: bool
+    is_won_back: bool
+
+    @classmethod
+    def of(
+        cls, now: Assessment, cut_in: CutIn | None, settings: Settings, speed_mps: float, *, is_ordinary: bool, gets_past: bool
+    ) -> FrontGap:
+        """Less is asked for where more than ordinary driving is called for; the least that a gap may have while the host `gets_past`
+        somebody into one in the destination's lane; the headway sooner where the host made the gap too small."""
+        headway, late_mps2 = settings.headway, settings.comfort.late_braking_mps2
+        is_too_near = _is_too_near(now, speed_mps, headway, late_mps2)
+        is_won_back = is_too_near and cut_in is None and not gets_past and not _is_followed_closely(now, headway)
+        if not is_ordinary:
+            headway = replace(headway, time_gap_s=headway.pressed_s)
+        elif gets_past:
+            headway = replace(headway, time_gap_s=LEAST_SHARE * headway.time_gap_s)
+        elif is_won_back:
+            headway = replace(headway, opening=TAKEN_OPENING, braking_mps2=late_mps2)
+        return cls(headway=headway, is_too_near=is_too_near, is_won_back=is_won_back)
+
+
+def _is_too_near(now: Assessment, speed_mps: float, headway: HeadwaySettings, braking_mps2: float) -> bool:
     if now.front_id is None or now.front_speed_mps is None:
         return False
     closing = max(speed_mps - now.front_speed_mps, 0.0)
     left_m = now.front_gap_m - closing * closing / (2.0 * braking_mps2)
     return left_m < headway.standstill_m + LEAST_SHARE * headway.time_gap_s * max(speed_mps, 0.0)
+
+
+def _is_followed_closely(now: Assessment, headway: HeadwaySettings) -> bool:
+    close_m = headway.standstill_m + LEAST_SHARE * headway.time_gap_s * max(now.rear_speed_mps or 0.0, 0.0)
+    return now.rear_id is not None and now.rear_gap_m < close_m

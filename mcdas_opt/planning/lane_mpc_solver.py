@@ -167,7 +167,7 @@ class LaneMpcSolver:
 
     def who_matters(self, cycle: Cycle) -> ObstacleSlots:
         """The bodies that can come near, or into the headway, within the horizon; in the cycle's order."""
-        times, situation, headway = self.settings.grid.times_s, cycle.situation, cycle.headway
+        times, situation, headway = self.settings.grid.times_s, cycle.situation, cycle.front_gap.headway
         bodies, motion = cycle.prediction.bodies, cycle.prediction.rows_on(times)
         if bodies:
             lengths = np.array([body.length_m for body in bodies])
@@ -230,7 +230,7 @@ class LaneMpcSolver:
         """(N + 1, np): the parameters of every node."""
         p, cycle = scene.matrix.copy(), scene.cycle
         situation, times_s, comfort = cycle.situation, self.settings.grid.times_s, self.settings.comfort
-        values = proposal_values(situation, cycle.vehicle, scene.others, proposed, times_s, guess_s, cycle.headway, comfort)
+        values = proposal_values(situation, cycle.vehicle, scene.others, proposed, times_s, guess_s, cycle.front_gap.headway, comfort)
         if len(scene.others) > scene.transcribed.slots:
             values |= nearest_values(scene.others, scene.transcribed.slots, proposed, guess_s)
         values["left_edge"] -= self.settings.edge_reserve_m

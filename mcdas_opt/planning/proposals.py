@@ -67,7 +67,7 @@ def keep_lane(cycle: Cycle, mode: Mode, towards: Gap | None = None) -> Proposed:
         speeds_mps=speeds,
         is_comfortable=True,
         relies_on_followers=True,
-        keeps_room_behind=cycle.attentive_follower is None and not (cycle.is_too_near and expected_followers(cycle)),
+        keeps_room_behind=cycle.attentive_follower is None and not (cycle.front_gap.is_too_near and expected_followers(cycle)),
     )
 
 

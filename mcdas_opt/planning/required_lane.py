@@ -56,6 +56,11 @@ class Gap(NamedTuple):
     fastest_mps: float = 0.0
 
 
+def gets_past_somebody(required: RequiredLane | None, gap: Gap | None) -> bool:
+    """Whether that gap in the destination's lane is gone into once the host has got past somebody."""
+    return required is not None and required.end_m is None and gap is not None and gap.wait_s > 0.0 and not gap.is_slower
+
+
 def required_lane(situation: Situation, vehicle: Vehicle) -> RequiredLane | None:
     """The side with a lane that leads on where the host's own ends soon, else the side of the destination's lane; None where the own lane
     leads on and is the one to be in, or where nothing leads on farther."""

@@ -7,12 +7,15 @@ import numpy as np
 from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.reference.speed_profile import SpeedProfile
 
 _SPARE_S = 0.5  # to be there earlier than at the last moment, and not before the first
 _SHORTEST_S, _LONGEST_S = 0.1, 1e9  # left; more is any time
 _RESPONSE_S = 0.3  # until an acceleration is built up
 _BEGINS_S = 0.3  # who has to change its speed so soon begins now
 _SPEEDS, _MOMENTS = 65, 25
+_EVERY_M, _SLOWEST_MPS = 2.0, 0.5  # a way is timed in such steps, no slower than so
+_TIMED_M = 20_000.0  # of a way that is timed in steps: what follows is driven as fast as its last one
 _INSIDE_M = 0.5  # of the place that is asked for, kept from either end where they are so far apart
 _INSIDE_MPS = 0.5  # the same of speeds
 
@@ -65,6 +68,22 @@ def arrival_speed_mps(
     passes_s = 0.5 * (max(begin_m, 0.0) + end_m) / held if held > 0.0 else late_s
     asked_by_s = max(early_s, min(0.5 * (early_s + late_s), passes_s))
     return last if asked_by_s - abs(held - last) / rate <= _BEGINS_S else held
+
+
+def comes_late(
+    destination: Destination | None, host: HostState, time_s: float, profile: SpeedProfile, wanted_mps: float, rising_mps2: float
+) -> bool:
+    """Whether the destination's time is over before a host that drives as the profile allows, and gains speed at that rate, is at its
+    place."""
+    if destination is None or destination.s_m is None or destination.time_s is None or destination.s_m[0] <= host.s_m:
+        return False
+    left_m = destination.s_m[0] - host.s_m
+    way_m = np.arange(0.5 * _EVERY_M, min(left_m, _TIMED_M), _EVERY_M)
+    gained = 2.0 * rising_mps2 * way_m
+    speeds = np.minimum(profile.at(host.s_m + way_m), np.sqrt(host.speed_mps**2 + gained))
+    speeds = np.maximum(np.minimum(speeds, max(host.speed_mps, wanted_mps)), _SLOWEST_MPS)
+    rest_s = (left_m - _TIMED_M) / float(speeds[-1]) if left_m > _TIMED_M else 0.0
+    return float((_EVERY_M / speeds).sum()) + rest_s > destination.time_s[1] - time_s - _SPARE_S
 
 
 def _inside(asked: tuple[float, float]) -> tuple[float, float]:
