@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from mcdas_opt.domain.declared_types import require_types
-from mcdas_opt.domain.rules import as_floats, positive, require, require_type
+from mcdas_opt.domain.rules import as_floats, positive, require
 from mcdas_opt.domain.vocabulary import BodyKind
 
 
@@ -29,7 +29,6 @@ class Body:
 
     def __post_init__(self) -> None:
         require_types(self)
-        require_type("name", self.name, str)
         as_floats(self, ("s_m", "d_m", "heading_rad", "speed_mps", "length_m", "width_m"))
         require(self, positive, "length_m", "width_m")
 

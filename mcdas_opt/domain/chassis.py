@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from mcdas_opt.domain.declared_types import require_types
-from mcdas_opt.domain.rules import measurable, non_negative, require, true_or_false, within
+from mcdas_opt.domain.rules import measurable, non_negative, require, within
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, DrivenAxle, Vehicle
 from mcdas_opt.errors import ParameterError
 
@@ -43,7 +43,6 @@ class Chassis:
         non_negative("cog_height_m", self.cog_height_m, "m")
         if self.brake_share_front is not None:
             within("brake_share_front", self.brake_share_front, 0.0, 1.0)
-        true_or_false("anti_lock", self.anti_lock)
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> Chassis:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.equality import EqualByValue
 from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.rules import (
@@ -267,10 +267,6 @@ class Parking(Result):
     @property
     def passed(self) -> bool:
         return self.verdict.passed
-
-    def to_dict(self) -> dict[str, Any]:
-        """The JSON document of the contract."""
-        return {"schema_version": SCHEMA_VERSION, **to_document(self)}
 
     def in_brief(self) -> tuple[str, str, str]:
         least = "" if self.min_clearance_m is None else f", least clearance {self.min_clearance_m:.3f} m"

@@ -7,7 +7,6 @@ from operator import attrgetter
 from typing import Any, ClassVar
 
 from mcdas_opt.domain.declared_types import require_types
-from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.doubt import Doubt
 from mcdas_opt.domain.escapes import Escapes
 from mcdas_opt.domain.result import Columns, Result
@@ -97,7 +96,7 @@ class Plan(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the contract."""
-        document = {"schema_version": SCHEMA_VERSION, **to_document(self)}
+        document = Result.to_dict(self)
         if self.escapes is None:
             del document["escapes"]
         return document

@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, overload
 
-from mcdas_opt.domain.document import to_document
+from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.rules import Array, require_type, unit_of
 from mcdas_opt.errors import InputError, MissingExtraError, ParameterError, writing
 
@@ -47,9 +47,9 @@ class Result(ABC):
     def columns(self) -> Columns:
         """The table that it is: equally long columns by name."""
 
-    @abstractmethod
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the contract."""
+        return {"schema_version": SCHEMA_VERSION, **to_document(self)}
 
     def __repr__(self) -> str:
         return "\n  ".join(self.in_brief())

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Mounting
 from mcdas_opt.domain.plan import Plan
@@ -156,7 +156,3 @@ class Replay(Result):
         for k, name in ((0, "s"), (2, "d")):
             table[f"track_{name}_sd_m"] = [None if track is None else float(np.sqrt(track.covariance[k, k])) for _, track in pairs]
         return table
-
-    def to_dict(self) -> dict[str, Any]:
-        """The JSON document of the contract."""
-        return {"schema_version": SCHEMA_VERSION, **to_document(self)}

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from mcdas_opt.catalogue.scenes import Scene
-from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.result import Columns, Result
@@ -106,10 +105,6 @@ class Simulation(Result):
     scene: Scene = field(repr=False, compare=False)
     cycles: tuple[Cycle, ...] = field(repr=False, compare=False)
     history: History = field(repr=False, compare=False)
-
-    def to_dict(self) -> dict[str, Any]:
-        """The JSON document of the contract."""
-        return {"schema_version": SCHEMA_VERSION, **to_document(self)}
 
     def in_brief(self) -> tuple[str, str, str]:
         ended = "" if self.collided_with is None else f" with {self.collided_with} at {self.impact_speed_mps:.1f} m/s"

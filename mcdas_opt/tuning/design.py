@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mcdas_opt.catalogue.toml_text import toml_text
-from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
@@ -80,7 +80,7 @@ class Design(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the contract."""
-        return {"schema_version": SCHEMA_VERSION, **to_document(self), "request": to_document(self.request)}
+        return Result.to_dict(self) | {"request": to_document(self.request)}
 
     def in_brief(self) -> tuple[str, str, str]:
         bound = ", ".join(row.name for row in self.constraints if row.binds) or "nothing"

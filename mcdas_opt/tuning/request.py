@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from mcdas_opt.domain.declared_types import require_types
-from mcdas_opt.domain.rules import finite, non_negative, positive, require, require_type, within, word
+from mcdas_opt.domain.rules import finite, non_negative, positive, require, within, word
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import ParameterError, nearest
@@ -69,7 +69,6 @@ class DesignRequest:
 
     def __post_init__(self) -> None:
         require_types(self)
-        require_type("vehicle", self.vehicle, Vehicle)
         object.__setattr__(self, "side", word("side", self.side, Side))
         require(self, positive, "speed_mps", "lateral_acceleration_mps2", "lateral_jerk_mps3", "friction")
         require(self, positive, "lane_width_m", "heading_jump_rad", "curvature_1pm", "other_width_m")

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from mcdas_opt.catalogue.toml_text import toml_text
-from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.errors import InputError, writing
@@ -63,7 +63,7 @@ class StudyReport(Result):
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the contract."""
         front = [{"number": one.number, **to_document(one.cost)} for one in self.choice.front]
-        return {"schema_version": SCHEMA_VERSION, **to_document(self), "front": front, "suite": self.spec.suite}
+        return Result.to_dict(self) | {"front": front, "suite": self.spec.suite}
 
     def in_brief(self) -> tuple[str, str, str]:
         return (

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.parking.closed_loop.sight import Visitor
@@ -60,10 +59,6 @@ class ParkingDrive(Result):
     visitors: tuple[Visitor, ...] = ()
     references: tuple[ParkingTrajectory, ...] = field(default=(), repr=False, compare=False)
     truth: ParkingCase | None = field(default=None, repr=False, compare=False)
-
-    def to_dict(self) -> dict[str, Any]:
-        """As a JSON document, without the references."""
-        return {"schema_version": SCHEMA_VERSION, **to_document(self)}
 
     def in_brief(self) -> tuple[str, str, str]:
         off = f"{100.0 * self.end_position_error_m:.1f} cm and {1e3 * self.end_heading_error_rad:.0f} mrad off"

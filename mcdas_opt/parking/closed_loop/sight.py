@@ -8,7 +8,7 @@ import numpy as np
 
 from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.parking import ParkingCase
-from mcdas_opt.domain.rules import Array, finite, non_negative, positive, require
+from mcdas_opt.domain.rules import Array, non_negative, positive
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.clearance import Body, obstacle_field
 
@@ -26,7 +26,6 @@ class Visitor:
 
     def __post_init__(self) -> None:
         require_types(self)
-        require(self, finite, "x_m", "y_m")
         non_negative("from_s", self.from_s, "s")
         positive("width_m", self.width_m, "m")
         if not self.until_s > self.from_s:
