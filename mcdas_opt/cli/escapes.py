@@ -69,6 +69,6 @@ def escapes(
         from mcdas_opt.plotting.export import save_figure
         from mcdas_opt.plotting.time_to_react_timeline import time_to_react_sheet
 
-        save_figure(time_to_react_sheet(situation, vehicle, found, told), out)
+        save_figure(time_to_react_sheet(found, told), out)
         if not as_json:
             console().print(f"drawn: {out}")

@@ -54,9 +54,9 @@ def follow(
     else:
         _print(drive, f"{planner}, seed {seed}: {case}")
     if out is not None:  # what was computed has been said by then
-        from mcdas_opt.plotting.export import save_follow
+        from mcdas_opt.plotting.export import save_picture
 
-        save_follow(truth, drive, out)
+        save_picture(drive, out)
         if not as_json:
             console().print(f"drawn: {out}")
 

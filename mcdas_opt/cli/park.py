@@ -59,11 +59,13 @@ def park(
     else:
         _print(answer, f"{planner}: {case}")
     if out is not None:  # what was computed has been said by then
-        from mcdas_opt.plotting.export import save_parking
+        from mcdas_opt.plotting.export import save_picture
 
-        drawn = save_parking(problem, answer, out)
+        is_there = answer.trajectory is not None or out.suffix.lower() == ".html"
+        if is_there:
+            save_picture(answer, out)
         if not as_json:
-            console().print(f"drawn: {drawn}" if drawn is not None else "nothing to draw")
+            console().print(f"drawn: {out}" if is_there else "nothing to draw")
 
 
 def _print(answer: Parking, title: str) -> None:

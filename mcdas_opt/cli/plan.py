@@ -59,9 +59,9 @@ def plan(
     else:
         _print(answer, f"{planner}: {scene}")
     if out is not None and drawing:  # what was computed has been said by then
-        from mcdas_opt.plotting.export import save_plan
+        from mcdas_opt.plotting.export import save_picture
 
-        save_plan(situation, vehicle, answer, out)
+        save_picture(answer, out)
     if out is not None and not as_json:
         console().print(f"{'drawn' if drawing else 'written'}: {out}")
 

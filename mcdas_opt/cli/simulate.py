@@ -54,9 +54,9 @@ def _show(drive: Simulation, title: str, out: Path | None, as_json: bool) -> Non
     else:
         _print(drive, title)
     if out is not None:  # what was computed has been said by then
-        from mcdas_opt.plotting.export import save_drive
+        from mcdas_opt.plotting.export import save_picture
 
-        save_drive(drive, out)
+        save_picture(drive, out)
         if not as_json:
             console().print(f"drawn: {out}")
 

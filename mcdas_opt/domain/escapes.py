@@ -49,7 +49,7 @@ class Escapes(Result):
     `situation` and `vehicle` are what was asked for, to draw it in.
     """
 
-    drawn_by: ClassVar[str] = "mcdas_opt.plotting.results:escapes_figure"
+    drawn_by: ClassVar[str] = "mcdas_opt.plotting.time_to_react_timeline:time_to_react_sheet"
 
     brake: Escape = field(default_factory=Escape)
     accelerate: Escape = field(default_factory=Escape)

@@ -244,8 +244,9 @@ class ParkingAttempt:
 class Parking(Result):
     """The answer to a case. `trajectory` is None when not even an infeasible attempt exists; coordinates are the case file's."""
 
-    drawn_by: ClassVar[str] = "mcdas_opt.plotting.results:parking_figure"
-    moves_by: ClassVar[str] = "mcdas_opt.plotting.results:save_moving_parking"
+    drawn_by: ClassVar[str] = "mcdas_opt.plotting.parking:sheet"
+    moves_by: ClassVar[str] = "mcdas_opt.plotting.parking:film"
+    plays_by: ClassVar[str] = "mcdas_opt.plotting.player:parking_page"
 
     planner: str
     status: str  # planned | refused | budget (refused because a cap on nodes or iterations was reached)

@@ -55,8 +55,9 @@ class Plan(Result):
     that a manoeuvre once begun goes on instead of beginning anew. `situation` and `vehicle` are what it was asked for, to draw it in.
     """
 
-    drawn_by: ClassVar[str] = "mcdas_opt.plotting.results:plan_figure"
-    moves_by: ClassVar[str] = "mcdas_opt.plotting.results:save_moving_plan"
+    drawn_by: ClassVar[str] = "mcdas_opt.plotting.plan_sheet:plan_sheet"
+    moves_by: ClassVar[str] = "mcdas_opt.plotting.plan_sheet:film"
+    plays_by: ClassVar[str] = "mcdas_opt.plotting.player:plan_page"
 
     planner: str
     mode: Mode

@@ -32,12 +32,14 @@ class Result(ABC):
     """A plan, a drive, an escape map, a parking manoeuvre, a design, a benchmark.
 
     `drawn_by` names the function that draws it ("module:function"); drawing stands above the records and is imported only when it is
-    asked for. `moves_by` names the one that writes it as an animation (.gif) or a page (.html); empty where it does not move.
+    asked for. `moves_by` names the one that writes it as an animation into a file (.gif), `plays_by` the one that makes a page that plays
+    (.html) of it; empty where it does not.
     """
 
     __slots__ = ()
     drawn_by: ClassVar[str]
     moves_by: ClassVar[str] = ""
+    plays_by: ClassVar[str] = ""
 
     @abstractmethod
     def in_brief(self) -> tuple[str, str, str]:
@@ -70,7 +72,7 @@ class Result(ABC):
         """
         if path is not None:
             require_type("path", path, str, Path)
-        figure: Figure = called("mcdas_opt.plotting.export:save_result")(self, None if path is None else Path(path))
+        figure: Figure = called("mcdas_opt.plotting.export:plot")(self, path)
         return figure
 
     def to_json(self, indent: int | None = None) -> str:

@@ -283,10 +283,11 @@ def _middle(values: Sequence[float]) -> float | None:
 
 
 def _draw(drive: Simulation, path: Path) -> None:
-    from mcdas_opt.plotting.animation import save
+    from mcdas_opt.plotting.animation import sheet
+    from mcdas_opt.plotting.style import save_png
 
     path.parent.mkdir(parents=True, exist_ok=True)
-    save(drive, path)
+    save_png(sheet(drive), path)
 
 
 def _open(folder: Path, scenarios: Sequence[str], planners: Sequence[str]) -> None:

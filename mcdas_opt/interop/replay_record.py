@@ -119,7 +119,7 @@ class Replay(Result):
     """A recording after its run through the pipeline. What it was run with (`road`, `vehicle`, `log`) is not part of the document."""
 
     drawn_by: ClassVar[str] = "mcdas_opt.plotting.replay:replay_figure"
-    moves_by: ClassVar[str] = "mcdas_opt.plotting.export:save_replay"
+    plays_by: ClassVar[str] = "mcdas_opt.plotting.replay_player:replay_page"
 
     name: str
     format: str

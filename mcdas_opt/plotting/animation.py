@@ -13,8 +13,8 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.bands import STATUSES
-from mcdas_opt.plotting.birdseye import BirdsEye, legend_handles
-from mcdas_opt.plotting.moments import Moment, View, moment_at, moments, view_of
+from mcdas_opt.plotting.birdseye import BirdsEye, framed, legend_handles, scale_bar
+from mcdas_opt.plotting.moments import Moment, moment_at, moments, view_of
 from mcdas_opt.plotting.strips import StripChart, mark_times, strips_of
 from mcdas_opt.plotting.time_to_react_strip import TimeToReactStrip, has_escapes
 from mcdas_opt.plotting.words import TOLD
@@ -31,13 +31,10 @@ _LAST_FRAME_MS = 2000
 _STRIP_IN = 1.35  # of height, for the times to react over the drive
 
 
-def save(simulation: Simulation, path: str | Path) -> Path:
-    """Writes the drive as an animation (.gif) or a sheet of moments (.png)."""
-    target = Path(path)
-    if target.suffix.lower() == ".png":
-        return style.save_png(sheet(simulation), target, dpi=130)
+def film(simulation: Simulation, path: Path) -> Path:
+    """Writes the drive as an animation (.gif)."""
     scenes = moments(simulation, at_most=MOST_FRAMES)
-    return save_gif(frames(simulation, scenes), np.diff([moment.time_s for moment in scenes]), target)
+    return save_gif(frames(simulation, scenes), np.diff([moment.time_s for moment in scenes]), path)
 
 
 def save_gif(pictures: Sequence[Image], steps_s: Array, path: Path) -> Path:
@@ -73,10 +70,9 @@ def sheet(simulation: Simulation, count: int = 5) -> Figure:
             axes = fig.add_axes((0.03, 1.0 - (0.35 + (k + 1) * row) / height, 0.94, (row - 0.28) / height))
             moment = moment_at(simulation, t)
             BirdsEye(axes, simulation.scene.true_road, view, simulation.trajectory).show(moment)
-            axes.set(xticks=[], yticks=[])
             axes.set_title(f"{t:.1f} s   {moment.action}: {plan_words(moment.plan)}", fontsize=9, fontweight="normal", pad=3)
-            _frame(axes)
-        _scale_bar(axes, view)
+            framed(axes)
+        scale_bar(axes, view)
         bottom = _charts(fig, simulation, 0.48 / height, 1.25 / height)
         for axes, chart in bottom:
             mark_times(axes, times)
@@ -117,9 +113,8 @@ class _Stage:
         self._fig.text(0.016, 1.0 - 0.2 / height, _heading(simulation), fontsize=11, fontweight="bold", va="center")
         axes = self._fig.add_axes((0.015, 1.0 - (0.62 + bird) / height, 0.97, bird / height))
         self._bird = BirdsEye(axes, simulation.scene.true_road, view, simulation.trajectory)
-        axes.set(xticks=[], yticks=[])
-        _frame(axes)
-        _scale_bar(axes, view)
+        framed(axes)
+        scale_bar(axes, view)
         self._axes = axes
         self._charts: list[tuple[Axes, StripChart | TimeToReactStrip]] = [*_charts(self._fig, simulation, 0.45 / height, 1.2 / height)]
         if strip_in:
@@ -184,17 +179,6 @@ def _times_to_react(fig: Figure, simulation: Simulation, bottom: float, height: 
     strip = TimeToReactStrip(axes, simulation)
     strip.show(simulation.duration_s)
     return axes, strip
-
-
-def _frame(axes: Axes) -> None:
-    for spine in axes.spines.values():
-        spine.set(visible=True, color="#c8c8c8", lw=0.8)
-
-
-def _scale_bar(axes: Axes, view: View) -> None:
-    x, y = view.ahead_m - 13.0, view.right_m + 0.75
-    axes.plot([x, x + 10.0], [y, y], color=style.BLACK, lw=2.0, solid_capstyle="butt", zorder=8)
-    axes.annotate("10 m", (x, y), (-4, 0), textcoords="offset points", ha="right", va="center", fontsize=7, zorder=8)
 
 
 def _heading(simulation: Simulation) -> str:

@@ -179,6 +179,19 @@ def ellipse(track: Track) -> tuple[Array, Array]:
     return track.s_m + SIGMAS * ring[0], track.d_m + SIGMAS * ring[1]
 
 
+def framed(axes: Axes) -> None:
+    """A thin frame around the road, and no scales."""
+    axes.set(xticks=[], yticks=[])
+    for spine in axes.spines.values():
+        spine.set(visible=True, color="#c8c8c8", lw=0.8)
+
+
+def scale_bar(axes: Axes, view: View) -> None:
+    x, y = view.ahead_m - 13.0, view.right_m + 0.75
+    axes.plot([x, x + 10.0], [y, y], color=style.BLACK, lw=2.0, solid_capstyle="butt", zorder=8)
+    axes.annotate("10 m", (x, y), (-4, 0), textcoords="offset points", ha="right", va="center", fontsize=7, zorder=8)
+
+
 def legend_handles() -> list[Any]:
     """What the lines mean."""
     from matplotlib.lines import Line2D

@@ -14,8 +14,8 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.plotting import style
-from mcdas_opt.plotting.moments import HOST, Moment, Shown
-from mcdas_opt.plotting.plane import Ground, rounded
+from mcdas_opt.plotting.moments import HOST, Moment, Shown, View
+from mcdas_opt.plotting.plane import Ground, rounded, view_document
 from mcdas_opt.plotting.words import because, doing, judged, passed, sentence
 from mcdas_opt.simulation.contact import surroundings
 from mcdas_opt.tracking.prediction import predict
@@ -55,7 +55,7 @@ class Outlook:
         own = rounded(ground.place(host.s_m, host.d_m, host.heading_rad)[0], 3)
         return {
             "road": ground.document(),
-            "view": self.view(),
+            "view": view_document(self.view()),
             "cameras": rounded(ground.place(host.s_m + host.speed_mps * t, 0.0), 4),
             "host": {"name": "host", "length": car.length_m, "width": car.width_m, "colour": style.HOST, "pose": own},
             "bodies": bodies,
@@ -170,7 +170,7 @@ class Outlook:
             },
         ]
 
-    def view(self) -> dict[str, float]:
+    def view(self) -> View:
         """A window that holds the neighbours where it can, and the road's bend across its length."""
         host, road = self.situation.host, self.situation.road
         away = [track.s_m - host.s_m for track in self.situation.tracks]
@@ -181,7 +181,7 @@ class Outlook:
         for reach in (back, ahead):
             left = max(left, min(road.left_edge_m + 2.2 + 0.5 * reach**2 * float(kappa.max()), 24.0))
             right = min(right, max(road.right_edge_m - 1.2 + 0.5 * reach**2 * float(kappa.min()), -24.0))
-        return {"back": back, "ahead": ahead, "right": right, "left": left}
+        return View(back_m=back, ahead_m=ahead, right_m=right, left_m=left)
 
     def colours(self) -> list[str]:
         """Of the bodies: orange for the next ahead in the host's lane, vermilion for the next behind, grey for the rest."""

@@ -11,9 +11,11 @@ import numpy as np
 
 from mcdas_opt.domain.parking import Parking, ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.clearance import Body, body_corners
 from mcdas_opt.parking.path import counted
 from mcdas_opt.plotting import style
+from mcdas_opt.plotting.asked import case_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,12 +30,9 @@ _FORWARD, _REVERSE = style.BLUE, style.ORANGE
 _MOST_FRAMES, _FRAME_DPI = 90, 90
 
 
-def save(case: ParkingCase, parking: Parking, path: str | Path) -> Path:
-    """Writes a sheet (.png) or an animation (.gif); needs an answer with a trajectory."""
-    target = Path(path)
-    if target.suffix.lower() == ".png":
-        return style.save_png(sheet(case, parking), target, dpi=130)
-    return save_gif(*frames(case, parking), target)
+def film(parking: Parking, path: Path) -> Path:
+    """Writes an animation (.gif); needs an answer with a trajectory."""
+    return save_gif(*frames(parking), path)
 
 
 def save_gif(pictures: list[Image], milliseconds: list[int], path: Path) -> Path:
@@ -42,9 +41,9 @@ def save_gif(pictures: list[Image], milliseconds: list[int], path: Path) -> Path
     return path
 
 
-def sheet(case: ParkingCase, parking: Parking) -> Figure:
+def sheet(parking: Parking) -> Figure:
     """The swept body above; curvature and speed over the path below."""
-    trajectory = _local(case, parking)
+    case, trajectory = case_of(parking), _local(parking)
     with style.styled():
         fig = style.figure(9.6, 8.2)
         above, curvature, speed = fig.subplots(3, 1, height_ratios=[2.6, 1.0, 1.0])
@@ -64,9 +63,9 @@ def sheet(case: ParkingCase, parking: Parking) -> Figure:
     return fig
 
 
-def frames(case: ParkingCase, parking: Parking) -> tuple[list[Image], list[int]]:
+def frames(parking: Parking) -> tuple[list[Image], list[int]]:
     """A manoeuvre as `moving` pictures."""
-    return moving(case, _local(case, parking))
+    return moving(case_of(parking), _local(parking))
 
 
 def moving(case: ParkingCase, trajectory: ParkingTrajectory, people: Sequence[Visitor] = ()) -> tuple[list[Image], list[int]]:
@@ -107,10 +106,11 @@ def moving(case: ParkingCase, trajectory: ParkingTrajectory, people: Sequence[Vi
     return pictures, [*milliseconds, 2000]
 
 
-def _local(case: ParkingCase, parking: Parking) -> ParkingTrajectory:
+def _local(parking: Parking) -> ParkingTrajectory:
     if parking.trajectory is None:
-        raise ValueError("a refusal has no trajectory to draw")
-    return parking.trajectory.moved(-case.origin_m[0], -case.origin_m[1])
+        raise ParameterError("trajectory", None, "there is nothing to draw: the case was refused")
+    x_m, y_m = case_of(parking).origin_m
+    return parking.trajectory.moved(-x_m, -y_m)
 
 
 def gears_of(trajectory: ParkingTrajectory) -> Array:

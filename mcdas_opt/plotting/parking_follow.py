@@ -11,6 +11,7 @@ from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.geometry.clearance import Body, body_corners
 from mcdas_opt.parking.closed_loop.record import ParkingDrive
 from mcdas_opt.plotting import style
+from mcdas_opt.plotting.asked import case_of
 from mcdas_opt.plotting.parking import moving, save_gif
 
 if TYPE_CHECKING:
@@ -21,20 +22,17 @@ _BODIES = 40
 _SHOWN = 110  # letters of an event
 
 
-def save(truth: ParkingCase, drive: ParkingDrive, path: str | Path) -> Path:
-    """Writes a sheet (.png) or an animation (.gif)."""
-    target = Path(path)
-    if target.suffix.lower() == ".gif":
-        return save_gif(*moving(truth, drive.trajectory, drive.visitors), target)
-    return style.save_png(sheet(truth, drive), target, dpi=130)
+def film(drive: ParkingDrive, path: Path) -> Path:
+    """Writes an animation (.gif)."""
+    return save_gif(*moving(case_of(drive), drive.trajectory, drive.visitors), path)
 
 
-def sheet(truth: ParkingCase, drive: ParkingDrive) -> Figure:
+def sheet(drive: ParkingDrive) -> Figure:
     """The plane above: body, planned and driven paths, people. Below: speed, and the distance to what was planned, over time."""
     with style.styled():
         fig = style.figure(9.6, 7.8)
         above, speed, off = fig.subplots(3, 1, height_ratios=[2.6, 1.0, 1.0])
-        _plane(above, truth, drive)
+        _plane(above, case_of(drive), drive)
         t = drive.trajectory.t_s
         speed.plot(t, drive.trajectory.speed_mps, color=style.BLUE)
         speed.axhline(0.0, color=style.BLACK, lw=0.8)

@@ -14,7 +14,8 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.rectangle import corners
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.animation import MOST_FRAMES, save_gif
-from mcdas_opt.plotting.birdseye import BirdsEye, Camera
+from mcdas_opt.plotting.asked import situation_of
+from mcdas_opt.plotting.birdseye import BirdsEye, Camera, framed, scale_bar
 from mcdas_opt.plotting.moments import View
 from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.plotting.time_to_react_timeline import draw_timeline
@@ -28,14 +29,14 @@ _WIDTH_IN, _FRAME_S = 9.6, 0.1
 _NAMED_S = 2  # at its outline after so many seconds what somebody may do besides is named
 
 
-def plan_sheet(situation: Situation, vehicle: Vehicle, plan: Plan, after_s: float = 0.0) -> Figure:
+def plan_sheet(plan: Plan, after_s: float = 0.0) -> Figure:
     """The road from above so long after now, and where everybody is believed to be after each second, over the plan's charts with their
     limits and the timeline of the times to react."""
     from textwrap import shorten
 
+    situation, vehicle = situation_of(plan)
     outlook = Outlook(situation, vehicle)
-    frame = outlook.view()
-    view = View(back_m=frame["back"], ahead_m=frame["ahead"], right_m=frame["right"], left_m=frame["left"])
+    view = outlook.view()
     bird = (_WIDTH_IN - 0.3) * view.aspect
     timeline = 0.0 if plan.escapes is None else 2.3
     height = 1.0 + bird + 0.45 + 1.7 + timeline
@@ -62,19 +63,12 @@ def plan_sheet(situation: Situation, vehicle: Vehicle, plan: Plan, after_s: floa
     return fig
 
 
-def save(situation: Situation, vehicle: Vehicle, plan: Plan, path: Path) -> Path:
-    """Writes the sheet (.png) or the plan as it would be driven (.gif)."""
-    if path.suffix.lower() == ".gif":
-        return save_frames(situation, vehicle, plan, path)
-    return style.save_png(plan_sheet(situation, vehicle, plan), path)
-
-
-def save_frames(situation: Situation, vehicle: Vehicle, plan: Plan, path: Path) -> Path:
-    """The plan as it would be driven, in real time, as an animation (.gif)."""
+def film(plan: Plan, path: Path) -> Path:
+    """Writes the plan as it would be driven, in real time, as an animation (.gif)."""
     x = plan.trajectory
     last = float(x.t_s[-1]) if np.isfinite(x.states).all() else 0.0
     times = np.linspace(0.0, last, min(round(last / _FRAME_S), MOST_FRAMES) + 1)
-    pictures = [style.picture(plan_sheet(situation, vehicle, plan, float(t))) for t in times]
+    pictures = [style.picture(plan_sheet(plan, float(t))) for t in times]
     return save_gif(pictures, np.diff(times), path)
 
 
@@ -83,12 +77,8 @@ def _from_above(axes: Axes, situation: Situation, vehicle: Vehicle, plan: Plan, 
     BirdsEye(axes, situation.road, view, begun).show(outlook.moment(plan, after_s))
     if after_s == 0.0:
         _seconds_later(axes, situation, vehicle, plan, outlook, view)
-    axes.set(xticks=[], yticks=[])
-    for spine in axes.spines.values():
-        spine.set(visible=True, color="#c8c8c8", lw=0.8)
-    x, y = view.ahead_m - 13.0, view.right_m + 0.6
-    axes.plot([x, x + 10.0], [y, y], color=style.BLACK, lw=2.0, solid_capstyle="butt", zorder=8)
-    axes.annotate("10 m", (x, y), (-4, 0), textcoords="offset points", ha="right", va="center", fontsize=7, zorder=8)
+    framed(axes)
+    scale_bar(axes, view)
 
 
 def _seconds_later(axes: Axes, situation: Situation, vehicle: Vehicle, plan: Plan, outlook: Outlook, view: View) -> None:

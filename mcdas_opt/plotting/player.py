@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,13 +10,11 @@ import numpy as np
 from mcdas_opt.domain.parking import Parking, ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.situation import Situation
-from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.clearance import Body, body_corners
 from mcdas_opt.parking.closed_loop.record import ParkingDrive, ParkingOutcome
 from mcdas_opt.plotting import style, web
 from mcdas_opt.plotting.animation import outcome_words, plan_words
+from mcdas_opt.plotting.asked import case_of, situation_of
 from mcdas_opt.plotting.bands import Decided, bands_document
 from mcdas_opt.plotting.moments import HOST, Moment, moment_at, neighbour_colours, view_of
 from mcdas_opt.plotting.outlook import Outlook
@@ -27,37 +24,30 @@ from mcdas_opt.plotting.plane import Ground, plan_path, rounded, view_document
 from mcdas_opt.plotting.strips import Strip, strips_of
 from mcdas_opt.simulation.record import Cycle, Outcome, Simulation
 
-SUFFIX = ".html"
 _BEYOND_M = 110.0  # road drawn before the first and beyond the last place of the host
 _POSE_EVERY_S = 0.05
 _CHART_EVERY_S = 0.02
 
 
-def save_drive(simulation: Simulation, path: str | Path) -> Path:
-    """Writes the drive as a page. Raises `InputError` for another suffix than .html."""
-    return _write(path, drive_page(simulation))
-
-
 def drive_page(simulation: Simulation) -> str:
-    """The page itself."""
     return web.page(f"{simulation.name} · {simulation.planner}", "Drive", drive_document(simulation))
 
 
-def save_parking(case: ParkingCase, parking: Parking, path: str | Path) -> Path:
-    """Writes the manoeuvre, or the refusal, as a page. Raises `InputError` for another suffix than .html."""
-    return _write(path, web.page(f"{case.name} · {parking.planner}", "Parking", parking_document(case, parking)))
+def parking_page(parking: Parking) -> str:
+    """The manoeuvre, or the refusal."""
+    case = case_of(parking)
+    return web.page(f"{case.name} · {parking.planner}", "Parking", parking_document(case, parking))
 
 
-def save_follow(truth: ParkingCase, drive: ParkingDrive, path: str | Path) -> Path:
-    """Writes a manoeuvre that was driven as a page. Raises `InputError` for another suffix than .html."""
-    return _write(path, web.page(f"{drive.name} · {drive.planner}, driven", "Parking", follow_document(truth, drive)))
+def follow_page(drive: ParkingDrive) -> str:
+    return web.page(f"{drive.name} · {drive.planner}, driven", "Parking", follow_document(case_of(drive), drive))
 
 
-def save_plan(situation: Situation, vehicle: Vehicle, plan: Plan, path: str | Path) -> Path:
-    """Writes the plan in its situation as a page. Raises `InputError` for another suffix than .html."""
-    outlook = Outlook(situation, vehicle)
+def plan_page(plan: Plan) -> str:
+    """The plan in its situation, looking ahead."""
+    outlook = Outlook(*situation_of(plan))
     shown = {**web.look_of(plan.planner), **outlook.plan(plan)}
-    return _write(path, web.page(f"plan · {plan.planner}", "PlanPage", {"picture": outlook.document(), "plan": shown}))
+    return web.page(f"plan · {plan.planner}", "PlanPage", {"picture": outlook.document(), "plan": shown})
 
 
 def drive_document(simulation: Simulation) -> dict[str, Any]:
@@ -236,11 +226,3 @@ def _chart(strip: Strip, duration_s: float) -> dict[str, Any]:
         "limits": [[value, word, word != "desired"] for value, word in strip.limits],
         "lines": [{"t": rounded(strip.t_s[::every], 3), "v": rounded(strip.values[::every], 3), "colour": style.HOST}],
     }
-
-
-def _write(path: str | Path, text: str) -> Path:
-    target = Path(path)
-    if target.suffix.lower() != SUFFIX:
-        raise InputError(target, "", None, f"a page must end in {SUFFIX}")
-    target.write_text(text, encoding="utf-8")
-    return target

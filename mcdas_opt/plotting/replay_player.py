@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,12 +23,8 @@ _SCALE_M = 2.0  # below the road, for the scale
 _FARTHEST_M, _NEAREST_M = 90.0, 40.0  # of the window, ahead and behind
 
 
-def save(replay: DrawnReplay, path: str | Path) -> Path:
-    """Writes the page."""
-    target = Path(path)
-    title = f"{replay.name} · {replay.planner or 'tracks alone'}, replayed"
-    target.write_text(web.page(title, "Drive", replay_document(replay)), encoding="utf-8")
-    return target
+def replay_page(replay: DrawnReplay) -> str:
+    return web.page(f"{replay.name} · {replay.planner or 'tracks alone'}, replayed", "Drive", replay_document(replay))
 
 
 def replay_document(replay: DrawnReplay) -> dict[str, Any]:

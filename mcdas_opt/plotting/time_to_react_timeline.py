@@ -14,8 +14,8 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Alert, Mode
 from mcdas_opt.plotting import style
-from mcdas_opt.plotting.birdseye import BirdsEye
-from mcdas_opt.plotting.moments import View
+from mcdas_opt.plotting.asked import situation_of
+from mcdas_opt.plotting.birdseye import BirdsEye, framed
 from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.time_to_react.constant_input import constant_input
 
@@ -29,11 +29,11 @@ _COMFORTABLE, _HARD, _CLOSED = style.GREEN, style.ORANGE, "#d9d9dd"
 _LATEST_S = 10.0
 
 
-def time_to_react_sheet(situation: Situation, vehicle: Vehicle, escapes: Escapes, alert: Alert = Alert.NONE) -> Figure:
+def time_to_react_sheet(escapes: Escapes, alert: Alert = Alert.NONE) -> Figure:
     """The road from above, with where the host gets by constant inputs, over the timeline of its times to react."""
+    situation, vehicle = situation_of(escapes)
     outlook = Outlook(situation, vehicle)
-    frame = outlook.view()
-    view = View(back_m=frame["back"], ahead_m=frame["ahead"], right_m=frame["right"], left_m=frame["left"])
+    view = outlook.view()
     bird = (_WIDTH_IN - 0.3) * view.aspect
     height = 0.55 + bird + 0.35 + 2.1
     with style.styled():
@@ -43,9 +43,7 @@ def time_to_react_sheet(situation: Situation, vehicle: Vehicle, escapes: Escapes
         axes = fig.add_axes((0.015, 1.0 - (0.45 + bird) / height, 0.97, bird / height))
         without_reaction = _constant_inputs(situation, vehicle, escapes)
         BirdsEye(axes, situation.road, view, without_reaction.trajectory).show(outlook.moment(without_reaction))
-        axes.set(xticks=[], yticks=[])
-        for spine in axes.spines.values():
-            spine.set(visible=True, color="#c8c8c8", lw=0.8)
+        framed(axes)
         below = fig.add_axes((0.1, 0.5 / height, 0.62, 1.75 / height))
         draw_timeline(below, escapes)
     return fig

@@ -74,7 +74,8 @@ class Simulation(Result):
     """
 
     drawn_by: ClassVar[str] = "mcdas_opt.plotting.animation:sheet"
-    moves_by: ClassVar[str] = "mcdas_opt.plotting.export:save_drive"
+    moves_by: ClassVar[str] = "mcdas_opt.plotting.animation:film"
+    plays_by: ClassVar[str] = "mcdas_opt.plotting.player:drive_page"
 
     name: str
     planner: str

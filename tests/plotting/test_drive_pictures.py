@@ -18,7 +18,7 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.plotting import style
-from mcdas_opt.plotting.animation import MOST_FRAMES, frames, outcome_words, save, sheet
+from mcdas_opt.plotting.animation import MOST_FRAMES, film, frames, outcome_words, sheet
 from mcdas_opt.plotting.birdseye import Camera, ellipse
 from mcdas_opt.plotting.export import MOVING, check_picture
 from mcdas_opt.plotting.moments import moment_at, moments, view_of
@@ -77,7 +77,7 @@ def test_neighbours_of_the_beginning_are_in_view(drive: Simulation) -> None:
 
 
 def test_a_gif_has_a_frame_a_cycle_and_one_for_the_end(drive: Simulation, tmp_path: Path) -> None:
-    path = save(drive, tmp_path / "drive.gif")
+    path = film(drive, tmp_path / "drive.gif")
     with Image.open(path) as picture:
         assert picture.n_frames == len(drive.cycles) + 1
         lengths = []
@@ -105,7 +105,7 @@ def test_frames_differ_where_things_move_and_nowhere_else(drive: Simulation) -> 
 
 def test_the_same_drive_is_the_same_bytes(drive: Simulation, tmp_path: Path) -> None:
     for suffix in (".gif", ".png"):
-        a, b = save(drive, tmp_path / f"a{suffix}"), save(drive, tmp_path / f"b{suffix}")
+        a, b = drive.save(tmp_path / f"a{suffix}"), drive.save(tmp_path / f"b{suffix}")
         assert a.read_bytes() == b.read_bytes()
 
 
@@ -152,7 +152,7 @@ def test_an_empty_curved_road_is_drawn_up_to_its_end(tmp_path: Path) -> None:
     """The road bends to the left: ahead of the host asphalt lies higher; at 30 m it ends in a line across."""
     scene = make_scene(duration_s=0.3, road={"curvature": [[0.0, 0.01]], "road_end_s_m": 30.0})
     drive = simulate(scene, FakeDriver())
-    shown = pixels(save(drive, tmp_path / "alone.png"))
+    shown = pixels(drive.save(tmp_path / "alone.png"))
     assert coloured(shown, style.HOST).sum() > 500
     assert coloured(shown, style.VERMILION).sum() > 50
     first = sheet(drive, count=2).axes[0]

@@ -16,7 +16,7 @@ from mcdas_opt.parking.closed_loop.sight import Visitor
 from mcdas_opt.parking.park import park
 from mcdas_opt.plotting import parking as parking_pictures
 from mcdas_opt.plotting import style
-from mcdas_opt.plotting.export import save_follow
+from mcdas_opt.plotting.export import save_picture
 from mcdas_opt.plotting.player import follow_document
 
 _VERMILION = np.array([int(style.VERMILION[k : k + 2], 16) for k in (1, 3, 5)])
@@ -49,6 +49,7 @@ def driven() -> tuple[ParkingCase, ParkingDrive]:
         max_along_m=0.0,
         trajectory=plan,
         visitors=(somebody,),
+        truth=case,
     )
     return case, drive
 
@@ -57,7 +58,7 @@ def test_the_animation_shows_a_person_while_they_are_there(
     driven: tuple[ParkingCase, ParkingDrive], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(parking_pictures, "_MOST_FRAMES", 5)
-    with Image.open(save_follow(*driven, tmp_path / "follow.gif")) as gif:
+    with Image.open(save_picture(driven[1], tmp_path / "follow.gif")) as gif:
         seen = []
         for k in range(gif.n_frames):
             gif.seek(k)
@@ -74,9 +75,9 @@ def test_the_page_holds_people_times_and_the_last_place(driven: tuple[ParkingCas
     assert document["manoeuvre"]["poses"][-1] == pytest.approx(drive.trajectory.poses[-1].tolist(), abs=1e-4)
     assert len(document["manoeuvre"]["t"]) < 0.5 * len(drive.trajectory) or len(drive.trajectory) < 400
     assert document["words"].endswith("1 plan anew")
-    assert "1 plan anew" in save_follow(case, drive, tmp_path / "follow.html").read_text("utf-8")
+    assert "1 plan anew" in save_picture(drive, tmp_path / "follow.html").read_text("utf-8")
 
 
 def test_other_suffixes_are_refused(driven: tuple[ParkingCase, ParkingDrive], tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"must end in \.gif, \.png or \.html"):
-        save_follow(*driven, tmp_path / "follow.txt")
+    with pytest.raises(InputError, match=r"must end in \.png, \.svg, \.pdf, \.gif or \.html"):
+        save_picture(driven[1], tmp_path / "follow.txt")

@@ -6,11 +6,12 @@ from matplotlib.colors import to_hex, to_rgb
 from PIL import Image
 
 from benchmarks.parking import slot_sweep
+from mcdas_opt.errors import ParameterError
 from mcdas_opt.parking.case_file import slot_case
 from mcdas_opt.parking.park import park
 from mcdas_opt.plotting import parking as parking_pictures
 from mcdas_opt.plotting import style
-from mcdas_opt.plotting.parking import frames, save, sheet
+from mcdas_opt.plotting.parking import film, frames, sheet
 from tests.plotting.pixels import as_bytes, at, coloured, pixels
 
 
@@ -18,10 +19,10 @@ def test_a_sheet_and_an_animation(tmp_path, monkeypatch):
     monkeypatch.setattr(parking_pictures, "_MOST_FRAMES", 5)
     case = slot_case(8.5)
     answer = park(case, "two-arc")
-    pictures, milliseconds = frames(case, answer)
+    pictures, milliseconds = frames(answer)
     assert len(pictures) == len(milliseconds)
     assert sum(milliseconds[:-1]) == pytest.approx(1e3 * (answer.duration_s or 0.0), rel=0.05)
-    with Image.open(save(case, answer, tmp_path / "two.gif")) as moving:
+    with Image.open(film(answer, tmp_path / "two.gif")) as moving:
         assert moving.n_frames == len(pictures)
     first, last = (np.argwhere(coloured(pixels(pictures[k]), _seen(style.ORANGE), 25))[:, 1].mean() for k in (0, -1))
     assert np.sign(last - first) == np.sign(case.goal[0] - case.start[0])
@@ -35,7 +36,7 @@ def _seen(colour, alpha=0.55):
 def test_the_sheet_shows_obstacles_start_goal_and_limits(tmp_path):
     case = slot_case(8.5)
     answer = park(case, "two-arc")
-    figure = sheet(case, answer)
+    figure = sheet(answer)
     above, curvature, speed = figure.axes
     shown = pixels(figure)
     pieces = [np.clip(outline, *np.array([above.get_xlim(), above.get_ylim()]).T) for outline in case.obstacles]
@@ -52,15 +53,15 @@ def test_the_sheet_shows_obstacles_start_goal_and_limits(tmp_path):
     assert [line.get_ydata()[0] for line in curvature.lines[1:]] == pytest.approx([top, -top])
     assert np.abs(curvature.lines[0].get_ydata()).max() <= top + 1e-9
     assert speed.lines[0].get_xdata()[-1] == pytest.approx(answer.trajectory.path_m, rel=1e-3)
-    kept = pixels(save(case, answer, tmp_path / "two.png"))
-    assert kept.shape[:2] == tuple(int(130 * inches) for inches in figure.get_size_inches()[::-1])
+    kept = pixels(answer.save(tmp_path / "two.png"))
+    assert kept.shape[:2] == tuple(int(150 * inches) for inches in figure.get_size_inches()[::-1])
     assert coloured(kept, "#c9c9ce", 2).mean() == pytest.approx(coloured(shown, "#c9c9ce", 2).mean(), rel=0.05)
 
 
 def test_a_refusal_cannot_be_drawn():
     case = slot_case(4.55)
-    with pytest.raises(ValueError, match="refusal"):
-        sheet(case, park(case))
+    with pytest.raises(ParameterError, match="refused"):
+        sheet(park(case))
 
 
 def test_the_sweep_names_every_planner():

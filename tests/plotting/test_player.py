@@ -17,13 +17,13 @@ from PIL import Image
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.parking.case_file import load_parking_case
 from mcdas_opt.parking.park import park
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.plotting.birdseye import ellipse
-from mcdas_opt.plotting.export import MOVING, check_picture, save_drive, save_parking, save_plan
+from mcdas_opt.plotting.export import MOVING, check_picture, save_picture
 from mcdas_opt.plotting.moments import moment_at
 from mcdas_opt.plotting.plane import Ground, rounded
 from mcdas_opt.plotting.player import drive_document, parking_document
@@ -123,16 +123,15 @@ def test_pages_are_self_contained_and_small(drive: Simulation, tmp_path: Path) -
     situation, vehicle = situation_of("curved-road")
     plan = Planner(vehicle=vehicle, method="closed-form-corrected").plan(situation)
     pages = (
-        save_drive(drive, tmp_path / "drive.html"),
-        save_parking(case, park(case, "two-arc"), tmp_path / "park.html"),
-        save_plan(situation, vehicle, plan, tmp_path / "plan.html"),
+        save_picture(drive, tmp_path / "drive.html"),
+        save_picture(park(case, "two-arc"), tmp_path / "park.html"),
+        save_picture(plan, tmp_path / "plan.html"),
     )
     for file in pages:
-        assert file is not None
         text = file.read_text(encoding="utf-8")
         self_contained(text)
         assert len(text) < 400_000
-    assert save_plan(situation, vehicle, plan, tmp_path / "plan.png").read_bytes().startswith(b"\x89PNG")
+    assert save_picture(plan, tmp_path / "plan.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_a_plan_moves_in_real_time(tmp_path: Path) -> None:
@@ -141,7 +140,7 @@ def test_a_plan_moves_in_real_time(tmp_path: Path) -> None:
     end = int(np.searchsorted(plan.trajectory.t_s, 0.5)) + 1
     x = plan.trajectory
     begun = replace(plan, trajectory=Trajectory.from_states(x.t_s[:end], x.states[:end], x.inputs[: end - 1]))
-    with Image.open(save_plan(situation, vehicle, begun, tmp_path / "plan.gif")) as moving:
+    with Image.open(save_picture(begun, tmp_path / "plan.gif")) as moving:
         lengths = []
         for k in range(moving.n_frames):
             moving.seek(k)
@@ -150,7 +149,7 @@ def test_a_plan_moves_in_real_time(tmp_path: Path) -> None:
 
 
 def test_the_same_drive_is_the_same_page(drive: Simulation, tmp_path: Path) -> None:
-    first, second = (save_drive(drive, tmp_path / name).read_bytes() for name in ("a.html", "b.html"))
+    first, second = (save_picture(drive, tmp_path / name).read_bytes() for name in ("a.html", "b.html"))
     assert first == second
 
 
@@ -160,8 +159,10 @@ def test_a_refusal_has_a_page_and_no_picture(tmp_path: Path) -> None:
     assert refused.trajectory is None
     document = parking_document(case, refused)
     assert (document["manoeuvre"], document["sound"], document["words"]) == (None, False, refused.reason)
-    assert save_parking(case, refused, tmp_path / "no.html") is not None
-    assert save_parking(case, refused, tmp_path / "no.png") is None
+    assert refused.reason in save_picture(refused, tmp_path / "no.html").read_text("utf-8")
+    with pytest.raises(ParameterError, match="refused"):
+        save_picture(refused, tmp_path / "no.png")
+    assert not (tmp_path / "no.png").exists()
 
 
 @pytest.mark.parametrize(("name", "suffixes"), [("a.mp4", MOVING), ("a", MOVING), ("a.json", MOVING), ("nowhere/a.png", MOVING)])
@@ -179,7 +180,7 @@ def test_every_planner_has_a_look_of_its_own() -> None:
 
 
 def test_a_page_plays_scrubs_and_runs_no_foreign_script(drive: Simulation, tmp_path: Path) -> None:
-    file = save_drive(drive, tmp_path / "drive.html")
+    file = save_picture(drive, tmp_path / "drive.html")
     assert file.read_text(encoding="utf-8") == page(f"{NASTY} · {drive.planner}", "Drive", drive_document(drive))
     with chromium() as browser:
         tab = browser.new_page(viewport={"width": 1000, "height": 700})

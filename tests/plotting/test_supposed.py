@@ -42,7 +42,7 @@ def test_the_sheet_names_what_may_be(after_s: float) -> None:
     shown = outlook.moment(plan, after_s).others
     assert [one.name for one in shown if one.supposed] == (["front 1 braking", "track 3 changing lanes"] if after_s else [])
     assert len([one for one in shown if not one.supposed]) == 3
-    figure = plan_sheet(SITUATION, planner.vehicle, plan, after_s)
+    figure = plan_sheet(plan, after_s)
     axes = figure.axes[0]
     words = [text.get_text() for text in axes.texts]
     assert "front 1 braking" in words

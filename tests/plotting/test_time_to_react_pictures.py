@@ -23,7 +23,7 @@ from tests.planning.situations import sandwich
 def test_the_timeline_has_a_bar_for_every_manoeuvre_that_is_open() -> None:
     situation = sandwich()
     found = escapes(situation)
-    fig = time_to_react_sheet(situation, Vehicle(), found)
+    fig = time_to_react_sheet(found)
     bars = [patch for patch in fig.axes[1].patches if patch.get_facecolor()[3] == 1.0]
     expected = sum((one.last_moment_s is not None) + (one.last_comfortable_s is not None) for one in found.candidates)
     assert len(bars) == expected
@@ -56,8 +56,10 @@ def test_a_scene_that_is_not_there_is_named(name: str) -> None:
 
 def test_the_words_beside_the_bars_lie_within_the_picture() -> None:
     longest = Escape(open=True, last_moment_s=9.98, closed_by=Closer.EDGE, demand_mps2=10.5, last_comfortable_s=1.0)
-    found = Escapes(brake=longest, accelerate=longest, left=longest, right=longest, keeping_on_s=3.0)
-    fig = time_to_react_sheet(sandwich(), Vehicle(), found)
+    found = Escapes(
+        brake=longest, accelerate=longest, left=longest, right=longest, keeping_on_s=3.0, situation=sandwich(), vehicle=Vehicle()
+    )
+    fig = time_to_react_sheet(found)
     fig.canvas.draw()
     for text in fig.axes[1].texts:
         reach = text.get_window_extent()

@@ -34,8 +34,9 @@ class ParkingDrive(Result):
     those in which it failed; `stops_driven` those that were used. `truth` is the case as it really is.
     """
 
-    drawn_by: ClassVar[str] = "mcdas_opt.plotting.results:followed_figure"
-    moves_by: ClassVar[str] = "mcdas_opt.plotting.results:save_moving_followed"
+    drawn_by: ClassVar[str] = "mcdas_opt.plotting.parking_follow:sheet"
+    moves_by: ClassVar[str] = "mcdas_opt.plotting.parking_follow:film"
+    plays_by: ClassVar[str] = "mcdas_opt.plotting.player:follow_page"
 
     name: str
     planner: str
