@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mcdas_opt.errors import ParameterError
+from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.evaluation import provenance
 from mcdas_opt.evaluation.case import Case
 from mcdas_opt.evaluation.labelling import label_chunk, wants_label
@@ -95,7 +95,8 @@ def run(
     check_planners(planners)
     plant_factory(plant)
     manifest = manifest_of(suite, planners, plant, limit_s)
-    open_folder(folder, manifest, resume)
+    if open_folder(folder, manifest) and not resume:
+        raise InputError(folder, "", None, "holds results of this very run: add --resume to go on, or name another --out")
     labels, labels_hash = _labels(suite, folder, executor, progress)
     with Journal(folder / JOURNAL) as journal:
         _drive(suite.cases, planners, plant, limit_s, journal, executor, progress)

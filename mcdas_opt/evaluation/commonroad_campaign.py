@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
-import os
 import re
 import tarfile
 import tempfile
@@ -17,18 +15,19 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from mcdas_opt.catalogue.data_files import read_json
 from mcdas_opt.errors import InputError, McdasError, reading
 from mcdas_opt.evaluation import provenance
 from mcdas_opt.evaluation.hindsight import last_chance, would_have_braked
+from mcdas_opt.evaluation.results_folder import JOURNAL, open_folder
 from mcdas_opt.evaluation.running.executor import Executor
 from mcdas_opt.evaluation.running.journal import Journal, write_whole
 from mcdas_opt.evaluation.running.messages import Ended, Task
 from mcdas_opt.evaluation.statistics import Pairs, Share
+from mcdas_opt.evaluation.table import markdown_table
 from mcdas_opt.simulation.record import Outcome, Simulation
 
 SUITE = "commonroad"
-MANIFEST, JOURNAL, ROWS, TABLE, PICTURES = "run.json", "rows.journal", "rows.csv", "table.md", "pictures"
+ROWS, TABLE, PICTURES = "rows.csv", "table.md", "pictures"
 REFUSED, SAFE, FAILED, OFF_THE_MAP = "refused", "safe", "failed", "off the map"
 NOT_DRIVEN = (REFUSED, FAILED)
 REACHED = "reached"
@@ -88,7 +87,8 @@ def run(
     paths: Sequence[Path], planners: Sequence[str], folder: Path, executor: Executor, *, limit_s: float, resume: bool, progress: Progress
 ) -> tuple[Record, ...]:
     """The rows, by scenario and planner, each written as it comes. Raises `InputError` for a folder of another run."""
-    _open(folder, [path.stem for path in paths], planners)
+    manifest = {"suite": SUITE, "scenarios": [path.stem for path in paths], "planners": list(planners)}
+    open_folder(folder, manifest | {"versions": provenance.versions(), "commit": provenance.commit()})
     with Journal(folder / JOURNAL) as journal:
         if journal.records and not resume:
             raise InputError(folder, "", None, "holds rows of this very run: add --resume to go on, or name another --out")
@@ -264,9 +264,7 @@ def lines(summary: Record) -> list[tuple[str, list[str]]]:
 
 def markdown(summary: Record) -> str:
     """The summary's table."""
-    head = ["", *summary]
-    text = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
-    return "\n".join([*text, *("| " + " | ".join([title, *cells]) + " |" for title, cells in lines(summary))]) + "\n"
+    return markdown_table(["", *summary], lines(summary))
 
 
 def _share(k: int, n: int) -> Record:
@@ -288,21 +286,3 @@ def _draw(drive: Simulation, path: Path) -> None:
 
     path.parent.mkdir(parents=True, exist_ok=True)
     save_png(sheet(drive), path)
-
-
-def _open(folder: Path, scenarios: Sequence[str], planners: Sequence[str]) -> None:
-    """Makes the folder with its manifest, or checks that it is of the same run."""
-    manifest = {"suite": SUITE, "scenarios": list(scenarios), "planners": list(planners), "versions": provenance.versions()}
-    manifest["commit"] = provenance.commit()
-    path = folder / MANIFEST
-    if os.path.isfile(path):
-        if read_json(path) != manifest:
-            raise InputError(path, "", None, "is of another run (scenarios, planners, versions or commit): name another --out")
-        return
-    if os.path.isdir(folder) and any(not entry.name.startswith(".") for entry in folder.iterdir()):
-        raise InputError(folder, "", None, "is not empty and holds no benchmark: name another --out")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(folder, "", None, f"cannot be made: {error.strerror}") from None
-    write_whole(path, json.dumps(manifest, indent=1) + "\n")

@@ -12,32 +12,30 @@ from mcdas_opt.errors import InputError, writing
 from mcdas_opt.evaluation.running.journal import write_whole
 
 MANIFEST, LABELS, LABELLING, JOURNAL = "run.json", "labels.json", "labelling.journal", "rows.journal"
-_IDENTITY = ("suite", "suite_hash", "seed", "scenes", "planners", "plant", "reactions_s", "limit_s", "versions", "commit")
 
 
-def open_folder(folder: Path, manifest: dict[str, Any], resume: bool) -> None:
-    """Makes the folder and writes its manifest, or checks that it is of the same run.
+def open_folder(folder: Path, manifest: dict[str, Any]) -> bool:
+    """Makes the folder and writes its manifest; whether it was there already, with this very manifest.
 
-    Raises `InputError`, and touches nothing, where it holds results and `resume` is false, or results of anything else than `manifest`.
+    Raises `InputError`, and touches nothing, where it holds anything else.
     """
     path = folder / MANIFEST
     if not os.path.isfile(path):
         if os.path.exists(folder) and not os.path.isdir(folder):
             raise InputError(folder, "", None, "is not a folder")
         if os.path.isdir(folder) and any(not entry.name.startswith(".") for entry in folder.iterdir()):
-            raise InputError(folder, "", None, "is not empty and holds no benchmark: name another --out")
+            raise InputError(folder, "", None, "is not empty and holds no such run: name another --out")
         with writing(folder):
             folder.mkdir(parents=True, exist_ok=True)
         write_whole(path, json.dumps(manifest, indent=1) + "\n")
-        return
+        return False
     found = read_json(path)
     if not isinstance(found, dict):
-        raise InputError(path, "", None, "is not the manifest of a benchmark")
-    for key in _IDENTITY:
+        raise InputError(path, "", None, "is not the manifest of a run")
+    for key in manifest:
         if found.get(key) != manifest[key]:
             raise InputError(path, key, found.get(key), f"is of another run, this one has {manifest[key]!r}: name another --out")
-    if not resume:
-        raise InputError(path, "", None, "holds results of this very run: add --resume to go on, or name another --out")
+    return True
 
 
 def frozen_labels(folder: Path, suite_hash: str) -> dict[str, Any] | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,19 +10,20 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.catalogue.data_files import read_json
 from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.errors import InputError, McdasError
 from mcdas_opt.evaluation import provenance
+from mcdas_opt.evaluation.results_folder import JOURNAL, open_folder
 from mcdas_opt.evaluation.running.executor import Executor
 from mcdas_opt.evaluation.running.journal import Journal, write_whole
 from mcdas_opt.evaluation.running.messages import Ended, Task
 from mcdas_opt.evaluation.statistics import LEVEL, Share
+from mcdas_opt.evaluation.table import markdown_table
 from mcdas_opt.interop.sumo.episode import Episode, EpisodeSettings, drive
 from mcdas_opt.simulation.ordinary import HEADWAYS_S, NEAR_MISS_S
 
-MANIFEST, JOURNAL, PICTURES, TABLE = "run.json", "rows.journal", "pictures", "table.md"
+PICTURES, TABLE = "pictures", "table.md"
 _LIMIT_S = 3600.0
 _RESAMPLES = 2000
 
@@ -58,7 +58,7 @@ def run(
 
     Raises `InputError` for a folder of something else, and `BrokenOffError` where an episode breaks off, its row written.
     """
-    _open(folder, _manifest(settings, seeds, drivers))
+    open_folder(folder, _manifest(settings, seeds, drivers))
     with Journal(folder / JOURNAL) as journal:
         if journal.records and not resume:
             raise InputError(folder, "", None, "holds rows of this very run: add --resume to go on, or name another --out")
@@ -230,11 +230,8 @@ def lines(summary: Record) -> list[tuple[str, list[str]]]:
 
 def markdown(title: str, summary: Record) -> str:
     """The table as a page."""
-    rows = [f"| {name} | {' | '.join(cells)} |" for name, cells in lines(summary)]
-    head = f"| | {' | '.join(summary)} |\n|---|{'---|' * len(summary)}"
-    return "\n".join(
-        [f"# {title}", "", head, *rows, "", "Intervals: 95 %; Clopper-Pearson for counts, a bootstrap over episodes for shares.", ""]
-    )
+    said = "Intervals: 95 %; Clopper-Pearson for counts, a bootstrap over episodes for shares."
+    return f"# {title}\n\n{markdown_table(['', *summary], lines(summary))}\n{said}\n"
 
 
 def _manifest(settings: EpisodeSettings, seeds: Sequence[int], drivers: Sequence[str]) -> Record:
@@ -249,21 +246,3 @@ def _manifest(settings: EpisodeSettings, seeds: Sequence[int], drivers: Sequence
         "versions": provenance.versions(),
         "commit": provenance.commit(),
     }
-
-
-def _open(folder: Path, manifest: Record) -> None:
-    """Makes the folder, or checks that it is of the same run."""
-    path = folder / MANIFEST
-    if os.path.isfile(path):
-        found = read_json(path)
-        wrong = next((key for key in manifest if not isinstance(found, dict) or found.get(key) != manifest[key]), None)
-        if wrong is not None:
-            raise InputError(path, wrong, None, "is of another run: name another --out")
-        return
-    if os.path.exists(folder) and (not os.path.isdir(folder) or any(folder.iterdir())):
-        raise InputError(folder, "", None, "is not empty and holds no such run: name another --out")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(folder, "", None, f"cannot be made: {error.strerror}") from None
-    write_whole(path, json.dumps(manifest, indent=1) + "\n")

@@ -56,6 +56,12 @@ def read_table(path: Path) -> tuple[dict[str, Any], list[dict[str, str]]]:
     return origin, list(csv.DictReader(io.StringIO(rest)))
 
 
+def markdown_table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> str:
+    """A table of titles, and cells behind each."""
+    lines = [" | ".join(head), "|".join(["---"] * len(head)), *(" | ".join([title, *cells]) for title, cells in rows)]
+    return "".join(f"| {line} |\n" for line in lines)
+
+
 def _cell(value: Any) -> Any:
     if isinstance(value, bool):
         return str(value).lower()
