@@ -40,7 +40,7 @@ def publish(suite: Suite, results: Results, folder: Path, executor: Executor, pr
     """Writes `rows.csv` (and Parquet), `timings.csv`, `summary.json`, `report.html`, `report.md`, `figures/` and `worst/` into `folder`."""
     planners = results.manifest["planners"]
     origin = {**results.manifest, "rows_hash": results.rows_hash}
-    table = write_table(folder, results.rows, results, origin)
+    table = write_table(folder, results, origin)
     summary = summarise(results.rows, results.cycles_ms, results.took_s, planners)
     cards, pages = _worst(suite, results, folder, executor, progress)
     document = report(origin, results.rows, results.cycles_ms, summary, cards, suite.about, pages)

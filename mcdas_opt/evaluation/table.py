@@ -8,31 +8,26 @@ import io
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from mcdas_opt.catalogue.data_files import read_text
 from mcdas_opt.domain.parsing import parsed_json
 from mcdas_opt.evaluation.running.journal import write_whole
 
+if TYPE_CHECKING:
+    from mcdas_opt.evaluation.benchmark import Results
+
 CSV, PARQUET, TIMINGS = "rows.csv", "rows.parquet", "timings.csv"
 
 
-class Timings(Protocol):
-    """What was timed, row by row."""
-
-    @property
-    def cycles_ms(self) -> Sequence[Sequence[float]]: ...
-    @property
-    def took_s(self) -> Sequence[float]: ...
-
-
-def write_table(folder: Path, rows: Sequence[dict[str, Any]], timings: Timings, origin: dict[str, Any]) -> Path:
+def write_table(folder: Path, results: Results, origin: dict[str, Any]) -> Path:
     """`rows.csv`, `timings.csv` (seconds of every drive, milliseconds of every plan), and `rows.parquet` if there is pyarrow.
 
     Returns the path of the first.
 
     `origin` (suite hash, seed, versions, commit ...) stands in the CSV's first line, behind a #, and in the Parquet file's metadata.
     """
+    rows = results.rows
     columns = list(rows[0]) if rows else []
     text = io.StringIO()
     text.write(f"# {json.dumps(origin)}\n")
@@ -41,7 +36,7 @@ def write_table(folder: Path, rows: Sequence[dict[str, Any]], timings: Timings, 
     table.writerows({name: _cell(row[name]) for name in columns} for row in rows)
     write_whole(folder / CSV, text.getvalue())
     lines = [f"# {json.dumps(origin)}", "index,planner,took_s,cycles_ms"]
-    for row, took, cycles in zip(rows, timings.took_s, timings.cycles_ms, strict=True):
+    for row, took, cycles in zip(rows, results.took_s, results.cycles_ms, strict=True):
         lines.append(f"{row['index']},{row['planner']},{took:g},{' '.join(f'{ms:g}' for ms in cycles)}")
     write_whole(folder / TIMINGS, "\n".join(lines) + "\n")
     if importlib.util.find_spec("pyarrow") is not None:

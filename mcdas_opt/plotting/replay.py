@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mcdas_opt.domain.host import HostState
-from mcdas_opt.domain.plan import Plan
-from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Alert, Mode, Role, Sector, Side, Status
+from mcdas_opt.domain.vocabulary import Mode, Role, Sector
 from mcdas_opt.plotting.bands import MODES
 from mcdas_opt.plotting.style import BLACK, FRONT, GREEN, GREY, NEIGHBOUR, PURPLE, REAR, SKY, figure, styled
 
@@ -20,97 +16,20 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from mcdas_opt.interop.replay_record import Cycle, Replay
+    from mcdas_opt.interop.truth import SectorComparison
+
 SIGMAS = 2.0
 _COLOURS = {Sector.FRONT: FRONT, Sector.REAR: REAR}
 ROLES = {Role.FRONT: FRONT, Role.REAR: REAR, Role.LEFT: GREEN, Role.RIGHT: PURPLE, Role.OTHER: NEIGHBOUR}
 
 
-class Compared(Protocol):
-    """What is drawn of one sector: rows along, across [m], range rate [m/s]; NaN where there is nothing."""
-
-    @property
-    def breaks(self) -> int: ...
-    @property
-    def t_s(self) -> Array: ...
-    @property
-    def true_points(self) -> Array: ...
-    @property
-    def tracked_points(self) -> Array: ...
-    @property
-    def tracked_sds(self) -> Array: ...
-    @property
-    def raw_t_s(self) -> Array: ...
-    @property
-    def raw_errors(self) -> Array: ...
-
-
-class DrawnTrack(Protocol):
-    """A track, relative to the host; `covariance` of (s, s speed, d, d speed)."""
-
-    @property
-    def id(self) -> str: ...
-    @property
-    def role(self) -> Role: ...
-    @property
-    def s_m(self) -> float: ...
-    @property
-    def d_m(self) -> float: ...
-    @property
-    def speed_s_mps(self) -> float: ...
-    @property
-    def speed_d_mps(self) -> float: ...
-    @property
-    def covariance(self) -> Array: ...
-    @property
-    def length_m(self) -> float: ...
-    @property
-    def width_m(self) -> float: ...
-
-
-class DrawnCycle(Protocol):
-    """One cycle of a replay."""
-
-    @property
-    def t_s(self) -> float: ...
-    @property
-    def host(self) -> HostState: ...
-    @property
-    def tracks(self) -> Sequence[DrawnTrack]: ...
-    @property
-    def mode(self) -> Mode: ...
-    @property
-    def side(self) -> Side: ...
-    @property
-    def status(self) -> Status | None: ...
-    @property
-    def alert(self) -> Alert | None: ...
-    @property
-    def reason(self) -> str: ...
-    @property
-    def plan(self) -> Plan | None: ...
-
-
-class DrawnReplay(Protocol):
-    """A recording after its run through the pipeline."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def planner(self) -> str | None: ...
-    @property
-    def road(self) -> Road: ...
-    @property
-    def vehicle(self) -> Vehicle: ...
-    @property
-    def cycles(self) -> Sequence[DrawnCycle]: ...
-
-
-def replay_figure(replay: DrawnReplay) -> Figure:
+def replay_figure(replay: Replay) -> Figure:
     """The tracks of a whole recording."""
     return draw_tracks(replay.cycles)
 
 
-def draw_against_truth(sectors: Mapping[Sector, Compared]) -> Figure:
+def draw_against_truth(sectors: Mapping[Sector, SectorComparison]) -> Figure:
     """A column per sector: position along, range rate, and the errors of raw detections and tracks with the tracker's own bounds."""
     with styled():
         fig = figure(5.6 * len(sectors) + 0.4, 8.6)
@@ -126,7 +45,7 @@ def draw_against_truth(sectors: Mapping[Sector, Compared]) -> Figure:
     return fig
 
 
-def draw_tracks(cycles: Sequence[DrawnCycle]) -> Figure:
+def draw_tracks(cycles: Sequence[Cycle]) -> Figure:
     """Position along and speed of every track, coloured by role, with the host's speed and the mode as a band below."""
     from matplotlib.patches import Patch
 
@@ -155,7 +74,7 @@ def draw_tracks(cycles: Sequence[DrawnCycle]) -> Figure:
     return fig
 
 
-def _sector(axes: Sequence[Axes], sector: Sector, found: Compared) -> None:
+def _sector(axes: Sequence[Axes], sector: Sector, found: SectorComparison) -> None:
     colour, t = _COLOURS[sector], found.t_s
     place, rate, *strips = axes
     breaks = f"{found.breaks} track break{'' if found.breaks == 1 else 's'}"

@@ -9,11 +9,11 @@ import numpy as np
 
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.vocabulary import Role
+from mcdas_opt.interop.replay_record import Cycle, Replay, SeenTrack
 from mcdas_opt.plotting import style, web
 from mcdas_opt.plotting.bands import Decided, bands_document
 from mcdas_opt.plotting.moments import HOST
 from mcdas_opt.plotting.plane import Ground, ellipse, plan_path, rounded
-from mcdas_opt.plotting.replay import DrawnCycle, DrawnReplay, DrawnTrack
 from mcdas_opt.plotting.words import doing, sentence
 
 MOST_CYCLES = 6000  # of a longer recording every so-manieth is shown
@@ -23,11 +23,11 @@ _SCALE_M = 2.0  # below the road, for the scale
 _FARTHEST_M, _NEAREST_M = 90.0, 40.0  # of the window, ahead and behind
 
 
-def replay_page(replay: DrawnReplay) -> str:
+def replay_page(replay: Replay) -> str:
     return web.page(f"{replay.name} · {replay.planner or 'tracks alone'}, replayed", "Drive", replay_document(replay))
 
 
-def replay_document(replay: DrawnReplay) -> dict[str, Any]:
+def replay_document(replay: Replay) -> dict[str, Any]:
     """What the script's `Drive` shows; every body is a track, where it was believed at each cycle. Times count from the first cycle."""
     cycles = replay.cycles[:: -(-len(replay.cycles) // MOST_CYCLES)]
     start = cycles[0].t_s
@@ -58,7 +58,7 @@ def replay_document(replay: DrawnReplay) -> dict[str, Any]:
     }
 
 
-def _decided(cycle: DrawnCycle, start_s: float) -> Decided:
+def _decided(cycle: Cycle, start_s: float) -> Decided:
     return Decided(
         t_s=cycle.t_s - start_s,
         mode=cycle.mode,
@@ -70,7 +70,7 @@ def _decided(cycle: DrawnCycle, start_s: float) -> Decided:
     )
 
 
-def _cycle(ground: Ground, cycle: DrawnCycle) -> dict[str, Any]:
+def _cycle(ground: Ground, cycle: Cycle) -> dict[str, Any]:
     plan, host = cycle.plan, cycle.host
     seen = [_body(ground, cycle, track) for track in cycle.tracks]
     return {
@@ -89,7 +89,7 @@ def _words(plan: Plan) -> str:
     return f"{doing(plan)}: {plan.reason.partition('; before:')[0]} ({sentence(plan)})"
 
 
-def _body(ground: Ground, cycle: DrawnCycle, track: DrawnTrack) -> dict[str, Any]:
+def _body(ground: Ground, cycle: Cycle, track: SeenTrack) -> dict[str, Any]:
     (pose,) = ground.place(cycle.host.s_m + track.s_m, cycle.host.d_m + track.d_m).tolist()
     return {
         "name": track.id,
@@ -100,7 +100,7 @@ def _body(ground: Ground, cycle: DrawnCycle, track: DrawnTrack) -> dict[str, Any
     }
 
 
-def _view(replay: DrawnReplay) -> dict[str, float]:
+def _view(replay: Replay) -> dict[str, float]:
     """A window that holds nine tenths of the tracks where it can."""
     along = np.array([track.s_m for cycle in replay.cycles for track in cycle.tracks] or [0.0])
     low, high = np.percentile(along, [5.0, 95.0])
@@ -111,7 +111,7 @@ def _view(replay: DrawnReplay) -> dict[str, float]:
     return {"back": back, "ahead": ahead, "right": max(right - _SCALE_M, -14.0), "left": min(left, 14.0)}
 
 
-def _charts(cycles: Sequence[DrawnCycle], t: list[float], duration: float) -> list[dict[str, Any]]:
+def _charts(cycles: Sequence[Cycle], t: list[float], duration: float) -> list[dict[str, Any]]:
     """The host's speed; the gap and the closing speed to whoever is next in its lane, ahead and behind."""
     speeds = [cycle.host.speed_mps for cycle in cycles]
     gaps: dict[Role, list[float]] = {role: [] for role in _COLOURS}

@@ -235,7 +235,7 @@ def test_json_is_the_contracts(short_suite: Path, tmp_path: Path) -> None:
 def test_the_parquet_file_holds_the_rows_with_their_types(short_suite: Path, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     results = driven(expand(short_suite, 2, seed=3), ("closed-form",), tmp_path / "run")
-    origin, _ = read_table(write_table(tmp_path, results.rows, results, {"seed": 3}))
+    origin, _ = read_table(write_table(tmp_path, results, {"seed": 3}))
     table = parquet.read_table(tmp_path / PARQUET)
     assert json.loads(table.schema.metadata[b"mcdas_opt"]) == origin
     assert table.to_pylist() == [dict(row) for row in results.rows]
