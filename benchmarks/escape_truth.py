@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.escape_case import CompiledCase
 from benchmarks.escape_finer import (
     DRIVE_NODES,
     STEP_S,
@@ -126,7 +127,8 @@ class Truth:
         end = None if road.road_end_s_m is None else road.road_end_s_m + kept
         wider = replace(road, shoulder_left_m=road.shoulder_left_m + kept, shoulder_right_m=road.shoulder_right_m + kept, road_end_s_m=end)
         situation = replace(self.situation, road=wider)
-        return Case(situation, self.vehicle, self.prediction, settings, library(), among or self.fine)
+        asked, compiled = (situation, self.vehicle, self.prediction, settings, among or self.fine), library()
+        return Case(*asked) if compiled is None else CompiledCase(compiled, *asked)
 
     def _end(self) -> int:
         """The last step at which the constant-input prediction has met nobody and is still on the road, by the judge's own measure."""

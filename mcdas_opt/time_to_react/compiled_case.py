@@ -1,4 +1,4 @@
-"""The escape map's questions in C (`time_to_react.c`), which says what `evasive_profiles` and `separation` say."""
+"""What the escape map in C (`time_to_react.c`) takes of a case: a car, a road, settings, bodies and the nodes of its lattice."""
 
 from __future__ import annotations
 
@@ -7,20 +7,18 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, all_cruise
+from mcdas_opt.domain.prediction import CruisingBody
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.manoeuvres.clearance import BOW, Margins
-from mcdas_opt.native.addresses import address
 from mcdas_opt.native.binding import record
 from mcdas_opt.time_to_react import effort, evasive_profiles, separation
 from mcdas_opt.time_to_react.constant_input import EVERY, PASSES
 from mcdas_opt.time_to_react.library import CLEAR_S, SHORTEST_S, EscapeSettings
-from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, TURNED_STEPS, PredictedTraffic, Rows, lattice_s
+from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, TURNED_STEPS, Rows, lattice_s
 
 _LANES, _ROOM = 8, 104  # nodes come in whole lanes, and there are at most so many
 _PIECE = 16  # nodes are looked at so many at a time where a row may go wrong
@@ -45,19 +43,6 @@ class Nodes:
         self._kept = filled, until, times_s, step_s[begins]
         self._record = _Nodes(*(q.ctypes.data for q in self._kept), filled.size, steps.size - 1, middle, begins.size)
         self.at = ctypes.addressof(self._record)
-
-
-def predicted_traffic(library: ctypes.CDLL, bodies: Sequence[PredictedBody], until_s: float, margins: Margins) -> PredictedTraffic:
-    """`PredictedTraffic.of`, in C where everybody moves in the one closed form and nobody is grown by the prediction's own margins."""
-    if not bodies or not all_cruise(bodies) or margins.share_of_prediction:
-        return PredictedTraffic.of(bodies, until_s, margins)
-    times = lattice_s(round(until_s / LATTICE_S) + 1)
-    begin = np.array(cruisers(bodies, margins))
-    tables = np.empty((5, len(bodies), times.size))
-    fade_s = bodies[0].lateral_fade_s
-    library.mcdas_escape_traffic(len(bodies), times.size, begin, times, fade_s, faded(fade_s, times.size), tables)
-    s, d, speed, half_length, half_width = tables
-    return PredictedTraffic(s_m=s, d_m=d, speed_mps=speed, half_length_m=half_length, half_width_m=half_width)
 
 
 def cruisers(bodies: Sequence[CruisingBody], margins: Margins) -> list[float]:
@@ -96,83 +81,6 @@ def _knots(curvature: tuple[tuple[float, float], ...]) -> tuple[Array, float]:
 def faded(fade_s: float, count: int) -> Array:
     """What is left of a speed across at the lattice's first times."""
     return np.exp(-lattice_s(count) / fade_s)
-
-
-class CompiledCase:
-    """One situation. `table` (6, H) is contiguous: `constant_input` writes into it. `columns` (5, M): of the members; `curvature` (2, K):
-    knots; `edges` (3, K)."""
-
-    def __init__(
-        self,
-        library: ctypes.CDLL,
-        traffic: PredictedTraffic,
-        table: Array,
-        columns: Array,
-        curvature: Array,
-        edges: Array,
-        numbers: tuple[float, ...],
-        *,
-        in_lane: int,
-        half_steps: int,
-    ) -> None:
-        self._library = library
-        bodies, lattice = traffic.s_m.shape
-        blocks = (
-            traffic.s_m,
-            traffic.d_m,
-            traffic.speed_mps,
-            traffic.half_length_m,
-            traffic.half_width_m,
-            np.maximum.reduce(traffic.half_length_m, -1),
-        )
-        self._kept = tuple(map(np.ascontiguousarray, (*blocks, table, columns, curvature, edges)))
-        *tables, of_members, of_road, of_edges = (address(block) for block in self._kept)
-        self.bodies, self.held_count, self.members = bodies, table.shape[1], columns.shape[1]
-        self._case = CaseRecord(
-            *tables,
-            *range(of_members, of_members + columns.nbytes, columns.strides[0]),
-            *(of_road, of_road + curvature.strides[0], of_edges),
-            *(bodies, lattice, self.held_count, self.members, in_lane, half_steps, curvature.shape[1], edges.shape[1]),
-            *numbers,
-        )
-        self._at = ctypes.addressof(self._case)
-
-    def constant_input(self, begin: Array, times_s: Array) -> None:
-        """Fills the table with what a host does that keeps its inputs from this state (6,) on, at times (H,)."""
-        path = np.empty((2, times_s.size))
-        self._library.mcdas_escape_constant_input(self._at, begin, times_s, self._case.table, path)
-
-    def needs(self, anchors: Rows, nodes: Nodes) -> tuple[Array, Array, Array]:
-        """Below and above which distances (J, K, M) everybody is met by members begun at the anchors (K,); their slack (3, K, M)."""
-        shape = anchors.size, self.members
-        low, high = np.empty((self.bodies, *shape)), np.empty((self.bodies, *shape))
-        slack = np.empty((3, *shape))
-        begin = np.ascontiguousarray(anchors, dtype=np.int64)
-        self._library.mcdas_escape_needs(self._at, anchors.size, begin, nodes.at, low, high, slack)
-        return low, high, slack
-
-    def guess(self, starts_s: Array, weights: Array, apart_m: Array, needs: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-        """The last of the starts (N,) in between, by weights (N, K) and distances (J, N), at which members are open; and comfortable.
-        And by how many metres they are open at the first of them."""
-        size = self.members
-        now, last, known = np.empty(size), np.empty((2, size)), np.empty((weights.shape[1], size), dtype=np.uint8)
-        given = starts_s, weights, np.ascontiguousarray(apart_m), *needs
-        self._library.mcdas_escape_guess(self._at, weights.shape[1], starts_s.size, *given, known, now, last)
-        return last[0], last[1], now
-
-    def sound(self, members: Rows, starts: Rows, nodes: Nodes) -> tuple[NDArray[np.bool_], Array]:
-        """Which members from these starts (R,) are escapes, and what they ask of the tyres [m/s^2]."""
-        good, demand = np.empty(members.size, dtype=np.bool_), np.empty(members.size)
-        member, start = np.ascontiguousarray(members, dtype=np.int64), np.ascontiguousarray(starts, dtype=np.int64)
-        self._library.mcdas_escape_sound(self._at, members.size, member, start, nodes.at, good, demand)
-        return good, demand
-
-    def met(self, clock: Rows, places: Array) -> tuple[int, int]:
-        """When (as an index) a host that goes through these places (4, T): s, d, sine, cosine: first meets somebody, and whom; or -1."""
-        moments, where = np.ascontiguousarray(clock, dtype=np.int64), np.ascontiguousarray(places)
-        whom = ctypes.c_longlong(-1)
-        step = self._library.mcdas_escape_met(self._at, clock.size, moments, where, ctypes.byref(whom))
-        return int(step), whom.value
 
 
 NUMBERS_IN_C = {

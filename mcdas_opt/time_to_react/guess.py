@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import ctypes
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +16,7 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.geometry.edges import beyond_edges
 from mcdas_opt.manoeuvres.starts import Starts
-from mcdas_opt.time_to_react.compiled_case import CompiledCase, Nodes, case_constants, predicted_traffic
+from mcdas_opt.time_to_react.compiled_case import Nodes
 from mcdas_opt.time_to_react.constant_input import EVERY, constant_input
 from mcdas_opt.time_to_react.effort import ANCHORS, APART_S, LEAST_ANCHORS, STARTS
 from mcdas_opt.time_to_react.evasive_profiles import EDGE_M, Motions, evasive_motions
@@ -70,7 +68,7 @@ class Guess:
 
 
 class Case:
-    """One situation, with what is needed again and again; `library` answers in C where there is one. `among`: other manoeuvres."""
+    """One situation, with what is needed again and again. `among`: other manoeuvres than the library's."""
 
     def __init__(
         self,
@@ -78,47 +76,17 @@ class Case:
         vehicle: Vehicle,
         prediction: Prediction,
         chosen: EscapeSettings,
-        library: ctypes.CDLL | None = None,
         among: Members | None = None,
     ) -> None:
         self.situation, self.vehicle, self.chosen = situation, vehicle, chosen
         self.brake_mps2, self.accelerate_mps2 = available_mps2(vehicle, situation.road.friction)
         self.comfort_mps2 = chosen.comfort_on(situation.road.friction)
-        until_s, bodies, margins = LATEST_S + CLEAR_S, prediction.bodies, chosen.margins
-        self.traffic = (
-            PredictedTraffic.of(bodies, until_s, margins) if library is None else predicted_traffic(library, bodies, until_s, margins)
-        )
+        self.traffic = PredictedTraffic.of(prediction.bodies, LATEST_S + CLEAR_S, chosen.margins)
         self.times_s = KEPT_TIMES_S
         self.members = members(situation, vehicle, self.traffic, chosen) if among is None else among
-        self.table = np.empty((6, self.times_s.size))
-        self.compiled = None if library is None else self._compiled(library)
-        if self.compiled is None:
-            path = constant_input(situation.host, self.times_s, vehicle, situation.road)
-            self.table[:] = path.s_m, path.d_m, path.heading_rad, path.speed_mps, path.acceleration_mps2, path.steering_rad
-        else:
-            self.compiled.constant_input(situation.host.to_vector(), self.times_s)
-
-    @cached_property
-    def path(self) -> Starts:
-        """The constant-input prediction of the host, at its times (H,)."""
-        s, d, heading, speed, acceleration, steering = self.table
-        return Starts(s_m=s, d_m=d, heading_rad=heading, speed_mps=speed, acceleration_mps2=acceleration, steering_rad=steering)
-
-    def _compiled(self, library: ctypes.CDLL) -> CompiledCase:
-        all_of = self.members
-        columns = np.array((all_of.level_mps2, all_of.until_s, all_of.until_mps, all_of.target_d_m, all_of.lateral_mps2))
-        numbers, knots, edges = case_constants(self.vehicle, self.situation.road, self.chosen, all_of.straightening_mps2)
-        return CompiledCase(
-            library,
-            self.traffic,
-            self.table,
-            columns,
-            knots,
-            edges,
-            numbers,
-            in_lane=int(all_of.kind.searchsorted(SIDEWAYS)),
-            half_steps=round(0.5 * CLEAR_S / LATTICE_S),
-        )
+        self.path = constant_input(situation.host, self.times_s, vehicle, situation.road)  # of the host, at these times (H,)
+        path = self.path
+        self.table = np.array((path.s_m, path.d_m, path.heading_rad, path.speed_mps, path.acceleration_mps2, path.steering_rad))
 
     def at(self, starts: Rows) -> Starts:
         """The host that has kept its inputs until these steps (R,) of the lattice."""
@@ -155,8 +123,6 @@ class Case:
         """At which of its times a host that keeps its inputs first meets somebody, and whom; -1 without."""
         path, nothing = self.path, np.zeros(1)
         clock = EVERY * np.arange(self.times_s.size)
-        if self.compiled is not None:
-            return self.compiled.met(clock, np.array((path.s_m, path.d_m, sine, cosine)))
         keeping = Motions(
             s_m=path.s_m[None],
             d_m=path.d_m[None],
@@ -187,10 +153,6 @@ class Case:
         weights = _hats(moments, _seconds(anchors))
         k = np.rint(moments / LATTICE_S).astype(np.intp)
         apart = self.traffic.s_m[:, k] - np.interp(_seconds(k), self.times_s, self.path.s_m)
-        if self.compiled is not None:
-            needs = _Needs(*self.compiled.needs(anchors, GUESS_NODES))
-            lasts, easy, now = self.compiled.guess(moments, weights, apart, needs)
-            return Guess(starts_s=moments, last_s=(lasts, easy), open_now_m=now, needs=needs, weights=weights, apart_m=apart)
         steered, lone = self._sideways(anchors)
         needs = _Needs(*(np.concatenate(part, axis=-1) for part in zip(self._in_lane(anchors, lone), steered, strict=True)))
         low, high, slack = (weights @ part for part in needs)
@@ -239,12 +201,10 @@ class Case:
 
     def sound(self, member: Rows, starts: Rows, nodes: Nodes = EXACT_NODES) -> tuple[NDArray[np.bool_], Array]:
         """Exactly: which members from these starts are escapes, and what they ask of the tyres [m/s^2]."""
-        if self.compiled is not None:
-            return self.compiled.sound(member, starts, nodes)
         return self.sound_among(self.members, member, starts, nodes)
 
     def sound_among(self, among: Members, member: Rows, starts: Rows, nodes: Nodes = EXACT_NODES) -> tuple[NDArray[np.bool_], Array]:
-        """The same of other members, in numpy."""
+        """The same of other members."""
         motions, clock, acts = self.driven(member, starts, nodes.steps, among)
         step, _ = touched(motions, clock, self.traffic, self.vehicle, self.situation.road, self.chosen.clear_m)
         ends = inevitable_collision(motions, clock, self.traffic, self.vehicle, self.situation.road, self.chosen.clear_m)

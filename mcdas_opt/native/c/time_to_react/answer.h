@@ -64,8 +64,7 @@ PUBLIC whole mcdas_escape_answer(const Ground *ground, const Spread *p, const do
     double *table = work + own, *path = table + STATES * q.moments, *level = path + 2 * q.moments, *push = level + size;
     double *target = push + size, *until_mps = target + size, *longest = until_mps + size, *places = tables ? tables : longest + bodies;
     double ends[3] = {0.0, 0.0, NAN}, sides[4] = {NAN, NAN, x[LEFT], x[RIGHT]};
-    if (!tables)
-        mcdas_escape_traffic(bodies, q.lattice, x + ASKED, ground->lattice_s, fade_s, fade, places);
+    if (!tables) predicted(bodies, q.lattice, x + ASKED, ground->lattice_s, fade_s, fade, places);
     q.bodies = bodies;
     q.others_s = places, q.others_d = places + all, q.others_mps = places + 2 * all;
     q.half_length = places + 3 * all, q.half_width = places + 4 * all;
@@ -82,7 +81,7 @@ PUBLIC whole mcdas_escape_answer(const Ground *ground, const Spread *p, const do
     }
     q.longest = longest, q.table = table, q.level = level, q.until = p->until, q.until_mps = until_mps, q.target = target, q.lateral = push;
     q.members = size, q.in_lane = p->in_lane;
-    mcdas_escape_constant_input(&q, x, ground->moments_s, table, path);
+    constant_input(&q, x, ground->moments_s, table, path);
     Search o = {&q, p->kind, ground->moments_s, ground->coarse, ground->exact, NULL, x[D], ground->near_d, ground->latest_s, path, path + q.moments};
     map(&o, work);
     return wanted;

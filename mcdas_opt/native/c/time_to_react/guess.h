@@ -192,22 +192,3 @@ static void deepen(Guesses *g, Depth *d, int plain, int easy)
         d->next = bottom - 1;
     }
 }
-
-/* The last of the starts in between, by weights (starts, anchors) and the distances there (bodies, starts), at which a member is open, and
- * open and comfortable: (2, members), -1 without; and how open it is at the first start (members) */
-PUBLIC void mcdas_escape_guess(const Case *q, int anchors, int starts, const double *seconds, const double *weights, const double *apart,
-                               double *low, double *high, double *slack, unsigned char *known, double *open, double *last)
-{
-    const whole size = q->members;
-    Between between[STARTS];
-    Guesses g = {.q = q, .anchors = anchors, .starts = starts, .seconds = seconds, .apart = apart, .between = between};
-    double easy;
-    g.low = low, g.high = high, g.slack = slack, g.last = last, g.known = known;
-    memset(known, SLACK | GAPS, (size_t)(anchors * size));
-    for (int n = 0; n < starts; n++) between[n] = between_of(weights + (whole)n * anchors, anchors);
-    for (whole i = 0; i < size; i++) {
-        last[i] = last[size + i] = -1.0;
-        look(&g, i, starts - 1, 0);
-        open[i] = open_at(&g, i, 0, &easy);
-    }
-}

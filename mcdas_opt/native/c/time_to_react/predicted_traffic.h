@@ -67,8 +67,7 @@ static void boxed(whole lattice, const double *restrict x, double *restrict fast
 /* Bodies that cruise (bodies, CRUISER) on the lattice, as `domain.prediction` has them, into tables (5, bodies, lattice):
  * places along and across, speeds, half lengths and half widths of the boxes around them. `fade` (lattice): what is left of speeds across
  * that fade in `fade_s` */
-PUBLIC void mcdas_escape_traffic(whole bodies, whole lattice, const double *begin, const double *times, double fade_s, const double *fade,
-                                 double *tables)
+static void predicted(whole bodies, whole lattice, const double *begin, const double *times, double fade_s, const double *fade, double *tables)
 {
     const whole all = bodies * lattice;
     for (whole j = 0; j < bodies; j++, begin += CRUISER) {
@@ -83,7 +82,7 @@ PUBLIC void mcdas_escape_traffic(whole bodies, whole lattice, const double *begi
 
 /* The host that keeps its acceleration and its steering from x on, at times (q->moments), into the table (STATES, moments), with the sines and
  * the cosines of its headings in `path` (2, moments) */
-PUBLIC void mcdas_escape_constant_input(const Case *q, const double *x, const double *times, double *table, double *path)
+static void constant_input(const Case *q, const double *x, const double *times, double *table, double *path)
 {
     const whole n = q->moments;
     const double c = q->centre, turn = tan(x[STEERING]) / q->wheelbase, top = GREATER(q->speed_max, x[SPEED]);

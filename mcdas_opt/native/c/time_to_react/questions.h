@@ -95,22 +95,6 @@ static int steered(const Case *q, const Anchor *a, whole i, const Nodes *c, int 
     return 0;
 }
 
-/* Every member from the anchors: low and high (bodies, anchors, members), slack (3, anchors, members) */
-PUBLIC void mcdas_escape_needs(const Case *q, int anchors, const whole *anchor, const Nodes *c, double *low, double *high, double *slack)
-{
-    const whole size = q->members, all = anchors * size;
-    Anchor a;
-    for (int k = 0; k < anchors; k++, low += size, high += size, slack += size) {
-        anchor_at(q, anchor[k], c, &a);
-        for (whole i = 0; i < size; i++)
-            if (i < q->in_lane) {
-                left_in_lane(q, &a, i, all, slack + i);
-                gaps_in_lane(q, &a, i, all, low + i, high + i);
-            } else
-                steered(q, &a, i, c, 0, INFINITY, all, low + i, high + i, slack + i);
-    }
-}
-
 /* a row and the start that it was last driven from */
 typedef struct {
     whole start;
@@ -151,12 +135,4 @@ PUBLIC void mcdas_escape_sound(const Case *q, int rows, const whole *member, con
     Drive w;
     w.start = -1;
     for (int r = 0; r < rows; r++) good[r] = (unsigned char)sound_one(q, &w, member[r], AS_IT_IS, start[r], e, 0, INFINITY, demand + r);
-}
-
-/* The step in which a host that goes through these places (4, nodes: s, d, sine, cosine) first has nothing left to somebody, and to whom;
- * -1 without */
-PUBLIC int mcdas_escape_met(const Case *q, int nodes, const whole *clock, const double *places, whole *whom)
-{
-    const double *d = places + nodes, *sine = d + nodes, *cosine = sine + nodes;
-    return touched(q, 0, nodes, 0, clock, places, d, sine, cosine, 0.0, 0, whom);
 }
