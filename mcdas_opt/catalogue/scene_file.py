@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.errors import ParameterError
@@ -14,4 +16,9 @@ def scene_file(scene: Scene) -> str:
     """
     if any(part.trajectory is not None for part in scene.neighbour):
         raise ParameterError("neighbour.trajectory", scene.name, "a scene with recorded trajectories cannot be written as one file")
-    return toml_text(scene.model_dump(mode="json", exclude_defaults=True, exclude_none=True))
+    return toml_text(scene_document(scene))
+
+
+def scene_document(scene: Scene) -> dict[str, Any]:
+    """What differs from the defaults, as the scene's file says it."""
+    return scene.model_dump(mode="json", exclude_defaults=True, exclude_none=True)

@@ -9,7 +9,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from mcdas_opt.domain.document import SCHEMA_VERSION
 from mcdas_opt.domain.registry import importable
 from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.rules import require_type
@@ -70,12 +69,7 @@ class Comparison(Result):
         return {name: [row.get(name) for row in self.rows] for name in (self.rows[0] if self.rows else ())}
 
     def to_dict(self) -> dict[str, Any]:
-        head = dict(zip(_HEAD, (self.suite, self.seed, self.scenes, list(self.planners), self.plant), strict=True))
-        table = {"rows_hash": self.rows_hash, "rows": list(self.rows)}
-        return {"schema_version": SCHEMA_VERSION, **head, **table, "summary": dict(self.summary), "pairs": list(self.pairs)}
-
-
-_HEAD = ("suite", "seed", "scenes", "planners", "plant")
+        return Result.to_dict(self) | {"rows": list(self.rows)}
 
 
 def benchmark(

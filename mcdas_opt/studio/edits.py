@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, Generic, Self, TypeVar
 
+from mcdas_opt.catalogue.scene_file import scene_document
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.studio.knobs import BY_KEY, turned
@@ -50,18 +51,13 @@ def edited(scene: Scene, changes: Mapping[str, object]) -> dict[str, Any]:
     Raises `ParameterError`.
     """
     sliders = {key: value for key, value in changes.items() if key in BY_KEY}
-    made = turned(scene, document_of(scene), sliders)
+    made = turned(scene, scene_document(scene), sliders)
     for key, value in changes.items():
         if key not in sliders:
             _put(made, key, value)
     if isinstance(made.get("neighbour"), list) and len(made["neighbour"]) > _MOST_CARS:
         raise ParameterError("neighbour", len(made["neighbour"]), f"are more cars than the studio's {_MOST_CARS}")
     return made
-
-
-def document_of(scene: Scene) -> dict[str, Any]:
-    """What differs from the defaults, as the scene's file says it."""
-    return scene.model_dump(mode="json", exclude_defaults=True, exclude_none=True)
 
 
 def _put(document: Any, key: str, value: object) -> None:

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from mcdas_opt.catalogue.data_files import read_toml, shipped
-from mcdas_opt.catalogue.scene_file import scene_file
+from mcdas_opt.catalogue.scene_file import scene_document, scene_file
 from mcdas_opt.catalogue.scenes import Scene, scene_from_document
 from mcdas_opt.domain.settings import Settings, SigmoidSettings
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.studio import logs, results
-from mcdas_opt.studio.edits import History, document_of, edited
+from mcdas_opt.studio.edits import History, edited
 from mcdas_opt.studio.folder import Folder, download_name, shipped_file
 from mcdas_opt.studio.handles import handles
 from mcdas_opt.studio.knobs import KNOBS, SIGMOID, positions, sigmoid_of
@@ -129,7 +129,7 @@ class SandwichTab:
         if at.log is not None:
             sigmoid = asdict(at.sigmoid)
             return {**shown, "name": at.log.name, "positions": {knob.key: sigmoid.get(knob.key) for knob in KNOBS}}
-        document = document_of(at.scene)
+        document = scene_document(at.scene)
         shared = {"scene": document} | ({} if at.sigmoid == SigmoidSettings() else {"sigmoid": asdict(at.sigmoid)})
         return {
             **shown,
@@ -163,7 +163,7 @@ class SandwichTab:
         Raises `ExistsError` where a scene of that name is there and not to be replaced.
         """
         text, path = scene_file(self.at.scene), self._beside() / download_name(name.removesuffix(".toml"), "scene")
-        document = document_of(self.at.scene)
+        document = scene_document(self.at.scene)
         self.folder.confine(document, path)
         self.folder.save(path, text, replace=replace)
         self._history = self._history.then(Looked(scene=scene_from_document(document, path), path=path, sigmoid=self.at.sigmoid))

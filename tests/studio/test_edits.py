@@ -13,10 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mcdas_opt.catalogue.data_files import find, shipped
+from mcdas_opt.catalogue.scene_file import scene_document
 from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.errors import InputError, McdasError, ParameterError
 from mcdas_opt.evaluation.file_formats import keys
-from mcdas_opt.studio.edits import History, document_of, edited
+from mcdas_opt.studio.edits import History, edited
 from mcdas_opt.studio.folder import ExistsError, Folder
 from mcdas_opt.studio.form import form
 from mcdas_opt.studio.handles import handles
@@ -66,8 +67,8 @@ def test_a_history_ends_somewhere() -> None:
     )
 )
 def test_edited_keys_say_what_they_were_told_and_the_others_what_they_said(changes: dict[str, float]) -> None:
-    before, after = document_of(SCENE), edited(SCENE, changes)
-    assert document_of(SCENE) == before
+    before, after = scene_document(SCENE), edited(SCENE, changes)
+    assert scene_document(SCENE) == before
 
     def flat(part: Any, path: str = "") -> dict[str, Any]:
         if isinstance(part, dict):
@@ -161,7 +162,7 @@ def test_a_link_that_holds_no_scene_is_refused(tab: SandwichTab, link: str, said
 
 
 def test_what_a_link_holds_is_what_was_put_into_it() -> None:
-    document = {"scene": document_of(SCENE), "text": "ä \u2028 <script>"}
+    document = {"scene": scene_document(SCENE), "text": "ä \u2028 <script>"}
     assert document_in(link_of(document)) == json.loads(json.dumps(document))
 
 

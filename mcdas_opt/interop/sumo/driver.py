@@ -188,14 +188,7 @@ class SumoDriver:
             x, y, yaw = frame.to_plane(state.s_m, state.d_m, state.heading_rad)
             self._frame = RoadFrame(self._sumo.lane, self._edges, column, self._friction)
             s, d, psi = self._frame.to_road(np.array([x]), np.array([y]), np.array([yaw]), near_s_m=state.s_m)
-            self._state = HostState(
-                s_m=float(s[0]),
-                d_m=float(d[0]),
-                heading_rad=float(psi[0]),
-                speed_mps=state.speed_mps,
-                acceleration_mps2=state.acceleration_mps2,
-                steering_rad=state.steering_rad,
-            )
+            self._state = replace(state, s_m=float(s[0]), d_m=float(d[0]), heading_rad=float(psi[0]))
             planner.reset()
             self._traffic.forget()
 
