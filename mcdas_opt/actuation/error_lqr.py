@@ -11,8 +11,8 @@ from functools import cache
 
 import numpy as np
 
-from mcdas_opt.actuation.lateral_lqr import SPEEDS_MPS
-from mcdas_opt.actuation.plan_tracking import PathError, gains_at
+from mcdas_opt.actuation.lateral_lqr import SPEEDS_MPS, gains_at
+from mcdas_opt.actuation.plan_tracking import PathError
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle

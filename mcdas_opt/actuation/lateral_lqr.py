@@ -75,10 +75,7 @@ class LqrTracking:
         at, soon = sample(trajectory, since_s, h)
         jerk = self.jerk(at, soon, state)
         ahead = float(np.interp(since_s + self._lag_s(state), trajectory.t_s, trajectory.steering_rad))
-        rate = (self._wheels(at, state, ahead) - state.steering_rad) / _STEERING_LAG_S
-        most = min(car.steering_rate_max_radps, max((car.steering_max_rad - state.steering_rad) / h, 0.0))
-        least = -min(car.steering_rate_max_radps, max((car.steering_max_rad + state.steering_rad) / h, 0.0))
-        return min(max(jerk, car.jerk_min_mps3), car.jerk_max_mps3), min(max(rate, least), most)
+        return within_limits(jerk, self._wheels(at, state, ahead), state, car, h)
 
     def jerk(self, at: HostState, soon: HostState, state: HostState) -> float:
         """The plan's, from now to a step later, and feedback of the errors of speed and acceleration."""
@@ -97,13 +94,15 @@ class LqrTracking:
         c, speed = self.chassis, _moving(state)
         deviation, least_speed = self._deviation(wanted, state), max(speed, SLIPS_ABOVE_MPS)
         # a vehicle that hardly moves is brought back as at that speed: within a length, not a time
-        no_slip = math.atan(math.tan(ahead_rad) - c.wheelbase_m * float(self._path_gain(least_speed) @ deviation) / least_speed**2)
+        no_slip = math.atan(
+            math.tan(ahead_rad) - c.wheelbase_m * float(gains_at(least_speed, self.path_gains) @ deviation) / least_speed**2
+        )
         share = slip_share(state.speed_mps) if isinstance(state, SlidingState) else 0.0
         if share == 0.0:
             return no_slip
-        grip = self._grip(state)
+        grip = grip_left(self.grip, state)
         most = GRIP_SHARE * grip * GRAVITY_MPS2
-        asked = speed**2 * math.tan(ahead_rad) / c.wheelbase_m - float(self._path_gain(speed) @ deviation)
+        asked = speed**2 * math.tan(ahead_rad) / c.wheelbase_m - float(gains_at(speed, self.path_gains) @ deviation)
         asked = min(max(asked, -most), most)
         aside, yaw_rate = state.turning(c.wheelbase_m)
         of_front, of_rear = (
@@ -124,15 +123,6 @@ class LqrTracking:
         of_slip, of_yaw = (float(gain) for gain in self.slip_gains)
         most = math.sqrt(0.5 * grip_mps2 / self.chassis.wheelbase_m * abs(slip_off))
         return of_yaw * (yaw_rate_off + min(max(of_slip / of_yaw * slip_off, -most), most))
-
-    def _grip(self, state: HostState) -> float:
-        """What is left of friction beside the acceleration along the car, as a share of the load."""
-        friction = PLENTY if self.grip is None else self.grip.friction
-        return math.sqrt(max(friction**2 - (state.acceleration_mps2 / GRAVITY_MPS2) ** 2, 1e-6))
-
-    def _path_gain(self, speed: float) -> Array:
-        """(2,) gains at a speed; held beyond the grid."""
-        return np.array([np.interp(speed, SPEEDS_MPS, column) for column in self.path_gains.T])
 
     def _deviation(self, wanted: HostState, state: HostState) -> Array:
         """(2,) how far the body centre is to the left of the plan's, and how fast it goes there."""
@@ -186,3 +176,22 @@ def sample(trajectory: Trajectory, t: float, h: float) -> tuple[HostState, HostS
         x[3] += 0.5 * part * (part - 1.0) * span * (second[4] - first[4])
         found.append(HostState.from_vector(x))
     return found[0], found[1]
+
+
+def within_limits(jerk_mps3: float, wheels_rad: float, state: HostState, car: Vehicle, step_s: float) -> tuple[float, float]:
+    """Jerk, and the steering rate towards this angle of the wheels, within the vehicle's limits."""
+    rate = (wheels_rad - state.steering_rad) / _STEERING_LAG_S
+    most = min(car.steering_rate_max_radps, max((car.steering_max_rad - state.steering_rad) / step_s, 0.0))
+    least = -min(car.steering_rate_max_radps, max((car.steering_max_rad + state.steering_rad) / step_s, 0.0))
+    return min(max(jerk_mps3, car.jerk_min_mps3), car.jerk_max_mps3), min(max(rate, least), most)
+
+
+def grip_left(grip: GripMonitor | None, state: HostState) -> float:
+    """What is left of friction beside the acceleration along the car, as a share of the load."""
+    friction = PLENTY if grip is None else grip.friction
+    return math.sqrt(max(friction**2 - (state.acceleration_mps2 / GRAVITY_MPS2) ** 2, 1e-6))
+
+
+def gains_at(speed: float, table: Array) -> Array:
+    """Gains scheduled over SPEEDS_MPS, (len(SPEEDS_MPS), n) -> (n,); held beyond the grid."""
+    return np.array([np.interp(speed, SPEEDS_MPS, column) for column in table.T])

@@ -12,15 +12,13 @@ from typing import Protocol
 import numpy as np
 
 from mcdas_opt.actuation.grip_monitor import GripMonitor
-from mcdas_opt.actuation.lateral_lqr import GRIP_SHARE, PLENTY, SPEEDS_MPS, LqrTracking, sample
+from mcdas_opt.actuation.lateral_lqr import GRIP_SHARE, SPEEDS_MPS, LqrTracking, grip_left, sample, within_limits
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState, SlidingState
-from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.single_track import axle_loads, fiala_slip, slip_share
 
-_STEERING_LAG_S = 0.02
 _YAW_ENDS = 1.5  # times the yaw rate that the road can keep: faster yawing is steered against
 
 
@@ -74,10 +72,7 @@ class PlanTracking:
         lead_s = self.law.lead_s if isinstance(state, SlidingState) else 0.0  # a car without slip turns with its wheels
         ahead_rad = float(np.interp(since_s + lead_s, trajectory.t_s, trajectory.steering_rad))
         wanted = self._held(self.law.wheels_rad(self._error(at, ahead_rad, state)), state)
-        rate = (wanted - state.steering_rad) / _STEERING_LAG_S
-        most = min(car.steering_rate_max_radps, max((car.steering_max_rad - state.steering_rad) / h, 0.0))
-        least = -min(car.steering_rate_max_radps, max((car.steering_max_rad + state.steering_rad) / h, 0.0))
-        return min(max(jerk, car.jerk_min_mps3), car.jerk_max_mps3), min(max(rate, least), most)
+        return within_limits(jerk, wanted, state, car, h)
 
     def _error(self, at: HostState, ahead_rad: float, state: HostState) -> PathError:
         car, c, speed = self.vehicle, Chassis.of(self.vehicle), max(state.speed_mps, SPEEDS_MPS[0])
@@ -102,17 +97,12 @@ class PlanTracking:
     def _slips(self, lateral_mps2: float, state: HostState) -> tuple[float, float]:
         """Slip [rad] of front and rear tyres that goes with a steady lateral acceleration, by their own curve (`fiala_slip`)."""
         c = Chassis.of(self.vehicle)
-        left, loads = self._grip(state), axle_loads(c, state.acceleration_mps2)
+        left, loads = grip_left(self.grip, state), axle_loads(c, state.acceleration_mps2)
         force, share = c.mass_kg * lateral_mps2 / c.wheelbase_m, slip_share(state.speed_mps) if isinstance(state, SlidingState) else 0.0
         return (
             share * fiala_slip(force * c.cog_to_rear_axle_m, c.cornering_stiffness_front_nprad, left * loads[0], share=GRIP_SHARE),
             share * fiala_slip(force * c.cog_to_front_axle_m, c.cornering_stiffness_rear_nprad, left * loads[1], share=GRIP_SHARE),
         )
-
-    def _grip(self, state: HostState) -> float:
-        """What is left of friction beside the acceleration along the car, as a share of the load."""
-        friction = PLENTY if self.grip is None else self.grip.friction
-        return math.sqrt(max(friction**2 - (state.acceleration_mps2 / GRAVITY_MPS2) ** 2, 1e-6))
 
     def _held(self, wheels_rad: float, state: HostState) -> float:
         """The wheels, turned no further than the front tyres can use, and less where that would yaw the car faster still than the road can
@@ -122,15 +112,10 @@ class PlanTracking:
             return wheels_rad
         c = Chassis.of(self.vehicle)
         aside, yaw_rate = state.turning(c.wheelbase_m)
-        speed, grip = max(state.speed_mps, SPEEDS_MPS[0]), self._grip(state)
+        speed, grip = max(state.speed_mps, SPEEDS_MPS[0]), grip_left(self.grip, state)
         course = math.atan2(aside + c.wheelbase_m * yaw_rate, speed)
         limit = grip * axle_loads(c, state.acceleration_mps2)[0]
         most = fiala_slip(limit, c.cornering_stiffness_front_nprad, limit, share=GRIP_SHARE)
         turning = yaw_rate * speed / (grip * GRAVITY_MPS2)  # beyond 1 in size no road keeps it
         left, right = (min(max((_YAW_ENDS - way) / (_YAW_ENDS - 1.0), -1.0), 1.0) * most for way in (turning, -turning))
         return share * min(max(wheels_rad, course - right), course + left) + (1.0 - share) * wheels_rad
-
-
-def gains_at(speed: float, table: Array) -> Array:
-    """Gains scheduled over SPEEDS_MPS, (len(SPEEDS_MPS), n) -> (n,); held beyond the grid."""
-    return np.array([np.interp(speed, SPEEDS_MPS, column) for column in table.T])

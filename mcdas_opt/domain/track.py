@@ -133,6 +133,10 @@ class Track:
         """The same with its s counted from `s_m`."""
         return self if s_m == 0.0 else replace(self, s_m=self.s_m - s_m)
 
+    def later(self, by_s: float) -> Track:
+        """The same where it is so long after, at its speed."""
+        return replace(self, s_m=self.s_m + by_s * self.speed_s_mps, d_m=self.d_m + by_s * self.speed_d_mps)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Coverage:

@@ -18,6 +18,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
+from mcdas_opt.dynamics.stopping import times_to_rest
 from mcdas_opt.manoeuvres.paths import Paths
 
 _BESIDE_M = (1.88, 2.2, 2.7)  # past a body in the middle of its lane: 1.8 m lets two cars of 1.8 m pass
@@ -135,7 +136,7 @@ def drive_profiles(members: EvasiveProfiles, times_s: Array, host: HostState, ve
         aim = np.clip(np.arctan(wheelbase * np.clip(turn, -left, left)), -vehicle.steering_max_rad, vehicle.steering_max_rad)
         rate = np.clip((aim - delta) / h, -vehicle.steering_rate_max_radps, vehicle.steering_rate_max_radps)
         jerk, rate = np.where(rest, np.where(v > 0.0, np.minimum(jerk, 0.0), 0.0), jerk), np.where(rest, 0.0, rate)
-        span = np.where(rest, np.where(v > 0.0, np.minimum(_time_to_rest(v, a, jerk), h), 0.0), h)
+        span = np.where(rest, np.where(v > 0.0, np.minimum(times_to_rest(v, a, jerk), h), 0.0), h)
         u = (jerk, rate)
 
         def right_side(state: Any, u: tuple[Array, Array] = u) -> list[Any]:
@@ -147,9 +148,3 @@ def drive_profiles(members: EvasiveProfiles, times_s: Array, host: HostState, ve
         states[:, k + 1] = np.stack(x, axis=-1)
         inputs[:, k] = np.stack(u, axis=-1)
     return DrivenProfiles(times_s=times_s, states=states, inputs=inputs)
-
-
-def _time_to_rest(v: Array, a: Array, jerk: Array) -> Array:
-    """When v + a t + jerk t^2 / 2 first meets 0, for braking cars."""
-    root = np.sqrt(np.maximum(a * a - 2.0 * jerk * v, 0.0))
-    return np.asarray(2.0 * v / np.maximum(root - a, 1e-9))

@@ -13,6 +13,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
+from mcdas_opt.dynamics.stopping import times_to_rest
 from mcdas_opt.manoeuvres.family import Rolled
 
 _BANDWIDTH_RADPS = 1.5  # of the feedback that takes out what the grid's steering, linear between samples, leaves over
@@ -47,7 +48,7 @@ def driven(rolled: Rolled, host: HostState, vehicle: Vehicle, road: Road) -> tup
         target = np.clip(rolled.steering_rad[:, k + 1] - np.arctan(vehicle.wheelbase_m * back), -most, most)
         rate = np.where(standing | stopping, 0.0, np.clip((target - x[5]) / h, -fastest, fastest))
         # the step of a car that comes to rest ends there
-        span = np.where(standing, 0.0, np.where(stopping, np.minimum(h, _time_to_rest(v, a, jerk)), h))
+        span = np.where(standing, 0.0, np.where(stopping, np.minimum(h, times_to_rest(v, a, jerk)), h))
         u = (jerk, rate)
 
         def right_side(state: Any, u: tuple[Array, Array] = u) -> list[Any]:
@@ -60,9 +61,3 @@ def driven(rolled: Rolled, host: HostState, vehicle: Vehicle, road: Road) -> tup
         states[:, k + 1] = np.stack(x, axis=-1)
         inputs[:, k] = np.stack(u, axis=-1)
     return tuple(Trajectory.from_states(times, states[i], inputs[i]) for i in range(count))
-
-
-def _time_to_rest(v: Array, a: Array, jerk: Array) -> Array:
-    """When v + a t + jerk t^2 / 2 first meets 0, for braking cars."""
-    root = np.sqrt(np.maximum(a * a - 2.0 * jerk * v, 0.0))
-    return np.asarray(2.0 * v / np.maximum(root - a, 1e-9))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -94,7 +94,7 @@ def moment_at(simulation: Simulation, time_s: float) -> Moment:
         host=Shown(name=HOST, pose=(s, d, psi), length_m=car.length_m, width_m=car.width_m, colour=style.HOST),
         speed_mps=v,
         others=others,
-        tracks=tuple(_moved(track, time_s - cycle.time_s) for track in cycle.tracks),
+        tracks=tuple(track.later(time_s - cycle.time_s) for track in cycle.tracks),
         plan=cycle.plan,
         ended=simulation.outcome if over else None,
         struck=frozenset({HOST, simulation.collided_with}) if over and simulation.collided_with else frozenset(),
@@ -135,11 +135,6 @@ def neighbour_colours(simulation: Simulation) -> list[str]:
     for colour, (_, i) in near.items():
         colours[i] = colour
     return colours
-
-
-def _moved(track: Track, by_s: float) -> Track:
-    """The track a little later, when no cycle falls on the moment."""
-    return replace(track, s_m=track.s_m + by_s * track.speed_s_mps, d_m=track.d_m + by_s * track.speed_d_mps)
 
 
 def _at(time_s: float, t_s: np.ndarray, column: np.ndarray) -> float:

@@ -95,7 +95,7 @@ def _supposed(
     """Who may still be where it was going, though no track is there now."""
     found = []
     for one in supposed:
-        left_s, expected = round(one.left_s - elapsed_s, _CLOCK_DIGITS), _going_on(one.track, elapsed_s)
+        left_s, expected = round(one.left_s - elapsed_s, _CLOCK_DIGITS), one.track.later(elapsed_s)
         if 0.0 < elapsed_s <= _MEMORY_S and left_s > 0.0 and _who_is(expected, tracks, elapsed_s) is None:
             found.append(SupposedTrack(track=expected, left_s=left_s))
     swapped: set[tuple[str, ...]] = set()
@@ -103,7 +103,7 @@ def _supposed(
         doubt = _jump(track, then, elapsed_s)
         if doubt is None:
             continue
-        expected = _going_on(then, elapsed_s)
+        expected = then.later(elapsed_s)
         other = _who_is(expected, tracks, elapsed_s)
         if other is None:
             doubts.append(doubt)
@@ -130,10 +130,6 @@ def _changed(tracks: Sequence[Track], last: dict[str, Track], elapsed_s: float) 
     ]
 
 
-def _going_on(track: Track, elapsed_s: float) -> Track:
-    return replace(track, s_m=track.s_m + elapsed_s * track.speed_s_mps, d_m=track.d_m + elapsed_s * track.speed_d_mps)
-
-
 def _who_is(expected: Track, tracks: Sequence[Track], elapsed_s: float) -> Track | None:
     """The track that is where a body was expected, as fast as that."""
     there = (track for track in tracks if _place_error(track, expected) is None and _speed_error(track, expected, elapsed_s) is None)
@@ -142,7 +138,7 @@ def _who_is(expected: Track, tracks: Sequence[Track], elapsed_s: float) -> Track
 
 def _jump(track: Track, last: Track, elapsed_s: float) -> Doubt | None:
     along, across = (0.5 * (last.speed_s_mps + track.speed_s_mps), 0.5 * (last.speed_d_mps + track.speed_d_mps))
-    off = _place_error(track, _going_on(replace(last, speed_s_mps=along, speed_d_mps=across), elapsed_s))
+    off = _place_error(track, replace(last, speed_s_mps=along, speed_d_mps=across).later(elapsed_s))
     if off is not None:
         return Doubt(kind=DoubtKind.JUMPED, tracks=(track.id,), value=off, unit="m")
     faster = _speed_error(track, last, elapsed_s)
