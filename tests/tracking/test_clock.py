@@ -93,11 +93,11 @@ STEPS = st.one_of(st.floats(-0.05, 0.6), st.floats(0.6, 2.0), st.floats(-10.0 * 
 def test_over_years_of_time_beliefs_stay_symmetric_definite_and_bounded(steps: list[float], lags: list[float], body: bool) -> None:
     """Whatever the clock does, and however old the scans are."""
     tracker, now = Tracker(), 1.7e9
+    scan = ideal_scan(0.0, lead(0.0)) if body else radar_scan(0.0, lead(0.0))
     for step_s, lag_s in zip(steps, lags, strict=False):
         now += step_s
         for wait_s in (0.0, 0.05, 0.1):  # so that there are tracks to be spoilt
             now += wait_s
-            scan = ideal_scan(0.0, lead(0.0)) if body else radar_scan(0.0, lead(0.0))
             tracker.update([replace(scan, t_s=now - lag_s)], HostState(speed_mps=13.0), STRAIGHT, now)
             for track in tracker.tracks(now):
                 P = track.covariance
