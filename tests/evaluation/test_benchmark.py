@@ -116,7 +116,7 @@ def test_a_folder_of_another_run_is_refused_and_left_alone(short_suite: Path, tm
     foreign = tmp_path / "letters"
     foreign.mkdir()
     (foreign / "letter.txt").write_text("dear")
-    with pytest.raises(InputError, match="holds no benchmark"):
+    with pytest.raises(InputError, match="holds no such run"):
         driven(suite, ("gentle",), foreign)
     assert contents(foreign) == {"letter.txt": b"dear"}
 
