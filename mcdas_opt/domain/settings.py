@@ -136,6 +136,10 @@ class HeadwaySettings:
         require(self, measurable, "time_gap_s", "standstill_m", "opening", "braking_mps2", "pressed_s", of="headway")
         at_most("headway.pressed_s", self.pressed_s, "headway.time_gap_s", self.time_gap_s)
 
+    def gap_m(self, speed_mps: float, share: float = 1.0) -> float:
+        """The gap at that own speed, with that share of the time gap."""
+        return self.standstill_m + share * self.time_gap_s * max(speed_mps, 0.0)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:

@@ -89,7 +89,7 @@ class Cycle:
         deficits = front_deficits(local, vehicle, settings.safe_end, memory.deficits, elapsed_s)
         prediction = in_reach_ever(predict_for(local, settings.prediction), local.host, vehicle, local.road)
         now = assess(local, vehicle, settings.selector, memory.assessment, elapsed_s, leaves_lane=leaves_lane)
-        asked_m = settings.headway.standstill_m + settings.headway.time_gap_s * max(local.host.speed_mps, 0.0)
+        asked_m = settings.headway.gap_m(local.host.speed_mps)
         return cls(
             given=situation,
             told=there.tracks,
@@ -214,8 +214,7 @@ class Cycle:
         if assessment.rear_id is None or not self.is_ordinary:
             return None
         share = 1.0 if required is None or required.end_m is None else LEAST_SHARE
-        kept_m = headway.standstill_m + share * headway.time_gap_s * max(assessment.rear_speed_mps or 0.0, 0.0)
-        return assessment.rear_id if assessment.rear_gap_m >= kept_m else None
+        return assessment.rear_id if assessment.rear_gap_m >= headway.gap_m(assessment.rear_speed_mps or 0.0, share) else None
 
     @cached_property
     def brakes_to_the_limit(self) -> bool:

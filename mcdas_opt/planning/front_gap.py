@@ -73,9 +73,8 @@ def _is_too_near(now: Assessment, speed_mps: float, headway: HeadwaySettings, br
         return False
     closing = max(speed_mps - now.front_speed_mps, 0.0)
     left_m = now.front_gap_m - closing * closing / (2.0 * braking_mps2)
-    return left_m < headway.standstill_m + LEAST_SHARE * headway.time_gap_s * max(speed_mps, 0.0)
+    return left_m < headway.gap_m(speed_mps, LEAST_SHARE)
 
 
 def _is_followed_closely(now: Assessment, headway: HeadwaySettings) -> bool:
-    close_m = headway.standstill_m + LEAST_SHARE * headway.time_gap_s * max(now.rear_speed_mps or 0.0, 0.0)
-    return now.rear_id is not None and now.rear_gap_m < close_m
+    return now.rear_id is not None and now.rear_gap_m < headway.gap_m(now.rear_speed_mps or 0.0, LEAST_SHARE)
