@@ -187,7 +187,7 @@ def framed(axes: Axes) -> None:
 
 
 def scale_bar(axes: Axes, view: View) -> None:
-    x, y = view.ahead_m - 13.0, view.right_m + 0.75
+    x, y = view.ahead_m - 13.0, view.right_m + 0.6
     axes.plot([x, x + 10.0], [y, y], color=style.BLACK, lw=2.0, solid_capstyle="butt", zorder=8)
     axes.annotate("10 m", (x, y), (-4, 0), textcoords="offset points", ha="right", va="center", fontsize=7, zorder=8)
 
