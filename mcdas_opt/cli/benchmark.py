@@ -54,7 +54,7 @@ def benchmark(
     data: Annotated[
         Path | None, typer.Option("--data", help="Folder of recordings, for suites that read them; of CommonRoad scenarios.")
     ] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on where a run into the same folder was stopped.")] = False,
+    resume: options.Resume = False,
     plant: options.Plant = "kinematic",
     limit: Annotated[float, typer.Option("--limit", min=1.0, help="Seconds for one drive; what takes longer is marked.")] = 300.0,
     as_json: JsonOption = False,

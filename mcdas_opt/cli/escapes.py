@@ -7,15 +7,13 @@ from typing import Annotated
 
 import typer
 
-from mcdas_opt.cli import completion
+from mcdas_opt.cli import options
 from mcdas_opt.cli.progress import progress_bar
 from mcdas_opt.cli.screen import JsonOption, console, emit, time_to_react_table
 
 
 def escapes(
-    scene: Annotated[
-        str, typer.Argument(metavar="SCENE|SITUATION.json", help="A scene, or a saved situation (JSON).", autocompletion=completion.scenes)
-    ],
+    scene: options.SceneOrSituation,
     out: Annotated[Path | None, typer.Option("--out", help="Draw the timeline, or with --map the map (.png).")] = None,
     over: Annotated[bool, typer.Option("--map", help="Over front gaps and rear closing speeds instead, Table 1 drawn over it.")] = False,
     as_json: JsonOption = False,

@@ -9,7 +9,7 @@ import typer
 
 from mcdas_opt.cli import completion, options
 from mcdas_opt.cli.progress import progress_bar
-from mcdas_opt.cli.screen import JsonOption, check_picture, console, emit, facts_table, number
+from mcdas_opt.cli.screen import JsonOption, check_picture, console, facts_table, give, number
 from mcdas_opt.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -49,16 +49,7 @@ def follow(
     visitors = tuple(_visitor(text) for text in person or ())
     with progress_bar("drive"):
         drive = run(problem, planner, seed, truth=truth, visitors=visitors)
-    if as_json:
-        emit(drive.to_dict())
-    else:
-        _print(drive, f"{planner}, seed {seed}: {case}")
-    if out is not None:  # what was computed has been said by then
-        from mcdas_opt.plotting.export import save_picture
-
-        save_picture(drive, out)
-        if not as_json:
-            console().print(f"drawn: {out}")
+    give(drive, lambda: _print(drive, f"{planner}, seed {seed}: {case}"), out, as_json=as_json)
 
 
 def _print(drive: ParkingDrive, title: str) -> None:

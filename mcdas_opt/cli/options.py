@@ -7,6 +7,10 @@ import typer
 
 from mcdas_opt.cli import completion
 
+SceneOrSituation = Annotated[
+    str, typer.Argument(metavar="SCENE|SITUATION.json", help="A scene, or a saved situation (JSON).", autocompletion=completion.scenes)
+]
+Resume = Annotated[bool, typer.Option("--resume", help="Go on where a run into the same folder was stopped.")]
 Plant = Annotated[
     str, typer.Option("--plant", help="The car that is driven: kinematic, dynamic (with tyres), std, multi-body, or a plug-in.")
 ]

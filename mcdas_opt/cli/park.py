@@ -8,7 +8,7 @@ import typer
 
 from mcdas_opt.cli import completion, options
 from mcdas_opt.cli.progress import progress_bar
-from mcdas_opt.cli.screen import JsonOption, check_picture, console, emit, facts_table, headed_table, number
+from mcdas_opt.cli.screen import JsonOption, check_picture, console, facts_table, give, headed_table, number
 
 if TYPE_CHECKING:
     from mcdas_opt.domain.parking import Parking
@@ -54,18 +54,10 @@ def park(
     )
     with progress_bar("park"):
         answer = run(problem, planner, settings=settings)
-    if as_json:
-        emit(answer.to_dict())
-    else:
-        _print(answer, f"{planner}: {case}")
-    if out is not None:  # what was computed has been said by then
-        from mcdas_opt.plotting.export import save_picture
-
-        is_there = answer.trajectory is not None or out.suffix.lower() == ".html"
-        if is_there:
-            save_picture(answer, out)
-        if not as_json:
-            console().print(f"drawn: {out}" if is_there else "nothing to draw")
+    is_there = answer.trajectory is not None or (out is not None and out.suffix.lower() == ".html")
+    give(answer, lambda: _print(answer, f"{planner}: {case}"), out if is_there else None, as_json=as_json)
+    if out is not None and not is_there and not as_json:
+        console().print("nothing to draw")
 
 
 def _print(answer: Parking, title: str) -> None:

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mcdas_opt.cli import completion
+from mcdas_opt.cli import options
 from mcdas_opt.cli.screen import (
     JsonOption,
     PlannerOption,
     check_picture,
     console,
-    emit,
     facts_table,
+    give,
     headed_table,
     number,
     time_to_react_table,
@@ -28,9 +28,7 @@ _NAMES = "slower, same, faster: its speed at the end; late: begins later; driven
 
 
 def plan(
-    scene: Annotated[
-        str, typer.Argument(metavar="SCENE|SITUATION.json", help="A scene, or a saved situation (JSON).", autocompletion=completion.scenes)
-    ],
+    scene: options.SceneOrSituation,
     planner: PlannerOption = "mpc",
     params: Annotated[Path | None, typer.Option("--params", help="Parameters to plan with: a TOML of `tune`.")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Draw the plan (.png, .gif, .html), or save its situation (.json).")] = None,
@@ -54,16 +52,9 @@ def plan(
         with writing(out):
             out.write_text(situation.to_json(), "utf-8")
     answer = chosen.plan(situation)
-    if as_json:
-        emit(answer.to_dict())
-    else:
-        _print(answer, f"{planner}: {scene}")
-    if out is not None and drawing:  # what was computed has been said by then
-        from mcdas_opt.plotting.export import save_picture
-
-        save_picture(answer, out)
-    if out is not None and not as_json:
-        console().print(f"{'drawn' if drawing else 'written'}: {out}")
+    give(answer, lambda: _print(answer, f"{planner}: {scene}"), out if drawing else None, as_json=as_json)
+    if out is not None and not drawing and not as_json:
+        console().print(f"written: {out}")
 
 
 def _print(answer: Plan, title: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from mcdas_opt.domain.escapes import Escapes
+    from mcdas_opt.domain.result import Result
     from mcdas_opt.domain.verdict import Verdict
 
 SceneArgument = Annotated[
@@ -47,6 +48,20 @@ def check_picture(out: Path | None, *suffixes: str) -> None:
         from mcdas_opt.plotting import export
 
         export.check_picture(out, suffixes or export.MOVING)
+
+
+def give(answer: Result, show: Callable[[], None], out: Path | None, *, as_json: bool) -> None:
+    """An answer as its document, or as `show` prints it. Then its picture, if one is asked for: what was computed has been said by then."""
+    if as_json:
+        emit(answer.to_dict())
+    else:
+        show()
+    if out is not None:
+        from mcdas_opt.plotting.export import save_picture
+
+        save_picture(answer, out)
+        if not as_json:
+            console().print(f"drawn: {out}")
 
 
 def headed_table(title: str, *headings: str) -> Table:

@@ -9,7 +9,7 @@ import typer
 
 from mcdas_opt.cli import options
 from mcdas_opt.cli.progress import progress_bar
-from mcdas_opt.cli.screen import JsonOption, PlannerOption, SceneArgument, check_picture, console, emit, facts_table, number
+from mcdas_opt.cli.screen import JsonOption, PlannerOption, SceneArgument, check_picture, console, facts_table, give, number
 
 if TYPE_CHECKING:
     from mcdas_opt.simulation.record import Simulation
@@ -49,16 +49,7 @@ def simulate(
 
 
 def _show(drive: Simulation, title: str, out: Path | None, as_json: bool) -> None:
-    if as_json:
-        emit(drive.to_dict())
-    else:
-        _print(drive, title)
-    if out is not None:  # what was computed has been said by then
-        from mcdas_opt.plotting.export import save_picture
-
-        save_picture(drive, out)
-        if not as_json:
-            console().print(f"drawn: {out}")
+    give(drive, lambda: _print(drive, title), out, as_json=as_json)
 
 
 def _print(drive: Simulation, title: str) -> None:

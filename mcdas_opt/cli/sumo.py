@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from mcdas_opt.cli import options
 from mcdas_opt.cli.progress import progress_bar
 from mcdas_opt.cli.screen import JsonOption, PlannerOption, console, emit, headed_table, leaving
 from mcdas_opt.cli.speeds import DesiredSpeed
@@ -23,7 +24,7 @@ def sumo(
     look: Annotated[str, typer.Option("--look", help="How far ahead and behind others are seen [m].")] = "150,100",
     out: Annotated[Path | None, typer.Option("--out", help="Folder for rows, table and pictures; default sumo-CONFIG.")] = None,
     workers: Annotated[int, typer.Option("--workers", min=1, help="Processes on this machine.")] = 1,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on where a run into the same folder was stopped.")] = False,
+    resume: options.Resume = False,
     as_json: JsonOption = False,
 ) -> None:
     """Drives one vehicle of a SUMO configuration, seed by seed, and compares with SUMO's own driver in the same traffic.
