@@ -65,26 +65,26 @@ def benchmark(
     """
     from mcdas_opt.evaluation.benchmark import run
     from mcdas_opt.evaluation.publish import publish
+    from mcdas_opt.evaluation.running.executor import working
     from mcdas_opt.evaluation.running.journal import StoppedError
     from mcdas_opt.evaluation.suites import expand
     from mcdas_opt.evaluation.summary import contradictions
 
     names = [name.strip() for name in planners.split(",") if name.strip()]
     if suite == "commonroad":
-        _commonroad(names, data, out, scenes, _executor(workers, scheduler), limit, resume=resume, as_json=as_json)
+        with working(workers, scheduler) as executor:
+            _commonroad(names, data, out, scenes, executor, limit, resume=resume, as_json=as_json)
         return
     chosen = expand(suite, scenes, seed, data)
     folder = out if out is not None else Path(f"benchmark-{chosen.name}-{chosen.seed}")
-    executor = _executor(workers, scheduler)
+    kept = f"rows so far are in {folder}: the same command with --resume goes on"
     try:
-        with leaving(f"rows so far are in {folder}: the same command with --resume goes on"), stages() as progress:
+        with working(workers, scheduler) as executor, leaving(kept), stages() as progress:
             results = run(chosen, names, folder, executor, plant=plant, limit_s=limit, resume=resume, progress=progress)
             done = publish(chosen, results, folder, executor, progress)
     except StoppedError as error:
         complain(str(error))
         raise typer.Exit(1) from None
-    finally:
-        executor.close()
     if as_json:
         emit(done.document)
     else:
@@ -120,15 +120,9 @@ def _commonroad(
     if data is None:
         raise InputError("--data", "", None, "names no folder: commonroad reads the scenarios (*.xml) in it")
     folder = out if out is not None else Path("benchmark-commonroad")
-    try:
-        with (
-            leaving(f"rows so far are in {folder}: the same command with --resume goes on"),
-            campaign.scenario_files(data) as found,
-            stages() as progress,
-        ):
-            rows = campaign.run(found[:scenes], planners, folder, executor, limit_s=limit_s, resume=resume, progress=progress)
-    finally:
-        executor.close()
+    kept = f"rows so far are in {folder}: the same command with --resume goes on"
+    with leaving(kept), campaign.scenario_files(data) as found, stages() as progress:
+        rows = campaign.run(found[:scenes], planners, folder, executor, limit_s=limit_s, resume=resume, progress=progress)
     summary = campaign.summarise(rows, planners)
     write_whole(folder / campaign.TABLE, campaign.markdown(summary))
     pictures = sorted(str(path) for path in (folder / campaign.PICTURES).glob("*.png"))
@@ -143,16 +137,6 @@ def _commonroad(
     for said in dict.fromkeys(f"{row['scenario']}: {row['end']}: {row['why']}" for row in rows if row["end"] in campaign.NOT_DRIVEN):
         console().print(said, soft_wrap=True, markup=False)
     console().print(f"rows, table and {len(pictures)} pictures of losses: {folder}", soft_wrap=True)
-
-
-def _executor(workers: int, scheduler: str | None) -> Executor:
-    if scheduler is not None:
-        from mcdas_opt.evaluation.running.dask_cluster import DaskCluster
-
-        return DaskCluster(scheduler)
-    from mcdas_opt.evaluation.running.executor import ProcessPool
-
-    return ProcessPool(workers)
 
 
 def _show(document: dict[str, Any]) -> None:

@@ -32,7 +32,7 @@ def sumo(
     Example: mcdas-opt sumo motorway --seeds 0-9 --against sumo --out motorway
     """
     from mcdas_opt.evaluation.benchmark import check_planners
-    from mcdas_opt.evaluation.running.executor import ProcessPool
+    from mcdas_opt.evaluation.running.executor import working
     from mcdas_opt.evaluation.running.journal import write_whole
     from mcdas_opt.evaluation.sumo_campaign import TABLE, lines, markdown, run, summarise
     from mcdas_opt.interop.sumo.connection import require_libsumo
@@ -45,12 +45,9 @@ def sumo(
     ahead, behind = _numbers("--look", look, 2)
     settings = EpisodeSettings(config=sumo_config(config), ego=ego, desired_mps=desired, look_m=(ahead, behind))
     chosen, folder = seeds_of(seeds), out if out is not None else Path(f"sumo-{Path(config).stem}")
-    executor = ProcessPool(workers)
-    try:
-        with leaving(f"rows so far are in {folder}: the same command with --resume goes on"), progress_bar("episodes") as progress:
-            rows = run(settings, chosen, drivers, folder, executor, resume=resume, progress=progress)
-    finally:
-        executor.close()
+    kept = f"rows so far are in {folder}: the same command with --resume goes on"
+    with working(workers) as executor, leaving(kept), progress_bar("episodes") as progress:
+        rows = run(settings, chosen, drivers, folder, executor, resume=resume, progress=progress)
     summary = summarise(rows, drivers)
     title = f"{settings.config.stem}: {ego}, {len(chosen)} seeds"
     write_whole(folder / TABLE, markdown(title, summary))

@@ -15,7 +15,7 @@ from mcdas_opt.domain.rules import require_type
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.evaluation.benchmark import LIMIT_S, Progress, run
 from mcdas_opt.evaluation.publish import publish
-from mcdas_opt.evaluation.running.executor import ProcessPool
+from mcdas_opt.evaluation.running.executor import working
 from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.evaluation.summary import kinds, pairs, summarise
 
@@ -100,8 +100,7 @@ def benchmark(
     chosen = expand(str(suite), scenes, seed, None if data is None else Path(data))
     with ExitStack() as stack:
         folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
-        executor = ProcessPool(workers)
-        stack.callback(executor.close)
+        executor = stack.enter_context(working(workers))
         results = run(chosen, names, folder, executor, plant=plant, limit_s=LIMIT_S, progress=progress)
         if out is not None:
             publish(chosen, results, folder, executor, progress)

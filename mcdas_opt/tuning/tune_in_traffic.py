@@ -14,7 +14,7 @@ from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.errors import InputError, writing
-from mcdas_opt.evaluation.running.executor import Executor
+from mcdas_opt.evaluation.running.executor import working
 from mcdas_opt.reference.offset_path import corrected
 from mcdas_opt.tuning.choice import Choice, Guarded, choose, compared, judged
 from mcdas_opt.tuning.design import STEP_M, PathSamples, sampled
@@ -121,19 +121,9 @@ def tune_in_traffic(
 
 def _drives(stack: ExitStack, how: StudyOptions) -> Drives:
     """Here, on child processes, or on a Dask cluster, as the benchmark does."""
-    executor: Executor
-    if how.scheduler is not None:
-        from mcdas_opt.evaluation.running.dask_cluster import DaskCluster
-
-        executor = DaskCluster(how.scheduler)
-    elif how.workers > 1:
-        from mcdas_opt.evaluation.running.executor import ProcessPool
-
-        executor = ProcessPool(how.workers)
-    else:
+    if how.scheduler is None and how.workers == 1:
         return in_turn
-    stack.callback(executor.close)
-    return on_executor(executor)
+    return on_executor(stack.enter_context(working(how.workers, how.scheduler)))
 
 
 def _report(

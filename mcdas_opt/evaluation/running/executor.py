@@ -5,6 +5,7 @@ from __future__ import annotations
 import queue
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
 from typing import Protocol
 
 from mcdas_opt.domain.rules import positive
@@ -20,6 +21,22 @@ class Executor(Protocol):
         ...
 
     def close(self) -> None: ...
+
+
+@contextmanager
+def working(workers: int, scheduler: str | None = None) -> Iterator[Executor]:
+    """So many child processes here, or the Dask cluster behind the scheduler's address; closed in the end."""
+    executor: Executor
+    if scheduler is None:
+        executor = ProcessPool(workers)
+    else:
+        from mcdas_opt.evaluation.running.dask_cluster import DaskCluster
+
+        executor = DaskCluster(scheduler)
+    try:
+        yield executor
+    finally:
+        executor.close()
 
 
 class ProcessPool:
