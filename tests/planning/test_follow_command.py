@@ -28,7 +28,7 @@ def test_a_slot_shorter_than_believed_is_followed_and_drawn(tmp_path: Path):
     assert drive["stops_judged"] > 0
     assert any("rear car" in event["text"] for event in drive["events"])
     shown = pixels(picture)
-    assert shown.shape == (1014, 1248, 3)
+    assert shown.shape == (1170, 1440, 3)
     assert coloured(shown, style.BLUE).sum() > 500  # the speed
     assert coloured(shown, style.PURPLE).sum() > 500  # off the plans
     assert coloured(shown, style.VERMILION).sum() > 100  # an event
