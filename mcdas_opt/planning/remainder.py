@@ -11,7 +11,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.planning.memory import PreviousPlan
 from mcdas_opt.planning.roll_out import roll_out
 
-_INSTANT_S = 1e-6
+_INSTANT_S = 2e-3  # a sample that is to come so soon has come: no step of the drive is next to nothing
 
 
 def remainder(previous: PreviousPlan | None, situation: Situation, vehicle: Vehicle) -> Trajectory | None:
@@ -26,6 +26,7 @@ def remainder(previous: PreviousPlan | None, situation: Situation, vehicle: Vehi
     left = len(drive) - first
     if left < 2:
         return None
+    now = max(now, float(drive.t_s[first - 1]))
     steps = np.diff(np.concatenate([[now], drive.t_s[first:]]))
     inputs = drive.inputs[first - 1 : len(drive) - 1]
     speeds = np.concatenate([[situation.host.speed_mps], drive.speed_mps[first:]])

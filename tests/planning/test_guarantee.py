@@ -102,6 +102,20 @@ def test_rest_of_a_plan_is_the_plan_where_everybody_does_as_foreseen(planner: Pl
     assert PreviousPlan.of(replace(plan, status=Status.UNAVOIDABLE)) is None
 
 
+@pytest.mark.parametrize("early_s", [-5e-7, 3e-9, 5e-7, 2e-6, 1e-4, 3e-4, 9e-4, 1.5e-3])
+def test_rest_of_a_plan_begins_however_shortly_before_a_sample_the_cycle_comes(planner: Planner, early_s: float) -> None:
+    """A clock that jitters: a first step of 0.3 ms was none that a grid may have, and raised out of `step`."""
+    planner.reset()
+    situation = sandwich()
+    previous = PreviousPlan.of(plan := planner.plan(situation))
+    assert previous is not None
+    for _ in range(3):  # the rest of a rest too
+        rest = remainder(replace(previous, age_s=0.3 - early_s), later(situation, plan, 0.3), planner.vehicle)
+        assert rest is not None
+        assert np.diff(rest.t_s).min() > 1e-3
+        previous = replace(previous, trajectory=rest)
+
+
 class _Forced:
     """An engine that answers as it is told."""
 
