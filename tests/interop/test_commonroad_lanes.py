@@ -102,6 +102,32 @@ def test_where_the_own_lane_leads_nowhere_the_road_goes_on_with_the_one_beside_i
     assert (there.lane, there.time_s) == (1, (12.0, 16.0))
 
 
+@pytest.mark.parametrize(("ends_m", "is_followed"), [(100.0, True), (60.0, False)])
+def test_where_the_own_lane_turns_off_the_road_follows_the_one_beside_it_that_leads_to_the_goal_if_there_is_time(
+    tmp_path: Path, ends_m: float, is_followed: bool
+) -> None:
+    lanelets = [
+        lanelet(1, 0, -60, ends_m, after=3, left=2),
+        lanelet(2, 1, -60, ends_m, after=4, right=1),
+        lanelet(3, 0, ends_m, 300, onto=-9),
+        lanelet(4, 1, ends_m, 300),
+    ]
+    found = read(tmp_path, lanelets, named=(4,), steps=(120, 130))
+    host, road = found.scene.host, found.scene.true_road
+    if not is_followed:
+        assert found.lanelets == (1, 3)
+        assert "off the ego's road" in found.goal_is_off
+        return
+    assert found.lanelets == (2, 4)
+    assert (road.lane_of(host.d_m, 0.0), found.goal_is_off) == (-1, "")
+    assert road.lane_ends_m(-1, 0.0, 1.6) == pytest.approx(ends_m, abs=5.0)
+    assert found.scene.destination_to_reach is not None
+    assert found.scene.destination_to_reach.lane == 0
+    drive = simulate(found.scene, "mpc")
+    assert (drive.outcome.value, drive.fallbacks) == ("safe", 0)
+    assert goal_reached_s(found, drive.trajectory) is not None
+
+
 def test_a_lane_begins(tmp_path: Path) -> None:
     road = read(tmp_path, SPLIT_AND_BEGIN, goal_x=200.0, goal_y=0.0, steps=(100, 200)).scene.true_road
     assert not road.has_lane(-1, 50.0)

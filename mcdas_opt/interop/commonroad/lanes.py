@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +14,11 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.errors import InputError
 from mcdas_opt.interop.commonroad.lane_line import AHEAD_M, BEHIND_M
 from mcdas_opt.interop.commonroad.lane_middle import lane_middle
-from mcdas_opt.interop.commonroad.rows import Row, route, rows_ahead, rows_behind
+from mcdas_opt.interop.commonroad.rows import Row, route, row_of, rows_ahead, rows_behind
 
 _ALONG_RAD = 0.5  # of several lanelets that the ego points along so well the one that leads to the goal is its
 _NEAR_M = 0.5  # an ego that stands on no lanelet is on one that is so near
+_CHANGING_S = 6.0  # a lane change takes, with its announcement
 _SIDEWAYS_RAD = 0.5 * np.pi  # an ego that points further off its lane is not driving along it
 
 
@@ -63,9 +64,10 @@ def ego_lane(scenario: Any, problem: Any, path: Path) -> EgoLane:
         raise InputError(path, f"planningProblem {problem.planning_problem_id}: initialState", where, rule)
     goals = goal_lanelets(network, problem)
     along = [identifier for angle, identifier in aligned if angle < max(aligned[0][0], _ALONG_RAD)]
-    own = network.find_lanelet_by_id(next((identifier for identifier in along if route(network, identifier, goals)), aligned[0][1]))
+    under_ego = network.find_lanelet_by_id(next((identifier for identifier in along if route(network, identifier, goals)), aligned[0][1]))
+    own, ahead = _leading_on(network, under_ego, goals, position, float(first.velocity))
     behind = rows_behind(network, own, BEHIND_M)
-    rows = (*behind, *rows_ahead(network, own, goals, AHEAD_M))
+    rows = (*behind, *ahead)
     middle, widths = lane_middle(own)
     nearest = int(np.argmin(np.hypot(*(middle - position).T)))
     last = [network.find_lanelet_by_id(identifier) for identifier in rows[-1].lanelets.values()]
@@ -78,11 +80,37 @@ def ego_lane(scenario: Any, problem: Any, path: Path) -> EgoLane:
     )
 
 
+def _leading_on(network: Any, own: Any, goals: set[int], position: Array, speed_mps: float) -> tuple[Any, list[Row]]:
+    """The lanelet that the road's line follows, and the rows from there on: the ego's own, or where it leads away from the goal, as a lane
+    for turning or an exit does, the nearest beside it that leads there, if the lane changes that this takes fit in before."""
+    beside_own = row_of(network, own, 0).lanelets
+    for number in sorted(beside_own, key=lambda k: (abs(k), k)):
+        lanelet = network.find_lanelet_by_id(beside_own[number])
+        rows = rows_ahead(network, lanelet, goals, AHEAD_M)
+        if not any(goals.intersection(row.lanelets.values()) for row in rows):
+            continue
+        left_m = _length_beside_m(network, rows, -number) - _way_on_m(own, position)
+        if number == 0 or left_m >= abs(number) * _CHANGING_S * speed_mps:
+            return lanelet, rows
+    return own, rows_ahead(network, own, goals, AHEAD_M)
+
+
+def _length_beside_m(network: Any, rows: Sequence[Row], number: int) -> float:
+    """How long the lane of that number goes on from the first row on."""
+    together = takewhile(lambda row: number in row.lanelets, rows)
+    return sum(_length_m(network.find_lanelet_by_id(row.lanelets[number])) for row in together)
+
+
+def _way_on_m(lanelet: Any, position: Array) -> float:
+    """How far along a lanelet's middle that position is."""
+    middle, _ = lane_middle(lanelet)
+    to_ego = middle[: int(np.argmin(np.hypot(*(middle - position).T))) + 1]
+    return float(np.hypot(*np.diff(to_ego, axis=0).T).sum())
+
+
 def _stations(network: Any, rows: Sequence[Row], own: int, own_row: int, position: Array) -> tuple[tuple[float, float], ...]:
     lengths = [_length_m(network.find_lanelet_by_id(row.lanelets[row.leads])) for row in rows]
-    middle, _ = lane_middle(network.find_lanelet_by_id(own))
-    to_ego = middle[: int(np.argmin(np.hypot(*(middle - position).T))) + 1]
-    begins = np.cumsum([0.0, *lengths]) - sum(lengths[:own_row]) - float(np.hypot(*np.diff(to_ego, axis=0).T).sum())
+    begins = np.cumsum([0.0, *lengths]) - sum(lengths[:own_row]) - _way_on_m(network.find_lanelet_by_id(own), position)
     return tuple(pairwise(begins.tolist()))
 
 
