@@ -37,6 +37,8 @@ _SLOWER_MPS = 2.0  # than the front car, until the distance is there
 _LEAST_ROOM_M = 1.0
 _STEERABLE_MPS = 0.5
 _ARRIVING_SHARE = 0.6  # of the time that is left to a destination: then its lane lets the host come there in time
+_LEAST_SHARE = 0.1  # of a path's amplitude: a logistic curve has no end
+_DUE_S = 8.0  # a lane that has to be reached so soon is gone on to without settling in the one between
 _BODY_ROOM_M = 0.25  # from the body's flank to the road's edge, for the targets of steering
 
 
@@ -161,6 +163,33 @@ def change_to_required(cycle: Cycle, required: RequiredLane) -> Proposed | None:
     changing_s = cycle.settings.manners.changing_s
     within_s = required.left_s - 1.0 if required.end_m is not None else min(required.left_s - 1.0, _ARRIVING_SHARE * required.left_s)
     return _unhurried(cycle, required.side, min(changing_s, max(within_s, 0.5 * changing_s)))
+
+
+def change_on(cycle: Cycle, required: RequiredLane, active: Manoeuvre) -> Proposed | None:
+    """A lane change that is half done goes on into the lane beyond, because that has to be reached soon: along one path through where the
+    host is, as it heads now. None where it is not so, or the car stands."""
+    situation, sigmoid = cycle.situation, cycle.settings.sigmoid
+    host, road = situation.host, situation.road
+    if active.mode is not Mode.CRUISE or active.side is not required.side or required.left_s > _DUE_S or not active.half_done(situation):
+        return None
+    if _unwatched(situation, required.side) or host.speed_mps < _STEERABLE_MPS:
+        return None
+    beside = road.lane_of(host.d_m, host.s_m) + (1 if required.side is Side.LEFT else -1)
+    target, begun_d_m = road.lane_centre_m(beside, host.s_m), active.path.start_d_m
+    amplitude = target - begun_d_m
+    share = min(max((host.d_m - begun_d_m) / amplitude, _LEAST_SHARE), 1.0 - _LEAST_SHARE)
+    slope = math.tan(host.heading_rad) / (amplitude * share * (1.0 - share))
+    way_m = 2.0 * max(host.speed_mps, sigmoid.speed_floor_mps) * cycle.settings.manners.changing_s
+    steepness = min(max(slope, 2.0 * math.log(sigmoid.b) / way_m), 4.0 * math.log(sigmoid.b) / way_m)
+    path = OffsetPath(
+        start_s_m=host.s_m - (math.log(sigmoid.b) + math.log(share / (1.0 - share))) / steepness,
+        start_d_m=begun_d_m,
+        amplitude_m=amplitude,
+        a_per_m=-steepness,
+        b=sigmoid.b,
+    )
+    further = Manoeuvre(side=required.side, path=path, target_d_m=target, speed_mps=situation.wanted_speed_mps, mode=Mode.CRUISE)
+    return go_on_unpressed(cycle, further)
 
 
 def _unhurried(cycle: Cycle, side: Side, changing_s: float | None = None) -> Proposed:

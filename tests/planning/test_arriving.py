@@ -26,7 +26,7 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.comfortable_speed import bends_ahead
 from mcdas_opt.planning.cost import CostWeights, lane_change_cost
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.proposals import change_to_required
+from mcdas_opt.planning.proposals import change_on, change_to_required
 from mcdas_opt.planning.required_lane import best_gap, required_lane
 from mcdas_opt.reference.speed_profile import profile_ahead
 from mcdas_opt.simulation.loop import simulate
@@ -74,6 +74,38 @@ def test_a_lane_that_begins_ahead_is_changed_into_where_it_is() -> None:
     proposed = change_to_required(cycle, required)
     assert proposed is not None
     assert proposed.path.target_d_m == pytest.approx(-3.7, abs=1e-9)
+
+
+@given(
+    speed=st.floats(3.0, 30.0),
+    crossed=st.floats(0.05, 1.5),
+    heading=st.floats(0.0, 0.2),
+    way_s=st.floats(1.0, 9.0),
+    side=st.sampled_from((1.0, -1.0)),
+)
+def test_a_change_goes_on_into_the_lane_beyond_through_where_the_host_is_once_that_is_due(
+    speed: float, crossed: float, heading: float, way_s: float, side: float
+) -> None:
+    road = Road(lanes_left=2, lanes_right=2)
+    lane = 2 if side > 0.0 else -2
+    there = Destination(lane=lane, s_m=(0.0, speed * way_s), time_s=(0.0, 20.0))
+    begun = Situation(host=HostState(speed_mps=speed), road=road, destination=there)
+    first = change_to_required(Cycle.of(begun, Vehicle()), required_lane(begun, Vehicle()))
+    assert first is not None
+    assert first.manoeuvre is not None
+    border = side * 0.5 * road.lane_width_m
+    for d, is_half_done in ((border - side * crossed, False), (border + side * crossed, True)):
+        situation = replace(begun, host=HostState(d_m=d, heading_rad=side * heading, speed_mps=speed))
+        cycle = Cycle.of(situation, Vehicle())
+        required = required_lane(cycle.situation, Vehicle())
+        assert required is not None
+        further = change_on(cycle, required, first.manoeuvre)
+        assert (further is not None) is (is_half_done and required.left_s <= 8.0)
+        if further is not None:
+            assert further.path.target_d_m == pytest.approx(lane * road.lane_width_m)
+            assert further.side is first.side
+            assert float(further.path.d(0.0)) == pytest.approx(d, abs=0.15)
+            assert side * float(further.path.slope(0.0)) > 0.0
 
 
 def cycle_before_bend(time_s: float | None) -> Cycle:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.planning.candidate import Costed
 from mcdas_opt.planning.choice import Round
-from mcdas_opt.planning.proposals import brake_behind, change_lanes, change_to_required, go_on_unpressed, keep_lane, stop_in_lane
+from mcdas_opt.planning.proposals import brake_behind, change_lanes, change_on, change_to_required, go_on_unpressed, keep_lane, stop_in_lane
 from mcdas_opt.planning.search import Search
 
 
@@ -19,6 +19,11 @@ def lane_keeping(search: Search) -> Iterator[Round]:
     if not cycle.is_ordinary:
         return
     if cycle.active is not None and not cycle.is_withdrawn:
+        required, gap = cycle.required_lane, cycle.gap
+        is_open = required is not None and gap is not None and gap.wait_s == 0.0
+        further = change_on(cycle, required, cycle.active) if required is not None and is_open else None
+        if further is not None:
+            yield Round(competing=search.solve((further,)), is_comparison=False)
         yield Round(competing=search.solve((go_on_unpressed(cycle, cycle.active),)), is_comparison=False)
         return
     if cycle.brakes_to_the_limit:
