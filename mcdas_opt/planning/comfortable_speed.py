@@ -22,6 +22,7 @@ from mcdas_opt.reference.speed_profile import BEHIND_MPS2, FrontCar, SpeedProfil
 from mcdas_opt.tracking.prediction import CHANGE_MPS, CHANGE_SIGMAS
 
 _HURRIED_MPS2, _HURRIED_SHARE = 3.0, 0.35  # across in bends, where the destination is missed otherwise, and of what the road gives
+_HURRIED_BRAKING_MPS2 = 2.5  # before them, then
 _LEVELS = 5  # of hurry
 _STANDING_MPS = 0.4
 _CLOSED_UP_M = 1.5  # beyond the gap at standstill: nobody drives on for so little
@@ -135,9 +136,16 @@ def bends_ahead(cycle: Cycle, d_m: float, stops_m: float = math.inf) -> SpeedPro
     found = profile_ahead(situation.road, situation.host.s_m, d_m, fastest, comfort, stops_m)
     if found is None or not _comes_late(found, cycle):
         return found
-    most = max(min(_HURRIED_MPS2, _HURRIED_SHARE * GRAVITY_MPS2 * situation.road.friction), comfort.lateral_mps2)
-    for lateral_mps2 in np.linspace(comfort.lateral_mps2, most, _LEVELS)[1:].tolist():
-        found = profile_ahead(situation.road, situation.host.s_m, d_m, fastest, replace(comfort, lateral_mps2=lateral_mps2), stops_m)
+    given = _HURRIED_SHARE * GRAVITY_MPS2 * situation.road.friction
+    most = max(min(_HURRIED_MPS2, given), comfort.lateral_mps2)
+    braking = max(min(_HURRIED_BRAKING_MPS2, comfort.late_braking_mps2, given), comfort.bend_braking_mps2)
+    for share in np.linspace(0.0, 1.0, _LEVELS)[1:].tolist():
+        hurried = replace(
+            comfort,
+            lateral_mps2=comfort.lateral_mps2 + share * (most - comfort.lateral_mps2),
+            bend_braking_mps2=comfort.bend_braking_mps2 + share * (braking - comfort.bend_braking_mps2),
+        )
+        found = profile_ahead(situation.road, situation.host.s_m, d_m, fastest, hurried, stops_m)
         if found is None or not _comes_late(found, cycle):
             break
     return found
