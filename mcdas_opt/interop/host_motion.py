@@ -15,7 +15,6 @@ from mcdas_opt.domain.rules import Array, vector
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.recordings.csv_table import CsvTable
-from mcdas_opt.interop.recordings.tally import Tally
 
 SLOPE_S = 0.5  # the acceleration is the slope of the speed over this much of the past
 HELD_S = 1.0  # beyond its ends the speed is held for so long at most
@@ -46,12 +45,9 @@ class HostMotion:
 
         Raises `InputError` with the line of a cell that is no finite number, a time that does not increase, or a speed beyond 100 m/s.
         """
-        table, bad = CsvTable(path), Tally()
+        table = CsvTable(path)
         columns = [table.column("t_s", "time_s"), table.column("speed_mps")]
-        rows = list(table.rows(columns, bad))
-        if bad.total:
-            kind, entry = next(iter(bad.to_document().items()))
-            raise InputError(path, f"line {entry['first_line']}", None, kind)
+        rows = table.sound_rows(columns)
         for before, row in zip([None, *rows], rows, strict=False):
             time, speed = row.values
             key = f"line {row.line}: "

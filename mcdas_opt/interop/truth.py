@@ -20,7 +20,6 @@ from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.near_face import half_extent
 from mcdas_opt.geometry.window import frame_near
 from mcdas_opt.interop.recordings.csv_table import CsvTable
-from mcdas_opt.interop.recordings.tally import Tally
 from mcdas_opt.interop.replay_record import Cycle, Replay, SeenTrack
 
 GATE_M = 5.0  # a track farther from the true point than this is another object
@@ -103,17 +102,14 @@ class Comparison:
 def read_truth(path: str | Path) -> dict[Sector, TrueTarget]:
     """From a CSV with `t` (or `t_s`) and, for front and rear, `front_range`, `front_azimuth_deg` (clockwise positive),
     `front_range_rate` ...; empty cells where nobody was there. Raises `InputError` naming the line or the missing column."""
-    table, bad = CsvTable(path), Tally()
+    table = CsvTable(path)
     present = [sector for sector in (Sector.FRONT, Sector.REAR) if f"{sector.value}_range" in table.header]
     if not present:
         table.column("front_range", "rear_range")
     columns = [table.column("t_s", "t")]
     for sector in present:
         columns += [table.column(f"{sector.value}_{name}") for name in ("range", "azimuth_deg", "range_rate")]
-    rows = list(table.rows(columns, bad))
-    if bad.total:
-        kind, entry = next(iter(bad.to_document().items()))
-        raise InputError(path, f"line {entry['first_line']}", None, kind)
+    rows = table.sound_rows(columns)
     values = np.array([row.values for row in rows])
     late = np.flatnonzero(~(np.diff(values[:, 0], prepend=-math.inf) > 0.0))
     if late.size or len(rows) < 2:

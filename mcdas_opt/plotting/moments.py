@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -123,15 +124,20 @@ def _curvatures(simulation: Simulation, road: Road) -> list[float]:
 
 def neighbour_colours(simulation: Simulation) -> list[str]:
     """Orange for whoever is next ahead in the host's lane at the start, vermilion for whoever is next behind, grey for the rest."""
-    d0, s0 = float(simulation.trajectory.d_m[0]), float(simulation.trajectory.s_m[0])
-    colours = [style.NEIGHBOUR] * len(simulation.neighbours)
-    lane_width = simulation.scene.true_road.lane_width_m
+    host, lane_width_m = simulation.trajectory, simulation.scene.true_road.lane_width_m
+    away = [(float(other.s_m[0] - host.s_m[0]), float(other.d_m[0] - host.d_m[0])) for other in simulation.neighbours]
+    return lane_colours(away, lane_width_m)
+
+
+def lane_colours(away_m: Sequence[tuple[float, float]], lane_width_m: float) -> list[str]:
+    """Of bodies so far from the host along and across the road: orange for the next ahead in its lane, vermilion for the next behind,
+    grey for the rest."""
+    colours = [style.NEIGHBOUR] * len(away_m)
     near: dict[str, tuple[float, int]] = {}
-    for i, other in enumerate(simulation.neighbours):
-        apart = float(other.s_m[0]) - s0
-        if abs(float(other.d_m[0]) - d0) < 0.65 * lane_width:
-            colour = style.FRONT if apart > 0.0 else style.REAR
-            near[colour] = min(near.get(colour, (math.inf, i)), (abs(apart), i))
+    for i, (ahead, aside) in enumerate(away_m):
+        if abs(aside) < 0.65 * lane_width_m:
+            colour = style.FRONT if ahead > 0.0 else style.REAR
+            near[colour] = min(near.get(colour, (math.inf, i)), (abs(ahead), i))
     for colour, (_, i) in near.items():
         colours[i] = colour
     return colours

@@ -14,7 +14,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.plotting import style
-from mcdas_opt.plotting.moments import HOST, Moment, Shown, View
+from mcdas_opt.plotting.moments import HOST, Moment, Shown, View, lane_colours
 from mcdas_opt.plotting.plane import Ground, rounded, view_document
 from mcdas_opt.plotting.words import because, doing, judged, passed, sentence
 from mcdas_opt.simulation.contact import surroundings
@@ -185,16 +185,9 @@ class Outlook:
 
     def colours(self) -> list[str]:
         """Of the bodies: orange for the next ahead in the host's lane, vermilion for the next behind, grey for the rest."""
-        host, road = self.situation.host, self.situation.road
-        colours = [style.NEIGHBOUR] * len(self.situation.tracks)
-        near: dict[str, tuple[float, int]] = {}
-        for k, track in enumerate(self.situation.tracks):
-            away = track.s_m - host.s_m
-            if abs(track.d_m - host.d_m) < 0.65 * road.lane_width_m:
-                colour = style.FRONT if away > 0.0 else style.REAR
-                near[colour] = min(near.get(colour, (np.inf, k)), (abs(away), k))
-        for colour, (_, k) in near.items():
-            colours[k] = colour
+        host = self.situation.host
+        away = [(track.s_m - host.s_m, track.d_m - host.d_m) for track in self.situation.tracks]
+        colours = lane_colours(away, self.situation.road.lane_width_m)
         return [colours[k] for k in self._track]
 
     def names(self) -> list[str]:

@@ -125,15 +125,16 @@ def gears_of(trajectory: ParkingTrajectory) -> Array:
 
 def _plane(axes: Axes, case: ParkingCase, trajectory: ParkingTrajectory) -> None:
     corners = body_corners(np.vstack([trajectory.poses, case.goal]), Body.of(case.vehicle)).reshape(-1, 2)
-    low, high = corners.min(0) - 1.0, corners.max(0) + 1.0
+    yard(axes, case, corners)
+
+
+def yard(axes: Axes, case: ParkingCase, shown: Array) -> None:
+    """The obstacles, as far as what is shown (n, 2) and a metre around it."""
+    (left, low), (right, high) = shown.min(0) - 1.0, shown.max(0) + 1.0
     for outline in case.obstacles:
         axes.fill(*outline.T, facecolor="#c9c9ce", edgecolor=style.EDGE, lw=1.0, zorder=1)
-    axes.set_xlim(low[0], high[0])
-    axes.set_ylim(low[1], high[1])
-    axes.set_aspect("equal")
+    axes.set(xlim=(left, right), ylim=(low, high), aspect="equal", xlabel="x [m]", ylabel="y [m]")
     axes.grid(False)
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
 
 
 def _body(axes: Axes, corners: Array, colour: str, label: str, alpha: float = 0.55) -> None:

@@ -12,7 +12,7 @@ from mcdas_opt.geometry.clearance import Body, body_corners
 from mcdas_opt.parking.closed_loop.record import ParkingDrive
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.asked import case_of
-from mcdas_opt.plotting.parking import moving, save_gif
+from mcdas_opt.plotting.parking import moving, save_gif, yard
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,8 +55,6 @@ def sheet(drive: ParkingDrive) -> Figure:
 def _plane(axes: Axes, truth: ParkingCase, drive: ParkingDrive) -> None:
     driven = drive.trajectory
     corners = body_corners(driven.poses, Body.of(truth.vehicle))
-    for outline in truth.obstacles:
-        axes.fill(*outline.T, facecolor="#c9c9ce", edgecolor=style.EDGE, lw=1.0, zorder=1)
     for k in range(0, len(driven), max(1, len(driven) // _BODIES)):
         axes.fill(*corners[k].T, facecolor="none", edgecolor=style.SKY, lw=0.5, alpha=0.6)
     axes.fill(*corners[-1].T, facecolor=style.BLUE, edgecolor=style.BLACK, lw=1.0, alpha=0.45, label="car at the end", zorder=3)
@@ -68,13 +66,7 @@ def _plane(axes: Axes, truth: ParkingCase, drive: ParkingDrive) -> None:
     for number, visitor in enumerate(drive.visitors):
         axes.fill(*visitor.outline().T, facecolor=style.VERMILION, edgecolor=style.BLACK, label="person" if number == 0 else None, zorder=7)
     shown = np.concatenate([corners.reshape(-1, 2), goal, *(visitor.outline() for visitor in drive.visitors)])
-    low, high = shown.min(0) - 1.0, shown.max(0) + 1.0
-    axes.set_xlim(low[0], high[0])
-    axes.set_ylim(low[1], high[1])
-    axes.set_aspect("equal")
-    axes.grid(False)
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
+    yard(axes, truth, shown)
     axes.set_title(f"{drive.name}, {drive.planner}: {drive_words(drive)}")
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 

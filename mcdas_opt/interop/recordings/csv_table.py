@@ -76,3 +76,12 @@ class CsvTable:
                     break
             else:
                 yield Row(line=line, values=tuple(values))
+
+    def sound_rows(self, columns: Sequence[int]) -> list[Row]:
+        """Every row. Raises `InputError` with the line of one that `rows` would leave out."""
+        bad = Tally()
+        rows = list(self.rows(columns, bad))
+        if bad.total:
+            kind, entry = next(iter(bad.to_document().items()))
+            raise InputError(self.path, f"line {entry['first_line']}", None, kind)
+        return rows
