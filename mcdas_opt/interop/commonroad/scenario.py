@@ -5,20 +5,21 @@ from __future__ import annotations
 import math
 import tempfile
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mcdas_opt.catalogue.scenes import TRAJECTORY_COLUMNS, Scene, load_scene
+from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.catalogue.vehicles import load_vehicle, vehicle_text
 from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import BodyKind, Side
+from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.errors import InputError, ParameterError, writing
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.interop.commonroad.goal import destination
@@ -273,31 +274,29 @@ def _files(
     duration_s: float,
 ) -> dict[str, str]:
     """The scene's files by name."""
-    knots = ", ".join(f"[{s!r}, {kappa!r}]" for s, kappa in road.curvature)
-    lines = [f'name = "{_plain(name)}"', f"duration_s = {duration_s!r}", "", "[road]", f"lane_width_m = {road.lane_width_m!r}"]
-    lines += [f"lanes_left = {road.lanes_left}", f"lanes_right = {road.lanes_right}", f"curvature = [{knots}]"]
-    for lane in road.lanes:
-        lines += ["", "[[road.lane]]", f"lane = {lane.lane}"]
-        for key, pairs in (("width_m", lane.width_m), ("speed_limit_mps", lane.speed_limit_mps)):
-            lines += [f"{key} = [{', '.join(f'[{s!r}, {value!r}]' for s, value in pairs)}]"] if pairs else []
-        lines += ["shoulder = true"] if lane.shoulder else []
-        lines += ["oncoming = true"] if lane.oncoming else []
-        lines += [f'merges = "{lane.merges.value}"'] if lane.merges is not Side.NONE else []
-    if goal is not None:
-        lines += ["", "[destination]"]
-        windows = {"s_m": goal.s_m, "time_s": goal.time_s, "d_m": goal.d_m, "speed_mps": goal.speed_mps, "heading_rad": goal.heading_rad}
-        lines += [f"{key} = [{pair[0]!r}, {pair[1]!r}]" for key, pair in windows.items() if pair is not None]
-        lines += [] if goal.lane is None else [f"lane = {goal.lane}"]
-    lines += ["", "[host]", *(f"{key} = {_toml(value)}" for key, value in host.items())]
     files: dict[str, str] = {}
+    neighbours = []
     for neighbour, (samples, length, width, kind) in tables.items():
-        file = f"{neighbour}.csv"
-        lines += ["", "[[neighbour]]", f'name = "{neighbour}"', f'trajectory = "{file}"', f"length_m = {length!r}", f"width_m = {width!r}"]
-        lines += [] if kind is None else [f'kind = "{kind.value}"']
-        lines += ["leaves = true"] if samples[-1, 0] < duration_s else []  # there nobody is where his states have ended
+        leaves = bool(samples[-1, 0] < duration_s)  # there nobody is where his states have ended
+        table = {"name": neighbour, "trajectory": f"{neighbour}.csv", "length_m": length, "width_m": width, "leaves": leaves}
+        neighbours.append(table | {"kind": None if kind is None else kind.value})
         rows = [",".join(repr(float(value)) for value in row) for row in samples]
-        files[file] = "\n".join([",".join(TRAJECTORY_COLUMNS), *rows]) + "\n"
-    return {SCENE_FILE: "\n".join(lines) + "\n", **files}
+        files[f"{neighbour}.csv"] = "\n".join([",".join(TRAJECTORY_COLUMNS), *rows]) + "\n"
+    document = {
+        "name": _plain(name),
+        "duration_s": duration_s,
+        "road": {
+            "lane_width_m": road.lane_width_m,
+            "lanes_left": road.lanes_left,
+            "lanes_right": road.lanes_right,
+            "curvature": road.curvature,
+            "lane": [asdict(lane) for lane in road.lanes],
+        },
+        "destination": goal and asdict(goal),
+        "host": host,
+        "neighbour": neighbours,
+    }
+    return {SCENE_FILE: toml_text(document), **files}
 
 
 def own_vehicle(speed_mps: float) -> Vehicle:
@@ -313,10 +312,6 @@ def own_vehicle(speed_mps: float) -> Vehicle:
     front = 0.5 * car.length_m - car.cog_to_front_axle_m
     rear = car.length_m - car.wheelbase_m - front
     return replace(car, front_overhang_m=front, rear_overhang_m=rear)
-
-
-def _toml(value: Any) -> str:
-    return f'"{value}"' if isinstance(value, str) else repr(float(value))
 
 
 def _plain(name: str) -> str:
