@@ -32,6 +32,7 @@ _PERIOD_S, _SPEED_MPS, _ROUND = 0.05, 15.0, 400  # cycles after which the cars a
 _SECTORS = {"can0": Sector.FRONT, "can1": Sector.REAR}
 _FAULT_SHARE, _LONGEST = 0.02, 60  # of the cycles in which one begins, and how many cycles it lasts at most
 _SAMPLES = 50
+_LATE_S = 5e-4  # on average: who waits for a time wakes up later
 
 
 def _recording() -> list[list[Arrival]]:
@@ -72,7 +73,7 @@ class HostileBus:
         return self.now
 
     def wait(self, until_s: float) -> list[Arrival]:
-        start, self.now = self.now, max(self.now, until_s)
+        start, self.now = self.now, max(self.now, until_s) + float(self._r.exponential(_LATE_S))
         here = [arrival._replace(t_s=start + arrival.t_s) for arrival in self._round[self._cycle % _ROUND]]
         self._cycle += 1
         if self._left == 0 and self._r.random() < _FAULT_SHARE:
