@@ -17,10 +17,8 @@ from mcdas_opt.planning.lane_choice import follower_gap_m, known_acceleration_mp
 
 AHEAD_S, AHEAD_M = 20.0, 60.0  # a lane that ends within so much driving, and at least so far ahead, is left
 _FARTHER_M = 30.0  # a lane must lead on by so much farther to be worth a change
-_ADAPTING_S, _MERGING_S = (
-    12.0,
-    14.0,
-)  # before a destination, and a lane's end, speed is adapted to a gap; until then one that comes by itself is taken
+# before a destination, and before a lane's end, speed is adapted to a gap; until then one that comes by itself is taken
+_ADAPTING_S, _MERGING_S = 12.0, 14.0
 _YIELDING_S, _LAST_S = 8.0, 3.0  # before a destination less than the whole headway is accepted, and the least that ever is
 _UNBRAKED_S, _BRAKING_S = 5.0, 2.0  # the same, before braking for a lane's end begins
 _ARRIVING_S = 3.0  # so much sooner for a destination: by its time the change is over
