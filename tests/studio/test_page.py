@@ -297,9 +297,13 @@ def test_planners_drive_side_by_side(page: Any) -> None:
     for name in ("literal", "MPC"):
         page.get_by_label(f"show {name}", exact=True).uncheck()
     page.get_by_label("who drives the closed loop").select_option("")
+    page.evaluate(
+        "() => { const sign = mcdas.studio.waiting; window.signs = [];"
+        " new MutationObserver(() => signs.push(sign.textContent)).observe(sign, { childList: true }); }"
+    )
     page.get_by_role("button", name="Drive the closed loop").click()
-    page.get_by_text("driving …").wait_for()
     page.wait_for_function("mcdas.studio.stop.hidden && mcdas.studio.drives.all.length === 2", timeout=90_000)
+    assert "driving …" in page.evaluate("signs"), "a sign that may be gone before anybody looks"
     page.evaluate("mcdas.studio.drives.transport.go(2)")
     assert page.locator(".mcdas-drive h3").all_inner_texts() == ["corrected", "tuned"]
     clocks = page.locator(".mcdas-loop .mcdas-transport")
