@@ -114,7 +114,7 @@ def cycle_before_bend(time_s: float | None) -> Cycle:
 
 
 def test_bends_are_taken_faster_only_as_far_as_a_destination_is_missed_otherwise() -> None:
-    places = np.arange(0.0, 100.0, 5.0)
+    places = np.arange(0.0, 100.0, 2.0)
 
     def squares(time_s: float | None) -> np.ndarray:
         profile = bends_ahead(cycle_before_bend(time_s), 0.0)
@@ -123,9 +123,10 @@ def test_bends_are_taken_faster_only_as_far_as_a_destination_is_missed_otherwise
 
     usual = squares(None)
     assert np.array_equal(squares(60.0), usual)
-    slowest = [squares(time_s).min() for time_s in (20.0, 17.0, 16.0, 15.0, 12.0)]
-    assert slowest == sorted(slowest)
-    assert slowest[-1] == pytest.approx(1.5 * usual.min(), rel=1e-6)
+    hurried = [squares(time_s) for time_s in (20.0, 13.5, 13.0, 12.5, 12.0)]
+    assert [squared.min() / usual.min() for squared in hurried] == pytest.approx([1.0, 1.125, 1.25, 1.375, 1.5])
+    braking = [-np.diff(squared).min() / (2.0 * 2.0) for squared in hurried]  # before the bend, from place to place
+    assert braking == pytest.approx([1.5, 1.75, 2.0, 2.25, 2.5])
     icy = cycle_before_bend(12.0).situation
     icy = replace(icy, road=replace(icy.road, friction=0.3))
     profile = bends_ahead(Cycle.of(icy, Vehicle()), 0.0)
