@@ -150,7 +150,7 @@ COLUMN = '[[neighbour]]\nname = "n{k}"\ns_m = {s}\nd_m = -3.7\nspeed_mps = {spee
 
 
 def test_who_is_faster_than_a_column_goes_along_with_it_into_a_gap(tmp_path: Path) -> None:
-    """Nobody in it makes room; the passing lane ends. Before, the host drove past them all, and braked to a crawl for the end."""
+    """Nobody in it makes room; the passing lane ends. Before, the host drove past them all, and braked to almost nothing for the end."""
     column = "".join(COLUMN.format(k=k, s=3.0 + 35.5 * (k - 5), speed=17.0) for k in range(14))
     path = written(tmp_path, begin=290.0, end=330.0, speed=24.0, duration=16.0, beside=column)
     path.write_text(path.read_text("utf-8").replace("lanes_left", "lanes_right").replace('"left"', '"right"'), "utf-8")
