@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
@@ -36,6 +37,7 @@ class Perception:
         self._latency_s = scene.sensors.latency_s
         self._tracker = tracker
         self._pending: deque[tuple[Scan, HostState]] = deque()
+        self._planned_s = -math.inf  # the latest time from which on a step plans; the tracker's clock does not run back behind it
 
     def warm_up(self, scene: Scene, traffic: Traffic, start: HostState) -> None:
         """What the sensors have seen by t = 0, when everybody had come at constant speed for `warmup_s`, the host to `start`."""
@@ -64,7 +66,8 @@ class Perception:
             if self._tracker is None or scan.t_s > now + before_s - _ROUNDING_S:
                 fresh.append(scan)
             else:
-                self._tracker.update([scan], self._measured(host), self._road, scan.t_s + self._latency_s)
+                self._tracker.update([scan], self._measured(host), self._road, max(scan.t_s + self._latency_s, self._planned_s))
+        self._planned_s = now + before_s
         return fresh
 
     def _measured(self, host: HostState) -> HostState:

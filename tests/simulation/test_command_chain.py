@@ -19,6 +19,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import DrivenAxle, Vehicle
 from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.planning.planner import Planner
 from mcdas_opt.simulation.car import Car
 from mcdas_opt.simulation.dynamic_plant import DynamicPlant
 from mcdas_opt.simulation.loop import simulate
@@ -176,3 +177,17 @@ def test_locked_front_wheels_do_not_steer(share: float, anti_lock: bool, least: 
             car.step(-40.0 if car.state.acceleration_mps2 > -6.2 else 0.0, 0.1 if k >= 30 else 0.0)
         yaw_rates.append(car.state.yaw_rate_radps)
     assert least <= yaw_rates[1] / yaw_rates[0] <= most
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.05, 0.1, 0.15])
+@pytest.mark.parametrize("latency_s", [0.0, 0.05])
+def test_a_delayed_car_keeps_its_tracks(delay: float, latency_s: float, tmp_path: Path) -> None:
+    """Plans begin where commands take effect; scans that arrive between two of them are not taken for a clock set back."""
+    car = written(tmp_path, f"[actuators]\nsteering_delay_s = {delay}")
+    both = {"s_m": 40.0, "speed_mps": 11.1}, {"s_m": -30.0, "speed_mps": 11.1}
+    sensors = {"front": "delphi_esr", "rear": "delphi_esr", "latency_s": latency_s}
+    scene = make_scene(*both, host={"vehicle": car}, sensors=sensors, duration_s=2.0)
+    planner = Planner(vehicle=scene.vehicle, road=scene.assumed_road, method="closed-form")
+    drive = simulate(scene, planner=planner)
+    assert planner.tracker.counters["clock_back"] == 0
+    assert [len(cycle.tracks) for cycle in drive.cycles] == [2] * len(drive.cycles)
