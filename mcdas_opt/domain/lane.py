@@ -18,6 +18,7 @@ Knots = tuple[tuple[float, float], ...]
 WIDTHS_M = (0.0, 20.0)
 SPEED_LIMITS_MPS = (0.1, 150.0)
 NEAREST_KNOTS_M = 1e-6  # so that they stay apart wherever along the road one counts from
+_ZERO_M = 1e-300  # a place nearer to 0 is 0: between one and the other a width has no finite slope
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +47,7 @@ class Lane:
         for name, rule, pair in (
             ("width_m", lambda value: within("width_m", value, *WIDTHS_M, "m"), "[s_m, width_m]"),
             ("speed_limit_mps", lambda value: within("speed_limit_mps", value, *SPEED_LIMITS_MPS, "m/s"), "[s_m, limit_mps]"),
-            ("closed_m", lambda value: finite("closed_m", value, "m"), "[from_s_m, to_s_m]"),
+            ("closed_m", lambda value: _place("closed_m", value), "[from_s_m, to_s_m]"),
         ):
             object.__setattr__(self, name, _pairs(name, attrgetter(name)(self), rule, pair))
         for begin, end in self.closed_m:
@@ -87,7 +88,7 @@ class Lane:
 def _pairs(name: str, given: Iterable[Iterable[float]], rule: Callable[[float], float], pair: str) -> Knots:
     """Pairs of finite numbers, their s increasing, the second by the rule."""
     try:
-        pairs = tuple((finite(name, s, "m"), rule(value)) for s, value in given)
+        pairs = tuple((_place(name, s), rule(value)) for s, value in given)
     except (TypeError, ValueError) as error:
         raise error if isinstance(error, ParameterError) else ParameterError(name, given, f"must be a list of {pair} pairs") from None
     s = [first for first, _ in pairs]
@@ -96,3 +97,9 @@ def _pairs(name: str, given: Iterable[Iterable[float]], rule: Callable[[float], 
     if any(after - before < NEAREST_KNOTS_M for before, after in pairwise(s)):
         raise ParameterError(name, given, f"s_m must increase, by at least {NEAREST_KNOTS_M:g}", "m")
     return pairs
+
+
+def _place(name: str, s_m: float) -> float:
+    """A finite s [m]."""
+    s_m = finite(name, s_m, "m")
+    return 0.0 if abs(s_m) < _ZERO_M else s_m

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tracemalloc
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -183,3 +184,14 @@ def test_thousands_of_closures_take_little_memory() -> None:
     assert road.steered_edges is not None
     assert tracemalloc.get_traced_memory()[1] < 20e6
     tracemalloc.stop()
+
+
+@given(place=st.floats(-1e-299, 1e-299), other=st.floats(-1e-299, 1e-299))
+def test_places_as_good_as_0_warn_of_nothing(place: float, other: float) -> None:
+    """A hostile file's lanes, with knots and closed stretches that differ from 0 by next to nothing."""
+    narrow = Lane(lane=-3, width_m=((-6e-5, 1e-4), (place, 1e-8), (217.3, 1e-9)), closed_m=((-6.0, other),))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        road = Road(lanes_left=1, lanes_right=3, lanes=(narrow, Lane(lane=0, closed_m=((-6.0, -place),), merges=Side.RIGHT)))
+    assert road.edges is not None
+    assert np.isfinite(road.edges.table).all()
