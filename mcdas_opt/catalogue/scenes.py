@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, Literal, Self, TypeVar, cast
 
 import numpy as np
 from pydantic import Field, PrivateAttr, field_validator, model_validator
@@ -18,6 +18,7 @@ from mcdas_opt.catalogue.sensors import IDEAL, NONE, load_sensor
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.registry import Registry
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import FARTHEST_M, FASTEST_MPS, Array
 from mcdas_opt.domain.track import LONGEST_M
@@ -33,6 +34,8 @@ Acceleration = Annotated[float, Field(ge=-1e3, le=1e3)]
 Size = Annotated[float, Field(ge=0.01, le=LONGEST_M)]
 Loaded = TypeVar("Loaded")
 TRAJECTORY_COLUMNS = ("t_s", "s_m", "d_m", "heading_rad", "speed_mps")
+# others' files that are scenes too, by the end of their name: a function of the path that gives the scene
+SCENE_FORMATS = Registry(group="mcdas_opt.scenes", what="scene format", own={"xml": "mcdas_opt.interop.commonroad.scenario:scene_of"})
 _FASTEST_MPS, _NOISE_M = 100.0, 2.0  # what a recorded car may seem to move by
 _RECORDED_M = 1e5  # from where a drive begins: it lasts 600 s at most
 
@@ -251,8 +254,12 @@ class Scene(Part):
 
 
 def load_scene(name: str | Path) -> Scene:
-    """The scene behind a path or a shipped name. Raises `InputError` that names file, key, value and rule."""
+    """The scene behind a path or a shipped name. A CommonRoad scenario (.xml) is one too: its first planning problem, with the extra
+    `commonroad`. Raises `InputError` that names file, key, value and rule."""
     path = find("scenes", str(name))
+    form = path.suffix.lower().lstrip(".")
+    if form != "toml" and form in SCENE_FORMATS.known():
+        return cast(Scene, SCENE_FORMATS.load(form)(path))
     document = read_toml(path)
     return scene_from_document(document, path)
 

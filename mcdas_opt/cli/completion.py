@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def scenes(incomplete: str) -> list[str]:
-    return _shipped("scenes", incomplete, ".toml")
+    return _shipped("scenes", incomplete, ".toml", ".xml")
 
 
 def cases(incomplete: str) -> list[str]:

@@ -22,7 +22,12 @@ if TYPE_CHECKING:
     from mcdas_opt.domain.verdict import Verdict
 
 SceneArgument = Annotated[
-    str, typer.Argument(metavar="SCENE", help="A scene file (TOML), or the name of a shipped scene.", autocompletion=completion.scenes)
+    str,
+    typer.Argument(
+        metavar="SCENE",
+        help="A scene file (TOML, or a CommonRoad scenario), or the name of a shipped scene.",
+        autocompletion=completion.scenes,
+    ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout, nothing else.")]
 PlannerOption = Annotated[

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import tarfile
@@ -18,6 +19,7 @@ from mcdas_opt.catalogue.vehicles import load_vehicle, vehicle_text
 from mcdas_opt.errors import InputError, MissingExtraError
 from mcdas_opt.interop.commonroad import library
 from mcdas_opt.interop.commonroad.scenario import VEHICLE, own_vehicle, read_scenario
+from tests.cli.command_line import run
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data" / "commonroad"
 
@@ -102,6 +104,28 @@ def reader() -> None:
     pytest.importorskip("commonroad")
     pytest.importorskip("defusedxml")
     warnings.simplefilter("ignore")
+
+
+@pytest.mark.usefixtures("reader")
+def test_a_scenario_goes_wherever_a_scene_goes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    path = written(tmp_path)
+    assert load_scene(path).model_dump() == read_scenario(path).scene.model_dump()
+    code, out, _ = run(monkeypatch, capsys, "simulate", str(path), "--json")
+    drive = json.loads(out)
+    assert (code, drive["outcome"], drive["unverified_plans"]) == (0, "safe", 0)
+    code, out, _ = run(monkeypatch, capsys, "plan", str(path), "--json")
+    assert (code, json.loads(out)["status"]) == (0, "planned")
+
+
+@pytest.mark.usefixtures("reader")
+def test_an_xml_that_is_no_scenario_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "other.xml"
+    path.write_text("<html/>", "utf-8")
+    code, _, err = run(monkeypatch, capsys, "simulate", str(path))
+    (line,) = err.splitlines()
+    assert (code, "other.xml" in line) == (2, True)
 
 
 @pytest.mark.usefixtures("reader")

@@ -159,6 +159,11 @@ def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str 
     )
 
 
+def scene_of(path: str | Path) -> Scene:
+    """The scene of its first planning problem: what `load_scene` finds behind an .xml. Raises as `read_scenario`."""
+    return read_scenario(path).scene
+
+
 def _problem(problems: Any, wanted: int | None, path: Path) -> Any:
     known = problems.planning_problem_dict
     if not known:
