@@ -24,7 +24,7 @@ def interrupted(ready: Callable[[], bool] | None, *arguments: str, by: int = sig
     command = [sys.executable, "-m", "mcdas_opt", *arguments]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True) as running:
         assert running.stdout is not None
-        first = running.stdout.readline() if ready is None else ""
+        first = _line_of(running.stdout.fileno()) if ready is None else ""
         until = time.monotonic() + _PATIENCE_S
         while ready is not None and not ready() and running.poll() is None and time.monotonic() < until:
             time.sleep(0.05)
@@ -33,6 +33,14 @@ def interrupted(ready: Callable[[], bool] | None, *arguments: str, by: int = sig
         out, said = running.communicate(timeout=_PATIENCE_S)
     lines = [line for line in said.splitlines() if not line.startswith(("compiling", "labels", "drives"))]
     return running.returncode, first + out, lines
+
+
+def _line_of(file: int) -> str:
+    """One line and no more: what a buffer held beyond it, `communicate` would not read."""
+    line = b""
+    while (letter := os.read(file, 1)) not in (b"", b"\n"):
+        line += letter
+    return f"{line.decode()}\n"
 
 
 def after(seconds: float) -> Callable[[], bool]:
