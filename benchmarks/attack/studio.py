@@ -95,10 +95,14 @@ class _Page:
         return time.perf_counter() - began
 
 
+def _edit(speed_mps: float) -> dict[str, Any]:
+    return {"do": "edit", "changes": {"host_speed_mps": speed_mps}}
+
+
 async def _ordinary(page: _Page, http: Any, r: np.random.Generator) -> None:
     await page.tell("ready", {})
     for _ in range(3):
-        await page.ask(actions=[{"do": "turn", "knob": "speed", "value": float(r.uniform(5.0, 30.0))}])
+        await page.ask(actions=[_edit(float(r.uniform(5.0, 30.0)))])
         await asyncio.sleep(float(r.uniform(0.2, 1.0)))
 
 
@@ -225,12 +229,14 @@ async def _somebody_else(tally: Tally, url: str, http: Any, over: asyncio.Event,
 
 
 async def _visit(url: str, http: Any, *planners: str) -> float:
-    """Seconds to load the page and have one question answered, by the quick planner where no others are named."""
-    page = _Page(url)
+    """Seconds to load the page, have its first scene answered and that with another speed, which nobody has asked for before; by the quick
+    planner where no others are named."""
+    page, named = _Page(url), list(planners or ("closed-form-corrected",))
     took = await page.load(http)
     await page.connect()
     try:
-        return took + await page.ask(planners=list(planners or ("closed-form-corrected",)))
+        took += await page.ask(planners=named)
+        return took + await page.ask(planners=named, actions=[_edit(5.0 + time.monotonic() % 25.0)])
     finally:
         await page.line.disconnect()
 
