@@ -15,6 +15,7 @@ import pytest
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.evaluation.running.executor import ProcessPool
 from mcdas_opt.evaluation.running.messages import Ended, Task
+from mcdas_opt.evaluation.running.reports import report
 from mcdas_opt.evaluation.running.worker import Worker
 
 
@@ -45,6 +46,23 @@ def test_what_raises_hangs_or_dies_is_told_and_the_next_task_is_done() -> None:
         assert worker.do(Task(divmod, (7, 2))).value == (3, 1)
     finally:
         worker.close()
+
+
+def test_a_task_reports_and_goes_on_with_what_is_said_to_it() -> None:
+    worker, heard = Worker(), list[int]()
+
+    def doubled(value: int) -> int:
+        heard.append(value)
+        return 2 * value
+
+    try:
+        assert worker.do(Task(report, (3,)), doubled).value == 6
+        assert worker.do(Task(report, (4,))).value is None, "nobody listens"
+        assert worker.do(Task(divmod, (7, 2))).value == (3, 1)
+    finally:
+        worker.close()
+    assert heard == [3]
+    assert report(5) is None, "no parent"
 
 
 def test_what_is_printed_does_not_get_between_the_answers(capfd: pytest.CaptureFixture[str]) -> None:

@@ -8,7 +8,8 @@ import sys
 import threading
 from typing import Any
 
-from mcdas_opt.evaluation.running.messages import Answer, Ended, read, write
+from mcdas_opt.evaluation.running.messages import Answer, Ended, Report, read, write
+from mcdas_opt.evaluation.running.reports import tell_by
 
 
 def main() -> None:
@@ -26,6 +27,11 @@ def main() -> None:
             except Exception as error:  # a task that cannot be unpickled here
                 tasks.put(error)
 
+    def told(value: Any) -> Any:
+        write(answers, Report(value))
+        return tasks.get()
+
+    tell_by(told)
     threading.Thread(target=listen, daemon=True).start()
     while True:
         task = tasks.get()

@@ -1,4 +1,4 @@
-"""What passes between a run and its child processes: length-prefixed pickles, and the answers to a task."""
+"""What passes between a run and its child processes: length-prefixed pickles, what a task reports, and the answers to it."""
 
 from __future__ import annotations
 
@@ -37,6 +37,13 @@ class Task:
     function: Callable[..., Any]
     arguments: tuple[Any, ...]
     limit_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What a task tells while it is worked on; it goes on when it has heard what is said to it."""
+
+    value: Any
 
 
 def write(stream: IO[bytes], message: Any) -> None:

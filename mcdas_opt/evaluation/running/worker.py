@@ -7,9 +7,10 @@ import os
 import subprocess
 import sys
 import threading
-from typing import cast
+from collections.abc import Callable
+from typing import Any, cast
 
-from mcdas_opt.evaluation.running.messages import Answer, Ended, Task, read, write
+from mcdas_opt.evaluation.running.messages import Answer, Ended, Report, Task, read, write
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
@@ -26,8 +27,8 @@ class Worker:
         self._closed = False
         self._starting = threading.Lock()
 
-    def do(self, task: Task) -> Answer:
-        """The task's answer; never raises for what the task does."""
+    def do(self, task: Task, heard: Callable[[Any], Any] = lambda _: None) -> Answer:
+        """The task's answer; never raises for what the task does. `heard` says something to what the task reports, and must not raise."""
         child = self._alive()
         if child is None:
             return Answer(Ended.DIED, reason="its worker was closed")
@@ -45,7 +46,9 @@ class Worker:
             alarm.start()
         try:
             write(child.stdin, (task.function, task.arguments))
-            return cast(Answer, read(child.stdout))
+            while isinstance(message := read(child.stdout), Report):
+                write(child.stdin, heard(message.value))
+            return cast(Answer, message)
         except (EOFError, OSError, ValueError):  # ValueError: closed by another thread
             code = child.wait()
             _end(child)
