@@ -170,7 +170,7 @@ async def _crowd(tally: Tally, count: int, r: np.random.Generator, url: str, ser
     room, over, alone = asyncio.Semaphore(_AT_ONCE), asyncio.Event(), list[float]()
     async with aiohttp.ClientSession(timeout=aiohttp.ClientTimeout(total=_PATIENCE_S)) as http:
         for k in range(2 * _ALONE):  # at first the planners are being built
-            took = await _visit(url, http, *(("closed-form-corrected", "mpc") if k < _ALONE else ()))
+            took = await _visit(url, http, *(("closed-form-corrected", "mpc") if k < _ALONE else ()), drives=k == 0)
             alone += [took] if k >= _ALONE else []
         before_kib = _resident_kib(server)
         roles = r.choice(len(_ROLES), count, p=[share for _, share in _ROLES])
@@ -228,7 +228,7 @@ async def _somebody_else(tally: Tally, url: str, http: Any, over: asyncio.Event,
         await asyncio.sleep(0.5)
 
 
-async def _visit(url: str, http: Any, *planners: str) -> float:
+async def _visit(url: str, http: Any, *planners: str, drives: bool = False) -> float:
     """Seconds to load the page, have its first scene answered and that with another speed, which nobody has asked for before; by the quick
     planner where no others are named."""
     page, named = _Page(url), list(planners or ("closed-form-corrected",))
@@ -236,6 +236,10 @@ async def _visit(url: str, http: Any, *planners: str) -> float:
     await page.connect()
     try:
         took += await page.ask(planners=named)
+        if drives:
+            await page.tell("drive", {"planners": named, "actions": []})
+            while (await page.told.get()).get("part") != "stopped":
+                pass
         return took + await page.ask(planners=named, actions=[_edit(5.0 + time.monotonic() % 25.0)])
     finally:
         await page.line.disconnect()
