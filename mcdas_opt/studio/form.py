@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 from mcdas_opt.catalogue.data_files import shipped
@@ -19,8 +20,14 @@ def form(folder: Folder) -> list[dict[str, Any]]:
 
     Kinds: number and whole (`low`, `high`), text, word (`words`), flag, pairs (of numbers), table and tables (`fields`).
     """
-    document = Scene.model_json_schema()
+    document = _schema()
     return _fields(document, document["$defs"], _files(folder), "")
+
+
+@lru_cache(maxsize=1)
+def _schema() -> dict[str, Any]:
+    """The same for every page, and what took longest of making one."""
+    return Scene.model_json_schema()
 
 
 def _files(folder: Folder) -> dict[str, list[str]]:
