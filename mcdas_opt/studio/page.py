@@ -13,6 +13,7 @@ from mcdas_opt import __version__
 from mcdas_opt.parking.park import PLANNERS as PARKERS
 from mcdas_opt.plotting.web import palette, script, style_sheet
 from mcdas_opt.studio import parking_tab
+from mcdas_opt.studio.connection import Connection
 from mcdas_opt.studio.form import form
 from mcdas_opt.studio.knobs import KNOBS, Knob
 from mcdas_opt.studio.page_session import PageSession, ParkingSession, Studio, looks
@@ -61,15 +62,26 @@ def register(studio: Studio) -> None:
         stage._props.update(look=palette(), setup=setup)
         return stage
 
-    def listen(stage: Any, handlers: dict[str, Handler]) -> None:
+    def listen(stage: Any, connection: Connection, handlers: dict[str, Handler]) -> None:
         def heard(handler: Handler) -> Callable[[Any], Awaitable[None] | None]:
-            return lambda event: handler(event.args if isinstance(event.args, Mapping) else {})
+            def hear(event: Any) -> Awaitable[None] | None:
+                work = handler(event.args if isinstance(event.args, Mapping) else {})
+                return None if work is None else connection.serve(work)
+
+            return hear
 
         for name, handler in handlers.items():
             stage.on(name, heard(handler))
 
-    def download(name: str, text: str) -> None:
-        ui.download.content(text, name)
+    def download_to(stage: Any) -> Callable[[str, str], None]:
+        def download(name: str, text: str) -> None:
+            with stage:  # NiceGUI finds by it whom the file is for
+                ui.download.content(text, name)
+
+        return download
+
+    def connection_of(stage: Any) -> Connection:
+        return Connection(lambda part: stage.run_method("hear", part))
 
     async def receive(request: Any) -> Any:
         told = request.query_params
@@ -83,6 +95,7 @@ def register(studio: Studio) -> None:
         key = uuid.uuid4().hex
         ui.add_head_html(f'<link rel="stylesheet" href="/studio/pictures.css?{__version__}">')
         ui.add_head_html(f'<script src="/studio/pictures.js?{__version__}"></script>')
+        ui.add_body_html('<p class="mcdas-loading" role="status">loading the studio …</p>')  # until its scripts are there
         sandwich, parking = SandwichTab(studio.folder), parking_tab.ParkingTab(studio.folder)
         with ui.element("header").classes("mcdas-header"):
             ui.html("<h1>mcdas-opt studio</h1>", sanitize=False)
@@ -102,17 +115,20 @@ def register(studio: Studio) -> None:
                 )
             with ui.tab_panel(place):
                 yard = put(parking_view, {"knobs": _knobs(parking_tab.KNOBS), "planners": list(PARKERS), "files": parking.data_files()})
-        session = PageSession(studio, sandwich, lambda part: stage.run_method("hear", part))
-        parking_session = ParkingSession(studio, parking, lambda part: yard.run_method("hear", part))
+        to_sandwich, to_parking = connection_of(stage), connection_of(yard)
+        session = PageSession(studio, sandwich, to_sandwich)
+        parking_session = ParkingSession(studio, parking, to_parking)
         studio.sessions[key] = session
 
         def gone() -> None:
             session.leave()
+            to_parking.close()
             studio.sessions.pop(key, None)
 
         ui.context.client.on_delete(gone)
         listen(
             stage,
+            to_sandwich,
             {
                 "ready": session.ready,
                 "open": session.open,
@@ -120,17 +136,18 @@ def register(studio: Studio) -> None:
                 "ask": session.ask,
                 "drive": session.drive,
                 "stop": lambda _: session.stop(),
-                "download": lambda wish: session.download(wish, download),
+                "download": lambda wish: session.download(wish, download_to(stage)),
                 "save": session.save,
             },
         )
         listen(
             yard,
+            to_parking,
             {
                 "ready": lambda _: parking_session.tell(parking.opened()),
                 "open": parking_session.open,
                 "park": parking_session.park,
-                "save": lambda wish: parking_session.save(wish, download),
+                "save": lambda wish: parking_session.save(wish, download_to(yard)),
             },
         )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
@@ -13,40 +13,36 @@ from typing import Any
 from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.errors import McdasError
 from mcdas_opt.plotting.outlook import Outlook
-from mcdas_opt.plotting.player import drive_document
 from mcdas_opt.plotting.web import PLANNERS, look_of
-from mcdas_opt.simulation.loop import simulate
+from mcdas_opt.studio.connection import Connection
 from mcdas_opt.studio.folder import ExistsError, Folder
 from mcdas_opt.studio.parking_tab import LIVE, ParkingTab
 from mcdas_opt.studio.planner_cache import methods
-from mcdas_opt.studio.sandwich_tab import Progress, SandwichTab
-from mcdas_opt.studio.worker_pool import WorkerPool
-
-Tell = Callable[[dict[str, Any]], None]
-
-
-class _StoppedError(Exception):
-    """The browser wants the drive no longer."""
+from mcdas_opt.studio.sandwich_tab import SandwichTab
+from mcdas_opt.studio.sign_of_life import waiting, with_signs
+from mcdas_opt.studio.turns import Turns
+from mcdas_opt.studio.worker_pool import StoppedError, WorkerPool
 
 
 class Studio:
     """Everything that the pages of one server share: the folder, the processes that answer, the sessions of open pages.
 
-    What takes longer than an answer (drives, logs, parking) is computed on one thread for all pages: the solvers behind it are not
-    made to be built on several at once.
+    What changes a page's state and takes longer than an answer (files, logs) is done on one thread, a page's after another's.
     """
 
     def __init__(self, folder: Folder) -> None:
         self.folder = folder
         self.workers = WorkerPool(methods())
         self.thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="studio")
+        self.turns = Turns()  # of that thread
         self.sessions: dict[str, PageSession] = {}
         self._installed: tuple[str, ...] | None = None
 
     async def warm(self) -> None:
-        """Lets the processes start and build their solvers before anybody asks."""
+        """Lets the processes start and build their solvers before anybody asks; what every page shows first is answered then."""
         async for _ in self.workers.answer(SandwichTab(self.folder).question(), self.planners({})):
             pass
+        await self.installed()
 
     async def installed(self) -> tuple[str, ...]:
         """The planners that can be built here."""
@@ -72,9 +68,10 @@ class Studio:
         self.workers.close()
         self.thread.shutdown(wait=False, cancel_futures=True)
 
-    async def compute(self, work: Callable[[], Any]) -> Any:
-        """Runs `work` on the studio's thread."""
-        return await asyncio.get_running_loop().run_in_executor(self.thread, work)
+    async def compute(self, work: Callable[[], Any], page: Hashable) -> Any:
+        """Runs `work` on the studio's thread, when it is this page's turn."""
+        async with self.turns.turn(page):
+            return await asyncio.get_running_loop().run_in_executor(self.thread, work)
 
     async def receive(self, key: str, name: str, body: bytes) -> dict[str, Any]:
         """A file that a page sent, opened in that page's session."""
@@ -86,7 +83,7 @@ class Studio:
             file = Path(folder) / f"sent{suffix if suffix.isascii() and len(suffix) < 8 else ''}"
             file.write_bytes(body)
             try:
-                session.waiting = await self.compute(lambda: session.tab.receive(file, Path(name).name))
+                session.waiting = await self.compute(lambda: session.tab.receive(file, Path(name).name), session)
             except McdasError as error:
                 return {"error": self.problem(error)["text"]}
         return {"name": name}
@@ -95,8 +92,8 @@ class Studio:
 class PageSession:
     """One open page: hears the browser's events, and tells it the parts of answers."""
 
-    def __init__(self, studio: Studio, tab: SandwichTab, tell: Tell) -> None:
-        self.studio, self.tab, self.tell = studio, tab, tell
+    def __init__(self, studio: Studio, tab: SandwichTab, connection: Connection) -> None:
+        self.studio, self.tab, self.connection, self.tell = studio, tab, connection, connection.tell
         self.waiting: dict[str, Any] | None = None
         self._stopped = False
         self._asking: asyncio.Task[Any] | None = None
@@ -121,7 +118,8 @@ class PageSession:
             if done % 20 == 0:
                 loop.call_soon_threadsafe(self.tell, {"part": "progress", "done": done, "of": of})
 
-        await self._safely(lambda: self.tab.open(str(wish.get("kind")), str(wish.get("name")), progress), self.tell)
+        opened = self._safely(lambda: self.tab.open(str(wish.get("kind")), str(wish.get("name")), progress), self.tell)
+        await with_signs(opened, lambda: self._waits("opening"))
         self.tell({"part": "stopped"})
 
     def uploaded(self) -> None:
@@ -140,7 +138,7 @@ class PageSession:
             self.tell(self.tab.state())
             question = self.tab.question(wish.get("moment"))
             self.tell({"part": "picture", "name": question.name, **Outlook(question.situation, question.vehicle).document()})
-            async for part in self.studio.workers.answer(question, self.studio.planners(wish)):
+            async for part in self.studio.workers.answer(question, self.studio.planners(wish), self):
                 self.tell(part)
         except McdasError as error:
             self.tell(self.studio.problem(error))
@@ -169,20 +167,17 @@ class PageSession:
 
         for number, planner in enumerate(planners):
 
-            def progress(done: int, of: int, number: int = number) -> None:
-                if self._stopped:
-                    raise _StoppedError
-                loop.call_soon_threadsafe(self.tell, {"part": "progress", "done": number * of + done, "of": len(planners) * of})
-
-            def run(planner: str = planner, progress: Progress = progress) -> dict[str, Any]:
-                return drive_document(simulate(scene, planner, settings=settings, progress=progress))
+            def go_on(done: int, of: int, number: int = number) -> bool:
+                told = {"part": "progress", "done": number * of + done, "of": len(planners) * of}
+                loop.call_soon_threadsafe(self.tell, told)
+                return not self._stopped
 
             try:
-                drive = await self.studio.compute(run)
+                drive = await with_signs(self.studio.workers.drive(scene, planner, settings, go_on, self), lambda: self._waits("driving"))
+            except StoppedError:
+                break
             except McdasError as error:
                 self.tell(self.studio.problem(error))
-            except _StoppedError:
-                break
             else:
                 self.tell({"part": "drive", "planner": planner, "drive": drive, "first": number == 0})
         self.tell({"part": "stopped"})
@@ -193,12 +188,15 @@ class PageSession:
     def leave(self) -> None:
         """The page is no longer there: nobody is to wait for what it asked."""
         self.stop()
-        self._ask_no_longer()
+        self.connection.close()
 
     def _ask_no_longer(self) -> None:
         asking, self._asking = self._asking, None
         if asking is not None:
             asking.cancel()
+
+    def _waits(self, what: str) -> None:
+        self.tell(waiting(what, max(self.studio.workers.before(self), self.studio.turns.before(self))))
 
     async def download(self, wish: Mapping[str, Any], download: Callable[[str, str], None]) -> None:
         self._edit(wish)
@@ -219,7 +217,7 @@ class PageSession:
     async def _safely(self, work: Callable[[], Any], then: Callable[[Any], None]) -> None:
         """`work` on the studio's thread, its outcome to `then`; bad input is told to the page."""
         try:
-            then(await self.studio.compute(work))
+            then(await self.studio.compute(work, self))
         except ExistsError:
             raise
         except McdasError as error:
@@ -229,8 +227,8 @@ class PageSession:
 class ParkingSession:
     """The parking tab of an open page: hears its events, and tells it the parts of answers."""
 
-    def __init__(self, studio: Studio, tab: ParkingTab, tell: Tell) -> None:
-        self.studio, self.tab, self.tell = studio, tab, tell
+    def __init__(self, studio: Studio, tab: ParkingTab, connection: Connection) -> None:
+        self.studio, self.tab, self.tell = studio, tab, connection.tell
 
     async def open(self, wish: Mapping[str, Any]) -> None:
         try:
@@ -245,7 +243,8 @@ class ParkingSession:
             case = self.tab.case(_values(wish))
             self.tell({"part": "place", **self.tab.place(case)})
             for name in (LIVE,) if wish.get("live") else ("search", "nlp") if planner == "nlp" else (planner,):
-                self.tell(await self.studio.workers.park(case, name))
+                parked = self.studio.workers.park(case, name, self)
+                self.tell(await with_signs(parked, lambda: self.tell(waiting("planning", self.studio.workers.before(self)))))
         except McdasError as error:
             self.tell(self.studio.problem(error))
         finally:

@@ -7,20 +7,32 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import time
 import traceback
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Hashable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from typing import Any
 
+from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.parking import ParkingCase
+from mcdas_opt.domain.settings import Settings
 from mcdas_opt.errors import McdasError
 from mcdas_opt.evaluation.running.messages import Ended, Task
+from mcdas_opt.evaluation.running.reports import report
 from mcdas_opt.evaluation.running.worker import Worker
+from mcdas_opt.plotting.player import drive_document
+from mcdas_opt.plotting.web import look_of
+from mcdas_opt.simulation.loop import simulate
+from mcdas_opt.studio.answers import KeptAnswers
 from mcdas_opt.studio.parking_tab import LIVE, parked
 from mcdas_opt.studio.planner_cache import PlannerCache, Question, installed
+from mcdas_opt.studio.sign_of_life import EVERY_S, waiting
+from mcdas_opt.studio.turns import Turns
 
-_SOLVED = ("mpc",)  # planners of the second worker, which also computes the times to react
+_SOLVED = ("mpc",)  # planners of the second worker
+_TIMES = "times to react"
+_REPORT_S = 0.1  # between two reports of how far a drive is
 
 
 class LostWorkerError(McdasError):
@@ -38,20 +50,29 @@ class FaultError(McdasError):
         logging.getLogger(__name__).error(story)
 
 
+class StoppedError(McdasError):
+    """Nobody wants the drive any longer."""
+
+
 class AwaitedWorker:
-    """A worker for coroutines: it does one thing at a time, in the order in which it is asked; its first work starts its process."""
+    """A worker for coroutines: it does one thing at a time, a page's after another's; its first work starts its process."""
 
     def __init__(self) -> None:
         self._worker = Worker()
+        self.turns = Turns()
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="worker")  # waits for the process
 
-    async def do(self, work: Callable[..., Any], *arguments: Any) -> Any:
-        """What `work`, a function of a module, gives in the process.
+    async def do(
+        self, work: Callable[..., Any], *arguments: Any, page: Hashable = None, heard: Callable[[Any], Any] = lambda _: None
+    ) -> Any:
+        """What `work`, a function of a module, gives in the process, when it is this page's turn.
 
-        Raises `McdasError` as it was told there, `FaultError` or `LostWorkerError`.
+        `heard`, on another thread, says something to what it reports. Raises `McdasError` as it was told there, `FaultError` or
+        `LostWorkerError`.
         """
         task = Task(_outcome, (work, arguments))
-        answer = await asyncio.get_running_loop().run_in_executor(self._thread, self._worker.do, task)
+        async with self.turns.turn(page):
+            answer = await asyncio.get_running_loop().run_in_executor(self._thread, self._worker.do, task, heard)
         if answer.ended is Ended.DIED:
             raise LostWorkerError
         kind, value = answer.value if answer.ended is Ended.RETURNED else ("fault", answer.reason)
@@ -67,19 +88,33 @@ class AwaitedWorker:
 
 
 class WorkerPool:
-    """One worker for the quick planners, one for the solvers, one for parking. Belongs to the server's event loop."""
+    """One worker for the quick planners, one for the solvers, one for drives, one for parking. Belongs to the server's event loop."""
 
     def __init__(self, planners: tuple[str, ...]) -> None:
         self.planners = planners
-        self._quick, self._solving, self._parking = AwaitedWorker(), AwaitedWorker(), AwaitedWorker()
+        self._kept = KeptAnswers()
+        self._workers = tuple(AwaitedWorker() for _ in range(4))
+        self._quick, self._solving, self._driving, self._parking = self._workers
 
-    async def answer(self, question: Question, planners: Sequence[str]) -> AsyncIterator[dict[str, Any]]:
-        """A plan of each of these planners and the times to react, each as soon as it is ready; a part `problem` for one that could not."""
-        jobs = [(self._solving if name in _SOLVED else self._quick).do(_plan, name, question) for name in planners]
-        pending = {asyncio.ensure_future(job) for job in (*jobs, self._solving.do(_escapes, question))}
+    async def answer(self, question: Question, planners: Sequence[str], page: Hashable = None) -> AsyncIterator[dict[str, Any]]:
+        """A plan of each of these planners and the times to react, each as soon as it is ready; a part `problem` for one that could not,
+        a part `waiting` every so often."""
+
+        async def planned(name: str) -> Any:
+            worker = self._solving if name in _SOLVED else self._quick
+            return await self._kept.of(name, question, lambda: worker.do(_plan, name, question, page=page))
+
+        async def times() -> Any:
+            return await self._kept.of(_TIMES, question, lambda: self._quick.do(_escapes, question, page=page))
+
+        named = {asyncio.ensure_future(planned(name)): look_of(name, planners)["label"] for name in planners}
+        named[asyncio.ensure_future(times())] = _TIMES
+        pending = set(named)
         try:
             while pending:
-                done, pending = await asyncio.wait(pending, return_when=asyncio.FIRST_COMPLETED)
+                done, pending = await asyncio.wait(pending, timeout=EVERY_S, return_when=asyncio.FIRST_COMPLETED)
+                if not done:
+                    yield waiting(f"planning: {', '.join(name for one, name in named.items() if one in pending)}", self.before(page))
                 for one in done:
                     error = one.exception()
                     if error is not None and not isinstance(error, McdasError):
@@ -89,9 +124,36 @@ class WorkerPool:
             for one in pending:
                 one.cancel()
 
-    async def park(self, case: ParkingCase, planner: str) -> dict[str, Any]:
+    def before(self, page: Hashable) -> int:
+        """How many other pages come first, where this one waits for several workers at the one with the most."""
+        return max(worker.turns.before(page) for worker in self._workers)
+
+    async def drive(
+        self, scene: Scene, planner: str, settings: Settings, go_on: Callable[[int, int], bool], page: Hashable = None
+    ) -> dict[str, Any]:
+        """The closed loop to its end, as the script plays it. `go_on`, on another thread, hears how far it is and says whether to drive on.
+
+        Raises `McdasError`, a `StoppedError` where it said no.
+        """
+        stopped = False
+
+        def heard(turns: tuple[int, int]) -> bool:
+            nonlocal stopped
+            stopped = not go_on(*turns)
+            return not stopped
+
+        try:
+            drive: dict[str, Any] = await self._driving.do(_drive, scene, planner, settings, page=page, heard=heard)
+        except McdasError:
+            if stopped:
+                raise StoppedError from None
+            raise
+        return drive
+
+    async def park(self, case: ParkingCase, planner: str, page: Hashable = None) -> dict[str, Any]:
         """A planner's answer to a parking case; the quick one does not wait for the others. Raises `McdasError`."""
-        answer: dict[str, Any] = await (self._quick if planner == LIVE else self._parking).do(parked, case, planner)
+        worker = self._quick if planner == LIVE else self._parking
+        answer: dict[str, Any] = await worker.do(parked, case, planner, page=page)
         return answer
 
     async def installed(self) -> tuple[str, ...]:
@@ -100,7 +162,7 @@ class WorkerPool:
         return found
 
     def close(self) -> None:
-        for worker in (self._quick, self._solving, self._parking):
+        for worker in self._workers:
             worker.close()
 
 
@@ -126,3 +188,17 @@ def _plan(name: str, question: Question) -> dict[str, Any]:
 
 def _escapes(question: Question) -> dict[str, Any]:
     return _own().escapes(question)
+
+
+def _drive(scene: Scene, planner: str, settings: Settings) -> dict[str, Any]:
+    reported_s = time.monotonic()
+
+    def progress(done: int, of: int) -> None:
+        nonlocal reported_s
+        if time.monotonic() - reported_s < _REPORT_S:
+            return
+        reported_s = time.monotonic()
+        if report((done, of)) is False:
+            raise StoppedError
+
+    return drive_document(simulate(scene, planner, settings=settings, progress=progress))

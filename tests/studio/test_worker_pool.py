@@ -13,10 +13,11 @@ from typing import Any
 
 import pytest
 
+from mcdas_opt.domain.settings import Settings
 from mcdas_opt.errors import InputError, McdasError
 from mcdas_opt.studio.folder import Folder
 from mcdas_opt.studio.sandwich_tab import SandwichTab
-from mcdas_opt.studio.worker_pool import AwaitedWorker, FaultError, LostWorkerError, WorkerPool
+from mcdas_opt.studio.worker_pool import AwaitedWorker, FaultError, LostWorkerError, StoppedError, WorkerPool
 
 
 def refuse() -> None:
@@ -60,13 +61,63 @@ def test_a_planner_that_cannot_leaves_the_others_their_word(tmp_path: Path) -> N
         workers = WorkerPool(("closed-form", "nobody"))
         try:
             question = SandwichTab(Folder(root=tmp_path)).question()
-            return [part async for part in workers.answer(question, workers.planners)]
+            return [part async for part in workers.answer(question, workers.planners) if part["part"] != "waiting"]
         finally:
             workers.close()
 
     parts = asyncio.run(run())
     assert sorted(part["part"] for part in parts) == ["escapes", "plan", "problem"]
     assert any("nobody" in part.get("text", "") for part in parts)
+
+
+def test_what_was_answered_before_waits_for_no_worker(tmp_path: Path) -> None:
+    """What every page shows first was planned for each of them, behind whatever others had asked."""
+
+    async def run() -> None:
+        workers, folder = WorkerPool(("closed-form", "mpc")), Folder(root=tmp_path)
+        try:
+            question = SandwichTab(folder).question()
+            first = [part async for part in workers.answer(question, workers.planners) if part["part"] != "waiting"]
+            busy = [asyncio.create_task(worker.do(time.sleep, 1.0)) for worker in workers._workers]
+            again = [part async for part in workers.answer(SandwichTab(folder).question(), workers.planners, "another page")]
+            assert not any(one.done() for one in busy)
+            assert sorted(map(str, again)) == sorted(map(str, first))
+            other = SandwichTab(folder)
+            other.act({"do": "edit", "changes": {"host_speed_mps": 17.0}})
+            new = [part async for part in workers.answer(other.question(), workers.planners) if part["part"] != "waiting"]
+            assert sorted(map(str, new)) != sorted(map(str, first)), "another question has its own answer"
+            await asyncio.gather(*busy)
+        finally:
+            workers.close()
+
+    asyncio.run(run())
+
+
+def test_a_drive_tells_how_far_it_is_and_ends_when_nobody_wants_it(tmp_path: Path) -> None:
+    scene = SandwichTab(Folder(root=tmp_path)).at.scene
+
+    async def run() -> None:
+        workers, heard = WorkerPool(("mpc",)), list[tuple[int, int]]()
+        try:
+            await workers.drive(scene, "closed-form", Settings(), lambda done, of: True)
+
+            def no(done: int, of: int) -> bool:
+                heard.append((done, of))
+                return False
+
+            with pytest.raises(StoppedError):
+                await workers.drive(scene, "mpc", Settings(), no)
+            (done, of), *more = heard
+            assert not more
+            assert 0 < done < of
+            drive = await workers.drive(scene, "closed-form", Settings(), lambda done, of: True)
+            assert drive["outcome"]
+            with pytest.raises(McdasError, match="nobody"):
+                await workers.drive(scene, "nobody", Settings(), lambda done, of: True)
+        finally:
+            workers.close()
+
+    asyncio.run(run())
 
 
 SERVER = """

@@ -70,6 +70,8 @@
         this.bounds = parking.yard.bounds;
         this.view.load(parking);
         this.state.textContent = `${part.planner}: ${part.seconds.toFixed(2)} s of computing`;
+      } else if (part.part === "waiting") {
+        this.state.textContent = `${part.text} …`;
       } else if (part.part === "problem") {
         this.problem.textContent = part.text;
         this.problem.hidden = false;

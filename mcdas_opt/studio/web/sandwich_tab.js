@@ -19,6 +19,7 @@
       this.main = html("div", "mcdas-main", root);
       this.fillSide();
       this.fillMain();
+      this.busy("opening");
       this.wanted = this.link.get("planners") || "";
       this.tick(this.wanted);
       this.offerOthers();
@@ -330,6 +331,7 @@
         this.editor.answered();
         this.asking.done(part.token);
       }
+      else if (part.part === "waiting") this.busy(part.text);
       else if (part.part === "progress") this.driving(part.done, part.of);
       else if (part.part === "drive") this.driven(part);
       else if (part.part === "stopped") this.idle();
