@@ -18,7 +18,7 @@ LASTS_S = 20.0  # a table is that long; who is followed longer stays where it en
 _STEP_S = 0.1
 _FARTHEST_M = 2500.0  # along the road that is known where it is
 _LEAST_STRETCH = 0.2  # of 1 - d kappa: nearer to a bend's centre nothing has a place along the road
-_JUMP_MPS = 100.0  # s that changes faster has gone over to another part of the road
+_JUMP_MPS = 120.0  # s that changes faster has gone over to another part of the road; nobody is believed to drive over 100 m/s
 _AS_NEAR_M = 1e-6  # what rounding may make of two equal distances
 _MOST_JUMPS = 8  # that are looked at, of one line
 

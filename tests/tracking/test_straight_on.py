@@ -57,6 +57,14 @@ def test_on_a_road_that_turns_full_circle_it_is_where_it_is_wherever_s_is_counte
     np.testing.assert_allclose(shifted.d_m, at.d_m, atol=1e-5)
 
 
+@given(st.floats(-1000.0, 1000.0))
+@example(s_m=647.1232288514595)
+def test_the_fastest_car_is_believed_to_drive_and_not_to_jump(s_m: float) -> None:
+    fastest = track(0.0, 100.0, s_m=s_m, d_m=0.0)
+    at = straight_on(fastest, Road(curvature=((0.0, 1e-9),)))(TIMES)
+    np.testing.assert_allclose(at.s_m - s_m, 100.0 * TIMES, atol=1e-5)
+
+
 @given(st.floats(-math.pi, math.pi), st.floats(0.0, 15.0))
 def test_the_mirrored_body_goes_the_mirrored_way_to_the_bit(heading: float, speed: float) -> None:
     one = track(heading, speed)
