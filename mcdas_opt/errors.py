@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import difflib
+import errno
+import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
@@ -58,11 +60,28 @@ def blaming(file: object, under: str = "") -> Iterator[None]:
         raise InputError(file, f"{under}{error.name}", error.value, error.rule) from None
 
 
+def check_file_name(name: object) -> None:
+    """Raises `InputError` for a name that no file can have on this system, which knows how long one may be."""
+    text = str(name)
+    if "\0" in text:
+        rule = "no file has a NUL in its name"
+    else:
+        try:
+            os.lstat(text)
+            return
+        except UnicodeEncodeError:
+            rule = "no file has a name with characters that the system cannot encode"
+        except OSError as error:
+            if error.errno != errno.ENAMETOOLONG:
+                return
+            rule = "is longer than a file's name may be"
+    raise InputError(text if len(text) <= _LONGEST_SHOWN else f"{text[: _LONGEST_SHOWN - 3]}...", "", None, rule)
+
+
 @contextmanager
 def reading(file: object) -> Iterator[None]:
     """Turns a failure to read the file into an `InputError` that names it."""
-    if "\0" in str(file):
-        raise InputError(file, "", None, "cannot be read: no file has a NUL in its name")
+    check_file_name(file)
     try:
         yield
     except OSError as error:
@@ -72,6 +91,7 @@ def reading(file: object) -> Iterator[None]:
 @contextmanager
 def writing(file: object) -> Iterator[None]:
     """Turns a failure to write the file into an `InputError` that names it."""
+    check_file_name(file)
     try:
         yield
     except OSError as error:

@@ -11,7 +11,7 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, ValidationError
 
 from mcdas_opt.domain.parsing import LARGEST_JSON, LARGEST_TOML, parsed_json, parsed_toml
-from mcdas_opt.errors import InputError, nearest
+from mcdas_opt.errors import InputError, check_file_name, nearest
 
 LARGEST_TEXT = 200_000_000  # characters of a recording
 
@@ -39,9 +39,10 @@ def shipped(kind: str, suffix: str = ".toml") -> tuple[str, ...]:
 
 def find(kind: str, name: str, suffix: str = ".toml", beside: Path | None = None) -> Path:
     """The file behind `name`: a path (also relative to the folder `beside`), or the name of a shipped file."""
+    check_file_name(name)
     direct = [Path(name)] + ([beside / name] if beside is not None else [])
     for path in direct:
-        if os.path.isfile(path):  # false, too, for a name that no file can have
+        if os.path.isfile(path):  # false, too, for a name that is too long beside the other file
             return path
     packaged = models_folder() / kind / f"{name}{suffix}"
     if os.path.isfile(packaged):
@@ -61,6 +62,7 @@ def not_shipped(name: str, what: str, known: Sequence[str]) -> InputError:
 
 def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
     """A file of at most `largest` characters; of a larger one no more than that is read. Raises `InputError` that names it."""
+    check_file_name(path)
     try:
         with path.open(encoding="utf-8-sig") as file:  # spreadsheets write a byte order mark
             text = file.read(largest + 1)

@@ -12,7 +12,7 @@ from typing import Any
 from mcdas_opt.catalogue.data_files import read_json, read_text
 from mcdas_opt.domain.rules import require_type
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.errors import InputError, nearest
+from mcdas_opt.errors import InputError, check_file_name, nearest
 
 COLUMNS = tuple(field.name for field in fields(Trajectory))
 
@@ -34,6 +34,7 @@ def load_trajectory(path: str | Path) -> TrajectoryFile:
     """
     require_type("path", path, str, Path)
     path = Path(path)
+    check_file_name(path)
     if not os.path.isfile(path):
         raise InputError(path, "", None, "no such file")
     if path.suffix.lower() == ".json":

@@ -18,7 +18,7 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Role, Sector, Status
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import InputError, check_file_name
 from mcdas_opt.interop.esr_can import read_esr
 from mcdas_opt.interop.host_motion import HostMotion
 from mcdas_opt.interop.recordings.readers import format_of, open_recording
@@ -66,6 +66,7 @@ def replay(
     require_type_if_given("columns", columns, Columns, Mapping)
     require_type_if_given("road", road, Scene)
     vehicle = road.vehicle if road is not None else Vehicle()
+    check_file_name(log)
     path = find("logs", str(log), ".log") if not Path(log).exists() else Path(log)
     format = format or format_of(path)
     recording = _read(path, format, dbc, rear, columns, vehicle)

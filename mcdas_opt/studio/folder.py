@@ -8,7 +8,7 @@ from pathlib import Path
 
 from mcdas_opt.catalogue.data_files import models_folder, read_toml, shipped
 from mcdas_opt.domain.declared_types import require_types
-from mcdas_opt.errors import InputError, writing
+from mcdas_opt.errors import InputError, check_file_name, writing
 from mcdas_opt.evaluation.table import CSV, TIMINGS
 
 _MOST_FILES = 400
@@ -28,6 +28,7 @@ class Folder:
 
     def __post_init__(self) -> None:
         require_types(self)
+        check_file_name(self.root)
         root = self.root.resolve()
         if not root.is_dir():
             raise InputError(self.root, "", None, "no such folder")
@@ -35,6 +36,7 @@ class Folder:
 
     def file(self, name: str) -> Path:
         """The file of that name. Raises `InputError` for one outside of the folder, or that is none."""
+        check_file_name(name)
         path = self.root / name
         if not self._inside(path):
             raise InputError(name, "", None, _OUTSIDE)
@@ -92,6 +94,7 @@ class Folder:
     def save(self, path: Path, text: str, *, replace: bool) -> None:
         """Writes a scene. Raises `InputError` outside of the folder or over what is none, `ExistsError` over one unless `replace`."""
         name = path.relative_to(self.root).as_posix() if path.is_relative_to(self.root) else path.name
+        check_file_name(name)
         if not self._inside(path):
             raise InputError(name, "", None, _OUTSIDE)
         if path.exists() and not self._holds(name, "host"):
@@ -120,6 +123,10 @@ class Folder:
         for key, kind, name in _named(document):
             if kind is not None and "/" not in name and name in (*shipped(kind), "ideal", "none"):
                 continue
+            try:
+                check_file_name(name)
+            except InputError as error:
+                raise InputError(source.name, key, name, error.rule) from None
             if not self._inside(beside / name) or (Path(name).exists() and not self._inside(Path(name))):
                 raise InputError(source.name, key, name, _OUTSIDE)
 

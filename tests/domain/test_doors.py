@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,9 +29,10 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request, Sector, Side
-from mcdas_opt.errors import InputError, McdasError, ParameterError
+from mcdas_opt.errors import InputError, McdasError, ParameterError, printable, writing
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.interop.recordings.csv_table import CsvTable
+from mcdas_opt.interop.replay import replay
 from mcdas_opt.parking.case_file import load_parking_case
 from mcdas_opt.parking.park import PLANNERS, park
 from mcdas_opt.parking.settings import ParkSettings
@@ -37,6 +42,7 @@ from mcdas_opt.planning.stateless import plan as plan_of
 from mcdas_opt.simulation.first_situation import load_situation
 from mcdas_opt.simulation.judging import verify
 from mcdas_opt.simulation.loop import simulate
+from mcdas_opt.studio.folder import Folder
 from mcdas_opt.time_to_react.escapes import escapes
 from mcdas_opt.tuning.request import DesignRequest
 from mcdas_opt.tuning.tune import tune
@@ -190,11 +196,63 @@ def test_a_mistake_is_one_sentence(build: Callable[[], object], said: str) -> No
     assert said in str(caught.value)
 
 
+def _written(name: str) -> None:
+    with writing(name):
+        pytest.fail("nothing is written")
+
+
+def _studio_folder(name: str) -> None:
+    Folder(root=Path(name))
+
+
 @pytest.mark.parametrize("load", [load_scene, load_vehicle, load_parking_case, load_situation, load_trajectory])
 @pytest.mark.parametrize("name", ["", "a" * 5000, "a\0b", "/", "/dev/null", ".", "a/b.toml", "\ud800", "x.json", "a" * 5000 + ".json"])
 def test_a_name_that_no_file_has_is_bad_input(load: Callable[[str], object], name: str) -> None:
     with pytest.raises(InputError):
         load(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "rule"),
+    [
+        ("a\0b", "no file has a NUL in its name"),
+        ("a" * 5000, "is longer than a file's name may be"),
+        ("a/" * 3000, "is longer than a file's name may be"),
+        ("\ud800\ud801", "no file has a name with characters that the system cannot encode"),
+    ],
+    ids=["nul", "long", "long path", "surrogates"],
+)
+@pytest.mark.parametrize(
+    "take",
+    [
+        load_scene,
+        load_vehicle,
+        load_parking_case,
+        load_situation,
+        load_trajectory,
+        replay,
+        simulate,
+        park,
+        CsvTable,
+        _written,
+        _studio_folder,
+    ],
+)
+def test_a_name_that_no_file_can_have_is_told_with_its_rule(take: Callable[[str], object], name: str, rule: str) -> None:
+    with pytest.raises(InputError, match=rule) as told:
+        take(name)
+    assert str(told.value).startswith(printable(name[:2]))
+    assert len(str(told.value)) < 300
+
+
+@pytest.mark.parametrize("name", ["a" * 5000, b"\xff" * 300])
+@pytest.mark.parametrize("command", [["plan", "{}"], ["replay", "{}"], ["park", "{}"], ["studio", "--no-show", "--folder", "{}"]])
+def test_a_command_given_such_a_name_says_so_in_a_line(command: list[str], name: str | bytes) -> None:
+    arguments = [os.fsencode(word) if word != "{}" else os.fsencode(name) for word in command]
+    done = subprocess.run([os.fsencode(sys.executable), b"-m", b"mcdas_opt", *arguments], capture_output=True, timeout=120)
+    assert done.returncode == 2
+    assert done.stderr.count(b"\n") == 1
+    assert b"longer than a file's name may be" in done.stderr
 
 
 def test_a_planner_of_words_drives_as_one_of_enums() -> None:
