@@ -49,8 +49,9 @@ class Destination:
             if not begin <= end:
                 raise ParameterError(name, [begin, end], "must begin before it ends", unit)
             object.__setattr__(self, name, (begin, end))
-        if self.s_m is not None and max(map(abs, self.s_m)) > 2.0 * FARTHEST_M:
-            raise ParameterError("s_m", self.s_m, f"must lie within {2.0 * FARTHEST_M:g} of 0", "m")
+        for name, place in (("s_m", self.s_m), ("d_m", self.d_m)):
+            if place is not None and max(map(abs, place)) > 2.0 * FARTHEST_M:
+                raise ParameterError(name, place, f"must lie within {2.0 * FARTHEST_M:g} of 0", "m")
 
     def seen_from(self, s_m: float, time_s: float) -> Destination:
         """The same with its s counted from there, and its time from then; not asked again whether it is sound."""

@@ -30,6 +30,8 @@ HOST = HostState(s_m=100.0, speed_mps=20.0)
         ({"s_m": (5.0, 3.0)}, "s_m.*must begin before it ends"),
         ({"s_m": (5.0,)}, "must be a pair"),
         ({"s_m": (float("nan"), 3.0)}, "must be finite"),
+        ({"s_m": (0.0, 3e9)}, "s_m.*must lie within"),
+        ({"lane": 0, "d_m": (1e308, 1e308)}, "d_m.*must lie within"),
         ({"lane": 1.5}, "must be a whole number"),
         ({"time_s": ("a", 3.0)}, "must be a number"),
         ({"s_m": (3.0, 5.0), "speed_mps": (9.0, 2.0)}, "speed_mps.*must begin before it ends"),
