@@ -3,7 +3,7 @@
     python -m benchmarks.merging --seeds 16,17,18 [--scenes 26] [--workers 1] [--out NEW.json] [--against OLD.json]
 
 Two lanes, of which the host's ends, on either side, 8 to 20 s ahead at the host's speed (10 to 33 m/s; it wants up to 5 m/s more).
-Beside it 14 vehicles at 10 to 30 m/s, 0.8 to 2.5 s apart: in every other scene they drive by the Intelligent Driver Model and make room for
+Beside it up to 14 vehicles at 10 to 30 m/s, 0.8 to 2.5 s apart: in every other scene they drive by the Intelligent Driver Model and make room for
 whoever is ahead of them, in the others they hold their speed. Counted are drives that merge, those that stand still before their lane's
 end, contacts and fallback cycles; told are the speed while merging and the hardest braking of the follower, as long as it follows the
 host. `--against` pairs with what an earlier run has put `--out`, McNemar's test beside it.
@@ -28,6 +28,7 @@ from mcdas_opt.simulation.record import Outcome, Simulation
 
 LANE_M, TAPER_M, LENGTH_M, VEHICLES = 3.7, 60.0, 4.6, 14
 STANDING_MPS = 0.5
+FARTHEST_BEHIND_M = -390.0  # that a scene may hold
 FOLLOWED_S = 6.0  # after the host is in the lane: until then a follower's braking is for it
 _SLOWEST_MPS, _LATER_S, _LONGEST_S = 9.0, 5.0, 48.0  # the drive is over so long after such a host would be at the end
 
@@ -77,6 +78,7 @@ def scene(index: int, seed: int) -> Scene:
                 "behaviour": "scripted" if index % 2 else "idm",
             }
             for k, place in enumerate(places)
+            if place > FARTHEST_BEHIND_M
         ],
     }
     return Scene.model_validate(document)
