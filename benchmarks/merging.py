@@ -3,10 +3,10 @@
     python -m benchmarks.merging --seeds 16,17,18 [--scenes 26] [--workers 1] [--out NEW.json] [--against OLD.json]
 
 Two lanes, of which the host's ends, on either side, 8 to 20 s ahead at the host's speed (10 to 33 m/s; it wants up to 5 m/s more).
-Beside it up to 14 vehicles at 10 to 30 m/s, 0.8 to 2.5 s apart: in every other scene they drive by the Intelligent Driver Model and make room for
-whoever is ahead of them, in the others they hold their speed. Counted are drives that merge, those that stand still before their lane's
-end, contacts and fallback cycles; told are the speed while merging and the hardest braking of the follower, as long as it follows the
-host. `--against` pairs with what an earlier run has put `--out`, McNemar's test beside it.
+Beside it up to 14 vehicles at 10 to 30 m/s, 0.8 to 2.5 s apart: in every other scene they drive by the Intelligent Driver Model, and make
+room for whoever is ahead of them, in the others they hold their speed. Counted are drives that merge, those that stand still before their
+lane's end, contacts and fallback cycles; told are the speed while merging and the hardest braking of the follower, as long as it follows
+the host. `--against` pairs with what an earlier run has put `--out`, McNemar's test beside it.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.headway import ORDINARY_MPS2, asked_time_gap_s
 from mcdas_opt.planning.lane_choice import known_acceleration_mps2, reaches_into
-from mcdas_opt.planning.required_lane import merging_time_gap_s
+from mcdas_opt.planning.merging_gap import merging_time_gap_s
 from mcdas_opt.reference.arrival import comes_late
 from mcdas_opt.reference.speed_profile import BEHIND_MPS2, FrontCar, SpeedProfile, profile_ahead, speeds_along
 from mcdas_opt.tracking.prediction import CHANGE_MPS, CHANGE_SIGMAS

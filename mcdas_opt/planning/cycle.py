@@ -18,9 +18,12 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.geometry.window import frame_near
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
+from mcdas_opt.planning.arriving_gap import gets_past_somebody
+from mcdas_opt.planning.best_gap import best_gap
 from mcdas_opt.planning.deadline import Deadline, Stage
 from mcdas_opt.planning.front_braking import brakes_gently, brakes_to_the_limit
 from mcdas_opt.planning.front_gap import CutIn, FrontGap, cut_in
+from mcdas_opt.planning.gap import LEAST_SHARE, Gap
 from mcdas_opt.planning.kept_offset import kept_d_m
 from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, lane_choice, neighbours_in
 from mcdas_opt.planning.local_situation import in_order, limit_mps, seen_locally, with_wanted_speed
@@ -28,7 +31,7 @@ from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory, PreviousPlan, ReportedMode
 from mcdas_opt.planning.others import Others
 from mcdas_opt.planning.reach import in_reach_ever
-from mcdas_opt.planning.required_lane import LEAST_SHARE, Gap, RequiredLane, best_gap, gets_past_somebody, required_lane
+from mcdas_opt.planning.required_lane import RequiredLane, required_lane
 from mcdas_opt.planning.withdrawal import is_withdrawn
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.situation.doubts import believed

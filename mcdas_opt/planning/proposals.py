@@ -22,10 +22,11 @@ from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.comfortable_speed import comfortable_speed
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.expected_followers import expected_followers
+from mcdas_opt.planning.gap import Gap
 from mcdas_opt.planning.headway import ORDINARY_MPS2
 from mcdas_opt.planning.lane_choice import known_acceleration_mps2, reaches_into
 from mcdas_opt.planning.manoeuvre import Manoeuvre
-from mcdas_opt.planning.required_lane import Gap, RequiredLane, next_ahead
+from mcdas_opt.planning.required_lane import RequiredLane, next_ahead
 from mcdas_opt.planning.withdrawal import reaches_out_of_its_lane
 from mcdas_opt.reference.offset_path import OffsetPath, corrected
 from mcdas_opt.tracking.prediction import CHANGING

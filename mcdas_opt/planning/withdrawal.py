@@ -6,10 +6,11 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode
+from mcdas_opt.planning.gap import LEAST_SHARE
 from mcdas_opt.planning.headway import INTRUSION_M
 from mcdas_opt.planning.lane_choice import presses
 from mcdas_opt.planning.manoeuvre import Manoeuvre
-from mcdas_opt.planning.required_lane import LEAST_SHARE, RequiredLane
+from mcdas_opt.planning.required_lane import RequiredLane
 
 _UNHURRIED_MPS = 3.0  # who is slower stops within its length, and need not steer out
 

@@ -1,0 +1,63 @@
+"""A gap between two in the lane that has to be reached, and how soon speed brings the host beside it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.planning.required_lane import next_ahead
+
+LEAST_SHARE = 0.65  # of the time gap that is asked for; then 0.8 s where that is 1.2 s
+CROSSING_S = 2.5  # from now until the body is in the new lane
+BESIDE_SHARE = 0.7  # of the gap that is asked for once there, already now
+GAINING_MPS2, LOSING_MPS2 = 1.0, 1.5  # to get ahead of somebody, or behind
+SLOWER_MPS = 6.0  # at most, than who is let ahead
+FASTER_MPS = 3.0  # than who is passed, where the host wants to be no faster itself
+HARDLY_M = 0.1
+_HARDLY_MPS = 0.3
+_OWN_GAP_S = 0.5  # to who is ahead in the own lane, while one gets past somebody in the next
+
+
+class Gap(NamedTuple):
+    """Between two in the required lane (None: nobody), or before or behind all: how soon it can be gone into [s], 0: now; whether the host
+    has to be slower for it until then, and the speed [m/s] that it may need for it."""
+
+    behind: Track | None
+    ahead: Track | None
+    wait_s: float = 0.0
+    is_slower: bool = False
+    fastest_mps: float = 0.0
+
+
+def short_m(ahead_m: float, opening_mps: float, track: Track, vehicle: Vehicle, asked_m: float) -> float:
+    """By how much a distance between two middles, which opens at that speed, is less than what is asked for from bumper to bumper once the
+    host is in the lane, and half of that now."""
+    lengths = 0.5 * (track.length_m + vehicle.length_m)
+    return max(lengths + asked_m - ahead_m - opening_mps * CROSSING_S, lengths + BESIDE_SHARE * asked_m - ahead_m)
+
+
+def gained_after_s(way_m: float, now_mps: float, most_mps: float, gain_mps2: float) -> float:
+    """When somebody has gained that way on another who begins with one relative speed, and goes over to another; infinite: never."""
+    if most_mps < _HARDLY_MPS:
+        return math.inf
+    if now_mps >= most_mps:
+        return way_m / most_mps
+    rising_s = (most_mps - now_mps) / gain_mps2
+    while_rising_m = 0.5 * (now_mps + most_mps) * rising_s
+    if while_rising_m < way_m:
+        return rising_s + (way_m - while_rising_m) / most_mps
+    return (-now_mps + math.sqrt(now_mps * now_mps + 2.0 * gain_mps2 * way_m)) / gain_mps2
+
+
+def fastest_past_mps(behind: Track, way_m: float, situation: Situation, vehicle: Vehicle, limit_mps: float) -> float:
+    """How fast the host gets past somebody: no faster than who is ahead in its own lane, where he leaves no room for that."""
+    host, road = situation.host, situation.road
+    fastest = min(max(situation.wanted_speed_mps, behind.speed_s_mps + FASTER_MPS), limit_mps)
+    leader = next_ahead(situation, road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m))
+    if leader is None:
+        return fastest
+    room_m = leader.s_m - host.s_m - 0.5 * (leader.length_m + vehicle.length_m) - _OWN_GAP_S * host.speed_mps
+    return fastest if way_m <= room_m else min(fastest, leader.speed_s_mps)
