@@ -7,7 +7,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.planning.arriving_gap import arriving_gaps
 from mcdas_opt.planning.gap import Gap
-from mcdas_opt.planning.merging_gap import adapting_from_s, merging_gaps
+from mcdas_opt.planning.merging_gap import is_time_to_adapt, merging_gaps
 from mcdas_opt.planning.required_lane import ADAPTING_S, RequiredLane
 
 
@@ -15,6 +15,7 @@ def best_gap(situation: Situation, vehicle: Vehicle, settings: Settings, require
     """The gap that can be gone into soonest; None where there is none. While there is time only one that is there now counts."""
     is_arriving = required.end_m is None
     found = (arriving_gaps if is_arriving else merging_gaps)(situation, vehicle, settings, required, limit_mps)
-    if required.left_s > (ADAPTING_S if is_arriving else adapting_from_s(situation, required)):
+    adapts = required.left_s <= ADAPTING_S if is_arriving else is_time_to_adapt(situation, required)
+    if not adapts:
         found = (gap for gap in found if gap.wait_s == 0.0)
     return min(found, key=lambda gap: gap.wait_s, default=None)

@@ -14,11 +14,12 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.gap import SLOWER_MPS
 from mcdas_opt.planning.headway import ORDINARY_MPS2, asked_time_gap_s
 from mcdas_opt.planning.lane_choice import known_acceleration_mps2, reaches_into
-from mcdas_opt.planning.merging_gap import merging_time_gap_s
+from mcdas_opt.planning.merging_gap import least_time_gap_s, matched_time_gap_s, merging_time_gap_s
 from mcdas_opt.reference.arrival import comes_late
-from mcdas_opt.reference.speed_profile import BEHIND_MPS2, FrontCar, SpeedProfile, profile_ahead, speeds_along
+from mcdas_opt.reference.speed_profile import BEHIND_MPS2, CLOSING_S, FrontCar, SpeedProfile, profile_ahead, speeds_along
 from mcdas_opt.tracking.prediction import CHANGE_MPS, CHANGE_SIGMAS
 
 _HURRIED_MPS2, _HURRIED_SHARE = 3.0, 0.35  # across in bends, where the destination is missed otherwise, and of what the road gives
@@ -82,13 +83,19 @@ def _fronts(cycle: Cycle, lanes_m: tuple[float, ...]) -> list[FrontCar]:
             speeds, way = _going_on(front, times_s)
             gaps = asked_time_gap_s(room_m + way, speeds, host.speed_mps, times_s, cycle.front_gap.headway)
             found.append(FrontCar(room_m + way - cycle.front_gap.headway.standstill_m, speeds, gaps))
-    if manners.passes_inside:
+    if manners.passes_inside and not _leaves_an_ending_lane(cycle):
         inner = lanes_m[-1] + (road.lane_width_m if manners.inside is Side.LEFT else -road.lane_width_m)
         for track, room_m in ahead:
             if room_m > 0.0 and track.speed_s_mps > manners.queue_mps and reaches_into(track, inner, road.lane_width_m):
                 speeds, way = _going_on(track, times_s)
                 found.append(FrontCar(room_m + way, speeds, np.zeros_like(times_s)))
     return found
+
+
+def _leaves_an_ending_lane(cycle: Cycle) -> bool:
+    """Whether the host's lane ends and the inner one leads on: on its way out of it, it may pass whoever is there."""
+    required = cycle.required_lane
+    return required is not None and required.end_m is not None and required.side is cycle.settings.manners.inside
 
 
 def _leaves(track: Track, centre_m: float, cycle: Cycle) -> bool:
@@ -102,13 +109,17 @@ def _leaves(track: Track, centre_m: float, cycle: Cycle) -> bool:
 
 
 def _let_ahead(cycle: Cycle, track: Track) -> FrontCar:
-    """Somebody in another lane, behind whom a gap is opened at once; before a lane's end one that leaves room for who follows him."""
+    """Somebody in another lane, behind whom a gap is opened at once; before a lane's end one that leaves room for who follows him, by a
+    host that is not much slower than they are."""
     host, headway, times_s, gap = cycle.situation.host, cycle.settings.headway, cycle.settings.grid.times_s, cycle.gap
     speeds, way = _going_on(track, times_s)
     room_m = track.s_m - host.s_m - 0.5 * (track.length_m + cycle.vehicle.length_m) - headway.standstill_m
     time_gap_s = headway.time_gap_s
     if gap is not None and gap.ahead is track and cycle.required_lane is not None and cycle.required_lane.end_m is not None:
-        time_gap_s = merging_time_gap_s(gap, host.speed_mps, cycle.vehicle, headway)
+        shared_s = merging_time_gap_s(gap, host.speed_mps, cycle.vehicle, headway)
+        matched_s = matched_time_gap_s(room_m, host.speed_mps, max(track.speed_s_mps, 0.0))
+        time_gap_s = matched_s if least_time_gap_s(headway) <= matched_s < shared_s else shared_s
+        room_m = max(room_m, time_gap_s * host.speed_mps - CLOSING_S * SLOWER_MPS)
     return FrontCar(room_m + way, speeds, np.full_like(times_s, time_gap_s))
 
 

@@ -16,13 +16,13 @@ from mcdas_opt.native.library import library
 
 _STEP_M = 2.0
 _AHEAD_S, _FARTHEST_M = 6.0, 10_000.0  # looked ahead so far beyond the way to a stop, and no farther than so
-_CLOSING_S = 3.5  # a small difference from the gap to keep decays with
+CLOSING_S = 3.5  # a small difference from the gap to keep decays with
 _CLOSING_MPS2 = 1.2  # who closes in over a large one brakes by
 _STOPPING_MPS2 = 2.0  # before the end of a lane
 _NEAREST_M = 0.1
 BEHIND_MPS2, _AS_HARD = 1.5, 1.25  # who follows brakes by at least so much, and so many times as hard as who is ahead
 _STANDING_MPS, _STOPPING_S = 0.3, 2.5
-_NEAR_M = _CLOSING_MPS2 * _CLOSING_S**2  # as far as that is small
+_NEAR_M = _CLOSING_MPS2 * CLOSING_S**2  # as far as that is small
 _NUMBERS = (_AS_HARD, _STANDING_MPS, _STOPPING_S, _NEAREST_M, 2.0)
 _NOWHERE = np.zeros(0)
 PATH_SHARE = 0.9  # of the lateral acceleration that is comfortable: a driven path bends more than the road, here and there
@@ -92,7 +92,7 @@ def speeds_along(
     compiled = library()
     if compiled is not None:
         places, step_m = (_NOWHERE, 1.0) if profile is None else (profile.speed_mps, profile.step_m)
-        closing = _CLOSING_S, _CLOSING_MPS2, _NEAR_M
+        closing = CLOSING_S, _CLOSING_MPS2, _NEAR_M
         own = np.array((speed_mps, towards_mps, rising_mps2, falling_mps2, late_mps2, step_m, *closing, behind_mps2, *_NUMBERS))
         cars, least, speeds_mps = np.array(fronts), np.empty(len(fronts)), np.empty(times_s.size)
         compiled.mcdas_speeds_along(times_s.size, times_s, places.size, places, len(fronts), cars, own, least, speeds_mps)
@@ -128,5 +128,5 @@ def speeds_along(
 def _closing_mps(room_m: float) -> float:
     """The speed to close with over so much room: in proportion to little of it, else such that gentle braking ends it."""
     if room_m <= _NEAR_M:
-        return room_m / _CLOSING_S
+        return room_m / CLOSING_S
     return math.sqrt(2.0 * _CLOSING_MPS2 * (room_m - 0.5 * _NEAR_M))

@@ -168,7 +168,7 @@ def test_who_is_faster_than_a_column_goes_along_with_it_into_a_gap(tmp_path: Pat
 def test_a_gap_is_gained_only_by_who_can_still_stop_gently(speed: float) -> None:
     vehicle, settings, road = Vehicle(), Settings(), Road(lanes_right=1)
     rng, gained = np.random.default_rng(round(speed)), 0
-    for _ in range(200):
+    for _ in range(600):
         tracks = tuple(car(f"{k}", float(rng.uniform(-80.0, 120.0)), -3.7, speed - float(rng.uniform(-2.0, 8.0))) for k in range(3))
         end_m = float(rng.uniform(3.0, 16.0)) * speed
         situation = Situation(host=HostState(speed_mps=speed), tracks=tracks, road=road, desired_speed_mps=36.0)
