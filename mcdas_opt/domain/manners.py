@@ -13,7 +13,7 @@ from mcdas_opt.errors import ParameterError
 class MannersSettings:
     """Traffic keeps to the side `drives_on`: after overtaking one goes back to the lane that one came from (`returns`), or, with
     `keeps_outer_lane`, to the outermost that is free; and faster cars pass on the other side alone (`passes_inside`), but in queues up to
-    `queue_mps`.
+    `queue_mps`, and from a lane that ends.
 
     A lane change that nothing forces (`changes_lanes`) is announced for `announced_s`, takes `changing_s`, and asks nobody behind for more
     braking than `follower_braking_mps2` (the safety criterion of MOBIL: Kesting, Treiber, Helbing, Transp. Res. Rec. 1999 (2007) 86, eq 2).

@@ -23,6 +23,7 @@ from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
 from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.planning.best_gap import best_gap
+from mcdas_opt.planning.comfortable_speed import comfortable_speed
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.gap import Gap
 from mcdas_opt.planning.manoeuvre import Manoeuvre
@@ -177,6 +178,27 @@ def test_a_gap_is_gained_only_by_who_can_still_stop_gently(speed: float) -> None
             gained += 1
             assert speed * gap.wait_s + speed**2 / (2.0 * 1.5) <= end_m
     assert gained > 5
+
+
+@pytest.mark.parametrize(("end_m", "passes"), [(300.0, True), (None, False)])
+def test_from_a_lane_that_ends_whoever_is_slower_is_passed_on_either_side(end_m: float | None, passes: bool) -> None:
+    lanes = () if end_m is None else (Lane(lane=0, width_m=((end_m - 60.0, 3.7), (end_m, 0.0)), merges=Side.LEFT),)
+    road = Road(lanes_left=1, lanes=lanes)
+    situation = Situation(host=HostState(speed_mps=26.0), tracks=(car("slow", 20.0, 3.7, 20.0),), road=road, desired_speed_mps=26.0)
+    speeds = comfortable_speed(Cycle.of(situation, Vehicle()), 26.0, 0.0).speeds_mps
+    assert (float(speeds[-1]) > 25.5) is passes
+
+
+@given(st.floats(12.0, 30.0), st.floats(0.0, 4.0), st.floats(-6.0, 6.0), st.floats(0.0, 3.0))
+def test_a_gap_that_is_barely_long_enough_is_not_raced_for(speed: float, slower: float, nearer_m: float, spare_m: float) -> None:
+    """Beside the one who would be behind in it, wanting no more than its own speed."""
+    settings, vehicle, v = Settings(), Vehicle(), speed - slower
+    ahead_m, behind_m = 0.85 * (2.0 + 0.78 * v), 0.55 * v
+    length_m = 2.0 * vehicle.length_m + ahead_m + behind_m + spare_m
+    tracks = tuple(replace(car(f"{k}", nearer_m + k * length_m, 3.7, v), length_m=vehicle.length_m) for k in range(-3, 4))
+    situation = Situation(host=HostState(speed_mps=speed), tracks=tracks, road=Road(lanes_left=1), desired_speed_mps=speed)
+    gap = best_gap(situation, vehicle, settings, RequiredLane(Side.LEFT, 12.0, 12.0 * speed), 40.0)
+    assert gap is None or gap.fastest_mps <= max(speed, v) or gap.ahead is None
 
 
 @given(st.floats(5.0, 120.0), st.floats(0.5, 40.0))
