@@ -117,7 +117,7 @@ def hardest_braking_mps2(drive: Simulation, crossed: int) -> float:
     follower = max(behind, key=lambda one: one.s_m[crossed])
     ahead = slice(crossed, int(np.searchsorted(host.t_s, host.t_s[crossed] + FOLLOWED_S)))
     speeds, times = follower.speed_mps[ahead], host.t_s[ahead]
-    return float(max(-np.diff(speeds) / np.diff(times), default=0.0))
+    return max([0.0, *(-np.diff(speeds) / np.diff(times)).tolist()])
 
 
 def told(name: str, drives: Sequence[Merging]) -> str:
