@@ -98,7 +98,7 @@ def driven(which: tuple[int, int]) -> Merging:
         reacts=drawn.neighbour[0].behaviour == "idm",
         host_mps=drawn.host.speed_mps,
         column_mps=drive.neighbours[0].speed_mps[0].item(),
-        end_m=drawn.road.lane[0].width_m[-1][0],  # type: ignore[index]
+        end_m=drawn.true_road.lanes[0].width_m[-1][0],
         merged_at_mps=None if crossed is None else float(host.speed_mps[crossed]),
         stood=bool((host.speed_mps[:crossed] < STANDING_MPS).any()),
         contact=drive.outcome is not Outcome.SAFE,

@@ -18,7 +18,6 @@ from mcdas_opt.planning.gap import (
     SLOWER_MPS,
     Gap,
     fastest_past_mps,
-    gained_after_s,
     short_m,
 )
 from mcdas_opt.planning.headway import ORDINARY_MPS2
@@ -27,6 +26,7 @@ from mcdas_opt.planning.required_lane import RequiredLane, beside
 
 _YIELDING_S, _LAST_S = 8.0, 3.0  # before a destination less than the whole headway is accepted, and the least that ever is
 _ARRIVING_S = 3.0  # so much sooner for a destination: by its time the change is over
+_HARDLY_MPS = 0.3  # a relative speed that gains nothing
 _RESPONSE_S = 0.5  # until the host brakes for who is ahead in the next lane
 
 
@@ -56,12 +56,12 @@ def arriving_gaps(situation: Situation, vehicle: Vehicle, settings: Settings, re
             yield gap
         elif early <= 0.0 and gap.ahead is not None and _is_in_time_behind(gap.ahead, situation, time_gap_s):
             most = min(SLOWER_MPS, gap.ahead.speed_s_mps)
-            wait_s = gained_after_s(late, gap.ahead.speed_s_mps - host.speed_mps, most, LOSING_MPS2)
+            wait_s = _gained_after_s(late, gap.ahead.speed_s_mps - host.speed_mps, most, LOSING_MPS2)
             if wait_s + CROSSING_S <= required.left_s:
                 yield gap._replace(wait_s=wait_s, is_slower=True)
         elif gap.behind is not None and late <= 0.0:
             fastest = fastest_past_mps(gap.behind, early, situation, vehicle, limit_mps)
-            wait_s = gained_after_s(early, host.speed_mps - gap.behind.speed_s_mps, fastest - gap.behind.speed_s_mps, GAINING_MPS2)
+            wait_s = _gained_after_s(early, host.speed_mps - gap.behind.speed_s_mps, fastest - gap.behind.speed_s_mps, GAINING_MPS2)
             if wait_s + CROSSING_S <= required.left_s:
                 yield gap._replace(wait_s=wait_s, fastest_mps=fastest)
 
@@ -86,3 +86,16 @@ def _short_behind_m(track: Track, speed_mps: float, ahead_m: float, vehicle: Veh
     opens_m = max(track.speed_s_mps - speed_mps, 0.0) * CROSSING_S
     asked_m = headway.standstill_m + min(speed_mps, max(track.speed_s_mps, 0.0)) * time_gap_s
     return lengths + max(asked_m + closes_m - opens_m, BESIDE_SHARE * asked_m) - ahead_m
+
+
+def _gained_after_s(way_m: float, now_mps: float, most_mps: float, gain_mps2: float) -> float:
+    """When somebody has gained that way on another who begins with one relative speed, and goes over to another; infinite: never."""
+    if most_mps < _HARDLY_MPS:
+        return math.inf
+    if now_mps >= most_mps:
+        return way_m / most_mps
+    rising_s = (most_mps - now_mps) / gain_mps2
+    while_rising_m = 0.5 * (now_mps + most_mps) * rising_s
+    if while_rising_m < way_m:
+        return rising_s + (way_m - while_rising_m) / most_mps
+    return (-now_mps + math.sqrt(now_mps * now_mps + 2.0 * gain_mps2 * way_m)) / gain_mps2

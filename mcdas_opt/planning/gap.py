@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 from mcdas_opt.domain.situation import Situation
@@ -16,8 +15,6 @@ BESIDE_SHARE = 0.7  # of the gap that is asked for once there, already now
 GAINING_MPS2, LOSING_MPS2 = 1.0, 1.5  # to get ahead of somebody, or behind
 SLOWER_MPS = 6.0  # at most, than who is let ahead
 FASTER_MPS = 3.0  # than who is passed, where the host wants to be no faster itself
-HARDLY_M = 0.1
-_HARDLY_MPS = 0.3
 _OWN_GAP_S = 0.5  # to who is ahead in the own lane, while one gets past somebody in the next
 
 
@@ -37,19 +34,6 @@ def short_m(ahead_m: float, opening_mps: float, track: Track, vehicle: Vehicle, 
     host is in the lane, and half of that now."""
     lengths = 0.5 * (track.length_m + vehicle.length_m)
     return max(lengths + asked_m - ahead_m - opening_mps * CROSSING_S, lengths + BESIDE_SHARE * asked_m - ahead_m)
-
-
-def gained_after_s(way_m: float, now_mps: float, most_mps: float, gain_mps2: float) -> float:
-    """When somebody has gained that way on another who begins with one relative speed, and goes over to another; infinite: never."""
-    if most_mps < _HARDLY_MPS:
-        return math.inf
-    if now_mps >= most_mps:
-        return way_m / most_mps
-    rising_s = (most_mps - now_mps) / gain_mps2
-    while_rising_m = 0.5 * (now_mps + most_mps) * rising_s
-    if while_rising_m < way_m:
-        return rising_s + (way_m - while_rising_m) / most_mps
-    return (-now_mps + math.sqrt(now_mps * now_mps + 2.0 * gain_mps2 * way_m)) / gain_mps2
 
 
 def fastest_past_mps(behind: Track, way_m: float, situation: Situation, vehicle: Vehicle, limit_mps: float) -> float:

@@ -36,7 +36,7 @@ _ACCEPTED_SHARE = 0.85  # of the headway that is asked for, then: who accepts it
 _LEAST_GAP_S = 0.55  # that a follower has in any case
 _MATCHED_MPS = 1.0  # by so much a host is faster by the time that it is in the gap
 _AHEAD_SHARE = 0.6  # of what is free in a gap, ahead of the host
-_HARDLY_S, _HARDLY_MPS = 0.01, 0.3
+_HARDLY_S, _HARDLY_MPS = 0.01, 0.3  # the least wait for a gap that is not there now; a relative speed that gains nothing
 _SPARE_M = 4.0  # that a gap is longer than the host needs, for which it speeds up
 
 

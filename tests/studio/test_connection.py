@@ -39,7 +39,9 @@ def test_what_the_server_gives_up_is_given_up() -> None:
         under_way = list[asyncio.Task[Any]]()
 
         async def work() -> None:
-            under_way.append(asyncio.current_task())  # type: ignore[arg-type]
+            task = asyncio.current_task()
+            assert task is not None
+            under_way.append(task)
             await asyncio.sleep(1000.0)
 
         served = asyncio.create_task(Connection(lambda part: None).serve(work()))
