@@ -129,6 +129,16 @@ class NearMiss:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LaneChange:
+    """The host's centre is in another lane from the instant `index` on; who is next behind there, and whether he brakes by more than
+    HARD_MPS2."""
+
+    index: int
+    follower: str | None
+    follower_braked: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class OrdinaryDriving:
     """Sums over a drive; shares are made of them, so that drives can be put together.
 
@@ -165,7 +175,7 @@ def ordinary_driving(instants: Sequence[Instant]) -> OrdinaryDriving:
     gaps = np.array([np.inf if one.headway_s is None else one.headway_s for one in instants])
     closing = [one.time_to_collision_s for one in instants]
     own = np.where(owed, np.inf, gaps)
-    changes = list(_lane_changes(instants))
+    changes = list(lane_changes(instants))
     return OrdinaryDriving(
         duration_s=float(t[-1] - t[0]),
         distance_m=float(np.sum(0.5 * (v[1:] + v[:-1]) * np.diff(t))),
@@ -176,7 +186,7 @@ def ordinary_driving(instants: Sequence[Instant]) -> OrdinaryDriving:
         least_time_to_collision_s=min((time for time in closing if time is not None), default=None),
         near_misses=tuple(_near_misses(instants, owed)),
         lane_changes=len(changes),
-        followers_braked=sum(changes),
+        followers_braked=sum(one.follower_braked for one in changes),
         outside_iso_s=step * float(np.count_nonzero(outside_iso(t, v, np.array([one.acceleration_mps2 for one in instants])))),
     )
 
@@ -214,13 +224,14 @@ def _near_misses(instants: Sequence[Instant], owed: Sequence[bool]) -> Iterator[
         yield worst
 
 
-def _lane_changes(instants: Sequence[Instant]) -> Iterator[bool]:
-    """For each lane change of the host, whether its new follower braked hard."""
+def lane_changes(instants: Sequence[Instant]) -> Iterator[LaneChange]:
+    """Each lane change of the host, and whether its new follower braked hard."""
     for k, (before, now) in enumerate(pairwise(instants), start=1):
         if now.lane == before.lane:
             continue
-        watched = (one for one in instants if WATCHED_S[0] <= one.time_s - instants[k].time_s <= WATCHED_S[1])
-        yield now.follower is not None and any(one.accelerations_mps2.get(now.follower, 0.0) < -HARD_MPS2 for one in watched)
+        watched = (one for one in instants if WATCHED_S[0] <= one.time_s - now.time_s <= WATCHED_S[1])
+        braked = now.follower is not None and any(one.accelerations_mps2.get(now.follower, 0.0) < -HARD_MPS2 for one in watched)
+        yield LaneChange(index=k, follower=now.follower, follower_braked=braked)
 
 
 def beyond_iso(t_s: Array, speed_mps: Array, acceleration_mps2: Array) -> Array:
