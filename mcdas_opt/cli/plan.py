@@ -19,7 +19,7 @@ from mcdas_opt.cli.screen import (
     number,
     time_to_react_table,
 )
-from mcdas_opt.errors import InputError, writing
+from mcdas_opt.errors import InputError
 
 if TYPE_CHECKING:
     from mcdas_opt.domain.plan import Plan
@@ -39,7 +39,7 @@ def plan(
     Example: mcdas-opt plan sandwich-60-40 --out plan.png
     """
     from mcdas_opt.planning.parameter_files import planner_with
-    from mcdas_opt.simulation.first_situation import situation_of
+    from mcdas_opt.simulation.first_situation import save_situation, situation_of
 
     drawing = out is not None and out.suffix.lower() in (".png", ".gif", ".html")
     if out is not None and drawing:
@@ -48,13 +48,14 @@ def plan(
         raise InputError(out, "", None, "must end in .png, .gif or .html (a picture) or in .json (the situation)")
     situation, vehicle = situation_of(scene)
     chosen = planner_with(params, vehicle, planner)
+    written: list[Path] = []
     if out is not None and not drawing:
-        with writing(out):
-            out.write_text(situation.to_json(), "utf-8")
+        beside = save_situation(situation, vehicle, out)
+        written = [out] if beside is None else [out, beside]
     answer = chosen.plan(situation)
     give(answer, lambda: _print(answer, f"{planner}: {scene}"), out if drawing else None, as_json=as_json)
-    if out is not None and not drawing and not as_json:
-        console().print(f"written: {out}")
+    if written and not as_json:
+        console().print(f"written: {', '.join(map(str, written))}", soft_wrap=True)
 
 
 def _print(answer: Plan, title: str) -> None:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 from mcdas_opt.catalogue.data_files import read_text
 from mcdas_opt.catalogue.scenes import Scene, load_scene
-from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.catalogue.vehicles import load_vehicle, vehicle_text
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import InputError, writing
 from mcdas_opt.simulation.neighbours import Traffic
 from mcdas_opt.simulation.perception import Perception
 from mcdas_opt.tracking.tracker import Tracker
@@ -56,3 +57,24 @@ def situation_of(name: str, seed: int | None = None) -> tuple[Situation, Vehicle
         return situation, vehicle
     scene = load_scene(name)
     return first_situation(scene, seed), scene.vehicle
+
+
+def save_situation(situation: Situation, vehicle: Vehicle, path: Path) -> Path | None:
+    """Writes it as JSON that `situation_of` reads. A vehicle that its name does not lead to from there is written beside it, as a vehicle
+    file of its own; returns that file. Raises `InputError` where a file cannot be written."""
+    beside = None
+    if not _leads_to(situation.vehicle_name, path.parent, vehicle):
+        beside = path.with_name(f"{path.stem}-{vehicle.name}.toml")
+        with writing(beside):
+            beside.write_text(vehicle_text(vehicle), "utf-8")
+        situation = replace(situation, vehicle=beside.name)
+    with writing(path):
+        path.write_text(situation.to_json(), "utf-8")
+    return beside
+
+
+def _leads_to(name: str, folder: Path, vehicle: Vehicle) -> bool:
+    try:
+        return replace(load_vehicle(name, folder), name=vehicle.name) == vehicle
+    except InputError:
+        return False

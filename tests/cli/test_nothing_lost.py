@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import errno
 import json
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.cli.app import app
 from mcdas_opt.errors import InputError
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.export import whole_file
+from mcdas_opt.simulation.first_situation import save_situation, situation_of
 
 
 def test_a_file_appears_whole_or_not_at_all(tmp_path: Path) -> None:
@@ -66,3 +70,24 @@ def test_a_situation_of_another_version_is_refused(tmp_path: Path) -> None:
     answer = CliRunner().invoke(app, ["plan", str(saved)])
     assert isinstance(answer.exception, InputError)
     assert f"{saved}: schema_version = 99: must be 1" in str(answer.exception)
+
+
+def test_a_situation_takes_a_vehicle_along_that_its_name_does_not_lead_to(tmp_path: Path) -> None:
+    """A scene's own vehicle file lies beside the scene, and not where the situation is saved."""
+    own, elsewhere = tmp_path / "own", tmp_path / "elsewhere"
+    own.mkdir()
+    elsewhere.mkdir()
+    text = (models_folder() / "vehicles" / "sedan.toml").read_text("utf-8")
+    (own / "mine.toml").write_text(re.sub("(?m)^width_m = .*$", "width_m = 2.05", text), "utf-8")
+    (own / "scene.toml").write_text('name = "mine"\nduration_s = 2.0\n[road]\n[host]\nspeed_mps = 20.0\nvehicle = "mine.toml"\n', "utf-8")
+    said = CliRunner().invoke(app, ["plan", str(own / "scene.toml"), "--out", str(elsewhere / "saved.json")]).stdout
+    assert sorted(path.name for path in elsewhere.iterdir()) == ["saved-mine.toml", "saved.json"]
+    assert "saved-mine.toml" in said.replace("\n", "")
+    situation, vehicle = situation_of(str(elsewhere / "saved.json"))
+    first, car = situation_of(str(own / "scene.toml"))
+    assert (vehicle.width_m, replace(vehicle, name=car.name)) == (2.05, car)
+    assert replace(situation, vehicle=first.vehicle) == first
+    assert CliRunner().invoke(app, ["plan", str(elsewhere / "saved.json")]).exit_code == 0
+
+    save_situation(first, car, own / "beside.json")
+    assert sorted(path.name for path in own.iterdir()) == ["beside.json", "mine.toml", "scene.toml"]
