@@ -26,7 +26,7 @@ _ROWS = (
     ("false interventions", "false_interventions"),
     ("time gap < 0.8 s, own doing", "short_headways"),
     ("beyond ISO 15622", "beyond_iso"),
-    ("followers made to brake", "followers_braked"),
+    ("followers who brake hard", "followers_braked"),
     ("ordinary again at the end", "ordinary_again"),
     ("plans by the fallback", "fallback_plans"),
     ("unverified plans", "unverified_plans"),

@@ -216,7 +216,7 @@ def lines(summary: Record) -> list[tuple[str, list[str]]]:
         each("least own time gap", least("least_own_headway_s")),
         each("least time to collision ahead", least("least_time_to_collision_s")),
         each(f"episodes with one under {NEAR_MISS_S:g} s", count("near_misses")),
-        each("followers made to brake > 4 m/s^2, of lane changes", count("followers_braked")),
+        each("followers who brake > 4 m/s^2, of lane changes", count("followers_braked")),
         each("time beyond ISO 15622", percent("outside_iso")),
         each("mean speed", lambda one: "-" if one["mean_speed_mps"] is None else f"{one['mean_speed_mps']['value']:.2f} m/s"),
         each("plans by the fallback", count("fallback_plans")),

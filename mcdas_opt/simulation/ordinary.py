@@ -143,7 +143,8 @@ class OrdinaryDriving:
     """Sums over a drive; shares are made of them, so that drives can be put together.
 
     `short_headway_s`: seconds at a time gap under each of HEADWAYS_S that no cut-in had made; `short_headway_any_s`: under the last of
-    them, whoever made it. `followers_braked` of `lane_changes`: whoever is next behind in the new lane brakes by more than HARD_MPS2.
+    them, whoever made it. `followers_braked` of `lane_changes`: whoever is next behind in the new lane brakes by more than
+    HARD_MPS2, for whatever reason.
     `outside_iso_s`: seconds beyond what ISO 15622 allows of acceleration, braking (means over 2 s) and jerk (mean over 1 s).
     """
 

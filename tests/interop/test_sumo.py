@@ -331,7 +331,7 @@ def test_the_table_counts_by_driver_and_compares_seed_by_seed() -> None:
     speed = found["mpc"]["speed_over_sumo"]
     assert (speed["value"], speed["low"], speed["high"]) == pytest.approx((2.0, 2.0, 2.0))
     cells = dict(lines(found))
-    assert cells["followers made to brake > 4 m/s^2, of lane changes"][0].startswith("4 of 8")
+    assert cells["followers who brake > 4 m/s^2, of lane changes"][0].startswith("4 of 8")
     assert cells["mean speed over sumo's, same seeds"] == ["200.00 [200.00, 200.00] %", "-"]
 
 

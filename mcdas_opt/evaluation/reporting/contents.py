@@ -27,7 +27,7 @@ _HEADLINE = (
     ("false interventions", "false_interventions"),
     ("time gap under 0.8 s, own doing", "short_headways"),
     ("beyond ISO 15622", "beyond_iso"),
-    ("followers made to brake", "followers_braked"),
+    ("followers who brake hard", "followers_braked"),
     ("unverified plans", "unverified_plans"),
 )
 MOST_LISTED = 100  # lost scenes
@@ -58,7 +58,8 @@ _MEANINGS = (
     "lane change ended.",
     "Time gap under 0.8 s: drives with more than 0.5 s of it, not counting 10 s after a cut-in. Beyond ISO 15622: of the scenes that need "
     "no intervention, those with more than 0.5 s of acceleration or braking (means over 2 s) or jerk (over 1 s) beyond the standard. "
-    "Followers made to brake: of the lane changes, those whose new follower braked by more than 4 m/s² from 2 s before to 3 s after. "
+    "Followers who brake hard: of the lane changes, those whose new follower braked by more than 4 m/s² from 2 s before to 3 s after, for "
+    "whatever reason. "
     "Ordinary again: of the drives with an emergency, those that ended calm for 1 s, in the middle of a lane, as fast as desired speed, "
     "limit and leader let them (or gaining speed), with a time gap of 0.8 s (or an opening one); a drive that ends too early is a no.",
 )
