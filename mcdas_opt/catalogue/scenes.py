@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar, cast
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
 from pydantic import Field, PrivateAttr, field_validator, model_validator
@@ -24,7 +24,7 @@ from mcdas_opt.domain.rules import FARTHEST_M, FASTEST_MPS, Array
 from mcdas_opt.domain.track import LONGEST_M
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import BodyKind, Request, Sector
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import InputError, McdasError
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners, separation
 
@@ -259,9 +259,23 @@ def load_scene(name: str | Path) -> Scene:
     path = find("scenes", str(name))
     form = path.suffix.lower().lstrip(".")
     if form != "toml" and form in SCENE_FORMATS.known():
-        return cast(Scene, SCENE_FORMATS.load(form)(path))
+        return _of_a_format(form, path)
     document = read_toml(path)
     return scene_from_document(document, path)
+
+
+def _of_a_format(form: str, path: Path) -> Scene:
+    """What the format's function, which may be anybody's, makes of the file."""
+    scene_of = SCENE_FORMATS.load(form)
+    try:
+        scene = scene_of(path)
+    except McdasError:
+        raise
+    except Exception as error:
+        raise InputError(path, "", None, f"the scene format {form!r} raised {type(error).__name__}: {error}") from error
+    if not isinstance(scene, Scene):
+        raise InputError(path, "", None, f"the scene format {form!r} gave {type(scene).__name__}, which must be a Scene")
+    return scene
 
 
 def scene_from_document(document: Any, path: Path) -> Scene:
@@ -274,7 +288,7 @@ def _named_file(load: Callable[[str, Path | None], Loaded], name: str, beside: P
     try:
         return load(name, beside)
     except InputError as error:
-        if error.file != name:
+        if os.path.isfile(error.file):
             raise
         raise InputError(scene, key, name, error.rule) from None
 

@@ -8,7 +8,7 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any
 
-from mcdas_opt.errors import ParameterError, nearest
+from mcdas_opt.errors import McdasError, ParameterError, nearest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,7 +35,13 @@ class Registry:
         point = next((p for p in entry_points(group=self.group) if p.name == name), None)
         if point is None:
             raise ParameterError(self.what, name, f"is not a known {self.what}; {nearest(name, self.known())}")
-        return point.load()
+        try:
+            return point.load()
+        except McdasError:  # of a part of ours that lacks an extra
+            raise
+        except (ImportError, AttributeError) as error:
+            rule = f"is registered as {point.value!r}, which cannot be imported: {error}"
+            raise ParameterError(self.what, name, rule) from None
 
     def _imported(self, name: str) -> Any:
         module, _, attribute = name.partition(":")

@@ -22,30 +22,18 @@ _OPEN = (  # may stay open
     "axle_load_rear_kg",
 )
 _TIPS_MPS2, _NEAREST_AXLE = 2.0, 0.4  # a share of the wheelbase: where the centre of gravity may be that nobody gave
-_SMALLEST = {
-    "wheelbase_m": 0.1,
-    "front_overhang_m": 1e-3,
-    "rear_overhang_m": 1e-3,
-    "width_m": 0.05,
-    "steering_rate_max_radps": 1e-3,
-    "acceleration_max_mps2": 0.01,
-    "acceleration_min_mps2": 0.01,
-    "jerk_max_mps3": 0.01,
-    "jerk_min_mps3": 0.01,
-    "speed_max_mps": 0.1,
-}
-_LARGEST = {  # that a road vehicle can have, by far
-    "wheelbase_m": 50.0,
-    "front_overhang_m": 50.0,
-    "rear_overhang_m": 50.0,
-    "width_m": 20.0,
-    "steering_rate_max_radps": 1e4,
-    "acceleration_max_mps2": 1e3,
-    "acceleration_min_mps2": 1e3,
-    "jerk_max_mps3": 1e6,
-    "jerk_min_mps3": 1e6,
-    "speed_max_mps": 1e3,
-    "zero_sideslip_point_m": 1e3,
+_SIZES = {  # the least and the most, of those below 0 by amount, that a road vehicle can have, by far
+    "wheelbase_m": (0.1, 50.0),
+    "front_overhang_m": (1e-3, 50.0),
+    "rear_overhang_m": (1e-3, 50.0),
+    "width_m": (0.05, 20.0),
+    "steering_rate_max_radps": (1e-3, 1e4),
+    "acceleration_max_mps2": (0.01, 1e3),
+    "acceleration_min_mps2": (0.01, 1e3),
+    "jerk_max_mps3": (0.01, 1e6),
+    "jerk_min_mps3": (0.01, 1e6),
+    "speed_max_mps": (0.1, 1e3),
+    "zero_sideslip_point_m": (0.0, 1e3),
 }
 _LOADS_AGREE = 0.01  # of the mass, of the wheelbase: figures of data sheets are rounded
 
@@ -103,11 +91,9 @@ class Vehicle:
         require(self, positive, "steering_rate_max_radps", "acceleration_max_mps2", "jerk_max_mps3", "speed_max_mps")
         require(self, negative, "acceleration_min_mps2", "jerk_min_mps3")
         non_negative("zero_sideslip_point_m", self.zero_sideslip_point_m, "m")
-        for name, smallest in _SMALLEST.items():
-            if abs(attrgetter(name)(self)) < smallest:
-                raise ParameterError(name, attrgetter(name)(self), f"must be at least {smallest:g} in size", unit_of(name))
-        for name, largest in _LARGEST.items():
-            within(name, attrgetter(name)(self), -largest, largest, unit_of(name))
+        for name, (least, most) in _SIZES.items():
+            value = attrgetter(name)(self)
+            within(name, value, *((-most, -least) if value < 0.0 else (least, most)), unit_of(name))
         require(self, measurable, *(name for name in _OPEN if attrgetter(name)(self) is not None))
         if self.cog_height_m is not None:
             non_negative("cog_height_m", self.cog_height_m, "m")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 from pydantic import ValidationError
 
 from mcdas_opt.catalogue import scenes
-from mcdas_opt.catalogue.data_files import shipped
+from mcdas_opt.catalogue.data_files import models_folder, shipped
 from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.frenet import FrenetFrame
@@ -323,3 +324,23 @@ def test_lanes_that_cannot_be_are_refused(tmp_path, lane, key, said):
     assert str(path) in str(error.value)
     assert key in error.value.key
     assert said in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("wheelbase_m = 3600", "car.toml: wheelbase_m = 3600.0: must lie in [0.1, 50]"),
+        ("wheelbas_m = 2.7", "car.toml: wheelbas_m"),
+    ],
+)
+def test_what_is_wrong_in_a_vehicle_file_is_said_of_that_file_also_beside_the_scene(
+    line: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the current folder the file's name is all that the scene says of it."""
+    monkeypatch.chdir(tmp_path)
+    sedan = (models_folder() / "vehicles" / "sedan.toml").read_text("utf-8")
+    Path("car.toml").write_text(re.sub("(?m)^wheelbase_m = .*$", line, sedan), "utf-8")
+    Path("scene.toml").write_text('name = "x"\nduration_s = 2.0\n[road]\n[host]\nspeed_mps = 20.0\nvehicle = "car.toml"\n', "utf-8")
+    with pytest.raises(InputError) as told:
+        load_scene("scene.toml")
+    assert str(told.value).startswith(said)

@@ -173,7 +173,7 @@ def test_what_is_taken_is_planned_for(record: type) -> None:
         (lambda: tune(vehicle="sedan"), "vehicle = 'sedan': must be a Vehicle"),
         (lambda: tune(side="up"), "side = 'up': must be one of left, right, none"),
         (lambda: Situation.from_json(None), "text = None: must be a str"),
-        (lambda: Vehicle(wheelbase_m=2.7e-9), "wheelbase_m = 2.7e-09 m: must be at least 0.1 in size"),
+        (lambda: Vehicle(wheelbase_m=2.7e-9), "wheelbase_m = 2.7e-09 m: must lie in [0.1, 50]"),
         (lambda: Vehicle(cog_height_m=10.0), "cog_height_m = 10.0 m: must lie in [0, 5.29559]"),
         (lambda: Vehicle(cog_to_front_axle_m=3.0), "cog_to_front_axle_m = 3.0 m: must be less than the wheelbase 2.7"),
         (lambda: GripMonitor(vehicle=Vehicle(), believed=1.0, step_s=5e-324), "step_s = 5e-324 s: must lie in [0.0001, 1]"),

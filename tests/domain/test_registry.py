@@ -1,0 +1,88 @@
+"""Parts of installed packages: what cannot be had of them is one sentence that names the part, and comes before anybody drives."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from mcdas_opt.catalogue.scenes import Scene, load_scene
+from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.evaluation.benchmark import check_planners
+from mcdas_opt.planning.method import METHODS
+
+_MODULE = """
+from mcdas_opt.catalogue.scenes import load_scene
+from mcdas_opt.errors import InputError
+
+def scene_of(path):
+    return load_scene("benign-following")
+
+def nothing(path):
+    return None
+
+def raises(path):
+    return 1 / 0
+
+def refuses(path):
+    raise InputError(path, "line 3", "x", "must be a number")
+"""
+_POINTS = """
+[mcdas_opt.methods]
+no-class = their_parts:Nope
+no-module = their_missing_parts:Nope
+[mcdas_opt.scenes]
+osc = their_parts:scene_of
+none = their_parts:nothing
+boom = their_parts:raises
+strict = their_parts:refuses
+"""
+
+
+@pytest.fixture(autouse=True)
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    facts = tmp_path / "their_parts-0.1.dist-info"
+    facts.mkdir()
+    (tmp_path / "their_parts.py").write_text(_MODULE, "utf-8")
+    (facts / "METADATA").write_text("Metadata-Version: 2.1\nName: their-parts\nVersion: 0.1\n", "utf-8")
+    (facts / "entry_points.txt").write_text(_POINTS, "utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("no-class", "is registered as 'their_parts:Nope', which cannot be imported: module 'their_parts' has no attribute 'Nope'"),
+        ("no-module", "is registered as 'their_missing_parts:Nope', which cannot be imported: No module named 'their_missing_parts'"),
+    ],
+)
+def test_a_part_that_cannot_be_imported_is_refused_by_name_before_anybody_drives(name: str, said: str) -> None:
+    assert name in METHODS.known()
+    for asked in (lambda: METHODS.load(name), lambda: check_planners(["mpc", name])):
+        with pytest.raises(ParameterError) as told:
+            asked()
+        assert said in str(told.value)
+
+
+def test_a_file_of_a_registered_format_is_a_scene(installed: Path) -> None:
+    file = installed / "drive.osc"
+    file.touch()
+    assert isinstance(load_scene(file), Scene)
+
+
+@pytest.mark.parametrize(
+    ("ending", "said"),
+    [
+        ("none", "the scene format 'none' gave NoneType, which must be a Scene"),
+        ("boom", "the scene format 'boom' raised ZeroDivisionError: division by zero"),
+        ("strict", "line 3 = 'x': must be a number"),
+    ],
+)
+def test_a_format_that_raises_or_gives_no_scene_is_named_with_the_file(ending: str, said: str, installed: Path) -> None:
+    file = installed / f"drive.{ending}"
+    file.touch()
+    with pytest.raises(InputError) as told:
+        load_scene(file)
+    assert str(file) in str(told.value)
+    assert said in str(told.value)
