@@ -60,7 +60,7 @@ def _print(drive: Simulation, title: str) -> None:
     rows: list[tuple[str, object]] = [
         ("outcome", ended),
         ("modes", ", ".join(f"{t:.1f} s {mode}" for t, mode in drive.modes)),
-        ("lane change", "completed" if drive.lane_change_completed else "none completed"),
+        ("lane changes", f"{drive.lane_changes or 'none'} completed"),
         ("least clearance", number(drive.min_clearance_m, "m")),
         ("least time to collision", f"front {number(drive.min_ttc_front_s, 's')}, rear {number(drive.min_ttc_rear_s, 's')}"),
         ("largest lateral acceleration", f"{drive.max_lateral_acceleration_mps2:.2f} m/s^2"),

@@ -20,7 +20,7 @@ from mcdas_opt.simulation.contact import EDGE_SLACK_M, clearances, is_free, rela
 from mcdas_opt.simulation.controller import Controller
 from mcdas_opt.simulation.idm import STEP_S, step_times
 from mcdas_opt.simulation.measured_host import MeasuredHost
-from mcdas_opt.simulation.metrics import History, driven, lane_changed, times_to_collision
+from mcdas_opt.simulation.metrics import History, driven, lane_changed, settled_lanes, times_to_collision
 from mcdas_opt.simulation.neighbours import Traffic, host_motion
 from mcdas_opt.simulation.perception import Perception
 from mcdas_opt.simulation.record import Cycle, CycleTimes, NeighbourHistory, Outcome, Simulation
@@ -163,6 +163,7 @@ class Drive:
             max_jerk_mps3=float(np.abs(history.inputs[:, 0]).max(initial=0.0)),
             max_steering_rate_radps=float(np.abs(history.inputs[:, 1]).max(initial=0.0)),
             lane_change_completed=lane_changed(history.states, scene.true_road),
+            lane_changes=len(settled_lanes(history.states, scene.true_road)) - 1,
             modes=self._modes(),
             plans=len(plans),
             fallbacks=sum(plan.status is Status.FALLBACK for plan in plans),

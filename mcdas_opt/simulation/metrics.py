@@ -16,6 +16,7 @@ from mcdas_opt.simulation.recorded import GONE_M
 
 SETTLED_M, SETTLED_RAD = 0.3, 0.03
 _CLOSING_MPS = 0.05
+_LOOKS_S = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,12 +67,23 @@ def times_to_collision(
     return front, rear
 
 
+def settled_lanes(host: Array, road: Road) -> list[int]:
+    """The lanes that the host began in and has settled in since, one after another: within 0.3 m of the middle and 0.03 rad of the lane's
+    direction."""
+    every = round(_LOOKS_S / STEP_S)
+    lanes = [road.lane_of(float(host[0, 1]), float(host[0, 0]))]
+    for s, d, psi in (*host[::every, :3].tolist(), host[-1, :3].tolist()):
+        lane = road.lane_of(d, s)
+        if lane != lanes[-1] and abs(psi) < SETTLED_RAD and abs(d - road.lane_centre_m(lane, s)) < SETTLED_M:
+            lanes.append(lane)
+    return lanes
+
+
 def lane_changed(host: Array, road: Road) -> bool:
-    """Whether the drive ended settled in another lane than it began in: within 0.3 m of its centre and 0.03 rad of its direction."""
-    s = float(host[-1, 0])
-    first, last = road.lane_of(float(host[0, 1]), float(host[0, 0])), road.lane_of(float(host[-1, 1]), s)
-    settled = abs(float(host[-1, 1]) - road.lane_centre_m(last, s)) < SETTLED_M and abs(float(host[-1, 2])) < SETTLED_RAD
-    return first != last and settled
+    """Whether the drive ended settled in another lane than it began in."""
+    s, d, psi = host[-1, :3].tolist()
+    first, last = road.lane_of(float(host[0, 1]), float(host[0, 0])), road.lane_of(d, s)
+    return first != last and abs(d - road.lane_centre_m(last, s)) < SETTLED_M and abs(psi) < SETTLED_RAD
 
 
 def driven(history: History, sample_s: float = 0.1) -> Trajectory:

@@ -70,7 +70,9 @@ class Simulation(Result):
     The drive ends at the scene's duration, at the first touch of another body, or where a corner leaves the road: `duration_s` is the
     time driven. Distances and times are of the true bodies, 0.01 s apart. `impact_speed_mps` is the speed of one body's centre
     relative to the other's; jerk and steering rate are the actuators', so that the jolt with which braking ends at standstill is not
-    counted. `destination` says how a drive that had one stands with it at its end; `destination_reached_s` when it was first there.
+    counted. `lane_changes` is how often the host settled in another lane, `lane_change_completed` whether it ended settled in another one
+    than it began in. `destination` says how a drive that had one stands with it at its end; `destination_reached_s` when it was first
+    there.
     """
 
     drawn_by: ClassVar[str] = "mcdas_opt.plotting.animation:sheet"
@@ -100,6 +102,7 @@ class Simulation(Result):
     unverified_plans: int
     cycle_ms: CycleTimes
     trajectory: Trajectory
+    lane_changes: int = 0
     destination: str = ""
     destination_reached_s: float | None = None
     neighbours: tuple[NeighbourHistory, ...] = ()

@@ -14,6 +14,7 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vocabulary import Mode, Request, Status
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.simulation.loop import simulate
+from mcdas_opt.simulation.metrics import lane_changed, settled_lanes
 from mcdas_opt.simulation.neighbours import known_bodies
 from mcdas_opt.simulation.record import Outcome
 from mcdas_opt.verification.judge import judge
@@ -130,7 +131,19 @@ def test_a_lane_change_is_complete_when_settled() -> None:
         drive = simulate(make_scene(duration_s=8.0), FakeDriver(swerve(side, 8.0)))
         assert drive.lane_change_completed
         assert drive.trajectory.d_m[-1] * side > 3.4
-    assert not simulate(make_scene(duration_s=1.0), FakeDriver(swerve(1.0, 8.0))).lane_change_completed
+        assert drive.lane_changes == 1
+    begun = simulate(make_scene(duration_s=1.0), FakeDriver(swerve(1.0, 8.0)))
+    assert (begun.lane_change_completed, begun.lane_changes) == (False, 0)
+
+
+def test_out_and_back_are_two_lane_changes_that_end_where_they_began() -> None:
+    """Who overtakes has changed lanes twice, and ends in the lane that it began in."""
+    d = np.concatenate([np.full(30, 0.0), np.linspace(0.0, 3.7, 200), np.full(30, 3.7), np.linspace(3.7, 0.0, 200), np.full(30, 0.0)])
+    states = np.zeros((d.size, 6))
+    states[:, 1], states[:, 2] = d, np.gradient(d)
+    road = make_scene(duration_s=1.0).true_road
+    assert settled_lanes(states, road) == [0, 1, 0]
+    assert not lane_changed(states, road)
 
 
 def test_plans_are_counted_by_status_and_verdict() -> None:
