@@ -84,7 +84,7 @@ def _print(summary: Summary, comparison: Comparison | None, log: str) -> None:
     bad = ", ".join(f"{entry['count']} {kind} (first in line {entry['first_line']})" for kind, entry in summary.bad.items())
     left_out = {**summary.gated, **{k: v for k, v in summary.tracker.items() if v and k not in ("scans", "associated", "initiated")}}
     rows: list[tuple[str, object]] = [
-        ("cycles", f"{summary.cycles}, {summary.start_s:g} s to {summary.end_s:g} s"),
+        ("cycles", f"{summary.cycles}, {summary.span()}"),
         ("frames", f"{summary.frames_good} good, {summary.frames_bad} bad, {summary.frames_other} other"),
         ("bad", bad or "-"),
         ("scans, detections", f"{summary.scans}, {summary.detections}"),

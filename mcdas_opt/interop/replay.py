@@ -8,6 +8,8 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import numpy as np
+
 from mcdas_opt.catalogue.data_files import find
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.assessment import Assessment
@@ -31,6 +33,8 @@ from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.tracker import Tracker
 
 LONGEST_S = 6.0 * 3600.0  # a longer recording is taken for one with a broken clock
+SILENT_S = 10.0  # without a scan: then nothing is planned until the next one
+_SLOWEST_S = 2.0  # scans that are farther apart are none of a radar's, whose time is in seconds
 
 Progress = Callable[[int, int], None]
 
@@ -56,8 +60,8 @@ def replay(
     CSV of the host's speed (or that name); without it the recording's own is taken.
 
     The host keeps to the middle of its lane. `road` is a scene whose road and vehicle are used; default one straight lane, so that there
-    is nowhere to steer out to, and a sedan. Sectors without a log are not covered, that is occupied. `progress(done, of)` is called every
-    cycle.
+    is nowhere to steer out to, and a sedan. Sectors without a log are not covered, that is occupied. Where no radar is heard for SILENT_S
+    nothing is planned until the next scan. `progress(done, of)` is called every cycle.
 
     Raises `InputError` where a file is unusable or has not the channels (it lists those that there are), the host's speed is unknown or
     does not cover the log, or an option belongs to another kind of recording; `MissingExtraError` for what a format needs.
@@ -104,7 +108,8 @@ def replay(
         cycles.append(_cycle(situation, before, answer))
         if progress is not None:
             progress(k + 1, len(times))
-    summary = _summary(recording, cycles, dict(tracker.counters), taken, 0 if answer is None else len(cycles), unverified)
+    left_out = round((times[-1] - times[0]) / settings.cycle_s) + 1 - len(times)
+    summary = _summary(recording, cycles, left_out, dict(tracker.counters), taken, 0 if answer is None else len(cycles), unverified)
     name = planner if plan else None
     return Replay(
         name=path.stem, format=format, planner=name, cycles=tuple(cycles), summary=summary, road=lane, vehicle=vehicle, log=recording
@@ -140,12 +145,20 @@ def _motion(log: str | Path, host: str | Path | None, recording: SensorLog) -> H
 
 
 def _cycle_times(log: str | Path, recording: SensorLog, cycle_s: float) -> list[float]:
-    """Times of the cycles, from the first scan's arrival to the last one's."""
-    first, last = recording.arrivals_s[0], recording.arrivals_s[-1]
+    """Times of the cycles, from the first scan's arrival to the last one's, without those that have had no scan for SILENT_S."""
+    arrivals = np.unique(np.asarray(recording.arrivals_s, dtype=np.float64))
+    first, last = float(arrivals[0]), float(arrivals[-1])
     if last - first > LONGEST_S:
         raise InputError(log, "time", last - first, f"spans more than {LONGEST_S:g} s: is one of its time stamps broken?")
+    apart_s = float(np.median(np.diff(arrivals))) if arrivals.size > 1 else 0.0
+    if apart_s > _SLOWEST_S:
+        rule = f"is between two scans (median), which must be at most {_SLOWEST_S:g} s: are its time stamps not in seconds?"
+        raise InputError(log, "time", apart_s, rule)
     count = math.ceil((last - first) / cycle_s - 1e-6) + 1
-    return [round(first + k * cycle_s, 9) for k in range(count)]
+    times = np.array([round(first + k * cycle_s, 9) for k in range(count)])
+    before = arrivals[np.searchsorted(arrivals, times + 1e-9, side="right") - 1]
+    kept: list[float] = times[times - before <= SILENT_S].tolist()
+    return kept
 
 
 def _cycle(situation: Situation, assessment: Assessment, answer: Plan | None) -> Cycle:
@@ -168,7 +181,7 @@ def _cycle(situation: Situation, assessment: Assessment, answer: Plan | None) ->
 
 
 def _summary(
-    recording: SensorLog, cycles: list[Cycle], counters: dict[str, int], taken: list[float], plans: int, unverified: int
+    recording: SensorLog, cycles: list[Cycle], left_out: int, counters: dict[str, int], taken: list[float], plans: int, unverified: int
 ) -> Summary:
     lives: dict[str, list[float]] = {}
     for cycle in cycles:
@@ -182,6 +195,7 @@ def _summary(
         cycles=len(cycles),
         start_s=cycles[0].t_s,
         end_s=last.t_s,
+        cycles_left_out=left_out,
         frames_good=recording.good,
         frames_bad=recording.bad.total,
         frames_other=recording.other,

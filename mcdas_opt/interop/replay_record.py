@@ -88,7 +88,7 @@ class Summary:
     stands), sound ones that are not the radar's. `gated`: slots that the reader did not pass on, by the radar's own status;
     `tracker`: what the tracker counted. `sensor_pieces`: how many targets the sensor itself told apart. `tracks_started`
     and `tracks_ended` count confirmed tracks. `covered`: share of the cycles in which a working sensor watched the sector.
-    `modes` and `statuses` count cycles.
+    `modes` and `statuses` count cycles; `cycles_left_out` are those in which no radar had been heard for long, and nothing was done.
     """
 
     cycles: int
@@ -112,6 +112,12 @@ class Summary:
     statuses: dict[str, int] = field(default_factory=dict)
     modes: dict[str, int] = field(default_factory=dict)
     cycle_ms: CycleTimes = field(default_factory=CycleTimes)
+    cycles_left_out: int = 0
+
+    def span(self) -> str:
+        """How long it is, and from when on, also where that is counted from 1970."""
+        told = f"{self.end_s - self.start_s:.1f} s from {self.start_s:.10g} s"
+        return f"{told}, {self.cycles_left_out} without a scan left out" if self.cycles_left_out else told
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -138,7 +144,7 @@ class Replay(Result):
         found = self.summary
         plans = ", ".join(f"{count} {status}" for status, count in found.statuses.items()) or "no plans"
         return (
-            f"Replay {self.name} ({self.format}): {found.cycles} cycles, {found.start_s:g} s to {found.end_s:g} s",
+            f"Replay {self.name} ({self.format}): {found.cycles} cycles, {found.span()}",
             f"{found.detections} detections, {found.tracks_started} tracks, the longest {found.longest_track_s:.1f} s",
             f"{plans}; " + ", ".join(f"{mode} {count}" for mode, count in found.modes.items()),
         )

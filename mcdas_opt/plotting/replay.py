@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from mcdas_opt.interop.truth import SectorComparison
 
 SIGMAS = 2.0
+_COUNTED_S = 1e5  # a drive that begins later than this counts time from long ago, as Unix time does
 _COLOURS = {Sector.FRONT: FRONT, Sector.REAR: REAR}
 ROLES = {Role.FRONT: FRONT, Role.REAR: REAR, Role.LEFT: GREEN, Role.RIGHT: PURPLE, Role.OTHER: NEIGHBOUR}
 
@@ -52,19 +53,20 @@ def draw_tracks(cycles: Sequence[Cycle]) -> Figure:
     with styled():
         fig = figure(9.6, 6.4)
         above, below, band = fig.subplots(3, 1, sharex=True, height_ratios=[2.2, 1.6, 0.18])
+        began_s = cycles[0].t_s if abs(cycles[0].t_s) > _COUNTED_S else 0.0
         for role, colour in ROLES.items():
-            rows = [(c.t_s, t.s_m, t.speed_s_mps) for c in cycles for t in c.tracks if t.role is role]
+            rows = [(c.t_s - began_s, t.s_m, t.speed_s_mps) for c in cycles for t in c.tracks if t.role is role]
             if rows:
                 t, s, v = np.array(rows).T
                 above.plot(t, s, ".", ms=2.2, color=colour, label=role.value)
                 below.plot(t, v, ".", ms=1.8, color=colour)
-        times = np.array([c.t_s for c in cycles])
+        times = np.array([c.t_s - began_s for c in cycles])
         above.axhline(0.0, color=BLACK, lw=0.8)
         below.plot(times, [c.host.speed_mps for c in cycles], color=BLACK, lw=1.4, label="host")
         above.set_ylabel("along, from the host [m]")
         below.set_ylabel("speed [m/s]")
         _modes(band, times, [c.mode for c in cycles])
-        band.set_xlabel("time [s]")
+        band.set_xlabel(f"time since {began_s:.10g} s [s]" if began_s else "time [s]")
         handles, labels = above.get_legend_handles_labels()
         more, names = below.get_legend_handles_labels()
         patches = [Patch(color=MODES[mode], label=f"mode {mode.value}") for mode in dict.fromkeys(c.mode for c in cycles)]

@@ -184,6 +184,33 @@ def test_an_unknown_speed_and_a_broken_clock_are_refused(tmp_path: Path) -> None
         replay(endless, "esr-candump", host=NAME)
 
 
+def radar_csv(folder: Path, times: list[float]) -> tuple[Path, Path]:
+    """A target list with one target in each of the scans, and the host's speed."""
+    radar, host = folder / "radar.csv", folder / "host.csv"
+    rows = "".join(f"{t!r},1,{30.0 - 0.1 * k!r},0.5,-2,0\n" for k, t in enumerate(times))
+    radar.write_text("time_s,slot,x_m,y_m,range_rate_mps,new_track\n" + rows)
+    host.write_text(f"t_s,speed_mps\n{times[0]!r},10\n{times[-1]!r},10\n")
+    return radar, host
+
+
+def test_milliseconds_are_refused_as_what_they_most_likely_are(tmp_path: Path) -> None:
+    radar, host = radar_csv(tmp_path, [50.0 * k for k in range(100)])
+    with pytest.raises(InputError, match=r"time = 50\.0: is between two scans \(median\).*at most 2 s.*not in seconds"):
+        replay(radar, "radar-csv", host=host, plan=False)
+
+
+def test_nothing_is_planned_while_no_radar_is_heard(tmp_path: Path) -> None:
+    """An hour without a scan costs no time, and old tracks do not live through it."""
+    before, after = [1.7e9 + 0.05 * k for k in range(41)], [1.7e9 + 3600.0 + 0.05 * k for k in range(41)]
+    radar, host = radar_csv(tmp_path, before + after)
+    done = replay(radar, "radar-csv", host=host, plan=False)
+    assert (done.summary.cycles, done.summary.cycles_left_out) == (142, 36021 - 142)
+    assert done.summary.span() == "3602.0 s from 1700000000 s, 35879 without a scan left out"
+    late = next(cycle for cycle in done.cycles if cycle.t_s > 1.7e9 + 3599.0)
+    assert not late.tracks
+    assert done.cycles[-1].tracks
+
+
 def truth_of(true: float, times: int = 101) -> dict[Sector, TrueTarget]:
     t = np.linspace(0.0, 10.0, times)
     still = np.full_like(t, true)
