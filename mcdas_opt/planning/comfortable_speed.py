@@ -169,9 +169,9 @@ def _comes_late(profile: SpeedProfile, cycle: Cycle) -> bool:
 
 
 def _lane_end_ahead_m(cycle: Cycle, d_m: float) -> float:
-    """The way to where a host along the offset d stops before its lane ends."""
+    """The way to where a host along the offset d stops before its lane ends, which one that is none to drive in does nowhere."""
     host, road, vehicle = cycle.situation.host, cycle.situation.road, cycle.vehicle
     if not road.lanes:
         return math.inf
     end = road.lane_ends_m(road.lane_of(d_m, host.s_m), host.s_m, vehicle.width_m)
-    return max(end - host.s_m - 0.5 * vehicle.length_m - cycle.settings.headway.standstill_m, 0.0)
+    return math.inf if end <= host.s_m else max(end - host.s_m - 0.5 * vehicle.length_m - cycle.settings.headway.standstill_m, 0.0)

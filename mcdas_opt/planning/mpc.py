@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import ClassVar
 
@@ -22,6 +23,7 @@ from mcdas_opt.planning.order import SEARCH
 from mcdas_opt.planning.proposals import STOP_IN_LANE
 from mcdas_opt.planning.reason import reason
 from mcdas_opt.planning.rehearsal import rehearse
+from mcdas_opt.planning.required_lane import RequiredLane
 from mcdas_opt.planning.search import Found, Search, Solvers, run
 from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.tracking.slow_traffic import relied_on
@@ -128,6 +130,12 @@ class MpcMethod:
         )
 
 
+def _why_required(required: RequiredLane, s_m: float) -> str:
+    if required.end_m is None:
+        return "to the destination's lane"
+    return "out of a lane that is none to drive in" if math.isinf(required.end_m) else f"its own ends in {required.end_m - s_m:.0f} m"
+
+
 def _lane_change(best: Ended, cycle: Cycle) -> str:
     """Said of a lane change that nothing forces."""
     proposed = best.proposed
@@ -135,9 +143,7 @@ def _lane_change(best: Ended, cycle: Cycle) -> str:
         return ""
     required = cycle.required_lane
     if required is not None and required.side is proposed.side:
-        why = (
-            "to the destination's lane" if required.end_m is None else f"its own ends in {required.end_m - cycle.situation.host.s_m:.0f} m"
-        )
+        why = _why_required(required, cycle.situation.host.s_m)
     else:
         why = "past who is slower" if proposed.side is cycle.settings.manners.inside else "where it keeps to"
     return f"; changes lanes to the {proposed.side.value}, {why}"

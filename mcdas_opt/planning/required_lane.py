@@ -17,7 +17,8 @@ _FARTHER_M = 30.0  # a lane must lead on by so much farther to be worth a change
 
 
 class RequiredLane(NamedTuple):
-    """The side to change to, the time [s] until the lane there has to be reached, and where the own lane ends (None: it does not)."""
+    """The side to change to, the time [s] until the lane there has to be reached, and where the own lane ends (None: it does not;
+    infinite: it is none to drive in, as one of oncoming traffic, and is left as soon as can be)."""
 
     side: Side
     left_s: float
@@ -60,7 +61,9 @@ def _to_lead_on(situation: Situation, vehicle: Vehicle, lane: int) -> RequiredLa
             best, farthest = side, reached
     if best is Side.NONE:
         return None
-    return RequiredLane(best, max(end - host.s_m, 0.0) / max(host.speed_mps, AHEAD_M / AHEAD_S), end)
+    if end <= host.s_m:
+        return RequiredLane(best, ADAPTING_S, math.inf)
+    return RequiredLane(best, (end - host.s_m) / max(host.speed_mps, AHEAD_M / AHEAD_S), end)
 
 
 def beside(situation: Situation, side: Side) -> list[Track]:

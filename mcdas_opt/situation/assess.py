@@ -135,11 +135,13 @@ def _car(track: Track | None, situation: Situation, vehicle: Vehicle) -> _Ahead:
 
 def _end(situation: Situation, lane: int, vehicle: Vehicle, front: _Ahead, leaves_lane: bool) -> _Ahead:
     """The end of the road, or of the host's lane, is a wall, where it comes before the front vehicle; of the lane only when it is time to
-    brake for it, since there is another lane to go to."""
+    brake for it, since there is another lane to go to. A lane that is none to drive in, as one of oncoming traffic, has no end to brake
+    for: it is left."""
     host, road = situation.host, situation.road
     end = road.ends_m(lane, host.s_m, vehicle.width_m)
     gap, is_road_end = end - host.s_m - 0.5 * vehicle.length_m, end == road.road_end_s_m
-    if gap >= front.gap_m or not (is_road_end or (gap < host.speed_mps**2 / (2.0 * _LANE_END_MPS2) and not leaves_lane)):
+    is_late = end > host.s_m and gap < host.speed_mps**2 / (2.0 * _LANE_END_MPS2) and not leaves_lane
+    if gap >= front.gap_m or not (is_road_end or is_late):
         return front
     return _Ahead(None, gap, 0.0, is_road_end, is_lane_end=not is_road_end)
 

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mcdas_opt.catalogue.scenes import load_scene
+from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.road import Road
@@ -19,7 +19,7 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Mode, Side
+from mcdas_opt.domain.vocabulary import Alert, Mode, Side
 from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
 from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.planning.best_gap import best_gap
@@ -33,6 +33,7 @@ from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.required_lane import RequiredLane
 from mcdas_opt.reference.offset_path import OffsetPath
 from mcdas_opt.simulation.loop import simulate
+from mcdas_opt.simulation.record import Outcome
 from tests.planning.situations import car, mirrored, random_sandwich
 
 ENDING = """
@@ -270,3 +271,26 @@ def test_an_oncoming_lane_is_none_to_change_into_and_limits_are_seen_ahead() -> 
     assert limits[0] == pytest.approx(np.sqrt(10.0**2 + 2 * 1.5 * 260.0))
     assert limits == sorted(limits, reverse=True)
     assert limits[-1] == 10.0
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(("lorry_m", "ahead"), [(16.0, True), (4.0, False), (-14.0, False), (None, False)])
+def test_a_lane_of_oncoming_traffic_is_left(lorry_m: float | None, ahead: bool, sign: int) -> None:
+    """As after an evasion: there is no end of it to brake for, and the lane beside is gone back to, behind whoever is there or ahead."""
+    document = {
+        "name": "back",
+        "duration_s": 16.0,
+        "road": {"lanes_left" if sign > 0 else "lanes_right": 1, "friction": 0.8, "lane": [{"lane": sign, "oncoming": True}]},
+        "host": {"d_m": sign * 3.7, "speed_mps": 17.5, "desired_speed_mps": 22.0},
+        "neighbour": []
+        if lorry_m is None
+        else [{"name": "lorry", "s_m": lorry_m, "speed_mps": 16.7, "length_m": 16.5, "width_m": 2.5, "behaviour": "idm"}],
+    }
+    drive = simulate(Scene.model_validate(document))
+    assert (drive.outcome, drive.unverified_plans) == (Outcome.SAFE, 0)
+    assert "evade" not in [mode for _, mode in drive.modes]
+    assert abs(drive.trajectory.d_m[-1]) < 0.3
+    assert {cycle.plan.alert for cycle in drive.cycles} == {Alert.NONE}
+    assert any("out of a lane that is none to drive in" in cycle.plan.reason for cycle in drive.cycles)
+    if lorry_m is not None:
+        assert bool(drive.neighbours[0].s_m[-1] > drive.trajectory.s_m[-1]) is ahead
