@@ -74,7 +74,7 @@ def remainder_instead(cycle: Cycle, plan: Plan) -> Plan:
             )
             return _passed(cycle, refused, rows, checked, continued)
     reason = f"{plan.reason}; passes for {plan.trajectory.t_s[-1]:.1f} s, but comes to no safe end"
-    return replace(plan, status=Status.FALLBACK, reason=reason)
+    return replace(plan, status=Status.FALLBACK, warning=True, reason=reason)
 
 
 def _passed(cycle: Cycle, refused: NothingPasses, rows: list[Candidate], checked: Checked, continued: Continuation) -> Plan:

@@ -237,7 +237,7 @@ def steer_out(cycle: Cycle, side: Side) -> Proposed:
     target = next_lane_m(situation, vehicle, side)
     refusal = _unwatched(situation, side)
     if target is None:
-        refusal, target = f"no lane and no shoulder to the {side}", host.d_m
+        refusal, target = _why_no_lane(situation, side), host.d_m
     elif host.speed_mps < 0.5:
         refusal = "standing still"
     if sigmoid.given is not None:
@@ -254,6 +254,17 @@ def steer_out(cycle: Cycle, side: Side) -> Proposed:
         manoeuvre=Manoeuvre(side=side, path=path, target_d_m=target, speed_mps=situation.wanted_speed_mps),
         refusal=refusal,
     )
+
+
+def _why_no_lane(situation: Situation, side: Side) -> str:
+    """Why there is no lane to change into, nor a shoulder, on that side."""
+    road, host = situation.road, situation.host
+    lane = road.lane_of(host.d_m, host.s_m) + (1 if side is Side.LEFT else -1)
+    if not -road.lanes_right <= lane <= road.lanes_left:
+        return f"no lane and no shoulder to the {side}"
+    if any(one.lane == lane and one.oncoming for one in road.lanes):
+        return f"the lane to the {side} is one of oncoming traffic"
+    return f"the lane to the {side} does not go on for as long as changing into it takes"
 
 
 def further(cycle: Cycle) -> tuple[Proposed, ...]:

@@ -102,7 +102,7 @@ def alerted(plan: Plan) -> str:
     if plan.alert is Alert.ACT:
         return "act: the last candidate is about to close, or closed"
     if plan.status is not Status.PLANNED:
-        return "warn: the planner has no plan of its own"
+        return "warn: no plan of the planner's own ends safely"
     return f"warn: {'no comfortable candidate is left' if plan.side is Side.NONE else 'the car steers out'}"
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from functools import cache
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -29,6 +30,7 @@ from mcdas_opt.planning.reported_mode import still_agrees
 from mcdas_opt.plotting.words import passed
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.prediction import predict_for
+from tests.planning.situations import car
 
 COMFORTABLE_MPS2 = 3.0  # of every shipped road's grip it is the lesser
 FOLLOWED = re.compile(r"; (\S+) costs (\d+\.\d\d)")
@@ -186,3 +188,18 @@ def test_what_nobody_looked_at_is_said(method: str) -> None:
     for cycle in run.cycles:
         assert cycle.plan.safe_end is None
         assert all("not looked at" in passed(row) for row in cycle.plan.candidates if row.passed)
+
+
+def test_the_driver_is_warned_of_every_plan_that_is_a_fallback() -> None:
+    """Between a lorry and a van that closes in, on a road for two ways: everything in the lane passes, and ends not safely."""
+    seen = set()
+    for gap_m, behind_m, faster_mps in product((24.5, 20.0, 30.0), (24.7, 18.0), (5.6, 3.0, 8.0)):
+        lorry = replace(car("lorry", gap_m + 2.25 + 2.3, 0.0, 16.7), length_m=4.6)
+        van = car("van", -behind_m - 4.6, 0.0, 22.2 + faster_mps)
+        road = Road(lanes_left=1, lane_width_m=3.5, friction=0.8, lanes=(Lane(lane=1, oncoming=True),))
+        plan = Planner().plan(Situation(host=HostState(speed_mps=22.2), tracks=(lorry, van), road=road, desired_speed_mps=22.2))
+        assert (plan.alert is Alert.NONE) is not plan.warning
+        if plan.status is not Status.PLANNED:
+            seen.add(plan.safe_end is not None and plan.safe_end.safe)
+            assert plan.alert is not Alert.NONE, plan.reason
+    assert False in seen

@@ -30,6 +30,7 @@ from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory
 from mcdas_opt.planning.merging_gap import merging_time_gap_s
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.planning.proposals import steer_out
 from mcdas_opt.planning.required_lane import RequiredLane
 from mcdas_opt.reference.offset_path import OffsetPath
 from mcdas_opt.simulation.loop import simulate
@@ -259,7 +260,8 @@ def test_no_candidate_goes_to_a_lane_that_ends_before_it_is_there() -> None:
         assert (next_lane_m(situation, vehicle, Side.LEFT) is not None) is there
         plan = Planner().plan(situation)
         if not there:
-            assert all(row.refusal for row in plan.candidates if row.name == "left")
+            (said,) = {row.refusal for row in plan.candidates if row.name == "left"}
+            assert said == "the lane to the left does not go on for as long as changing into it takes"
 
 
 def test_an_oncoming_lane_is_none_to_change_into_and_limits_are_seen_ahead() -> None:
@@ -267,6 +269,8 @@ def test_an_oncoming_lane_is_none_to_change_into_and_limits_are_seen_ahead() -> 
     road = Road(lanes_left=1, lanes=(Lane(lane=1, oncoming=True), Lane(lane=0, speed_limit_mps=((0.0, 30.0), (60.0, 10.0)))))
     situation = Situation(host=host, road=road, desired_speed_mps=30.0)
     assert next_lane_m(situation, vehicle, Side.LEFT) is None
+    assert steer_out(Cycle.of(situation, vehicle), Side.LEFT).refusal == "the lane to the left is one of oncoming traffic"
+    assert steer_out(Cycle.of(situation, vehicle), Side.RIGHT).refusal == "no lane and no shoulder to the right"
     limits = [Cycle.of(replace(situation, host=replace(host, s_m=s)), vehicle).limit_mps for s in (-200.0, 0.0, 50.0, 61.0)]
     assert limits[0] == pytest.approx(np.sqrt(10.0**2 + 2 * 1.5 * 260.0))
     assert limits == sorted(limits, reverse=True)
