@@ -50,7 +50,7 @@ def sheet(parking: Parking) -> Figure:
         _plane(above, case, trajectory)
         corners = body_corners(trajectory.poses, Body.of(case.vehicle))
         step = max(1, len(trajectory) // 60)
-        gears = gears_of(trajectory)
+        gears = trajectory.gears
         for k in range(0, len(trajectory), step):
             above.fill(*corners[k].T, facecolor="none", edgecolor=_FORWARD if gears[k] > 0 else _REVERSE, lw=0.5, alpha=0.45)
         _body(above, corners[0], style.GREY, "start")
@@ -80,7 +80,7 @@ def moving(case: ParkingCase, trajectory: ParkingTrajectory, people: Sequence[Vi
     at = np.searchsorted(t, np.linspace(t[0], t[-1], count)).clip(0, len(t) - 1)
     corners = body_corners(trajectory.poses, Body.of(case.vehicle))
     goal = body_corners(case.goal[None], Body.of(case.vehicle))[0]
-    gears = gears_of(trajectory)
+    gears = trajectory.gears
     changes = np.concatenate([[0], np.cumsum(np.diff(gears) != 0)])
     pictures = []
     with style.styled():
@@ -111,16 +111,6 @@ def _local(parking: Parking) -> ParkingTrajectory:
         raise ParameterError("trajectory", None, "there is nothing to draw: the case was refused")
     x_m, y_m = case_of(parking).origin_m
     return parking.trajectory.moved(-x_m, -y_m)
-
-
-def gears_of(trajectory: ParkingTrajectory) -> Array:
-    """+1 or -1 at every sample; rest counts to the motion that follows."""
-    sign = np.sign(np.where(np.abs(trajectory.speed_mps) > 1e-3, trajectory.speed_mps, 0.0))
-    for k in range(len(sign) - 2, -1, -1):
-        if sign[k] == 0.0:
-            sign[k] = sign[k + 1]
-    last = sign[np.flatnonzero(sign)[-1]] if np.any(sign) else 1.0
-    return np.where(sign == 0.0, last, sign)
 
 
 def _plane(axes: Axes, case: ParkingCase, trajectory: ParkingTrajectory) -> None:
