@@ -285,7 +285,10 @@ class ParkingAttempt:
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Parking(Result):
-    """The answer to a case. `trajectory` is None when not even an infeasible attempt exists; coordinates are the case file's."""
+    """The answer to a case. `trajectory` is None when not even an infeasible attempt exists; coordinates are the case file's.
+
+    `min_clearance_m` is None without obstacles or trajectory; `asked_clearance_m` is what was asked beside it.
+    """
 
     drawn_by: ClassVar[str] = "mcdas_opt.plotting.parking:sheet"
     moves_by: ClassVar[str] = "mcdas_opt.plotting.parking:film"
@@ -299,6 +302,7 @@ class Parking(Result):
     path_m: float | None
     gear_changes: int | None
     min_clearance_m: float | None
+    asked_clearance_m: float
     obstacles: tuple[Array, ...]
     trajectory: ParkingTrajectory | None
     attempts: tuple[ParkingAttempt, ...] = ()

@@ -130,6 +130,7 @@ class Run:
             path_m=None if trajectory is None else trajectory.path_m,
             gear_changes=None if trajectory is None else trajectory.gear_changes,
             min_clearance_m=least_m,
+            asked_clearance_m=self.case.limits.clearance_m,
             obstacles=tuple(outline + np.array([dx, dy]) for outline in self.case.obstacles),
             trajectory=None if trajectory is None else trajectory.moved(dx, dy),
             attempts=tuple(self.attempts),
