@@ -123,8 +123,14 @@ def yard(axes: Axes, case: ParkingCase, shown: Array) -> None:
     (left, low), (right, high) = shown.min(0) - 1.0, shown.max(0) + 1.0
     for outline in case.obstacles:
         axes.fill(*outline.T, facecolor="#c9c9ce", edgecolor=style.EDGE, lw=1.0, zorder=1)
-    axes.set(xlim=(left, right), ylim=(low, high), aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    x, y = (_axis(name, origin_m) for name, origin_m in zip("xy", case.origin_m, strict=True))
+    axes.set(xlim=(left, right), ylim=(low, high), aspect="equal", xlabel=x, ylabel=y)
     axes.grid(False)
+
+
+def _axis(name: str, origin_m: float) -> str:
+    """An axis' label: of the file's coordinate, less the origin where there is one."""
+    return f"{name} [m]" if origin_m == 0.0 else f"{name} {'-' if origin_m > 0.0 else '+'} {abs(origin_m):.15g} m [m]"
 
 
 def _body(axes: Axes, corners: Array, colour: str, label: str, alpha: float = 0.55) -> None:
