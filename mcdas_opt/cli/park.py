@@ -69,7 +69,7 @@ def _print(answer: Parking, title: str) -> None:
         ("duration", number(answer.duration_s, "s")),
         ("path", number(answer.path_m, "m")),
         ("gear changes", "-" if answer.gear_changes is None else answer.gear_changes),
-        ("least clearance", number(answer.min_clearance_m, "m", 3)),
+        ("least clearance", f"{number(answer.min_clearance_m, 'm', 3)}, {answer.asked_clearance_m:g} m asked"),
         ("time", f"{timing['total'] / 1e3:.2f} s, first answer after {timing['first'] / 1e3:.2f} s"),
         *(("note", note) for note in answer.notes),
     ]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from operator import attrgetter
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.errors import ParameterError
 
 LARGEST_SLOT_M = 1000.0
+LEAST_LEG_M = 1e-3  # what is shorter is no leg; zigzags in the narrowest slots have legs of 3 mm, and need them
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,6 +136,20 @@ class ParkingCase(EqualByValue):
             object.__setattr__(self, "names", tuple(f"obstacle[{k}]" for k in range(len(obstacles))))
 
 
+def reversals(lengths_m: Sequence[float] | Array) -> int:
+    """Changes of sign between signed lengths [m] driven one after the other; those shorter than `LEAST_LEG_M` are left out."""
+    lengths = np.asarray(lengths_m, dtype=np.float64)
+    return int(np.sum(np.diff(np.sign(lengths[np.abs(lengths) >= LEAST_LEG_M])) != 0.0))
+
+
+class Leg(NamedTuple):
+    """Driven in one direction, rests included: from when until when [s], and how far [m], negative in reverse."""
+
+    from_s: float
+    until_s: float
+    length_m: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ParkingTrajectory(EqualByValue):
     """Equal-length vectors: poses of the rear axle's midpoint; speed negative in reverse.
@@ -184,10 +200,37 @@ class ParkingTrajectory(EqualByValue):
         return float(np.sum(np.where(crossing, 0.5 * (a * a + b * b) / gap, plain) * dt))
 
     @property
+    def legs(self) -> tuple[Leg, ...]:
+        """The motion cut where its direction changes, also between two samples; of any length."""
+        t, v = self.t_s, self.speed_mps
+        turns = np.flatnonzero(v[:-1] * v[1:] < 0.0)
+        share = v[turns] / (v[turns] - v[turns + 1])
+        t = np.insert(t, turns + 1, t[turns] + share * (t[turns + 1] - t[turns]))
+        v = np.insert(v, turns + 1, 0.0)
+        twice = v[:-1] + v[1:]
+        moving = np.flatnonzero(twice)
+        if not moving.size:
+            return ()
+        sign = np.sign(twice[moving])
+        first = np.flatnonzero(np.append(True, sign[1:] != sign[:-1]))
+        last = np.append(first[1:], moving.size) - 1
+        lengths = np.add.reduceat((0.5 * twice * np.diff(t))[moving], first)
+        return tuple(map(Leg, t[moving[first]].tolist(), t[moving[last] + 1].tolist(), lengths.tolist()))
+
+    @property
     def gear_changes(self) -> int:
-        """Reversals of the direction of travel; rests in between do not count."""
-        moving = self.speed_mps[np.abs(self.speed_mps) > 1e-3]
-        return int(np.sum(np.diff(np.sign(moving)) != 0.0))
+        """Reversals of the direction of travel; rests and legs shorter than `LEAST_LEG_M` do not count."""
+        return reversals([leg.length_m for leg in self.legs])
+
+    @property
+    def gears(self) -> Array:
+        """+1 forward or -1 in reverse at every sample; a rest, and a leg shorter than `LEAST_LEG_M`, counts to the leg that follows."""
+        legs = [leg for leg in self.legs if abs(leg.length_m) >= LEAST_LEG_M]
+        if not legs:
+            return np.ones(len(self))
+        at = np.searchsorted([leg.until_s for leg in legs], self.t_s, side="right").clip(0, len(legs) - 1)
+        gears: Array = np.array([np.sign(leg.length_m) for leg in legs])[at]
+        return gears
 
     @classmethod
     def from_controls(cls, t_s: Array, poses: Array, speed_mps: Array, steering_rad: Array) -> ParkingTrajectory:
@@ -242,7 +285,10 @@ class ParkingAttempt:
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Parking(Result):
-    """The answer to a case. `trajectory` is None when not even an infeasible attempt exists; coordinates are the case file's."""
+    """The answer to a case. `trajectory` is None when not even an infeasible attempt exists; coordinates are the case file's.
+
+    `min_clearance_m` is None without obstacles or trajectory; `asked_clearance_m` is what was asked beside it.
+    """
 
     drawn_by: ClassVar[str] = "mcdas_opt.plotting.parking:sheet"
     moves_by: ClassVar[str] = "mcdas_opt.plotting.parking:film"
@@ -256,6 +302,7 @@ class Parking(Result):
     path_m: float | None
     gear_changes: int | None
     min_clearance_m: float | None
+    asked_clearance_m: float
     obstacles: tuple[Array, ...]
     trajectory: ParkingTrajectory | None
     attempts: tuple[ParkingAttempt, ...] = ()

@@ -121,11 +121,13 @@ def _without_shortest(run: Run, settings: ParkSettings, best: Exchanged) -> Exch
     A short first phase was put in on purpose, or the path has none.
     """
     manoeuvre = best.best
-    if manoeuvre is None or manoeuvre.gear_changes < 1 or run.late():
+    if manoeuvre is None or run.late():
         return best
     if manoeuvre.gear_changes < _LONG_FROM and run.work + run.dearest > _WORK_POLISHING:
         return best
     driven = phase_lengths(manoeuvre)
+    if len(driven) < 2:
+        return best
     shortest = 1 + int(np.argmin(driven[1:]))
     if driven[shortest] > _LEFT_OUT_M:
         return best

@@ -7,12 +7,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mcdas_opt.domain.parking import Parking, ParkingAttempt, ParkingCase, ParkingTrajectory
+from mcdas_opt.domain.parking import LEAST_LEG_M, Parking, ParkingAttempt, ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.parking.cost import ParkingCosts, trajectory_cost
+from mcdas_opt.parking.short_legs import standing_instead
 from mcdas_opt.parking.soundness import is_sound
 from mcdas_opt.parking.world import World
 from mcdas_opt.verification.parking_judge import Judgement, judge_parking
+
+_SHORT_LEGS_M = (0.01, LEAST_LEG_M)  # legs shorter than this are taken out together, if that is sound
 
 
 @dataclass(slots=True)
@@ -77,12 +80,40 @@ class Run:
         return self.out_of_time
 
     def planned(self, planner: str) -> Parking:
-        """The best answer so far, which there must be."""
+        """The best answer so far, which there must be, without legs of next to no length."""
+        self._take_out_short_legs()
         assert self.best is not None
         trajectory, judgement = self.best
         return self.answer(
             planner, trajectory, judgement.verdict, judgement.min_clearance_m, status="planned", reason=_story(self.attempts)
         )
+
+    def _take_out_short_legs(self) -> None:
+        """A program cannot leave a gear out, only shorten its leg: to some micrometres, which no driver drives."""
+        if self.best is None:
+            return
+        for shorter_than_m in _SHORT_LEGS_M:
+            begin = time.perf_counter()
+            driven = standing_instead(self.case, self.best[0], shorter_than_m)
+            if driven is None:
+                return
+            judgement = judge_parking(self.case, driven)
+            seconds = time.perf_counter() - begin
+            self.timing["verify"] += 1e3 * seconds
+            if is_sound(judgement, self.case.limits.clearance_m):
+                self.best = driven, judgement
+                self.value = trajectory_cost(driven, self.costs, self.world, self.case.limits.clearance_m)
+                self.attempts.append(
+                    ParkingAttempt(
+                        name=f"the best, without legs shorter than {1e3 * shorter_than_m:g} mm",
+                        duration_s=driven.duration_s,
+                        gear_changes=driven.gear_changes,
+                        passed=True,
+                        note="stands and steers instead",
+                        seconds=round(seconds, 3),
+                    )
+                )
+                return
 
     def answer(
         self, planner: str, trajectory: ParkingTrajectory | None, verdict: Verdict, least_m: float | None, *, status: str, reason: str
@@ -99,6 +130,7 @@ class Run:
             path_m=None if trajectory is None else trajectory.path_m,
             gear_changes=None if trajectory is None else trajectory.gear_changes,
             min_clearance_m=least_m,
+            asked_clearance_m=self.case.limits.clearance_m,
             obstacles=tuple(outline + np.array([dx, dy]) for outline in self.case.obstacles),
             trajectory=None if trajectory is None else trajectory.moved(dx, dy),
             attempts=tuple(self.attempts),

@@ -50,7 +50,7 @@ def sheet(parking: Parking) -> Figure:
         _plane(above, case, trajectory)
         corners = body_corners(trajectory.poses, Body.of(case.vehicle))
         step = max(1, len(trajectory) // 60)
-        gears = gears_of(trajectory)
+        gears = trajectory.gears
         for k in range(0, len(trajectory), step):
             above.fill(*corners[k].T, facecolor="none", edgecolor=_FORWARD if gears[k] > 0 else _REVERSE, lw=0.5, alpha=0.45)
         _body(above, corners[0], style.GREY, "start")
@@ -80,7 +80,7 @@ def moving(case: ParkingCase, trajectory: ParkingTrajectory, people: Sequence[Vi
     at = np.searchsorted(t, np.linspace(t[0], t[-1], count)).clip(0, len(t) - 1)
     corners = body_corners(trajectory.poses, Body.of(case.vehicle))
     goal = body_corners(case.goal[None], Body.of(case.vehicle))[0]
-    gears = gears_of(trajectory)
+    gears = trajectory.gears
     changes = np.concatenate([[0], np.cumsum(np.diff(gears) != 0)])
     pictures = []
     with style.styled():
@@ -113,16 +113,6 @@ def _local(parking: Parking) -> ParkingTrajectory:
     return parking.trajectory.moved(-x_m, -y_m)
 
 
-def gears_of(trajectory: ParkingTrajectory) -> Array:
-    """+1 or -1 at every sample; rest counts to the motion that follows."""
-    sign = np.sign(np.where(np.abs(trajectory.speed_mps) > 1e-3, trajectory.speed_mps, 0.0))
-    for k in range(len(sign) - 2, -1, -1):
-        if sign[k] == 0.0:
-            sign[k] = sign[k + 1]
-    last = sign[np.flatnonzero(sign)[-1]] if np.any(sign) else 1.0
-    return np.where(sign == 0.0, last, sign)
-
-
 def _plane(axes: Axes, case: ParkingCase, trajectory: ParkingTrajectory) -> None:
     corners = body_corners(np.vstack([trajectory.poses, case.goal]), Body.of(case.vehicle)).reshape(-1, 2)
     yard(axes, case, corners)
@@ -133,8 +123,14 @@ def yard(axes: Axes, case: ParkingCase, shown: Array) -> None:
     (left, low), (right, high) = shown.min(0) - 1.0, shown.max(0) + 1.0
     for outline in case.obstacles:
         axes.fill(*outline.T, facecolor="#c9c9ce", edgecolor=style.EDGE, lw=1.0, zorder=1)
-    axes.set(xlim=(left, right), ylim=(low, high), aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    x, y = (_axis(name, origin_m) for name, origin_m in zip("xy", case.origin_m, strict=True))
+    axes.set(xlim=(left, right), ylim=(low, high), aspect="equal", xlabel=x, ylabel=y)
     axes.grid(False)
+
+
+def _axis(name: str, origin_m: float) -> str:
+    """An axis' label: of the file's coordinate, less the origin where there is one."""
+    return f"{name} [m]" if origin_m == 0.0 else f"{name} {'-' if origin_m > 0.0 else '+'} {abs(origin_m):.15g} m [m]"
 
 
 def _body(axes: Axes, corners: Array, colour: str, label: str, alpha: float = 0.55) -> None:

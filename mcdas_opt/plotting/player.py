@@ -18,7 +18,6 @@ from mcdas_opt.plotting.asked import case_of, situation_of
 from mcdas_opt.plotting.bands import Decided, bands_document
 from mcdas_opt.plotting.moments import HOST, Moment, moment_at, neighbour_colours, view_of
 from mcdas_opt.plotting.outlook import Outlook
-from mcdas_opt.plotting.parking import gears_of
 from mcdas_opt.plotting.parking_follow import drive_words
 from mcdas_opt.plotting.plane import Ground, plan_path, rounded, view_document
 from mcdas_opt.plotting.strips import Strip, strips_of
@@ -141,7 +140,7 @@ def _yard(case: ParkingCase, driven: ParkingTrajectory | None) -> dict[str, Any]
 
 def _manoeuvre(case: ParkingCase, driven: ParkingTrajectory) -> dict[str, Any]:
     car = case.vehicle
-    t, gears = driven.t_s - driven.t_s[0], gears_of(driven)
+    t, gears = driven.t_s - driven.t_s[0], driven.gears
     curvature = np.tan(driven.steering_rad) / car.wheelbase_m
     top = float(np.tan(car.steering_max_rad) / car.wheelbase_m)
     forward, reverse = case.limits.forward_mps, -case.limits.reverse_mps

@@ -57,3 +57,22 @@ def test_the_clearance_on_the_command_line_counts(tmp_path: Path):
     case = tmp_path / "slot.toml"
     case.write_text("[slot]\nlength_m = 8.5\n")
     assert not run("park", case, "--planner", "two-arc", "--clearance", "0.5", "--json")["verdict"]["passed"]
+
+
+def test_the_clearance_that_was_asked_stands_beside_the_least_one(tmp_path: Path):
+    slot = tmp_path / "slot.toml"
+    slot.write_text("[slot]\nlength_m = 8.5\n")
+    competition = tmp_path / "Case1.csv"
+    competition.write_text("100,200,0,106,200,0,1,4,100,203,106,203,106,204,100,204\n")
+    asked_of = [
+        (slot, (), 0.05),
+        (slot, ("--clearance", "0.02"), 0.02),
+        (competition, (), 0.0),
+        (competition, ("--clearance", "0.05"), 0.05),
+    ]
+    for case, more, asked in asked_of:
+        command = ("park", case, "--planner", "two-arc" if case is slot else "search", *more)
+        answer = run(*command, "--json")
+        assert answer["asked_clearance_m"] == asked
+        shown = runner.invoke(app, [str(a) for a in command], catch_exceptions=False)
+        assert f"{answer['min_clearance_m']:.3f} m, {asked:g} m asked" in shown.stdout

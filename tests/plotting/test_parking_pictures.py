@@ -7,7 +7,7 @@ from PIL import Image
 
 from benchmarks.parking import slot_sweep
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.parking.case_file import slot_case
+from mcdas_opt.parking.case_file import load_parking_case, slot_case
 from mcdas_opt.parking.park import park
 from mcdas_opt.plotting import parking as parking_pictures
 from mcdas_opt.plotting import style
@@ -56,6 +56,17 @@ def test_the_sheet_shows_obstacles_start_goal_and_limits(tmp_path):
     kept = pixels(answer.save(tmp_path / "two.png"))
     assert kept.shape[:2] == tuple(int(150 * inches) for inches in figure.get_size_inches()[::-1])
     assert coloured(kept, "#c9c9ce", 2).mean() == pytest.approx(coloured(shown, "#c9c9ce", 2).mean(), rel=0.05)
+
+
+def test_axes_say_what_was_subtracted_from_the_files_coordinates(tmp_path):
+    file = tmp_path / "Case1.csv"
+    file.write_text("4484378811.24645,-354286007.239762,0,4484378817.24645,-354286007.239762,0,0\n")
+    case = load_parking_case(file)
+    answer = park(case, "search")
+    above = sheet(answer).axes[0]
+    assert (above.get_xlabel(), above.get_ylabel()) == ("x - 4484378811.24645 m [m]", "y + 354286007.239762 m [m]")
+    rear_axle = np.concatenate([line.get_xdata() for line in above.lines if line.get_label().startswith("rear axle")])
+    assert np.nanmin(rear_axle) + 4484378811.24645 == pytest.approx(answer.trajectory.x_m[0], abs=1e-6, rel=0)
 
 
 def test_a_refusal_cannot_be_drawn():

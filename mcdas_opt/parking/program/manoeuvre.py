@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
+from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory, reversals
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.dynamics.rollout import roll_out
 from mcdas_opt.parking.path import ArcPath, reached_mps, sampled, steering_on
@@ -42,8 +42,13 @@ class Manoeuvre:
 
     @property
     def gear_changes(self) -> int:
-        moving = self.gears[self.gears != 0.0]
-        return int(np.sum(moving[1:] != moving[:-1]))
+        """As `ParkingTrajectory` counts them: phases shorter than `LEAST_LEG_M` do not count."""
+        moving = np.flatnonzero(self.gears)
+        if not moving.size:
+            return 0
+        gears = self.gears[moving]
+        first = np.flatnonzero(np.append(True, gears[1:] != gears[:-1]))
+        return reversals(np.add.reduceat((self.gears * self.distances)[moving], first))
 
     def trajectory(self, case: ParkingCase) -> ParkingTrajectory:
         return sampled(case, self.times, self.nodes[:, 3], self.nodes[:, 4])
