@@ -10,6 +10,7 @@ import typer
 from mcdas_opt.cli import completion, options, speeds
 from mcdas_opt.cli.progress import progress_bar
 from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, headed_table, leaving, number
+from mcdas_opt.cli.streams import said_before_it_is_written
 
 if TYPE_CHECKING:
     from mcdas_opt.tuning.design import Design
@@ -108,10 +109,11 @@ def tune(
         check_out(out)
     with progress_bar("design"):
         found = design(request)
-    if as_json:
-        emit(found.to_dict())
-    else:
-        _print(found)
+    with said_before_it_is_written():
+        if as_json:
+            emit(found.to_dict())
+        else:
+            _print(found)
     if out is not None:
         written = write_design(found, out)
         if not as_json:
