@@ -15,6 +15,7 @@ from mcdas_opt.cli import completion, options, speeds
 from mcdas_opt.cli.progress import progress_bar
 from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, headed_table, leaving, number
 from mcdas_opt.cli.streams import said_before_it_is_written
+from mcdas_opt.cli.study_tables import print_study
 from mcdas_opt.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -153,28 +154,11 @@ def _study(suite: str, trials: int, storage: Path, options: StudyOptions, out: P
     if as_json:
         emit(found.to_dict())
         return
-    screen = console()
-    rows: list[tuple[str, object]] = [
-        ("study", f"{found.method}: {found.evaluations} trials, {found.pruned} pruned, in {storage}"),
-        ("chosen", f"trial {found.choice.trial.number} of a front of {len(found.choice.front)}"),
-        *(("why", reason) for reason in found.reasons),
-        ("default", found.reason),
-    ]
-    screen.print(facts_table(f"tuned on {suite}", rows))
-    peaks = ("peak lateral [m/s^2]", "peak jerk [m/s^3]")
-    table = headed_table("scenes apart", "set", "seed", "scenes", "", "collisions", *peaks, "beside [m]", "score")
-    for one in found.guarded.sets:
-        for who, score in (("defaults", one.default), ("tuned", one.tuned)):
-            hits = f"{round(score.collisions * score.drives)}/{score.drives}"
-            figures = (f"{score.peak_lateral_mps2:.2f}", f"{score.peak_jerk_mps3:.1f}", f"{score.manoeuvre_m:.1f}", f"{score.score:.2f}")
-            table.add_row(one.name, str(one.seed), str(len(one.scenes)), who, hits, *figures)
-    screen.print(table)
-    chosen = headed_table("values", "name", "default", "tuned", "importance")
-    for name, value in found.values.items():
-        chosen.add_row(name, f"{found.defaults[name]:.4g}", f"{value:.4g}", number(found.importance.get(name), "", 3))
-    screen.print(chosen)
+    print_study(found, storage)
     if out is not None:
-        screen.print(f"drawn: {out.with_suffix('.png')}" + (f"; values: {out.with_suffix('.toml')}" if found.accepted else "; no values"))
+        console().print(
+            f"drawn: {out.with_suffix('.png')}" + (f"; values: {out.with_suffix('.toml')}" if found.accepted else "; no values")
+        )
 
 
 def _print(found: Design) -> None:
