@@ -10,6 +10,7 @@ import typer
 from mcdas_opt.cli import options
 from mcdas_opt.cli.progress import progress_bar
 from mcdas_opt.cli.screen import JsonOption, console, emit, time_to_react_table
+from mcdas_opt.cli.streams import said_before_it_is_written
 
 
 def escapes(
@@ -39,13 +40,14 @@ def escapes(
         with progress_bar("map") as progress:
             sweep = swept(situation, vehicle, progress=progress)
         document = {"schema_version": SCHEMA_VERSION, **to_document(sweep)}
-        if as_json:
-            emit(document)
-        else:
-            screen = console()
-            for name, moments in zip(("brake", "accelerate", "left", "right"), sweep.last_moment_s, strict=True):
-                screen.print(f"{name}: open in {(moments == moments).mean():.0%} of {moments.size} states")
-            screen.print(f"Table 1 has a row for {(sweep.table1_row > 0).mean():.0%} of them")
+        with said_before_it_is_written():
+            if as_json:
+                emit(document)
+            else:
+                screen = console()
+                for name, moments in zip(("brake", "accelerate", "left", "right"), sweep.last_moment_s, strict=True):
+                    screen.print(f"{name}: open in {(moments == moments).mean():.0%} of {moments.size} states")
+                screen.print(f"Table 1 has a row for {(sweep.table1_row > 0).mean():.0%} of them")
         if out is not None:
             from mcdas_opt.plotting.export import save_figure
             from mcdas_opt.plotting.time_to_react_map import time_to_react_map
@@ -56,13 +58,14 @@ def escapes(
         return
     found = escapes_of(situation, vehicle)
     told = alert(found, WarningSettings())
-    if as_json:
-        emit({"schema_version": SCHEMA_VERSION, "escapes": found.to_dict(), "keeping_on_s": found.keeping_on_s, "alert": told.value})
-    else:
-        screen = console()
-        screen.print(time_to_react_table(f"time to react: {scene}", found))
-        ends = "meets nobody within 10 s" if found.keeping_on_s is None else f"ends in {found.keeping_on_s:.2f} s"
-        screen.print(f"keeping acceleration and steering {ends}; alert: {told}")
+    with said_before_it_is_written():
+        if as_json:
+            emit({"schema_version": SCHEMA_VERSION, "escapes": found.to_dict(), "keeping_on_s": found.keeping_on_s, "alert": told.value})
+        else:
+            screen = console()
+            screen.print(time_to_react_table(f"time to react: {scene}", found))
+            ends = "meets nobody within 10 s" if found.keeping_on_s is None else f"ends in {found.keeping_on_s:.2f} s"
+            screen.print(f"keeping acceleration and steering {ends}; alert: {told}")
     if out is not None:
         from mcdas_opt.plotting.export import save_figure
         from mcdas_opt.plotting.time_to_react_timeline import time_to_react_sheet

@@ -16,3 +16,7 @@ class PlainConsole(Console):
     def render_str(self, text: str, **options: Any) -> Text:
         """A string as a text, wherever it stands: alone, in a title or a cell."""
         return super().render_str("\n".join(map(printable, text.split("\n"))), **options)
+
+    def on_broken_pipe(self) -> None:
+        """Leaves it to `streams.told_where_stdout_ends` how the command ends."""
+        raise  # called while it is handled

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from mcdas_opt.cli import completion
+from mcdas_opt.cli.streams import said_before_it_is_written
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -56,11 +57,13 @@ def check_picture(out: Path | None, *suffixes: str) -> None:
 
 
 def give(answer: Result, show: Callable[[], None], out: Path | None, *, as_json: bool) -> None:
-    """An answer as its document, or as `show` prints it. Then its picture, if one is asked for: what was computed has been said by then."""
-    if as_json:
-        emit(answer.to_dict())
-    else:
-        show()
+    """An answer as its document, or as `show` prints it. Then its picture, if one is asked for: what was computed has been said by then.
+    It is drawn where nobody reads stdout to its end, too."""
+    with said_before_it_is_written():
+        if as_json:
+            emit(answer.to_dict())
+        else:
+            show()
     if out is not None:
         from mcdas_opt.plotting.export import save_picture
 

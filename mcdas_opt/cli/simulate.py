@@ -53,7 +53,7 @@ def _show(drive: Simulation, title: str, out: Path | None, as_json: bool) -> Non
 
 
 def _print(drive: Simulation, title: str) -> None:
-    ended = f"{drive.outcome} after {drive.duration_s:.2f} s"
+    ended = f"{drive.ended} after {drive.duration_s:.2f} s"
     if drive.collided_with is not None:
         ended += f", with {drive.collided_with} at {drive.impact_speed_mps:.1f} m/s"
     others = [f"{count} {word}" for count, word in ((drive.fallbacks, "fallback"), (drive.unavoidable, "unavoidable")) if count]

@@ -12,6 +12,7 @@ from mcdas_opt.cli.log import hint
 
 _UNITS = {"": 1.0, "m/s": 1.0, "mps": 1.0, "km/h": 1 / 3.6, "kmh": 1 / 3.6, "kph": 1 / 3.6, "mph": 0.44704}
 _SPEED = re.compile(r"\s*([-+]?[0-9.]+(?:e[-+]?[0-9]+)?)\s*([a-z/]*)\s*", re.IGNORECASE)
+_SAID = "[m/s], or with its unit (m/s, mps, km/h, kmh, kph, mph), as 60km/h"
 _DOUBTED_MPS = 36.0  # 130 km/h: whoever writes more without a unit may mean km/h
 
 
@@ -32,21 +33,21 @@ def speed(text: str | float) -> float:
     return value
 
 
-Speed = Annotated[float, typer.Option("--speed", parser=speed, metavar="SPEED", help="Speed K [m/s], or as 60km/h.")]
+Speed = Annotated[float, typer.Option("--speed", parser=speed, metavar="SPEED", help=f"Speed K {_SAID}.")]
 HostSpeed = Annotated[
-    float | None, typer.Option("--speed", parser=speed, metavar="SPEED", help="Host speed [m/s], or as 60km/h, where no radar is told it.")
+    float | None, typer.Option("--speed", parser=speed, metavar="SPEED", help=f"Host speed {_SAID}, where no radar is told it.")
 ]
 FrontSpeed = Annotated[
-    float | None, typer.Option("--front-speed", parser=speed, metavar="SPEED", help="Its speed [m/s], or as 60km/h; default 20 km/h less.")
+    float | None, typer.Option("--front-speed", parser=speed, metavar="SPEED", help=f"Its speed {_SAID}; default 20 km/h less.")
 ]
 RearSpeed = Annotated[
-    float | None, typer.Option("--rear-speed", parser=speed, metavar="SPEED", help="Its speed [m/s], or as 60km/h; default 20 km/h more.")
+    float | None, typer.Option("--rear-speed", parser=speed, metavar="SPEED", help=f"Its speed {_SAID}; default 20 km/h more.")
 ]
 DesiredSpeed = Annotated[
     float | None,
-    typer.Option("--desired", parser=speed, metavar="SPEED", help="Desired speed [m/s], or as 60km/h; default the speed limit."),
+    typer.Option("--desired", parser=speed, metavar="SPEED", help=f"Desired speed {_SAID}; default the speed limit."),
 ]
 SpeedBounds = Annotated[
     tuple[str, str] | None,
-    typer.Option("--speed-bounds", metavar="LOW HIGH", help="K is chosen too, between these [m/s], or as 50km/h 80km/h."),
+    typer.Option("--speed-bounds", metavar="LOW HIGH", help=f"K is chosen too, between these {_SAID}."),
 ]

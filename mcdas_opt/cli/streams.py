@@ -12,6 +12,8 @@ from collections.abc import Iterator
 from mcdas_opt.cli.log import complain
 from mcdas_opt.errors import InputError
 
+UNREAD = 141  # as SIGPIPE ends a program
+
 
 def prepare_streams() -> None:
     """Lets no file that is opened later take the place of a closed stream, and writes a letter that the encoding lacks as its number.
@@ -57,7 +59,7 @@ class _Stdout(io.TextIOWrapper):
 @contextlib.contextmanager
 def told_where_stdout_ends() -> Iterator[None]:
     """Turns a failure to write stdout, at the latest when it is flushed here, into one line and the exit code 2; where nobody reads it
-    any more, into the exit code alone, as `head` wants it."""
+    any more, into the exit code alone with which SIGPIPE ends a program, whatever else the failure was turned into on its way."""
     given = sys.stdout
     if not isinstance(given, io.TextIOWrapper) or not _is_first(given):  # somebody else's, as in a test
         yield
@@ -68,20 +70,43 @@ def told_where_stdout_ends() -> Iterator[None]:
         try:
             yield
         finally:
-            sys.stdout.flush()
-    except OSError:
+            stdout.flush()
+    except (OSError, SystemExit):
         if stdout.fault is None:  # another file's
             raise
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, 1)  # Python flushes once more at the end
-        os.close(nowhere)
-        if stdout.fault.errno != errno.EPIPE:
-            complain(f"stdout: cannot be written: {stdout.fault.strerror}")
-        sys.exit(2)
     finally:
+        _to_nowhere_after(stdout.fault)
         with contextlib.suppress(OSError):
             stdout.detach()
         sys.stdout = given
+    if stdout.fault is None:
+        return
+    if stdout.fault.errno == errno.EPIPE:
+        sys.exit(UNREAD)
+    complain(f"stdout: cannot be written: {stdout.fault.strerror}")
+    sys.exit(2)
+
+
+@contextlib.contextmanager
+def said_before_it_is_written() -> Iterator[None]:
+    """Says what is said within at once. Where stdout takes it no more, what the command still has to write is written all the same; how
+    it ends is for `told_where_stdout_ends`."""
+    stdout = sys.stdout
+    try:
+        yield
+        stdout.flush()
+    except OSError:
+        if not isinstance(stdout, _Stdout) or stdout.fault is None:
+            raise
+        _to_nowhere_after(stdout.fault)
+
+
+def _to_nowhere_after(fault: OSError | None) -> None:
+    """Lets whatever is still flushed, by Python at its end too, go nowhere."""
+    if fault is not None:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, 1)
+        os.close(nowhere)
 
 
 def _is_first(stream: io.TextIOWrapper) -> bool:

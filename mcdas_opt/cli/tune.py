@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,12 +14,17 @@ import typer
 from mcdas_opt.cli import completion, options, speeds
 from mcdas_opt.cli.progress import progress_bar
 from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, headed_table, leaving, number
+from mcdas_opt.cli.streams import said_before_it_is_written
+from mcdas_opt.cli.study_tables import print_study
+from mcdas_opt.errors import ParameterError
 
 if TYPE_CHECKING:
     from mcdas_opt.tuning.design import Design
     from mcdas_opt.tuning.study_options import StudyOptions
 
 _BOUNDS = "LOW HIGH"
+_OTHERWISE = {"length_max_m": "length", "settling_error": "settling", "initial_heading_jump": "heading_jump"}
+_UNIT = re.compile("_(mps[23]?|rad|per_m|m)$")
 
 
 def tune(
@@ -59,63 +68,81 @@ def tune(
     Example: mcdas-opt tune --speed 16.7 --objective jerk --out best.toml
     """
     if scenes is not None:
-        from mcdas_opt.errors import ParameterError
+        from mcdas_opt.evaluation.families import suite_file
         from mcdas_opt.tuning.study_options import StudyOptions
 
+        suite_file(scenes)
+        with named_as_written(scenes="train"):
+            options = StudyOptions(
+                method=search, seed=seed, scenes=train, held_out=held_out, workers=workers, scheduler=scheduler, speed_mps=speed
+            )
         if storage is None:
-            raise ParameterError("storage", None, "a study needs a file to live in: --storage FILE")
-        options = StudyOptions(
-            method=search, seed=seed, scenes=train, held_out=held_out, workers=workers, scheduler=scheduler, speed_mps=speed
-        )
-        _study(scenes, trials, storage, options, out, as_json)
+            raise ParameterError("--scenes", scenes, "a study needs a file to live in: --storage FILE")
+        with named_as_written():
+            _study(scenes, trials, storage, options, out, as_json)
         return
     from mcdas_opt.catalogue.vehicles import load_vehicle
     from mcdas_opt.domain.vocabulary import Side
-    from mcdas_opt.errors import ParameterError
     from mcdas_opt.tuning.design import design
     from mcdas_opt.tuning.design_file import check_out, write_design
     from mcdas_opt.tuning.request import DesignRequest
 
     if side not in ("left", "right"):
-        raise ParameterError("side", side, "must be left or right")
+        raise ParameterError("--side", side, "must be left or right")
     chosen: dict[str, Any] = {
         "a_bounds_per_m": a_bounds,
         "b_bounds": b_bounds,
         "y_max_bounds_m": y_max_bounds,
         "speed_bounds_mps": None if speed_bounds is None else (speeds.speed(speed_bounds[0]), speeds.speed(speed_bounds[1])),
     }
-    request = DesignRequest(
-        speed_mps=speed,
-        offset_m=offset,
-        objective=objective,
-        lateral_acceleration_mps2=lateral_acceleration,
-        lateral_jerk_mps3=lateral_jerk,
-        friction=friction,
-        side=Side(side),
-        length_max_m=length,
-        settling_m=settling,
-        heading_jump_rad=heading_jump,
-        clearance_m=clearance,
-        front_gap_m=front_gap,
-        front_speed_mps=front_speed,
-        rear_gap_m=rear_gap,
-        rear_speed_mps=rear_speed,
-        lane_width_m=lane_width,
-        vehicle=load_vehicle(vehicle),
-        **{name: value for name, value in chosen.items() if value is not None},
-    )
     if out is not None:
         check_out(out)
-    with progress_bar("design"):
-        found = design(request)
-    if as_json:
-        emit(found.to_dict())
-    else:
-        _print(found)
+    with named_as_written():
+        request = DesignRequest(
+            speed_mps=speed,
+            offset_m=offset,
+            objective=objective,
+            lateral_acceleration_mps2=lateral_acceleration,
+            lateral_jerk_mps3=lateral_jerk,
+            friction=friction,
+            side=Side(side),
+            length_max_m=length,
+            settling_m=settling,
+            heading_jump_rad=heading_jump,
+            clearance_m=clearance,
+            front_gap_m=front_gap,
+            front_speed_mps=front_speed,
+            rear_gap_m=rear_gap,
+            rear_speed_mps=rear_speed,
+            lane_width_m=lane_width,
+            vehicle=load_vehicle(vehicle),
+            **{name: value for name, value in chosen.items() if value is not None},
+        )
+        with progress_bar("design"):
+            found = design(request)
+    with said_before_it_is_written():
+        if as_json:
+            emit(found.to_dict())
+        else:
+            _print(found)
     if out is not None:
         written = write_design(found, out)
         if not as_json:
             console().print(f"written: {', '.join(map(str, written))}")
+
+
+@contextmanager
+def named_as_written(**written: str) -> Iterator[None]:
+    """Names in a `ParameterError` the option that the value was written behind; `written`: options that are called otherwise here."""
+    try:
+        yield
+    except ParameterError as error:
+        name = error.name.replace(" ", "_")
+        option = (_OTHERWISE | written).get(name) or _UNIT.sub("", name)
+        is_derived = name == "friction" and error.unit  # the acceleration that it allows
+        if option not in signature(tune).parameters or is_derived:
+            raise
+        raise ParameterError(f"--{option.replace('_', '-')}", error.value, error.rule, error.unit) from None
 
 
 def _study(suite: str, trials: int, storage: Path, options: StudyOptions, out: Path | None, as_json: bool) -> None:
@@ -127,28 +154,11 @@ def _study(suite: str, trials: int, storage: Path, options: StudyOptions, out: P
     if as_json:
         emit(found.to_dict())
         return
-    screen = console()
-    rows: list[tuple[str, object]] = [
-        ("study", f"{found.method}: {found.evaluations} trials, {found.pruned} pruned, in {storage}"),
-        ("chosen", f"trial {found.choice.trial.number} of a front of {len(found.choice.front)}"),
-        *(("why", reason) for reason in found.reasons),
-        ("default", found.reason),
-    ]
-    screen.print(facts_table(f"tuned on {suite}", rows))
-    peaks = ("peak lateral [m/s^2]", "peak jerk [m/s^3]")
-    table = headed_table("scenes apart", "set", "seed", "scenes", "", "collisions", *peaks, "beside [m]", "score")
-    for one in found.guarded.sets:
-        for who, score in (("defaults", one.default), ("tuned", one.tuned)):
-            hits = f"{round(score.collisions * score.drives)}/{score.drives}"
-            figures = (f"{score.peak_lateral_mps2:.2f}", f"{score.peak_jerk_mps3:.1f}", f"{score.manoeuvre_m:.1f}", f"{score.score:.2f}")
-            table.add_row(one.name, str(one.seed), str(len(one.scenes)), who, hits, *figures)
-    screen.print(table)
-    chosen = headed_table("values", "name", "default", "tuned", "importance")
-    for name, value in found.values.items():
-        chosen.add_row(name, f"{found.defaults[name]:.4g}", f"{value:.4g}", number(found.importance.get(name), "", 3))
-    screen.print(chosen)
+    print_study(found, storage)
     if out is not None:
-        screen.print(f"drawn: {out.with_suffix('.png')}" + (f"; values: {out.with_suffix('.toml')}" if found.accepted else "; no values"))
+        console().print(
+            f"drawn: {out.with_suffix('.png')}" + (f"; values: {out.with_suffix('.toml')}" if found.accepted else "; no values")
+        )
 
 
 def _print(found: Design) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from textwrap import shorten
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from mcdas_opt.simulation.record import Outcome, Simulation
 HARD_BRAKING_MPS2 = 3.5  # in ordinary following nobody needs as much
 SHARP_STEERING_MPS2 = 2.0  # lateral acceleration beyond what the road's bend asks for
 _BUMPER_M = 0.6  # bodies that overlap along the road by no more than this at the touch met bumper to bumper
-_REASON = 240  # characters
+LONGEST_REASON = 400  # characters
 _STILL_MPS = 0.05  # sideways; slower than this a lane change has ended
 _DRIVING = Settings(warning=WarningSettings(escapes=False))  # no figure reads the escape map, and no plan depends on it
 
@@ -144,7 +145,7 @@ def row_of(case: Case, run: Simulation) -> Row:
         fallbacks=run.fallbacks,
         unavoidable=run.unavoidable,
         unverified_plans=run.unverified_plans,
-        first_reason=emergencies[0][:_REASON] if emergencies else "",
+        first_reason=shorten(emergencies[0], LONGEST_REASON, placeholder=" …") if emergencies else "",
         solver=run.solver,
     )
 

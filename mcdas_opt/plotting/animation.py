@@ -91,6 +91,8 @@ def plan_words(plan: Plan) -> str:
 
 def outcome_words(simulation: Simulation) -> str:
     """How the drive ended."""
+    if simulation.error:
+        return f"plant failed at {simulation.duration_s:.2f} s"
     if simulation.outcome is Outcome.COLLISION:
         return f"collision with {simulation.collided_with} at {simulation.impact_speed_mps:.1f} m/s"
     if simulation.outcome is Outcome.LEFT_ROAD:
@@ -186,7 +188,7 @@ def _heading(simulation: Simulation) -> str:
 
 
 def _outcome_colour(simulation: Simulation) -> str:
-    return style.GREEN if simulation.outcome is Outcome.SAFE else style.VERMILION
+    return style.GREEN if simulation.is_safe else style.VERMILION
 
 
 def _one_palette(pictures: Sequence[Image]) -> list[Image]:

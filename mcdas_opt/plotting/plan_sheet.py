@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.safe_end import EndKind
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.rectangle import corners
@@ -19,35 +20,44 @@ from mcdas_opt.plotting.birdseye import BirdsEye, Camera, framed, scale_bar
 from mcdas_opt.plotting.moments import View
 from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.plotting.time_to_react_timeline import draw_timeline
-from mcdas_opt.plotting.words import because, doing, sentence
+from mcdas_opt.plotting.words import because, doing, ending, sentence
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _WIDTH_IN, _FRAME_S = 9.6, 0.1
+_LINE = 150  # characters
 _NAMED_S = 2  # at its outline after so many seconds what somebody may do besides is named
 
 
 def plan_sheet(plan: Plan, after_s: float = 0.0) -> Figure:
     """The road from above so long after now, and where everybody is believed to be after each second, over the plan's charts with their
     limits and the timeline of the times to react."""
-    from textwrap import shorten
+    from textwrap import shorten, wrap
 
     situation, vehicle = situation_of(plan)
     outlook = Outlook(situation, vehicle)
     view = outlook.view()
     bird = (_WIDTH_IN - 0.3) * view.aspect
     timeline = 0.0 if plan.escapes is None else 2.3
-    height = 1.0 + bird + 0.45 + 1.7 + timeline
+    why = wrap(because(plan), _LINE, max_lines=2, placeholder=" …")
+    head = 0.87 + 0.2 * len(why)
+    height = head + 0.15 + bird + 0.45 + 1.7 + timeline
     with style.styled():
         fig = style.figure(_WIDTH_IN, height)
         fig.set_layout_engine("none")
-        colour = style.GREEN if plan.verdict.passed else style.VERMILION
+        is_open = plan.safe_end is not None and plan.safe_end.kind is EndKind.OPEN
+        colour = style.GREEN if plan.verdict.passed and not is_open else style.VERMILION
+        end = style.VERMILION if is_open else "#444444"
         fig.text(0.02, 1.0 - 0.22 / height, f"{plan.planner} {doing(plan)}", fontsize=11, fontweight="bold", va="center")
-        fig.text(0.02, 1.0 - 0.47 / height, shorten(sentence(plan), 150, placeholder=" …"), fontsize=9, va="center", color=colour)
-        fig.text(0.02, 1.0 - 0.69 / height, shorten(because(plan), 150, placeholder=" …"), fontsize=8.5, va="center", color="#444444")
-        axes = fig.add_axes((0.015, 1.0 - (0.85 + bird) / height, 0.97, bird / height))
+        fig.text(0.02, 1.0 - 0.47 / height, shorten(sentence(plan), _LINE, placeholder=" …"), fontsize=9, va="center", color=colour)
+        fig.text(
+            0.02, 1.0 - 0.69 / height, shorten(f"its end: {ending(plan)}", _LINE, placeholder=" …"), fontsize=8.5, va="center", color=end
+        )
+        for k, line in enumerate(why):
+            fig.text(0.02, 1.0 - (0.89 + 0.19 * k) / height, line, fontsize=8.5, va="center", color="#444444")
+        axes = fig.add_axes((0.015, 1.0 - (head + bird) / height, 0.97, bird / height))
         _from_above(axes, situation, vehicle, plan, outlook, view, after_s)
         charts = outlook.charts()
         left, gap = 0.05, 0.045

@@ -21,7 +21,7 @@ from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.plotting.parking_follow import drive_words
 from mcdas_opt.plotting.plane import Ground, plan_path, rounded, view_document
 from mcdas_opt.plotting.strips import Strip, strips_of
-from mcdas_opt.simulation.record import Cycle, Outcome, Simulation
+from mcdas_opt.simulation.record import Cycle, Simulation
 
 _BEYOND_M = 110.0  # road drawn before the first and beyond the last place of the host
 _POSE_EVERY_S = 0.05
@@ -87,7 +87,7 @@ def drive_document(simulation: Simulation) -> dict[str, Any]:
         "charts": [_chart(strip, simulation.duration_s) for strip in strips_of(simulation)],
         **bands_document([_decided(cycle) for cycle in simulation.cycles], simulation.duration_s),
         "outcome": outcome_words(simulation),
-        "safe": simulation.outcome is Outcome.SAFE,
+        "safe": simulation.is_safe,
         "struck": struck,
     }
 

@@ -124,7 +124,7 @@ class Drive:
             del self.states[-cut:], self.turning[-cut:], self.inputs[-cut:], self.lateral[-cut:]
         return end
 
-    def summary(self, *, planner: str, seed: int) -> Simulation:
+    def summary(self, *, planner: str, seed: int, error: str = "") -> Simulation:
         scene, sizes = self.scene, self.traffic.sizes
         states = np.array(self.states)
         others = self.traffic.motions_of_steps(0, len(states))
@@ -173,6 +173,7 @@ class Drive:
             trajectory=trajectory,
             destination=plans[-1].destination if reached is None else "reached",
             destination_reached_s=reached,
+            error=error,
             neighbours=self._neighbours(trajectory.t_s),
             scene=scene,
             cycles=tuple(self.cycles),

@@ -103,7 +103,7 @@ def simulate(
         try:
             drive.advance(plan, tracking, steps, perception)
         except PlantError as error:
-            error.drive = drive.summary(planner=driver.name, seed=seed)
+            error.drive = drive.summary(planner=driver.name, seed=seed, error=str(error))
             raise
         if progress is not None:
             progress(turn, len(turns))

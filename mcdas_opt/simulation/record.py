@@ -73,6 +73,7 @@ class Simulation(Result):
     counted. `lane_changes` is how often the host settled in another lane, `lane_change_completed` whether it ended settled in another one
     than it began in. `destination` says how a drive that had one stands with it at its end; `destination_reached_s` when it was first
     there.
+    `error` says what a plant did that ended the drive; `outcome` is then of the drive up to there.
     """
 
     drawn_by: ClassVar[str] = "mcdas_opt.plotting.animation:sheet"
@@ -105,16 +106,27 @@ class Simulation(Result):
     lane_changes: int = 0
     destination: str = ""
     destination_reached_s: float | None = None
+    error: str = ""
     neighbours: tuple[NeighbourHistory, ...] = ()
     scene: Scene = field(repr=False, compare=False)
     cycles: tuple[Cycle, ...] = field(repr=False, compare=False)
     history: History = field(repr=False, compare=False)
 
+    @property
+    def is_safe(self) -> bool:
+        """Safe to the end that was meant: neither the drive nor its plant failed."""
+        return self.outcome is Outcome.SAFE and not self.error
+
+    @property
+    def ended(self) -> str:
+        """In a word or two."""
+        return "plant failed" if self.error else self.outcome.value
+
     def in_brief(self) -> tuple[str, str, str]:
         ended = "" if self.collided_with is None else f" with {self.collided_with} at {self.impact_speed_mps:.1f} m/s"
         least = "nobody else" if self.min_clearance_m is None else f"least clearance {self.min_clearance_m:.2f} m"
         return (
-            f"Drive of {self.planner} through {self.name} ({self.plant}): {self.outcome}{ended} after {self.duration_s:.1f} s",
+            f"Drive of {self.planner} through {self.name} ({self.plant}): {self.ended}{ended} after {self.duration_s:.1f} s",
             f"{least}, lateral at most {self.max_lateral_acceleration_mps2:.1f} m/s^2, {', '.join(mode for _, mode in self.modes)}",
             f"{self.plans} plans ({self.fallbacks} fallbacks, {self.unavoidable} unavoidable, {self.unverified_plans} unverified), "
             f"cycle p50 {self.cycle_ms.p50:.1f} ms, p99 {self.cycle_ms.p99:.1f} ms",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -42,6 +43,14 @@ def test_a_number_that_looks_like_kilometres_an_hour_is_asked_about(capsys: pyte
     assert speed("16.7") == 16.7
     assert speed("144km/h") == pytest.approx(40.0)
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("unit", ["m/s", "mps", "km/h", "kmh", "kph", "mph"])
+def test_the_help_names_every_unit(unit: str) -> None:
+    assert speed(f"1{unit}") > 0.0
+    asked = [one for one in get_command(app).commands["tune"].params if one.opts[0].endswith(("speed", "speed-bounds"))]
+    assert len(asked) == 4
+    assert all(re.search(rf"\b{unit}\b", one.help) for one in asked)
 
 
 def test_tune_takes_them_everywhere() -> None:

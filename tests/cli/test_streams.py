@@ -38,6 +38,49 @@ def test_a_full_disk_under_stdout_is_one_line(arguments: tuple[str, ...]) -> Non
     assert "Traceback" not in said
 
 
+def unread(*arguments: str) -> tuple[int, str]:
+    """Exit code and stderr of a command whose stdout is a pipe that nobody reads."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(
+        [sys.executable, "-m", "mcdas_opt", *arguments], stdout=writer, stderr=subprocess.PIPE, text=True, timeout=120.0, check=False
+    )
+    os.close(writer)
+    return done.returncode, done.stderr
+
+
+@posix
+@pytest.mark.parametrize(
+    "arguments", [("plan", "sandwich-60-40", "--json"), ("escapes", "sandwich-60-40"), ("schema", "scene"), ("--version",)]
+)
+def test_where_nobody_reads_a_command_ends_as_by_sigpipe(arguments: tuple[str, ...]) -> None:
+    assert unread(*arguments) == (141, "")
+
+
+@posix
+@pytest.mark.parametrize(
+    ("arguments", "written"),
+    [
+        (("plan", "sandwich-60-40", "--out", "x.png"), ["x.png"]),
+        (("plan", "sandwich-60-40", "--json", "--out", "x.png"), ["x.png"]),
+        (("escapes", "sandwich-60-40", "--out", "x.png"), ["x.png"]),
+        (("tune", "--speed", "16.7", "--out", "x.toml"), ["x.png", "x.toml"]),
+    ],
+)
+def test_what_is_asked_for_is_written_where_nobody_reads(arguments: tuple[str, ...], written: list[str], tmp_path: Path) -> None:
+    *rest, out = arguments
+    assert unread(*rest, str(tmp_path / out)) == (141, "")
+    assert sorted(path.name for path in tmp_path.iterdir()) == written
+
+
+@posix
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="operating system: /dev/full")
+def test_what_is_asked_for_is_written_where_stdout_is_full(tmp_path: Path) -> None:
+    code, said = ended(">/dev/full", "plan", "sandwich-60-40", "--out", str(tmp_path / "x.png"))
+    assert (code, said.splitlines()[-1]) == (2, "mcdas-opt: stdout: cannot be written: No space left on device")
+    assert (tmp_path / "x.png").exists()
+
+
 @posix
 def test_nobody_to_answer_to() -> None:
     assert ended(">&-", "plan", "sandwich-60-40") == (2, "mcdas-opt: stdout: is closed\n")

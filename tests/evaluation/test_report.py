@@ -212,6 +212,32 @@ def test_many_planners_and_families_stay_tables() -> None:
     assert all(cells[0].text.startswith("planner-0 against") for cells in compared.rows)
 
 
+def test_nobody_is_praised_for_drives_that_ended_early() -> None:
+    """Who leaves the road hits nobody: fewer collisions, and no better."""
+    rows, cycles = table()
+    for row in rows:
+        if row["planner"] == "closed-form":
+            row.update(outcome="left_road", collided_with=None, hit="")
+    found = report(manifest(31), rows, cycles, summarise(rows, cycles, [0.5] * len(rows), PLANNERS), [])
+    shares = [block for block in found.blocks if isinstance(block, Table) and block.columns[0] == "share of drives"]
+    assert len(shares) == 2
+    for block in shares:
+        praised = {cells[0].text: [cell.best for cell in cells[1:]] for cells in block.rows}
+        assert not any(praised["collisions, every scene"])
+        assert any(praised["lost, every scene"])
+        assert not praised["lost, every scene"][PLANNERS.index("closed-form")]
+        assert "until the drive ended" in block.caption
+
+
+def test_a_reason_is_shortened_at_a_word() -> None:
+    rows, _ = table(1)
+    reason = " ".join(f"because{k}" for k in range(99))
+    facts = card({**rows[0], "first_reason": reason}, b"", "").facts
+    assert "because20 " in facts
+    assert facts.endswith(" …")
+    assert facts.removesuffix(" …").split()[-1] in reason.split()
+
+
 def test_markdown_says_the_same(page: tuple[str, str]) -> None:
     cells = re.findall(r"(\d+/\d+ \[[\d., ]+\])", page[0].replace("\u00a0", " "))
     assert cells

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import pickle
 from collections.abc import Callable
@@ -72,6 +73,10 @@ def test_a_plant_that_fails_ends_the_drive_with_one_error_and_the_drive_up_to_th
     assert drive is not None
     assert drive.plant == "Failing"
     assert drive.duration_s == pytest.approx((at - 1) / 100)
+    assert drive.error == str(caught.value)
+    assert (drive.is_safe, whole.is_safe) == (False, True)
+    assert (drive.to_dict()["error"], whole.to_dict()["error"]) == (str(caught.value), "")
+    assert "plant failed after" in drive.in_brief()[0]
     assert np.array_equal(drive.history.states, whole.history.states[:at])
     assert np.array_equal(drive.history.clearance_m, whole.history.clearance_m[:at])
 
@@ -174,10 +179,21 @@ def test_the_command_draws_what_was_driven_before_it_says_what_went_wrong(
         main()
     assert stop.value.code == 2
     said = capsys.readouterr()
-    assert "safe after 0.34 s" in said.out
+    assert "plant failed after 0.34 s" in said.out
     assert "plant 'raises' at t = 0.35 s: raised RuntimeError: out of petrol" in said.err
     with Image.open(picture) as drawn:
         assert drawn.getextrema() != ((255, 255),) * len(drawn.getbands())  # not an empty sheet
+
+
+@pytest.mark.usefixtures("installed")
+def test_the_document_of_a_drive_says_that_its_plant_failed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("sys.argv", ["mcdas-opt", "simulate", "sandwich-60-40", "--plant", "raises", "--json"])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 2
+    document = json.loads(capsys.readouterr().out)
+    assert document["error"] == "plant 'raises' at t = 0.35 s: raised RuntimeError: out of petrol"
+    assert document["duration_s"] == pytest.approx(0.34)
 
 
 @pytest.mark.parametrize("plant", ["kinematic", "dynamic"])

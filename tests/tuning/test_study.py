@@ -18,6 +18,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mcdas_opt.cli.study_tables import print_study
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError, ParameterError
@@ -249,3 +250,23 @@ def test_a_study_reports_writes_what_is_accepted_and_draws_either_way(
         assert planner_with(out, Vehicle(), "mpc").settings.sigmoid.b == report.values["sigmoid.b"]
     if report.importance:
         assert sum(report.importance.values()) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("trials", [1, 9])
+def test_what_a_study_found_is_read_in_80_columns(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], trials: int
+) -> None:
+    monkeypatch.setattr(tune_in_traffic, "avoidable", lambda suite, seed, count: scenes(count))
+    monkeypatch.setattr(tune_in_traffic, "in_turn", Drives())
+    monkeypatch.setenv("COLUMNS", "80")
+    options = StudyOptions(scenes=12, held_out=8, method="random", seed=4)
+    report = tune_in_traffic.tune_in_traffic("sandwich", trials, tmp_path / "study.db", options)
+    print_study(report, Path("study.db"))
+    said = capsys.readouterr().out
+    assert "…" not in said
+    assert max(map(len, said.splitlines())) <= 80
+    for words in ("verdict", "validation", "collided", "lateral", "score", *report.values):
+        assert words in said
+    assert ("The best trial is the defaults" in said) == (trials == 1)
+    assert said.count("defaults │") == 3
+    assert said.count("tuned    │") == (0 if trials == 1 else 3)

@@ -12,7 +12,8 @@ from typer.testing import CliRunner
 from mcdas_opt import tune
 from mcdas_opt.catalogue.designs import load_parameters
 from mcdas_opt.cli.app import app
-from mcdas_opt.errors import InputError, McdasError
+from mcdas_opt.cli.tune import named_as_written
+from mcdas_opt.errors import InputError, McdasError, ParameterError
 from mcdas_opt.planning.parameter_files import planner_with
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.plotting import style
@@ -102,3 +103,34 @@ def test_nothing_is_written_where_nothing_is_found(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"must end in \.toml or \.png"):
         tune(out=tmp_path / "none.csv")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--scenes", "sandwich", "--storage", "s.db", "--train", "0"], "--train = 0: must be greater than 0"),
+        (["--scenes", "sandwich", "--storage", "s.db", "--held-out", "0"], "--held-out = 0: must be greater than 0"),
+        (["--scenes", "sandwch"], "sandwch: no such file, and no shipped suite"),
+        (["--scenes", "sandwich"], "--scenes = 'sandwich': a study needs a file to live in: --storage FILE"),
+        (["--speed", "27.8", "--length", "12"], "--length = 12.0 m: no sigmoid settles within 12 m"),
+        (["--heading-jump", "0"], "--heading-jump = 0.0 rad: must be greater than 0"),
+        (["--a-bounds", "0.1", "0.2"], "--a-bounds = (0.1, 0.2) 1/m: a is less than 0"),
+        (["--front-gap", "5", "--front-speed", "30"], "--front-speed = 30.0 m/s: must lie in"),
+        (["--side", "up"], "--side = 'up': must be left or right"),
+    ],
+)
+def test_a_refusal_names_the_option_that_was_written(arguments: list[str], words: str) -> None:
+    answer = RUN.invoke(app, ["tune", *arguments])
+    assert isinstance(answer.exception, McdasError)
+    assert words in str(answer.exception)
+
+
+@pytest.mark.parametrize("name", ["speed_mps", "offset_m", "length_max_m", "b_bounds", "y_max_bounds_m", "settling error", "lateral jerk"])
+def test_every_name_of_a_design_leads_to_an_option(name: str) -> None:
+    with pytest.raises(ParameterError, match=r"^--[a-z-]+ = 1\.0 m: rule$"), named_as_written():
+        raise ParameterError(name, 1.0, "rule", "m")
+
+
+def test_a_limit_that_follows_from_an_option_keeps_its_own_name() -> None:
+    with pytest.raises(ParameterError, match=r"^friction = 8\.5 m/s"), named_as_written():
+        raise ParameterError("friction", 8.5, "rule", "m/s^2")

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from textwrap import shorten
 from typing import Any
 
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.evaluation.reporting.document import Bar, Bars, Block, Card, Cards, Cell, Heading, Paragraph, Picture, Report, Table
+from mcdas_opt.evaluation.row import LONGEST_REASON
 from mcdas_opt.evaluation.summary import collided, kinds, lost, pairs, worst
 from mcdas_opt.plotting.benchmark import draw_cycle_times, draw_families, draw_scatter
 from mcdas_opt.plotting.style import png_bytes
@@ -29,6 +31,11 @@ _HEADLINE = (
     ("beyond ISO 15622", "beyond_iso"),
     ("followers who brake hard", "followers_braked"),
     ("unverified plans", "unverified_plans"),
+)
+_WHOLE = ("lost_on_A", "lost", "unverified_plans")  # a drive that ended early makes these no smaller
+_FEWEST = (
+    "The fewest stand out among the lost drives and the unverified plans. Whatever else is counted is counted until the drive ended: "
+    "who leaves the road early meets fewer others."
 )
 MOST_LISTED = 100  # lost scenes
 MOST_DRAWN = 4  # planners in one chart of bars
@@ -166,9 +173,10 @@ def _shares(shown: Sequence[tuple[str, str]], found: Mapping[str, Any]) -> Table
     rows = []
     for title, key in shown:
         rates = {figures[key]["rate"] for figures in found.values()}
-        best = min((rate for rate in rates if rate is not None), default=None) if len(rates) > 1 else None
+        is_compared = key in _WHOLE and len(rates) > 1
+        best = min((rate for rate in rates if rate is not None), default=None) if is_compared else None
         rows.append([Cell(title), *(_share(figures[key], best) for figures in found.values())])
-    return Table(columns=["share of drives", *found], rows=rows, caption="The fewest stand out.")
+    return Table(columns=["share of drives", *found], rows=rows, caption=_FEWEST)
 
 
 def _after(found: Mapping[str, Any]) -> Table:
@@ -278,7 +286,11 @@ def fate(row: Record) -> str:
 
 def card(row: Record, png: bytes, command: str, page: str = "") -> Card:
     """One of the worst scenes."""
-    words = [f"label {row['label']}" if row["label"] != "-" else "", row["modes"], row["first_reason"][:180]]
+    words = [
+        f"label {row['label']}" if row["label"] != "-" else "",
+        row["modes"],
+        shorten(row["first_reason"], LONGEST_REASON, placeholder=" …"),
+    ]
     title = f"{row['scene']}: {fate(row)}"
     picture = Picture(name=f"worst-{row['scene']}.png", png=png, says=title)
     return Card(title=title, facts="; ".join(word for word in words if word), picture=picture, command=command, page=page)
