@@ -10,6 +10,7 @@ import typer
 from mcdas_opt.cli import completion, options
 from mcdas_opt.cli.progress import progress_bar
 from mcdas_opt.cli.screen import JsonOption, PlannerOption, check_picture, console, emit, facts_table, headed_table, number
+from mcdas_opt.cli.streams import said_before_it_is_written
 
 if TYPE_CHECKING:
     from mcdas_opt.interop.replay_record import Summary
@@ -63,11 +64,12 @@ def replay(
             log, log_format, dbc=dbc, rear=rear, host=host, road=scene, columns=mapping, planner=planner, plan=planning, progress=progress
         )  # fmt: skip
     comparison = None if truth is None else compare(done, truth)
-    if as_json:
-        emit({**done.to_dict(), "truth": None if comparison is None else comparison.to_dict()})
-    else:
-        _print(done.summary, comparison, log)
-    if out is not None:  # what was computed has been said by then
+    with said_before_it_is_written():
+        if as_json:
+            emit({**done.to_dict(), "truth": None if comparison is None else comparison.to_dict()})
+        else:
+            _print(done.summary, comparison, log)
+    if out is not None:
         if comparison is None:
             done.save(out)
         else:

@@ -72,8 +72,7 @@ class Simulation(Result):
     relative to the other's; jerk and steering rate are the actuators', so that the jolt with which braking ends at standstill is not
     counted. `lane_changes` is how often the host settled in another lane, `lane_change_completed` whether it ended settled in another one
     than it began in. `destination` says how a drive that had one stands with it at its end; `destination_reached_s` when it was first
-    there.
-    `error` says what a plant did that ended the drive; `outcome` is then of the drive up to there.
+    there. `error` says what a plant did that ended the drive; `outcome` is then of the drive up to there.
     """
 
     drawn_by: ClassVar[str] = "mcdas_opt.plotting.animation:sheet"
