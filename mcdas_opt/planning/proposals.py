@@ -262,8 +262,9 @@ def _why_no_lane(situation: Situation, side: Side) -> str:
     lane = road.lane_of(host.d_m, host.s_m) + (1 if side is Side.LEFT else -1)
     if not -road.lanes_right <= lane <= road.lanes_left:
         return f"no lane and no shoulder to the {side}"
-    if any(one.lane == lane and one.oncoming for one in road.lanes):
-        return f"the lane to the {side} is one of oncoming traffic"
+    described = next((one for one in road.lanes if one.lane == lane), None)
+    if described is not None and (described.oncoming or described.shoulder):
+        return f"the lane to the {side} is {'one of oncoming traffic' if described.oncoming else 'a shoulder'}"
     return f"the lane to the {side} does not go on for as long as changing into it takes"
 
 
