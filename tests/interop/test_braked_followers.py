@@ -25,17 +25,8 @@ def test_a_pose_moves_across_the_road_and_then_looks_along_it() -> None:
 
 def test_who_brakes_only_since_the_host_changed_is_counted_apart() -> None:
     def braking(driven: float, kept: float) -> Braking:
-        who = {
-            "seed": 1,
-            "driver": "mpc",
-            "time_s": 0.0,
-            "mode": "cruise",
-            "follower": "a",
-            "gap_m": 1.0,
-            "host_mps": 1.0,
-            "follower_mps": 1.0,
-        }
-        return Braking(**who, driven_mps2=driven, again_mps2=driven, kept_mps2=kept)  # type: ignore[arg-type]
+        at = {"time_s": 0.0, "gap_m": 1.0, "host_mps": 1.0, "follower_mps": 1.0}
+        return Braking(seed=1, driver="mpc", mode="cruise", follower="a", driven_mps2=driven, again_mps2=driven, kept_mps2=kept, **at)
 
     text = told("mpc", 10, [braking(-4.5, -4.5), braking(-4.5, -1.0), braking(-5.0, 0.0), braking(-1.0, -6.0), braking(-1.0, 0.0)])
     counts = [line.split(" of ")[0].split()[-1] for line in text.splitlines()[1:]]
