@@ -57,7 +57,7 @@ def plant_name(plant: str | PlantFactory) -> str:
 def plant_factory(plant: str | PlantFactory) -> PlantFactory:
     """What builds the plant: the one registered under that name, or the object itself.
 
-    Raises `ParameterError` that names the nearest known plant, and what an entry point's own import raises.
+    Raises `ParameterError` that names the nearest known plant, or says what of an entry point cannot be imported.
     """
     if not isinstance(plant, str):
         if not callable(plant):
