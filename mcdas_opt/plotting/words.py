@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from mcdas_opt.domain.plan import Candidate, Plan
 from mcdas_opt.domain.safe_end import EndKind
 from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
@@ -89,7 +91,10 @@ def ending(plan: Plan) -> str:
         EndKind.STOPPED: "at rest in its lane",
         EndKind.OPEN: "not safely: at rest nowhere, and nearer to somebody than can be held",
     }
-    asked = f"; asks {end.follower_demand_mps2:.1f} m/s² of whoever is behind" if end.follower_demand_mps2 else ""
+    asked = ""
+    if end.follower_demand_mps2:
+        most = f"asks {end.follower_demand_mps2:.1f} m/s² of whoever is behind"
+        asked = f"; {most if math.isfinite(end.follower_demand_mps2) else 'no braking of whoever is behind is enough'}"
     several = " and " in (end.relies_on or "")
     relied = "" if end.relies_on is None else f"; {end.relies_on} behind {'are' if several else 'is'} expected to brake"
     return f"{words[end.kind]}, after {end.t_s:.1f} s{asked}{relied}"

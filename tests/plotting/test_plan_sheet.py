@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from itertools import pairwise
 
@@ -15,6 +16,7 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.safe_end import EndKind, SafeEnd
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.plan_sheet import plan_sheet
+from mcdas_opt.plotting.words import ending
 from mcdas_opt.simulation.first_situation import situation_of
 
 LONG = "rear 2, 25.0 m behind, met in 4.6 s; left-same costs 2.52, the least of 8 that pass, next right-same with 2.52; " * 4
@@ -35,6 +37,15 @@ def test_the_end_is_always_said(plan: Plan) -> None:
     said = [text.get_text() for text in head_of(plan_sheet(plan))]
     assert said[2] == "its end: nobody is in its way, after 4.0 s"
     assert head_of(plan_sheet(replace(plan, safe_end=None)))[2].get_text() == "its end: not looked at"
+
+
+@pytest.mark.parametrize(
+    ("demand_mps2", "said"),
+    [(0.0, ""), (2.34, "; asks 2.3 m/s² of whoever is behind"), (math.inf, "; no braking of whoever is behind is enough")],
+)
+def test_what_is_asked_of_whoever_is_behind_is_a_number_or_never_enough(plan: Plan, demand_mps2: float, said: str) -> None:
+    end = SafeEnd(kind=EndKind.STOPPED, t_s=3.0, follower_demand_mps2=demand_mps2)
+    assert ending(replace(plan, safe_end=end)) == f"at rest in its lane, after 3.0 s{said}"
 
 
 @pytest.mark.parametrize("kind", [EndKind.STOPPED, EndKind.OPEN])
