@@ -213,6 +213,10 @@ class Road:
             return self.has_lane(lane, s_m)
         return self.goes_on(lane, s_m, speed_mps) and self.lane_ends_m(lane, s_m, width_m) > s_m + _LEFT_S * speed_mps
 
+    def is_for_others(self, lane: int) -> bool:
+        """Whether a lane is road, but none to drive in: one of oncoming traffic, or a shoulder."""
+        return any(one.lane == lane and (one.oncoming or one.shoulder) for one in self.lanes)
+
     def lane_ends_m(self, lane: int, s_m: float, width_m: float) -> float:
         """How far a lane goes on from s: where it is first narrower than `width_m` or closed, infinite where it never is; not at all (minus
         infinity) where it is none to drive in."""

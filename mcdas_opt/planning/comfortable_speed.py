@@ -173,5 +173,8 @@ def _lane_end_ahead_m(cycle: Cycle, d_m: float) -> float:
     host, road, vehicle = cycle.situation.host, cycle.situation.road, cycle.vehicle
     if not road.lanes:
         return math.inf
-    end = road.lane_ends_m(road.lane_of(d_m, host.s_m), host.s_m, vehicle.width_m)
-    return math.inf if end <= host.s_m else max(end - host.s_m - 0.5 * vehicle.length_m - cycle.settings.headway.standstill_m, 0.0)
+    lane = road.lane_of(d_m, host.s_m)
+    if road.is_for_others(lane):
+        return math.inf
+    end = road.lane_ends_m(lane, host.s_m, vehicle.width_m)
+    return max(end - host.s_m - 0.5 * vehicle.length_m - cycle.settings.headway.standstill_m, 0.0)

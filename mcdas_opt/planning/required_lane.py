@@ -61,9 +61,9 @@ def _to_lead_on(situation: Situation, vehicle: Vehicle, lane: int) -> RequiredLa
             best, farthest = side, reached
     if best is Side.NONE:
         return None
-    if end <= host.s_m:
+    if road.is_for_others(lane):
         return RequiredLane(best, ADAPTING_S, math.inf)
-    return RequiredLane(best, (end - host.s_m) / max(host.speed_mps, AHEAD_M / AHEAD_S), end)
+    return RequiredLane(best, max(end - host.s_m, 0.0) / max(host.speed_mps, AHEAD_M / AHEAD_S), end)
 
 
 def beside(situation: Situation, side: Side) -> list[Track]:

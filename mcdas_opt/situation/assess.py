@@ -140,7 +140,7 @@ def _end(situation: Situation, lane: int, vehicle: Vehicle, front: _Ahead, leave
     host, road = situation.host, situation.road
     end = road.ends_m(lane, host.s_m, vehicle.width_m)
     gap, is_road_end = end - host.s_m - 0.5 * vehicle.length_m, end == road.road_end_s_m
-    is_late = end > host.s_m and gap < host.speed_mps**2 / (2.0 * _LANE_END_MPS2) and not leaves_lane
+    is_late = not road.is_for_others(lane) and gap < host.speed_mps**2 / (2.0 * _LANE_END_MPS2) and not leaves_lane
     if gap >= front.gap_m or not (is_road_end or is_late):
         return front
     return _Ahead(None, gap, 0.0, is_road_end, is_lane_end=not is_road_end)
