@@ -15,20 +15,16 @@ def swept_separation(a_start: Array, a_end: Array, b_start: Array, b_end: Array)
     rectangles and the normals of the way of every corner relative to the other body. That is the separating-axis test on the swept
     hulls: fast or thin bodies do not slip through. Negative where no axis parts them all the time.
     """
-    sides = np.concatenate([r[..., :2, :] - r[..., 1:3, :] for r in (a_start, a_end, b_start, b_end)], axis=-2)
-    moved_a, moved_b = a_end - a_start, b_end - b_start
-    drift_a = moved_a - moved_b.mean(axis=-2, keepdims=True)
-    drift_b = moved_b - moved_a.mean(axis=-2, keepdims=True)
-    along = np.concatenate([sides, drift_a, drift_b], axis=-2)
-    size = np.sqrt((along * along).sum(-1))
+    ways = [np.ascontiguousarray(np.moveaxis(corners, (-1, -2), (0, 1))) for corners in (a_start, a_end, b_start, b_end)]  # (2, 4, ...)
+    a_moves, b_moves = ways[1] - ways[0], ways[3] - ways[2]
+    drifts = (a_moves - b_moves.mean(axis=1, keepdims=True), b_moves - a_moves.mean(axis=1, keepdims=True))
+    along = np.concatenate([*(way[:, :2] - way[:, 1:3] for way in ways), *drifts], axis=1)
+    size = np.sqrt(along[0] * along[0] + along[1] * along[1])
     resting = size < 1e-12
-    axes = np.stack([-along[..., 1], along[..., 0]], axis=-1) / np.where(resting, 1.0, size)[..., None]
-    low, high = [], []
-    for r in (a_start, a_end, b_start, b_end):
-        shadow = axes @ np.swapaxes(r, -1, -2)
-        low.append(shadow.min(-1))
-        high.append(shadow.max(-1))
+    scale = np.where(resting, 1.0, size)
+    axis_x, axis_y = (-along[1] / scale)[:, None], (along[0] / scale)[:, None]
+    shadows = [axis_x * x + axis_y * y for x, y in ways]  # (axes, 4, ...)
+    low, high = [shadow.min(axis=1) for shadow in shadows], [shadow.max(axis=1) for shadow in shadows]
     b_ahead = np.minimum(low[2] - high[0], low[3] - high[1])
     a_ahead = np.minimum(low[0] - high[2], low[1] - high[3])
-    gap = np.where(resting, -np.inf, np.maximum(b_ahead, a_ahead))
-    return np.asarray(gap.max(-1))
+    return np.asarray(np.where(resting, -np.inf, np.maximum(b_ahead, a_ahead)).max(axis=0))
