@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.nearness import nearness
 
 _OFF_THE_ROAD, _THIRD_VEHICLE = 1e3, 1e2  # m/s added: worse than any impact with the vehicles that threaten
@@ -48,17 +50,19 @@ def severity_in_words(speed_mps: float) -> str:
 
 
 def severities(trajectories: Sequence[Trajectory], cycle: Cycle) -> list[tuple[float, float]]:
-    """`severity` of each; those that are sampled at the same times in one go."""
+    """`severity` of each; those that are sampled at the same times in one go. Where the deadline is near, a lane change comes as fast as is
+    believed of anybody, and no slower."""
     groups: dict[bytes, list[int]] = {}
     for i, trajectory in enumerate(trajectories):
         groups.setdefault(trajectory.t_s.tobytes(), []).append(i)
+    alone = [_Alone.of(trajectory, cycle) for trajectory in trajectories]
     found: dict[int, list[tuple[float, float]]] = {}
-    for supposed in _slower_changes(cycle.prediction):
+    for supposed in [cycle.prediction] if cycle.is_late_for(Stage.FOLLOWER) else _slower_changes(cycle.prediction):
         supposing = replace(cycle, prediction=supposed)
         for group in groups.values():
             near = nearness([trajectories[i] for i in group], supposing)
             for i, separation in zip(group, near.separation_m, strict=True):
-                found.setdefault(i, []).append(_severity(trajectories[i], supposing, separation))
+                found.setdefault(i, []).append(_severity(trajectories[i], alone[i], supposing, separation))
     each = (found[i] for i in range(len(trajectories)))
     return [(sum(speed for speed, _ in of) / len(of), of[0][1]) for of in each]
 
@@ -74,19 +78,31 @@ def _slower(body: PredictedBody, share: float) -> PredictedBody:
     return replace(body, lateral_swell=share * body.lateral_swell) if isinstance(body, CruisingBody) else body
 
 
-def _severity(trajectory: Trajectory, cycle: Cycle, separations: Array) -> tuple[float, float]:
+class _Alone(NamedTuple):
+    """What a drive meets whoever else is there: how far a corner is over the road's edge at most, and the sample at the road's end."""
+
+    beyond_m: float
+    wall: int | None
+
+    @classmethod
+    def of(cls, trajectory: Trajectory, cycle: Cycle) -> _Alone:
+        vehicle, road = cycle.vehicle, cycle.situation.road
+        reach = 0.5 * (vehicle.width_m * np.cos(trajectory.heading_rad) + vehicle.length_m * np.abs(np.sin(trajectory.heading_rad)))
+        left, right = road.left_edge_at(trajectory.s_m), road.right_edge_at(trajectory.s_m)
+        beyond = float(np.maximum(trajectory.d_m + reach - left, right - trajectory.d_m + reach).max())
+        over = trajectory.s_m + 0.5 * vehicle.length_m > (math.inf if road.road_end_s_m is None else road.road_end_s_m)
+        return cls(beyond, int(over.argmax()) if over.any() else None)
+
+
+def _severity(trajectory: Trajectory, alone: _Alone, cycle: Cycle, separations: Array) -> tuple[float, float]:
     vehicle, road, prediction = cycle.vehicle, cycle.situation.road, cycle.prediction
-    reach = 0.5 * (vehicle.width_m * np.cos(trajectory.heading_rad) + vehicle.length_m * np.abs(np.sin(trajectory.heading_rad)))
-    left, right = road.left_edge_at(trajectory.s_m), road.right_edge_at(trajectory.s_m)
-    beyond = float(np.maximum(trajectory.d_m + reach - left, right - trajectory.d_m + reach).max())
-    if beyond > _ON_THE_EDGE_M:
-        return (_OFF_THE_ROAD + beyond, 0.0)
-    hits = [(int(np.argmax(row <= 0.0)), i) for i, row in enumerate(separations) if np.any(row <= 0.0)]
-    if road.road_end_s_m is not None:
-        over = trajectory.s_m + 0.5 * vehicle.length_m > road.road_end_s_m
-        k = int(np.argmax(over))
-        if over.any() and (not hits or k <= min(hits)[0]):  # the road's end is a wall
-            return (float(trajectory.speed_mps[k]), -float(trajectory.t_s[k]))
+    if alone.beyond_m > _ON_THE_EDGE_M:
+        return (_OFF_THE_ROAD + alone.beyond_m, 0.0)
+    touched = separations <= 0.0
+    hits = [(int(touched[i].argmax()), i) for i in np.flatnonzero(touched.any(axis=-1)).tolist()]
+    wall = alone.wall
+    if wall is not None and (not hits or wall <= min(hits)[0]):
+        return (float(trajectory.speed_mps[wall]), -float(trajectory.t_s[wall]))
     if not hits:
         return (0.0, float("-inf"))
     first = min(k for k, _ in hits)
