@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from mcdas_opt.planning.candidate import Costed
 from mcdas_opt.planning.choice import Round, persistent_cost
+from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.proposals import further
 from mcdas_opt.planning.ranking import ranked
 from mcdas_opt.planning.search import Search
@@ -16,7 +17,8 @@ def ranked_first(search: Search) -> Iterator[Round]:
     cycle, evaluator = search.cycle, search.evaluator
     if cycle.active is not None:
         return
-    ranks = ranked(search.basic + further(cycle), search.solvers.usual.own.first_candidates, cycle, evaluator.weights)
+    proposals = search.basic if cycle.is_late_for(Stage.MORE_CANDIDATES) else search.basic + further(cycle)
+    ranks = ranked(proposals, search.solvers.usual.own.first_candidates, cycle, evaluator.weights)
     search.solve(ranks.first)
     search.pending = ranks.others
     before = cycle.memory.chosen
