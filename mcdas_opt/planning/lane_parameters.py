@@ -26,6 +26,7 @@ from mcdas_opt.planning.headway import INTRUSION_M, asked_time_gap_s
 _SETTLING_S = 0.8  # of the guess, from where the host is onto the path
 _ROAD_END_GAP_M = 0.5
 _SLOWEST_MPS = 1.0
+_RELEASE_S = 0.6  # of brakes that nobody needs any more
 Bumpers = tuple[Array, Array, Array, Array]  # place and speed of one ahead, of one behind (N + 1)
 
 
@@ -202,7 +203,8 @@ def _headway(
 
 
 def _comfort(situation: Situation, vehicle: Vehicle, proposed: Proposed, times_s: Array, comfort: ComfortSettings) -> dict[str, Any]:
-    """What the host's speed makes comfortable, reached from its acceleration with the jerk that is; else what the driven axle can hold."""
+    """What the host's speed makes comfortable, reached from its acceleration with the jerk that is; else what the driven axle can hold.
+    Braking that is harder may be let go of at once, within `_RELEASE_S`: ISO 15622 bounds the jerk with which braking is built up."""
     if not proposed.is_comfortable:
         driving = driving_mps2(vehicle, situation.road.friction)
         return {
@@ -212,10 +214,12 @@ def _comfort(situation: Situation, vehicle: Vehicle, proposed: Proposed, times_s
         }
     limits, a = comfort.limits(situation.host.speed_mps), situation.host.acceleration_mps2
     change = limits.jerk_mps3 * times_s
+    release = max(-a / _RELEASE_S, limits.jerk_mps3) if -a > limits.braking_mps2 else limits.jerk_mps3
+    sooner = (release - limits.jerk_mps3) * np.minimum(times_s, _RELEASE_S)
     return {
-        "most_acceleration": _reached(limits.acceleration_mps2, a, change),
+        "most_acceleration": _reached(limits.acceleration_mps2, a, change + sooner),
         "most_braking": _reached(limits.braking_mps2, -a, change),
-        "most_jerk": limits.jerk_mps3,
+        "most_jerk": np.where(times_s < _RELEASE_S, release, limits.jerk_mps3),
     }
 
 

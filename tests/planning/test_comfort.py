@@ -68,6 +68,18 @@ def test_stop_and_go_stays_in_comfort_and_nobody_creeps(planner: Planner, speed_
     assert {plan.status for plan in queue.plans} == {Status.PLANNED}
 
 
+@pytest.mark.parametrize(("speed_mps", "braking_mps2"), [(30.0, 8.5), (20.0, 8.0), (20.0, 5.0), (12.0, 7.0)])
+def test_hard_braking_that_nobody_needs_is_let_go_of(planner: Planner, speed_mps: float, braking_mps2: float) -> None:
+    """Down to comfortable braking as 1 - exp(-t / 0.6 s), from there with comfortable jerk."""
+    follow = Follow(planner, speed_mps, None, speed_mps)
+    follow.host = HostState(speed_mps=speed_mps, acceleration_mps2=-braking_mps2)
+    hosts = follow.drive(4.0).hosts
+    _, comfortable, jerk = COMFORT.limits(speed_mps)
+    lost_mps = 0.6 * (braking_mps2 - comfortable) + 0.5 * comfortable**2 / jerk
+    assert speed_mps - min(one.speed_mps for one in hosts) <= lost_mps
+    assert hosts[-1].acceleration_mps2 > 0.0
+
+
 def swings(frequency_hz: float, speed_mps: float) -> Array:
     t = np.arange(0.0, 2.0 / frequency_hz, CYCLE_S)
     platoon = drive(speed_mps + min(1.0, 1.0 / (2.0 * np.pi * frequency_hz)) * np.sin(2.0 * np.pi * frequency_hz * t), cars=3)
