@@ -54,6 +54,14 @@ def sideways(d: float, vd: float, *, sd: float = SEEN_SD_MPS, speed: float = 15.
     return Track(id="7", s_m=20.0, d_m=d, speed_s_mps=speed, speed_d_mps=vd, covariance=np.diag([0.01, 0.04, 0.01, sd * sd]))
 
 
+@given(vd=st.floats(-4.0, 4.0), sd=st.floats(0.0, 0.5), speed=st.floats(-2.0, 2.0))
+def test_who_stands_does_not_slide_sideways_unless_that_is_clear(vd: float, sd: float, speed: float) -> None:
+    """Noise across of a car that hardly moves is no motion; what is seen beyond noise is (a car that crosses, its heading unknown)."""
+    told = predict([sideways(0.0, vd, sd=sd, speed=speed)]).bodies[0].at(np.zeros(1)).speed_d_mps[0]
+    clear = abs(vd) > 2.5 * sd
+    assert told == pytest.approx(vd if clear else np.clip(vd, -abs(speed), abs(speed)), abs=1e-12)
+
+
 @given(vd=st.floats(-4.0, 4.0), sd=st.floats(0.0, 5.0))
 def test_a_young_tracks_speed_across_the_lane_counts_by_how_well_it_is_known(vd: float, sd: float) -> None:
     told = predict([sideways(0.0, vd, sd=sd)]).bodies[0].at(np.zeros(1)).speed_d_mps[0]
