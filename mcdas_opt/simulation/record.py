@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from itertools import combinations
 from typing import ClassVar
 
 import numpy as np
@@ -16,6 +17,7 @@ from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.geometry.rectangle import corners, separation
 from mcdas_opt.simulation.metrics import History
 
 
@@ -120,6 +122,16 @@ class Simulation(Result):
     def ended(self) -> str:
         """In a word or two."""
         return "plant failed" if self.error else self.outcome.value
+
+    def first_overlap(self) -> tuple[float, str, str] | None:
+        """When two neighbours are in one place for the first time [s], and which: a script that nobody can have meant. None: never."""
+        found = []
+        shapes = [corners(one.s_m, one.d_m, one.heading_rad, one.length_m, one.width_m) for one in self.neighbours]
+        for (one, shape), (other, shape_of_other) in combinations(zip(self.neighbours, shapes, strict=True), 2):
+            overlap = separation(shape, shape_of_other) < 0.0
+            if overlap.any():
+                found.append((float(self.trajectory.t_s[int(overlap.argmax())]), one.name, other.name))
+        return min(found, default=None)
 
     def in_brief(self) -> tuple[str, str, str]:
         ended = "" if self.collided_with is None else f" with {self.collided_with} at {self.impact_speed_mps:.1f} m/s"

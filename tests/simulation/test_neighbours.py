@@ -14,6 +14,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.simulation.idm import STEP_S, step_times
+from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.neighbours import Traffic, host_before, known_bodies
 from tests.simulation.scene_maker import make_scene
 
@@ -181,3 +182,11 @@ def test_motions_by_steps_are_the_motions_at_their_times() -> None:
         for ours, theirs in zip(traffic.motions_of_steps(first, count), traffic.motions(step_times(first, count)), strict=True):
             for key in BodyMotion.__slots__:
                 assert np.array_equal(getattr(ours, key), getattr(theirs, key))
+
+
+@pytest.mark.parametrize(("van_mps", "when_s"), [(16.0, 15.5 / 6.0), (12.0, None)])
+def test_neighbours_that_a_script_sends_through_one_another_are_told_of(van_mps: float, when_s: float | None) -> None:
+    lorry = {"name": "lorry", "s_m": 60.0, "d_m": 3.7, "speed_mps": 10.0}
+    van = {"name": "van", "s_m": 40.0, "d_m": 3.7, "speed_mps": van_mps}
+    overlap = simulate(make_scene(lorry, van, duration_s=5.0), "closed-form-corrected").first_overlap()
+    assert overlap == (None if when_s is None else (pytest.approx(when_s, abs=0.011), "lorry", "van"))
