@@ -262,6 +262,8 @@ class LaneParameters:
         return f"no value for {', '.join(missing)}" if missing else ""
 
     def fill(self, matrix: Array, values: dict[str, Any]) -> None:
-        """Writes some of the columns."""
+        """Writes some of the columns; a value that no term of the problem asks for goes nowhere."""
         for name, value in values.items():
-            matrix[:, self.columns[name]] = value
+            column = self.columns.get(name)
+            if column is not None:
+                matrix[:, column] = value
