@@ -156,6 +156,6 @@ def _maker(stage: BarrierStage, nodes: int, compiled: bool, portable: bool) -> t
 
 def _compiled_maker(stage: BarrierStage, member: Member, nodes: int, library: ctypes.CDLL) -> Callable[[], Kernel]:
     """Raises `NoLibraryError` where the library's stage functions pose another problem."""
-    if not fits(stage, member) or not poses_the_same(CompiledKernel(library, stage, member, nodes), stage.problem):
+    if not fits(stage, member) or not poses_the_same(CompiledKernel(library, stage, member, nodes), stage):
         raise NoLibraryError("the native library has the stage functions of another lane problem (`mcdas_opt.planning.generated_texts`)")
     return lambda: CompiledKernel(library, stage, member, nodes)

@@ -15,6 +15,7 @@ import pytest
 import mcdas_opt
 from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.native.form import SWITCH
+from mcdas_opt.native.library import library
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = Path(mcdas_opt.__file__).parent
@@ -66,10 +67,14 @@ def copied(root: Path) -> None:
 
 @pytest.mark.parametrize("section", CHANGES)
 def test_change_is_short_and_does_what_the_guide_shows(section: str, tmp_path: Path) -> None:
+    """In the compiled form too, which says that it does not know a changed lane problem."""
     copied(tmp_path)
     assert apply(block(section, "diff"), tmp_path) < MOST_LINES
-    lines = printed(block(section, "python"), tmp_path).splitlines()
-    assert [line.rstrip() for line in lines] == block(section, "text").splitlines()
+    for form in ("0", "1"):
+        done = run(block(section, "python"), tmp_path, form)
+        assert [line.rstrip() for line in done.stdout.splitlines()] == block(section, "text").splitlines()
+        if library() is not None:
+            assert ("InterpretedFormWarning" in done.stderr) == (form == "1" and section == "A constraint")
 
 
 @pytest.mark.parametrize(
