@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from itertools import chain, islice
 from typing import NamedTuple
@@ -59,7 +60,12 @@ def closed_form(cycle: Cycle, in_order: Groups) -> ClosedForm:
     tried: list[Costed] = []
     first: Costed | None = None
     for group in _driven(cycle, in_order):
-        group.sort(key=lambda one: (round(one.cost or 0.0, 5), 0 if one.proposed.side is cycle.settings.selector.tie_break else 1))
+        group.sort(
+            key=lambda one: (
+                math.inf if one.cost is None else round(one.cost, 5),
+                0 if one.proposed.side is cycle.settings.selector.tie_break else 1,
+            )
+        )
         tried += group
         best = next((one for one in group if one.checked.verdict.passed), None)
         if best is not None:
@@ -80,6 +86,7 @@ def _driven(cycle: Cycle, in_order: Groups) -> Iterator[list[Costed]]:
 
 
 def _costed(checked: Checked, cycle: Cycle) -> Costed:
-    """Steering out is what the closed form does: that it might not be needed counts for nothing."""
+    """Steering out is what the closed form does: that it might not be needed counts for nothing. Without a cost that is finite the order
+    of trial decides."""
     cost = trajectory_cost(checked.trajectory, cycle, _WEIGHTS) + needed_lane_change_cost(checked.proposed.side, cycle, _WEIGHTS)
-    return Costed(checked=checked, cost=cost)
+    return Costed(checked=checked, cost=cost if math.isfinite(cost) else None)
