@@ -16,6 +16,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side, Status
+from mcdas_opt.errors import PlannerFaultWarning
 from mcdas_opt.native.form import SWITCH
 from mcdas_opt.planning.cost import CostWeights, _rate, driving_costs
 from mcdas_opt.planning.cycle import Cycle
@@ -70,3 +71,13 @@ def test_where_no_cost_is_finite_the_ladder_answers(monkeypatch: pytest.MonkeyPa
     plan = planner.plan(sandwich())
     assert (plan.status, plan.verdict.passed) == (Status.FALLBACK, True)
     assert "left: its cost is not finite" in plan.reason
+
+
+def test_where_a_cost_raises_the_ladder_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    planner = Planner()
+    monkeypatch.setattr("mcdas_opt.planning.cost._rate", lambda *a: 1 / 0)
+    with pytest.warns(PlannerFaultWarning, match="failed: ZeroDivisionError") as told:
+        plan = planner.plan(sandwich())
+    assert (plan.status, plan.verdict.passed) == (Status.FALLBACK, True)
+    assert "mpc failed: ZeroDivisionError" in plan.reason
+    assert any("the cost of left failed" in str(one.message) for one in told)
