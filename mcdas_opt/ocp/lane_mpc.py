@@ -34,6 +34,7 @@ from mcdas_opt.ocp.terms import (
     SpeedDeviation,
     Stage,
 )
+from mcdas_opt.ocp.written_terms import residual_of, rows_of
 from mcdas_opt.solvers.barrier_stage import BarrierStage
 from mcdas_opt.solvers.problem_family import ProblemFamily
 from mcdas_opt.solvers.stage_problem import Member, StageProblem
@@ -136,10 +137,11 @@ class LaneProblem:
 
         step = rk4(right_side, ca.vertsplit(x), h)
         root, terminal_root = self._roots(named, in_symbols=car is None)
-        running = [root(c) * c.residual(stage) for c in costs]
-        terminal = [terminal_root(c) * c.residual(stage) for c in costs if c.terminal_weight > 0.0]
+        residuals = [(c, residual_of(c, stage)) for c in costs]
+        running = [root(c) * residual for c, residual in residuals]
+        terminal = [terminal_root(c) * residual for c, residual in residuals if c.terminal_weight > 0.0]
         families = {family: column for column, family in enumerate(self.penalties)}
-        rows = [(c.slack, c.name, row) for c in constraints for row in c.rows(stage)]
+        rows = [(c.slack, c.name, row) for c in constraints for row in rows_of(c, stage, self.penalties)]
         m = self.limit_margin
         inf = np.inf
         return StageProblem(
@@ -262,6 +264,8 @@ class LaneParameters:
         return f"no value for {', '.join(missing)}" if missing else ""
 
     def fill(self, matrix: Array, values: dict[str, Any]) -> None:
-        """Writes some of the columns."""
+        """Writes some of the columns; a value that no term of the problem asks for goes nowhere."""
         for name, value in values.items():
-            matrix[:, self.columns[name]] = value
+            column = self.columns.get(name)
+            if column is not None:
+                matrix[:, column] = value

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import warnings
 from collections.abc import Iterator
 from itertools import chain, islice
 from typing import NamedTuple
@@ -9,6 +11,7 @@ from typing import NamedTuple
 from mcdas_opt.actuation.path_following import SpeedLaw
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import Mode
+from mcdas_opt.errors import PlannerFaultWarning
 from mcdas_opt.planning.candidate import Checked, Costed, Driven, Proposed
 from mcdas_opt.planning.collision_check import verdicts
 from mcdas_opt.planning.cost import CostWeights, needed_lane_change_cost, trajectory_cost
@@ -59,7 +62,12 @@ def closed_form(cycle: Cycle, in_order: Groups) -> ClosedForm:
     tried: list[Costed] = []
     first: Costed | None = None
     for group in _driven(cycle, in_order):
-        group.sort(key=lambda one: (round(one.cost or 0.0, 5), 0 if one.proposed.side is cycle.settings.selector.tie_break else 1))
+        group.sort(
+            key=lambda one: (
+                math.inf if one.cost is None else round(one.cost, 5),
+                0 if one.proposed.side is cycle.settings.selector.tie_break else 1,
+            )
+        )
         tried += group
         best = next((one for one in group if one.checked.verdict.passed), None)
         if best is not None:
@@ -80,6 +88,16 @@ def _driven(cycle: Cycle, in_order: Groups) -> Iterator[list[Costed]]:
 
 
 def _costed(checked: Checked, cycle: Cycle) -> Costed:
+    """Without a cost that is finite the order of trial decides: the ladder has to answer. What fails is told in a `PlannerFaultWarning`."""
+    try:
+        cost = _cost(checked, cycle)
+    except Exception as error:
+        fault = f"the cost of {checked.proposed.name} failed: {type(error).__name__}: {error}"
+        warnings.warn(fault, PlannerFaultWarning, stacklevel=2)
+        cost = math.nan
+    return Costed(checked=checked, cost=cost if math.isfinite(cost) else None)
+
+
+def _cost(checked: Checked, cycle: Cycle) -> float:
     """Steering out is what the closed form does: that it might not be needed counts for nothing."""
-    cost = trajectory_cost(checked.trajectory, cycle, _WEIGHTS) + needed_lane_change_cost(checked.proposed.side, cycle, _WEIGHTS)
-    return Costed(checked=checked, cost=cost)
+    return trajectory_cost(checked.trajectory, cycle, _WEIGHTS) + needed_lane_change_cost(checked.proposed.side, cycle, _WEIGHTS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
@@ -103,6 +104,9 @@ class Evaluator:
                 continue
             candidate = next(costed)
             checked = candidate.checked
+            if candidate.cost is None or not math.isfinite(candidate.cost):
+                self.account.rows.append(Refused(proposed=candidate.proposed, reason="its cost is not finite").row())
+                continue
             self.account.rows.append(candidate.row())
             if not checked.verdict.passed:
                 self.account.failed.append(checked)

@@ -6,6 +6,8 @@ import warnings
 from dataclasses import replace
 from typing import Literal, Protocol, runtime_checkable
 
+import numpy as np
+
 from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.registry import Registry
 from mcdas_opt.domain.rules import require_type
@@ -16,6 +18,7 @@ from mcdas_opt.errors import McdasError, PlannerFaultWarning
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Deadline
 from mcdas_opt.planning.fallback import NothingPasses
+from mcdas_opt.verification.judge import judge
 
 PlannerName = Literal["mpc", "closed-form", "closed-form-corrected", "closed-form-tuned", "aeb", "un-r157", "idm-mobil"]
 """The shipped planners; others are registered by entry point."""
@@ -37,7 +40,8 @@ METHODS = Registry(
 class Method(Protocol):
     """Built as `Method(vehicle, settings)`. Raises nothing in traffic: a plan or a refusal is a value.
 
-    `has_ladder` true: a refusal, or a plan that the judge fails, is answered by the fallback ladder. `vehicle` is what it plans with: of a
+    `has_ladder` true: its plan is judged, whatever verdict that carries; a refusal, or what fails, is answered by the fallback ladder.
+    False: it leaves with its own verdict (`verify`). `vehicle` is what it plans with: of a
     dynamic vehicle the planner sets it anew where the zero-sideslip point has moved.
     """
 
@@ -49,7 +53,8 @@ class Method(Protocol):
 
 @runtime_checkable
 class CycleMethod(Protocol):
-    """A method that answers a whole cycle: it shares its assessment, prediction, memory and deadline with the fallback."""
+    """A method of ours, that answers a whole cycle: it shares its assessment, prediction, memory and deadline with the fallback, and its
+    plans were judged with them."""
 
     has_ladder: bool
     vehicle: Vehicle
@@ -110,9 +115,20 @@ class AskedMethod:
             return self._of_cycles.answer(cycle)
         answer = self.method.plan(cycle.believed, None if cycle.memory.is_empty else self.previous)
         if isinstance(answer, Plan):
-            return replace(answer, trajectory=answer.trajectory.seen_from(cycle.origin_m))
+            return self._believed(answer, cycle)
         require_type(f"the answer of {self.name}", answer, Plan, Refusal)
         return NothingPasses(reason=answer.reason, candidates=answer.candidates, iterations=answer.iterations, memory=cycle.memory)
+
+    def _believed(self, plan: Plan, cycle: Cycle) -> Plan | NothingPasses:
+        """As far as it is: numbers are asked for, and under the ladder the judge, whatever the plan says of itself."""
+        drive = plan.trajectory.seen_from(cycle.origin_m)
+        bad = [name for name, column in drive.columns().items() if not np.isfinite(column).all()]
+        if bad:
+            return NothingPasses(reason=f"{self.name} gave a trajectory that is not finite: {', '.join(bad)}", memory=cycle.memory)
+        if not self.has_ladder:
+            return replace(plan, trajectory=drive)
+        verdict = judge(drive, cycle.situation.host, cycle.vehicle, cycle.situation.road, cycle.prediction)
+        return replace(plan, trajectory=drive, verdict=verdict, prediction=cycle.prediction.name)
 
 
 def known_methods() -> tuple[str, ...]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from itertools import chain
 
 import numpy as np
 
@@ -27,6 +26,7 @@ from mcdas_opt.planning.headway import ORDINARY_MPS2
 from mcdas_opt.planning.lane_choice import known_acceleration_mps2, reaches_into
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.required_lane import RequiredLane, next_ahead
+from mcdas_opt.planning.sound_proposals import sound_proposals
 from mcdas_opt.planning.withdrawal import reaches_out_of_its_lane
 from mcdas_opt.reference.offset_path import OffsetPath, corrected
 from mcdas_opt.tracking.prediction import CHANGING
@@ -270,7 +270,7 @@ def _why_no_lane(situation: Situation, side: Side) -> str:
 
 def further(cycle: Cycle) -> tuple[Proposed, ...]:
     """What competes with the basic four, in this order."""
-    return tuple(chain.from_iterable(propose(cycle) for propose in FURTHER))
+    return sound_proposals(FURTHER, keep_path(cycle), cycle)
 
 
 def sampled(cycle: Cycle) -> tuple[Proposed, ...]:

@@ -26,8 +26,8 @@ class Ranked(NamedTuple):
 
 
 def ranked(proposals: Sequence[Proposed], most: int, cycle: Cycle, weights: CostWeights) -> Ranked:
-    """The `most` that rank highest, with what was chosen before and what is refused anyway; and the others. Each with its guess, in the
-    order given.
+    """The `most` that rank highest, with what was chosen before, what is refused anyway and what has no finite cost; and the others. Each
+    with its guess, in the order given.
 
     A candidate ranks by the cost of its guess, with what it costs beside; who certainly hits somebody there comes last. Equal costs (to
     1e-5 of each other) go to the tie-break side. Where fewer than `most` guesses hit nobody, it is too tight to tell, and there are no
@@ -55,9 +55,14 @@ def ranked(proposals: Sequence[Proposed], most: int, cycle: Cycle, weights: Cost
         return Ranked(tuple(guessed), (), math.inf)
 
     def rank(row: int) -> tuple[bool, float, int]:
-        return hits[row], round(costs[row], 5), 0 if proposals[asked[row]].side is tie_break else 1
+        return (
+            hits[row],
+            round(costs[row], 5) if math.isfinite(costs[row]) else math.inf,
+            0 if proposals[asked[row]].side is tie_break else 1,
+        )
 
     before = cycle.memory.chosen
-    rest = {asked[row]: costs[row] for row in sorted(range(len(asked)), key=rank)[most:] if proposals[asked[row]].name != before}
+    below = [row for row in sorted(range(len(asked)), key=rank)[most:] if math.isfinite(costs[row])]
+    rest = {asked[row]: costs[row] for row in below if proposals[asked[row]].name != before}
     first = tuple(proposed for i, proposed in enumerate(guessed) if i not in rest)
     return Ranked(first, tuple(guessed[i] for i in sorted(rest)), min(rest.values(), default=math.inf))

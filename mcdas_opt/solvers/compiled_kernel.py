@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import ctypes
+import re
+from functools import cache
 
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.native.build import text_of
 from mcdas_opt.solvers.barrier_stage import BarrierStage
 from mcdas_opt.solvers.iterate import Iterate
 from mcdas_opt.solvers.newton_loop import LoopEnd, LoopEnding, LoopRule, Progress
@@ -58,6 +61,21 @@ class CompiledKernel:
     def measure(self) -> tuple[float, float]:
         self._library.mcdas_measure(self._work, self._to, *self._all)
         return float(self._numbers[0]), float(self._numbers[1])
+
+
+def fits(stage: BarrierStage, member: Member) -> bool:
+    """Whether the library's stage functions are of the problem's sizes: of another size they would read and write beside its arrays."""
+    size, times = _sizes(f"generated/{stage.problem.name}_stage.h"), member.times
+    its_own = (stage.nx, stage.nu, stage.ns, stage.ng, stage.inner, stage.nc, member.columns.size, member.fixed.size, member.numbers.size)
+    rows = (size["NROWS"] + times, size["NINNER"] + times, size["NC"] + times)
+    compiled = (size["NX"], size["NU"], size["NS"], *rows, size["NP"], size["NP"], size["NNUMBERS"])
+    return its_own == compiled and member.first_of_row + times * size["NROWP"] <= stage.np
+
+
+@cache
+def _sizes(text: str) -> dict[str, int]:
+    """The whole numbers that a C text defines, by name; the library says by its digest that it is of this text."""
+    return {name: int(value) for name, value in re.findall(r"^#define (\w+) (\d+)$", text_of(text), re.MULTILINE)}
 
 
 def _pointer(array: Array) -> ctypes.c_void_p:

@@ -17,7 +17,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.native.form import wanted, warn_interpreted
 from mcdas_opt.native.library import NoLibraryError, load
 from mcdas_opt.solvers.barrier_stage import BarrierStage
-from mcdas_opt.solvers.compiled_kernel import CompiledKernel
+from mcdas_opt.solvers.compiled_kernel import CompiledKernel, fits
 from mcdas_opt.solvers.interpreted_kernel import InterpretedKernel, over_horizon
 from mcdas_opt.solvers.iterate import Kernel
 from mcdas_opt.solvers.newton_loop import LoopEnding, LoopRule
@@ -156,6 +156,6 @@ def _maker(stage: BarrierStage, nodes: int, compiled: bool, portable: bool) -> t
 
 def _compiled_maker(stage: BarrierStage, member: Member, nodes: int, library: ctypes.CDLL) -> Callable[[], Kernel]:
     """Raises `NoLibraryError` where the library's stage functions pose another problem."""
-    if not poses_the_same(CompiledKernel(library, stage, member, nodes), stage.problem):
+    if not fits(stage, member) or not poses_the_same(CompiledKernel(library, stage, member, nodes), stage):
         raise NoLibraryError("the native library has the stage functions of another lane problem (`mcdas_opt.planning.generated_texts`)")
     return lambda: CompiledKernel(library, stage, member, nodes)

@@ -7,12 +7,15 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 import mcdas_opt
 from mcdas_opt.catalogue.data_files import models_folder
+from mcdas_opt.native.form import SWITCH
+from mcdas_opt.native.library import library
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = Path(mcdas_opt.__file__).parent
@@ -45,21 +48,51 @@ def apply(change: str, root: Path) -> int:
     return lines
 
 
-def printed(script: str, root: Path) -> str:
-    environment = {**os.environ, "PYTHONPATH": str(root), "MCDAS_OPT_COMPILE": "0"}
+def run(script: str, root: Path, form: str) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(root), SWITCH: form}
     done = subprocess.run([sys.executable, "-c", script], cwd=root, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    return done.stdout
+    return done
+
+
+def printed(script: str, root: Path) -> str:
+    return run(script, root, "0").stdout
+
+
+def copied(root: Path) -> None:
+    shutil.copytree(PACKAGE, root / "mcdas_opt", ignore=shutil.ignore_patterns("__pycache__"))
+    if PACKAGE not in models_folder().parents:
+        shutil.copytree(models_folder(), root / "models")
 
 
 @pytest.mark.parametrize("section", CHANGES)
 def test_change_is_short_and_does_what_the_guide_shows(section: str, tmp_path: Path) -> None:
-    shutil.copytree(PACKAGE, tmp_path / "mcdas_opt", ignore=shutil.ignore_patterns("__pycache__"))
-    if PACKAGE not in models_folder().parents:
-        shutil.copytree(models_folder(), tmp_path / "models")
+    """In the compiled form too, which says that it does not know a changed lane problem."""
+    copied(tmp_path)
     assert apply(block(section, "diff"), tmp_path) < MOST_LINES
-    lines = printed(block(section, "python"), tmp_path).splitlines()
-    assert [line.rstrip() for line in lines] == block(section, "text").splitlines()
+    for form in ("0", "1"):
+        done = run(block(section, "python"), tmp_path, form)
+        assert [line.rstrip() for line in done.stdout.splitlines()] == block(section, "text").splitlines()
+        if library() is not None:
+            assert ("InterpretedFormWarning" in done.stderr) == (form == "1" and section == "A constraint")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (r'(            Comfort\(\),\n|        "comfort": SlackPenalty.*\n)', ""),
+        (r'        "headway": SlackPenalty.*\n|(?<=HORIZON_S)(?=\))', lambda found: "" if found.group() else ', slack="comfort"'),
+    ],
+    ids=["comfort removed", "headway's slack merged"],
+)
+def test_constraint_or_slack_taken_away_is_planned_without(old: str, new: str | Callable[[re.Match[str]], str], tmp_path: Path) -> None:
+    copied(tmp_path)
+    path = tmp_path / "mcdas_opt" / "ocp" / "lane_mpc.py"
+    text, count = re.subn(old, new, path.read_text("utf-8"))
+    assert count == 2
+    path.write_text(text, encoding="utf-8")
+    script = "import mcdas_opt as mo; p = mo.plan(mo.Situation(host=mo.HostState(speed_mps=10.0))); print(p.status.value, p.solver)"
+    assert run(script, tmp_path, "1").stdout.strip() == "planned interior-point (interpreted)"
 
 
 def test_planner_drives() -> None:

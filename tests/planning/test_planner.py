@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.random_traffic import ask, episodes
+from mcdas_opt.baselines.corrected import CorrectedMethod
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.road import Road
@@ -16,6 +17,7 @@ from mcdas_opt.domain.settings import SelectorSettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Request, Side, Status
 from mcdas_opt.errors import InputError, ParameterError, PlannerFaultWarning
 from mcdas_opt.planning.deadline import Deadline, Stage
@@ -238,6 +240,38 @@ def test_what_a_method_raises_is_answered_by_the_ladder_and_told() -> None:
         plan = Planner(method=Broken()).plan(sandwich())
     assert (plan.status, plan.verdict.passed) == (Status.FALLBACK, True)
     assert "Broken failed: ZeroDivisionError: of a planner" in plan.reason
+
+
+class Believed:
+    """The corrected closed form's plan with columns changed, and a verdict that says nothing of it."""
+
+    def __init__(self, *, has_ladder: bool, **changes: float) -> None:
+        self.has_ladder, self.changes = has_ladder, changes
+        self.of, self.vehicle = CorrectedMethod(Vehicle()), Vehicle()
+
+    def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
+        plan = self.of.plan(situation, previous)
+        assert isinstance(plan, Plan)
+        drive = plan.trajectory
+        changed = replace(drive, **{name: getattr(drive, name) + more for name, more in self.changes.items()})
+        return replace(plan, trajectory=changed, verdict=Verdict())
+
+
+@pytest.mark.parametrize("at_m", [0.0, 5e6])
+def test_a_method_with_a_ladder_is_judged_whatever_it_says_of_itself(at_m: float) -> None:
+    situation = sandwich()
+    there = replace(situation, host=replace(situation.host, s_m=at_m), tracks=tuple(replace(t, s_m=t.s_m + at_m) for t in situation.tracks))
+    assert Planner(method=Believed(has_ladder=True)).plan(there).status is Status.PLANNED
+    plan = Planner(method=Believed(has_ladder=True, d_m=1.0)).plan(there)
+    assert (plan.status, plan.verdict.passed) == (Status.FALLBACK, True)
+    assert "start position" in plan.reason
+
+
+@pytest.mark.parametrize("has_ladder", [True, False])
+def test_a_trajectory_that_is_not_finite_is_no_plan(has_ladder: bool) -> None:
+    plan = Planner(method=Believed(has_ladder=has_ladder, d_m=np.nan, jerk_mps3=np.inf)).plan(sandwich())
+    assert (plan.status, plan.verdict.passed) == (Status.FALLBACK, True)
+    assert "Believed gave a trajectory that is not finite: d_m, jerk_mps3" in plan.reason
 
 
 @pytest.mark.parametrize("kmh", [20, 40, 60, 80, 100, 130])

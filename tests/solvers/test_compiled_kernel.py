@@ -16,10 +16,11 @@ from benchmarks.lane_situations import evasion, lane_problem, posed
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.native.form import SWITCH, InterpretedFormWarning, warn_interpreted
-from mcdas_opt.native.library import library
+from mcdas_opt.native.library import NoLibraryError, library, load
 from mcdas_opt.ocp.lane_mpc import LaneProblem, SlackPenalty, default_weights
 from mcdas_opt.solvers import c_text
-from mcdas_opt.solvers.interior_point import RULE, InteriorPointEngine
+from mcdas_opt.solvers.barrier_stage import BarrierStage
+from mcdas_opt.solvers.interior_point import RULE, InteriorPointEngine, _compiled_maker
 from mcdas_opt.solvers.interpreted_kernel import side_by_side
 from mcdas_opt.solvers.newton_loop import looped
 from mcdas_opt.solvers.outcome import Ending
@@ -151,6 +152,52 @@ def test_stage_functions_of_another_problem_are_found_out(monkeypatch):
     warn_interpreted.cache_clear()
     with pytest.warns(InterpretedFormWarning, match="of another lane problem"):
         assert InteriorPointEngine(replace(wider, member=problem.member), 20).kind == "interpreted"
+
+
+ROWS = range(lane_problem(1).ng)
+PER_SLACK = ("slack_linear", "slack_quadratic", "s_scale")
+
+
+def without(problem, row, hidden):
+    """`problem` with one row less, or with one that is active nowhere (its value far below its slack)."""
+    arguments = [ca.SX.sym(name, size) for name, size in (("x", 6), ("u", 2), ("p", len(problem.parameters)))]
+    rows = ca.vertsplit(problem.inequality(*arguments))
+    kept = [row_of if i != row else row_of - 1e3 for i, row_of in enumerate(rows) if hidden or i != row]
+    changed = replace(problem, inequality=ca.Function("inequality", arguments, [ca.vertcat(*kept)]))
+    if hidden:
+        return changed
+    less = {name: tuple(v for i, v in enumerate(getattr(problem, name)) if i != row) for name in ("rows", "slack_of")}
+    return replace(changed, **less)
+
+
+@needs_library
+@pytest.mark.parametrize("hidden", [True, False], ids=["changed", "removed"])
+@pytest.mark.parametrize("row", ROWS)
+def test_every_row_is_compared_active_or_not(row, hidden):
+    changed = without(lane_problem(1), row, hidden)
+    warn_interpreted.cache_clear()
+    with pytest.warns(InterpretedFormWarning, match="of another lane problem"):
+        assert InteriorPointEngine(changed, 5).kind == "interpreted"
+
+
+@needs_library
+def test_every_cost_state_price_and_size_is_compared():
+    problem = lane_problem(1)
+    x, u, p, h = (ca.SX.sym(name, size) for name, size in (("x", 6), ("u", 2), ("p", len(problem.parameters)), ("h", 1)))
+    residual, step, member = problem.residual(x, u, p), problem.dynamics(x, u, p, h), problem.member
+
+    def scaled(vector, i):
+        return ca.vertcat(*(each * (1.0001 if k == i else 1.0) for k, each in enumerate(ca.vertsplit(vector))))
+
+    changes = [{"residual": ca.Function("r", [x, u, p], [scaled(residual, i)])} for i in range(residual.numel())]
+    changes += [{"dynamics": ca.Function("f", [x, u, p, h], [scaled(step, i)])} for i in range(6)]
+    changes += [{name: getattr(problem, name) * (1.0 + 1e-3 * (np.arange(5) == i))} for name in PER_SLACK[:2] for i in range(5)]
+    changes += [{"slacks": (*problem.slacks, "new"), **{n: np.append(getattr(problem, n), 1.0) for n in PER_SLACK}}]
+    changes += [{"member": replace(member, columns=member.columns[1:])}, {"member": replace(member, numbers=member.numbers[1:])}]
+    for change in changes:
+        with pytest.raises(NoLibraryError, match="of another lane problem"):
+            _compiled_maker(BarrierStage(replace(problem, **change)), change.get("member", member), 40, load())
+    assert _compiled_maker(BarrierStage(problem), member, 40, load())().kind == "compiled"
 
 
 def test_the_switch_forbids_the_compiled_form(monkeypatch):
