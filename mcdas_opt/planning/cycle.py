@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from mcdas_opt.domain.assessment import Assessment
@@ -19,11 +19,12 @@ from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.geometry.window import frame_near
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
 from mcdas_opt.planning.arriving_gap import gets_past_somebody
+from mcdas_opt.planning.attentive_followers import attentive_followers, with_attentive_followers
 from mcdas_opt.planning.best_gap import best_gap
 from mcdas_opt.planning.deadline import Deadline, Stage
-from mcdas_opt.planning.front_braking import brakes_gently, brakes_to_the_limit
+from mcdas_opt.planning.front_braking import brakes_gently, brakes_to_the_limit, is_ordinary
 from mcdas_opt.planning.front_gap import CutIn, FrontGap, cut_in
-from mcdas_opt.planning.gap import LEAST_SHARE, Gap
+from mcdas_opt.planning.gap import Gap
 from mcdas_opt.planning.kept_offset import kept_d_m
 from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, lane_choice, neighbours_in
 from mcdas_opt.planning.local_situation import in_order, limit_mps, seen_locally, with_wanted_speed
@@ -64,6 +65,7 @@ class Cycle:
     deficits: tuple[FrontDeficit, ...]
     cut_in: CutIn | None
     lane_choice: LaneChoice
+    attentive: frozenset[str]
     active: Manoeuvre | None
     deadline: Deadline | None
     _others: dict[tuple[int, int], Others] = field(default_factory=dict, init=False, repr=False, compare=False)
@@ -90,8 +92,14 @@ class Cycle:
         before, elapsed_s = memory.lane_choice, memory.elapsed_s
         choice = lane_choice(local, vehicle, settings, before, elapsed_s) if active is None else before.resting
         deficits = front_deficits(local, vehicle, settings.safe_end, memory.deficits, elapsed_s)
-        prediction = in_reach_ever(predict_for(local, settings.prediction), local.host, vehicle, local.road)
-        now = assess(local, vehicle, settings.selector, memory.assessment, elapsed_s, leaves_lane=leaves_lane)
+        attentive = attentive_followers(local, vehicle, settings, memory.attentive)
+        assessed = partial(assess, local, vehicle, settings.selector, memory.assessment, elapsed_s, leaves_lane=leaves_lane)
+        now = assessed(attentive=attentive)
+        counts_on = attentive if is_ordinary(now, local) else frozenset()
+        if attentive and not counts_on:
+            now = assessed()
+        foreseen = with_attentive_followers(predict_for(local, settings.prediction), counts_on, local, settings.safe_end)
+        prediction = in_reach_ever(foreseen, local.host, vehicle, local.road)
         asked_m = settings.headway.gap_m(local.host.speed_mps)
         return cls(
             given=situation,
@@ -104,6 +112,7 @@ class Cycle:
             supposed=what.supposed,
             active=active,
             lane_choice=choice,
+            attentive=attentive,
             deficits=deficits,
             prediction=prediction,
             assessment=now,
@@ -132,6 +141,7 @@ class Cycle:
             tracks=self.told,
             supposed=self.supposed,
             lane_choice=self.lane_choice,
+            attentive=self.attentive,
         )
 
     @property
@@ -205,19 +215,14 @@ class Cycle:
     @cached_property
     def is_ordinary(self) -> bool:
         """Nothing threatens but a front car for which gentle braking is enough."""
-        assessment = self.assessment
-        return not assessment.threatened or (Sector.REAR not in assessment.threats and self.brakes_gently)
+        return is_ordinary(self.assessment, self.situation)
 
     @property
     def attentive_follower(self) -> str | None:
-        """Who is behind in the host's lane at the headway that is asked of the host, or more, while driving is ordinary: expected to brake
-        behind a host that keeps its lane, as an attentive driver does; at less of it where the lane ends soon, which he has to brake for
-        himself. None where there is no such follower."""
-        assessment, headway, required = self.assessment, self.settings.headway, self.required_lane
-        if assessment.rear_id is None or not self.is_ordinary:
-            return None
-        share = 1.0 if required is None or required.end_m is None else LEAST_SHARE
-        return assessment.rear_id if assessment.rear_gap_m >= headway.gap_m(assessment.rear_speed_mps or 0.0, share) else None
+        """Who is next behind in the host's lane, at a distance that he keeps, while driving is ordinary: expected to brake behind a host
+        that keeps its lane. None where there is no such follower."""
+        rear = self.assessment.rear_id
+        return rear if rear in self.attentive and self.is_ordinary else None
 
     @cached_property
     def brakes_to_the_limit(self) -> bool:

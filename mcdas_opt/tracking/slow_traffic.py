@@ -57,7 +57,7 @@ def with_braking_followers(prediction: Prediction, situation: Situation, rates_m
             answers[track.id] = (RESPONSE_S, braking)
         elif track.s_m < host.s_m and _brakes_enough(track, situation):
             answers[track.id] = (0.0, -track.acceleration_s_mps2)
-    return _answering(prediction, answers)
+    return answering(prediction, answers)
 
 
 def is_in_a_queue(situation: Situation) -> bool:
@@ -83,8 +83,11 @@ def is_beside_oncoming(situation: Situation) -> bool:
     return bool(beside) and beside <= {lane.lane for lane in road.lanes if lane.oncoming}
 
 
-def _answering(prediction: Prediction, answers: Mapping[str, tuple[float, float]]) -> Prediction:
-    """The prediction with these braking so [m/s^2] after so long [s], having gone on as they do, or accelerating, until then."""
+def answering(prediction: Prediction, answers: Mapping[str, tuple[float, float]]) -> Prediction:
+    """The prediction with these braking so [m/s^2] after so long [s], having gone on as they do, or accelerating, until then. Who brakes in
+    it already does so as before."""
+    known = relied_on(prediction)
+    answers = {name: answer for name, answer in answers.items() if name not in known}
     if not answers:
         return prediction
     answers = dict(answers) | {f"{one} {ACCELERATING}": answer for one, answer in answers.items()}
