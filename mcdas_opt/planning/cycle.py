@@ -11,7 +11,7 @@ from mcdas_opt.domain.doubt import Doubt, SupposedTrack
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.settings import LEAST_SHARE, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
@@ -19,10 +19,8 @@ from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.geometry.window import frame_near
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
 from mcdas_opt.planning.arriving_gap import gets_past_somebody
-from mcdas_opt.planning.attentive_followers import attentive_followers, with_attentive_followers
 from mcdas_opt.planning.best_gap import best_gap
 from mcdas_opt.planning.deadline import Deadline, Stage
-from mcdas_opt.planning.front_braking import brakes_gently, brakes_to_the_limit, is_ordinary
 from mcdas_opt.planning.front_gap import CutIn, FrontGap, cut_in
 from mcdas_opt.planning.gap import Gap
 from mcdas_opt.planning.kept_offset import kept_d_m
@@ -35,8 +33,11 @@ from mcdas_opt.planning.reach import in_reach_ever
 from mcdas_opt.planning.required_lane import RequiredLane, required_lane
 from mcdas_opt.planning.withdrawal import is_withdrawn
 from mcdas_opt.situation.assess import assess
+from mcdas_opt.situation.attentive_followers import attentive_followers
 from mcdas_opt.situation.doubts import believed
+from mcdas_opt.situation.front_braking import brakes_gently, brakes_to_the_limit, is_ordinary
 from mcdas_opt.tracking.prediction import names_of, predict_for
+from mcdas_opt.tracking.slow_traffic import with_attentive_followers
 
 _STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side
 
@@ -49,7 +50,10 @@ class Cycle:
     neither a clock's origin nor a place along the road makes a difference, with its desired speed within the limit, and with the tracks
     that are planned around, where some of those that were `told` are doubted (`situation/doubts.py`). What is planned in it is brought back
     by `given_from`.
-    `deadline` is by when the answer has to be there; None: work is counted, and nothing else bounds it.
+    `is_ordinary`: nothing threatens but a front car for which gentle braking is enough (`brakes_gently`). `brakes_to_the_limit`: stopping
+    behind the front car, which brakes, takes nearly all that there is, and nobody closes in from behind. `attentive` is who follows at a
+    distance that he keeps: in `prediction` he brakes behind the host while driving is ordinary, in `unaided` he does not. `deadline` is by
+    when the answer has to be there; None: work is counted, and nothing else bounds it.
     """
 
     given: Situation
@@ -66,6 +70,10 @@ class Cycle:
     cut_in: CutIn | None
     lane_choice: LaneChoice
     attentive: frozenset[str]
+    is_ordinary: bool
+    brakes_gently: bool
+    brakes_to_the_limit: bool
+    unaided: Prediction
     active: Manoeuvre | None
     deadline: Deadline | None
     _others: dict[tuple[int, int], Others] = field(default_factory=dict, init=False, repr=False, compare=False)
@@ -95,10 +103,11 @@ class Cycle:
         attentive = attentive_followers(local, vehicle, settings, memory.attentive)
         assessed = partial(assess, local, vehicle, settings.selector, memory.assessment, elapsed_s, leaves_lane=leaves_lane)
         now = assessed(attentive=attentive)
-        counts_on = attentive if is_ordinary(now, local) else frozenset()
-        if attentive and not counts_on:
+        if attentive and not is_ordinary(now, local):  # an emergency counts on nobody
             now = assessed()
-        foreseen = with_attentive_followers(predict_for(local, settings.prediction), counts_on, local, settings.safe_end)
+        ordinary = is_ordinary(now, local)
+        unaided = predict_for(local, settings.prediction)
+        foreseen = with_attentive_followers(unaided, local, attentive if ordinary else frozenset(), settings.safe_end)
         prediction = in_reach_ever(foreseen, local.host, vehicle, local.road)
         asked_m = settings.headway.gap_m(local.host.speed_mps)
         return cls(
@@ -113,6 +122,10 @@ class Cycle:
             active=active,
             lane_choice=choice,
             attentive=attentive,
+            is_ordinary=ordinary,
+            brakes_gently=brakes_gently(local, now),
+            brakes_to_the_limit=Sector.REAR not in now.threats and brakes_to_the_limit(local, now, vehicle, settings.safe_end),
+            unaided=unaided,
             deficits=deficits,
             prediction=prediction,
             assessment=now,
@@ -212,28 +225,17 @@ class Cycle:
         """Whether somebody closes in from behind."""
         return Sector.REAR in self.assessment.threats
 
-    @cached_property
-    def is_ordinary(self) -> bool:
-        """Nothing threatens but a front car for which gentle braking is enough."""
-        return is_ordinary(self.assessment, self.situation)
-
     @property
     def attentive_follower(self) -> str | None:
         """Who is next behind in the host's lane, at a distance that he keeps, while driving is ordinary: expected to brake behind a host
-        that keeps its lane. None where there is no such follower."""
-        rear = self.assessment.rear_id
-        return rear if rear in self.attentive and self.is_ordinary else None
-
-    @cached_property
-    def brakes_to_the_limit(self) -> bool:
-        """Stopping behind the front car, which brakes, takes nearly all that there is, and nobody closes in from behind."""
-        settings = self.settings.safe_end
-        return not self.is_pressed and brakes_to_the_limit(self.situation, self.assessment, self.vehicle, settings)
-
-    @cached_property
-    def brakes_gently(self) -> bool:
-        """Gentle braking is enough for the front car."""
-        return brakes_gently(self.situation, self.assessment)
+        that keeps its lane; at the least headway, however fast, where the lane ends soon, which he has to brake for himself. None where
+        there is no such follower."""
+        rear, required = self.assessment.rear_id, self.required_lane
+        if rear is None or not self.is_ordinary:
+            return None
+        ends_soon = required is not None and required.end_m is not None
+        least_m = self.settings.headway.gap_m(self.assessment.rear_speed_mps or 0.0, LEAST_SHARE)
+        return rear if rear in self.attentive or (ends_soon and self.assessment.rear_gap_m >= least_m) else None
 
     @cached_property
     def inconsiderate_sides(self) -> frozenset[Side]:

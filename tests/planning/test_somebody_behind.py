@@ -15,8 +15,8 @@ from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
-from mcdas_opt.planning.attentive_followers import attentive_followers
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.situation.attentive_followers import attentive_followers
 
 CYCLE_S = 0.1
 CAR = load_vehicle("sedan")
@@ -39,9 +39,9 @@ def attends(gap_m: float, closing_mps: float, *, host_mps: float = 20.0, before:
 
 @given(gap_m=st.floats(0.1, 80.0), closing_mps=st.floats(-5.0, 15.0))
 def test_who_is_attentive(gap_m: float, closing_mps: float) -> None:
-    """At first who keeps the least headway and hardly closes in; then who needs no harder braking than may be asked of him."""
-    keeps_it = gap_m >= 0.65 * (2.0 + 1.2 * (20.0 + closing_mps)) - 1e-9
-    assert attends(gap_m, closing_mps) == (keeps_it and closing_mps <= 2.0)
+    """At first who keeps his distance, less of it if he hardly closes in; then who needs no harder braking than may be asked of him."""
+    keeps_it = gap_m >= 2.0 + (0.65 if closing_mps <= 1.0 else 1.0) * 1.2 * (20.0 + closing_mps)
+    assert attends(gap_m, closing_mps) == (keeps_it and closing_mps <= 3.0)
     assert attends(gap_m, closing_mps, before=True) == (max(closing_mps, 0.0) ** 2 <= 2.0 * 4.0 * gap_m)
     assert attends(gap_m, closing_mps, before=True, braking_mps2=8.0) == (max(closing_mps, 0.0) ** 2 <= 2.0 * 8.0 * gap_m)
 
