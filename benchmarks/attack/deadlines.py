@@ -19,7 +19,7 @@ def attack(tally: Tally, count: int, seed: int) -> None:
         for deadline_ms in _DEADLINES_MS:
             timed = Timed(1e-3 * deadline_ms)
             tally.ask(
-                lambda timed=timed: timed.drive(FAMILIES, count // len(_DEADLINES_MS), seed),
+                lambda timed=timed: timed.drive(FAMILIES, max(count // len(_DEADLINES_MS), len(FAMILIES)), seed),
                 lambda: f"seed {seed}",
                 may_refuse=False,
                 most_s=math.inf,

@@ -117,6 +117,9 @@ class WarningSettings:
         require(self, bounded, "warn_lead_s", "act_lead_s", "within_s", of="warning")
 
 
+LEAST_SHARE = 0.65  # of the time gap that is asked for; then 0.8 s where that is 1.2 s
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HeadwaySettings:
     """The gap to the front car that is driven: `standstill_m` and `time_gap_s` times the own speed (ISO 15622 asks for at least 0.8 s).

@@ -29,6 +29,7 @@ HARDEST_MPS2 = 1e4  # beyond is no number of traffic
 FASTEST_TURN_RADPS = 1e3  # nor this
 ALIGNED_RAD = math.radians(20.0)  # who is turned no farther from the road's direction, or the opposite one, follows the road
 CROSSING_MPS = 1.0
+_SEEN_MPS2, _SEEN_SIGMAS = 1.0, 2.0  # braking that is seen, and in standard deviations
 LONGEST_M = 1000.0  # of a body: a long train, or a wall
 _SINE_ALIGNED = math.sin(ALIGNED_RAD)
 _NUMBERS = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "age_s", "acceleration_s_mps2", "turn_rate_radps")
@@ -104,6 +105,12 @@ class Track:
     def is_turned(self) -> bool:
         """Whether it points so far off the road's direction that it does not follow the road."""
         return self.heading_rad is not None and abs(math.sin(self.heading_rad)) > _SINE_ALIGNED
+
+    @property
+    def braking_seen_mps2(self) -> float:
+        """What it is clearly seen to brake with, else 0."""
+        sd, braking = self.acceleration_s_sd_mps2, -self.acceleration_s_mps2
+        return braking if sd is not None and braking > max(_SEEN_MPS2, _SEEN_SIGMAS * sd) else 0.0
 
     @property
     def follows_road(self) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from mcdas_opt.domain.settings import HeadwaySettings, Settings
+from mcdas_opt.domain.settings import LEAST_SHARE, HeadwaySettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
@@ -13,7 +13,6 @@ from mcdas_opt.planning.gap import (
     BESIDE_SHARE,
     CROSSING_S,
     GAINING_MPS2,
-    LEAST_SHARE,
     LOSING_MPS2,
     SLOWER_MPS,
     Gap,

@@ -26,6 +26,7 @@ from mcdas_opt.planning.expected_followers import expected_followers
 from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.tracking.prediction import names_of
+from mcdas_opt.tracking.slow_traffic import relied_on
 from mcdas_opt.verification.judge import judge_all
 
 _COMFORT_MPS2 = 3.0
@@ -35,7 +36,20 @@ _PIECE_S = 3.0  # continued so far at a time, so that little is driven beyond th
 def ended(candidate: Costed, cycle: Cycle) -> Ended:
     """The candidate, continued to a safe end where there is one."""
     plan, verdict, relies = candidate.trajectory, candidate.checked.verdict, candidate.proposed.relies_on_followers
-    return Ended(candidate=candidate, continuation=to_safe_end(plan, verdict, cycle, relies_on_followers=relies))
+    found = to_safe_end(plan, verdict, cycle, relies_on_followers=relies)
+    return Ended(candidate=candidate, continuation=_told_of_followers(found, cycle))
+
+
+def _told_of_followers(found: Continuation, cycle: Cycle) -> Continuation:
+    """Its end says on whom it relies of those who are expected to brake before."""
+    if not found.is_sound or found.end is None or found.end.relies_on is not None or not relied_on(cycle.prediction):
+        return found
+    situation, settings = cycle.situation, cycle.settings.safe_end
+    alone = last_end(found.trajectory, situation.host, cycle.vehicle, situation.road, cycle.unaided, settings, cycle.owed_m)
+    names = [one for one in relied_on(cycle.prediction) if one in cycle.attentive and _is_in_the_way(found.trajectory, one, cycle)]
+    if not alone.follower_fails or not names:
+        return found
+    return found._replace(end=replace(found.end, relies_on=" and ".join(names)))
 
 
 def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, *, relies_on_followers: bool = False) -> Continuation:
@@ -49,11 +63,11 @@ def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, *, relies_on_f
     owed_m = cycle.owed_m
     last = last_end(plan, situation.host, vehicle, situation.road, prediction, settings, owed_m)
     if relies_on_followers and verdict.passed and last.follower_fails and not last.front_fails:
-        relied_on = [one for one in expected_followers(cycle) if _is_in_the_way(plan, one, cycle)]
-        brakes = _behind_which_they_brake(prediction, relied_on, settings)
+        expected = [one for one in expected_followers(cycle) if _is_in_the_way(plan, one, cycle)]
+        brakes = _behind_which_they_brake(prediction, expected, settings)
         answered = last_end(plan, situation.host, vehicle, situation.road, brakes, settings, owed_m).end
-        if relied_on and answered.safe:
-            return Continuation(plan, verdict, replace(answered, relies_on=" and ".join(relied_on)))
+        if expected and answered.safe:
+            return Continuation(plan, verdict, replace(answered, relies_on=" and ".join(expected)))
     as_it_is = Continuation(plan, verdict, last.end)
     if not verdict.passed or last.end.safe or cycle.is_late_for(Stage.SAFE_END):
         return as_it_is

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from mcdas_opt.domain.assessment import Assessment
@@ -11,7 +11,7 @@ from mcdas_opt.domain.doubt import Doubt, SupposedTrack
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.settings import LEAST_SHARE, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
@@ -21,9 +21,8 @@ from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
 from mcdas_opt.planning.arriving_gap import gets_past_somebody
 from mcdas_opt.planning.best_gap import best_gap
 from mcdas_opt.planning.deadline import Deadline, Stage
-from mcdas_opt.planning.front_braking import brakes_gently, brakes_to_the_limit
 from mcdas_opt.planning.front_gap import CutIn, FrontGap, cut_in
-from mcdas_opt.planning.gap import LEAST_SHARE, Gap
+from mcdas_opt.planning.gap import Gap
 from mcdas_opt.planning.kept_offset import kept_d_m
 from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, lane_choice, neighbours_in
 from mcdas_opt.planning.local_situation import in_order, limit_mps, seen_locally, with_wanted_speed
@@ -34,8 +33,11 @@ from mcdas_opt.planning.reach import in_reach_ever
 from mcdas_opt.planning.required_lane import RequiredLane, required_lane
 from mcdas_opt.planning.withdrawal import is_withdrawn
 from mcdas_opt.situation.assess import assess
+from mcdas_opt.situation.attentive_followers import attentive_followers
 from mcdas_opt.situation.doubts import believed
+from mcdas_opt.situation.front_braking import brakes_gently, brakes_to_the_limit, is_ordinary
 from mcdas_opt.tracking.prediction import names_of, predict_for
+from mcdas_opt.tracking.slow_traffic import with_attentive_followers
 
 _STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side
 
@@ -48,7 +50,10 @@ class Cycle:
     neither a clock's origin nor a place along the road makes a difference, with its desired speed within the limit, and with the tracks
     that are planned around, where some of those that were `told` are doubted (`situation/doubts.py`). What is planned in it is brought back
     by `given_from`.
-    `deadline` is by when the answer has to be there; None: work is counted, and nothing else bounds it.
+    `is_ordinary`: nothing threatens but a front car for which gentle braking is enough (`brakes_gently`). `brakes_to_the_limit`: stopping
+    behind the front car, which brakes, takes nearly all that there is, and nobody closes in from behind. `attentive` is who follows at a
+    distance that he keeps: in `prediction` he brakes behind the host while driving is ordinary, in `unaided` he does not. `deadline` is by
+    when the answer has to be there; None: work is counted, and nothing else bounds it.
     """
 
     given: Situation
@@ -64,6 +69,11 @@ class Cycle:
     deficits: tuple[FrontDeficit, ...]
     cut_in: CutIn | None
     lane_choice: LaneChoice
+    attentive: frozenset[str]
+    is_ordinary: bool
+    brakes_gently: bool
+    brakes_to_the_limit: bool
+    unaided: Prediction
     active: Manoeuvre | None
     deadline: Deadline | None
     _others: dict[tuple[int, int], Others] = field(default_factory=dict, init=False, repr=False, compare=False)
@@ -90,8 +100,15 @@ class Cycle:
         before, elapsed_s = memory.lane_choice, memory.elapsed_s
         choice = lane_choice(local, vehicle, settings, before, elapsed_s) if active is None else before.resting
         deficits = front_deficits(local, vehicle, settings.safe_end, memory.deficits, elapsed_s)
-        prediction = in_reach_ever(predict_for(local, settings.prediction), local.host, vehicle, local.road)
-        now = assess(local, vehicle, settings.selector, memory.assessment, elapsed_s, leaves_lane=leaves_lane)
+        attentive = attentive_followers(local, vehicle, settings, memory.attentive)
+        assessed = partial(assess, local, vehicle, settings.selector, memory.assessment, elapsed_s, leaves_lane=leaves_lane)
+        now = assessed(attentive=attentive)
+        if attentive and not is_ordinary(now, local):  # an emergency counts on nobody
+            now = assessed()
+        ordinary = is_ordinary(now, local)
+        unaided = predict_for(local, settings.prediction)
+        foreseen = with_attentive_followers(unaided, local, attentive if ordinary else frozenset(), settings.safe_end)
+        prediction = in_reach_ever(foreseen, local.host, vehicle, local.road)
         asked_m = settings.headway.gap_m(local.host.speed_mps)
         return cls(
             given=situation,
@@ -104,6 +121,11 @@ class Cycle:
             supposed=what.supposed,
             active=active,
             lane_choice=choice,
+            attentive=attentive,
+            is_ordinary=ordinary,
+            brakes_gently=brakes_gently(local, now),
+            brakes_to_the_limit=Sector.REAR not in now.threats and brakes_to_the_limit(local, now, vehicle, settings.safe_end),
+            unaided=unaided,
             deficits=deficits,
             prediction=prediction,
             assessment=now,
@@ -132,6 +154,7 @@ class Cycle:
             tracks=self.told,
             supposed=self.supposed,
             lane_choice=self.lane_choice,
+            attentive=self.attentive,
         )
 
     @property
@@ -202,33 +225,17 @@ class Cycle:
         """Whether somebody closes in from behind."""
         return Sector.REAR in self.assessment.threats
 
-    @cached_property
-    def is_ordinary(self) -> bool:
-        """Nothing threatens but a front car for which gentle braking is enough."""
-        assessment = self.assessment
-        return not assessment.threatened or (Sector.REAR not in assessment.threats and self.brakes_gently)
-
     @property
     def attentive_follower(self) -> str | None:
-        """Who is behind in the host's lane at the headway that is asked of the host, or more, while driving is ordinary: expected to brake
-        behind a host that keeps its lane, as an attentive driver does; at less of it where the lane ends soon, which he has to brake for
-        himself. None where there is no such follower."""
-        assessment, headway, required = self.assessment, self.settings.headway, self.required_lane
-        if assessment.rear_id is None or not self.is_ordinary:
+        """Who is next behind in the host's lane, at a distance that he keeps, while driving is ordinary: expected to brake behind a host
+        that keeps its lane; at the least headway, however fast, where the lane ends soon, which he has to brake for himself. None where
+        there is no such follower."""
+        rear, required = self.assessment.rear_id, self.required_lane
+        if rear is None or not self.is_ordinary:
             return None
-        share = 1.0 if required is None or required.end_m is None else LEAST_SHARE
-        return assessment.rear_id if assessment.rear_gap_m >= headway.gap_m(assessment.rear_speed_mps or 0.0, share) else None
-
-    @cached_property
-    def brakes_to_the_limit(self) -> bool:
-        """Stopping behind the front car, which brakes, takes nearly all that there is, and nobody closes in from behind."""
-        settings = self.settings.safe_end
-        return not self.is_pressed and brakes_to_the_limit(self.situation, self.assessment, self.vehicle, settings)
-
-    @cached_property
-    def brakes_gently(self) -> bool:
-        """Gentle braking is enough for the front car."""
-        return brakes_gently(self.situation, self.assessment)
+        ends_soon = required is not None and required.end_m is not None
+        least_m = self.settings.headway.gap_m(self.assessment.rear_speed_mps or 0.0, LEAST_SHARE)
+        return rear if rear in self.attentive or (ends_soon and self.assessment.rear_gap_m >= least_m) else None
 
     @cached_property
     def inconsiderate_sides(self) -> frozenset[Side]:

@@ -27,6 +27,7 @@ class NothingPasses:
     memory: Memory = field(default_factory=Memory, repr=False)
 
 
+_LASTS_S = 1.0  # the rest of a plan that is over sooner passes whatever comes then
 _GLITCH_S = 0.25  # a host's state that cannot be for no longer is a glitch: the previous plan goes on
 
 
@@ -40,7 +41,7 @@ def host_refused(cycle: Cycle, fault: str, faulty_s: float) -> Plan:
 def fall_back(cycle: Cycle, refused: NothingPasses, order: tuple[Rung, ...] = FALLBACK) -> Plan:
     """A plan that passed (status `fallback`), else the least severe (`unavoidable`); the reason says what was refused before.
 
-    Of the drives that pass, the first that comes to a safe end; where none does, the first.
+    Of the drives that pass, the first that comes to a safe end; where none does, the first that lasts for long enough to say something.
     """
     rows: list[Candidate] = []
     failed: list[Checked] = []
@@ -52,7 +53,8 @@ def fall_back(cycle: Cycle, refused: NothingPasses, order: tuple[Rung, ...] = FA
         continued = to_safe_end(checked.trajectory, checked.verdict, cycle)
         if continued.is_sound:
             return _passed(cycle, refused, rows, checked, continued)
-        first = first or (checked, continued)
+        if checked.trajectory.t_s[-1] >= _LASTS_S:
+            first = first or (checked, continued)
     if first is not None:
         return _passed(cycle, refused, rows, *first)
     checked, why, reaction = least_severe(failed, refused.failed, cycle)

@@ -6,8 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from mcdas_opt.domain.assessment import Assessment
-from mcdas_opt.domain.settings import HeadwaySettings, Settings
-from mcdas_opt.planning.gap import LEAST_SHARE
+from mcdas_opt.domain.settings import LEAST_SHARE, HeadwaySettings, Settings
 
 OWED_S = 10.0  # so long a gap that a cut-in has shortened counts as made by others
 TAKEN_OPENING = 0.3  # seconds a second: three times as fast as a gap that others made

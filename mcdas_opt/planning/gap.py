@@ -9,7 +9,6 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.planning.required_lane import next_ahead
 
-LEAST_SHARE = 0.65  # of the time gap that is asked for; then 0.8 s where that is 1.2 s
 CROSSING_S = 2.5  # from now until the body is in the new lane
 BESIDE_SHARE = 0.7  # of the gap that is asked for once there, already now
 GAINING_MPS2, LOSING_MPS2 = 1.0, 1.5  # to get ahead of somebody, or behind

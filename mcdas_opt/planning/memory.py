@@ -79,7 +79,8 @@ class Memory:
 
     `chosen` names the candidate that was chosen last; `least_cost` is the least that one was chosen for since the candidates were last
     compared. `deficits` is who was ahead, and what front distance is owed to whom; `cut_in` who came in between lately;
-    `lane_choice` what lane was wanted; `tracks` is what was told, before any doubt, and `supposed` whose track jumped away. `warm_starts`
+    `lane_choice` what lane was wanted; `tracks` is what was told, before any doubt, and `supposed` whose track jumped away; `attentive`
+    is who follows at a distance that he keeps. `warm_starts`
     is the mark of the solver's workspace that this memory goes with: one with another mark begins cold.
     """
 
@@ -100,6 +101,7 @@ class Memory:
     tracks: tuple[Track, ...] = ()
     supposed: tuple[SupposedTrack, ...] = ()
     lane_choice: LaneChoice = field(default_factory=LaneChoice)
+    attentive: frozenset[str] = frozenset()
     warm_starts: object = None
 
     @property

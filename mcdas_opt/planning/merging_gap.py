@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from mcdas_opt.domain.settings import HeadwaySettings, Settings
+from mcdas_opt.domain.settings import LEAST_SHARE, HeadwaySettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
@@ -19,7 +19,6 @@ from mcdas_opt.planning.gap import (
     CROSSING_S,
     FASTER_MPS,
     GAINING_MPS2,
-    LEAST_SHARE,
     LOSING_MPS2,
     SLOWER_MPS,
     Gap,

@@ -156,13 +156,14 @@ def _stop(best: Ended, cycle: Cycle) -> str:
 
 
 def _reliance(best: Ended, cycle: Cycle) -> str:
-    """Said of an end that a follower makes safe, and of followers in slow traffic."""
+    """Said of followers who are expected to brake, and of an end that a follower makes safe."""
     end, followers = best.continuation.end, relied_on(cycle.prediction)
-    if followers:
-        return f"; {' and '.join(followers)} behind in slow traffic {'is' if len(followers) == 1 else 'are'} expected to brake"
+    slow = [one for one in followers if one not in cycle.attentive]
+    if slow:
+        return f"; {' and '.join(slow)} behind in slow traffic {'is' if len(slow) == 1 else 'are'} expected to brake"
     if end is None or end.relies_on is None:
         return ""
-    if end.relies_on == cycle.attentive_follower:
+    if cycle.attentive.issuperset(end.relies_on.split(" and ")):
         return f"; {end.relies_on} keeps its distance behind and is expected to brake"
     return f"; {end.relies_on} too close behind {'are' if ' and ' in end.relies_on else 'is'} expected to brake, as no lane beside is open"
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.settings import LEAST_SHARE, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode
-from mcdas_opt.planning.gap import LEAST_SHARE
 from mcdas_opt.planning.headway import INTRUSION_M
 from mcdas_opt.planning.lane_choice import presses
 from mcdas_opt.planning.manoeuvre import Manoeuvre

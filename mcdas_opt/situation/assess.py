@@ -43,9 +43,11 @@ def assess(
     elapsed_s: float = 0.0,
     *,
     leaves_lane: bool = False,
+    attentive: frozenset[str] = frozenset(),
 ) -> Assessment:
     """Roles, gaps, times to collision, threats, open sides and the one mode; `previous` is the cycle before (hysteresis), whose time 0 was
-    `elapsed_s` before this one's. Whoever changes lanes already (`leaves_lane`) is not threatened by the end of the one that it is in."""
+    `elapsed_s` before this one's. Whoever changes lanes already (`leaves_lane`) is not threatened by the end of the one that it is in. A
+    follower who is `attentive` brakes himself, and threatens nobody."""
     host, road, coverage, tracks = situation.host, situation.road, situation.coverage, situation.tracks
     lane = _lane(situation, previous)
     assigned = assign_roles(tracks, lane, host, vehicle, road, settings)
@@ -70,7 +72,7 @@ def assess(
             front_speed=front.speed_mps or 0.0,
             rear_seen=coverage.rear,
             rear_gap=rear.gap_m,
-            rear_speed=rear.speed_mps or 0.0,
+            rear_speed=min(rear.speed_mps or 0.0, host.speed_mps) if rear.id in attentive else rear.speed_mps or 0.0,
             left_open=Sector.LEFT not in blocked,
             right_open=Sector.RIGHT not in blocked,
             preferred_side=_preferred_side(-offset if front_car is not None else host.d_m - road.lane_centre_m(lane, host.s_m)),

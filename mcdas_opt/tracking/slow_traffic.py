@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from mcdas_opt.domain.prediction import AnsweringBody, Prediction
+from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 
@@ -60,6 +61,13 @@ def with_braking_followers(prediction: Prediction, situation: Situation, rates_m
     return _answering(prediction, answers)
 
 
+def with_attentive_followers(prediction: Prediction, situation: Situation, names: frozenset[str], settings: SafeEndSettings) -> Prediction:
+    """The prediction with these braking as attentive drivers do, who respond late; at once who is seen to brake already."""
+    seen = {track.id: track.braking_seen_mps2 for track in situation.tracks if track.id in names}
+    late, gently = settings.follower_response_s, settings.attentive_braking_mps2
+    return _answering(prediction, {name: (0.0 if braking else late, max(gently, braking)) for name, braking in seen.items()})
+
+
 def is_in_a_queue(situation: Situation) -> bool:
     """Whether the host is slow, and somebody slow is near ahead in its lane."""
     host, near_m = situation.host, _near_m(situation)
@@ -84,7 +92,10 @@ def is_beside_oncoming(situation: Situation) -> bool:
 
 
 def _answering(prediction: Prediction, answers: Mapping[str, tuple[float, float]]) -> Prediction:
-    """The prediction with these braking so [m/s^2] after so long [s], having gone on as they do, or accelerating, until then."""
+    """The prediction with these braking so [m/s^2] after so long [s], having gone on as they do, or accelerating, until then. Who brakes in
+    it already does so as before."""
+    known = relied_on(prediction)
+    answers = {name: answer for name, answer in answers.items() if name not in known}
     if not answers:
         return prediction
     answers = dict(answers) | {f"{one} {ACCELERATING}": answer for one, answer in answers.items()}

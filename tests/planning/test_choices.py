@@ -245,7 +245,7 @@ def test_who_drives_past_a_car_that_comes_over_does_not_brake_beside_it(
     """It may come as fast as anybody, and then nothing passes; but only braking is hit if it comes more slowly, too."""
     covariance = np.diag([0.01, 0.05, 0.003, 0.026])
     beside = Track(id="1", s_m=gap_m, d_m=3.45, speed_s_mps=slower_mps, speed_d_mps=sideways_mps, covariance=covariance)
-    behind = Track(id="2", s_m=-13.2, d_m=0.0, speed_s_mps=5.6, covariance=covariance)
+    behind = Track(id="2", s_m=-13.2, d_m=0.0, speed_s_mps=9.0, covariance=covariance)
     situation = Situation(host=HostState(speed_mps=5.56), tracks=(beside, behind), road=Road(lanes_left=1, lanes_right=1))
     planner.reset()
     drive = planner.plan(situation).trajectory

@@ -77,7 +77,7 @@ def test_planned_comes_to_a_safe_end_and_what_does_not_says_so(planner: Planner,
         followers = [track for track in situation.tracks if track.id in plan.safe_end.relies_on.split(" and ")]
         gaps_m = [situation.host.s_m - one.s_m - 0.5 * (one.length_m + planner.vehicle.length_m) for one in followers]
         assert min(gaps_m) > 0.0
-        if any(gap_m < 2.0 + 1.2 * one.speed_s_mps for gap_m, one in zip(gaps_m, followers, strict=True)):
+        if any(gap_m < 2.0 + 0.65 * 1.2 * one.speed_s_mps for gap_m, one in zip(gaps_m, followers, strict=True)):
             assert not open_sides(Cycle.of(situation, planner.vehicle, planner.settings))
         assert plan.side is Side.NONE
     if plan.status is Status.PLANNED:

@@ -7,7 +7,7 @@ from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.domain.vocabulary import Mode
+from mcdas_opt.domain.vocabulary import Mode, Sector
 
 _STANDING_GAP_M = 2.0
 _BRAKING_MPS2 = 0.5  # who brakes by less may as well hold its speed
@@ -43,6 +43,11 @@ def brakes_gently(situation: Situation, assessment: Assessment) -> bool:
     if braking > _BRAKING_MPS2 and speed**2 > 2.0 * _STOPPING_MPS2 * (room + max(its_speed, 0.0) ** 2 / (2.0 * braking)):
         return False
     return bool(max(speed - its_speed, 0.0) ** 2 <= 2.0 * _SLOWING_MPS2 * room)
+
+
+def is_ordinary(assessment: Assessment, situation: Situation) -> bool:
+    """Nothing threatens but a front car for which gentle braking is enough."""
+    return not assessment.threatened or (Sector.REAR not in assessment.threats and brakes_gently(situation, assessment))
 
 
 def _front(situation: Situation, assessment: Assessment) -> Track | None:

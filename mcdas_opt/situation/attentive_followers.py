@@ -1,0 +1,40 @@
+"""Who follows the host at a distance that he keeps himself: he is expected to brake behind it, as an attentive driver does."""
+
+from __future__ import annotations
+
+from mcdas_opt.domain.settings import LEAST_SHARE, Settings
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vehicle import Vehicle
+
+_CLOSING_MPS = 3.0  # who closes in faster does not keep his distance
+_HARDLY_MPS = 1.0  # of who closes in no faster the least headway is enough
+
+
+def attentive_followers(situation: Situation, vehicle: Vehicle, settings: Settings, before: frozenset[str]) -> frozenset[str]:
+    """Of those behind in the host's lane: who keeps the headway that is asked of the host, and closes in slowly; the least headway is enough
+    of who hardly closes in.
+
+    From then on (`before`) he is, for as long as no harder braking is needed behind the host as it drives now than may be asked of him, or
+    than he is seen to brake with: that a host which brakes is closed in on tells nothing against him.
+    """
+    return frozenset(
+        track.id for track in situation.tracks if _follows(track, situation) and _is_attentive(track, situation, vehicle, settings, before)
+    )
+
+
+def _follows(track: Track, situation: Situation) -> bool:
+    host = situation.host
+    in_lane = abs(track.d_m - host.d_m) < 0.5 * situation.road.lane_width_m
+    return in_lane and track.follows_road and track.s_m < host.s_m and track.speed_s_mps >= 0.0
+
+
+def _is_attentive(track: Track, situation: Situation, vehicle: Vehicle, settings: Settings, before: frozenset[str]) -> bool:
+    host = situation.host
+    gap = host.s_m - track.s_m - 0.5 * (track.length_m + vehicle.length_m)
+    closing = max(track.speed_s_mps - host.speed_mps, 0.0)
+    if track.id in before:
+        asked = max(settings.safe_end.follower_demand_mps2, track.braking_seen_mps2)
+        return gap > 0.0 and closing * closing <= 2.0 * asked * gap
+    share = LEAST_SHARE if closing <= _HARDLY_MPS else 1.0
+    return closing <= _CLOSING_MPS and gap >= settings.headway.gap_m(track.speed_s_mps, share)
