@@ -21,6 +21,7 @@ _ANTICIPATION_S = 10.0  # how far ahead somebody slower counts ...
 _FREE_S = 20.0  # ... and in a lane that one goes back to
 _CLOSING_MPS2 = 1.2  # gentle braking
 _RESPONSE_S = 1.0  # of who is behind there
+_STILL_MPS = 0.7  # less of an advantage is enough of a wish that is there already
 _SLOWEST_MPS = 3.0  # slower than this nobody changes lanes
 _STRAIGHT_RAD = 0.03
 _ACCELERATES_S = 1.5  # who does so
@@ -64,7 +65,7 @@ def lane_choice(
     own_lane = None if before is None else before.own_lane
     if own_lane is None:
         own_lane = road.lane_of(situation.host.d_m, situation.host.s_m)
-    side = _wanted(situation, vehicle, settings, own_lane)
+    side = _wanted(situation, vehicle, settings, own_lane, Side.NONE if before is None else before.side)
     if side is Side.NONE:
         return LaneChoice(own_lane=own_lane)
     age_s = before.age_s + elapsed_s if before is not None and before.side is side else 0.0
@@ -74,7 +75,8 @@ def lane_choice(
     return LaneChoice(own_lane=own_lane, side=side, age_s=age_s, is_announced=announced_s >= 0.0, is_due=due)
 
 
-def _wanted(situation: Situation, vehicle: Vehicle, settings: Settings, own_lane: int) -> Side:
+def _wanted(situation: Situation, vehicle: Vehicle, settings: Settings, own_lane: int, before: Side) -> Side:
+    """Whose side was wanted `before` is wanted still at a little less advantage: speeds are measured with noise."""
     host, road, manners = situation.host, situation.road, settings.manners
     if situation.destination is not None and situation.destination.lane is not None:
         return Side.NONE  # it is said which lane
@@ -88,7 +90,8 @@ def _wanted(situation: Situation, vehicle: Vehicle, settings: Settings, own_lane
     sides = (manners.inside,) if manners.passes_inside else (manners.inside, manners.drives_on)
     for side in sides:
         there = open_lane(lane, side, situation, vehicle, settings)
-        if there is not None and _expected_mps(there, situation, settings, _ANTICIPATION_S) >= own + manners.advantage_mps:
+        least_mps = manners.advantage_mps - (_STILL_MPS if side is before else 0.0)
+        if there is not None and _expected_mps(there, situation, settings, _ANTICIPATION_S) >= own + least_mps:
             return side
     inside_of_own = (lane > own_lane) if manners.inside is Side.LEFT else (lane < own_lane)
     if not (manners.returns and inside_of_own) and not manners.keeps_outer_lane:

@@ -12,8 +12,8 @@ _HARDLY_MPS = 1.0  # of who closes in no faster the least headway is enough
 
 
 def attentive_followers(situation: Situation, vehicle: Vehicle, settings: Settings, before: frozenset[str]) -> frozenset[str]:
-    """Of those behind in the host's lane: who keeps the headway that is asked of the host, and closes in slowly; the least headway is enough
-    of who hardly closes in.
+    """Of those behind in the host's lane: who keeps the headway that is asked of the host, and closes in slowly; of who hardly closes in
+    the least headway is enough.
 
     From then on (`before`) he is, for as long as no harder braking is needed behind the host as it drives now than may be asked of him, or
     than he is seen to brake with: that a host which brakes is closed in on tells nothing against him.

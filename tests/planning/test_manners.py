@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -194,6 +195,21 @@ def test_a_wish_that_ends_for_a_moment_begins_anew() -> None:
     assert lane_choice(situation, CAR, QUIET, wish, 0.1).is_due
     nothing = lane_choice(replace(situation, tracks=()), CAR, QUIET, wish, 0.1)
     assert not lane_choice(situation, CAR, QUIET, nothing, 0.1).is_due
+
+
+@pytest.mark.parametrize("slower_mps", [2.06, 2.1, 2.14])
+def test_a_wish_does_not_come_and_go_with_the_noise_of_a_speed(slower_mps: float) -> None:
+    """A leader who is as much slower as it takes, give or take: the lane is wanted once, and then is due."""
+    wish, wanted, r = LaneChoice(), [], np.random.default_rng(3)
+    for _ in range(100):
+        seen = Track(id="slow", s_m=40.0, d_m=0.0, speed_s_mps=25.0 - slower_mps + 0.1 * float(r.normal()))
+        situation = Situation(
+            host=HostState(speed_mps=25.0), tracks=(seen,), road=Road(lanes_left=1, speed_limit_mps=60.0), coverage=Coverage()
+        )
+        wish = lane_choice(situation, CAR, QUIET, wish, 0.1)
+        wanted.append(wish.side)
+    assert sum(a is not b for a, b in pairwise(wanted)) <= 1
+    assert wish.is_due
 
 
 def test_who_would_have_to_brake_hard_costs_a_lane_change_that_is_not_needed() -> None:
