@@ -13,7 +13,7 @@ from mcdas_opt.domain.rules import require_type
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.errors import McdasError, ParameterError, PlannerFaultWarning
+from mcdas_opt.errors import McdasError, ParameterError, PlannerFaultError, PlannerFaultWarning
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Deadline
 from mcdas_opt.planning.fallback import NothingPasses
@@ -93,15 +93,16 @@ class AskedMethod:
 
     def answer(self, cycle: Cycle) -> Plan | NothingPasses:
         """What it answers to this cycle. An exception that is not ours is no answer, and told in a `PlannerFaultWarning`; of a method
-        without a ladder it is raised."""
+        without a ladder in a `PlannerFaultError`."""
         try:
             return self._answer(cycle)
         except McdasError:
             raise
         except Exception as error:
+            said = f"{type(error).__name__}: {error}"
             if not self.has_ladder:
-                raise
-            fault = f"{self.name} failed: {type(error).__name__}: {error}"
+                raise PlannerFaultError(self.name, cycle.given.time_s, said) from error
+            fault = f"{self.name} failed: {said}"
             warnings.warn(fault, PlannerFaultWarning, stacklevel=2)
             return NothingPasses(reason=fault, memory=replace(cycle.memory, warm_starts=None))
 

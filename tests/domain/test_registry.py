@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from mcdas_opt.catalogue.scenes import Scene, load_scene
-from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.errors import InputError, ParameterError, PlannerFaultError
 from mcdas_opt.evaluation.benchmark import check_planners
 from mcdas_opt.planning.method import METHODS
 from mcdas_opt.simulation.loop import simulate
@@ -88,6 +88,8 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     [
         ("no-class", "is registered as 'their_parts:Nope', which cannot be imported: module 'their_parts' has no attribute 'Nope'"),
         ("no-module", "is registered as 'their_missing_parts:Nope', which cannot be imported: No module named 'their_missing_parts'"),
+        ("raises-on-import", "which cannot be imported: it raised ZeroDivisionError: division by zero"),
+        ("their_broken_parts:Nope", "of a module that can be imported: it raised ZeroDivisionError: division by zero"),
     ],
 )
 def test_a_part_that_cannot_be_imported_is_refused_by_name_before_anybody_drives(name: str, said: str) -> None:
@@ -114,6 +116,12 @@ def test_a_method_that_cannot_be_built_is_refused_by_name_before_anybody_drives(
         with pytest.raises(ParameterError) as told:
             asked()
         assert str(told.value).startswith(said)
+
+
+def test_what_a_method_without_a_ladder_raises_is_one_sentence() -> None:
+    with pytest.raises(PlannerFaultError) as told:
+        simulate("benign-following", planner="alone")
+    assert str(told.value) == "planner 'alone' at t = 0.00 s: raised ZeroDivisionError: division by zero"
 
 
 def test_a_file_of_a_registered_format_is_a_scene(installed: Path) -> None:

@@ -68,7 +68,7 @@ def test_who_raises_or_dies_marks_its_row_and_the_run_goes_on(short_suite: Path,
     ended = {name: {row["ended"] for row in results.rows if row["planner"] == name} for name in results.manifest["planners"]}
     assert ended == {"gentle": {"drove"}, "raises": {"raised"}, "dies": {"died"}, "prints": {"drove"}}
     by_name = {row["planner"]: row for row in results.rows}
-    assert by_name["raises"]["error"] == "RuntimeError: no idea"
+    assert by_name["raises"]["error"] == "PlannerFaultError: planner 'raises' at t = 0.30 s: raised RuntimeError: no idea"
     assert by_name["dies"]["error"].endswith("code 7")
     assert by_name["dies"]["outcome"] == ""
     gentle, prints = ([row for row in results.rows if row["planner"] == name] for name in ("gentle", "prints"))
