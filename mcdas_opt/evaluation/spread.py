@@ -6,7 +6,7 @@ import math
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, ValidatorFunctionWrapHandler, WrapValidator, model_validator
 
 from mcdas_opt.catalogue.part import Pair, Part
 
@@ -36,7 +36,7 @@ class Spread(Part):
             raise ValueError("needs low and high, or one_of, or first, last and step, or by_speed")
         for low, high in (("low", "high"), ("first", "last")):
             if given[low] is not None and given[high] < given[low]:
-                raise ValueError(f"{high} must be at least {low}")
+                raise ValueError(f"{high} = {given[high]:g} must be at least {low} = {given[low]:g}")
         if self.low is not None and self.high is not None and not math.isfinite(self.high - self.low):
             raise ValueError("high - low must be a finite number")
         if (
@@ -77,7 +77,18 @@ class Spread(Part):
         return _UNITS[self.unit] if self.unit is not None else 1.0
 
 
-Number = float | int | Spread
+def _number_or_range(value: object, checked: ValidatorFunctionWrapHandler) -> object:
+    """The rules of what was meant: a table's are those of `Spread`."""
+    if isinstance(value, dict):
+        return Spread.model_validate(value)
+    if isinstance(value, bool) or not isinstance(value, (float, int, Spread)):
+        raise ValueError("must be a number, or a table with a range, as { low = 1.0, high = 2.0 }")
+    if not isinstance(value, Spread) and not math.isfinite(value):
+        raise ValueError("must be a finite number")
+    return checked(value)
+
+
+Number = Annotated[float | int | Spread, WrapValidator(_number_or_range)]
 
 
 def largest(number: Number) -> float:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -113,7 +114,7 @@ def _expanded(
     suite: Family | SuiteFile, path: Path, count: int | None, seed: int, data: Path | None, inside: tuple[Path, ...]
 ) -> list[_Found]:
     if isinstance(suite, Family):
-        return _of_family(suite, suite.size if count is None else count, seed)
+        return _of_family(suite, suite.size if count is None else count, seed, path)
     if path in inside:
         raise InputError(path, "part", suite.name, "a suite cannot be part of itself")
     recorded = [
@@ -127,8 +128,9 @@ def _expanded(
     shares = allot(sum(sizes + wanted) if count is None else count, sizes + wanted)
     found: list[_Found] = []
     for family, share in zip(suite.family, shares, strict=False):
-        found += _of_family(family, share, seed)
-    found += _of_manoeuvres(suite.manoeuvre, shares[len(suite.family)], seed)
+        found += _of_family(family, share, seed, path)
+    with _of_file(path, *(f"{one.name}-" for one in suite.manoeuvre)):
+        found += _of_manoeuvres(suite.manoeuvre, shares[len(suite.family)], seed)
     found += [recorded[k] for k in _spaced(shares[len(suite.family) + 1], len(recorded))]
     for (file, at), share in zip(files, shares[len(sizes) :], strict=True):
         found += _expanded(file, at, share, seed, data, (*inside, path))
@@ -144,12 +146,24 @@ def _size(suite: Family | SuiteFile, path: Path) -> int:
     return sum(family.size for family in suite.family) + len(suite.manoeuvre)
 
 
-def _of_family(family: Family, count: int, seed: int) -> list[_Found]:
+def _of_family(family: Family, count: int, seed: int, path: Path) -> list[_Found]:
     size = family.size
     indices = _spaced(count, size) if family.grid and count < size else range(count)
-    return [
-        _Found(family=family.name, scene=family.scene(index, seed), nominal=family.nominal, labelled=family.labels) for index in indices
-    ]
+    with _of_file(path, f"{family.name}-"):
+        scenes = [family.scene(index, seed) for index in indices]
+    return [_Found(family=family.name, scene=scene, nominal=family.nominal, labelled=family.labels) for scene in scenes]
+
+
+@contextmanager
+def _of_file(path: Path, *names: str) -> Iterator[None]:
+    """A scene whose name begins so has no file, nor has a vehicle that is not there: the fault is the suite's."""
+    try:
+        yield
+    except InputError as error:
+        if Path(error.file).exists():
+            raise
+        what = f"scene {error.file.removesuffix('.toml')}" if error.file.startswith(names) else error.file
+        raise InputError(path, f"{what}: {error.key}" if error.key else what, error.value, error.rule) from None
 
 
 def _of_manoeuvres(manoeuvres: Sequence[Manoeuvre], count: int, seed: int) -> list[_Found]:
