@@ -14,6 +14,7 @@ from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import not_a_class, require_type, require_type_if_given, whole
 from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.simulation.car import Car, PlantError
 from mcdas_opt.simulation.controller import Controller, default_controller, make_controller, planned_for
@@ -127,6 +128,7 @@ def _turns(duration_s: float, cycle_s: float) -> list[tuple[float, int]]:
 
 def _driver(planner: str | Driver | Method, scene: Scene, settings: Settings, *, slips: bool) -> Driver:
     """The driver, fresh. For a dynamic vehicle it is built as one that will be told the zero-sideslip point, at rest too."""
+    _require_its_car(planner, scene)
     if isinstance(planner, Driver):
         planner.reset()
         return planner
@@ -135,3 +137,10 @@ def _driver(planner: str | Driver | Method, scene: Scene, settings: Settings, *,
     car = scene.vehicle
     vehicle = replace(car, zero_sideslip_point_m=Chassis.of(car).zero_sideslip_point_m(car.speed_max_mps)) if slips else car
     return Planner(vehicle=vehicle, method=planner, settings=settings, road=scene.assumed_road)
+
+
+def _require_its_car(planner: object, scene: Scene) -> None:
+    """What plans with a vehicle plans with the scene's."""
+    own = getattr(planner, "vehicle", None)
+    if isinstance(own, Vehicle) and own.name != scene.vehicle.name:
+        raise ParameterError("planner.vehicle", own.name, f"is not the car of this scene, {scene.vehicle.name!r}")
