@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from mcdas_opt.actuation.grip_monitor import GripMonitor
 from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.domain.chassis import Chassis
+from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import not_a_class, require_type, require_type_if_given, whole
 from mcdas_opt.domain.settings import Settings
@@ -19,7 +20,7 @@ from mcdas_opt.errors import ParameterError
 from mcdas_opt.simulation.car import Car, PlantError
 from mcdas_opt.simulation.controller import Controller, default_controller, make_controller, planned_for
 from mcdas_opt.simulation.drive import Drive
-from mcdas_opt.simulation.driver import Driver
+from mcdas_opt.simulation.driver import Driver, check_step
 from mcdas_opt.simulation.idm import STEP_S
 from mcdas_opt.simulation.measured_host import MeasuredHost
 from mcdas_opt.simulation.motion_sensors import MotionSensors
@@ -99,6 +100,7 @@ def simulate(
             desired_speed_mps=scene.desired_speed_mps,
             request=scene.request,
         )
+        require_type(f"{type(driver).__name__}.step()", plan, Plan)
         took_ms = 1e3 * (time.perf_counter() - started)
         drive.note(now, plan, () if driver.situation is None else driver.situation.tracks, took_ms)
         try:
@@ -130,6 +132,7 @@ def _driver(planner: str | Driver | Method, scene: Scene, settings: Settings, *,
     """The driver, fresh. For a dynamic vehicle it is built as one that will be told the zero-sideslip point, at rest too."""
     _require_its_car(planner, scene)
     if isinstance(planner, Driver):
+        check_step(planner)
         planner.reset()
         return planner
     from mcdas_opt.planning.planner import Planner
