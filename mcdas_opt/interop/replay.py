@@ -105,7 +105,7 @@ def replay(
         )  # fmt: skip
         before = assess(situation, vehicle, settings.selector, before)
         taken.append(1e3 * (time.perf_counter() - started))
-        cycles.append(_cycle(situation, before, answer))
+        cycles.append(_cycle(situation, before, answer, settings.cycle_s))
         if progress is not None:
             progress(k + 1, len(times))
     left_out = round((times[-1] - times[0]) / settings.cycle_s) + 1 - len(times)
@@ -161,7 +161,7 @@ def _cycle_times(log: str | Path, recording: SensorLog, cycle_s: float) -> list[
     return kept
 
 
-def _cycle(situation: Situation, assessment: Assessment, answer: Plan | None) -> Cycle:
+def _cycle(situation: Situation, assessment: Assessment, answer: Plan | None, cycle_s: float) -> Cycle:
     host = situation.host
     tracks = tuple(SeenTrack.of(track, host, assessment.roles.get(track.id, Role.OTHER)) for track in situation.tracks)
     chosen = assessment if answer is None else answer
@@ -176,8 +176,16 @@ def _cycle(situation: Situation, assessment: Assessment, answer: Plan | None) ->
         status=None if answer is None else answer.status,
         alert=None if answer is None else answer.alert,
         reason=chosen.reason,
+        **({} if answer is None else _asked(answer, cycle_s)),
         plan=answer,
     )
+
+
+def _asked(plan: Plan, later_s: float) -> dict[str, float]:
+    """What the plan asks for so much later."""
+    driven = plan.trajectory
+    columns = {"acceleration_mps2": driven.acceleration_mps2, "steering_rad": driven.steering_rad, "speed_mps": driven.speed_mps}
+    return {name: float(np.interp(later_s, driven.t_s, values)) for name, values in columns.items()}
 
 
 def _summary(
