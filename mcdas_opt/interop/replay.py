@@ -138,9 +138,12 @@ def _read(
 def _motion(log: str | Path, host: str | Path | None, recording: SensorLog) -> HostMotion:
     if host is not None:
         return HostMotion.read(find("logs", str(host), ".host.csv"))
-    if recording.host_speed is None or len(recording.host_speed) < 2:
+    if recording.host_speed is None:
         rule = "does not say the host's speed: pass --host, a CSV of t_s, speed_mps, or name its channel: --columns host_speed_mps=..."
         raise InputError(log, "", None, rule)
+    if len(recording.host_speed) < 2:
+        only = "at one time only: are its time stamps all equal?" if len(recording.host_speed) else "nowhere as a number with a time"
+        raise InputError(log, "", None, f"says the host's speed {only}")
     return HostMotion(t_s=recording.host_speed[:, 0], speed_mps=recording.host_speed[:, 1], source=f"{log}: host speed")
 
 
@@ -149,7 +152,9 @@ def _cycle_times(log: str | Path, recording: SensorLog, cycle_s: float) -> list[
     arrivals = np.unique(np.asarray(recording.arrivals_s, dtype=np.float64))
     first, last = float(arrivals[0]), float(arrivals[-1])
     if last - first > LONGEST_S:
-        raise InputError(log, "time", last - first, f"spans more than {LONGEST_S:g} s: is one of its time stamps broken?")
+        raise InputError(
+            log, "time", last - first, f"spans more than {LONGEST_S:g} s: is one of its time stamps broken, or are they not in seconds?"
+        )
     apart_s = float(np.median(np.diff(arrivals))) if arrivals.size > 1 else 0.0
     if apart_s > _SLOWEST_S:
         rule = f"is between two scans (median), which must be at most {_SLOWEST_S:g} s: are its time stamps not in seconds?"
