@@ -69,3 +69,10 @@ def test_planner_drives() -> None:
 def test_plant_is_driven() -> None:
     lines = printed(block("A plant", "python"), ROOT).splitlines()
     assert [line.rstrip() for line in lines] == block("A plant", "text").splitlines()
+
+
+def test_a_scene_of_another_format_is_driven(tmp_path: Path) -> None:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    script = block("My own scene and road", "python")
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == (block("My own scene and road", "text"), "")

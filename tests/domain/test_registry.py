@@ -13,8 +13,14 @@ from mcdas_opt.planning.method import METHODS
 from mcdas_opt.simulation.loop import simulate
 
 _MODULE = """
-from mcdas_opt.catalogue.scenes import load_scene
+from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.errors import InputError
+
+def backwards(path):
+    return Scene.model_validate({"host": {"speed_mps": -3.0}, "road": {"lanes_left": 0}})
+
+def misspelt(path):
+    return Scene.model_validate({"host": {"speed_mps": 3.0, "sped_mps": 3.0}})
 
 def scene_of(path):
     return load_scene("benign-following")
@@ -67,6 +73,8 @@ alone = their_parts:Alone
 osc = their_parts:scene_of
 none = their_parts:nothing
 boom = their_parts:raises
+back = their_parts:backwards
+misspelt = their_parts:misspelt
 strict = their_parts:refuses
 """
 
@@ -135,6 +143,8 @@ def test_a_file_of_a_registered_format_is_a_scene(installed: Path) -> None:
     [
         ("none", "the scene format 'none' gave NoneType, which must be a Scene"),
         ("boom", "the scene format 'boom' raised ZeroDivisionError: division by zero"),
+        ("back", "drive.back: the scene format 'back' gave host.speed_mps = -3.0: input should be greater than or equal to 0"),
+        ("misspelt", "drive.misspelt: the scene format 'misspelt' gave host.sped_mps: unknown key; did you mean 'speed_mps'?"),
         ("strict", "line 3 = 'x': must be a number"),
     ],
 )
@@ -145,3 +155,4 @@ def test_a_format_that_raises_or_gives_no_scene_is_named_with_the_file(ending: s
         load_scene(file)
     assert str(file) in str(told.value)
     assert said in str(told.value)
+    assert "pydantic" not in str(told.value)
