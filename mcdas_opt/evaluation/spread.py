@@ -18,14 +18,16 @@ class Spread(Part):
     """Evenly between `low` and `high`; one of a list; one of `first`, `first + step` ... `last`; or read at the host's speed [m/s] from
     `by_speed`, linear in between and held at both ends. `unit` is what the numbers are written in, where that is not SI."""
 
-    low: float | None = None
-    high: float | None = None
-    one_of: Annotated[list[float], Field(min_length=1)] | None = None
-    first: float | None = None
-    last: float | None = None
-    step: Annotated[float, Field(gt=0.0)] | None = None
-    by_speed: Annotated[list[Pair], Field(min_length=1)] | None = None
-    unit: Literal["km/h", "mph"] | None = None
+    low: Annotated[float | None, Field(description="evenly between low and high")] = None
+    high: Annotated[float | None, Field(description="evenly between low and high")] = None
+    one_of: Annotated[Annotated[list[float], Field(min_length=1)] | None, Field(description="one of these")] = None
+    first: Annotated[float | None, Field(description="one of first, first + step ... last")] = None
+    last: Annotated[float | None, Field(description="as first says")] = None
+    step: Annotated[Annotated[float, Field(gt=0.0)] | None, Field(description="as first says")] = None
+    by_speed: Annotated[
+        Annotated[list[Pair], Field(min_length=1)] | None, Field(description="[host's speed in m/s, value], linear in between")
+    ] = None
+    unit: Annotated[Literal["km/h", "mph"] | None, Field(description="of the numbers, where not SI")] = None
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:

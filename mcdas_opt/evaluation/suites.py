@@ -26,21 +26,21 @@ from mcdas_opt.evaluation.recordings import Recordings
 class PartOfSuite(Part):
     """So many scenes of another suite."""
 
-    suite: str
-    scenes: Annotated[int, Field(ge=1)] | None = None
+    suite: Annotated[str, Field(description="a shipped suite or a path")]
+    scenes: Annotated[Annotated[int, Field(ge=1)] | None, Field(description="how many of its; default all")] = None
 
 
 class SuiteFile(Part):
     """A suite file with more than one family in it; `sensors` are those of every member that names none."""
 
-    name: str
-    about: list[str] = Field(default_factory=list)
-    seed: Annotated[int, Field(ge=0)] = 1
-    sensors: dict[str, Any] = Field(default_factory=dict)
-    family: list[Family] = Field(default_factory=list)
-    manoeuvre: list[Manoeuvre] = Field(default_factory=list)
-    recorded: Recordings | None = None
-    part: list[PartOfSuite] = Field(default_factory=list)
+    name: Annotated[str, Field(description="of the suite")]
+    about: Annotated[list[str], Field(description="sources, and what was chosen where they are silent")] = Field(default_factory=list)
+    seed: Annotated[Annotated[int, Field(ge=0)], Field(description="of the draws, where the command names none")] = 1
+    sensors: Annotated[dict[str, Any], Field(description="as in a scene, for every member that names none")] = Field(default_factory=dict)
+    family: Annotated[list[Family], Field(description="ranges from which scenes are drawn")] = Field(default_factory=list)
+    manoeuvre: Annotated[list[Manoeuvre], Field(description="scenes written out")] = Field(default_factory=list)
+    recorded: Annotated[Recordings | None, Field(description="scenes cut from recordings")] = None
+    part: Annotated[list[PartOfSuite], Field(description="scenes of other suites")] = Field(default_factory=list)
 
     @model_validator(mode="after")
     def _holds_something(self) -> Self:
