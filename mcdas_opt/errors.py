@@ -47,6 +47,17 @@ class SharedPlannerError(McdasError, RuntimeError):
         super().__init__("a planner remembers what it did and belongs to one thread: another thread is in it; build a Planner for each")
 
 
+class PlannerFaultError(McdasError, RuntimeError):
+    """A method without a fallback ladder raised what it must not: names the planner, the time and what it raised."""
+
+    def __init__(self, planner: str, time_s: float, fault: str) -> None:
+        self.planner, self.time_s, self.fault = planner, time_s, fault
+        super().__init__(printable(f"planner {planner!r} at t = {time_s:.2f} s: raised {fault}"))
+
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        return type(self), (self.planner, self.time_s, self.fault)
+
+
 class PlannerFaultWarning(RuntimeWarning):
     """A method raised what it must not; the fallback ladder has answered."""
 

@@ -89,19 +89,24 @@ def checked(model: type[Model], document: Any, file: object, context: Any = None
     try:
         return model.model_validate(document, context=context)
     except ValidationError as error:
-        faults = error.errors()
-        first = next((fault for fault in faults if fault["type"] == "extra_forbidden"), faults[0])
-        cause = first.get("ctx", {}).get("error")
-        if isinstance(cause, InputError):
-            raise cause from None
-        key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in first["loc"]).lstrip(".")
-        if first["type"] == "extra_forbidden":
-            known = _fields_at(model, first["loc"][:-1])
-            raise InputError(file, key, None, f"unknown key; {nearest(str(first['loc'][-1]), known)}") from None
-        rule = _RULES.get(first["type"], first["msg"].removeprefix("Value error, "))
-        value = first.get("input")
-        shown = None if first["type"] == "missing" or isinstance(value, (dict, list)) else value
-        raise InputError(file, key, shown, rule[0].lower() + rule[1:]) from None
+        raise told(error, model, file) from None
+
+
+def told(error: ValidationError, model: type[BaseModel], file: object) -> InputError:
+    """What pydantic found wrong with a `model`, as `checked` tells it."""
+    faults = error.errors()
+    first = next((fault for fault in faults if fault["type"] == "extra_forbidden"), faults[0])
+    cause = first.get("ctx", {}).get("error")
+    if isinstance(cause, InputError):
+        return cause
+    key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in first["loc"]).lstrip(".")
+    if first["type"] == "extra_forbidden":
+        known = _fields_at(model, first["loc"][:-1])
+        return InputError(file, key, None, f"unknown key; {nearest(str(first['loc'][-1]), known)}")
+    rule = _RULES.get(first["type"], first["msg"].removeprefix("Value error, "))
+    value = first.get("input")
+    shown = None if first["type"] == "missing" or isinstance(value, (dict, list)) else value
+    return InputError(file, key, shown, rule[0].lower() + rule[1:])
 
 
 _RULES = {"missing": "missing key", "model_type": "must be a table", "list_type": "must be a list", "dict_type": "must be a table"}

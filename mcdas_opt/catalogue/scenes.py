@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
-from pydantic import Field, PrivateAttr, field_validator, model_validator
+from pydantic import Field, PrivateAttr, ValidationError, field_validator, model_validator
 
-from mcdas_opt.catalogue.data_files import checked, find, read_text, read_toml
+from mcdas_opt.catalogue.data_files import checked, find, read_text, read_toml, told
 from mcdas_opt.catalogue.part import NonNegative, Part, Positive
 from mcdas_opt.catalogue.road_tables import DestinationPart, RoadPart
 from mcdas_opt.catalogue.sensors import IDEAL, NONE, load_sensor
@@ -271,6 +271,9 @@ def _of_a_format(form: str, path: Path) -> Scene:
         scene = scene_of(path)
     except McdasError:
         raise
+    except ValidationError as error:
+        fault = told(error, Scene, path)
+        raise InputError(path, f"the scene format {form!r} gave {fault.key}", fault.value, fault.rule) from error
     except Exception as error:
         raise InputError(path, "", None, f"the scene format {form!r} raised {type(error).__name__}: {error}") from error
     if not isinstance(scene, Scene):

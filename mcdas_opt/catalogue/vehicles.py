@@ -64,8 +64,9 @@ def load_vehicle(name: str | Path, beside: Path | None = None) -> Vehicle:
     path = find("vehicles", str(name), beside=beside)
     entry = checked(VehicleFile, read_toml(path), path)
     limits = entry.model_dump(exclude=set(_WHERE_FROM))
-    with blaming(path):
+    with blaming(path, "actuators."):
         limits["actuators"] = ActuatorResponse(**limits["actuators"])
+    with blaming(path):
         vehicle = Vehicle(name=path.stem, **limits)
         Chassis.of(vehicle)
     return vehicle

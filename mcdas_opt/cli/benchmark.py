@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from mcdas_opt.cli import completion, options
-from mcdas_opt.cli.log import complain
+from mcdas_opt.cli.log import complain, hint
 from mcdas_opt.cli.progress import stages
 from mcdas_opt.cli.screen import JsonOption, console, emit, leaving
 
@@ -89,6 +90,8 @@ def benchmark(
         emit(done.document)
     else:
         _show(done.document)
+    for line in _failed(names, results.rows):
+        hint(line)
     wrong = contradictions(results.rows)
     if wrong:
         told = ", ".join(f"{row['scene']} ({row['planner']})" for row in wrong[:5])
@@ -161,6 +164,15 @@ def _show(document: dict[str, Any]) -> None:
                 table.add_row("cycle p50 / p99 [ms]", *(_cycle(summary[planner]["cycle_ms"]) for planner in few))
             screen.print(table)
     screen.print(f"rows: {document['rows']} (hash {document['rows_hash'][:12]}), report: {document['report']}", soft_wrap=True)
+
+
+def _failed(planners: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """Of each planner that raised, took too long or died: in how many drives, and why in the first."""
+    for planner in planners:
+        mine = [row for row in rows if row["planner"] == planner]
+        reasons = [row["error"] for row in mine if row["error"]]
+        if reasons:
+            yield f"{planner} failed in {len(reasons)} of {len(mine)} drives, in the first: {reasons[0]}"
 
 
 def _share(found: dict[str, Any]) -> str:

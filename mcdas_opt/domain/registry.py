@@ -39,16 +39,23 @@ class Registry:
             return point.load()
         except McdasError:  # of a part of ours that lacks an extra
             raise
-        except (ImportError, AttributeError) as error:
-            rule = f"is registered as {point.value!r}, which cannot be imported: {error}"
-            raise ParameterError(self.what, name, rule) from None
+        except Exception as error:
+            rule = f"is registered as {point.value!r}, which cannot be imported: {_words(error)}"
+            raise ParameterError(self.what, name, rule) from error
 
     def _imported(self, name: str) -> Any:
         module, _, attribute = name.partition(":")
         try:
             return getattr(import_module(module), attribute)
-        except (ModuleNotFoundError, AttributeError, ValueError) as error:
-            raise ParameterError(self.what, name, f"must be module:attribute of a module that can be imported: {error}") from None
+        except McdasError:
+            raise
+        except Exception as error:
+            raise ParameterError(self.what, name, f"must be module:attribute of a module that can be imported: {_words(error)}") from error
+
+
+def _words(error: Exception) -> str:
+    """What Python says; that a module raised something of its own is said too."""
+    return str(error) if isinstance(error, (ImportError, AttributeError, ValueError)) else f"it raised {type(error).__name__}: {error}"
 
 
 def importable(what: str, kind: type) -> str:

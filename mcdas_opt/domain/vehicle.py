@@ -12,15 +12,15 @@ from mcdas_opt.errors import ParameterError
 
 GRAVITY_MPS2 = 9.80665
 _IMMEDIATE = ActuatorResponse()
-_OPEN = (  # may stay open
-    "mass_kg",
-    "yaw_inertia_kgm2",
-    "cog_to_front_axle_m",
-    "cornering_stiffness_front_nprad",
-    "cornering_stiffness_rear_nprad",
-    "axle_load_front_kg",
-    "axle_load_rear_kg",
-)
+_OPEN = {  # may stay open; the least and the most as below, so that tonnes, kN/rad and N/deg are told from what is asked for
+    "mass_kg": (100.0, 1e5),
+    "yaw_inertia_kgm2": (25.0, 1e7),
+    "cog_to_front_axle_m": (1e-3, 50.0),
+    "cornering_stiffness_front_nprad": (5e3, 1e7),
+    "cornering_stiffness_rear_nprad": (5e3, 1e7),
+    "axle_load_front_kg": (50.0, 1e5),
+    "axle_load_rear_kg": (50.0, 1e5),
+}
 _TIPS_MPS2, _NEAREST_AXLE = 2.0, 0.4  # a share of the wheelbase: where the centre of gravity may be that nobody gave
 _SIZES = {  # the least and the most, of those below 0 by amount, that a road vehicle can have, by far
     "wheelbase_m": (0.1, 50.0),
@@ -94,7 +94,10 @@ class Vehicle:
         for name, (least, most) in _SIZES.items():
             value = attrgetter(name)(self)
             within(name, value, *((-most, -least) if value < 0.0 else (least, most)), unit_of(name))
-        require(self, measurable, *(name for name in _OPEN if attrgetter(name)(self) is not None))
+        for name, (least, most) in _OPEN.items():
+            value = attrgetter(name)(self)
+            if value is not None:
+                within(name, measurable(name, value, unit_of(name)), least, most, unit_of(name))
         if self.cog_height_m is not None:
             non_negative("cog_height_m", self.cog_height_m, "m")
         object.__setattr__(self, "driven_axle", word("driven_axle", self.driven_axle, DrivenAxle))
@@ -122,7 +125,9 @@ class Vehicle:
 
     def _check_balance(self) -> None:
         """The centre of gravity lies between the axles, and so low that braking at `_TIPS_MPS2` keeps both of them on the road."""
-        front, nearest = self.cog_to_front_axle_m, _NEAREST_AXLE * self.wheelbase_m
+        front, nearest, loads = self.cog_to_front_axle_m, _NEAREST_AXLE * self.wheelbase_m, self.axle_loads_kg
+        if front is None and loads is not None:
+            front = self.wheelbase_m * loads[1] / sum(loads)
         if front is not None:
             if not front < self.wheelbase_m:
                 raise ParameterError("cog_to_front_axle_m", front, f"must be less than the wheelbase {self.wheelbase_m:g}", "m")

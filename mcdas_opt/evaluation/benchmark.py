@@ -62,15 +62,15 @@ def manifest_of(suite: Suite, planners: Sequence[str], plant: str, limit_s: floa
 
 
 def check_planners(planners: Sequence[str]) -> None:
-    """Raises `ParameterError` with the known ones for a name that is not registered and no "module:Class", that cannot be imported, or that
+    """Raises `ParameterError` with the known ones for a name that is not registered and no "module:Class", that cannot be built, or that
     stands twice."""
-    from mcdas_opt.planning.method import METHODS
+    from mcdas_opt.planning.method import METHODS, check_method
 
     known = METHODS.known()
     for name in planners:
         if ":" not in name and name not in known:
             raise ParameterError("planners", name, "is not a known planner; known: " + ", ".join(known))
-        METHODS.load(name)
+        check_method(name)
         if list(planners).count(name) > 1:
             raise ParameterError("planners", name, "stands twice")
     if not planners:

@@ -32,13 +32,13 @@ class Family(Ranges):
     oracle is asked. `count` and `seed` hold when nothing else is said (a grid has as many scenes as combinations).
     """
 
-    name: str
-    about: list[str] = Field(default_factory=list)
-    seed: Annotated[int, Field(ge=0)] = 1
-    count: Annotated[int, Field(ge=1, le=_MOST_SCENES)] = 100
-    grid: bool = False
-    nominal: bool = False
-    labels: bool = True
+    name: Annotated[str, Field(description="of the family")]
+    about: Annotated[list[str], Field(description="sources, and what was chosen where they are silent")] = Field(default_factory=list)
+    seed: Annotated[Annotated[int, Field(ge=0)], Field(description="of the draws, where the command names none")] = 1
+    count: Annotated[Annotated[int, Field(ge=1, le=_MOST_SCENES)], Field(description="scenes, where the command names no number")] = 100
+    grid: Annotated[bool, Field(description="every combination of the lists in turn, instead of draws")] = False
+    nominal: Annotated[bool, Field(description="nothing in it needs an intervention")] = False
+    labels: Annotated[bool, Field(description="the oracle says what was avoidable")] = True
 
     @model_validator(mode="after")
     def _few_combinations(self) -> Self:

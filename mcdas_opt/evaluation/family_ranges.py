@@ -17,11 +17,13 @@ _MOST_CARS = 20  # in a lane
 class RoadSpread(Part):
     """`bend_mps2` is the lateral acceleration that the road's one bend asks of the host at its speed; positive bends to the left."""
 
-    lane_width_m: Number = 3.7
-    friction: Number = 0.9
-    lanes_left: Number = 1
-    lanes_right: Number = 1
-    bend_mps2: Number = 0.0
+    lane_width_m: Annotated[Number, Field(description="of every lane")] = 3.7
+    friction: Annotated[Number, Field(description="of the road")] = 0.9
+    lanes_left: Annotated[Number, Field(description="to the left of the host's")] = 1
+    lanes_right: Annotated[Number, Field(description="to the right of the host's")] = 1
+    bend_mps2: Annotated[
+        Number, Field(description="lateral acceleration at the host's speed in the road's one bend, to the left positive")
+    ] = 0.0
 
     @model_validator(mode="after")
     def _few_lanes(self) -> Self:
@@ -34,9 +36,9 @@ class RoadSpread(Part):
 class HostSpread(Part):
     """`eager_mps`: by how much its desired speed exceeds its own at the start."""
 
-    vehicle: str = "sedan"
-    speed_mps: Number
-    eager_mps: Number = 0.0
+    vehicle: Annotated[str, Field(description="a shipped vehicle or a path")] = "sedan"
+    speed_mps: Annotated[Number, Field(description="at the start")]
+    eager_mps: Annotated[Number, Field(description="desired speed above its own at the start")] = 0.0
 
     @model_validator(mode="after")
     def _as_a_car(self) -> Self:
@@ -52,18 +54,18 @@ class FrontSpread(Part):
     is the share of the host's width that it stands in the way of, negative to the left of the host's middle, positive to the right.
     """
 
-    gap_m: Number | None = None
-    headway_s: Number | None = None
-    ttc_s: Number | None = None
-    slower_mps: Number = 0.0
-    speed_mps: Number | None = None
-    offset_m: Number = 0.0
-    overlap: Number | None = None
-    braking_mps2: Number = 0.0
-    braking_share: Number = 1.0
-    until_mps: Number | None = None
-    length_m: Number = 4.5
-    width_m: Number = 1.8
+    gap_m: Annotated[Number | None, Field(description="bumper to bumper at the start; or headway_s, or ttc_s")] = None
+    headway_s: Annotated[Number | None, Field(description="gap over the host's speed")] = None
+    ttc_s: Annotated[Number | None, Field(description="gap over the closing speed")] = None
+    slower_mps: Annotated[Number, Field(description="than the host; or speed_mps")] = 0.0
+    speed_mps: Annotated[Number | None, Field(description="its own, instead of slower_mps")] = None
+    offset_m: Annotated[Number, Field(description="across from the host, left positive")] = 0.0
+    overlap: Annotated[Number | None, Field(description="share of the host's width that it is in the way of")] = None
+    braking_mps2: Annotated[Number, Field(description="from the event on, positive")] = 0.0
+    braking_share: Annotated[Number, Field(description="of its speed that it brakes away; 1 to a stop")] = 1.0
+    until_mps: Annotated[Number | None, Field(description="speed that it brakes down to")] = None
+    length_m: Annotated[Number, Field(description="of its body")] = 4.5
+    width_m: Annotated[Number, Field(description="of its body")] = 1.8
 
     @model_validator(mode="after")
     def _one_distance(self) -> Self:
@@ -73,13 +75,13 @@ class FrontSpread(Part):
 
 
 class RearSpread(Part):
-    gap_m: Number | None = None
-    headway_s: Number | None = None
-    faster_mps: Number = 0.0
-    braking_mps2: Number = 0.0
-    after_s: Number = 1.5
-    follows: bool = False
-    reaction_s: Number = 1.0
+    gap_m: Annotated[Number | None, Field(description="bumper to bumper at the start; or headway_s")] = None
+    headway_s: Annotated[Number | None, Field(description="gap over its own speed")] = None
+    faster_mps: Annotated[Number, Field(description="than the host")] = 0.0
+    braking_mps2: Annotated[Number, Field(description="some time after the event, positive")] = 0.0
+    after_s: Annotated[Number, Field(description="that time")] = 1.5
+    follows: Annotated[bool, Field(description="drives by the Intelligent Driver Model")] = False
+    reaction_s: Annotated[Number, Field(description="of one who follows")] = 1.0
 
     @model_validator(mode="after")
     def _one_distance(self) -> Self:
@@ -91,9 +93,9 @@ class RearSpread(Part):
 class SideSpread(Part):
     """Cars in each next lane there is: how many, how far ahead of the host, at which share of its speed."""
 
-    cars: Number = 0
-    ahead_m: Number = 0.0
-    speed_ratio: Number = 1.0
+    cars: Annotated[Number, Field(description="in each next lane")] = 0
+    ahead_m: Annotated[Number, Field(description="of the host, centre to centre")] = 0.0
+    speed_ratio: Annotated[Number, Field(description="their speed over the host's")] = 1.0
 
     @model_validator(mode="after")
     def _few_cars(self) -> Self:
@@ -105,7 +107,7 @@ class SideSpread(Part):
 class BlockadeSpread(Part):
     """In each next lane a car that does as the front car does, `stagger_m` farther ahead."""
 
-    stagger_m: Number = 0.0
+    stagger_m: Annotated[Number, Field(description="farther ahead than the front car")] = 0.0
 
 
 class CutInSpread(Part):
@@ -114,35 +116,35 @@ class CutInSpread(Part):
     `lateral_mps` is the largest sideways speed; from the event on it accelerates too.
     """
 
-    gap_m: Number
-    slower_mps: Number
-    lateral_mps: Number
-    acceleration_mps2: Number = 0.0
-    side: Number = Spread(one_of=[1.0, -1.0])
+    gap_m: Annotated[Number, Field(description="bumper ahead of the host's at the event")]
+    slower_mps: Annotated[Number, Field(description="than the host")]
+    lateral_mps: Annotated[Number, Field(description="largest speed across")]
+    acceleration_mps2: Annotated[Number, Field(description="from the event on")] = 0.0
+    side: Annotated[Number, Field(description="that it comes from: 1 left, -1 right")] = Spread(one_of=[1.0, -1.0])
 
 
 class CutOutSpread(Part):
     """The front car leaves to `side` at the event, `ahead_m` before it would meet somebody who stands in the host's lane."""
 
-    ahead_m: Number
-    lateral_mps: Number
-    side: Number = Spread(one_of=[1.0, -1.0])
+    ahead_m: Annotated[Number, Field(description="of the one who stands, when it leaves")]
+    lateral_mps: Annotated[Number, Field(description="largest speed across")]
+    side: Annotated[Number, Field(description="that it leaves to: 1 left, -1 right")] = Spread(one_of=[1.0, -1.0])
 
 
 class Ranges(Part):
     """Everything that a scene is drawn from: road, host, who drives about it, and the sensors."""
 
-    duration_s: Annotated[float, Field(gt=0.0)] = 8.0
-    event_s: Number = 0.0
-    road: RoadSpread = RoadSpread()
-    host: HostSpread
-    front: FrontSpread | None = None
-    rear: RearSpread | None = None
-    side: SideSpread = SideSpread()
-    blockade: BlockadeSpread | None = None
-    cut_in: CutInSpread | None = None
-    cut_out: CutOutSpread | None = None
-    sensors: dict[str, Any] = Field(default_factory=dict)
+    duration_s: Annotated[Annotated[float, Field(gt=0.0)], Field(description="of a drive")] = 8.0
+    event_s: Annotated[Number, Field(description="when the front car brakes, or somebody changes lanes")] = 0.0
+    road: Annotated[RoadSpread, Field(description="the road")] = RoadSpread()
+    host: Annotated[HostSpread, Field(description="the car that is planned for")]
+    front: Annotated[FrontSpread | None, Field(description="somebody ahead")] = None
+    rear: Annotated[RearSpread | None, Field(description="somebody behind")] = None
+    side: Annotated[SideSpread, Field(description="cars in the next lanes")] = SideSpread()
+    blockade: Annotated[BlockadeSpread | None, Field(description="cars beside the front car")] = None
+    cut_in: Annotated[CutInSpread | None, Field(description="somebody who comes in ahead")] = None
+    cut_out: Annotated[CutOutSpread | None, Field(description="the front car leaves before somebody who stands")] = None
+    sensors: Annotated[dict[str, Any], Field(description="as in a scene")] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _parts_fit(self) -> Self:

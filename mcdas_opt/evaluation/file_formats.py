@@ -71,20 +71,26 @@ def _of_table(table: str, part: dict[str, Any], parts: dict[str, Any]) -> Iterat
     for name, entry in part.get("properties", {}).items():
         held, several = _table_behind(entry, parts)
         if held is not None:
+            if len(_forms(entry)) > 1:  # a plain value, too
+                yield _key(table, name, entry, part, parts)
             path = f"{table.strip('[]')}.{name}".lstrip(".")
             inner.append((f"[[{path}]]" if several else f"[{path}]", held))
             continue
-        yield Key(
-            table=table,
-            name=name,
-            kind=_kind(entry, parts),
-            unit=unit_of(name),
-            default=_default(name, entry, part),
-            allowed=_allowed(entry),
-            about=entry.get("description", ""),
-        )
+        yield _key(table, name, entry, part, parts)
     for path, held in inner:
         yield from _of_table(path, held, parts)
+
+
+def _key(table: str, name: str, entry: dict[str, Any], part: dict[str, Any], parts: dict[str, Any]) -> Key:
+    return Key(
+        table=table,
+        name=name,
+        kind=_kind(entry, parts),
+        unit=unit_of(name),
+        default=_default(name, entry, part),
+        allowed=_allowed(entry),
+        about=entry.get("description", ""),
+    )
 
 
 def _table_behind(entry: dict[str, Any], parts: dict[str, Any]) -> tuple[dict[str, Any] | None, bool]:
@@ -115,7 +121,7 @@ def _kind(entry: dict[str, Any], parts: dict[str, Any]) -> str:
             said.append(_kind(parts.get(one["$ref"].rpartition("/")[2], {}), parts))
         else:
             said.append(words.get(one.get("type", ""), "value"))
-    return " or ".join(dict.fromkeys(said))
+    return " or ".join(dict.fromkeys(word for word in said if word != "whole number" or "number" not in said))
 
 
 def _default(name: str, entry: dict[str, Any], part: dict[str, Any]) -> str:

@@ -25,22 +25,26 @@ class Manoeuvre(Part):
     host follows a driver by the IDM, who follows the lead with that gap. `limit_mps` is the road's.
     """
 
-    name: str
-    about: str = ""
-    duration_s: Annotated[float, Field(gt=0.0)]
-    host_mps: Annotated[float, Field(ge=0.0)]
-    desired_mps: Annotated[float, Field(gt=0.0)]
-    gap_m: float | None = None
-    lead_mps: list[Annotated[float, Field(ge=0.0)]] = Field(default_factory=list)
-    lead_at_s: list[Annotated[float, Field(ge=0.0)]] = Field(default_factory=list)
-    lead_file: str | None = None
-    lead_from_s: Annotated[float, Field(ge=0.0)] = 0.0
-    idm_gap_m: Annotated[float, Field(gt=0.0)] | None = None
-    friction: Annotated[float, Field(gt=0.0, le=1.5)] = 0.9
-    limit_mps: Annotated[float, Field(gt=0.0)] = 40.0
-    nominal: bool = False
-    vehicle: str = "sedan"
-    sensors: dict[str, Any] = Field(default_factory=dict)
+    name: Annotated[str, Field(description="of the manoeuvre")]
+    about: Annotated[str, Field(description="its source")] = ""
+    duration_s: Annotated[Annotated[float, Field(gt=0.0)], Field(description="of the drive")]
+    host_mps: Annotated[Annotated[float, Field(ge=0.0)], Field(description="the host's speed at the start")]
+    desired_mps: Annotated[Annotated[float, Field(gt=0.0)], Field(description="speed that it wants")]
+    gap_m: Annotated[float | None, Field(description="to the lead, bumper to bumper")] = None
+    lead_mps: Annotated[list[Annotated[float, Field(ge=0.0)]], Field(description="the lead's speeds, at lead_at_s")] = Field(
+        default_factory=list
+    )
+    lead_at_s: Annotated[list[Annotated[float, Field(ge=0.0)]], Field(description="times of lead_mps")] = Field(default_factory=list)
+    lead_file: Annotated[str | None, Field(description="instead: a CSV of t_s, speed_mps beside the suite")] = None
+    lead_from_s: Annotated[Annotated[float, Field(ge=0.0)], Field(description="where in lead_file it begins")] = 0.0
+    idm_gap_m: Annotated[
+        Annotated[float, Field(gt=0.0)] | None, Field(description="to the lead of a driver in between, by the Intelligent Driver Model")
+    ] = None
+    friction: Annotated[Annotated[float, Field(gt=0.0, le=1.5)], Field(description="of the road")] = 0.9
+    limit_mps: Annotated[Annotated[float, Field(gt=0.0)], Field(description="the road's speed limit")] = 40.0
+    nominal: Annotated[bool, Field(description="nothing in it needs an intervention")] = False
+    vehicle: Annotated[str, Field(description="a shipped vehicle or a path")] = "sedan"
+    sensors: Annotated[dict[str, Any], Field(description="as in a scene")] = Field(default_factory=dict)
 
     @model_validator(mode="before")
     @classmethod

@@ -33,15 +33,15 @@ _CARS = 5  # of the platoon
 class Recordings(Part):
     """The [recorded] table: which files below the user's folder, cut into windows; who follows reacts after `reaction_s`."""
 
-    platoon: str | None = None  # glob of tables t, vehK_x, vehK_y, vehK_v
-    triples: str | None = None  # a JSON list of rear, host and front
-    window_s: Annotated[float, Field(ge=2.0)] = 20.0
-    every_s: Annotated[float, Field(ge=1.0)] = 20.0
-    vehicle: str = "sedan"
-    friction: Annotated[float, Field(gt=0.0, le=1.5)] = 0.9
-    reaction_s: Annotated[float, Field(ge=0.0)] = 1.0
-    desired_mps: Annotated[float, Field(gt=0.0)] = 15.6
-    sensors: dict[str, Any] = Field(default_factory=dict)
+    platoon: Annotated[str | None, Field(description="files below --data, as a glob: tables of t, vehK_x, vehK_y, vehK_v")] = None
+    triples: Annotated[str | None, Field(description="file below --data: a JSON list of rear, host and front")] = None
+    window_s: Annotated[Annotated[float, Field(ge=2.0)], Field(description="length of a scene")] = 20.0
+    every_s: Annotated[Annotated[float, Field(ge=1.0)], Field(description="from one scene's start to the next one's")] = 20.0
+    vehicle: Annotated[str, Field(description="a shipped vehicle or a path")] = "sedan"
+    friction: Annotated[Annotated[float, Field(gt=0.0, le=1.5)], Field(description="of the road")] = 0.9
+    reaction_s: Annotated[Annotated[float, Field(ge=0.0)], Field(description="of who follows the host")] = 1.0
+    desired_mps: Annotated[Annotated[float, Field(gt=0.0)], Field(description="the host's desired speed, at least")] = 15.6
+    sensors: Annotated[dict[str, Any], Field(description="as in a scene")] = Field(default_factory=dict)
 
     def scenes(self, folder: Path | None, seed: int) -> tuple[tuple[str, Scene], ...]:
         """(family, scene) of every window in the order of files and times. Raises `InputError` where the folder lacks a file."""

@@ -6,7 +6,7 @@ import math
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, ValidatorFunctionWrapHandler, WrapValidator, model_validator
 
 from mcdas_opt.catalogue.part import Pair, Part
 
@@ -18,14 +18,16 @@ class Spread(Part):
     """Evenly between `low` and `high`; one of a list; one of `first`, `first + step` ... `last`; or read at the host's speed [m/s] from
     `by_speed`, linear in between and held at both ends. `unit` is what the numbers are written in, where that is not SI."""
 
-    low: float | None = None
-    high: float | None = None
-    one_of: Annotated[list[float], Field(min_length=1)] | None = None
-    first: float | None = None
-    last: float | None = None
-    step: Annotated[float, Field(gt=0.0)] | None = None
-    by_speed: Annotated[list[Pair], Field(min_length=1)] | None = None
-    unit: Literal["km/h", "mph"] | None = None
+    low: Annotated[float | None, Field(description="evenly between low and high")] = None
+    high: Annotated[float | None, Field(description="evenly between low and high")] = None
+    one_of: Annotated[Annotated[list[float], Field(min_length=1)] | None, Field(description="one of these")] = None
+    first: Annotated[float | None, Field(description="one of first, first + step ... last")] = None
+    last: Annotated[float | None, Field(description="as first says")] = None
+    step: Annotated[Annotated[float, Field(gt=0.0)] | None, Field(description="as first says")] = None
+    by_speed: Annotated[
+        Annotated[list[Pair], Field(min_length=1)] | None, Field(description="[host's speed in m/s, value], linear in between")
+    ] = None
+    unit: Annotated[Literal["km/h", "mph"] | None, Field(description="of the numbers, where not SI")] = None
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
@@ -36,7 +38,7 @@ class Spread(Part):
             raise ValueError("needs low and high, or one_of, or first, last and step, or by_speed")
         for low, high in (("low", "high"), ("first", "last")):
             if given[low] is not None and given[high] < given[low]:
-                raise ValueError(f"{high} must be at least {low}")
+                raise ValueError(f"{high} = {given[high]:g} must be at least {low} = {given[low]:g}")
         if self.low is not None and self.high is not None and not math.isfinite(self.high - self.low):
             raise ValueError("high - low must be a finite number")
         if (
@@ -77,7 +79,18 @@ class Spread(Part):
         return _UNITS[self.unit] if self.unit is not None else 1.0
 
 
-Number = float | int | Spread
+def _number_or_range(value: object, checked: ValidatorFunctionWrapHandler) -> object:
+    """The rules of what was meant: a table's are those of `Spread`."""
+    if isinstance(value, dict):
+        return Spread.model_validate(value)
+    if isinstance(value, bool) or not isinstance(value, (float, int, Spread)):
+        raise ValueError("must be a number, or a table with a range, as { low = 1.0, high = 2.0 }")
+    if not isinstance(value, Spread) and not math.isfinite(value):
+        raise ValueError("must be a finite number")
+    return checked(value)
+
+
+Number = Annotated[float | int | Spread, WrapValidator(_number_or_range)]
 
 
 def largest(number: Number) -> float:

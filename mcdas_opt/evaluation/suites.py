@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -25,21 +26,21 @@ from mcdas_opt.evaluation.recordings import Recordings
 class PartOfSuite(Part):
     """So many scenes of another suite."""
 
-    suite: str
-    scenes: Annotated[int, Field(ge=1)] | None = None
+    suite: Annotated[str, Field(description="a shipped suite or a path")]
+    scenes: Annotated[Annotated[int, Field(ge=1)] | None, Field(description="how many of its; default all")] = None
 
 
 class SuiteFile(Part):
     """A suite file with more than one family in it; `sensors` are those of every member that names none."""
 
-    name: str
-    about: list[str] = Field(default_factory=list)
-    seed: Annotated[int, Field(ge=0)] = 1
-    sensors: dict[str, Any] = Field(default_factory=dict)
-    family: list[Family] = Field(default_factory=list)
-    manoeuvre: list[Manoeuvre] = Field(default_factory=list)
-    recorded: Recordings | None = None
-    part: list[PartOfSuite] = Field(default_factory=list)
+    name: Annotated[str, Field(description="of the suite")]
+    about: Annotated[list[str], Field(description="sources, and what was chosen where they are silent")] = Field(default_factory=list)
+    seed: Annotated[Annotated[int, Field(ge=0)], Field(description="of the draws, where the command names none")] = 1
+    sensors: Annotated[dict[str, Any], Field(description="as in a scene, for every member that names none")] = Field(default_factory=dict)
+    family: Annotated[list[Family], Field(description="ranges from which scenes are drawn")] = Field(default_factory=list)
+    manoeuvre: Annotated[list[Manoeuvre], Field(description="scenes written out")] = Field(default_factory=list)
+    recorded: Annotated[Recordings | None, Field(description="scenes cut from recordings")] = None
+    part: Annotated[list[PartOfSuite], Field(description="scenes of other suites")] = Field(default_factory=list)
 
     @model_validator(mode="after")
     def _holds_something(self) -> Self:
@@ -113,7 +114,7 @@ def _expanded(
     suite: Family | SuiteFile, path: Path, count: int | None, seed: int, data: Path | None, inside: tuple[Path, ...]
 ) -> list[_Found]:
     if isinstance(suite, Family):
-        return _of_family(suite, suite.size if count is None else count, seed)
+        return _of_family(suite, suite.size if count is None else count, seed, path)
     if path in inside:
         raise InputError(path, "part", suite.name, "a suite cannot be part of itself")
     recorded = [
@@ -127,8 +128,9 @@ def _expanded(
     shares = allot(sum(sizes + wanted) if count is None else count, sizes + wanted)
     found: list[_Found] = []
     for family, share in zip(suite.family, shares, strict=False):
-        found += _of_family(family, share, seed)
-    found += _of_manoeuvres(suite.manoeuvre, shares[len(suite.family)], seed)
+        found += _of_family(family, share, seed, path)
+    with _of_file(path, *(f"{one.name}-" for one in suite.manoeuvre)):
+        found += _of_manoeuvres(suite.manoeuvre, shares[len(suite.family)], seed)
     found += [recorded[k] for k in _spaced(shares[len(suite.family) + 1], len(recorded))]
     for (file, at), share in zip(files, shares[len(sizes) :], strict=True):
         found += _expanded(file, at, share, seed, data, (*inside, path))
@@ -144,12 +146,24 @@ def _size(suite: Family | SuiteFile, path: Path) -> int:
     return sum(family.size for family in suite.family) + len(suite.manoeuvre)
 
 
-def _of_family(family: Family, count: int, seed: int) -> list[_Found]:
+def _of_family(family: Family, count: int, seed: int, path: Path) -> list[_Found]:
     size = family.size
     indices = _spaced(count, size) if family.grid and count < size else range(count)
-    return [
-        _Found(family=family.name, scene=family.scene(index, seed), nominal=family.nominal, labelled=family.labels) for index in indices
-    ]
+    with _of_file(path, f"{family.name}-"):
+        scenes = [family.scene(index, seed) for index in indices]
+    return [_Found(family=family.name, scene=scene, nominal=family.nominal, labelled=family.labels) for scene in scenes]
+
+
+@contextmanager
+def _of_file(path: Path, *names: str) -> Iterator[None]:
+    """A scene whose name begins so has no file, nor has a vehicle that is not there: the fault is the suite's."""
+    try:
+        yield
+    except InputError as error:
+        if Path(error.file).exists():
+            raise
+        what = f"scene {error.file.removesuffix('.toml')}" if error.file.startswith(names) else error.file
+        raise InputError(path, f"{what}: {error.key}" if error.key else what, error.value, error.rule) from None
 
 
 def _of_manoeuvres(manoeuvres: Sequence[Manoeuvre], count: int, seed: int) -> list[_Found]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +25,7 @@ from mcdas_opt.evaluation.table import markdown_table
 from mcdas_opt.interop.sumo.episode import Episode, EpisodeSettings, drive
 from mcdas_opt.simulation.ordinary import HEADWAYS_S, NEAR_MISS_S
 
-PICTURES, TABLE = "pictures", "table.md"
+ROWS, PICTURES, TABLE = "rows.csv", "pictures", "table.md"
 _LIMIT_S = 3600.0
 _RESAMPLES = 2000
 
@@ -81,7 +83,19 @@ def run(
             journal.append(row)
             progress(done, of)
         found = {(row["seed"], row["driver"]): row for row in journal.records}
-    return tuple(found[seed, driver] for seed in seeds for driver in drivers)
+    rows = tuple(found[seed, driver] for seed in seeds for driver in drivers)
+    write_whole(folder / ROWS, as_csv(rows))
+    return rows
+
+
+def as_csv(rows: Sequence[Record]) -> str:
+    """An episode a line, the figures of ordinary driving among the others; a list is JSON."""
+    flat = [{**{name: value for name, value in row.items() if name != "ordinary"}, **row["ordinary"]} for row in rows]
+    text = StringIO()
+    writer = csv.DictWriter(text, list(dict.fromkeys(name for row in flat for name in row)), restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({name: json.dumps(value) if isinstance(value, list) else value for name, value in row.items()} for row in flat)
+    return text.getvalue()
 
 
 def episode_row(settings: EpisodeSettings, seed: int, driver: str, pictures: Path) -> Record:

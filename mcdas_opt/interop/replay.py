@@ -105,7 +105,7 @@ def replay(
         )  # fmt: skip
         before = assess(situation, vehicle, settings.selector, before)
         taken.append(1e3 * (time.perf_counter() - started))
-        cycles.append(_cycle(situation, before, answer))
+        cycles.append(_cycle(situation, before, answer, settings.cycle_s))
         if progress is not None:
             progress(k + 1, len(times))
     left_out = round((times[-1] - times[0]) / settings.cycle_s) + 1 - len(times)
@@ -138,9 +138,12 @@ def _read(
 def _motion(log: str | Path, host: str | Path | None, recording: SensorLog) -> HostMotion:
     if host is not None:
         return HostMotion.read(find("logs", str(host), ".host.csv"))
-    if recording.host_speed is None or len(recording.host_speed) < 2:
+    if recording.host_speed is None:
         rule = "does not say the host's speed: pass --host, a CSV of t_s, speed_mps, or name its channel: --columns host_speed_mps=..."
         raise InputError(log, "", None, rule)
+    if len(recording.host_speed) < 2:
+        only = "at one time only: are its time stamps all equal?" if len(recording.host_speed) else "nowhere as a number with a time"
+        raise InputError(log, "", None, f"says the host's speed {only}")
     return HostMotion(t_s=recording.host_speed[:, 0], speed_mps=recording.host_speed[:, 1], source=f"{log}: host speed")
 
 
@@ -149,7 +152,9 @@ def _cycle_times(log: str | Path, recording: SensorLog, cycle_s: float) -> list[
     arrivals = np.unique(np.asarray(recording.arrivals_s, dtype=np.float64))
     first, last = float(arrivals[0]), float(arrivals[-1])
     if last - first > LONGEST_S:
-        raise InputError(log, "time", last - first, f"spans more than {LONGEST_S:g} s: is one of its time stamps broken?")
+        raise InputError(
+            log, "time", last - first, f"spans more than {LONGEST_S:g} s: is one of its time stamps broken, or are they not in seconds?"
+        )
     apart_s = float(np.median(np.diff(arrivals))) if arrivals.size > 1 else 0.0
     if apart_s > _SLOWEST_S:
         rule = f"is between two scans (median), which must be at most {_SLOWEST_S:g} s: are its time stamps not in seconds?"
@@ -161,7 +166,7 @@ def _cycle_times(log: str | Path, recording: SensorLog, cycle_s: float) -> list[
     return kept
 
 
-def _cycle(situation: Situation, assessment: Assessment, answer: Plan | None) -> Cycle:
+def _cycle(situation: Situation, assessment: Assessment, answer: Plan | None, cycle_s: float) -> Cycle:
     host = situation.host
     tracks = tuple(SeenTrack.of(track, host, assessment.roles.get(track.id, Role.OTHER)) for track in situation.tracks)
     chosen = assessment if answer is None else answer
@@ -176,8 +181,16 @@ def _cycle(situation: Situation, assessment: Assessment, answer: Plan | None) ->
         status=None if answer is None else answer.status,
         alert=None if answer is None else answer.alert,
         reason=chosen.reason,
+        **({} if answer is None else _asked(answer, cycle_s)),
         plan=answer,
     )
+
+
+def _asked(plan: Plan, later_s: float) -> dict[str, float]:
+    """What the plan asks for so much later."""
+    driven = plan.trajectory
+    columns = {"acceleration_mps2": driven.acceleration_mps2, "steering_rad": driven.steering_rad, "speed_mps": driven.speed_mps}
+    return {name: float(np.interp(later_s, driven.t_s, values)) for name, values in columns.items()}
 
 
 def _summary(

@@ -22,6 +22,7 @@ from mcdas_opt.interop.sensor_log import SensorLog
 from mcdas_opt.simulation.record import CycleTimes
 
 _SAID = ("mode", "side", "status", "alert", "warning", "reason")
+_ASKED = ("acceleration_mps2", "steering_rad", "speed_mps")
 _SEEN = ("id", "role", "s_m", "d_m", "speed_s_mps", "speed_d_mps", "length_m", "width_m", "coasting")
 
 
@@ -64,6 +65,7 @@ class SeenTrack:
 class Cycle:
     """One step of the pipeline. `mode` is the plan's, or the selector's where nothing was planned: `status`, `alert`, `plan` are then None.
 
+    `acceleration_mps2`, `steering_rad` and `speed_mps` are what the plan has one cycle later: at the cycle itself they are the host's own.
     The plan is no part of the document.
     """
 
@@ -77,6 +79,9 @@ class Cycle:
     status: Status | None
     alert: Alert | None = None
     reason: str = ""
+    acceleration_mps2: float | None = None
+    steering_rad: float | None = None
+    speed_mps: float | None = None
     plan: Plan | None = field(default=None, repr=False, compare=False)
 
 
@@ -156,7 +161,7 @@ class Replay(Result):
             "t_s": [cycle.t_s for cycle, _ in pairs],
             "host_s_m": [cycle.host.s_m for cycle, _ in pairs],
             "host_speed_mps": [cycle.host.speed_mps for cycle, _ in pairs],
-            **{name: [to_document(attrgetter(name)(cycle)) for cycle, _ in pairs] for name in _SAID},
+            **{name: [to_document(attrgetter(name)(cycle)) for cycle, _ in pairs] for name in (*_SAID, *_ASKED)},
             **{f"track_{name}": [None if track is None else to_document(attrgetter(name)(track)) for _, track in pairs] for name in _SEEN},
         }
         for k, name in ((0, "s"), (2, "d")):

@@ -55,7 +55,7 @@ class StartPart(GoalPart):
 
 class SlotPart(Part):
     length_m: Annotated[Stretch, Field(description="the slot is 0 <= x <= length_m")]
-    depth_m: Annotated[Stretch, Field(description="kerb at y = -depth_m")] = 2.1
+    depth_m: Annotated[Stretch, Field(description="kerb at y = -depth_m; a car needs its width and twice the clearance")] = 2.1
     street_m: Annotated[Stretch, Field(description="the opposite side is at y = street_m")] = 4.5
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -34,6 +35,9 @@ def too_tight(case: ParkingCase, world: World) -> tuple[str, Violation] | None:
             text = f"proved impossible: at the {key} the body is {100 * least:.1f} cm from {name}, {100 * asked:.1f} cm asked"
             if case.slot is not None and key == "goal" and name in ("rear car", "front car"):
                 text += f": {200 * (asked - least):.0f} cm more length"
+            elif case.slot is not None and key == "goal" and name == "kerb":
+                deep = math.ceil(100.0 * (case.slot.depth_m + 2.0 * (asked - least)) - 1e-6) / 100.0
+                text += f": the slot's depth_m must be {deep:.2f} instead of {case.slot.depth_m:.2f}"
             return text, Violation(kind=kind, t_s=0.0, value=least, limit=asked, unit="m", body=name)
     return None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import warnings
 from dataclasses import replace
 from typing import Literal, Protocol, runtime_checkable
@@ -14,7 +15,7 @@ from mcdas_opt.domain.rules import require_type
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.errors import McdasError, PlannerFaultWarning
+from mcdas_opt.errors import McdasError, ParameterError, PlannerFaultError, PlannerFaultWarning
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Deadline
 from mcdas_opt.planning.fallback import NothingPasses
@@ -97,15 +98,16 @@ class AskedMethod:
 
     def answer(self, cycle: Cycle) -> Plan | NothingPasses:
         """What it answers to this cycle. An exception that is not ours is no answer, and told in a `PlannerFaultWarning`; of a method
-        without a ladder it is raised."""
+        without a ladder in a `PlannerFaultError`."""
         try:
             return self._answer(cycle)
         except McdasError:
             raise
         except Exception as error:
+            said = f"{type(error).__name__}: {error}"
             if not self.has_ladder:
-                raise
-            fault = f"{self.name} failed: {type(error).__name__}: {error}"
+                raise PlannerFaultError(self.name, cycle.given.time_s, said) from error
+            fault = f"{self.name} failed: {said}"
             warnings.warn(fault, PlannerFaultWarning, stacklevel=2)
             return NothingPasses(reason=fault, memory=replace(cycle.memory, warm_starts=None))
 
@@ -136,6 +138,38 @@ def known_methods() -> tuple[str, ...]:
 
 
 def build_method(name: str, vehicle: Vehicle, settings: Settings) -> Method:
-    """The method registered as `name`. Raises `ParameterError` that names the nearest known one."""
-    method: Method = METHODS.load(name)(vehicle, settings)
+    """The method registered as `name`. Raises `ParameterError` that names the nearest known one, or says why what is registered is none."""
+    kind = METHODS.load(name)
+    if not callable(kind):
+        raise ParameterError("planner", name, f"is registered as {kind!r}, must be a class")
+    try:
+        method: Method = kind(vehicle, settings)
+    except McdasError:
+        raise
+    except Exception as error:
+        rule = f"raised {type(error).__name__} when called with vehicle and settings: {error}"
+        raise ParameterError("planner", name, rule) from error
+    if not _plans(method):
+        raise ParameterError("planner", name, f"gives a {type(method).__name__}, which has no method plan(situation, previous)")
     return method
+
+
+def check_method(name: str) -> None:
+    """That the planner of that name can be had; one of somebody else's is built. Raises as `build_method`."""
+    METHODS.load(name)
+    if name not in METHODS.own:
+        build_method(name, Vehicle(), Settings())
+
+
+def _plans(method: object) -> bool:
+    """Whether it can be asked for a plan of a situation, given the previous plan."""
+    plan = getattr(method, "plan", None)
+    if not callable(plan):
+        return isinstance(method, CycleMethod)
+    try:
+        inspect.signature(plan).bind(None, None)
+    except TypeError:
+        return False
+    except ValueError:  # of a compiled module, which does not say
+        return True
+    return True

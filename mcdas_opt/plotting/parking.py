@@ -58,7 +58,7 @@ def sheet(parking: Parking) -> Figure:
         _path(above, trajectory, gears)
         title = f"{case.name}, {parking.planner}: {parking.duration_s:.1f} s, {counted(parking.gear_changes or 0)}, "
         above.set_title(title + f"least clearance {100.0 * (parking.min_clearance_m or 0.0):.1f} cm")
-        above.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        fig.legend(loc="outside right upper")
         _profiles(curvature, speed, case, trajectory)
     return fig
 

@@ -33,6 +33,7 @@ def sheet(drive: ParkingDrive) -> Figure:
         fig = style.figure(9.6, 7.8)
         above, speed, off = fig.subplots(3, 1, height_ratios=[2.6, 1.0, 1.0])
         _plane(above, case_of(drive), drive)
+        fig.legend(loc="outside right upper")
         t = drive.trajectory.t_s
         speed.plot(t, drive.trajectory.speed_mps, color=style.BLUE)
         speed.axhline(0.0, color=style.BLACK, lw=0.8)
@@ -68,7 +69,6 @@ def _plane(axes: Axes, truth: ParkingCase, drive: ParkingDrive) -> None:
     shown = np.concatenate([corners.reshape(-1, 2), goal, *(visitor.outline() for visitor in drive.visitors)])
     yard(axes, truth, shown)
     axes.set_title(f"{drive.name}, {drive.planner}: {drive_words(drive)}")
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
 def drive_words(drive: ParkingDrive) -> str:

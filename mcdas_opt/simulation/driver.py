@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
@@ -12,6 +13,9 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vocabulary import Request
+from mcdas_opt.errors import ParameterError
+
+_STEP = "must take (measurements, host, now, *, road, desired_speed_mps, request)"
 
 
 class ScanReceiver(Protocol):
@@ -65,3 +69,12 @@ class Driver(Protocol):
     ) -> Plan:
         """One plan at `now` [s] from the scans that have arrived and the measured state."""
         ...
+
+
+def check_step(driver: Driver) -> None:
+    """That its `step` can be asked as `Driver.step` is. Raises `ParameterError` that names the class."""
+    told = inspect.signature(driver.step)
+    try:
+        told.bind((), None, 0.0, road=None, desired_speed_mps=None, request=Request.DRIVE)
+    except TypeError:
+        raise ParameterError(f"{type(driver).__name__}.step", str(told), _STEP) from None

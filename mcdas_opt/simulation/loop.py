@@ -11,14 +11,16 @@ from typing import TYPE_CHECKING
 from mcdas_opt.actuation.grip_monitor import GripMonitor
 from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.domain.chassis import Chassis
+from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import not_a_class, require_type, require_type_if_given, whole
 from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.simulation.car import Car, PlantError
 from mcdas_opt.simulation.controller import Controller, default_controller, make_controller, planned_for
 from mcdas_opt.simulation.drive import Drive
-from mcdas_opt.simulation.driver import Driver
+from mcdas_opt.simulation.driver import Driver, check_step
 from mcdas_opt.simulation.idm import STEP_S
 from mcdas_opt.simulation.measured_host import MeasuredHost
 from mcdas_opt.simulation.motion_sensors import MotionSensors
@@ -98,6 +100,7 @@ def simulate(
             desired_speed_mps=scene.desired_speed_mps,
             request=scene.request,
         )
+        require_type(f"{type(driver).__name__}.step()", plan, Plan)
         took_ms = 1e3 * (time.perf_counter() - started)
         drive.note(now, plan, () if driver.situation is None else driver.situation.tracks, took_ms)
         try:
@@ -127,7 +130,9 @@ def _turns(duration_s: float, cycle_s: float) -> list[tuple[float, int]]:
 
 def _driver(planner: str | Driver | Method, scene: Scene, settings: Settings, *, slips: bool) -> Driver:
     """The driver, fresh. For a dynamic vehicle it is built as one that will be told the zero-sideslip point, at rest too."""
+    _require_its_car(planner, scene)
     if isinstance(planner, Driver):
+        check_step(planner)
         planner.reset()
         return planner
     from mcdas_opt.planning.planner import Planner
@@ -135,3 +140,10 @@ def _driver(planner: str | Driver | Method, scene: Scene, settings: Settings, *,
     car = scene.vehicle
     vehicle = replace(car, zero_sideslip_point_m=Chassis.of(car).zero_sideslip_point_m(car.speed_max_mps)) if slips else car
     return Planner(vehicle=vehicle, method=planner, settings=settings, road=scene.assumed_road)
+
+
+def _require_its_car(planner: object, scene: Scene) -> None:
+    """What plans with a vehicle plans with the scene's."""
+    own = getattr(planner, "vehicle", None)
+    if isinstance(own, Vehicle) and own.name != scene.vehicle.name:
+        raise ParameterError("planner.vehicle", own.name, f"is not the car of this scene, {scene.vehicle.name!r}")

@@ -35,6 +35,13 @@ def test_the_lincoln_is_apollos() -> None:
         ("mass_kg = -1.0", "mass_kg", "greater than 0"),
         ("cog_to_front_axle_m = 2.7", "cog_to_front_axle_m", "less than the wheelbase"),
         ("yaw_inertia_kgm2 = nan", "yaw_inertia_kgm2", "finite"),
+        ("mass_kg = 3.1", r"mass_kg = 3.1", r"must lie in \[100, 100000\]"),
+        ("yaw_inertia_kgm2 = 8.5", "yaw_inertia_kgm2 = 8.5", "must lie in"),
+        ("cornering_stiffness_rear_nprad = 140.0", "cornering_stiffness_rear_nprad = 140.0", "must lie in"),
+        ("cornering_stiffness_front_nprad = 120.0", "cornering_stiffness_front_nprad = 120.0", "must lie in"),
+        ("axle_load_front_kg = 1.4\naxle_load_rear_kg = 1640.0\ncog_height_m = 0.65", "axle_load_front_kg = 1.4", "must lie in"),
+        ("axle_load_front_kg = 60.0\naxle_load_rear_kg = 3000.0\ncog_height_m = 0.65", "cog_height_m = 0.65", "must lie in"),
+        ("[actuators]\nsteering_lag_s = 50.0", "actuators.steering_lag_s = 50.0", "must lie in"),
         ("cornering_stiffness_front = 1.0", "cornering_stiffness_front", "did you mean"),
     ],
 )

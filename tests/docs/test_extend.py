@@ -14,6 +14,7 @@ import pytest
 
 import mcdas_opt
 from mcdas_opt.catalogue.data_files import models_folder
+from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.native.form import SWITCH
 from mcdas_opt.native.library import library
 
@@ -102,3 +103,19 @@ def test_planner_drives() -> None:
 def test_plant_is_driven() -> None:
     lines = printed(block("A plant", "python"), ROOT).splitlines()
     assert [line.rstrip() for line in lines] == block("A plant", "text").splitlines()
+
+
+def test_a_scene_of_another_format_is_driven(tmp_path: Path) -> None:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    script = block("My own scene and road", "python")
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == (block("My own scene and road", "text"), "")
+
+
+def test_the_suite_is_drawn(tmp_path: Path) -> None:
+    path = tmp_path / "van.toml"
+    path.write_text(block("My own suite", "toml"), encoding="utf-8")
+    suite = expand(path)
+    assert len(suite.cases) == 20
+    assert {case.scene.vehicle.name for case in suite.cases} == {"lincoln_mkz"}
+    assert all(30.0 / 3.6 <= case.scene.host.speed_mps <= 60.0 / 3.6 for case in suite.cases)

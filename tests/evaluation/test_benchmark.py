@@ -33,6 +33,7 @@ from mcdas_opt.evaluation.running.journal import Journal
 from mcdas_opt.evaluation.suites import Suite, expand
 from mcdas_opt.evaluation.table import PARQUET, read_table, write_table
 from mcdas_opt.simulation.loop import simulate
+from tests.cli.command_line import run as run_here
 from tests.evaluation.full_disk import fill_up
 
 pytestmark = pytest.mark.usefixtures("users_planners")
@@ -67,7 +68,7 @@ def test_who_raises_or_dies_marks_its_row_and_the_run_goes_on(short_suite: Path,
     ended = {name: {row["ended"] for row in results.rows if row["planner"] == name} for name in results.manifest["planners"]}
     assert ended == {"gentle": {"drove"}, "raises": {"raised"}, "dies": {"died"}, "prints": {"drove"}}
     by_name = {row["planner"]: row for row in results.rows}
-    assert by_name["raises"]["error"] == "RuntimeError: no idea"
+    assert by_name["raises"]["error"] == "PlannerFaultError: planner 'raises' at t = 0.30 s: raised RuntimeError: no idea"
     assert by_name["dies"]["error"].endswith("code 7")
     assert by_name["dies"]["outcome"] == ""
     gentle, prints = ([row for row in results.rows if row["planner"] == name] for name in ("gentle", "prints"))
@@ -230,6 +231,18 @@ def test_json_is_the_contracts(short_suite: Path, tmp_path: Path) -> None:
         assert document["suite_hash"] in text, file
         assert document["versions"]["mcdas-opt"] in text, file
     assert re.search(r"drives: 4 of 4, [\d.]+/s", done.stderr)
+
+
+def test_why_a_planner_failed_is_said_beside_the_table(
+    short_suite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["benchmark", str(short_suite), "--scenes", "2", "--planners", "gentle,raises", "--workers", "1", "--out"]
+    code, _, err = run_here(monkeypatch, capsys, *command, str(tmp_path / "out"))
+    assert code == 0
+    said = [line for line in err.splitlines() if "failed" in line]
+    assert len(said) == 1
+    assert "raises failed in 2 of 2 drives, in the first: " in said[0]
+    assert said[0].endswith("RuntimeError: no idea")
 
 
 def test_the_parquet_file_holds_the_rows_with_their_types(short_suite: Path, tmp_path: Path) -> None:

@@ -43,7 +43,7 @@ def test_every_key_of_a_shipped_file_is_in_the_reference_and_valid(kind: str, pa
     assert {(table, name) for table, name in used(document) if ("", table) not in free} <= known
 
 
-@pytest.mark.parametrize("kind", ["scene", "vehicle", "sensor", "parking-case"])
+@pytest.mark.parametrize("kind", ["scene", "vehicle", "sensor", "parking-case", "suite", "family"])
 def test_every_key_says_what_it_is(kind: str) -> None:
     silent = [key.name for key in keys(kind) if not key.about and not (kind == "parking-case" and key.table == "[vehicle]")]
     assert silent == []

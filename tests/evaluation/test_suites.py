@@ -311,3 +311,25 @@ def test_a_spread_that_is_a_point_is_that_point() -> None:
 def test_a_spread_beyond_all_numbers_is_refused(spread: dict[str, float], said: str) -> None:
     with pytest.raises(ValidationError, match=said):
         Spread.model_validate(spread)
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        ("[host]\nspeed_mps = { low = 60, high = 30 }", "host.speed_mps: high = 30 must be at least low = 60"),
+        ("[host]\nspeed_mps = { low = 8, high = 30, unit = 'kmh' }", "host.speed_mps.unit = 'kmh': input should be 'km/h' or 'mph'"),
+        ("[host]\nspeed_mps = { low = 8 }", "host.speed_mps: needs low and high, or one_of, or first, last and step, or by_speed"),
+        ("[host]\nspeed_mps = [8, 40]", "host.speed_mps: must be a number, or a table with a range, as { low = 1.0, high = 2.0 }"),
+        ("[host]\nspeed_mps = { one_of = [] }", "host.speed_mps.one_of: list should have at least 1 item after validation, not 0"),
+        ("[host]\nspeed_mps = nan", "host.speed_mps = nan: must be a finite number"),
+        ("[host]\nspeed_mps = 8\n[rear]\ngap_m = { lo = 8, high = 40 }", "rear.gap_m.lo: unknown key; did you mean 'low'?"),
+        ("[host]\nspeed_mps = 8\n[road]\nlane_width_m = 90", "scene van-1-0: road: lane_width_m = 90.0 m: must lie in [0.1, 20]"),
+        ("[host]\nspeed_mps = 8\nvehicle = 'vann'", "vann: no such file, and no shipped vehicle of that name; known: "),
+    ],
+)
+def test_a_fault_of_a_range_is_told_by_the_rule_that_it_breaks_and_names_the_suite(body: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "m.toml"
+    path.write_text(f'name = "van"\ncount = 2\n{body}\n', encoding="utf-8")
+    with pytest.raises(InputError) as told:
+        expand(path)
+    assert str(told.value).startswith(f"{path}: {said}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -254,6 +255,25 @@ def test_what_is_missing_is_named_beside_what_is_there(tmp_path: Path) -> None:
         replay(tmp_path / "radar.mf4", columns={"x_m": "Radar_dx", "y_m": "Radar_right", "range_rate_mps": "Radar_vrel"})
     with pytest.raises(InputError, match="--rear: belongs to a recording of CAN frames"):
         replay(tmp_path / "radar.mcap", rear="rear.log")
+
+
+@pytest.mark.parametrize(
+    ("stamp", "speed", "said"),
+    [
+        (lambda t: 7.0, "10.0", "says the host's speed at one time only: are its time stamps all equal?"),
+        (lambda t: t, "nan", "says the host's speed nowhere as a number with a time"),
+        (lambda t: 1e3 * t, "10.0", "is between two scans (median), which must be at most 2 s: are its time stamps not in seconds?"),
+        (lambda t: 1e9 * t, "10.0", "is one of its time stamps broken, or are they not in seconds?"),
+    ],
+)
+def test_a_clock_that_stands_or_counts_otherwise_is_told_as_that(
+    stamp: Callable[[float], float], speed: str, said: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "log.csv"
+    rows = [f"{stamp(t)},{x},{y},{rate},{speed}" for t, _, x, y, rate in TARGETS]
+    path.write_text("\n".join(["stamp,x_m,y_m,range_rate_mps,ego", *rows]) + "\n")
+    with pytest.raises(InputError, match=re.escape(said)):
+        replay(path, plan=False, columns={"time_s": "stamp", "host_speed_mps": "ego"})
 
 
 def test_two_radars_of_one_name_are_told_apart(tmp_path: Path) -> None:

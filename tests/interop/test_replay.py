@@ -114,6 +114,17 @@ def test_plans_are_judged_and_nobody_steers_out_of_one_lane(tmp_path: Path) -> N
     assert sum(summary.statuses.values()) == summary.cycles
     assert all(isinstance(cycle.status, Status) for cycle in done.cycles)
     assert all(cycle.side is Side.NONE and cycle.mode is not Mode.EVADE for cycle in done.cycles)
+    rows, cycles = done.columns(), done.to_dict()["cycles"]
+    for name in ("acceleration_mps2", "steering_rad", "speed_mps"):
+        later = [float(np.interp(0.1, c.plan.trajectory.t_s, getattr(c.plan.trajectory, name))) for c in done.cycles if c.plan is not None]
+        assert [cycle[name] for cycle in cycles] == pytest.approx(later)
+        told = dict(zip(rows["t_s"], rows[name], strict=True))
+        assert list(told.values()) == pytest.approx(later)
+    assert all(len(column) == len(rows["t_s"]) for column in rows.values())
+
+
+def test_without_plans_nothing_is_asked_for(tracked: Replay) -> None:
+    assert {(c.acceleration_mps2, c.steering_rad, c.speed_mps) for c in tracked.cycles} == {(None, None, None)}
 
 
 def test_a_scene_gives_road_and_vehicle(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 import re
@@ -303,6 +304,11 @@ def test_the_command_keeps_what_was_driven_goes_on_and_prints_a_table(tmp_path: 
     rows = json.loads(whole.stdout)["rows"]
     assert [(row["seed"], row["driver"], row["ended"]) for row in rows] == [(1, "aeb", "driving"), (1, "sumo", "driving")]
     assert "| collisions caused by the host | 0 of 1" in (tmp_path / "out" / "table.md").read_text("utf-8")
+    with (tmp_path / "out" / "rows.csv").open(encoding="utf-8", newline="") as file:
+        written = list(csv.DictReader(file))
+    assert [(row["seed"], row["driver"], row["ended"]) for row in written] == [("1", "aeb", "driving"), ("1", "sumo", "driving")]
+    assert [float(row["distance_m"]) for row in written] == [row["ordinary"]["distance_m"] for row in rows]
+    assert all(json.loads(row["short_headway_s"]) == [0.0, 0.0, 0.0] for row in written)
     assert "add --resume" in str(CliRunner().invoke(app, arguments).exception)
     assert "mean speed" in CliRunner().invoke(app, [*arguments, "--resume"], env={"COLUMNS": "160"}).stdout
     assert "is of another run" in str(CliRunner().invoke(app, [*arguments[:3], "4", *arguments[4:]]).exception)

@@ -16,6 +16,7 @@ from mcdas_opt.parking.park import park
 from mcdas_opt.parking.path import Arc, ArcPath, drive, merged, reversed_path
 from mcdas_opt.parking.program.exchange import MAX_ITERATIONS, ExchangeSettings, exchange
 from mcdas_opt.parking.program.manoeuvre import from_path
+from mcdas_opt.parking.refusal import too_tight
 from mcdas_opt.parking.search.arc_search import Resolution, search
 from mcdas_opt.parking.search.path_cost import PathCost
 from mcdas_opt.parking.search.resolution_refinement import RESOLUTIONS
@@ -129,6 +130,15 @@ def test_impossible_slots_are_refused_with_what_would_help():
     assert "every cell was searched" in answer.reason or "cap on nodes" in answer.reason
     assert "came within" in answer.reason
     assert answer.reason.index("from the") < answer.reason.index("m of the")
+
+
+def test_a_car_too_wide_for_the_slot_is_told_the_depth_that_it_needs() -> None:
+    """2.02 m wide: 4 cm to the kerb of the default slot, 5 cm asked; with the depth that is told it is no longer proved impossible."""
+    document = {"slot": {"length_m": 9.0}, "vehicle": {"name": "sedan", "width_m": 2.02}}
+    answer = park(parking_case_from_document(document))
+    assert answer.reason.endswith("4.0 cm from kerb, 5.0 cm asked: the slot's depth_m must be 2.12 instead of 2.10")
+    case = parking_case_from_document({**document, "slot": {"length_m": 9.0, "depth_m": 2.12}})
+    assert too_tight(case, World.of(case)) is None
 
 
 def test_a_plain_without_obstacles_and_a_car_that_is_there_already():

@@ -1,5 +1,7 @@
 """Parking pictures show obstacles, bodies and limits where they are, and closed forms have some too."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex, to_rgb
@@ -83,3 +85,36 @@ def test_the_sweep_names_every_planner():
     figure = slot_sweep(rows, {"two-arc": 6.47, "closed-form": 11.7, "closed-form-corrected": None}, 4.5)
     labels = {text.get_text() for text in figure.axes[0].get_legend().get_texts()}
     assert {"nlp", "search", "two-arc needs 1.44 L"} <= labels
+
+
+@pytest.mark.parametrize("turn_rad", [0.0, 0.645, 2.6, 3.0])  # the last two are wider than high
+def test_the_legend_stands_whole_in_the_picture_whatever_way_the_yard_is_turned(turn_rad):
+    """As in coordinates of a map: far from the origin, and turned."""
+    answer = park(slot_case(8.5), "two-arc")
+    figure = sheet(turned(answer, turn_rad, (690998.0, 5334000.0)))
+    figure.canvas.draw()
+    (legend,) = [*figure.legends, *(axes.get_legend() for axes in figure.axes if axes.get_legend())]
+    inside, whole = legend.get_window_extent(), figure.bbox
+    assert whole.x0 <= inside.x0 < inside.x1 <= whole.x1
+    assert whole.y0 <= inside.y0 < inside.y1 <= whole.y1
+
+
+def turned(answer, turn_rad, origin_m):
+    """The answer in a frame that is turned and moved."""
+    c, s = np.cos(turn_rad), np.sin(turn_rad)
+    turn = np.array([[c, s], [-s, c]])
+
+    def pose(at):
+        return np.array([*(at[:2] @ turn + origin_m), at[2] + turn_rad])
+
+    case, driven = answer.case, answer.trajectory
+    x_m, y_m = (np.column_stack([driven.x_m, driven.y_m]) @ turn + origin_m).T
+    moved = replace(
+        case,
+        start=pose(case.start),
+        goal=pose(case.goal),
+        obstacles=tuple(outline @ turn + origin_m for outline in case.obstacles),
+        slot=None,
+    )
+    there = replace(driven, x_m=x_m, y_m=y_m, heading_rad=driven.heading_rad + turn_rad)
+    return replace(answer, case=moved, trajectory=there)

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from typing import Any
 
 import numpy as np
 import pytest
 
+from mcdas_opt.baselines.corrected import CorrectedMethod
+from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vocabulary import Mode, Request, Status
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.planning.planner import Planner
+from mcdas_opt.simulation.driver import Driver
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.metrics import lane_changed, settled_lanes
 from mcdas_opt.simulation.neighbours import known_bodies
@@ -258,3 +263,32 @@ def test_what_is_not_known_is_refused_by_name() -> None:
         simulate(make_scene(), FakeDriver(), plant="dynamo")
     with pytest.raises(ParameterError, match="cycle_s"):
         simulate(make_scene(), FakeDriver(), settings=Settings(cycle_s=0.033))
+
+
+def test_who_plans_with_another_car_than_the_scenes_is_refused() -> None:
+    scene = make_scene(host={"vehicle": "bmw_320i"}, duration_s=0.2)
+    for planner in (Planner(method="closed-form"), CorrectedMethod(load_vehicle("sedan"))):
+        with pytest.raises(ParameterError, match=re.escape("planner.vehicle = 'sedan': is not the car of this scene, 'bmw_320i'")):
+            simulate(scene, planner)
+    assert simulate(scene, Planner(vehicle="bmw_320i", method="closed-form")).plans == 2
+
+
+class NoStep(Driver):
+    """Forgot the one thing that a driver has to have."""
+
+
+class ShortStep(Driver):
+    def step(self, scans: Any) -> Any:  # type: ignore[override]
+        return None
+
+
+@pytest.mark.parametrize(
+    ("driver", "said"),
+    [
+        (NoStep(), r"NoStep.step\(\) = None: must be a Plan"),
+        (ShortStep(), r"ShortStep.step = .*: must take \(measurements, host, now, \*, road, desired_speed_mps, request\)"),
+    ],
+)
+def test_a_driver_that_cannot_be_asked_or_gives_no_plan_is_named(driver: Driver, said: str) -> None:
+    with pytest.raises(ParameterError, match=said):
+        simulate(make_scene(duration_s=0.2), driver)
