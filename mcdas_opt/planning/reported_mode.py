@@ -9,11 +9,13 @@ from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.planning.candidate import strongest_mps2
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.memory import ReportedMode
+from mcdas_opt.tracking.prediction import BRAKING
 
 REPORTED_S, _ROUNDING_S = 1.0, 1e-6
 _OPPOSITE_MPS2 = 0.3  # a plan that does as much of the opposite is not what it was
 _ORDINARY_MPS2 = 2.0
-_BAND_MPS2 = 0.5  # between braking that begins to be more than ordinary and braking that no longer is; the same of accelerating
+_BAND_MPS2 = 0.5  # beyond which a plan is clearly more than ordinary
+_GENTLY_MPS2 = 0.7  # who braked, or accelerated, and still does by so much, goes on
 
 
 def with_reported_mode(plan: Plan, cycle: Cycle) -> tuple[Plan, ReportedMode]:
@@ -30,7 +32,7 @@ def with_reported_mode(plan: Plan, cycle: Cycle) -> tuple[Plan, ReportedMode]:
         status=plan.status,
         threats=cycle.assessment.threats,
         tracks=(tracks := frozenset(track.id for track in cycle.given.tracks)),
-        foreseen=frozenset(body.id for body in cycle.prediction.bodies) - tracks,
+        foreseen=frozenset(body.id for body in cycle.prediction.bodies) - tracks | _seen_to_brake(cycle),
     )
     if before is None:
         return plan, now
@@ -43,6 +45,11 @@ def with_reported_mode(plan: Plan, cycle: Cycle) -> tuple[Plan, ReportedMode]:
     elif age_s < REPORTED_S - _ROUNDING_S:
         plan = replace(plan, reason=f"{plan.reason}; {now.mode.value} {age_s:.1f} s after {before.mode.value} began: {_news(now, before)}")
     return plan if plan.mode is now.mode else replace(plan, mode=now.mode), now
+
+
+def _seen_to_brake(cycle: Cycle) -> frozenset[str]:
+    """Of those who are expected to brake, who does already."""
+    return frozenset(f"{track.id} {BRAKING}" for track in cycle.situation.tracks if track.id in cycle.attentive and track.braking_seen_mps2)
 
 
 def _news(now: ReportedMode, before: ReportedMode) -> str:
@@ -67,9 +74,9 @@ def _changes(now: ReportedMode, before: ReportedMode) -> tuple[tuple[frozenset[s
 
 
 def _goes_on(mode: Mode, plan: Plan) -> bool:
-    """Whether a plan that keeps its lane brakes, or accelerates, nearly as hard as is more than ordinary."""
+    """Whether a plan that keeps its lane brakes, or accelerates, on as it did, if more gently."""
     strongest = strongest_mps2(plan.trajectory) * (1.0 if mode is Mode.ACCELERATE else -1.0)
-    return mode in (Mode.ACCELERATE, Mode.BRAKE) and plan.side is Side.NONE and strongest > _ORDINARY_MPS2 - _BAND_MPS2
+    return mode in (Mode.ACCELERATE, Mode.BRAKE) and plan.side is Side.NONE and strongest > _GENTLY_MPS2
 
 
 def still_agrees(mode: Mode, plan: Plan) -> bool:

@@ -64,7 +64,7 @@ def with_braking_followers(prediction: Prediction, situation: Situation, rates_m
 def with_attentive_followers(prediction: Prediction, situation: Situation, names: frozenset[str], settings: SafeEndSettings) -> Prediction:
     """The prediction with these braking as attentive drivers do, who respond late; at once who is seen to brake already."""
     seen = {track.id: track.braking_seen_mps2 for track in situation.tracks if track.id in names}
-    late, gently = settings.follower_response_s, settings.attentive_braking_mps2
+    late, gently = settings.follower_response_s, settings.follower_demand_mps2
     return _answering(prediction, {name: (0.0 if braking else late, max(gently, braking)) for name, braking in seen.items()})
 
 
