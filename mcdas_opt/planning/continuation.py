@@ -44,12 +44,17 @@ def _told_of_followers(found: Continuation, cycle: Cycle) -> Continuation:
     """Its end says on whom it relies of those who are expected to brake before."""
     if not found.is_sound or found.end is None or found.end.relies_on is not None or not relied_on(cycle.prediction):
         return found
-    situation, settings = cycle.situation, cycle.settings.safe_end
-    alone = last_end(found.trajectory, situation.host, cycle.vehicle, situation.road, cycle.unaided, settings, cycle.owed_m)
-    names = [one for one in relied_on(cycle.prediction) if one in cycle.attentive and _is_in_the_way(found.trajectory, one, cycle)]
-    if not alone.follower_fails or not names:
+    situation, settings, drive = cycle.situation, cycle.settings.safe_end, found.trajectory
+    alone = last_end(drive, situation.host, cycle.vehicle, situation.road, cycle.unaided, settings, cycle.owed_m)
+    names = [one for one in relied_on(cycle.prediction) if one in cycle.attentive and _is_in_the_way(drive, one, cycle)]
+    if not names or not (alone.follower_fails or _hits_one_who_does_not_brake(drive, cycle)):
         return found
     return found._replace(end=replace(found.end, relies_on=" and ".join(names)))
+
+
+def _hits_one_who_does_not_brake(drive: Trajectory, cycle: Cycle) -> bool:
+    (verdict,) = judge_all((drive,), cycle.situation.host, cycle.vehicle, cycle.situation.road, cycle.unaided)
+    return not verdict.passed
 
 
 def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, *, relies_on_followers: bool = False) -> Continuation:

@@ -16,6 +16,7 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.simulation.judging import verify
 from mcdas_opt.situation.attentive_followers import attentive_followers
 
 CYCLE_S = 0.1
@@ -62,9 +63,12 @@ def drive(speed_mps: float, gap_m: float, behind_m: float, braking_mps2: float) 
             Track(id="front", d_m=0.0, s_m=front, speed_s_mps=front_mps, acceleration_s_mps2=front_a, **rates),
             Track(id="behind", d_m=0.0, s_m=rear, speed_s_mps=rear_mps, acceleration_s_mps2=rear_a, **rates),
         )
-        plan = planner.plan(
-            Situation(time_s=round(t, 9), host=host, tracks=tracks, road=Road(), desired_speed_mps=speed_mps, coverage=Coverage())
-        )
+        situation = Situation(time_s=round(t, 9), host=host, tracks=tracks, road=Road(), desired_speed_mps=speed_mps, coverage=Coverage())
+        plan = planner.plan(situation)
+        if plan.status is Status.PLANNED:  # who is relied on within the horizon, too, is named
+            assert plan.safe_end is not None
+            assert verify(plan.trajectory, situation, vehicle=CAR).passed or plan.safe_end.relies_on == "behind"
+            assert ("behind" in plan.reason.split(";")[-1]) >= (plan.safe_end.relies_on is not None)
         host, t = HostState.from_vector(plan.trajectory.states[1]), t + CYCLE_S
         leader = Leader(gap_m=max(host.s_m - rear - lengths, 0.1), speed_mps=host.speed_mps)
         rear_a = idm_acceleration(rear_mps, speed_mps, leader, idm)
