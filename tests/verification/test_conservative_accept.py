@@ -9,12 +9,12 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from mcdas_opt.domain.prediction import CruisingBody, Prediction
+from mcdas_opt.domain.prediction import AnsweringBody, CruisingBody, Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.native.form import SWITCH
 from mcdas_opt.native.library import library
 from mcdas_opt.verification import judge as judging
-from mcdas_opt.verification.conservative_accept import doubtful_bodies, rows_of, rules_of
+from mcdas_opt.verification.conservative_accept import doubtful_bodies, rows_of, rules_of, stays_behind
 from tests.verification.rollouts import WIDE, WIDE_CURVED, Drive, cruising, legal
 
 TURN = Road(shoulder_left_m=3.0, shoulder_right_m=3.0, curvature=((0.0, 0.0), (15.0, 0.0), (21.0, 0.06), (29.0, 0.06), (35.0, 0.0)))
@@ -153,3 +153,27 @@ def test_who_is_looked_at_alone_is_touched_as_by_everybody(road, seed, ahead_m, 
         patched.setenv(SWITCH, "0")
         whole = drive.verdict()
     assert drive.verdict() == whole
+
+
+@settings(max_examples=150, deadline=None)
+@given(seed=seeds, behind_m=st.floats(0.0, 40.0), faster=st.floats(-10.0, 15.0), response=st.floats(0.0, 2.0), braking=st.floats(0.5, 9.0))
+def test_who_brakes_and_stays_behind_touches_nobody(seed, behind_m, faster, response, braking):
+    drive = legal(seed, WIDE)
+    x = drive.trajectory
+    speed = max(float(x.speed_mps[0]) + faster, 0.0)
+    free = cruising("behind", float(x.s_m[0]) - behind_m - 4.5, float(x.d_m[0]), speed)
+    follower = AnsweringBody(body=free, response_s=response, braking_mps2=braking)
+    followed = replace(drive, prediction=Prediction(name="followed", bodies=(follower,)))
+    if stays_behind(x.table, follower, drive.vehicle, WIDE):
+        assert examined(followed)
+    assert followed.verdict().passed == examined(followed)
+
+
+def test_who_keeps_his_distance_is_seen_to_stay_behind_without_being_looked_at():
+    drive = legal(3, WIDE)
+    x = drive.trajectory
+    free = cruising("behind", float(x.s_m[0]) - 40.0, float(x.d_m[0]), max(float(x.speed_mps.min()) - 1.0, 0.0))
+    follower = AnsweringBody(body=free, response_s=1.0, braking_mps2=4.0)
+    assert stays_behind(x.table, follower, drive.vehicle, WIDE)
+    assert not stays_behind(x.table, free, drive.vehicle, WIDE)  # the C text knows of him
+    assert not stays_behind(x.table, follower, drive.vehicle, WIDE_CURVED)
