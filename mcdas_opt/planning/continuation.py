@@ -60,9 +60,9 @@ def _hits_one_who_does_not_brake(drive: Trajectory, cycle: Cycle) -> bool:
 def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, *, relies_on_followers: bool = False) -> Continuation:
     """The plan as it is where it failed or its end is safe, else continued to the first safe end that the judge passes.
 
-    Its end is safe, too, where it would be but for followers who are expected to brake, and is if they do: the judge passed it with
-    none who does. Where no such end is found, or the deadline leaves no time to look: as it is, with its open end. The continuation keeps
-    the lane that the plan ends in (or its offset, on a shoulder), gently first.
+    Its end is safe, too, where it would be but for followers who are expected to brake by then, and is if they do. Where no such end is
+    found, or the deadline leaves no time to look: as it is, with its open end. The continuation keeps the lane that the plan ends in (or
+    its offset, on a shoulder), gently first.
     """
     situation, vehicle, prediction, settings = cycle.situation, cycle.vehicle, cycle.prediction, cycle.settings.safe_end
     owed_m = cycle.owed_m

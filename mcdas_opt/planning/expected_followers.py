@@ -1,4 +1,4 @@
-"""Who behind the host is expected to have braked by the end of a plan that keeps its lane, though no plan is made that needs it before."""
+"""Who behind the host is expected to have braked by the end of a plan that keeps its lane; who is before is predicted to brake."""
 
 from __future__ import annotations
 

@@ -28,6 +28,7 @@ class NothingPasses:
 
 
 _LASTS_S = 1.0  # the rest of a plan that is over sooner passes whatever comes then
+_ROUNDING_S = 1e-6
 _GLITCH_S = 0.25  # a host's state that cannot be for no longer is a glitch: the previous plan goes on
 
 
@@ -45,6 +46,7 @@ def fall_back(cycle: Cycle, refused: NothingPasses, order: tuple[Rung, ...] = FA
     """
     rows: list[Candidate] = []
     failed: list[Checked] = []
+    lasting_s = min(_LASTS_S, float(cycle.settings.grid.times_s[-1]))
     first: tuple[Checked, Continuation] | None = None
     for checked in (one for rung in order for one in rung(cycle, rows)):
         if not checked.verdict.passed:
@@ -53,7 +55,7 @@ def fall_back(cycle: Cycle, refused: NothingPasses, order: tuple[Rung, ...] = FA
         continued = to_safe_end(checked.trajectory, checked.verdict, cycle)
         if continued.is_sound:
             return _passed(cycle, refused, rows, checked, continued)
-        if checked.trajectory.t_s[-1] >= _LASTS_S:
+        if checked.trajectory.t_s[-1] >= lasting_s - _ROUNDING_S:
             first = first or (checked, continued)
     if first is not None:
         return _passed(cycle, refused, rows, *first)

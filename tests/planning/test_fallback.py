@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.domain.grid import TimeGrid
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Mode, Side, Status
@@ -39,3 +41,14 @@ def test_the_last_moment_of_a_plan_is_no_plan_before_a_wall(left_s: float) -> No
     assert plan.status is Status.UNAVOIDABLE
     assert plan.trajectory.t_s[-1] >= 4.0
     assert float(plan.trajectory.acceleration_mps2.min()) <= -2.0
+
+
+@pytest.mark.parametrize("gap_m", [14.0, 18.0, 24.0])
+def test_a_horizon_that_is_shorter_than_that_still_has_an_answer(gap_m: float) -> None:
+    """Everything passes for so long, and nothing ends safely."""
+    settings = Settings(grid=TimeGrid(steps_s=np.full(8, 0.1)))
+    tracks = (car("wall", gap_m, 0.0, 0.0), car("behind", -12.0, 0.0, 14.5))
+    situation = Situation(time_s=5.0, host=HostState(speed_mps=SPEED_MPS), tracks=tracks, road=Road(), coverage=Coverage())
+    plan = fall_back(Cycle.of(situation, load_vehicle("sedan"), settings), NothingPasses(reason="nothing"))
+    assert plan.status in (Status.FALLBACK, Status.UNAVOIDABLE)
+    assert (plan.status is Status.FALLBACK) == plan.verdict.passed
