@@ -51,6 +51,8 @@ class CruisingBody(EqualByValue):
     With a `lateral_swell` q > 0 it swells before it fades, as in a lane change (a logistic curve): the way still to go to the asymptote
     is q times the way already gone, and of the form r(t) = (1 + q) r(0) e / (1 + q e), e = exp(-t / fade). q = 0 is fading alone.
 
+    A driver who looks ahead responds: from `response_s` on it brakes with `braking_mps2` to a standstill, whatever it did until then.
+
     Time zero is the situation's time. Margins: `sigmas` standard deviations of the present estimate, growing with the speed's
     uncertainty over the first `growth_s` only, capped.
     """
@@ -67,6 +69,8 @@ class CruisingBody(EqualByValue):
     lateral_swell: float = 0.0
     acceleration_mps2: float = 0.0
     changing_s: float = 0.0
+    response_s: float = math.inf
+    braking_mps2: float = 1.0
     sigmas: float = 2.5
     growth_s: float = 1.0
     cap_along_m: float = 3.0
@@ -74,8 +78,7 @@ class CruisingBody(EqualByValue):
 
     def at(self, t_s: Any) -> BodyMotion:
         t = np.asarray(t_s, dtype=np.float64)
-        now = self.s_m, self.d_m, self.speed_s_mps, self.speed_d_mps
-        return _cruise(*now, self.lateral_fade_s, self.lateral_swell, self.acceleration_mps2, self.changing_s, t, t.shape)
+        return _cruise(*_beginning(self), t=t, shape=t.shape)
 
     def _margin(self, t_s: Any, position: int, cap: float) -> Array:
         return grown_by(self.covariance, position, t_s, self.sigmas, self.growth_s, cap)
@@ -179,8 +182,8 @@ class _MovedBody(_OtherMotion):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AnsweringBody(_OtherMotion):
-    """A body that goes on as it does until `response_s`, then brakes with `braking_mps2` to a standstill: a driver who looks ahead."""
+class _RespondingBody(_OtherMotion):
+    """A body that goes on as it does until `response_s`, then brakes with `braking_mps2` to a standstill."""
 
     response_s: float
     braking_mps2: float
@@ -240,6 +243,19 @@ def grown_by(covariance: Array, position: int, t_s: Any, sigmas: float, growth_s
     return np.asarray(np.minimum(sigmas * np.sqrt(np.maximum(variance, 0.0)), cap_m), dtype=np.float64)
 
 
+def responding(body: PredictedBody, *, response_s: float, braking_mps2: float) -> PredictedBody:
+    """The same body with a driver who looks ahead: it goes on as it does until `response_s`, then brakes with `braking_mps2` to a
+    standstill."""
+    if isinstance(body, CruisingBody) and not responds(body):
+        return replace(body, response_s=response_s, braking_mps2=braking_mps2)
+    return _RespondingBody(body=body, response_s=response_s, braking_mps2=braking_mps2)
+
+
+def responds(body: PredictedBody) -> bool:
+    """Whether it brakes after a while, as a driver who looks ahead."""
+    return isinstance(body, _RespondingBody) or (isinstance(body, CruisingBody) and body.response_s < math.inf)
+
+
 def is_free(body: PredictedBody) -> bool:
     """Whether it does not follow the road, but moves, and is turned, as it likes."""
     return isinstance(body, FreeBody) or (isinstance(body, _OtherMotion) and is_free(body.body))
@@ -290,10 +306,11 @@ def together(bodies: Sequence[PredictedBody], t_s: Array) -> BodyMotion:
     """Every body's motion at these times (n,), as rows (J, n) of one motion."""
     if bodies and all_cruise(bodies):
         beginnings = [_beginning(body) for body in bodies]
-        s, d, along, across, fade, swell, rate, until = np.array(beginnings, dtype=np.float64).T[:, :, None]
+        s, d, along, across, fade, swell, rate, until, response, braking = np.array(beginnings, dtype=np.float64).T[:, :, None]
         nobody_swells, nobody_changes = (not any(one[i] for one in beginnings) for i in (_SWELL, _RATE))
         kinds = 0.0 if nobody_swells else swell, 0.0 if nobody_changes else rate
-        return _cruise(s, d, along, across, fade, *kinds, until, t_s, (len(bodies), t_s.size))
+        late = math.inf if all(one[_RESPONSE] == math.inf for one in beginnings) else response
+        return _cruise(s, d, along, across, fade, *kinds, until, late, braking, t=t_s, shape=(len(bodies), t_s.size))
     rows = np.empty((5, len(bodies), t_s.size))
     for j, body in enumerate(bodies):
         one = body.at(t_s)
@@ -322,9 +339,22 @@ def all_cruise(bodies: Sequence[PredictedBody]) -> TypeGuard[Sequence[CruisingBo
 
 
 def _cruise(
-    s: Any, d: Any, speed_s: Any, speed_d: Any, fade_s: Any, swell: Any, acceleration: Any, until_s: Any, t: Array, shape: tuple[int, ...]
+    s: Any,
+    d: Any,
+    speed_s: Any,
+    speed_d: Any,
+    fade_s: Any,
+    swell: Any,
+    acceleration: Any,
+    until_s: Any,
+    response_s: Any,
+    braking: Any,
+    *,
+    t: Array,
+    shape: tuple[int, ...],
 ) -> BodyMotion:
-    """At t, of this shape: constant speed along the road but for an acceleration until then, lateral speed swelling and fading.
+    """At t, of this shape: constant speed along the road but for an acceleration until then, and for who responds braking after that;
+    lateral speed swelling and fading.
 
     The heading is that of the speed along the road now: who brakes does not turn.
     """
@@ -335,14 +365,21 @@ def _cruise(
     else:
         risen = (1.0 + swell) / (1.0 + swell * fade)
         across, gone = speed_d * risen * risen * fade, speed_d * fade_s * risen * (1.0 - fade)
-    place, along = s + speed_s * t, np.empty(shape)
+    nobody_responds = isinstance(response_s, float) and response_s == math.inf
+    free = t if nobody_responds else np.minimum(t, response_s)
+    place, along = s + speed_s * free, np.empty(shape)
     if isinstance(acceleration, float) and acceleration == 0.0:
         along[...] = speed_s
     else:
-        accelerated = np.minimum(t, until_s)
+        accelerated = np.minimum(free, until_s)
         changed = acceleration * accelerated
         along[...] = speed_s + changed
-        place = place + changed * (t - 0.5 * accelerated)
+        place = place + changed * (free - 0.5 * accelerated)
+    if not nobody_responds:
+        v = np.where(t > response_s, np.maximum(along, 0.0), along)
+        braked = np.minimum(np.maximum(t - response_s, 0.0), np.maximum(v, 0.0) / braking)
+        place = place + v * braked - 0.5 * braking * braked**2
+        along = v - braking * braked
     return BodyMotion(s_m=place, d_m=d + gone, heading_rad=np.arctan(across / slowest), speed_s_mps=along, speed_d_mps=across)
 
 
@@ -350,8 +387,9 @@ _MOTION = tuple(field.name for field in fields(BodyMotion))
 _columns = attrgetter(*_MOTION)
 _KEPT = 16  # vectors of times whose motions a prediction remembers
 # what moves a `CruisingBody`, in the order in which `_cruise` and the C texts take it
-MOVING = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "lateral_fade_s", "lateral_swell", "acceleration_mps2", "changing_s")
-_SWELL, _RATE = MOVING.index("lateral_swell"), MOVING.index("acceleration_mps2")
+_ACROSS = "lateral_fade_s", "lateral_swell"
+MOVING = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", *_ACROSS, "acceleration_mps2", "changing_s", "response_s", "braking_mps2")
+_SWELL, _RATE, _RESPONSE = (MOVING.index(name) for name in ("lateral_swell", "acceleration_mps2", "response_s"))
 _beginning = attrgetter(*MOVING)
 _margin_settings = attrgetter("sigmas", "growth_s", "cap_along_m", "cap_across_m")
 # of a covariance: the places along and across, what they share with their speeds, the speeds

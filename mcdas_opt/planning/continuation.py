@@ -10,7 +10,7 @@ import numpy as np
 
 from mcdas_opt.actuation.path_following import SpeedLaw
 from mcdas_opt.domain.host import HostState
-from mcdas_opt.domain.prediction import AnsweringBody, Prediction
+from mcdas_opt.domain.prediction import Prediction, responding
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.trajectory import Trajectory
@@ -112,9 +112,9 @@ def _is_in_the_way(plan: Trajectory, follower: str, cycle: Cycle) -> bool:
 
 def _behind_which_they_brake(prediction: Prediction, followers: Sequence[str], settings: SafeEndSettings) -> Prediction:
     """The prediction with followers who brake as attentive drivers do."""
-    brakes = partial(AnsweringBody, response_s=settings.follower_response_s, braking_mps2=settings.attentive_braking_mps2)
+    brakes = partial(responding, response_s=settings.follower_response_s, braking_mps2=settings.attentive_braking_mps2)
     theirs = {name for one in followers for name in names_of(one)}
-    return Prediction(name="followers brake", bodies=tuple(brakes(body=one) if one.id in theirs else one for one in prediction.bodies))
+    return Prediction(name="followers brake", bodies=tuple(brakes(one) if one.id in theirs else one for one in prediction.bodies))
 
 
 def _laws(plan: Trajectory, road: Road, vehicle: Vehicle, *, follower_fails: bool, front_fails: bool) -> list[SpeedLaw]:

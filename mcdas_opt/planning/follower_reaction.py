@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
-from mcdas_opt.domain.prediction import AnsweringBody, Prediction
+from mcdas_opt.domain.prediction import Prediction, responding
 from mcdas_opt.planning.candidate import Checked
 from mcdas_opt.planning.collision_check import verdicts
 from mcdas_opt.planning.cycle import Cycle
@@ -28,11 +28,11 @@ def with_follower_reaction(options: Sequence[Checked], cycle: Cycle) -> tuple[Ch
     before = cycle.memory.reaction
     reaction = before if before is not None and before.names == behind else FollowerReaction(names=behind)
     answers = partial(
-        AnsweringBody,
+        responding,
         response_s=max(settings.attentive_response_s - reaction.age_s, 0.0),
         braking_mps2=settings.attentive_braking_mps2,
     )
-    bodies = tuple(answers(body=body) if body.id in theirs else body for body in cycle.prediction.bodies)
+    bodies = tuple(answers(body) if body.id in theirs else body for body in cycle.prediction.bodies)
     hoped = replace(cycle, prediction=Prediction(name="followers brake", bodies=bodies))
     passing = [one for one in options if verdicts((one.trajectory,), hoped)[0].passed]
     if not passing:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from functools import lru_cache
+from operator import attrgetter
 
 import numpy as np
 
-from mcdas_opt.domain.prediction import CruisingBody
+from mcdas_opt.domain.prediction import MOVING, CruisingBody
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
@@ -23,6 +24,7 @@ from mcdas_opt.time_to_react.predicted_traffic import LATTICE_S, TURNED_STEPS, R
 _LANES, _ROOM = 8, 104  # nodes come in whole lanes, and there are at most so many
 _PIECE = 16  # nodes are looked at so many at a time where a row may go wrong
 CaseRecord, _Nodes = (record("time_to_react.c", name) for name in ("Case", "Nodes"))
+_moving = attrgetter(*MOVING)
 _NO_EDGES = np.empty((3, 0))
 NUMBERS = tuple(name for name, kind, *_ in CaseRecord._fields_ if kind is ctypes.c_double)
 
@@ -49,8 +51,7 @@ def cruisers(bodies: Sequence[CruisingBody], margins: Margins) -> list[float]:
     """What C takes of them, one after the other: how they move, how large they are, and by how much they are grown."""
     numbers: list[float] = []
     for b in bodies:
-        numbers += b.s_m, b.d_m, b.speed_s_mps, b.speed_d_mps, b.lateral_fade_s, b.lateral_swell, b.acceleration_mps2, b.changing_s
-        numbers += b.length_m, b.width_m, margins.along_m, margins.across_m
+        numbers += (*_moving(b), b.length_m, b.width_m, margins.along_m, margins.across_m)
     return numbers
 
 

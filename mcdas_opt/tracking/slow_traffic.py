@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from mcdas_opt.domain.prediction import AnsweringBody, Prediction
+from mcdas_opt.domain.prediction import Prediction, responding, responds
 from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
@@ -101,7 +101,7 @@ def _answering(prediction: Prediction, answers: Mapping[str, tuple[float, float]
     answers = dict(answers) | {f"{one} {ACCELERATING}": answer for one, answer in answers.items()}
     too_fast = {f"{one} {STRAIGHT_ON}" for one in answers}  # for the turn: not he who brakes before it
     bodies = tuple(
-        AnsweringBody(body=body, response_s=answers[body.id][0], braking_mps2=answers[body.id][1]) if body.id in answers else body
+        responding(body, response_s=answers[body.id][0], braking_mps2=answers[body.id][1]) if body.id in answers else body
         for body in prediction.bodies
         if body.id not in too_fast
     )
@@ -110,7 +110,7 @@ def _answering(prediction: Prediction, answers: Mapping[str, tuple[float, float]
 
 def relied_on(prediction: Prediction) -> tuple[str, ...]:
     """Who is predicted to brake because he follows in slow traffic."""
-    return tuple(body.id for body in prediction.bodies if isinstance(body, AnsweringBody) and not body.id.endswith(ACCELERATING))
+    return tuple(body.id for body in prediction.bodies if responds(body) and not body.id.endswith(ACCELERATING))
 
 
 def _looks_ahead(track: Track, situation: Situation, rate_mps2: float) -> bool:

@@ -15,7 +15,7 @@ from operator import attrgetter
 import numpy as np
 
 from mcdas_opt.domain.host import HostState
-from mcdas_opt.domain.prediction import MOVING, AnsweringBody, CruisingBody, PredictedBody
+from mcdas_opt.domain.prediction import MOVING, CruisingBody, PredictedBody
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
@@ -29,7 +29,6 @@ _UNKNOWN = (math.nan,) * (len(MOVING) + 2)
 _EDGES = slice(12, 14)  # where `Rules` has left and right
 _PAD_M = 20.0  # before and behind the body's centre
 _HALF_STEPS = 10  # in a sample interval, at most
-_ROUNDING_M = 0.5  # by which a drive may leave its samples' chords, and more
 
 
 def doubtful_bodies(
@@ -54,21 +53,9 @@ def doubtful_bodies(
 
 
 def rows_of(bodies: Sequence[PredictedBody]) -> Array:
-    """(bodies, 10) as the C text has them; of who moves otherwise than it knows, and is doubtful for that, no numbers."""
+    """(bodies, 12) as the C text has them; of who moves otherwise than it knows, and is doubtful for that, no numbers."""
     rows = [_as_a_row(body) if type(body) is CruisingBody else _UNKNOWN for body in bodies]
     return np.array(rows, dtype=np.float64).reshape(-1, len(_UNKNOWN))
-
-
-def stays_behind(table: Array, body: PredictedBody, vehicle: Vehicle, road: Road) -> bool:
-    """Whether a follower who is predicted to brake, of whom the C text knows nothing, is certainly behind a drive's table (9, n) all the
-    time: on a straight road, every sample of the drive ahead of where he is at the next one, by both bodies' half diagonals."""
-    if type(body) is not AnsweringBody or not road.is_straight:
-        return False
-    t, s = table[0], table[1]
-    motion = body.at(t)
-    least_m = 0.5 * (math.hypot(vehicle.length_m, vehicle.width_m) + math.hypot(body.length_m, body.width_m)) + _ROUNDING_M
-    forwards = bool((motion.speed_s_mps >= 0.0).all()) and bool((s[1:] >= s[:-1] - _ROUNDING_M).all())
-    return forwards and bool((s[:-1] - motion.s_m[1:] > least_m).all())
 
 
 @lru_cache(maxsize=32)

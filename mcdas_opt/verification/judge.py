@@ -18,7 +18,7 @@ from mcdas_opt.domain.verdict import Verdict, Violation
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.native.library import library
 from mcdas_opt.verification.bodies import ALONG_REACHES, collisions
-from mcdas_opt.verification.conservative_accept import doubtful_bodies, rows_of, rules_of, stays_behind
+from mcdas_opt.verification.conservative_accept import doubtful_bodies, rows_of, rules_of
 from mcdas_opt.verification.finding import Findings
 from mcdas_opt.verification.limits import actuators, friction
 from mcdas_opt.verification.motion import drive
@@ -70,7 +70,6 @@ def judge_all(
             continue
         if compiled is not None:
             left = doubtful_bodies(compiled, one, start, rules, bodies, _frame(one[1], vehicle, road, prediction))
-            left = left and [body for body in left if not stays_behind(one, prediction.bodies[body], vehicle, road)]
             if left is not None and not left:
                 verdicts[i] = Verdict()
                 continue

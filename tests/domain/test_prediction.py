@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mcdas_opt.domain.prediction import AnsweringBody, BodyMotion, CruisingBody, KnownBody
+from mcdas_opt.domain.prediction import BodyMotion, CruisingBody, KnownBody, responding, responds, together
 
 speeds = st.floats(-40.0, 60.0)
 
@@ -76,11 +76,14 @@ def test_a_known_body_has_its_script_and_no_margin():
     assert body.margin_along_m([1.0, 2.0]).tolist() == body.margin_across_m([1.0, 2.0]).tolist() == [0.0, 0.0]
 
 
-@given(speed=speeds, response=st.floats(0.1, 2.0), braking=st.floats(0.5, 9.0))
-def test_who_answers_brakes_after_its_response_and_comes_to_rest(speed, response, braking):
+@given(speed=speeds, response=st.floats(0.1, 2.0), braking=st.floats(0.5, 9.0), known=st.booleans())
+def test_who_responds_brakes_after_its_response_and_comes_to_rest(speed, response, braking, known):
     free = cruising(speed_s_mps=speed)
-    body = AnsweringBody(body=free, response_s=response, braking_mps2=braking)
     before, t = np.linspace(0.0, response, 7), np.linspace(response, response + 1.1 * abs(speed) / braking + 0.1, 2001)
+    scripted = KnownBody(id="scripted", length_m=4.5, width_m=1.8, motion=free.at)
+    body = responding(scripted if known else free, response_s=response, braking_mps2=braking)
+    assert responds(body)
+    assert not responds(free)
     assert np.array_equal(body.at(before).s_m, free.at(before).s_m)
     motion = body.at(t[1:])
     travelled = np.concatenate([[0.0], np.cumsum(0.5 * (motion.speed_s_mps[1:] + motion.speed_s_mps[:-1]) * np.diff(t[1:]))])
@@ -89,3 +92,23 @@ def test_who_answers_brakes_after_its_response_and_comes_to_rest(speed, response
     assert (np.diff(motion.speed_s_mps) <= 1e-12).all()
     stop = free.s_m + speed * response + max(speed, 0.0) ** 2 / (2.0 * braking)
     assert motion.s_m[-1] == pytest.approx(stop, abs=1e-6)
+
+
+@given(
+    speed=speeds,
+    rate=st.floats(-5.0, 3.0),
+    until=st.floats(0.0, 2.0),
+    response=st.floats(0.0, 2.0),
+    braking=st.floats(0.5, 9.0),
+    more=st.floats(0.5, 9.0),
+)
+def test_the_one_closed_form_responds_as_whoever_moves_otherwise(speed, rate, until, response, braking, more):
+    """The same to the bit, alone or together with others; and who responds already goes on so until it responds again."""
+    free = cruising(speed_s_mps=speed, acceleration_mps2=rate, changing_s=until, lateral_swell=2.0, speed_d_mps=0.7)
+    scripted = KnownBody(id="scripted", length_m=4.5, width_m=1.8, motion=free.at)
+    t = np.linspace(0.0, 6.0, 61)
+    one, other = (responding(body, response_s=response, braking_mps2=braking) for body in (free, scripted))
+    assert one.at(t) == other.at(t) == together((free, one), t).part(1)
+    assert together((free, one), t).part(0) == free.at(t)
+    again, also = (responding(body, response_s=1.0, braking_mps2=more) for body in (one, other))
+    assert again.at(t) == also.at(t)

@@ -63,12 +63,15 @@ def varied(index: int) -> Situation:
 
 
 def with_changing(bodies: tuple[PredictedBody, ...], index: int) -> tuple[PredictedBody, ...]:
-    """Besides them those that brake to a standstill, that accelerate for a while, that change lanes or settle otherwise; or none."""
+    """Besides them those that brake to a standstill, that accelerate for a while, that change lanes or settle otherwise, that respond; or
+    none."""
     more: tuple[dict[str, float], ...] = ()
     if index % 2:
         more = {"acceleration_mps2": -4.0}, {"acceleration_mps2": 2.0, "changing_s": 1.5}
     if index % 3:
         more += {"speed_d_mps": 0.8, "lateral_swell": 6.0, "lateral_fade_s": 0.7}, {"lateral_fade_s": 1.7}
+    if index % 4:
+        more += {"response_s": 0.3, "braking_mps2": 4.0}, {"acceleration_mps2": 1.0, "changing_s": 1.5, "response_s": 1.0}
     own = tuple(body for body in bodies if isinstance(body, CruisingBody))
     stops = {body.id: max(body.speed_s_mps, 0.0) / 4.0 for body in own}
     return bodies + tuple(replace(body, **{"changing_s": stops[body.id], **change}) for change in more for body in own)

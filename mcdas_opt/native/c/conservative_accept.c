@@ -20,7 +20,8 @@ double tan(double) OF_VECTORS;
 #define PI 3.14159265358979323846
 
 enum { T, S, D, PSI, V, A, DELTA, RATE, JERK };  /* rows of a trajectory's table */
-enum { BODY_S, BODY_D, BODY_VS, BODY_VD, BODY_FADE, BODY_SWELL, BODY_CHANGE, BODY_UNTIL, BODY_LENGTH, BODY_WIDTH, OF_BODY };
+enum { BODY_S, BODY_D, BODY_VS, BODY_VD, BODY_FADE, BODY_SWELL, BODY_CHANGE, BODY_UNTIL, BODY_RESPONSE, BODY_BRAKING,
+       BODY_LENGTH, BODY_WIDTH, OF_BODY };
 
 typedef struct {
     double wheelbase, centre, length, width, steering_max, rate_max, slowest, fastest, jerk_min, jerk_max, top; /* the car */
@@ -270,11 +271,15 @@ static double kept_gap(double turn, const double *x, const double *y, const doub
     return GREATER(GREATER(before[0], behind[0]), GREATER(before[1], behind[1]));
 }
 
-/* where a body is along the road: at constant speed, but for an acceleration until then */
+/* where a body is along the road: at constant speed, but for an acceleration until then, and for who responds braking after that */
 static double place_along(const double *body, double time)
 {
-    const double lasting = LESSER(time, body[BODY_UNTIL]);
-    return body[BODY_S] + body[BODY_VS] * time + body[BODY_CHANGE] * lasting * (time - 0.5 * lasting);
+    const double free = LESSER(time, body[BODY_RESPONSE]), lasting = LESSER(free, body[BODY_UNTIL]);
+    const double place = body[BODY_S] + body[BODY_VS] * free + body[BODY_CHANGE] * lasting * (free - 0.5 * lasting);
+    if (!(time > body[BODY_RESPONSE])) return place;
+    const double speed = GREATER(body[BODY_VS] + body[BODY_CHANGE] * lasting, 0.0);
+    const double braked = LESSER(time - body[BODY_RESPONSE], speed / body[BODY_BRAKING]);
+    return place + speed * braked - 0.5 * body[BODY_BRAKING] * braked * braked;
 }
 
 /* on a straight road: so far before or behind all the time, however it swings to the side, that the rest need not be looked at */
@@ -293,7 +298,7 @@ static int far_along(const double *body, double reach, const Rules *rule, const 
     return 1;
 }
 
-/* a body that cruises or changes its speed until then, its lateral speed swelling and fading, apart from the host for sure in every
+/* a body that cruises, or changes its speed until then, or responds, its lateral speed swelling and fading, apart from the host for sure in every
  * fine step */
 static int apart(const double *body, const double *table, whole n, const Frame *frame, const Rules *rule, int steps, const double *node,
                  const double *time, whole stride)

@@ -1,14 +1,15 @@
 /* The predicted traffic on the lattice, and the host under constant inputs. */
 
-enum { AT, ASIDE, ALONG, ACROSS, FADE_S, SWELL, RATE, CHANGING_S, LENGTH, WIDTH, MORE_LENGTH, MORE_WIDTH, CRUISER };
+enum { AT, ASIDE, ALONG, ACROSS, FADE_S, SWELL, RATE, CHANGING_S, RESPONDS_S, BRAKES_WITH, LENGTH, WIDTH, MORE_LENGTH, MORE_WIDTH,
+       CRUISER };
 
-/* Where a body (CRUISER) is whose speed along changes or whose speed across swells first; and for each box (TURNED_STEPS) how fast across it
+/* Where a body (CRUISER) is whose speed along changes, that responds, or whose speed across swells first; and for each box (TURNED_STEPS) how fast across it
  * goes at most from the step before it on, bare of its sign. `across` (lattice) is worked in. */
 static void changing(whole lattice, const double *restrict x, const double *restrict times, double *restrict s, double *restrict d,
                      double *restrict v, double *restrict across, double *restrict fastest)
 {
     const double at = x[AT], aside = x[ASIDE], along = x[ALONG], sideways = x[ACROSS], swell = x[SWELL], rate = x[RATE], until = x[CHANGING_S];
-    const double settles = sideways * x[FADE_S];
+    const double settles = sideways * x[FADE_S], response = x[RESPONDS_S], braking = x[BRAKES_WITH];
     double later[LANES];
     for (int i = 0; i < LANES; i++) later[i] = exp(-LATTICE_S * i / x[FADE_S]);
     for (whole t = 0; t < lattice; t += LANES) { /* what is left of a speed that only fades */
@@ -16,10 +17,12 @@ static void changing(whole lattice, const double *restrict x, const double *rest
         for (whole i = t; i < t + LANES && i < lattice; i++) d[i] = left * later[i - t];
     }
     for (whole t = 0; t < lattice; t++) {
-        const double time = times[t], lasted = LESSER(time, until), changed = rate * lasted;
+        const double time = LESSER(times[t], response), lasted = LESSER(time, until), changed = rate * lasted;
         const double fade = d[t], risen = (1.0 + swell) / (1.0 + swell * fade);
-        s[t] = at + along * time + changed * (time - 0.5 * lasted);
-        v[t] = along + changed;
+        const double speed = times[t] > response ? GREATER(along + changed, 0.0) : along + changed;
+        const double braked = LESSER(times[t] - time, GREATER(speed, 0.0) / braking);
+        s[t] = at + along * time + changed * (time - 0.5 * lasted) + speed * braked - 0.5 * braking * braked * braked;
+        v[t] = speed - braking * braked;
         d[t] = aside + settles * risen * (1.0 - fade);
         across[t] = fabs(sideways * risen * risen * fade);
     }
@@ -72,7 +75,7 @@ static void predicted(whole bodies, whole lattice, const double *begin, const do
     const whole all = bodies * lattice;
     for (whole j = 0; j < bodies; j++, begin += CRUISER) {
         double *s = tables + j * lattice, *d = s + all, *v = d + all, *half_length = v + all, *half_width = half_length + all;
-        if (begin[SWELL] != 0.0 || begin[RATE] != 0.0 || begin[FADE_S] != fade_s)
+        if (begin[SWELL] != 0.0 || begin[RATE] != 0.0 || begin[FADE_S] != fade_s || begin[RESPONDS_S] < HUGE_VAL)
             changing(lattice, begin, times, s, d, v, half_length, half_width);
         else
             steady(lattice, begin, times, fade, s, d, v, half_width);
