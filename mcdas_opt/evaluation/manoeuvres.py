@@ -22,7 +22,8 @@ class Manoeuvre(Part):
     """`gap_m` is bumper to bumper; the lead holds its first speed until the first of `lead_at_s` and its last from the last on.
 
     `lead_file`, beside the suite, is a recording of its speed instead (CSV of t_s, speed_mps), from `lead_from_s` on. With `idm_gap_m` the
-    host follows a driver by the IDM, who follows the lead with that gap. `limit_mps` is the road's.
+    host follows a driver by the IDM, who follows the lead with that gap; with `rear_gap_m` another follows the host. `limit_mps` is the
+    road's.
     """
 
     name: Annotated[str, Field(description="of the manoeuvre")]
@@ -39,6 +40,9 @@ class Manoeuvre(Part):
     lead_from_s: Annotated[Annotated[float, Field(ge=0.0)], Field(description="where in lead_file it begins")] = 0.0
     idm_gap_m: Annotated[
         Annotated[float, Field(gt=0.0)] | None, Field(description="to the lead of a driver in between, by the Intelligent Driver Model")
+    ] = None
+    rear_gap_m: Annotated[
+        Annotated[float, Field(gt=0.0)] | None, Field(description="to the host of a driver behind, by the Intelligent Driver Model")
     ] = None
     friction: Annotated[Annotated[float, Field(gt=0.0, le=1.5)], Field(description="of the road")] = 0.9
     limit_mps: Annotated[Annotated[float, Field(gt=0.0)], Field(description="the road's speed limit")] = 40.0
@@ -75,9 +79,12 @@ class Manoeuvre(Part):
 
     def scene(self, index: int, seed: int) -> Scene:
         """The manoeuvre as a scene of one lane; `seed` is the measurement noise's."""
-        neighbours = []
+        neighbours: list[dict[str, Any]] = []
+        between_m = 0.5 * (load_vehicle(self.vehicle).length_m + _LENGTH_M)
+        if self.rear_gap_m is not None:
+            neighbours.append({"name": "rear", "s_m": -self.rear_gap_m - between_m, "speed_mps": self.host_mps, "behaviour": "idm"})
         if self.gap_m is not None:
-            apart = self.gap_m + 0.5 * (load_vehicle(self.vehicle).length_m + _LENGTH_M)
+            apart = self.gap_m + between_m
             if self.idm_gap_m is not None:
                 neighbours.append({"name": "between", "s_m": apart, "speed_mps": self.lead_mps[0], "behaviour": "idm"})
                 apart += self.idm_gap_m + _LENGTH_M

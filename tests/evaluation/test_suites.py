@@ -33,7 +33,7 @@ def suite(request: pytest.FixtureRequest) -> Suite:
 
 def test_every_suite_of_the_benchmark_is_shipped() -> None:
     wanted = {"sandwich", "striking-rear", "offset", "euro-ncap-aeb", "un-r157", "openpilot-manoeuvres", "benign", "curved"}
-    assert wanted | {"all-lanes-blocked", "recorded", "mid-vehicle"} <= set(shipped_suites())
+    assert wanted | {"all-lanes-blocked", "recorded", "mid-vehicle", "ordinary", "followed"} <= set(shipped_suites())
 
 
 def test_expansion_is_a_function_of_file_count_and_seed(suite: Suite) -> None:
@@ -66,6 +66,13 @@ def test_followers_react_where_suites_say_so_and_labels_go_to_scripts(suite: Sui
         if suite.name in ("sandwich", "striking-rear", "offset", "un-r157", "curved", "all-lanes-blocked"):
             assert not reacts
             assert case.labelled
+
+
+def test_somebody_follows_in_every_scene_of_followed() -> None:
+    for case in expand("followed", None, 5).cases:
+        behind = [part for part in case.scene.neighbour if part.s_m < 0.0]
+        assert [part.behaviour for part in behind] == ["idm"]
+        assert any(part.s_m > 0.0 for part in case.scene.neighbour)
 
 
 @given(st.lists(st.integers(0, 60), min_size=1, max_size=8).filter(any), st.data())
