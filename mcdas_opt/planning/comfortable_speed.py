@@ -19,13 +19,14 @@ from mcdas_opt.planning.headway import ORDINARY_MPS2, asked_time_gap_s
 from mcdas_opt.planning.lane_choice import known_acceleration_mps2, reaches_into
 from mcdas_opt.planning.merging_gap import least_time_gap_s, matched_time_gap_s, merging_time_gap_s
 from mcdas_opt.reference.arrival import comes_late
-from mcdas_opt.reference.speed_profile import BEHIND_MPS2, CLOSING_S, FrontCar, SpeedProfile, profile_ahead, speeds_along
+from mcdas_opt.reference.speed_profile import AS_HARD, BEHIND_MPS2, CLOSING_S, FrontCar, SpeedProfile, profile_ahead, speeds_along
 from mcdas_opt.tracking.prediction import CHANGE_MPS, CHANGE_SIGMAS
 
 _HURRIED_MPS2, _HURRIED_SHARE = 3.0, 0.35  # across in bends, where the destination is missed otherwise, and of what the road gives
 _HURRIED_BRAKING_MPS2 = 2.5  # before them, then
 _LEVELS = 5  # of hurry
 _STANDING_MPS = 0.4
+_SLOWER_MPS = 1.0  # than a front car that brakes
 _CLOSED_UP_M = 1.5  # beyond the gap at standstill: nobody drives on for so little
 _FADING_S, _BRAKING_FADES_S = 1.0, 2.0
 
@@ -57,11 +58,25 @@ def comfortable_speed(
         behind_mps2=comfort.late_braking_mps2 if cycle.front_gap.is_won_back else BEHIND_MPS2,
         fronts=_fronts(cycle, (d_m,) if evades else (cycle.lane_centre_m, d_m)) + ([] if follows is None else [_let_ahead(cycle, follows)]),
     )
+    if not evades:
+        speeds = np.minimum(speeds, _behind_who_brakes(cycle))
     if profile is None:
         return ComfortableSpeed(towards_mps, speeds)
     way_m = np.zeros(times_s.size)
     np.cumsum(speeds[:-1] * (times_s[1:] - times_s[:-1]), out=way_m[1:])
     return ComfortableSpeed(min(towards_mps, float(profile.at(profile.start_s_m + way_m).min())), speeds)
+
+
+def _behind_who_brakes(cycle: Cycle) -> Array | float:
+    """How fast at most [m/s] behind a front car that asks for more than the gentlest braking: braking a little harder than it takes, as far
+    as is comfortable, to no less than his own speed."""
+    front = next((track for track in cycle.situation.tracks if track.id == cycle.assessment.front_id), None)
+    if front is None or cycle.stopping_mps2 <= BEHIND_MPS2 or _leaves(front, cycle.lane_centre_m, cycle):
+        return math.inf
+    times_s, host_mps = cycle.settings.grid.times_s, cycle.situation.host.speed_mps
+    rate = min(AS_HARD * cycle.stopping_mps2, cycle.settings.comfort.limits(host_mps).braking_mps2)
+    its_mps = np.maximum(front.speed_s_mps + min(front.acceleration_s_mps2, 0.0) * times_s - _SLOWER_MPS, 0.0)
+    return np.asarray(np.maximum(host_mps - rate * times_s, np.minimum(its_mps, host_mps)))
 
 
 def _fronts(cycle: Cycle, lanes_m: tuple[float, ...]) -> list[FrontCar]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 from mcdas_opt.domain.assessment import Assessment
@@ -35,7 +35,7 @@ from mcdas_opt.planning.withdrawal import is_withdrawn
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.situation.attentive_followers import attentive_followers
 from mcdas_opt.situation.doubts import believed
-from mcdas_opt.situation.front_braking import brakes_gently, brakes_to_the_limit, is_ordinary
+from mcdas_opt.situation.front_braking import brakes_gently, brakes_to_the_limit, is_ordinary, stopping_mps2
 from mcdas_opt.tracking.prediction import names_of, predict_for
 from mcdas_opt.tracking.slow_traffic import with_attentive_followers
 
@@ -50,10 +50,10 @@ class Cycle:
     neither a clock's origin nor a place along the road makes a difference, with its desired speed within the limit, and with the tracks
     that are planned around, where some of those that were `told` are doubted (`situation/doubts.py`). What is planned in it is brought back
     by `given_from`.
-    `is_ordinary`: nothing threatens but a front car for which gentle braking is enough (`brakes_gently`). `brakes_to_the_limit`: stopping
-    behind the front car, which brakes, takes nearly all that there is, and nobody closes in from behind. `attentive` is who follows at a
-    distance that he keeps: in `prediction` he brakes behind the host while driving is ordinary, in `unaided` he does not. `deadline` is by
-    when the answer has to be there; None: work is counted, and nothing else bounds it.
+    `is_ordinary`: nothing threatens but a front car for which gentle braking is enough (`brakes_gently`). `stopping_mps2` stops behind
+    the front car, where it brakes, or ends the closing. `brakes_to_the_limit`: that takes nearly all that there is, and nobody closes in
+    from behind. `attentive` is who follows at a distance that he keeps: in `prediction` he brakes behind the host, in `unaided` he does
+    not. `deadline` is by when the answer has to be there; None: work is counted, and nothing else bounds it.
     """
 
     given: Situation
@@ -72,6 +72,7 @@ class Cycle:
     attentive: frozenset[str]
     is_ordinary: bool
     brakes_gently: bool
+    stopping_mps2: float
     brakes_to_the_limit: bool
     unaided: Prediction
     active: Manoeuvre | None
@@ -101,13 +102,10 @@ class Cycle:
         choice = lane_choice(local, vehicle, settings, before, elapsed_s) if active is None else before.resting
         deficits = front_deficits(local, vehicle, settings.safe_end, memory.deficits, elapsed_s)
         attentive = attentive_followers(local, vehicle, settings, memory.attentive)
-        assessed = partial(assess, local, vehicle, settings.selector, memory.assessment, elapsed_s, leaves_lane=leaves_lane)
-        now = assessed(attentive=attentive)
-        if attentive and not is_ordinary(now, local):  # an emergency counts on nobody
-            now = assessed()
-        ordinary = is_ordinary(now, local)
+        now = assess(local, vehicle, settings.selector, memory.assessment, elapsed_s, leaves_lane=leaves_lane, attentive=attentive)
+        comfortable_mps2 = settings.comfort.limits(local.host.speed_mps).braking_mps2
         unaided = predict_for(local, settings.prediction)
-        foreseen = with_attentive_followers(unaided, local, attentive if ordinary else frozenset(), settings.safe_end)
+        foreseen = with_attentive_followers(unaided, local, attentive, settings.safe_end)
         prediction = in_reach_ever(foreseen, local.host, vehicle, local.road)
         asked_m = settings.headway.gap_m(local.host.speed_mps)
         return cls(
@@ -122,8 +120,9 @@ class Cycle:
             active=active,
             lane_choice=choice,
             attentive=attentive,
-            is_ordinary=ordinary,
-            brakes_gently=brakes_gently(local, now),
+            is_ordinary=is_ordinary(local, now, comfortable_mps2),
+            brakes_gently=brakes_gently(local, now, comfortable_mps2),
+            stopping_mps2=stopping_mps2(local, now),
             brakes_to_the_limit=Sector.REAR not in now.threats and brakes_to_the_limit(local, now, vehicle, settings.safe_end),
             unaided=unaided,
             deficits=deficits,
@@ -282,8 +281,8 @@ class Cycle:
     def front_gap(self) -> FrontGap:
         """What is asked for of the gap ahead, and how it stands with that."""
         gets_past = self.active is None and gets_past_somebody(self.required_lane, self.gap)
-        speed_mps, is_ordinary = self.situation.host.speed_mps, self.is_ordinary
-        return FrontGap.of(self.assessment, self.cut_in, self.settings, speed_mps, is_ordinary=is_ordinary, gets_past=gets_past)
+        speed_mps, is_pressed = self.situation.host.speed_mps, self.is_pressed
+        return FrontGap.of(self.assessment, self.cut_in, self.settings, speed_mps, is_pressed=is_pressed, gets_past=gets_past)
 
     @property
     def preferred_side(self) -> Side:

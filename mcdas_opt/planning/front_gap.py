@@ -51,14 +51,14 @@ class FrontGap:
 
     @classmethod
     def of(
-        cls, now: Assessment, cut_in: CutIn | None, settings: Settings, speed_mps: float, *, is_ordinary: bool, gets_past: bool
+        cls, now: Assessment, cut_in: CutIn | None, settings: Settings, speed_mps: float, *, is_pressed: bool, gets_past: bool
     ) -> FrontGap:
-        """Less is asked for where more than ordinary driving is called for; the least that a gap may have while the host `gets_past`
-        somebody into one in the destination's lane; the headway sooner where the host made the gap too small."""
+        """Less is asked for where somebody closes in from behind; the least that a gap may have while the host `gets_past` somebody into
+        one in the destination's lane; the headway sooner where the host made the gap too small."""
         headway, late_mps2 = settings.headway, settings.comfort.late_braking_mps2
         is_too_near = _is_too_near(now, speed_mps, headway, late_mps2)
         is_won_back = is_too_near and cut_in is None and not gets_past and not _is_followed_closely(now, headway)
-        if not is_ordinary:
+        if is_pressed:
             headway = replace(headway, time_gap_s=headway.pressed_s)
         elif gets_past:
             headway = replace(headway, time_gap_s=LEAST_SHARE * headway.time_gap_s)

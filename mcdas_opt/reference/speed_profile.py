@@ -20,10 +20,10 @@ CLOSING_S = 3.5  # a small difference from the gap to keep decays with
 _CLOSING_MPS2 = 1.2  # who closes in over a large one brakes by
 _STOPPING_MPS2 = 2.0  # before the end of a lane
 _NEAREST_M = 0.1
-BEHIND_MPS2, _AS_HARD = 1.5, 1.25  # who follows brakes by at least so much, and so many times as hard as who is ahead
+BEHIND_MPS2, AS_HARD = 1.5, 1.25  # who follows brakes by at least so much, and so many times as hard as who is ahead
 _STANDING_MPS, _STOPPING_S = 0.3, 2.5
 _NEAR_M = _CLOSING_MPS2 * CLOSING_S**2  # as far as that is small
-_NUMBERS = (_AS_HARD, _STANDING_MPS, _STOPPING_S, _NEAREST_M, 2.0)
+_NUMBERS = (AS_HARD, _STANDING_MPS, _STOPPING_S, _NEAREST_M, 2.0)
 _NOWHERE = np.zeros(0)
 PATH_SHARE = 0.9  # of the lateral acceleration that is comfortable: a driven path bends more than the road, here and there
 _STRAIGHTEST_1PM = 1e-6  # what bends less is straight
@@ -102,7 +102,7 @@ def speeds_along(
     s, times = 0.0, times_s.tolist()
     speeds, step = ([], 1.0) if profile is None else (profile.speed_mps.tolist(), profile.step_m)
     last, ahead = len(speeds) - 1, [tuple(row.tolist() for row in front) for front in fronts]
-    behind = [max(behind_mps2, _AS_HARD * (its[0] - its[1]) / (times[1] - times[0])) for _, its, _ in ahead]
+    behind = [max(behind_mps2, AS_HARD * (its[0] - its[1]) / (times[1] - times[0])) for _, its, _ in ahead]
     for k in range(1, found.size):
         h = times[k] - times[k - 1]
         s += v * h

@@ -9,6 +9,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 
 _CLOSING_MPS = 3.0  # who closes in faster does not keep his distance
 _HARDLY_MPS = 1.0  # of who closes in no faster the least headway is enough
+_SOON_S = 2.0  # who would be there so soon, and does not brake, looks elsewhere
 
 
 def attentive_followers(situation: Situation, vehicle: Vehicle, settings: Settings, before: frozenset[str]) -> frozenset[str]:
@@ -16,7 +17,8 @@ def attentive_followers(situation: Situation, vehicle: Vehicle, settings: Settin
     the least headway is enough.
 
     From then on (`before`) he is, for as long as no harder braking is needed behind the host as it drives now than may be asked of him, or
-    than he is seen to brake with: that a host which brakes is closed in on tells nothing against him.
+    than he is seen to brake with: that a host which brakes is closed in on tells nothing against him. But not who clearly
+    closes in, would be there soon, and does not brake.
     """
     return frozenset(
         track.id for track in situation.tracks if _follows(track, situation) and _is_attentive(track, situation, vehicle, settings, before)
@@ -34,6 +36,8 @@ def _is_attentive(track: Track, situation: Situation, vehicle: Vehicle, settings
     gap = host.s_m - track.s_m - 0.5 * (track.length_m + vehicle.length_m)
     closing = max(track.speed_s_mps - host.speed_mps, 0.0)
     if track.id in before:
+        if closing > _HARDLY_MPS and track.acceleration_s_mps2 >= 0.0 and gap <= _SOON_S * closing:
+            return False
         asked = max(settings.safe_end.follower_demand_mps2, track.braking_seen_mps2)
         return gap > 0.0 and closing * closing <= 2.0 * asked * gap
     share = LEAST_SHARE if closing <= _HARDLY_MPS else 1.0

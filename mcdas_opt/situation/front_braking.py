@@ -11,7 +11,8 @@ from mcdas_opt.domain.vocabulary import Mode, Sector
 
 _STANDING_GAP_M = 2.0
 _BRAKING_MPS2 = 0.5  # who brakes by less may as well hold its speed
-_SLOWING_MPS2, _STOPPING_MPS2 = 1.5, 2.5  # with which ordinary braking ends the closing, and stops behind who brakes
+_SLOWING_MPS2 = 2.5  # with which ordinary braking ends the closing
+_NEAREST_M = 0.5  # room is at least so much
 _CLEARLY = 1.5  # standard deviations
 _LIMIT_SHARE = 0.8  # of what tyres and brakes give is nearly all of it
 
@@ -32,22 +33,43 @@ def brakes_to_the_limit(situation: Situation, assessment: Assessment, vehicle: V
     return v > its and v * v > 2.0 * most * room
 
 
-def brakes_gently(situation: Situation, assessment: Assessment) -> bool:
-    """Braking is enough for the front car; less than what is ordinary would end the closing, and little more stop the host behind it
-    where it brakes itself."""
+def brakes_gently(situation: Situation, assessment: Assessment, comfortable_mps2: float) -> bool:
+    """Braking is enough for the front car: no more than is comfortable would stop the host behind it where it brakes itself, and less end
+    the closing."""
+    if assessment.mode is not Mode.BRAKE or _front(situation, assessment) is None:
+        return False
+    slowing = _slowing_mps2(situation, assessment)
+    return slowing <= _SLOWING_MPS2 and stopping_mps2(situation, assessment) <= comfortable_mps2
+
+
+def stopping_mps2(situation: Situation, assessment: Assessment) -> float:
+    """The least constant braking that keeps the host behind the front car, with room at standstill, where he goes on braking as he is seen
+    to: until both are equally fast, or until both stand. 0 without him."""
     front = _front(situation, assessment)
-    if assessment.mode is not Mode.BRAKE or front is None:
-        return False
-    speed, its_speed, room = situation.host.speed_mps, front.speed_s_mps, assessment.front_gap_m - _STANDING_GAP_M
-    braking = -front.acceleration_s_mps2
-    if braking > _BRAKING_MPS2 and speed**2 > 2.0 * _STOPPING_MPS2 * (room + max(its_speed, 0.0) ** 2 / (2.0 * braking)):
-        return False
-    return bool(max(speed - its_speed, 0.0) ** 2 <= 2.0 * _SLOWING_MPS2 * room)
+    if front is None:
+        return 0.0
+    speed, its_speed, room = situation.host.speed_mps, max(front.speed_s_mps, 0.0), _room_m(assessment)
+    slowing, braking = _slowing_mps2(situation, assessment), -front.acceleration_s_mps2
+    if braking <= _BRAKING_MPS2:
+        return slowing
+    if 2.0 * room * braking < its_speed * (speed - its_speed):  # equally fast before he stands
+        return braking + slowing
+    return speed**2 / (2.0 * room + its_speed**2 / braking)
 
 
-def is_ordinary(assessment: Assessment, situation: Situation) -> bool:
+def is_ordinary(situation: Situation, assessment: Assessment, comfortable_mps2: float) -> bool:
     """Nothing threatens but a front car for which gentle braking is enough."""
-    return not assessment.threatened or (Sector.REAR not in assessment.threats and brakes_gently(situation, assessment))
+    return not assessment.threatened or (Sector.REAR not in assessment.threats and brakes_gently(situation, assessment, comfortable_mps2))
+
+
+def _slowing_mps2(situation: Situation, assessment: Assessment) -> float:
+    """The constant braking that ends the closing before the front car, which keeps its speed."""
+    closing = max(situation.host.speed_mps - (assessment.front_speed_mps or 0.0), 0.0)
+    return closing**2 / (2.0 * _room_m(assessment))
+
+
+def _room_m(assessment: Assessment) -> float:
+    return max(assessment.front_gap_m - _STANDING_GAP_M, _NEAREST_M)
 
 
 def _front(situation: Situation, assessment: Assessment) -> Track | None:

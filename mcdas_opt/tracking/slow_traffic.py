@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from mcdas_opt.domain.prediction import Prediction, responding, responds
+from mcdas_opt.domain.prediction import CruisingBody, Prediction, responding, responds
 from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
@@ -25,6 +26,7 @@ SIDEWAYS_MPS = 0.5  # a host that moves sideways faster does not keep its lane
 _PASSABLE = 0.5  # of the usual lane's width: less is nothing to drive on
 _AHEAD_S, _LEAST_AHEAD_M = 4.0, 10.0  # whatever is farther ahead of the host is no reason to slow down
 _SHARES = np.linspace(0.0, 1.0, 21)
+_LEFT_M, _LEAST_M = 0.5, 0.1  # of a gap that somebody brakes within, when he is there; no gap is smaller
 _HOST_LENGTH_M = 5.0  # of a host whose length a prediction is not told
 
 
@@ -62,10 +64,20 @@ def with_braking_followers(prediction: Prediction, situation: Situation, rates_m
 
 
 def with_attentive_followers(prediction: Prediction, situation: Situation, names: frozenset[str], settings: SafeEndSettings) -> Prediction:
-    """The prediction with these braking as attentive drivers do, who respond late; at once who is seen to brake already."""
-    seen = {track.id: track.braking_seen_mps2 for track in situation.tracks if track.id in names}
-    late, gently = settings.follower_response_s, settings.follower_demand_mps2
-    return _answering(prediction, {name: (0.0 if braking else late, max(gently, braking)) for name, braking in seen.items()})
+    """The prediction with these braking as attentive drivers do: at once by what keeps them behind the host as it drives now, or by what
+    they are seen to brake with, and after their response to the host as hard as may be asked of them."""
+    late_s, most = settings.follower_response_s, settings.follower_demand_mps2
+    followers = [track for track in situation.tracks if track.id in names]
+    now = {track.id: max(track.braking_seen_mps2, min(_demanded_mps2(track, situation), most)) for track in followers}
+    known = relied_on(prediction)
+    answering = _answering(prediction, {track.id: (late_s, max(most, track.braking_seen_mps2)) for track in followers})
+    bodies = tuple(
+        replace(body, acceleration_mps2=-now[body.id], changing_s=min(late_s, body.speed_s_mps / now[body.id]))
+        if isinstance(body, CruisingBody) and now.get(body.id, 0.0) > 0.0 and body.id not in known
+        else body
+        for body in answering.bodies
+    )
+    return Prediction(name=answering.name, bodies=bodies)
 
 
 def is_in_a_queue(situation: Situation) -> bool:
@@ -128,6 +140,12 @@ def _brakes_enough(track: Track, situation: Situation) -> bool:
         return False
     closing = max(track.speed_s_mps - situation.host.speed_mps, 0.0)
     return closing * closing <= 2.0 * seen * _gap_m(track, situation.host.s_m)
+
+
+def _demanded_mps2(track: Track, situation: Situation) -> float:
+    """What keeps him behind a host that drives as it does now."""
+    closing = max(track.speed_s_mps - situation.host.speed_mps, 0.0)
+    return closing * closing / (2.0 * max(_gap_m(track, situation.host.s_m) - _LEFT_M, _LEAST_M))
 
 
 def _steers_out(situation: Situation) -> bool:

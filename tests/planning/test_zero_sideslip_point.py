@@ -32,7 +32,7 @@ def test_what_is_planned_is_sound_for_that_car(seed: int, monkeypatch: pytest.Mo
         assert told.passed
         monkeypatch.setenv(SWITCH, "0")
         assert judge(plan.trajectory, situation.host, planner.vehicle, situation.road, prediction).passed
-    if np.ptp(plan.trajectory.heading_rad) > 0.05:
+    if np.ptp(plan.trajectory.heading_rad) > 0.05 and planner.vehicle.zero_sideslip_point_m > 1.0:
         rear_axle = judge(plan.trajectory, situation.host, Vehicle(), situation.road, prediction)
         assert not rear_axle.passed  # it is another car's drive
 
