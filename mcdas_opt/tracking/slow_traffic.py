@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mcdas_opt.domain.prediction import CruisingBody, Prediction, responding, responds
+from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, Prediction, responding, responds
 from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
@@ -65,19 +65,23 @@ def with_braking_followers(prediction: Prediction, situation: Situation, rates_m
 
 def with_attentive_followers(prediction: Prediction, situation: Situation, names: frozenset[str], settings: SafeEndSettings) -> Prediction:
     """The prediction with these braking as attentive drivers do: at once by what keeps them behind the host as it drives now, or by what
-    they are seen to brake with, and after their response to the host as hard as may be asked of them."""
+    they are seen to brake with, and after their response to the host as hard as may be asked of them; also who is in slow traffic."""
     late_s, most = settings.follower_response_s, settings.follower_demand_mps2
     followers = [track for track in situation.tracks if track.id in names]
     now = {track.id: max(track.braking_seen_mps2, min(_demanded_mps2(track, situation), most)) for track in followers}
-    known = relied_on(prediction)
-    answering = _answering(prediction, {track.id: (late_s, max(most, track.braking_seen_mps2)) for track in followers})
-    bodies = tuple(
-        replace(body, acceleration_mps2=-now[body.id], changing_s=min(late_s, body.speed_s_mps / now[body.id]))
-        if isinstance(body, CruisingBody) and now.get(body.id, 0.0) > 0.0 and body.id not in known
-        else body
-        for body in answering.bodies
+    theirs = {name for one in now for name in (one, f"{one} {ACCELERATING}")}
+    free = (
+        replace(body, response_s=math.inf) if isinstance(body, CruisingBody) and body.id in theirs else body for body in prediction.bodies
     )
-    return Prediction(name=answering.name, bodies=bodies)
+    told = {track.id: (late_s, max(most, track.braking_seen_mps2)) for track in followers}
+    answering = _answering(Prediction(name=prediction.name, bodies=tuple(free)), told)
+    return Prediction(name=prediction.name, bodies=tuple(_braking_until(body, now.get(body.id, 0.0), late_s) for body in answering.bodies))
+
+
+def _braking_until(body: PredictedBody, braking_mps2: float, until_s: float) -> PredictedBody:
+    if braking_mps2 <= 0.0 or not isinstance(body, CruisingBody):
+        return body
+    return replace(body, acceleration_mps2=-braking_mps2, changing_s=min(until_s, body.speed_s_mps / braking_mps2))
 
 
 def is_in_a_queue(situation: Situation) -> bool:
