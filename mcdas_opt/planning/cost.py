@@ -99,11 +99,11 @@ def _rate(drives: Array, missing: Array | None, closeness: Array | None, cycle: 
 def _desired_mps(drives: Array, cycle: Cycle) -> Array | float:
     """The desired speed; while nothing threatens no more than is comfortable in the bends: (drives, n). Where more than gentle braking is
     called for by somebody ahead alone, being slower costs nothing down to his speed: it is put off else until there is no room left."""
-    desired, front_mps = cycle.situation.wanted_speed_mps, cycle.assessment.front_speed_mps
+    desired, ahead = cycle.situation.wanted_speed_mps, cycle.assessment
     if not cycle.is_ordinary:
-        if cycle.is_pressed or front_mps is None:
+        if cycle.is_pressed or ahead.front_id is None or ahead.front_speed_mps is None:
             return desired
-        return np.clip(drives[:, 4], min(max(front_mps, 0.0), desired), desired)
+        return np.clip(drives[:, 4], min(max(ahead.front_speed_mps, 0.0), desired), desired)
     if cycle.situation.road.is_straight:
         return desired
     bends = bends_ahead(cycle, cycle.lane_centre_m)

@@ -125,7 +125,7 @@ def test_a_body_row_that_holds_keeps_bodies_apart(ds: float, dd: float) -> None:
 
 def test_real_time_iteration_is_near_the_converged_solution() -> None:
     near = 0
-    for seed in range(6):
+    for seed in range(14):
         situation, posed, guess, p, steps = _posed(seed)
         x0 = situation.host.to_vector()
         ours = posed.osqp.solve(x0, p, steps, guess, 20)
@@ -135,7 +135,7 @@ def test_real_time_iteration_is_near_the_converged_solution() -> None:
         if ours.ending is Ending.CONVERGED:
             near += 1
             assert ours.objective <= exact.objective * 1.02 + 0.05
-    assert near >= 4
+    assert near >= 10
 
 
 def test_planner_settings_reach_the_problem() -> None:

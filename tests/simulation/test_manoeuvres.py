@@ -56,7 +56,7 @@ def test_a_lane_change_is_given_up_when_somebody_takes_the_lane(seed: int) -> No
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_it_stops_before_the_end_of_the_road(seed: int) -> None:
-    drive = driven(scene(10.0, 15.0, [car("rear", -45.0, 15.0, behaviour="idm")], lanes_left=1, lanes_right=0, road_end_s_m=90.0), seed)
+    drive = driven(scene(16.0, 15.0, [car("rear", -45.0, 15.0, behaviour="idm")], lanes_left=1, lanes_right=0, road_end_s_m=90.0), seed)
     assert drive.trajectory.s_m[-1] + 2.25 < 90.0
     assert drive.trajectory.speed_mps[-1] < 1.0
 
