@@ -125,8 +125,8 @@ class HeadwaySettings:
     """The gap to the front car that is driven: `standstill_m` and `time_gap_s` times the own speed (ISO 15622 asks for at least 0.8 s).
 
     A smaller gap that was found opens: the time gap asked for grows by `opening` seconds a second, from what braking by `braking_mps2`
-    leaves of it; both sooner where the host itself took the gap. While something threatens, in front or
-    behind, no more than `pressed_s` is asked for: headway gives way first.
+    leaves of it; both sooner where the host itself took the gap. While somebody closes in from behind no more than `pressed_s` is asked
+    for: headway gives way first.
     """
 
     time_gap_s: float = 1.2

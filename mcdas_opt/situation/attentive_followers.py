@@ -17,8 +17,8 @@ def attentive_followers(situation: Situation, vehicle: Vehicle, settings: Settin
     the least headway is enough.
 
     From then on (`before`) he is, for as long as no harder braking is needed behind the host as it drives now than may be asked of him, or
-    than he is seen to brake with: that a host which brakes is closed in on tells nothing against him. But not who clearly
-    closes in, would be there soon, and does not brake.
+    than he is seen to brake with: that a host which brakes is closed in on tells nothing against him. But not who clearly closes
+    in, would be there soon, and does not brake.
     """
     return frozenset(
         track.id for track in situation.tracks if _follows(track, situation) and _is_attentive(track, situation, vehicle, settings, before)

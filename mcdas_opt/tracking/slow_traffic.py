@@ -79,6 +79,7 @@ def with_attentive_followers(prediction: Prediction, situation: Situation, names
 
 
 def _braking_until(body: PredictedBody, braking_mps2: float, until_s: float) -> PredictedBody:
+    """The same body, braking so until then, or until it stands."""
     if braking_mps2 <= 0.0 or not isinstance(body, CruisingBody):
         return body
     return replace(body, acceleration_mps2=-braking_mps2, changing_s=min(until_s, body.speed_s_mps / braking_mps2))
@@ -125,7 +126,7 @@ def _answering(prediction: Prediction, answers: Mapping[str, tuple[float, float]
 
 
 def relied_on(prediction: Prediction) -> tuple[str, ...]:
-    """Who is predicted to brake because he follows in slow traffic."""
+    """Who is predicted to brake because he follows: in slow traffic, or at a distance that he keeps."""
     return tuple(body.id for body in prediction.bodies if responds(body) and not body.id.endswith(ACCELERATING))
 
 
