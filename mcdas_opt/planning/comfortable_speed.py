@@ -71,10 +71,10 @@ def _behind_who_brakes(cycle: Cycle) -> Array | float:
     """How fast at most [m/s] behind a front car that asks for more than the gentlest braking: braking a little harder than it takes, as far
     as is comfortable, to no less than his own speed."""
     front = next((track for track in cycle.situation.tracks if track.id == cycle.assessment.front_id), None)
-    if front is None or cycle.stopping_mps2 <= BEHIND_MPS2 or _leaves(front, cycle.lane_centre_m, cycle):
+    if front is None or cycle.front_braking.stopping_mps2 <= BEHIND_MPS2 or _leaves(front, cycle.lane_centre_m, cycle):
         return math.inf
     times_s, host_mps = cycle.settings.grid.times_s, cycle.situation.host.speed_mps
-    rate = min(AS_HARD * cycle.stopping_mps2, cycle.settings.comfort.limits(host_mps).braking_mps2)
+    rate = min(AS_HARD * cycle.front_braking.stopping_mps2, cycle.settings.comfort.limits(host_mps).braking_mps2)
     its_mps = np.maximum(front.speed_s_mps + min(front.acceleration_s_mps2, 0.0) * times_s - _SLOWER_MPS, 0.0)
     return np.asarray(np.maximum(host_mps - rate * times_s, np.minimum(its_mps, host_mps)))
 

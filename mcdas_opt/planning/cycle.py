@@ -35,7 +35,7 @@ from mcdas_opt.planning.withdrawal import is_withdrawn
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.situation.attentive_followers import attentive_followers
 from mcdas_opt.situation.doubts import believed
-from mcdas_opt.situation.front_braking import brakes_gently, brakes_to_the_limit, is_ordinary, stopping_mps2
+from mcdas_opt.situation.front_braking import FrontBraking
 from mcdas_opt.tracking.prediction import names_of, predict_for
 from mcdas_opt.tracking.slow_traffic import with_attentive_followers
 
@@ -50,9 +50,7 @@ class Cycle:
     neither a clock's origin nor a place along the road makes a difference, with its desired speed within the limit, and with the tracks
     that are planned around, where some of those that were `told` are doubted (`situation/doubts.py`). What is planned in it is brought back
     by `given_from`.
-    `is_ordinary`: nothing threatens but a front car for which gentle braking is enough (`brakes_gently`). `stopping_mps2` stops behind
-    the front car, where it brakes, or ends the closing. `brakes_to_the_limit`: that takes nearly all that there is, and nobody closes in
-    from behind. `attentive` is who follows at a distance that he keeps: in `prediction` he brakes behind the host, in `unaided` he does
+    `attentive` is who follows at a distance that he keeps: in `prediction` he brakes behind the host, in `unaided` he does
     not. `deadline` is by when the answer has to be there; None: work is counted, and nothing else bounds it.
     """
 
@@ -70,10 +68,7 @@ class Cycle:
     cut_in: CutIn | None
     lane_choice: LaneChoice
     attentive: frozenset[str]
-    is_ordinary: bool
-    brakes_gently: bool
-    stopping_mps2: float
-    brakes_to_the_limit: bool
+    front_braking: FrontBraking
     unaided: Prediction
     active: Manoeuvre | None
     deadline: Deadline | None
@@ -103,7 +98,6 @@ class Cycle:
         deficits = front_deficits(local, vehicle, settings.safe_end, memory.deficits, elapsed_s)
         attentive = attentive_followers(local, vehicle, settings, memory.attentive)
         now = assess(local, vehicle, settings.selector, memory.assessment, elapsed_s, leaves_lane=leaves_lane, attentive=attentive)
-        comfortable_mps2 = settings.comfort.limits(local.host.speed_mps).braking_mps2
         unaided = predict_for(local, settings.prediction)
         foreseen = with_attentive_followers(unaided, local, attentive, settings.safe_end)
         prediction = in_reach_ever(foreseen, local.host, vehicle, local.road)
@@ -120,10 +114,7 @@ class Cycle:
             active=active,
             lane_choice=choice,
             attentive=attentive,
-            is_ordinary=is_ordinary(local, now, comfortable_mps2),
-            brakes_gently=brakes_gently(local, now, comfortable_mps2),
-            stopping_mps2=stopping_mps2(local, now),
-            brakes_to_the_limit=Sector.REAR not in now.threats and brakes_to_the_limit(local, now, vehicle, settings.safe_end),
+            front_braking=FrontBraking.of(local, now, vehicle, settings),
             unaided=unaided,
             deficits=deficits,
             prediction=prediction,
@@ -218,6 +209,11 @@ class Cycle:
         """The one to go into in the lane that has to be reached; None where there is none, or no such lane."""
         required = self.required_lane
         return None if required is None else best_gap(self.situation, self.vehicle, self.settings, required, self.limit_mps)
+
+    @property
+    def is_ordinary(self) -> bool:
+        """Whether nothing threatens but a front car for which gentle braking is enough."""
+        return not self.assessment.threatened or (self.front_braking.is_gentle and not self.is_pressed)
 
     @property
     def is_pressed(self) -> bool:

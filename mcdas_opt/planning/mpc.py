@@ -151,7 +151,7 @@ def _lane_change(best: Ended, cycle: Cycle) -> str:
 
 def _stop(best: Ended, cycle: Cycle) -> str:
     """Said of braking that somebody's braking ahead asks for, though nobody comes near."""
-    stops = best.proposed.name == STOP_IN_LANE and cycle.is_ordinary and cycle.brakes_to_the_limit
+    stops = best.proposed.name == STOP_IN_LANE and cycle.is_ordinary and cycle.front_braking.is_to_the_limit
     return f"; {cycle.assessment.front_id} brakes about as hard as the road allows" if stops else ""
 
 

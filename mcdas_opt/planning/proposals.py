@@ -354,7 +354,7 @@ def _bent_path(cycle: Cycle, target_d_m: float) -> OffsetPath:
 
 def _eased(cycle: Cycle, slower_mps: float) -> Array | None:
     """Falling as is ordinary where that is enough; elsewhere as hard as it may be."""
-    if not cycle.brakes_gently:
+    if not cycle.front_braking.is_gentle:
         return None
     return np.maximum(slower_mps, cycle.situation.host.speed_mps - ORDINARY_MPS2 * cycle.settings.grid.times_s)
 

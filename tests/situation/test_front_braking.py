@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import assume, given
@@ -14,10 +16,12 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.situation.assess import assess
-from mcdas_opt.situation.front_braking import brakes_gently, is_ordinary, stopping_mps2
+from mcdas_opt.situation.front_braking import FrontBraking
 
-CAR, SELECTOR = Vehicle(), Settings().selector
+CAR, SETTINGS = Vehicle(), Settings()
+HEAVIER = replace(SETTINGS, comfort=replace(SETTINGS.comfort, braking_mps2=4.5, slow_braking_mps2=6.0))
 STANDSTILL_M = 2.0
 speeds, gaps, rates = st.floats(1.0, 40.0), st.floats(3.0, 120.0), st.floats(0.0, 8.0)
 
@@ -34,7 +38,7 @@ def behind(host_mps: float, front_mps: float, gap_m: float, braking_mps2: float)
         covariance=np.diag([0.04, 0.04, 0.04, 0.01]),
     )
     situation = Situation(host=HostState(speed_mps=host_mps), tracks=(front,), road=Road(), coverage=Coverage())
-    return situation, assess(situation, CAR, SELECTOR)
+    return situation, assess(situation, CAR, SETTINGS.selector)
 
 
 def nearest_m(host_mps: float, front_mps: float, gap_m: float, braking_mps2: float, own_mps2: float) -> float:
@@ -53,25 +57,33 @@ def test_so_much_braking_leaves_the_standstill_gap_and_less_does_not(
     host_mps: float, front_mps: float, gap_m: float, braking_mps2: float
 ) -> None:
     """Who brakes by 0.5 m/s^2 or less may as well hold his speed."""
-    own = stopping_mps2(*behind(host_mps, front_mps, gap_m, braking_mps2))
+    own = FrontBraking.of(*behind(host_mps, front_mps, gap_m, braking_mps2), CAR, SETTINGS).stopping_mps2
     braking = braking_mps2 if braking_mps2 > 0.5 else 0.0
     assume(0.03 * host_mps < own < 20.0)  # it is over within a minute
     assert nearest_m(host_mps, front_mps, gap_m, braking, own) >= STANDSTILL_M - 1e-3
     assert nearest_m(host_mps, front_mps, gap_m, braking, 0.98 * own) < STANDSTILL_M + 1e-3
 
 
-@given(host_mps=speeds, front_mps=speeds, gap_m=gaps, braking_mps2=rates, comfortable_mps2=st.floats(1.0, 5.0))
-def test_gentle_is_what_is_comfortable(
-    host_mps: float, front_mps: float, gap_m: float, braking_mps2: float, comfortable_mps2: float
-) -> None:
+@given(host_mps=speeds, front_mps=speeds, gap_m=gaps, braking_mps2=rates)
+def test_gentle_is_what_is_comfortable(host_mps: float, front_mps: float, gap_m: float, braking_mps2: float) -> None:
+    """With a heavier foot, more is."""
     there = behind(host_mps, front_mps, gap_m, braking_mps2)
-    gently = brakes_gently(*there, comfortable_mps2)
-    assert not gently or stopping_mps2(*there) <= comfortable_mps2
-    assert is_ordinary(*there, comfortable_mps2) == (gently or not there[1].threatened)
-    assert brakes_gently(*there, comfortable_mps2 + 1.0) >= gently
+    found = FrontBraking.of(*there, CAR, SETTINGS)
+    assert not found.is_gentle or found.stopping_mps2 <= SETTINGS.comfort.limits(host_mps).braking_mps2
+    assert FrontBraking.of(*there, CAR, HEAVIER).is_gentle >= found.is_gentle
+
+
+@given(host_mps=speeds, front_mps=speeds, gap_m=gaps, braking_mps2=rates)
+def test_what_is_gentle_is_ordinary_unless_somebody_closes_in_from_behind(
+    host_mps: float, front_mps: float, gap_m: float, braking_mps2: float
+) -> None:
+    situation, _ = behind(host_mps, front_mps, gap_m, braking_mps2)
+    cycle = Cycle.of(situation, CAR, SETTINGS)
+    assert cycle.is_ordinary == (cycle.front_braking.is_gentle or not cycle.assessment.threatened)
 
 
 @pytest.mark.parametrize("host_mps", [0.0, 20.0])
 def test_nobody_ahead_asks_for_nothing(host_mps: float) -> None:
     situation = Situation(host=HostState(speed_mps=host_mps), road=Road(), coverage=Coverage())
-    assert stopping_mps2(situation, assess(situation, CAR, SELECTOR)) == 0.0
+    found = FrontBraking.of(situation, assess(situation, CAR, SETTINGS.selector), CAR, SETTINGS)
+    assert found == FrontBraking(stopping_mps2=0.0, is_gentle=False, is_to_the_limit=False)

@@ -26,7 +26,7 @@ def lane_keeping(search: Search) -> Iterator[Round]:
             yield Round(competing=search.solve((further,)), is_comparison=False)
         yield Round(competing=search.solve((go_on_unpressed(cycle, cycle.active),)), is_comparison=False)
         return
-    if cycle.brakes_to_the_limit:
+    if cycle.front_braking.is_to_the_limit:
         yield Round(competing=search.solve((stop_in_lane(cycle),)), is_comparison=False)
     required, gap = cycle.required_lane, cycle.gap
     if required is None:
