@@ -41,20 +41,19 @@ def ended(candidate: Costed, cycle: Cycle) -> Ended:
 
 
 def _told_of_followers(found: Continuation, cycle: Cycle) -> Continuation:
-    """Its end says on whom it relies of those who are expected to brake before."""
-    if not found.is_sound or found.end is None or found.end.relies_on is not None or not relied_on(cycle.prediction):
+    """Its end says on whom it relies of those who are expected to brake before: whom it would hit, or ask too much of, if they did not."""
+    if not found.is_sound or found.end is None or found.end.relies_on is not None:
         return found
-    situation, settings, drive = cycle.situation, cycle.settings.safe_end, found.trajectory
-    alone = last_end(drive, situation.host, cycle.vehicle, situation.road, cycle.unaided, settings, cycle.owed_m)
+    drive, situation, vehicle = found.trajectory, cycle.situation, cycle.vehicle
     names = [one for one in relied_on(cycle.prediction) if one in cycle.attentive and _is_in_the_way(drive, one, cycle)]
-    if not names or not (alone.follower_fails or _hits_one_who_does_not_brake(drive, cycle)):
+    if not names:
+        return found
+    theirs = frozenset(name for one in names for name in names_of(one))
+    unaided = Prediction(name=cycle.unaided.name, bodies=tuple(body for body in cycle.unaided.bodies if body.id in theirs))
+    end = last_end(drive, situation.host, vehicle, situation.road, unaided, cycle.settings.safe_end, cycle.owed_m)
+    if not end.follower_fails and judge_all((drive,), situation.host, vehicle, situation.road, unaided)[0].passed:
         return found
     return found._replace(end=replace(found.end, relies_on=" and ".join(names)))
-
-
-def _hits_one_who_does_not_brake(drive: Trajectory, cycle: Cycle) -> bool:
-    (verdict,) = judge_all((drive,), cycle.situation.host, cycle.vehicle, cycle.situation.road, cycle.unaided)
-    return not verdict.passed
 
 
 def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, *, relies_on_followers: bool = False) -> Continuation:
