@@ -14,6 +14,7 @@ from mcdas_opt.domain.prediction import Prediction, responding
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.variant import names_of
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.dynamics.axle_limits import driving_mps2
@@ -25,8 +26,7 @@ from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.expected_followers import expected_followers
 from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
-from mcdas_opt.tracking.prediction import names_of
-from mcdas_opt.tracking.slow_traffic import relied_on
+from mcdas_opt.tracking.follower_prediction import predicted_to_brake
 from mcdas_opt.verification.judge import judge_all
 
 _COMFORT_MPS2 = 3.0
@@ -45,7 +45,7 @@ def _told_of_followers(found: Continuation, cycle: Cycle) -> Continuation:
     if not found.is_sound or found.end is None or found.end.relies_on is not None:
         return found
     drive, situation, vehicle = found.trajectory, cycle.situation, cycle.vehicle
-    names = [one for one in relied_on(cycle.prediction) if one in cycle.attentive and _is_in_the_way(drive, one, cycle)]
+    names = [one for one in predicted_to_brake(cycle.prediction) if one in cycle.attentive and _is_in_the_way(drive, one, cycle)]
     if not names:
         return found
     theirs = frozenset(name for one in names for name in names_of(one))

@@ -14,6 +14,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import LEAST_SHARE, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.variant import names_of
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.geometry.window import frame_near
@@ -36,8 +37,8 @@ from mcdas_opt.situation.assess import assess
 from mcdas_opt.situation.attentive_followers import attentive_followers
 from mcdas_opt.situation.doubts import believed
 from mcdas_opt.situation.front_braking import FrontBraking
-from mcdas_opt.tracking.prediction import names_of, predict_for
-from mcdas_opt.tracking.slow_traffic import with_attentive_followers
+from mcdas_opt.tracking.follower_prediction import with_attentive_followers
+from mcdas_opt.tracking.prediction import predict_for
 
 _STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 from functools import partial
 
 from mcdas_opt.domain.prediction import Prediction, responding
+from mcdas_opt.domain.variant import Variant
 from mcdas_opt.planning.candidate import Checked
 from mcdas_opt.planning.collision_check import verdicts
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.memory import FollowerReaction
 from mcdas_opt.planning.nearness import nearness
-from mcdas_opt.tracking.slow_traffic import ACCELERATING
 
 
 def with_follower_reaction(options: Sequence[Checked], cycle: Cycle) -> tuple[Checked, FollowerReaction] | None:
@@ -21,7 +21,7 @@ def with_follower_reaction(options: Sequence[Checked], cycle: Cycle) -> tuple[Ch
     """
     settings = cycle.settings.safe_end
     behind = _queued(cycle)
-    theirs = {name for one in behind for name in (one, f"{one} {ACCELERATING}")}
+    theirs = {name for one in behind for name in (one, Variant.ACCELERATING.of(one))}
     options = [one for one in options if one.verdict.only_collides and {violation.body for violation in one.verdict.violations} <= theirs]
     if not behind or not options:
         return None

@@ -26,7 +26,7 @@ from mcdas_opt.planning.rehearsal import rehearse
 from mcdas_opt.planning.required_lane import RequiredLane
 from mcdas_opt.planning.search import Found, Search, Solvers, run
 from mcdas_opt.planning.solver_settings import SolverSettings
-from mcdas_opt.tracking.slow_traffic import relied_on
+from mcdas_opt.tracking.follower_prediction import predicted_to_brake
 
 _NOTABLE_MPS = 0.1  # beyond the speed limit
 
@@ -157,7 +157,7 @@ def _stop(best: Ended, cycle: Cycle) -> str:
 
 def _reliance(best: Ended, cycle: Cycle) -> str:
     """Said of followers who are expected to brake, and of an end that a follower makes safe."""
-    end, followers = best.continuation.end, relied_on(cycle.prediction)
+    end, followers = best.continuation.end, predicted_to_brake(cycle.prediction)
     slow = [one for one in followers if one not in cycle.attentive]
     if slow:
         return f"; {' and '.join(slow)} behind in slow traffic {'is' if len(slow) == 1 else 'are'} expected to brake"

@@ -13,6 +13,7 @@ from mcdas_opt.domain.settings import SigmoidSettings
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.variant import Variant
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.dynamics.axle_limits import available_mps2
@@ -29,7 +30,6 @@ from mcdas_opt.planning.required_lane import RequiredLane, next_ahead
 from mcdas_opt.planning.sound_proposals import sound_proposals
 from mcdas_opt.planning.withdrawal import reaches_out_of_its_lane
 from mcdas_opt.reference.offset_path import OffsetPath, corrected
-from mcdas_opt.tracking.prediction import CHANGING
 
 STOP_IN_LANE = "brake"
 BRAKE_BEHIND = "brake-behind"
@@ -111,7 +111,7 @@ def brake_behind(cycle: Cycle) -> Proposed | None:
 
 def _comes_in(track: Track, cycle: Cycle) -> bool:
     """Whether somebody ahead is predicted to change into the host's lane."""
-    situation, changing = cycle.situation, f"{track.id} {CHANGING}"
+    situation, changing = cycle.situation, Variant.CHANGING.of(track.id)
     body = next((one for one in cycle.prediction.bodies if one.id == changing), None)
     if body is None or track.s_m <= situation.host.s_m:
         return False

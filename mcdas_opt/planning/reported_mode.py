@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.variant import Variant, names_of
 from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.planning.candidate import strongest_mps2
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.memory import ReportedMode
-from mcdas_opt.tracking.prediction import BRAKING
 
 REPORTED_S, _ROUNDING_S = 1.0, 1e-6
 _OPPOSITE_MPS2 = 0.3  # a plan that does as much of the opposite is not what it was
@@ -49,7 +49,8 @@ def with_reported_mode(plan: Plan, cycle: Cycle) -> tuple[Plan, ReportedMode]:
 
 def _seen_to_brake(cycle: Cycle) -> frozenset[str]:
     """Of those who are expected to brake, who does already."""
-    return frozenset(f"{track.id} {BRAKING}" for track in cycle.situation.tracks if track.id in cycle.attentive and track.braking_seen_mps2)
+    attentive = (track for track in cycle.situation.tracks if track.id in cycle.attentive)
+    return frozenset(Variant.BRAKING.of(track.id) for track in attentive if track.braking_seen_mps2)
 
 
 def _news(now: ReportedMode, before: ReportedMode) -> str:
@@ -61,8 +62,8 @@ def _news(now: ReportedMode, before: ReportedMode) -> str:
 
 
 def _changes(now: ReportedMode, before: ReportedMode) -> tuple[tuple[frozenset[str], str], ...]:
-    gone = frozenset(one for one in before.foreseen - now.foreseen if any(one.startswith(f"{track} ") for track in now.tracks))
-    came = frozenset(one for one in now.foreseen - before.foreseen if any(one.startswith(f"{track} ") for track in before.tracks))
+    gone = (before.foreseen - now.foreseen) & _names(now.tracks)
+    came = (now.foreseen - before.foreseen) & _names(before.tracks)
     threats, threatened = (frozenset(sector.value for sector in one.threats) for one in (now, before))
     return (
         (now.tracks - before.tracks, "not seen before"),
@@ -71,6 +72,10 @@ def _changes(now: ReportedMode, before: ReportedMode) -> tuple[tuple[frozenset[s
         (came, "foreseen now"),
         (gone, "no longer foreseen"),
     )
+
+
+def _names(tracks: frozenset[str]) -> frozenset[str]:
+    return frozenset(name for track in tracks for name in names_of(track))
 
 
 def _goes_on(mode: Mode, plan: Plan) -> bool:

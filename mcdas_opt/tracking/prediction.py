@@ -13,14 +13,13 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.variant import Variant
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import BodyKind
-from mcdas_opt.tracking.slow_traffic import ACCELERATING, SLOW_MPS, STRAIGHT_ON, TURN_1PM, is_in_a_queue, with_braking_followers
+from mcdas_opt.tracking.slow_traffic import SLOW_MPS, TURN_1PM, is_in_a_queue, with_followers_in_slow_traffic
 from mcdas_opt.tracking.straight_on import straight_on
 
 CONSTANT_VELOCITY = "constant-velocity"
-CHANGING = "changing lanes"
-BRAKING = "braking"
 
 # a track may be changing lanes that moves sideways so fast, by so many standard deviations, so far from the middle of its lane
 CHANGE_MPS, CHANGE_SIGMAS, CHANGE_FROM_M = 0.5, 2.5, 0.2
@@ -78,7 +77,7 @@ def predict(
         meets_a_turn = road is not None and _may_go_straight_on(track, road)
         comes_through_a_turn = meets_a_turn and track.speed_s_mps < 0.0
         if meets_a_turn and road is not None and not turns_with(track, road):
-            bodies.append(replace(_free(track, settings, road), id=f"{track.id} {STRAIGHT_ON}"))
+            bodies.append(replace(_free(track, settings, road), id=Variant.STRAIGHT_ON.of(track.id)))
         drifting = CruisingBody(
             id=track.id,
             length_m=track.length_m,
@@ -100,15 +99,15 @@ def predict(
         change = None if road is None or comes_through_a_turn else lane_change(track, settings, road)
         if change is not None:
             speed_d, fade_s, swell = change
-            name = f"{track.id} {CHANGING}"
+            name = Variant.CHANGING.of(track.id)
             bodies.append(replace(drifting, id=name, speed_d_mps=speed_d, lateral_fade_s=fade_s, lateral_swell=swell))
         rate = None if road is None else speed_change(track, road)
         if rate is not None and rate[0] < 0.0 and host_s_m is not None and road is not None:
             rate = None if _is_behind(track, host_s_m) or _queues(track, tracks, host_s_m, road) else rate
         if rate is not None:
             acceleration, lasting_s = rate
-            word = BRAKING if acceleration < 0.0 else ACCELERATING
-            bodies.append(replace(drifting, id=f"{track.id} {word}", acceleration_mps2=acceleration, changing_s=lasting_s))
+            variant = Variant.BRAKING if acceleration < 0.0 else Variant.ACCELERATING
+            bodies.append(replace(drifting, id=variant.of(track.id), acceleration_mps2=acceleration, changing_s=lasting_s))
     return Prediction(name=CONSTANT_VELOCITY, bodies=tuple(bodies))
 
 
@@ -117,15 +116,10 @@ def predict_for(situation: Situation, settings: PredictionSettings | None = None
     and have to be judged under. Nobody behind the host is predicted to change lanes into its queue."""
     prediction = predict(situation.tracks, settings, situation.road, situation.host.s_m)
     if is_in_a_queue(situation):
-        late = {f"{track.id} {CHANGING}" for track in situation.tracks if _comes_behind(track, situation)}
+        late = {Variant.CHANGING.of(track.id) for track in situation.tracks if _comes_behind(track, situation)}
         prediction = Prediction(name=prediction.name, bodies=tuple(body for body in prediction.bodies if body.id not in late))
     rates = {track.id: change[0] for track in situation.tracks if (change := speed_change(track, situation.road)) is not None}
-    return with_braking_followers(prediction, situation, rates)
-
-
-def names_of(track_id: str) -> tuple[str, ...]:
-    """Every name that a track may have in a prediction."""
-    return (track_id, *(f"{track_id} {word}" for word in (CHANGING, BRAKING, ACCELERATING, STRAIGHT_ON)))
+    return with_followers_in_slow_traffic(prediction, situation, rates)
 
 
 def _free(track: Track, settings: PredictionSettings, road: Road) -> FreeBody:

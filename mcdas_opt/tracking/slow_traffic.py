@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
-from mcdas_opt.domain.prediction import CruisingBody, PredictedBody, Prediction, responding, responds
-from mcdas_opt.domain.safe_end import SafeEndSettings
+from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
+from mcdas_opt.tracking.follower_prediction import gap_to_host_m, with_braking
 
-STRAIGHT_ON = "straight on"  # the name's ending of whoever may be too fast for a turn
-ACCELERATING = "accelerating"  # ... of whoever goes on accelerating for a while
 SLOW_MPS = 10.0  # whoever is faster is in no slow traffic
 TOWARDS_A_TURN_MPS = 14.0  # nor, towards a tight turn, for which he brakes in any case, whoever is faster than this
 BRAKING_MPS2, RESPONSE_S = 2.0, 1.0  # what a follower in slow traffic is predicted to brake with, and after how long
@@ -26,11 +23,9 @@ SIDEWAYS_MPS = 0.5  # a host that moves sideways faster does not keep its lane
 _PASSABLE = 0.5  # of the usual lane's width: less is nothing to drive on
 _AHEAD_S, _LEAST_AHEAD_M = 4.0, 10.0  # whatever is farther ahead of the host is no reason to slow down
 _SHARES = np.linspace(0.0, 1.0, 21)
-_LEFT_M, _LEAST_M = 0.5, 0.1  # of a gap that somebody brakes within, when he is there; no gap is smaller
-_HOST_LENGTH_M = 5.0  # of a host whose length a prediction is not told
 
 
-def with_braking_followers(prediction: Prediction, situation: Situation, rates_mps2: Mapping[str, float]) -> Prediction:
+def with_followers_in_slow_traffic(prediction: Prediction, situation: Situation, rates_mps2: Mapping[str, float]) -> Prediction:
     """The prediction with followers in slow traffic braking gently after a while, each as long as gentle braking is enough for him.
 
     Nobody can come to a safe end in a queue, or before a tight turn, if the cars behind are predicted never to brake. As before, so not to
@@ -44,7 +39,7 @@ def with_braking_followers(prediction: Prediction, situation: Situation, rates_m
     host, road, near_m = situation.host, situation.road, _near_m(situation)
     in_lane = [track for track in situation.tracks if track.speed_s_mps >= 0.0 and _is_in_lane(track, situation)]
     slow = [track for track in in_lane if track.speed_s_mps <= SLOW_MPS]
-    ahead = [track for track in slow if track.s_m > host.s_m and _gap_m(track, host.s_m) <= near_m]
+    ahead = [track for track in slow if track.s_m > host.s_m and gap_to_host_m(track, host.s_m) <= near_m]
     turns = not road.is_straight and float(np.abs(road.curvature_at(host.s_m + near_m * _SHARES)).max()) >= TURN_1PM
     fastest, braking = (TOWARDS_A_TURN_MPS if turns else SLOW_MPS), BRAKING_MPS2  # through a turn nobody drives fast
     if is_beside_oncoming(situation):
@@ -60,29 +55,7 @@ def with_braking_followers(prediction: Prediction, situation: Situation, rates_m
             answers[track.id] = (RESPONSE_S, braking)
         elif track.s_m < host.s_m and _brakes_enough(track, situation):
             answers[track.id] = (0.0, -track.acceleration_s_mps2)
-    return _answering(prediction, answers)
-
-
-def with_attentive_followers(prediction: Prediction, situation: Situation, names: frozenset[str], settings: SafeEndSettings) -> Prediction:
-    """The prediction with these braking as attentive drivers do: at once by what keeps them behind the host as it drives now, or by what
-    they are seen to brake with, and after their response to the host as hard as may be asked of them; also who is in slow traffic."""
-    late_s, most = settings.follower_response_s, settings.follower_demand_mps2
-    followers = [track for track in situation.tracks if track.id in names]
-    now = {track.id: max(track.braking_seen_mps2, min(_demanded_mps2(track, situation), most)) for track in followers}
-    theirs = {name for one in now for name in (one, f"{one} {ACCELERATING}")}
-    free = (
-        replace(body, response_s=math.inf) if isinstance(body, CruisingBody) and body.id in theirs else body for body in prediction.bodies
-    )
-    told = {track.id: (late_s, max(most, track.braking_seen_mps2)) for track in followers}
-    answering = _answering(Prediction(name=prediction.name, bodies=tuple(free)), told)
-    return Prediction(name=prediction.name, bodies=tuple(_braking_until(body, now.get(body.id, 0.0), late_s) for body in answering.bodies))
-
-
-def _braking_until(body: PredictedBody, braking_mps2: float, until_s: float) -> PredictedBody:
-    """The same body, braking so until then, or until it stands."""
-    if braking_mps2 <= 0.0 or not isinstance(body, CruisingBody):
-        return body
-    return replace(body, acceleration_mps2=-braking_mps2, changing_s=min(until_s, body.speed_s_mps / braking_mps2))
+    return with_braking(prediction, answers)
 
 
 def is_in_a_queue(situation: Situation) -> bool:
@@ -92,7 +65,7 @@ def is_in_a_queue(situation: Situation) -> bool:
         track.s_m > host.s_m
         and 0.0 <= track.speed_s_mps <= SLOW_MPS
         and _is_in_lane(track, situation)
-        and _gap_m(track, host.s_m) <= near_m
+        and gap_to_host_m(track, host.s_m) <= near_m
         for track in situation.tracks
     )
 
@@ -108,32 +81,10 @@ def is_beside_oncoming(situation: Situation) -> bool:
     return bool(beside) and beside <= {lane.lane for lane in road.lanes if lane.oncoming}
 
 
-def _answering(prediction: Prediction, answers: Mapping[str, tuple[float, float]]) -> Prediction:
-    """The prediction with these braking so [m/s^2] after so long [s], having gone on as they do, or accelerating, until then. Who brakes in
-    it already does so as before."""
-    known = relied_on(prediction)
-    answers = {name: answer for name, answer in answers.items() if name not in known}
-    if not answers:
-        return prediction
-    answers = dict(answers) | {f"{one} {ACCELERATING}": answer for one, answer in answers.items()}
-    too_fast = {f"{one} {STRAIGHT_ON}" for one in answers}  # for the turn: not he who brakes before it
-    bodies = tuple(
-        responding(body, response_s=answers[body.id][0], braking_mps2=answers[body.id][1]) if body.id in answers else body
-        for body in prediction.bodies
-        if body.id not in too_fast
-    )
-    return Prediction(name=prediction.name, bodies=bodies)
-
-
-def relied_on(prediction: Prediction) -> tuple[str, ...]:
-    """Who is predicted to brake because he follows: in slow traffic, or at a distance that he keeps."""
-    return tuple(body.id for body in prediction.bodies if responds(body) and not body.id.endswith(ACCELERATING))
-
-
 def _looks_ahead(track: Track, situation: Situation, rate_mps2: float) -> bool:
     """Whether gentle braking, begun late, keeps him behind a host that drives as it does now; of somebody who accelerates until then."""
     gained = max(rate_mps2, 0.0) * RESPONSE_S
-    gap, closing = _gap_m(track, situation.host.s_m), max(track.speed_s_mps + gained - situation.host.speed_mps, 0.0)
+    gap, closing = gap_to_host_m(track, situation.host.s_m), max(track.speed_s_mps + gained - situation.host.speed_mps, 0.0)
     return gap > CLOSING_S * closing and closing * closing <= 2.0 * BRAKING_MPS2 * (gap - RESPONSE_S * closing)
 
 
@@ -144,13 +95,7 @@ def _brakes_enough(track: Track, situation: Situation) -> bool:
     if sd is None or sd > KNOWN_MPS2 or seen < SEEN_MPS2:
         return False
     closing = max(track.speed_s_mps - situation.host.speed_mps, 0.0)
-    return closing * closing <= 2.0 * seen * _gap_m(track, situation.host.s_m)
-
-
-def _demanded_mps2(track: Track, situation: Situation) -> float:
-    """What keeps him behind a host that drives as it does now."""
-    closing = max(track.speed_s_mps - situation.host.speed_mps, 0.0)
-    return closing * closing / (2.0 * max(_gap_m(track, situation.host.s_m) - _LEFT_M, _LEAST_M))
+    return closing * closing <= 2.0 * seen * gap_to_host_m(track, situation.host.s_m)
 
 
 def _steers_out(situation: Situation) -> bool:
@@ -161,10 +106,6 @@ def _steers_out(situation: Situation) -> bool:
 
 def _near_m(situation: Situation) -> float:
     return max(_AHEAD_S * situation.host.speed_mps, _LEAST_AHEAD_M)
-
-
-def _gap_m(track: Track, host_s_m: float) -> float:
-    return abs(track.s_m - host_s_m) - 0.5 * (track.length_m + _HOST_LENGTH_M)
 
 
 def _is_in_lane(track: Track, situation: Situation) -> bool:

@@ -21,8 +21,8 @@ from mcdas_opt.simulation.judging import verify
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.record import Outcome
 from mcdas_opt.situation.attentive_followers import attentive_followers
+from mcdas_opt.tracking.follower_prediction import with_attentive_followers
 from mcdas_opt.tracking.prediction import predict
-from mcdas_opt.tracking.slow_traffic import with_attentive_followers
 
 CYCLE_S = 0.1
 CAR = load_vehicle("sedan")

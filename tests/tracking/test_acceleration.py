@@ -18,6 +18,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.variant import Variant
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import ParameterError
@@ -26,14 +27,12 @@ from mcdas_opt.tracking.acceleration import AccelerationFilter
 from mcdas_opt.tracking.prediction import (
     ACCELERATING_MPS2,
     ACCELERATING_S,
-    BRAKING,
     BRAKING_MPS2,
     BRAKING_SHARE,
     RATE_SIGMAS,
     predict,
     speed_change,
 )
-from mcdas_opt.tracking.slow_traffic import ACCELERATING
 from mcdas_opt.tracking.tracker import Tracker
 from tests.tracking.worlds import ESR, host_at, radar_scan
 
@@ -103,7 +102,7 @@ def test_a_constant_change_of_speed_is_followed(rate: float) -> None:
         last = tracks[-5]
         assert last.acceleration_s_mps2 == pytest.approx(rate, abs=1.5)
         steady, changing = predict([last], SETTINGS, ROAD).bodies
-        assert changing.id == f"{last.id} {BRAKING if rate < 0.0 else ACCELERATING}"
+        assert changing.id == (Variant.BRAKING if rate < 0.0 else Variant.ACCELERATING).of(last.id)
         lasting = lead_s if rate < 0.0 else ACCELERATING_S
         moved = min(lasting, last.speed_s_mps / -rate) if rate < 0.0 else lasting
         true = last.s_m + last.speed_s_mps * lead_s + rate * moved * (lead_s - 0.5 * moved)
@@ -188,13 +187,13 @@ def test_in_a_queue_nobody_is_foretold_to_brake(follower_mps: float, told: bool)
     for d, there in ((0.1, told), (3.7, True)):
         follower = Track(id="8", s_m=-12.0, d_m=d, speed_s_mps=follower_mps)
         ids = [body.id for body in predict([front, follower], SETTINGS, ROAD, host_s_m=0.0).bodies]
-        assert (f"7 {BRAKING}" in ids) is there
+        assert (Variant.BRAKING.of("7") in ids) is there
 
 
 @given(rate=rates, s=st.floats(-60.0, 60.0))
 def test_a_follower_is_never_foretold_to_brake(rate: float, s: float) -> None:
     bodies = predict([track_of(rate, 0.5, s=s)], SETTINGS, ROAD, host_s_m=0.0).bodies
-    braking = [body for body in bodies if body.id.endswith(BRAKING)]
+    braking = [body for body in bodies if body.id.endswith(Variant.BRAKING)]
     assert not braking or (s > -4.5 and rate < 0.0)
     assert bodies[0].id == "7"
 

@@ -11,12 +11,12 @@ from mcdas_opt.domain.prediction import CruisingBody
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.variant import Variant
 from mcdas_opt.tracking.prediction import (
     ACROSS_MPS,
     CHANGE_FASTEST_S,
     CHANGE_GROWTH,
     CHANGE_PEAK_MPS,
-    CHANGING,
     YOUNG_MPS,
     lane_change,
     predict,
@@ -92,7 +92,7 @@ def changing(track: Track, road: Road = ROAD) -> CruisingBody:
     assert bodies[0] == alone[0]
     assert len(bodies) == 2
     assert isinstance(bodies[1], CruisingBody)
-    assert bodies[1].id == f"7 {CHANGING}"
+    assert bodies[1].id == Variant.CHANGING.of("7")
     return bodies[1]
 
 

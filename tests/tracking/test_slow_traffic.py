@@ -13,18 +13,18 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Coverage, Situation
+from mcdas_opt.domain.variant import Variant
 from mcdas_opt.domain.vocabulary import Side, Status
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.tracking.prediction import CHANGING, predict, predict_for
+from mcdas_opt.tracking.follower_prediction import predicted_to_brake
+from mcdas_opt.tracking.prediction import predict, predict_for
 from mcdas_opt.tracking.slow_traffic import (
     ATTENTIVE_MPS2,
     BRAKING_MPS2,
     RESPONSE_S,
     SLOW_MPS,
-    STRAIGHT_ON,
     TOWARDS_A_TURN_MPS,
     is_beside_oncoming,
-    relied_on,
 )
 from tests.planning.situations import car
 
@@ -47,7 +47,7 @@ def queue(front_mps: float, follower_mps: float, behind_m: float, host_mps: floa
 )
 def test_who_brakes(front_mps: float, follower_mps: float, behind_m: float, brakes: bool) -> None:
     """Not who is faster than a queue, nor who would have to brake hard, nor where nobody slow is ahead."""
-    assert relied_on(predict_for(queue(front_mps, follower_mps, behind_m))) == (("behind",) if brakes else ())
+    assert predicted_to_brake(predict_for(queue(front_mps, follower_mps, behind_m))) == (("behind",) if brakes else ())
 
 
 @settings(max_examples=200, deadline=None)
@@ -61,7 +61,7 @@ def test_whoever_is_relied_on_is_slow_and_stays_behind(front_mps: float, followe
     """Of all queues: who is predicted to brake is slow, brakes gently and late, and so stays behind a host that goes on."""
     situation = queue(front_mps, follower_mps, behind_m, host_mps)
     prediction = predict_for(situation)
-    if not relied_on(prediction):
+    if not predicted_to_brake(prediction):
         assert prediction == predict(situation.tracks, None, situation.road, situation.host.s_m)
         return
     assert max(follower_mps, front_mps) <= SLOW_MPS
@@ -79,8 +79,8 @@ def test_nobody_is_relied_on_in_an_emergency(who: str, rate_mps2: float) -> None
     seen = tuple(
         replace(track, acceleration_s_mps2=rate_mps2 if track.id == who else 0.0, acceleration_s_sd_mps2=0.3) for track in situation.tracks
     )
-    assert relied_on(predict_for(situation)) == ("behind",)
-    assert relied_on(predict_for(replace(situation, tracks=seen))) == ()
+    assert predicted_to_brake(predict_for(situation)) == ("behind",)
+    assert predicted_to_brake(predict_for(replace(situation, tracks=seen))) == ()
 
 
 @pytest.mark.parametrize(
@@ -90,7 +90,7 @@ def test_nobody_is_relied_on_by_a_host_that_steers_out(heading_rad: float, steer
     """In a bend it is turned by its sideslip, and steers out as little as on a straight."""
     situation = queue(3.0, 6.0, 12.0)
     host = replace(situation.host, heading_rad=heading_rad, steering_rad=steering_rad)
-    assert relied_on(predict_for(replace(situation, host=host))) == (("behind",) if relied else ())
+    assert predicted_to_brake(predict_for(replace(situation, host=host))) == (("behind",) if relied else ())
 
 
 def test_a_queue_that_slows_down_is_followed_in_the_lane_and_the_plan_says_on_whom_it_counts() -> None:
@@ -112,7 +112,7 @@ def test_who_follows_before_a_tight_turn_brakes_for_it(starts_m: float, radius_m
     bend = ((starts_m, 0.0), (starts_m + 2.0, 1.0 / radius_m), (ends_m, 1.0 / radius_m), (ends_m + 2.0, 0.0))
     road = replace(situation.road, curvature=bend)
     alone = replace(situation, road=road, tracks=situation.tracks[1:])
-    assert relied_on(predict_for(alone)) == (("behind",) if brakes else ())
+    assert predicted_to_brake(predict_for(alone)) == (("behind",) if brakes else ())
 
 
 @pytest.mark.parametrize(("follower_mps", "behind_m", "brakes"), [(13.0, 45.0, True), (13.0, 20.0, False), (14.5, 60.0, False)])
@@ -120,8 +120,8 @@ def test_who_follows_towards_a_tight_turn_may_be_faster_than_a_queue(follower_mp
     """He brakes for the turn himself; not who would have to brake hard, nor where the road goes straight on behind somebody slow."""
     turn = Road(lane_width_m=3.0, lanes_left=1, curvature=((10.0, 0.0), (12.0, 0.12), (22.0, 0.12), (24.0, 0.0)))
     situation = queue(3.0, follower_mps, behind_m)
-    assert relied_on(predict_for(situation)) == ()
-    assert relied_on(predict_for(replace(situation, road=turn, tracks=situation.tracks[1:]))) == (("behind",) if brakes else ())
+    assert predicted_to_brake(predict_for(situation)) == ()
+    assert predicted_to_brake(predict_for(replace(situation, road=turn, tracks=situation.tracks[1:]))) == (("behind",) if brakes else ())
 
 
 def test_who_brakes_before_a_turn_is_not_too_fast_for_it() -> None:
@@ -131,9 +131,9 @@ def test_who_brakes_before_a_turn_is_not_too_fast_for_it() -> None:
     known = tuple(replace(track, heading_rad=0.0) for track in situation.tracks[1:])
     relied = predict_for(replace(situation, tracks=known))
     assert [body.id for body in relied.bodies] == ["behind"]
-    assert relied_on(relied) == ("behind",)
+    assert predicted_to_brake(relied) == ("behind",)
     fast = tuple(replace(track, speed_s_mps=9.5) for track in known)
-    assert [body.id for body in predict_for(replace(situation, tracks=fast)).bodies] == [f"behind {STRAIGHT_ON}", "behind"]
+    assert [body.id for body in predict_for(replace(situation, tracks=fast)).bodies] == [Variant.STRAIGHT_ON.of("behind"), "behind"]
 
 
 def test_without_a_queue_nothing_changes() -> None:
@@ -183,8 +183,8 @@ def test_beside_a_lane_of_oncoming_traffic_who_follows_is_expected_to_brake(
     situation = queue(5.0, follower_mps, behind_m, 10.0)
     rates = {"front": -4.5, "behind": rate_mps2}
     seen = tuple(replace(track, acceleration_s_mps2=rates[track.id], acceleration_s_sd_mps2=0.3) for track in situation.tracks)
-    assert relied_on(predict_for(replace(situation, tracks=seen))) == ()
-    assert relied_on(predict_for(replace(situation, tracks=seen, road=TWO_WAY))) == (("behind",) if brakes else ())
+    assert predicted_to_brake(predict_for(replace(situation, tracks=seen))) == ()
+    assert predicted_to_brake(predict_for(replace(situation, tracks=seen, road=TWO_WAY))) == (("behind",) if brakes else ())
 
 
 @settings(max_examples=100, deadline=None)
@@ -193,7 +193,7 @@ def test_whoever_is_relied_on_beside_oncoming_traffic_stays_behind_a_host_that_g
     follower_mps: float, behind_m: float, host_mps: float
 ) -> None:
     prediction = predict_for(replace(queue(3.0, follower_mps, behind_m, host_mps), road=TWO_WAY))
-    if not relied_on(prediction):
+    if not predicted_to_brake(prediction):
         return
     assert follower_mps <= TOWARDS_A_TURN_MPS
     (body,) = (one for one in prediction.bodies if one.id == "behind")
@@ -217,9 +217,9 @@ def test_who_is_seen_to_brake_hard_enough_is_expected_to_go_on(
         for track in situation.tracks
     )
     prediction = predict_for(replace(situation, tracks=seen))
-    assert relied_on(prediction) == (("behind",) if brakes else ())
+    assert predicted_to_brake(prediction) == (("behind",) if brakes else ())
     unsure = tuple(replace(track, acceleration_s_sd_mps2=0.8) for track in seen)
-    assert relied_on(predict_for(replace(situation, tracks=unsure))) == ()
+    assert predicted_to_brake(predict_for(replace(situation, tracks=unsure))) == ()
     if brakes:
         (body,) = (one for one in prediction.bodies if one.id == "behind")
         np.testing.assert_allclose(body.at(TIMES).speed_s_mps, np.maximum(follower_mps + rate_mps2 * TIMES, 0.0))
@@ -252,6 +252,6 @@ def test_nobody_behind_is_expected_to_change_into_a_queue(s_m: float, front_mps:
     changes = replace(car("beside", s_m, -2.5, 12.0), speed_d_mps=0.8)
     situation = replace(queue(front_mps, 3.0, 40.0, host_mps), road=Road(lane_width_m=3.0, lanes_left=1, lanes_right=1))
     seen = replace(situation, tracks=(*situation.tracks, changes))
-    assert (f"beside {CHANGING}" in {body.id for body in predict_for(seen).bodies}) is foreseen
+    assert (Variant.CHANGING.of("beside") in {body.id for body in predict_for(seen).bodies}) is foreseen
     farther = replace(situation, road=Road(lane_width_m=3.0, lanes_right=2), tracks=(*situation.tracks, replace(changes, d_m=-5.5)))
-    assert f"beside {CHANGING}" in {body.id for body in predict_for(farther).bodies}  # into the lane beside
+    assert Variant.CHANGING.of("beside") in {body.id for body in predict_for(farther).bodies}  # into the lane beside

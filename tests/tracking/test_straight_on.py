@@ -14,11 +14,11 @@ from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.prediction import CruisingBody, FreeBody, sizes_on_road
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.track import ALIGNED_RAD, Track
+from mcdas_opt.domain.variant import Variant
 from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.window import frame_near
 from mcdas_opt.tracking.prediction import TURN_FADE_S, predict
-from mcdas_opt.tracking.slow_traffic import STRAIGHT_ON
 from mcdas_opt.tracking.straight_on import straight_on
 from mcdas_opt.tracking.track_life import course
 
@@ -122,12 +122,12 @@ def names(one: Track, road: Road) -> list[str]:
 def test_who_comes_towards_us_at_a_tight_turn_may_go_straight_on_there() -> None:
     gentle = Road(lanes_left=1, curvature=((0.0, 0.01), (200.0, 0.01)))
     oncoming = track(math.pi, 7.0, s_m=50.0, d_m=3.0)
-    assert names(oncoming, CORNER) == [f"1 {STRAIGHT_ON}", "1"]
+    assert names(oncoming, CORNER) == [Variant.STRAIGHT_ON.of("1"), "1"]
     assert names(oncoming, gentle) == ["1"]
     assert names(replace(oncoming, heading_rad=None), CORNER) == ["1"]
     ahead = track(0.0, 3.0, s_m=15.0, d_m=0.0)
     assert names(ahead, CORNER) == ["1"]
-    assert names(replace(ahead, speed_s_mps=12.0), CORNER) == [f"1 {STRAIGHT_ON}", "1"]
+    assert names(replace(ahead, speed_s_mps=12.0), CORNER) == [Variant.STRAIGHT_ON.of("1"), "1"]
 
 
 @given(speed=st.floats(3.0, 12.0), sideways=st.floats(0.5, 1.5), left=st.booleans())
@@ -135,7 +135,7 @@ def test_who_comes_towards_us_through_a_tight_turn_keeps_to_it_or_goes_straight_
     """He changes no lanes there, and hardly drifts; elsewhere, and who drives our way, as ever."""
     road = replace(CORNER, lanes_left=1)
     one = replace(track(math.pi, speed, s_m=50.0, d_m=2.9), speed_d_mps=sideways if left else -sideways)
-    assert names(one, road) == [f"1 {STRAIGHT_ON}", "1"]
+    assert names(one, road) == [Variant.STRAIGHT_ON.of("1"), "1"]
     kept = predict([one], road=road).bodies[1]
     assert np.abs(kept.at(TIMES).d_m - one.d_m).max() <= TURN_FADE_S * sideways
     on_straight = predict([one], road=replace(STRAIGHT, lanes_left=1)).bodies[0]

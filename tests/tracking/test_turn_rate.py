@@ -15,10 +15,10 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import BodyDetection, Scan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.variant import Variant
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.tracking.prediction import RATE_SIGMAS, predict, turns_with
-from mcdas_opt.tracking.slow_traffic import STRAIGHT_ON
 from mcdas_opt.tracking.tracker import Tracker
 from mcdas_opt.tracking.turn_rate import TurnRateFilter
 
@@ -90,7 +90,7 @@ def names(one: Track, road: Road) -> list[str]:
 def test_who_turns_about_as_the_road_does_keeps_to_it_and_any_other_may_go_straight_on() -> None:
     """Towards us at 7 m/s through a bend of 8 m: he has to turn by 0.84 rad/s to his right."""
     oncoming = turning(math.pi, 7.0, 0.0, s_m=35.0, d_m=3.0)
-    kept, both = ["1"], [f"1 {STRAIGHT_ON}", "1"]
+    kept, both = ["1"], [Variant.STRAIGHT_ON.of("1"), "1"]
     asked = -7.0 * 0.12
     for share, expected in ((1.0, kept), (0.6, kept), (1.9, kept), (0.3, both), (2.5, both), (-1.0, both), (0.0, both)):
         assert names(replace(oncoming, turn_rate_radps=share * asked), CORNER) == expected
