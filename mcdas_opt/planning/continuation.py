@@ -45,7 +45,7 @@ def _told_of_followers(found: Continuation, cycle: Cycle) -> Continuation:
     if not found.is_sound or found.end is None or found.end.relies_on is not None:
         return found
     drive, situation, vehicle = found.trajectory, cycle.situation, cycle.vehicle
-    names = [one for one in predicted_to_brake(cycle.prediction) if one in cycle.attentive and _is_in_the_way(drive, one, cycle)]
+    names = [one for one in predicted_to_brake(cycle.prediction) if one in cycle.observed.attentive and _is_in_the_way(drive, one, cycle)]
     if not names:
         return found
     theirs = frozenset(name for one in names for name in names_of(one))

@@ -7,28 +7,28 @@ from functools import cached_property
 from typing import Any
 
 from mcdas_opt.domain.assessment import Assessment
-from mcdas_opt.domain.doubt import Doubt, SupposedTrack
+from mcdas_opt.domain.doubt import Doubt
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import LEAST_SHARE, Settings
 from mcdas_opt.domain.situation import Situation
-from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.variant import names_of
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.geometry.window import frame_near
-from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
+from mcdas_opt.manoeuvres.front_deficit import front_deficits
 from mcdas_opt.planning.arriving_gap import gets_past_somebody
 from mcdas_opt.planning.best_gap import best_gap
 from mcdas_opt.planning.deadline import Deadline, Stage
-from mcdas_opt.planning.front_gap import CutIn, FrontGap, cut_in
+from mcdas_opt.planning.front_gap import FrontGap, cut_in
 from mcdas_opt.planning.gap import Gap
 from mcdas_opt.planning.kept_offset import kept_d_m
-from mcdas_opt.planning.lane_choice import LaneChoice, demanded_braking_mps2, lane_choice, neighbours_in
+from mcdas_opt.planning.lane_choice import demanded_braking_mps2, lane_choice, neighbours_in
 from mcdas_opt.planning.local_situation import in_order, limit_mps, seen_locally, with_wanted_speed
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory, PreviousPlan, ReportedMode
+from mcdas_opt.planning.observed import Observed
 from mcdas_opt.planning.others import Others
 from mcdas_opt.planning.reach import in_reach_ever
 from mcdas_opt.planning.required_lane import RequiredLane, required_lane
@@ -47,31 +47,26 @@ _STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side
 class Cycle:
     """A situation with what follows from it.
 
-    `given` is the situation as it was asked; `situation` is the same with its time counted from now and its s from near the host, so that
-    neither a clock's origin nor a place along the road makes a difference, with its desired speed within the limit, and with the tracks
-    that are planned around, where some of those that were `told` are doubted (`situation/doubts.py`). What is planned in it is brought back
-    by `given_from`.
-    `attentive` is who follows at a distance that he keeps: in `prediction` he brakes behind the host, in `unaided` he does
-    not. `deadline` is by when the answer has to be there; None: work is counted, and nothing else bounds it.
+    `given` is the situation as it was asked. `situation` is the one that is planned in: its time counts from now and its s from near the
+    host, its desired speed is within the limit, and its tracks are those that are believed (`situation/doubts.py`); `doubts` says why they
+    are others. So neither a clock's origin nor a place along the road makes a difference. `given_from` brings back what is planned in it.
+
+    In `prediction` an attentive follower (`observed.attentive`) brakes behind the host, in `unaided` he does not. `deadline` is by when
+    the answer has to be there; None: work is counted, and nothing else bounds it.
     """
 
     given: Situation
-    told: tuple[Track, ...]
     situation: Situation
+    doubts: tuple[Doubt, ...]
     vehicle: Vehicle
     settings: Settings
-    assessment: Assessment
-    prediction: Prediction
     memory: Memory
-    doubts: tuple[Doubt, ...]
-    supposed: tuple[SupposedTrack, ...]
-    deficits: tuple[FrontDeficit, ...]
-    cut_in: CutIn | None
-    lane_choice: LaneChoice
-    attentive: frozenset[str]
-    front_braking: FrontBraking
-    unaided: Prediction
     active: Manoeuvre | None
+    observed: Observed
+    assessment: Assessment
+    front_braking: FrontBraking
+    prediction: Prediction
+    unaided: Prediction
     deadline: Deadline | None
     _others: dict[tuple[int, int], Others] = field(default_factory=dict, init=False, repr=False, compare=False)
 
@@ -86,41 +81,44 @@ class Cycle:
     ) -> Cycle:
         """Assesses and predicts. A memory that is not older than the situation is none; a manoeuvre that it holds is active until it is
         finished."""
-        settings = settings or Settings()
-        memory = (memory or Memory()).seen_by(situation)
-        there = seen_locally(situation, memory.origin_m)
-        what = believed(there, memory.tracks, memory.elapsed_s, memory.supposed, vehicle)
-        local = with_wanted_speed(in_order(what.situation), settings, vehicle)
+        given, settings = situation, settings or Settings()
+        memory = (memory or Memory()).seen_by(given)
+        before, elapsed_s = memory.observed, memory.elapsed_s
+        placed = seen_locally(given, memory.origin_m)
+        plausible = believed(placed, before.tracks, elapsed_s, before.supposed, vehicle)
+        situation = with_wanted_speed(in_order(plausible.situation), settings, vehicle)
         active = memory.active
-        active = None if active is None or active.finished(local) else active
-        leaves_lane = active is not None and active.mode is Mode.CRUISE and not active.half_done(local)
-        before, elapsed_s = memory.lane_choice, memory.elapsed_s
-        choice = lane_choice(local, vehicle, settings, before, elapsed_s) if active is None else before.resting
-        deficits = front_deficits(local, vehicle, settings.safe_end, memory.deficits, elapsed_s)
-        attentive = attentive_followers(local, vehicle, settings, memory.attentive)
-        now = assess(local, vehicle, settings.selector, memory.assessment, elapsed_s, leaves_lane=leaves_lane, attentive=attentive)
-        unaided = predict_for(local, settings.prediction)
-        foreseen = with_attentive_followers(unaided, local, attentive, settings.safe_end)
-        prediction = in_reach_ever(foreseen, local.host, vehicle, local.road)
-        asked_m = settings.headway.gap_m(local.host.speed_mps)
+        active = None if active is None or active.finished(situation) else active
+        leaves_lane = active is not None and active.mode is Mode.CRUISE and not active.half_done(situation)
+        choice = before.lane_choice
+        choice = lane_choice(situation, vehicle, settings, choice, elapsed_s) if active is None else choice.resting
+        attentive = attentive_followers(situation, vehicle, settings, before.attentive)
+        assessment = assess(
+            situation, vehicle, settings.selector, memory.assessment, elapsed_s, leaves_lane=leaves_lane, attentive=attentive
+        )
+        asked_m, steers = settings.headway.gap_m(situation.host.speed_mps), memory.active is not None
+        unaided = predict_for(situation, settings.prediction)
+        braking = with_attentive_followers(unaided, situation, attentive, settings.safe_end)
         return cls(
-            given=situation,
-            told=there.tracks,
-            situation=local,
+            given=given,
+            situation=situation,
+            doubts=plausible.doubts,
             vehicle=vehicle,
             settings=settings,
             memory=memory,
-            doubts=what.doubts,
-            supposed=what.supposed,
             active=active,
-            lane_choice=choice,
-            attentive=attentive,
-            front_braking=FrontBraking.of(local, now, vehicle, settings),
+            observed=Observed(
+                tracks=placed.tracks,
+                supposed=plausible.supposed,
+                deficits=front_deficits(situation, vehicle, settings.safe_end, before.deficits, elapsed_s),
+                cut_in=cut_in(assessment, memory.assessment, before.cut_in, elapsed_s, asked_m=asked_m, steers=steers),
+                lane_choice=choice,
+                attentive=attentive,
+            ),
+            assessment=assessment,
+            front_braking=FrontBraking.of(situation, assessment, vehicle, settings),
+            prediction=in_reach_ever(braking, situation.host, vehicle, situation.road),
             unaided=unaided,
-            deficits=deficits,
-            prediction=prediction,
-            assessment=now,
-            cut_in=cut_in(now, memory.assessment, memory.cut_in, elapsed_s, asked_m=asked_m, steers=memory.active is not None),
             deadline=deadline,
         )
 
@@ -140,18 +138,13 @@ class Cycle:
             side=plan.side,
             alert=plan.alert,
             reported=reported,
-            deficits=self.deficits,
-            cut_in=self.cut_in,
-            tracks=self.told,
-            supposed=self.supposed,
-            lane_choice=self.lane_choice,
-            attentive=self.attentive,
+            observed=self.observed,
         )
 
     @property
     def believed(self) -> Situation:
         """The situation as it was given, with the tracks that are planned around."""
-        if not self.doubts and not self.supposed:
+        if not self.doubts and not self.observed.supposed:
             return self.given
         return replace(self.given, tracks=tuple(track.seen_from(-self.origin_m) for track in self.situation.tracks))
 
@@ -231,7 +224,7 @@ class Cycle:
             return None
         ends_soon = required is not None and required.end_m is not None
         least_m = self.settings.headway.gap_m(self.assessment.rear_speed_mps or 0.0, LEAST_SHARE)
-        return rear if rear in self.attentive or (ends_soon and self.assessment.rear_gap_m >= least_m) else None
+        return rear if rear in self.observed.attentive or (ends_soon and self.assessment.rear_gap_m >= least_m) else None
 
     @cached_property
     def inconsiderate_sides(self) -> frozenset[Side]:
@@ -267,19 +260,25 @@ class Cycle:
         if self.active is not None:
             return self.active.side if self.active.mode is Mode.CRUISE and not self.is_withdrawn else Side.NONE
         required = self.required_lane
-        return required.side if required is not None else self.lane_choice.side if self.lane_choice.is_announced else Side.NONE
+        return (
+            required.side
+            if required is not None
+            else self.observed.lane_choice.side
+            if self.observed.lane_choice.is_announced
+            else Side.NONE
+        )
 
     @cached_property
     def owed_m(self) -> dict[str, float]:
         """By name in the prediction: how short of the front distance that can be held (at most 0) others made it."""
-        return {name: one.owed_m for one in self.deficits for name in names_of(one.id)}
+        return {name: one.owed_m for one in self.observed.deficits for name in names_of(one.id)}
 
     @cached_property
     def front_gap(self) -> FrontGap:
         """What is asked for of the gap ahead, and how it stands with that."""
         gets_past = self.active is None and gets_past_somebody(self.required_lane, self.gap)
         speed_mps, is_pressed = self.situation.host.speed_mps, self.is_pressed
-        return FrontGap.of(self.assessment, self.cut_in, self.settings, speed_mps, is_pressed=is_pressed, gets_past=gets_past)
+        return FrontGap.of(self.assessment, self.observed.cut_in, self.settings, speed_mps, is_pressed=is_pressed, gets_past=gets_past)
 
     @property
     def preferred_side(self) -> Side:

@@ -7,16 +7,12 @@ from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from mcdas_opt.domain.assessment import Assessment
-from mcdas_opt.domain.doubt import SupposedTrack
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.situation import Situation
-from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Alert, Mode, Sector, Side, Status
-from mcdas_opt.manoeuvres.front_deficit import FrontDeficit
-from mcdas_opt.planning.front_gap import CutIn
-from mcdas_opt.planning.lane_choice import LaneChoice
 from mcdas_opt.planning.manoeuvre import Manoeuvre
+from mcdas_opt.planning.observed import Observed
 
 M = TypeVar("M")
 
@@ -78,10 +74,7 @@ class Memory:
     of a planner which begins.
 
     `chosen` names the candidate that was chosen last; `least_cost` is the least that one was chosen for since the candidates were last
-    compared. `deficits` is who was ahead, and what front distance is owed to whom; `cut_in` who came in between lately;
-    `lane_choice` what lane was wanted; `tracks` is what was told, before any doubt, and `supposed` whose track jumped away; `attentive`
-    is who follows at a distance that he keeps. `warm_starts`
-    is the mark of the solver's workspace that this memory goes with: one with another mark begins cold.
+    compared. `warm_starts` is the mark of the solver's workspace that this memory goes with: one with another mark begins cold.
     """
 
     situation: Situation | None = None
@@ -96,12 +89,7 @@ class Memory:
     chosen: str = ""
     least_cost: float | None = None
     reaction: FollowerReaction | None = None
-    deficits: tuple[FrontDeficit, ...] = ()
-    cut_in: CutIn | None = None
-    tracks: tuple[Track, ...] = ()
-    supposed: tuple[SupposedTrack, ...] = ()
-    lane_choice: LaneChoice = field(default_factory=LaneChoice)
-    attentive: frozenset[str] = frozenset()
+    observed: Observed = field(default_factory=Observed)
     warm_starts: object = None
 
     @property
@@ -130,8 +118,7 @@ class Memory:
             elapsed_s=elapsed_s,
             previous=previous,
             active=None if self.active is None else self.active.seen_from(by_m),
-            tracks=tuple(track.seen_from(by_m) for track in self.tracks) if by_m else self.tracks,
-            supposed=tuple(one.seen_from(by_m) for one in self.supposed),
+            observed=self.observed.seen_from(by_m),
             reaction=None if reaction is None else replace(reaction, age_s=reaction.age_s + elapsed_s),
             warm_starts=None if by_m else self.warm_starts,  # places in the solver's workspace are not moved
         )

@@ -158,12 +158,12 @@ def _stop(best: Ended, cycle: Cycle) -> str:
 def _reliance(best: Ended, cycle: Cycle) -> str:
     """Said of followers who are expected to brake, and of an end that a follower makes safe."""
     end, followers = best.continuation.end, predicted_to_brake(cycle.prediction)
-    slow = [one for one in followers if one not in cycle.attentive]
+    slow = [one for one in followers if one not in cycle.observed.attentive]
     if slow:
         return f"; {' and '.join(slow)} behind in slow traffic {'is' if len(slow) == 1 else 'are'} expected to brake"
     if end is None or end.relies_on is None:
         return ""
-    if cycle.attentive.issuperset(end.relies_on.split(" and ")):
+    if cycle.observed.attentive.issuperset(end.relies_on.split(" and ")):
         return f"; {end.relies_on} keeps its distance behind and is expected to brake"
     return f"; {end.relies_on} too close behind {'are' if ' and ' in end.relies_on else 'is'} expected to brake, as no lane beside is open"
 

@@ -152,7 +152,7 @@ def go_on_unpressed(cycle: Cycle, active: Manoeuvre) -> Proposed:
 
 def change_lanes(cycle: Cycle) -> Proposed | None:
     """Into the lane that is wanted, once that has been announced, as slowly as a person does it; None where none is due."""
-    return _unhurried(cycle, cycle.lane_choice.side) if cycle.lane_choice.is_due else None
+    return _unhurried(cycle, cycle.observed.lane_choice.side) if cycle.observed.lane_choice.is_due else None
 
 
 def change_to_required(cycle: Cycle, required: RequiredLane) -> Proposed | None:

@@ -49,7 +49,7 @@ def with_reported_mode(plan: Plan, cycle: Cycle) -> tuple[Plan, ReportedMode]:
 
 def _seen_to_brake(cycle: Cycle) -> frozenset[str]:
     """Of those who are expected to brake, who does already."""
-    attentive = (track for track in cycle.situation.tracks if track.id in cycle.attentive)
+    attentive = (track for track in cycle.situation.tracks if track.id in cycle.observed.attentive)
     return frozenset(Variant.BRAKING.of(track.id) for track in attentive if track.braking_seen_mps2)
 
 

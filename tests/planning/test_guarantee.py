@@ -182,7 +182,7 @@ def test_doubtful_tracks_are_named_and_the_planning_goes_on(planner: Planner) ->
     plan = planner.plan(jumped)
     assert plan.status is Status.PLANNED
     assert "track front jumped by" in plan.doubts[0].words
-    assert [one.track.id for one in planner.memory.supposed] == ["front before its jump"]
+    assert [one.track.id for one in planner.memory.observed.supposed] == ["front before its jump"]
     inside = replace(twice, tracks=(car("inside", 0.5, 0.2, 12.0), rear))
     planner.reset()
     plan = planner.plan(inside)

@@ -26,6 +26,7 @@ from mcdas_opt.native.form import SWITCH
 from mcdas_opt.planning.front_gap import OWED_S, CutIn, cut_in
 from mcdas_opt.planning.headway import asked_time_gap_s, missing_headway
 from mcdas_opt.planning.memory import Memory
+from mcdas_opt.planning.observed import Observed
 from mcdas_opt.planning.planner import Planner
 
 CYCLE_S, LENGTH_M = 0.1, 4.5
@@ -221,7 +222,7 @@ def test_held_is_never_said_of_a_deficit_of_ones_own_making(planner: Planner) ->
     own = FrontDeficit(id="leader", margin_m=0.0, owed_m=0.0, speed_mps=25.0, is_in_the_way=True)
     situation = Situation(time_s=1.0, host=host, tracks=(ahead,), road=ROAD, desired_speed_mps=33.3)
     for deficits, allowed_m in (((own,), -0.1), ((), -4.3)):
-        planner.memory = Memory(situation=replace(situation, time_s=0.9), deficits=deficits)
+        planner.memory = Memory(situation=replace(situation, time_s=0.9), observed=Observed(deficits=deficits))
         plan = planner.plan(situation)
         assert plan.safe_end is not None
         assert plan.safe_end.kind in (EndKind.HELD, EndKind.STOPPED)
