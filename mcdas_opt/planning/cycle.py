@@ -259,14 +259,10 @@ class Cycle:
         """The side that the host's lane change is announced to, or goes on to."""
         if self.active is not None:
             return self.active.side if self.active.mode is Mode.CRUISE and not self.is_withdrawn else Side.NONE
-        required = self.required_lane
-        return (
-            required.side
-            if required is not None
-            else self.observed.lane_choice.side
-            if self.observed.lane_choice.is_announced
-            else Side.NONE
-        )
+        required, choice = self.required_lane, self.observed.lane_choice
+        if required is not None:
+            return required.side
+        return choice.side if choice.is_announced else Side.NONE
 
     @cached_property
     def owed_m(self) -> dict[str, float]:
