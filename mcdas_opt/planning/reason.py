@@ -43,8 +43,10 @@ def threat(assessment: Assessment) -> str:
 
 def with_alert(told: str, escapes: Escapes | None) -> str:
     """The sentence of a plan with an alert: where nobody ahead or behind threatens, what the constant-input prediction meets."""
-    if escapes is None or escapes.keeping_on_s is None or escapes.keeping_on_meets is None or not told.startswith(NOTHING_THREATENS):
+    if not told.startswith(NOTHING_THREATENS):
         return told
+    if escapes is None or escapes.keeping_on_s is None or escapes.keeping_on_meets is None:
+        return f"with its inputs held it meets nothing, but the plan is not comfortable{told.removeprefix(NOTHING_THREATENS)}"
     met = _MET.get(escapes.keeping_on_meets, escapes.keeping_on_meets.value)
     return f"with its inputs held it meets {met} in {escapes.keeping_on_s:.1f} s{told.removeprefix(NOTHING_THREATENS)}"
 

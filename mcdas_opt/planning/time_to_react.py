@@ -8,8 +8,9 @@ from functools import lru_cache
 import numpy as np
 
 from mcdas_opt.domain.plan import Plan
-from mcdas_opt.domain.vocabulary import Alert, Status
+from mcdas_opt.domain.vocabulary import Alert, Mode, Status
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
+from mcdas_opt.planning.candidate import strongest_mps2
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.reason import with_alert
@@ -17,28 +18,37 @@ from mcdas_opt.time_to_react.alert import alert
 from mcdas_opt.time_to_react.escapes import escapes_under
 from mcdas_opt.time_to_react.library import EscapeSettings
 
+_CLEARLY = 0.7  # of what is comfortable: an alert that was given ends there, and does not flicker
+
 
 def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
     """The plan with its map of time to react and its alert: the map's (none where the settings turn the map off), and a warning at least
-    where the plan itself warns. `warning` says whether there is an alert, and the reason what of. Where the deadline leaves no time for a
-    map, the alert is that of the cycle before.
+    where the plan itself warns, steers out, or brakes harder than is comfortable. `warning` says whether there is an alert, and the reason
+    what of. Where the deadline leaves no time for a map, the alert is that of the cycle before.
 
     There is no alert while the plan itself is a comfortable candidate: whatever a map of a few dozens of manoeuvres found, there is one.
+    One that was given lasts until the plan is clearly so.
     """
-    wanted, found, told = cycle.settings.warning, None, Alert.NONE
+    wanted, before, found, told = cycle.settings.warning, cycle.memory.alert, None, Alert.NONE
     if wanted.escapes and cycle.is_late_for(Stage.TIME_TO_REACT):
-        told = cycle.memory.alert
+        told = before
     elif wanted.escapes:
         comfort = _comfortable(wanted.comfort_mps2, wanted.comfort_share)
         found = escapes_under(cycle.prediction, cycle.situation, cycle.vehicle, comfort)
-        told = alert(found, wanted, cycle.memory.alert)
-        most = comfort.comfort_on(cycle.situation.road.friction)
-        if told is not Alert.NONE and _is_comfortable(plan, cycle.vehicle.wheelbase_m, most):
-            told = Alert.NONE
+        most = comfort.comfort_on(cycle.situation.road.friction) * (1.0 if before is Alert.NONE else _CLEARLY)
+        if not _is_comfortable(plan, cycle.vehicle.wheelbase_m, most):
+            told = alert(found, wanted, before)
+            if told is Alert.NONE and (before is not Alert.NONE or plan.mode is Mode.EVADE or _brakes_hard(plan, cycle)):
+                told = Alert.WARN
     if plan.warning and told is Alert.NONE:
         told = Alert.WARN
     reason = plan.reason if told is Alert.NONE else with_alert(plan.reason, found)
     return replace(plan, escapes=found, alert=told, warning=told is not Alert.NONE, reason=reason)
+
+
+def _brakes_hard(plan: Plan, cycle: Cycle) -> bool:
+    """Whether it brakes by more than is comfortable at the host's speed (ISO 15622) within a second."""
+    return strongest_mps2(plan.trajectory) < -cycle.settings.comfort.limits(cycle.situation.host.speed_mps).braking_mps2
 
 
 def _is_comfortable(plan: Plan, wheelbase_m: float, most_mps2: float) -> bool:

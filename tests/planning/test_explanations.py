@@ -17,7 +17,7 @@ from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.safe_end import EndKind
-from mcdas_opt.domain.settings import SelectorSettings
+from mcdas_opt.domain.settings import SelectorSettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
@@ -102,16 +102,33 @@ def test_threats_are_told_where_there_are_some_and_only_there() -> None:
     assert seen >= {(False, False), (True, True)}
 
 
-def test_no_alert_while_the_plan_itself_is_comfortable() -> None:
+def test_no_alert_while_the_plan_itself_is_clearly_comfortable() -> None:
+    """0.7 of what is comfortable: an alert that was given does not flicker."""
     seen = 0
     for plan in _plans():
         x, road = plan.trajectory, plan.situation.road
         asked = np.hypot(x.acceleration_mps2, x.speed_mps**2 * np.tan(x.steering_rad) / plan.vehicle.wheelbase_m).max()
         comfortable = min(COMFORTABLE_MPS2, 0.7 * road.friction * GRAVITY_MPS2)
-        if plan.status is Status.PLANNED and plan.safe_end.safe and asked <= comfortable and plan.mode is not Mode.EVADE:
+        if plan.status is Status.PLANNED and plan.safe_end.safe and asked <= 0.7 * comfortable and plan.mode is not Mode.EVADE:
             assert plan.alert is Alert.NONE
             seen += 1
     assert seen > 500
+
+
+def test_who_steers_out_or_brakes_hard_warns_whatever_threatens() -> None:
+    """A front car's braking, or somebody ahead of it, may ask for that while nothing threatens at the speeds of now."""
+    seen = set()
+    for drive in _drives():
+        for plan, memory in drive:
+            x, road, limits = plan.trajectory, plan.situation.road, Settings().comfort.limits(plan.situation.host.speed_mps)
+            asked = np.hypot(x.acceleration_mps2, x.speed_mps**2 * np.tan(x.steering_rad) / plan.vehicle.wheelbase_m).max()
+            comfortable = min(COMFORTABLE_MPS2, 0.7 * road.friction * GRAVITY_MPS2)
+            hard = strongest_mps2(x) < -limits.braking_mps2
+            if hard or (plan.mode is Mode.EVADE and asked > comfortable):
+                assert plan.alert is not Alert.NONE
+                assert not plan.reason.startswith("nothing threatens")
+                seen.add((hard, memory.assessment.threatened))
+    assert seen >= {(True, False), (False, False), (False, True)}
 
 
 def test_what_ends_is_told_by_its_name() -> None:
