@@ -41,10 +41,13 @@ def threat(assessment: Assessment) -> str:
     return " and ".join(told) or NOTHING_THREATENS
 
 
-def with_alert(told: str, escapes: Escapes | None) -> str:
-    """The sentence of a plan with an alert: where nobody ahead or behind threatens, what the constant-input prediction meets."""
+def with_alert(told: str, escapes: Escapes | None, *, is_blind: bool = False) -> str:
+    """The sentence of a plan with an alert: where nobody ahead or behind threatens, what the constant-input prediction meets, or that nobody
+    watches ahead."""
     if not told.startswith(NOTHING_THREATENS):
         return told
+    if is_blind:
+        return f"nobody watches ahead{told.removeprefix(NOTHING_THREATENS)}"
     if escapes is None or escapes.keeping_on_s is None or escapes.keeping_on_meets is None:
         return f"with its inputs held it meets nothing, but the plan is not comfortable{told.removeprefix(NOTHING_THREATENS)}"
     met = _MET.get(escapes.keeping_on_meets, escapes.keeping_on_meets.value)

@@ -18,12 +18,13 @@ from mcdas_opt.time_to_react.alert import alert
 from mcdas_opt.time_to_react.escapes import escapes_under
 from mcdas_opt.time_to_react.library import EscapeSettings
 
+_STANDING_MPS = 0.1
 _CLEARLY = 0.7  # of what is comfortable: an alert that was given ends there, and does not flicker
 
 
 def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
     """The plan with its map of time to react and its alert: the map's (none where the settings turn the map off), and a warning at least
-    where the plan itself warns, steers out, or brakes harder than is comfortable. `warning` says whether there is an alert, and the reason
+    where the plan itself warns, steers out, or brakes harder than is comfortable, or nobody watches ahead of a host that drives. `warning` says whether there is an alert, and the reason
     what of. Where the deadline leaves no time for a map, the alert is that of the cycle before.
 
     There is no alert while the plan itself is a comfortable candidate: whatever a map of a few dozens of manoeuvres found, there is one.
@@ -40,9 +41,10 @@ def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
             told = alert(found, wanted, before)
             if told is Alert.NONE and (before is not Alert.NONE or plan.mode is Mode.EVADE or _brakes_hard(plan, cycle)):
                 told = Alert.WARN
-    if plan.warning and told is Alert.NONE:
+    is_blind = not cycle.situation.coverage.front and cycle.situation.host.speed_mps > _STANDING_MPS
+    if told is Alert.NONE and (plan.warning or is_blind):
         told = Alert.WARN
-    reason = plan.reason if told is Alert.NONE else with_alert(plan.reason, found)
+    reason = plan.reason if told is Alert.NONE else with_alert(plan.reason, found, is_blind=is_blind)
     return replace(plan, escapes=found, alert=told, warning=told is not Alert.NONE, reason=reason)
 
 

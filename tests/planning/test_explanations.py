@@ -222,3 +222,11 @@ def test_the_driver_is_warned_of_every_plan_that_is_a_fallback() -> None:
             seen.add(plan.safe_end is not None and plan.safe_end.safe)
             assert plan.alert is not Alert.NONE, plan.reason
     assert False in seen
+
+
+@pytest.mark.parametrize(("speed_mps", "front", "warns"), [(33.0, False, True), (33.0, True, False), (0.0, False, False)])
+def test_a_host_that_drives_where_nobody_watches_ahead_warns_of_that(speed_mps: float, front: bool, warns: bool) -> None:
+    seen = Coverage(front=front, rear=False, left=False, right=False)
+    plan = Planner().plan(Situation(host=HostState(speed_mps=speed_mps), coverage=seen, road=Road(lanes_left=1)))
+    assert (plan.alert is Alert.WARN) is warns
+    assert plan.reason.startswith("nobody watches ahead") is warns
