@@ -42,8 +42,8 @@ def threat(assessment: Assessment) -> str:
 
 
 def with_alert(told: str, escapes: Escapes | None, *, is_blind: bool = False) -> str:
-    """The sentence of a plan with an alert: where nobody ahead or behind threatens, what the constant-input prediction meets, or that nobody
-    watches ahead."""
+    """The sentence of a plan with an alert: where nobody ahead or behind threatens, what the constant-input prediction meets, or that
+    nobody watches ahead."""
     if not told.startswith(NOTHING_THREATENS):
         return told
     if is_blind:

@@ -24,8 +24,9 @@ _CLEARLY = 0.7  # of what is comfortable: an alert that was given ends there, an
 
 def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
     """The plan with its map of time to react and its alert: the map's (none where the settings turn the map off), and a warning at least
-    where the plan itself warns, steers out, or brakes harder than is comfortable, or nobody watches ahead of a host that drives. `warning` says whether there is an alert, and the reason
-    what of. Where the deadline leaves no time for a map, the alert is that of the cycle before.
+    where the plan itself warns, steers out, or brakes harder than is comfortable, or nobody watches ahead of a host that drives.
+    `warning` says whether there is an alert, and the reason what of. Where the deadline leaves no time for a map, the alert is that of the
+    cycle before.
 
     There is no alert while the plan itself is a comfortable candidate: whatever a map of a few dozens of manoeuvres found, there is one.
     One that was given lasts until the plan is clearly so.

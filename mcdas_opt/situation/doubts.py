@@ -64,7 +64,7 @@ def believed(
     still = _supposed(tracks, last, supposed, elapsed_s, doubts)
     tracks = _without_duplicates(tracks, last, doubts)
     doubts += _in_one_place(tracks, last)
-    tracks = [_beside(track, situation.host, vehicle, doubts) for track in tracks]
+    tracks = [_beside(track, last.get(track.id), elapsed_s, situation.host, vehicle, doubts) for track in tracks]
     taken = {track.id for track in tracks}
     still = [one for one in still if one.track.id not in taken and _depth_in_host(one.track, situation.host, vehicle) is None]
     tracks += [one.track for one in still]
@@ -222,17 +222,22 @@ def _without_duplicates(tracks: Sequence[Track], last: dict[str, Track], doubts:
     return found
 
 
-def _beside(track: Track, host: HostState, vehicle: Vehicle, doubts: list[Doubt]) -> Track:
+def _beside(track: Track, was: Track | None, elapsed_s: float, host: HostState, vehicle: Vehicle, doubts: list[Doubt]) -> Track:
     """The track, or, where its body overlaps the host's, the same beside the host: moved along or across the road, whichever its estimate
-    is less sure of. One that is deeper in the host than it can be mistaken, and still closes in, would have hit: it closes in no more.
+    is less sure of. One that is deeper in the host than it can be mistaken, and still closes in, would have hit: it closes in no more. But
+    not one in line with the host that has come nearer as it says it does: it is where it came from, and closes in, being shorter than was
+    thought.
     """
     depth = _depth_in_host(track, host, vehicle)
     if depth is None:
         return track
     doubts.append(Doubt(kind=DoubtKind.WITHIN_HOST, tracks=(track.id,), value=min(depth), unit="m"))
     along, across = (math.sqrt(max(float(track.covariance[k, k]), 0.0)) for k in (0, 2))
-    is_deep = min(depth[0] - _SIGMAS * along, depth[1] - _SIGMAS * across) >= _OVERLAP_M
+    is_in_line = depth[1] - _SIGMAS * across >= _OVERLAP_M
+    is_deep = is_in_line and depth[0] - _SIGMAS * along >= _OVERLAP_M
     ahead, aside = track.s_m - host.s_m, track.d_m - host.d_m
+    if is_in_line and was is not None and _has_come_nearer(track, was, elapsed_s, host):
+        return replace(track, s_m=track.s_m + math.copysign(depth[0] + _BESIDE_M, ahead))
     if aside != 0.0 and depth[1] / max(across, _LEAST_SD_M) <= depth[0] / max(along, _LEAST_SD_M):
         out, sideways = math.copysign(1.0, aside), track.speed_d_mps
         still = 0.0 if is_deep and sideways * out < 0.0 else sideways
@@ -240,6 +245,14 @@ def _beside(track: Track, host: HostState, vehicle: Vehicle, doubts: list[Doubt]
     out, speed = 1.0 if ahead > _ROUNDING_M else -1.0, track.speed_s_mps
     alike = host.speed_mps if is_deep and (speed - host.speed_mps) * out < 0.0 else speed
     return replace(track, s_m=track.s_m + out * (depth[0] + _BESIDE_M), speed_s_mps=alike)
+
+
+def _has_come_nearer(track: Track, was: Track, elapsed_s: float, host: HostState) -> bool:
+    """Whether it came nearer along the road since then, at least by half of what the two speeds say."""
+    ahead = track.s_m - host.s_m
+    closing_m = math.copysign(1.0, ahead) * (host.speed_mps - track.speed_s_mps) * elapsed_s
+    nearer_m = abs(was.s_m - (host.s_m - host.speed_mps * elapsed_s)) - abs(ahead)
+    return closing_m > _ROUNDING_M and nearer_m >= 0.5 * closing_m
 
 
 def _depth_in_host(track: Track, host: HostState, vehicle: Vehicle) -> tuple[float, float] | None:

@@ -156,3 +156,31 @@ def test_the_side_of_who_is_where_the_host_is_does_not_hang_on_rounding(ahead_m:
     at_all = believed(Situation(host=host, tracks=(replace(there, s_m=0.0),)), (), 0.0, (), Vehicle()).situation.tracks[0]
     by_a_hair = believed(Situation(host=host, tracks=(there,)), (), 0.0, (), Vehicle()).situation.tracks[0]
     assert by_a_hair.s_m == pytest.approx(at_all.s_m, abs=1e-6)
+
+
+@given(depth=st.floats(0.9, 4.0), closing=st.floats(2.0, 15.0), ahead=st.booleans(), aside=st.floats(-0.4, 0.4))
+def test_who_has_come_nearer_into_the_host_is_a_shorter_car_that_still_closes_in(
+    depth: float, closing: float, ahead: bool, aside: float
+) -> None:
+    """No ghost: what appears there closes in no more."""
+    out = 1.0 if ahead else -1.0
+    there = car("1", out * (4.5 - depth), 15.0 - out * closing, -3.7 + aside)
+    now = seen(5.0, there)
+    host_before_m = -15.0 * 0.1
+    came = replace(there, s_m=there.s_m + (out * closing - 15.0) * 0.1)
+    assert abs(came.s_m - host_before_m) > abs(there.s_m)
+    (known,) = what(now, replace(now, time_s=4.9, tracks=(came,))).situation.tracks
+    assert known.speed_s_mps == there.speed_s_mps
+    assert out * known.s_m > 4.5
+    assert known.d_m == there.d_m
+    (new,) = what(now).situation.tracks
+    assert new.d_m != there.d_m or new.speed_s_mps == 15.0
+
+
+@given(depth=st.floats(0.05, 0.4), closing=st.floats(2.0, 15.0))
+def test_who_overtakes_a_little_too_near_is_beside(depth: float, closing: float) -> None:
+    there = car("1", -2.5, 15.0 + closing, -3.7 + 1.8 - depth)
+    now = seen(5.0, there)
+    (known,) = what(now, replace(now, time_s=4.9, tracks=(replace(there, s_m=there.s_m - (15.0 + closing) * 0.1),))).situation.tracks
+    assert known.s_m == there.s_m
+    assert known.d_m > there.d_m
