@@ -46,7 +46,7 @@ from mcdas_opt.planning.cost import CostWeights, lane_change_cost, trajectory_co
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.lane_departure import departure
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.planning.proposals import keep_lane
+from mcdas_opt.planning.proposals.keep_lane import keep_lane
 from mcdas_opt.planning.severity import severity
 from mcdas_opt.planning.simple_policies import simple_policies
 

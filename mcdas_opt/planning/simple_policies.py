@@ -12,7 +12,7 @@ from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.planning.candidate import Driven, Proposed
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.path_driving import follow
-from mcdas_opt.planning.proposals import keep_path
+from mcdas_opt.planning.proposals.keep_lane import keep_path
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.reference.offset_path import OffsetPath, corrected
 

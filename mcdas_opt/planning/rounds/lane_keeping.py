@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.planning.candidate import Costed
 from mcdas_opt.planning.choice import Round
-from mcdas_opt.planning.proposals import brake_behind, change_lanes, change_on, change_to_required, go_on_unpressed, keep_lane, stop_in_lane
+from mcdas_opt.planning.proposals.keep_lane import brake_behind, keep_lane, stop_in_lane
+from mcdas_opt.planning.proposals.lane_change import change_lanes, change_on, change_to_required, go_on_unpressed
 from mcdas_opt.planning.search import Search
 
 

@@ -12,7 +12,7 @@ from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.planning.candidate import Checked, Costed, Driven, Proposed
 from mcdas_opt.planning.collision_check import verdicts
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.proposals import keep_path
+from mcdas_opt.planning.proposals.keep_lane import keep_path
 from mcdas_opt.planning.simple_policies import driven_in_lane, steering_out
 
 _BRAKING_SHARES = (0.25, 0.5, 0.75, 1.0)
