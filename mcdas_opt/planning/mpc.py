@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import ClassVar
 
@@ -133,7 +132,7 @@ class MpcMethod:
 def _why_required(required: RequiredLane, s_m: float) -> str:
     if required.end_m is None:
         return "to the destination's lane"
-    return "out of a lane that is none to drive in" if math.isinf(required.end_m) else f"its own ends in {required.end_m - s_m:.0f} m"
+    return "out of a lane that is none to drive in" if required.own_lane_is_undrivable else f"its own ends in {required.end_m - s_m:.0f} m"
 
 
 def _lane_change(best: Ended, cycle: Cycle) -> str:

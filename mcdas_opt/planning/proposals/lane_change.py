@@ -64,7 +64,7 @@ def change_to_required(cycle: Cycle, required: RequiredLane) -> Proposed | None:
     if unwatched(situation, required.side) or situation.host.speed_mps < _STEERABLE_MPS:
         return None
     changing_s = cycle.settings.manners.changing_s
-    within_s = required.left_s - 1.0 if required.end_m is not None else min(required.left_s - 1.0, _ARRIVING_SHARE * required.left_s)
+    within_s = required.left_s - 1.0 if required.own_lane_ends else min(required.left_s - 1.0, _ARRIVING_SHARE * required.left_s)
     return _unhurried(cycle, required.side, min(changing_s, max(within_s, 0.5 * changing_s)))
 
 

@@ -20,9 +20,8 @@ def lane_keeping(search: Search) -> Iterator[Round]:
     if not cycle.is_ordinary:
         return
     if cycle.active is not None and not cycle.is_withdrawn:
-        required, gap = cycle.required_lane, cycle.gap
-        is_open = required is not None and gap is not None and gap.wait_s == 0.0
-        further = change_on(cycle, required, cycle.active) if required is not None and is_open else None
+        required = cycle.required_lane
+        further = change_on(cycle, required, cycle.active) if required is not None and cycle.open_gap is not None else None
         if further is not None:
             yield Round(competing=search.solve((further,)), is_comparison=False)
         yield Round(competing=search.solve((go_on_unpressed(cycle, cycle.active),)), is_comparison=False)
@@ -30,10 +29,11 @@ def lane_keeping(search: Search) -> Iterator[Round]:
     if cycle.front_braking.is_to_the_limit:
         yield Round(competing=search.solve((stop_in_lane(cycle),)), is_comparison=False)
     required, gap = cycle.required_lane, cycle.gap
+    change = None
     if required is None:
         change = change_lanes(cycle)
-    else:
-        change = change_to_required(cycle, required) if gap is not None and gap.wait_s == 0.0 else None
+    elif cycle.open_gap is not None:
+        change = change_to_required(cycle, required)
     if change is not None:
         yield Round(competing=search.solve((change,)), is_comparison=False)
     quiet = cycle.assessment.mode if cycle.assessment.mode in (Mode.CRUISE, Mode.BRAKE, Mode.PARK) else Mode.HOLD
