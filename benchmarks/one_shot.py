@@ -46,9 +46,9 @@ from mcdas_opt.planning.cost import CostWeights, lane_change_cost, trajectory_co
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.lane_departure import departure
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.planning.proposals import keep_lane
+from mcdas_opt.planning.proposals.keep_lane import keep_lane
+from mcdas_opt.planning.rounds.simple_drives import simple_policies
 from mcdas_opt.planning.severity import severity
-from mcdas_opt.planning.simple_policies import simple_policies
 
 _SEVERITY_MPS, _COST_SHARE, _COST = 0.5, 0.02, 0.05  # differences that count as none; steering out costs 2
 _BEST_SIMPLE_MPS = 0.5

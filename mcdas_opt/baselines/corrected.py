@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 
 from mcdas_opt.domain.plan import Plan, Refusal, Timing
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request
-from mcdas_opt.planning.candidate import Checked
+from mcdas_opt.planning.collision_check import exact
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.driven_closed_form import Groups, closed_form, groups
 from mcdas_opt.planning.memory import Memory, carried
-from mcdas_opt.verification.judge import judge
 
 
 class CorrectedMethod:
@@ -38,7 +36,7 @@ class CorrectedMethod:
         found = closed_form(cycle, self.groups(cycle))
         checked = found.chosen.checked
         if not checked.verdict.passed:
-            checked = self._exact(checked, cycle)
+            checked = exact(checked, cycle)
         proposed, assessment = checked.proposed, cycle.assessment
         plan = Plan(
             planner=self.name,
@@ -59,8 +57,3 @@ class CorrectedMethod:
     def groups(self, cycle: Cycle) -> Groups:
         """What is tried, in order."""
         return groups(cycle)
-
-    def _exact(self, checked: Checked, cycle: Cycle) -> Checked:
-        """With the judge's own verdict: until then the pre-check was enough."""
-        situation = cycle.situation
-        return replace(checked, verdict=judge(checked.trajectory, situation.host, cycle.vehicle, situation.road, cycle.prediction))

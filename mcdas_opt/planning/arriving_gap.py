@@ -31,7 +31,7 @@ _RESPONSE_S = 0.5  # until the host brakes for who is ahead in the next lane
 
 def gets_past_somebody(required: RequiredLane | None, gap: Gap | None) -> bool:
     """Whether that gap in the destination's lane is gone into once the host has got past somebody."""
-    return required is not None and required.end_m is None and gap is not None and gap.wait_s > 0.0 and not gap.is_slower
+    return required is not None and not required.own_lane_ends and gap is not None and not gap.is_open and not gap.is_slower
 
 
 def arriving_gaps(situation: Situation, vehicle: Vehicle, settings: Settings, required: RequiredLane, limit_mps: float) -> Iterator[Gap]:

@@ -13,9 +13,8 @@ from mcdas_opt.planning.required_lane import ADAPTING_S, RequiredLane
 
 def best_gap(situation: Situation, vehicle: Vehicle, settings: Settings, required: RequiredLane, limit_mps: float) -> Gap | None:
     """The gap that can be gone into soonest; None where there is none. While there is time only one that is there now counts."""
-    is_arriving = required.end_m is None
-    found = (arriving_gaps if is_arriving else merging_gaps)(situation, vehicle, settings, required, limit_mps)
-    adapts = required.left_s <= ADAPTING_S if is_arriving else is_time_to_adapt(situation, required)
+    found = (merging_gaps if required.own_lane_ends else arriving_gaps)(situation, vehicle, settings, required, limit_mps)
+    adapts = is_time_to_adapt(situation, required) if required.own_lane_ends else required.left_s <= ADAPTING_S
     if not adapts:
-        found = (gap for gap in found if gap.wait_s == 0.0)
+        found = (gap for gap in found if gap.is_open)
     return min(found, key=lambda gap: gap.wait_s, default=None)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
+from mcdas_opt.planning.candidate import Checked
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.nearness import Nearness, nearness
-from mcdas_opt.verification.judge import judge_all
+from mcdas_opt.verification.judge import judge, judge_all
 
 CERTAIN_M = 0.1  # an overlap at a drive's own samples that no rounding explains
 
@@ -30,6 +32,16 @@ def verdicts(drives: Sequence[Trajectory], cycle: Cycle, near: Nearness | None =
     situation, prediction = cycle.situation, cycle.prediction
     answers = iter(judge_all(open_questions, situation.host, cycle.vehicle, situation.road, prediction))
     return [_collisions(drives[i], i, near, prediction) if hit else next(answers) for i, hit in enumerate(hits)]
+
+
+def judged(drive: Trajectory, cycle: Cycle) -> Verdict:
+    """The judge's own verdict, whatever it plainly hits."""
+    return judge(drive, cycle.situation.host, cycle.vehicle, cycle.situation.road, cycle.prediction)
+
+
+def exact(checked: Checked, cycle: Cycle) -> Checked:
+    """With that verdict: until then the pre-check was enough."""
+    return replace(checked, verdict=judged(checked.trajectory, cycle))
 
 
 def hits(drive: Trajectory, cycle: Cycle, samples: int) -> bool:

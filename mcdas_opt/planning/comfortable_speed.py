@@ -110,7 +110,7 @@ def _fronts(cycle: Cycle, lanes_m: tuple[float, ...]) -> list[FrontCar]:
 def _leaves_an_ending_lane(cycle: Cycle) -> bool:
     """Whether the host's lane ends and the inner one leads on: on its way out of it, it may pass whoever is there."""
     required = cycle.required_lane
-    return required is not None and required.end_m is not None and required.side is cycle.settings.manners.inside
+    return required is not None and required.own_lane_ends and required.side is cycle.settings.manners.inside
 
 
 def _leaves(track: Track, centre_m: float, cycle: Cycle) -> bool:
@@ -130,7 +130,7 @@ def _let_ahead(cycle: Cycle, track: Track) -> FrontCar:
     speeds, way = _going_on(track, times_s)
     room_m = track.s_m - host.s_m - 0.5 * (track.length_m + cycle.vehicle.length_m) - headway.standstill_m
     time_gap_s = headway.time_gap_s
-    if gap is not None and gap.ahead is track and cycle.required_lane is not None and cycle.required_lane.end_m is not None:
+    if gap is not None and gap.ahead is track and cycle.required_lane is not None and cycle.required_lane.own_lane_ends:
         shared_s = merging_time_gap_s(gap, host.speed_mps, cycle.vehicle, headway)
         matched_s = matched_time_gap_s(room_m, host.speed_mps, max(track.speed_s_mps, 0.0))
         time_gap_s = matched_s if least_time_gap_s(headway) <= matched_s < shared_s else shared_s

@@ -20,14 +20,14 @@ from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.dynamics.axle_limits import driving_mps2
 from mcdas_opt.manoeuvres.safe_end import IN_THE_WAY_M, ends, last_end
 from mcdas_opt.planning.candidate import Continuation, Costed, Ended
-from mcdas_opt.planning.collision_check import hits
+from mcdas_opt.planning.collision_check import hits, judged
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.expected_followers import expected_followers
 from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.tracking.follower_prediction import predicted_to_brake
-from mcdas_opt.verification.judge import judge_all
+from mcdas_opt.verification.judge import judge
 
 _COMFORT_MPS2 = 3.0
 _PIECE_S = 3.0  # continued so far at a time, so that little is driven beyond the end that is found
@@ -51,7 +51,7 @@ def _told_of_followers(found: Continuation, cycle: Cycle) -> Continuation:
     theirs = frozenset(name for one in names for name in names_of(one))
     unaided = Prediction(name=cycle.unaided.name, bodies=tuple(body for body in cycle.unaided.bodies if body.id in theirs))
     end = last_end(drive, situation.host, vehicle, situation.road, unaided, cycle.settings.safe_end, cycle.owed_m)
-    if not end.follower_fails and judge_all((drive,), situation.host, vehicle, situation.road, unaided)[0].passed:
+    if not end.follower_fails and judge(drive, situation.host, vehicle, situation.road, unaided).passed:
         return found
     return found._replace(end=replace(found.end, relies_on=" and ".join(names)))
 
@@ -88,9 +88,9 @@ def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, *, relies_on_f
             if is_over:
                 drive = _joined(pieces, known + more)
                 if not _beyond(drive, situation.road):
-                    (judged,) = judge_all((drive,), situation.host, vehicle, situation.road, prediction)
-                    if judged.passed:
-                        return Continuation(drive, judged, found.at(more - 1, float(drive.t_s[-1])))
+                    answer = judged(drive, cycle)
+                    if answer.passed:
+                        return Continuation(drive, answer, found.at(more - 1, float(drive.t_s[-1])))
                 break
             if found.standing[-1] or _beyond(piece, situation.road):
                 break

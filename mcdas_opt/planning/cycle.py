@@ -205,6 +205,11 @@ class Cycle:
         return None if required is None else best_gap(self.situation, self.vehicle, self.settings, required, self.limit_mps)
 
     @property
+    def open_gap(self) -> Gap | None:
+        """The same where it can be gone into now."""
+        return self.gap if self.gap is not None and self.gap.is_open else None
+
+    @property
     def is_ordinary(self) -> bool:
         """Whether nothing threatens but a front car for which gentle braking is enough."""
         return not self.assessment.threatened or (self.front_braking.is_gentle and not self.is_pressed)
@@ -222,7 +227,7 @@ class Cycle:
         rear, required = self.assessment.rear_id, self.required_lane
         if rear is None or not self.is_ordinary:
             return None
-        ends_soon = required is not None and required.end_m is not None
+        ends_soon = required is not None and required.own_lane_ends
         least_m = self.settings.headway.gap_m(self.assessment.rear_speed_mps or 0.0, LEAST_SHARE)
         return rear if rear in self.observed.attentive or (ends_soon and self.assessment.rear_gap_m >= least_m) else None
 
@@ -246,8 +251,8 @@ class Cycle:
 
     def leads_there(self, side: Side) -> bool:
         """Whether the next lane on that side is nearer to the destination's lane, with a gap that is gone into now."""
-        required, gap = self.required_lane, self.gap
-        return required is not None and required.end_m is None and required.side is side and gap is not None and gap.wait_s == 0.0
+        required = self.required_lane
+        return required is not None and not required.own_lane_ends and required.side is side and self.open_gap is not None
 
     @cached_property
     def is_withdrawn(self) -> bool:

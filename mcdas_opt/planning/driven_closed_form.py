@@ -17,7 +17,9 @@ from mcdas_opt.planning.collision_check import verdicts
 from mcdas_opt.planning.cost import CostWeights, needed_lane_change_cost, trajectory_cost
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.path_driving import follow
-from mcdas_opt.planning.proposals import basic_four, go_on, go_on_unpressed, keep_lane, lateral_bound_mps2
+from mcdas_opt.planning.proposals.evade import basic_four, lateral_bound_mps2
+from mcdas_opt.planning.proposals.keep_lane import keep_lane
+from mcdas_opt.planning.proposals.lane_change import go_on, go_on_unpressed
 
 _WEIGHTS = CostWeights()
 Groups = list[list[Proposed]]

@@ -27,6 +27,11 @@ class Gap(NamedTuple):
     is_slower: bool = False
     fastest_mps: float = 0.0
 
+    @property
+    def is_open(self) -> bool:
+        """Whether it can be gone into now."""
+        return self.wait_s == 0.0
+
 
 def short_m(ahead_m: float, opening_mps: float, track: Track, vehicle: Vehicle, asked_m: float) -> float:
     """By how much a distance between two middles, which opens at that speed, is less than what is asked for from bumper to bumper once the

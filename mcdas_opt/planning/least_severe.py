@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.candidate import Checked
+from mcdas_opt.planning.collision_check import exact
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.follower_reaction import with_follower_reaction
@@ -16,7 +16,6 @@ from mcdas_opt.planning.memory import FollowerReaction
 from mcdas_opt.planning.reported_mode import REPORTED_S
 from mcdas_opt.planning.rounds.corrected_sigmoid import NAME as CORRECTED_SIGMOID
 from mcdas_opt.planning.severity import severities, severity_in_words
-from mcdas_opt.verification.judge import judge
 
 _STEERING_OUT_MPS = 0.5  # by which steering out must be less severe than staying in the lane
 _TURNING_ROUND_MPS = 0.5  # and accelerating than braking that is reported for less than a second, or the other way round
@@ -47,7 +46,7 @@ def least_severe(driven: Sequence[Checked], optimised: Sequence[Checked], cycle:
         one, reaction = found
         asked = cycle.settings.safe_end.attentive_braking_mps2
         why = f"nothing passes unless {reaction} brakes; {one.proposed.name} asks less than {asked:.1f} m/s^2 of it"
-        return LeastSevere(_exact(one, cycle), why, reaction)
+        return LeastSevere(exact(one, cycle), why, reaction)
 
     reported = cycle.memory.reported
     begun = reported.mode if reported is not None and reported.age_s < REPORTED_S else None
@@ -61,12 +60,6 @@ def least_severe(driven: Sequence[Checked], optimised: Sequence[Checked], cycle:
         return (speed, when)
 
     order = sorted(range(len(options)), key=rank)
-    exact = ((least, _exact(options[least], cycle)) for least in order)
-    least, one = next((i, one) for i, one in exact if i < len(driven) or one.verdict.only_collides)
+    judged = ((i, exact(options[i], cycle)) for i in order)
+    least, one = next((i, one) for i, one in judged if i < len(driven) or one.verdict.only_collides)
     return LeastSevere(one, f"nothing passes; least severe is {one.proposed.name} ({severity_in_words(hurt[least][0])})", None)
-
-
-def _exact(checked: Checked, cycle: Cycle) -> Checked:
-    """With the judge's own verdict: until then the pre-check was enough."""
-    situation = cycle.situation
-    return replace(checked, verdict=judge(checked.trajectory, situation.host, cycle.vehicle, situation.road, cycle.prediction))

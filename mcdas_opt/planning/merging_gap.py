@@ -55,13 +55,13 @@ class Window(NamedTuple):
 
 def is_time_to_adapt(situation: Situation, required: RequiredLane) -> bool:
     """Whether speed is adapted to a gap by now: sooner by the way that it takes to be as fast as those in the lane."""
-    host, end_m = situation.host, _end_m(required)
-    if math.isinf(end_m):
+    host = situation.host
+    if required.own_lane_is_undrivable:
         return True
     front = next((track for track in beside(situation, required.side) if track.s_m > host.s_m), None)
     mps = host.speed_mps if front is None else max(front.speed_s_mps, AHEAD_M / AHEAD_S)
     way_m = _MERGING_S * mps + 0.5 * (host.speed_mps + mps) * _matching_s(host.speed_mps, mps)
-    return end_m - host.s_m <= way_m
+    return _end_m(required) - host.s_m <= way_m
 
 
 def _matching_s(host_mps: float, mps: float) -> float:
@@ -180,7 +180,7 @@ def _asked_share(situation: Situation, required: RequiredLane) -> float:
     """Of what is asked for beyond the least before a lane's end: none of it by the time that ordinary braking for the end begins, nor in a
     lane that is none to drive in."""
     host = situation.host
-    if math.isinf(_end_m(required)):
+    if required.own_lane_is_undrivable:
         return 0.0
     room_m = _end_m(required) - host.s_m - host.speed_mps**2 / (2.0 * ORDINARY_MPS2)
     before_s = room_m / max(host.speed_mps, AHEAD_M / AHEAD_S)

@@ -16,10 +16,10 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import McdasError, ParameterError, PlannerFaultError, PlannerFaultWarning
+from mcdas_opt.planning.collision_check import judged
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Deadline
 from mcdas_opt.planning.fallback import NothingPasses
-from mcdas_opt.verification.judge import judge
 
 PlannerName = Literal["mpc", "closed-form", "closed-form-corrected", "closed-form-tuned", "aeb", "un-r157", "idm-mobil"]
 """The shipped planners; others are registered by entry point."""
@@ -129,8 +129,7 @@ class AskedMethod:
             return NothingPasses(reason=f"{self.name} gave a trajectory that is not finite: {', '.join(bad)}", memory=cycle.memory)
         if not self.has_ladder:
             return replace(plan, trajectory=drive)
-        verdict = judge(drive, cycle.situation.host, cycle.vehicle, cycle.situation.road, cycle.prediction)
-        return replace(plan, trajectory=drive, verdict=verdict, prediction=cycle.prediction.name)
+        return replace(plan, trajectory=drive, verdict=judged(drive, cycle), prediction=cycle.prediction.name)
 
 
 def known_methods() -> tuple[str, ...]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import ClassVar
 
@@ -20,7 +19,7 @@ from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory, carried
 from mcdas_opt.planning.order import SEARCH
-from mcdas_opt.planning.proposals import STOP_IN_LANE
+from mcdas_opt.planning.proposals.keep_lane import BRAKE
 from mcdas_opt.planning.reason import reason
 from mcdas_opt.planning.rehearsal import rehearse
 from mcdas_opt.planning.required_lane import RequiredLane
@@ -133,7 +132,7 @@ class MpcMethod:
 def _why_required(required: RequiredLane, s_m: float) -> str:
     if required.end_m is None:
         return "to the destination's lane"
-    return "out of a lane that is none to drive in" if math.isinf(required.end_m) else f"its own ends in {required.end_m - s_m:.0f} m"
+    return "out of a lane that is none to drive in" if required.own_lane_is_undrivable else f"its own ends in {required.end_m - s_m:.0f} m"
 
 
 def _lane_change(best: Ended, cycle: Cycle) -> str:
@@ -151,7 +150,7 @@ def _lane_change(best: Ended, cycle: Cycle) -> str:
 
 def _stop(best: Ended, cycle: Cycle) -> str:
     """Said of braking that somebody's braking ahead asks for, though nobody comes near."""
-    stops = best.proposed.name == STOP_IN_LANE and cycle.is_ordinary and cycle.front_braking.is_to_the_limit
+    stops = best.proposed.name == BRAKE and cycle.is_ordinary and cycle.front_braking.is_to_the_limit
     return f"; {cycle.assessment.front_id} brakes about as hard as the road allows" if stops else ""
 
 

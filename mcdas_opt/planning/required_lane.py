@@ -24,6 +24,14 @@ class RequiredLane(NamedTuple):
     left_s: float
     end_m: float | None = None
 
+    @property
+    def own_lane_ends(self) -> bool:
+        return self.end_m is not None
+
+    @property
+    def own_lane_is_undrivable(self) -> bool:
+        return self.end_m is not None and math.isinf(self.end_m)
+
 
 def required_lane(situation: Situation, vehicle: Vehicle) -> RequiredLane | None:
     """The side with a lane that leads on where the host's own ends soon, else the side of the destination's lane; None where the own lane

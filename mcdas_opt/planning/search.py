@@ -14,7 +14,7 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.evaluator import Evaluator
 from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
-from mcdas_opt.planning.proposals import basic_four
+from mcdas_opt.planning.proposals.evade import basic_four
 
 _NOT_NEEDED = "not solved: others rank higher, and pass"
 

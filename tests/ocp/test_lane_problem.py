@@ -20,7 +20,7 @@ from mcdas_opt.ocp.terms import BEND, AxleFriction, FrictionCircle, MovingBody, 
 from mcdas_opt.planning.candidate import Driven
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
-from mcdas_opt.planning.proposals import basic_four
+from mcdas_opt.planning.proposals.evade import basic_four
 from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.reference.offset_path import corrected
 from mcdas_opt.solvers.linearisation import Linearisation

@@ -20,7 +20,8 @@ from mcdas_opt.planning.expected_followers import expected_followers, open_sides
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.planning.proposals import BRAKE_BEHIND, brake_behind, go_on_unpressed
+from mcdas_opt.planning.proposals.keep_lane import BRAKE_BEHIND, brake_behind
+from mcdas_opt.planning.proposals.lane_change import go_on_unpressed
 from mcdas_opt.reference.offset_path import corrected
 
 SPEEDS_MPS, BRAKING_MPS2, FOLLOWING_S = (20.0, 27.0, 33.0), (3.0, 4.0), (1.5, 2.5)

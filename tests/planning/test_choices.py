@@ -30,8 +30,8 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.planning.rounds.simple_drives import simple_policies
 from mcdas_opt.planning.severity import severities, severity
-from mcdas_opt.planning.simple_policies import simple_policies
 from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.record import Outcome

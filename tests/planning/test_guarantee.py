@@ -21,8 +21,8 @@ from mcdas_opt.planning.expected_followers import open_sides
 from mcdas_opt.planning.memory import PreviousPlan
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.remainder import remainder
+from mcdas_opt.planning.rounds.simple_drives import simple_policies
 from mcdas_opt.planning.severity import severity
-from mcdas_opt.planning.simple_policies import simple_policies
 from mcdas_opt.planning.transcribed_problem import TranscribedProblem
 from mcdas_opt.solvers.outcome import Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess

@@ -30,7 +30,7 @@ from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory
 from mcdas_opt.planning.merging_gap import merging_time_gap_s
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.planning.proposals import steer_out
+from mcdas_opt.planning.proposals.evade import steer_out
 from mcdas_opt.planning.required_lane import RequiredLane
 from mcdas_opt.reference.offset_path import OffsetPath
 from mcdas_opt.simulation.loop import simulate

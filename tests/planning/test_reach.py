@@ -23,7 +23,7 @@ from mcdas_opt.native.form import SWITCH
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
 from mcdas_opt.planning.lane_parameters import nearest_values
-from mcdas_opt.planning.proposals import keep_lane
+from mcdas_opt.planning.proposals.keep_lane import keep_lane
 from mcdas_opt.planning.reach import Room, in_reach, in_reach_ever
 from mcdas_opt.tracking.prediction import predict
 

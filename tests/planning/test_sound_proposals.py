@@ -11,21 +11,22 @@ import pytest
 
 from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.errors import PlannerFaultWarning
-from mcdas_opt.planning import proposals
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.planning.proposals import sampled
+from mcdas_opt.planning.proposals.keep_lane import keep_path
 from tests.planning.situations import sandwich
 
 
 def creep(cycle: Cycle, **changes: Any) -> Proposed:
-    sound = Proposed(name="creep", mode=Mode.BRAKE, side=Side.NONE, path=proposals.keep_path(cycle), speed_mps=2.0)
+    sound = Proposed(name="creep", mode=Mode.BRAKE, side=Side.NONE, path=keep_path(cycle), speed_mps=2.0)
     return replace(sound, **changes)
 
 
 def with_further(monkeypatch: pytest.MonkeyPatch, function: Any) -> tuple[Any, Any]:
     without = Planner().plan(sandwich())
-    monkeypatch.setattr(proposals, "FURTHER", (*proposals.FURTHER, function))
+    monkeypatch.setattr(sampled, "FURTHER", (*sampled.FURTHER, function))
     return without, Planner().plan(sandwich())
 
 

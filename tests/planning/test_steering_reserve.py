@@ -21,7 +21,8 @@ from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.candidate import Driven
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
-from mcdas_opt.planning.proposals import basic_four, keep_lane
+from mcdas_opt.planning.proposals.evade import basic_four
+from mcdas_opt.planning.proposals.keep_lane import keep_lane
 from mcdas_opt.simulation.controller import EDGE_RESERVE_M, FRICTION_SHARE, STEERING_RATE_SHARE, planned_for
 from tests.planning.situations import car as car_at
 from tests.planning.situations import random_sandwich

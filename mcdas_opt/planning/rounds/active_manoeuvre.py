@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from mcdas_opt.planning.candidate import Costed
 from mcdas_opt.planning.choice import Round
-from mcdas_opt.planning.proposals import further
+from mcdas_opt.planning.proposals.sampled import further
 from mcdas_opt.planning.search import Search
 
 

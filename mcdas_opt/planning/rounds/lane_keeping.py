@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from mcdas_opt.domain.vocabulary import Mode
-from mcdas_opt.planning.candidate import Costed
+from mcdas_opt.planning.candidate import Costed, Proposed
 from mcdas_opt.planning.choice import Round
-from mcdas_opt.planning.proposals import brake_behind, change_lanes, change_on, change_to_required, go_on_unpressed, keep_lane, stop_in_lane
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.manoeuvre import Manoeuvre
+from mcdas_opt.planning.proposals.keep_lane import brake_behind, keep_lane, stop_in_lane
+from mcdas_opt.planning.proposals.lane_change import change_lanes, change_on, change_to_required, go_on_unpressed
 from mcdas_opt.planning.search import Search
 
 
@@ -19,32 +22,58 @@ def lane_keeping(search: Search) -> Iterator[Round]:
     if not cycle.is_ordinary:
         return
     if cycle.active is not None and not cycle.is_withdrawn:
-        required, gap = cycle.required_lane, cycle.gap
-        is_open = required is not None and gap is not None and gap.wait_s == 0.0
-        further = change_on(cycle, required, cycle.active) if required is not None and is_open else None
-        if further is not None:
-            yield Round(competing=search.solve((further,)), is_comparison=False)
-        yield Round(competing=search.solve((go_on_unpressed(cycle, cycle.active),)), is_comparison=False)
+        yield from _alone(search, _change_on(cycle, cycle.active))
+        yield from _alone(search, go_on_unpressed(cycle, cycle.active))
         return
-    if cycle.front_braking.is_to_the_limit:
-        yield Round(competing=search.solve((stop_in_lane(cycle),)), is_comparison=False)
-    required, gap = cycle.required_lane, cycle.gap
+    yield from _alone(search, stop_in_lane(cycle) if cycle.front_braking.is_to_the_limit else None)
+    yield from _alone(search, _change(cycle))
+    yield from _keep(search)
+    yield from _brake_behind(search)
+
+
+def _alone(search: Search, proposed: Proposed | None) -> Iterator[Round]:
+    """A round of this one, where there is one."""
+    if proposed is not None:
+        yield Round(competing=search.solve((proposed,)), is_comparison=False)
+
+
+def _change_on(cycle: Cycle, active: Manoeuvre) -> Proposed | None:
+    """From the lane change that is half done into the lane beyond, where a gap is open there."""
+    required = cycle.required_lane
+    return None if required is None or cycle.open_gap is None else change_on(cycle, required, active)
+
+
+def _change(cycle: Cycle) -> Proposed | None:
+    """Into the lane that has to be reached, once a gap is open there; else into one that is wanted."""
+    required = cycle.required_lane
     if required is None:
-        change = change_lanes(cycle)
-    else:
-        change = change_to_required(cycle, required) if gap is not None and gap.wait_s == 0.0 else None
-    if change is not None:
-        yield Round(competing=search.solve((change,)), is_comparison=False)
-    quiet = cycle.assessment.mode if cycle.assessment.mode in (Mode.CRUISE, Mode.BRAKE, Mode.PARK) else Mode.HOLD
-    search.keep = (keep_lane(cycle, quiet, gap),)
+        return change_lanes(cycle)
+    return None if cycle.open_gap is None else change_to_required(cycle, required)
+
+
+def _keep(search: Search) -> Iterator[Round]:
+    """The lane, against the closed forms that cost less where it is begun to be kept."""
+    cycle = search.cycle
+    keep = keep_lane(cycle, _quiet_mode(cycle), cycle.gap)
+    search.keep = (keep,)
     passing = search.solve(search.keep)
-    begins = cycle.memory.chosen != search.keep[0].name and not (gap is not None and gap.is_slower)
+    begins = cycle.memory.chosen != keep.name and not (cycle.gap is not None and cycle.gap.is_slower)
     cheaper = _cheaper_closed_forms(search, passing[0]) if passing and begins else []
     yield Round(competing=passing + cheaper, is_comparison=False)
-    harder = brake_behind(cycle)
+
+
+def _brake_behind(search: Search) -> Iterator[Round]:
+    """Harder than is comfortable; what comes out as accelerating is none of it."""
+    harder = brake_behind(search.cycle)
     if harder is not None:
         braking = [one for one in search.solve((harder,)) if one.checked.driven_mode is not Mode.ACCELERATE]
         yield Round(competing=braking, is_comparison=False)
+
+
+def _quiet_mode(cycle: Cycle) -> Mode:
+    """What keeping the lane is called: as the selector does, where it finds one of these."""
+    mode = cycle.assessment.mode
+    return mode if mode in (Mode.CRUISE, Mode.BRAKE, Mode.PARK) else Mode.HOLD
 
 
 def _cheaper_closed_forms(search: Search, solved: Costed) -> list[Costed]:

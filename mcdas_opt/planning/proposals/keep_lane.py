@@ -1,0 +1,98 @@
+"""Keeping the lane: as is comfortable, braking behind the front car, or to a stop."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.variant import Variant
+from mcdas_opt.domain.vocabulary import Mode, Side
+from mcdas_opt.dynamics.axle_limits import available_mps2
+from mcdas_opt.planning.candidate import Proposed
+from mcdas_opt.planning.comfortable_speed import comfortable_speed
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.expected_followers import expected_followers
+from mcdas_opt.planning.gap import Gap
+from mcdas_opt.planning.headway import ORDINARY_MPS2
+from mcdas_opt.planning.lane_choice import known_acceleration_mps2, reaches_into
+from mcdas_opt.reference.offset_path import OffsetPath
+
+BRAKE = "brake"  # of whatever brakes in the lane, however hard: the basic candidate too
+BRAKE_BEHIND = "brake-behind"
+_HARDER = 1.15  # than what is needed by now: it is begun with some jerk
+_SLOWER_MPS = 2.0  # than the front car, until the distance is there
+_LEAST_ROOM_M = 1.0
+
+
+def keep_path(cycle: Cycle) -> OffsetPath:
+    """The centre of the lane that holds the body centre, or beside it where the destination near ahead is there."""
+    return OffsetPath(start_s_m=cycle.situation.host.s_m, start_d_m=cycle.kept_d_m, amplitude_m=0.0, a_per_m=-0.1, b=50.0)
+
+
+def keep_lane(cycle: Cycle, mode: Mode, towards: Gap | None = None) -> Proposed:
+    """Nothing threatens: keep the lane at the desired speed, or such that the host comes beside a gap in the next one, but no faster than
+    now where nobody watches ahead; asked to park, stand until `park` takes over."""
+    situation, path = cycle.situation, keep_path(cycle)
+    wanted = situation.wanted_speed_mps if towards is None else min(max(situation.wanted_speed_mps, towards.fastest_mps), cycle.limit_mps)
+    wanted = wanted if situation.coverage.front else min(wanted, situation.host.speed_mps)
+    wanted = 0.0 if mode is Mode.PARK else wanted
+    goal, speeds = comfortable_speed(cycle, wanted, path.target_d_m, towards.ahead if towards is not None and towards.is_slower else None)
+    return Proposed(
+        name="keep",
+        mode=mode,
+        side=Side.NONE,
+        path=path,
+        speed_mps=goal,
+        speeds_mps=speeds,
+        is_comfortable=True,
+        relies_on_followers=True,
+        keeps_room_behind=cycle.attentive_follower is None and not (cycle.front_gap.is_too_near and expected_followers(cycle)),
+    )
+
+
+def stop_in_lane(cycle: Cycle) -> Proposed:
+    """Behind somebody who brakes as hard as the road allows: as hard as he."""
+    return Proposed(name=BRAKE, mode=Mode.BRAKE, side=Side.NONE, path=keep_path(cycle), speed_mps=0.0)
+
+
+def brake_behind(cycle: Cycle) -> Proposed | None:
+    """Behind the front car and whoever comes in ahead, and harder than is comfortable: a little more than it takes to stop behind them
+    where they brake, or to be slower than they are; None without anybody."""
+    situation, horizon_s = cycle.situation, float(cycle.settings.grid.times_s[-1])
+    fronts = [track for track in situation.tracks if track.id == cycle.assessment.front_id or _comes_in(track, cycle)]
+    if not fronts:
+        return None
+    host_mps, needed, slowest = situation.host.speed_mps, 0.0, math.inf
+    for front in fronts:
+        front_mps, braking = max(front.speed_s_mps, 0.0), -known_acceleration_mps2(front)
+        gap_m = front.s_m - situation.host.s_m - 0.5 * (front.along_m + cycle.vehicle.length_m)
+        room_m = max(gap_m - cycle.settings.headway.standstill_m, _LEAST_ROOM_M)
+        needed = max(needed, max(host_mps - front_mps, 0.0) ** 2 / (2.0 * room_m))
+        slowest = min(slowest, max(front_mps - max(braking, 0.0) * horizon_s - _SLOWER_MPS, 0.0))
+        if braking > 0.0:
+            needed = max(needed, host_mps**2 / (2.0 * (room_m + front_mps**2 / (2.0 * braking))))
+    rate = min(max(_HARDER * needed, ORDINARY_MPS2), available_mps2(cycle.vehicle, situation.road.friction)[0])
+    speeds = np.maximum(host_mps - rate * cycle.settings.grid.times_s, min(slowest, host_mps))
+    return Proposed(
+        name=BRAKE_BEHIND,
+        mode=Mode.BRAKE,
+        side=Side.NONE,
+        path=keep_path(cycle),
+        speed_mps=float(speeds[-1]),
+        speeds_mps=speeds,
+        relies_on_followers=True,
+        keeps_room_behind=not expected_followers(cycle),
+    )
+
+
+def _comes_in(track: Track, cycle: Cycle) -> bool:
+    """Whether somebody ahead is predicted to change into the host's lane."""
+    situation, changing = cycle.situation, Variant.CHANGING.of(track.id)
+    body = next((one for one in cycle.prediction.bodies if one.id == changing), None)
+    if body is None or track.s_m <= situation.host.s_m:
+        return False
+    there_m = float(body.at(cycle.settings.grid.times_s[-1:]).d_m[0])
+    return reaches_into(replace(track, d_m=there_m), cycle.lane_centre_m, situation.road.lane_width_m)
