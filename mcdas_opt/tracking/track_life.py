@@ -89,6 +89,10 @@ class TrackLife:
         """The cost of each fix of that time; infinite where it does not fit, or there is none."""
         return self._filter.costs(time_s, fixes, GATE)
 
+    def goes_on_unseen(self, now: float) -> bool:
+        """Whether it is a confirmed track of a radar that no scan has shown of late, though it is not too near to be seen."""
+        return self.confirmed and self.name is None and self._is_quiet(now) and now - self._hidden_s > COAST_S
+
     def hit(self, fix: TargetFix, scan: Scan, now: float) -> None:
         self._filter.take(scan.t_s, fix)
         self._acceleration.take(self._filter.time_s, *self._filter.speed_along())

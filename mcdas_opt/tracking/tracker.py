@@ -155,7 +155,7 @@ class Tracker:
             if life not in look.hit and not (scan.blind is not None and self._hides(life, look)):
                 life.miss(scan)
         self._tell_apart(look)
-        self._merge(scan.t_s)
+        self._merge(scan.t_s, look.now)
         self._lives = self._most(self._lives, MOST_TRACKS, lambda life: (not life.confirmed, abs(life.place(scan.t_s)[0] - look.host.s_m)))
 
     def _take_bodies(self, bodies: list[BodyDetection], look: _Look) -> None:
@@ -284,10 +284,11 @@ class Tracker:
                     life.others.add(other)
                     other.others.add(life)
 
-    def _merge(self, time_s: float) -> None:
+    def _merge(self, time_s: float, now: float) -> None:
         """Of two tracks in one place one stays: the named one, else the latest heard, else the sharper one.
 
-        Both stay if one scan has ever shown them side by side: then they are two cars, and not one car tracked twice.
+        Both stay if one scan has ever shown them side by side: then they are two cars, and not one car tracked twice. A tentative one stays
+        where a confirmed one goes on unseen: on a longer body than was thought it may be seen elsewhere than expected, and is taken up anew.
         """
         if not _meet([(*life.place(time_s), *life.size) for life in self._lives]):
             return
@@ -295,7 +296,13 @@ class Tracker:
         kept: list[tuple[TrackLife, tuple[float, float]]] = []
         for life in ranked:
             place = life.place(time_s)
-            others = [pair for pair in kept if (life.name is None or pair[0].name is None) and pair[0] not in life.others]
+            others = [
+                pair
+                for pair in kept
+                if (life.name is None or pair[0].name is None)
+                and pair[0] not in life.others
+                and (life.confirmed or not pair[0].goes_on_unseen(now))
+            ]
             if not any(_overlap(place, life.size, there, other.size, 0.5) for other, there in others):
                 kept.append((life, place))
         if len(kept) < len(self._lives):

@@ -146,7 +146,8 @@ def test_the_mirrored_world_has_the_mirrored_track(d_m: float) -> None:
         tracker = Tracker()
         for t in np.arange(0.0, 5.0, STEP_S).tolist():
             host = host_at(t)
-            x = np.array([host.s_m - TOUCHING_M - closing(0.6)(t), 12.0, side * d_m, 0.0])
+            gap_m, rate_mps = closing(0.6)(t), (closing(0.6)(t + 1e-4) - closing(0.6)(t - 1e-4)) / 2e-4
+            x = np.array([host.s_m - TOUCHING_M - gap_m, 12.0 - rate_mps, side * d_m, 0.0])
             tracker.update([radar_scan(t, [body_of(x)], sector=Sector.REAR)], host, STRAIGHT, t)
         sides.append(tracker.tracks(t))
     ((one,), (other,)) = sides
