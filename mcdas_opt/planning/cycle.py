@@ -137,6 +137,7 @@ class Cycle:
             previous=PreviousPlan.of(plan),
             side=plan.side,
             alert=plan.alert,
+            assessment=self.assessment,
             reported=reported,
             observed=self.observed,
         )

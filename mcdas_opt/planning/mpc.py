@@ -85,7 +85,7 @@ class MpcMethod:
             iterations=account.iterations,
             # what was cut short is no plan to fall back on: it would not even mirror with its situation
             failed=tuple(checked.named_as_driven() for checked in account.failed if checked.driven.converged),
-            memory=self._memory(search.cycle, chosen=search.cycle.memory.chosen, least_cost=None),
+            memory=self._memory(chosen=search.cycle.memory.chosen, least_cost=None),
         )
 
     def _plan(self, search: Search, found: Found, best: Ended) -> Plan:
@@ -114,14 +114,11 @@ class MpcMethod:
             solver=self.solver,
             literal_mode=cycle.assessment.literal_mode,
             safe_end=best.continuation.end,
-            memory=self._memory(cycle, chosen=proposed.name, least_cost=least_cost, active=proposed.manoeuvre),
+            memory=self._memory(chosen=proposed.name, least_cost=least_cost, active=proposed.manoeuvre),
         )
 
-    def _memory(self, cycle: Cycle, *, chosen: str, least_cost: float | None, active: Manoeuvre | None = None) -> Memory:
+    def _memory(self, *, chosen: str, least_cost: float | None, active: Manoeuvre | None = None) -> Memory:
         return Memory(
-            situation=cycle.given,
-            origin_m=cycle.origin_m,
-            assessment=cycle.assessment,
             active=active,
             chosen=chosen,
             least_cost=least_cost,

@@ -288,7 +288,7 @@ class Tracker:
         """Of two tracks in one place one stays: the named one, else the latest heard, else the sharper one.
 
         Both stay if one scan has ever shown them side by side: then they are two cars, and not one car tracked twice. A tentative one stays
-        where a confirmed one goes on unseen: on a longer body than was thought it may be seen elsewhere than expected, and is taken up anew.
+        where a confirmed one goes on unseen: a longer body than was thought is seen elsewhere than expected, and is taken up anew.
         """
         if not _meet([(*life.place(time_s), *life.size) for life in self._lives]):
             return

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
 from mcdas_opt import Scene, simulate
@@ -35,4 +37,4 @@ def test_a_lorry_that_is_overtaken_is_seen_in_every_cycle_but_one(seed: int, sid
         }
     )
     unseen = [all(track.coasting for track in cycle.tracks) for cycle in simulate(scene).cycles]
-    assert not any(now and then for now, then in zip(unseen, unseen[1:], strict=False))
+    assert not any(now and then for now, then in pairwise(unseen))
