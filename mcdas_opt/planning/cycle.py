@@ -92,6 +92,7 @@ class Cycle:
         leaves_lane = active is not None and active.mode is Mode.CRUISE and not active.half_done(situation)
         choice = before.lane_choice
         choice = lane_choice(situation, vehicle, settings, choice, elapsed_s) if active is None else choice.resting
+        deficits = front_deficits(situation, vehicle, settings.safe_end, before.deficits, elapsed_s)
         attentive = attentive_followers(situation, vehicle, settings, before.attentive)
         assessment = assess(
             situation, vehicle, settings.selector, memory.assessment, elapsed_s, leaves_lane=leaves_lane, attentive=attentive
@@ -110,7 +111,7 @@ class Cycle:
             observed=Observed(
                 tracks=placed.tracks,
                 supposed=plausible.supposed,
-                deficits=front_deficits(situation, vehicle, settings.safe_end, before.deficits, elapsed_s),
+                deficits=deficits,
                 cut_in=cut_in(assessment, memory.assessment, before.cut_in, elapsed_s, asked_m=asked_m, steers=steers),
                 lane_choice=choice,
                 attentive=attentive,
