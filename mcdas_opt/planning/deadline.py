@@ -6,7 +6,6 @@ import time
 from dataclasses import dataclass
 from enum import Enum
 
-
 _ENDING_S = 0.02  # what comes after the search takes no longer, however much time there is
 
 
