@@ -37,9 +37,9 @@ class FrontBraking:
         if front is None:
             return cls(stopping_mps2=0.0, is_gentle=False, is_to_the_limit=False)
         host_mps = situation.host.speed_mps
-        closing, room = max(host_mps - (assessment.front_speed_mps or 0.0), 0.0), max(assessment.front_gap_m - _STANDING_GAP_M, _NEAREST_M)
-        slowing = closing**2 / (2.0 * room)
-        stopping = _stopping_mps2(host_mps, front, room, slowing)
+        room = max(assessment.front_gap_m - _STANDING_GAP_M, _NEAREST_M)
+        slowing = max(host_mps - front.speed_s_mps, 0.0) ** 2 / (2.0 * room)
+        stopping = stopping_mps2(host_mps, front.speed_s_mps, -front.acceleration_s_mps2, room)
         comfortable = settings.comfort.limits(host_mps).braking_mps2
         return cls(
             stopping_mps2=stopping,
@@ -49,14 +49,15 @@ class FrontBraking:
         )
 
 
-def _stopping_mps2(host_mps: float, front: Track, room_m: float, slowing_mps2: float) -> float:
-    """Until both are equally fast, or until both stand; `slowing_mps2` ends the closing before a front car that keeps its speed."""
-    its_mps, braking = max(front.speed_s_mps, 0.0), -front.acceleration_s_mps2
-    if braking <= _BRAKING_MPS2:
-        return slowing_mps2
-    if 2.0 * room_m * braking < its_mps * (host_mps - its_mps):  # equally fast before he stands
-        return braking + slowing_mps2
-    return host_mps**2 / (2.0 * room_m + its_mps**2 / braking)
+def stopping_mps2(host_mps: float, front_mps: float, braking_mps2: float, room_m: float) -> float:
+    """The least constant braking behind a front car that brakes so: until both are equally fast, or until both stand. One that brakes
+    hardly may as well hold its speed: what ends the closing."""
+    its_mps, slowing = max(front_mps, 0.0), max(host_mps - front_mps, 0.0) ** 2 / (2.0 * room_m)
+    if braking_mps2 <= _BRAKING_MPS2:
+        return slowing
+    if 2.0 * room_m * braking_mps2 < its_mps * (host_mps - its_mps):  # equally fast before he stands
+        return braking_mps2 + slowing
+    return host_mps**2 / (2.0 * room_m + its_mps**2 / braking_mps2)
 
 
 def _is_to_the_limit(host_mps: float, front: Track, gap_m: float, friction: float, vehicle: Vehicle, safe_end: SafeEndSettings) -> bool:
