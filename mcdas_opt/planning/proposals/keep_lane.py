@@ -19,6 +19,7 @@ from mcdas_opt.planning.gap import Gap
 from mcdas_opt.planning.headway import ORDINARY_MPS2
 from mcdas_opt.planning.lane_choice import known_acceleration_mps2, reaches_into
 from mcdas_opt.reference.offset_path import OffsetPath
+from mcdas_opt.situation.front_braking import stopping_mps2
 
 BRAKE = "brake"  # of whatever brakes in the lane, however hard: the basic candidate too
 BRAKE_BEHIND = "brake-behind"
@@ -70,10 +71,8 @@ def brake_behind(cycle: Cycle) -> Proposed | None:
         front_mps, braking = max(front.speed_s_mps, 0.0), -known_acceleration_mps2(front)
         gap_m = front.s_m - situation.host.s_m - 0.5 * (front.along_m + cycle.vehicle.length_m)
         room_m = max(gap_m - cycle.settings.headway.standstill_m, _LEAST_ROOM_M)
-        needed = max(needed, max(host_mps - front_mps, 0.0) ** 2 / (2.0 * room_m))
+        needed = max(needed, stopping_mps2(host_mps, front_mps, braking, room_m))
         slowest = min(slowest, max(front_mps - max(braking, 0.0) * horizon_s - _SLOWER_MPS, 0.0))
-        if braking > 0.0:
-            needed = max(needed, host_mps**2 / (2.0 * (room_m + front_mps**2 / (2.0 * braking))))
     rate = min(max(_HARDER * needed, ORDINARY_MPS2), available_mps2(cycle.vehicle, situation.road.friction)[0])
     speeds = np.maximum(host_mps - rate * cycle.settings.grid.times_s, min(slowest, host_mps))
     return Proposed(
