@@ -99,6 +99,7 @@ class MpcMethod:
             indicator=cycle.indicator,
             warning=cycle.assessment.threatened and proposed.side is not Side.NONE,
             reason=reason(cycle.assessment, best, account.rows, is_comparison=found.is_comparison)
+            + _as_begun(found, best, cycle)
             + _lane_change(best, cycle)
             + _haste(best, cycle)
             + _stop(best, cycle)
@@ -130,6 +131,12 @@ def _why_required(required: RequiredLane, s_m: float) -> str:
     if required.end_m is None:
         return "to the destination's lane"
     return "out of a lane that is none to drive in" if required.own_lane_is_undrivable else f"its own ends in {required.end_m - s_m:.0f} m"
+
+
+def _as_begun(found: Found, best: Ended, cycle: Cycle) -> str:
+    """Said of an evasion that goes on without being compared with the others again."""
+    is_active = best.proposed.mode is Mode.EVADE and best.proposed.manoeuvre == cycle.active
+    return "; goes on as begun" if is_active and not found.is_comparison else ""
 
 
 def _lane_change(best: Ended, cycle: Cycle) -> str:

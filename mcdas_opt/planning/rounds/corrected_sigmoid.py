@@ -12,7 +12,7 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.driven_closed_form import closed_form, groups
 
-NAME = "corrected sigmoid, driven,"
+NAME = "the corrected sigmoid"
 
 
 def corrected_sigmoid(cycle: Cycle, rows: list[Candidate]) -> Iterator[Checked]:
