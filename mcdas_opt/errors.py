@@ -16,15 +16,16 @@ class McdasError(Exception):
 
 
 class ParameterError(McdasError, ValueError):
-    """A value breaks a rule: names what, the value, the rule and the unit."""
+    """A value breaks a rule: names what, the value, the rule and the unit; `of` is whose value it is, where there are several."""
 
-    def __init__(self, name: str, value: object, rule: str, unit: str = "") -> None:
-        self.name, self.value, self.rule, self.unit = name, value, rule, unit
+    def __init__(self, name: str, value: object, rule: str, unit: str = "", of: str = "") -> None:
+        self.name, self.value, self.rule, self.unit, self.of = name, value, rule, unit, of
+        owner = f"{of}: " if of else ""
         shown = f"{_shown(value)} {unit}".rstrip()
-        super().__init__(printable(f"{name} = {shown}: {rule}"))
+        super().__init__(printable(f"{owner}{name} = {shown}: {rule}"))
 
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:
-        return type(self), (self.name, self.value, self.rule, self.unit)
+        return type(self), (self.name, self.value, self.rule, self.unit, self.of)
 
 
 class InputError(McdasError, ValueError):

@@ -24,6 +24,7 @@ from mcdas_opt.domain.rules import (
     word,
 )
 from mcdas_opt.domain.vocabulary import BodyKind, Sector
+from mcdas_opt.errors import ParameterError
 
 HARDEST_MPS2 = 1e4  # beyond is no number of traffic
 FASTEST_TURN_RADPS = 1e3  # nor this
@@ -75,6 +76,12 @@ class Track:
 
     def __post_init__(self) -> None:
         require_type("id", self.id, str)
+        try:
+            self._checked()
+        except ParameterError as error:
+            raise ParameterError(error.name, error.value, error.rule, error.unit, of=f"track {self.id!r}") from None
+
+    def _checked(self) -> None:
         as_floats(self, _NUMBERS)
         if max(abs(self.s_m), abs(self.d_m)) > 2.0 * FARTHEST_M or max(abs(self.speed_s_mps), abs(self.speed_d_mps)) > FASTEST_MPS:
             for name in ("s_m", "d_m"):

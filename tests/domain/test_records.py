@@ -35,6 +35,27 @@ numbers = st.floats(-1e6, 1e6)
 
 
 @pytest.mark.parametrize(
+    "wrong",
+    [
+        {"length_m": 0.0},
+        {"s_m": math.nan},
+        {"d_m": 1e300},
+        {"speed_s_mps": "1"},
+        {"heading_rad": math.inf},
+        {"kind": "tank"},
+        {"covariance": np.eye(3)},
+        {"turn_rate_sd_radps": -1.0},
+    ],
+)
+def test_an_error_of_a_track_names_the_track(wrong: dict[str, Any]) -> None:
+    """With a dozen tracks a field alone tells nobody which."""
+    with pytest.raises(ParameterError, match=r"^track 'x7': ") as caught:
+        Track(**{**TRACK, "id": "x7", **wrong})
+    assert caught.value.name == next(iter(wrong))
+    assert caught.value.of == "track 'x7'"
+
+
+@pytest.mark.parametrize(
     ("build", "name", "words"),
     [
         (lambda: HostState(speed_mps=math.nan), "speed_mps", "finite"),
