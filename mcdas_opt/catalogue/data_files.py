@@ -11,7 +11,7 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, ValidationError
 
 from mcdas_opt.domain.parsing import LARGEST_JSON, LARGEST_TOML, parsed_json, parsed_toml
-from mcdas_opt.errors import InputError, check_file_name, nearest
+from mcdas_opt.errors import InputError, check_file_name, degrees_perhaps, nearest
 
 LARGEST_TEXT = 200_000_000  # characters of a recording
 
@@ -103,10 +103,11 @@ def told(error: ValidationError, model: type[BaseModel], file: object) -> InputE
     if first["type"] == "extra_forbidden":
         known = _fields_at(model, first["loc"][:-1])
         return InputError(file, key, None, f"unknown key; {nearest(str(first['loc'][-1]), known)}")
+    angle = degrees_perhaps(first.get("input")) if key.endswith("_rad") else ""
     rule = _RULES.get(first["type"], first["msg"].removeprefix("Value error, "))
     value = first.get("input")
     shown = None if first["type"] == "missing" or isinstance(value, (dict, list)) else value
-    return InputError(file, key, shown, rule[0].lower() + rule[1:])
+    return InputError(file, key, shown, rule[0].lower() + rule[1:] + angle)
 
 
 _RULES = {"missing": "missing key", "model_type": "must be a table", "list_type": "must be a list", "dict_type": "must be a table"}
