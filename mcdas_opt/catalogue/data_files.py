@@ -89,7 +89,8 @@ def checked(model: type[Model], document: Any, file: object, context: Any = None
     try:
         return model.model_validate(document, context=context)
     except ValidationError as error:
-        raise told(error, model, file) from None
+        other = _other_kind(model, document)
+        raise InputError(file, "", None, other) if other else told(error, model, file) from None
 
 
 def told(error: ValidationError, model: type[BaseModel], file: object) -> InputError:
@@ -110,6 +111,29 @@ def told(error: ValidationError, model: type[BaseModel], file: object) -> InputE
     return InputError(file, key, shown, rule[0].lower() + rule[1:] + angle)
 
 
+def _other_kind(model: type[BaseModel], document: Any) -> str:
+    """What a document is, by its outermost keys, where it is of another kind than the `model`; else empty."""
+    wanted: str = getattr(model, "KIND", "")
+    if not wanted or not isinstance(document, dict):
+        return ""
+    kinds = [kind for kind, (keys, _) in _KINDS.items() if keys & document.keys()]
+    if not kinds and "host" in document and "host" not in model.model_fields:
+        kinds = ["scene"]
+    if not kinds or wanted in kinds:
+        return ""
+    return f"is a {kinds[0]} ({_KINDS[kinds[0]][1]}), where a {wanted} is wanted"
+
+
+# the outermost keys that only a file of that kind has, and what takes such a file
+_KINDS = {
+    "parking case": (frozenset({"slot", "goal", "obstacle"}), "mcdas-opt park"),
+    "vehicle": (frozenset({"wheelbase_m"}), "--vehicle"),
+    "suite": (
+        frozenset({"family", "manoeuvre", "recorded", "part", "front", "rear", "side", "blockade", "cut_in", "cut_out", "event_s", "grid"}),
+        "mcdas-opt benchmark",
+    ),
+    "scene": (frozenset({"neighbour", "destination"}), "mcdas-opt plan, simulate"),
+}
 _RULES = {"missing": "missing key", "model_type": "must be a table", "list_type": "must be a list", "dict_type": "must be a table"}
 
 

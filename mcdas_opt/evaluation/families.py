@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from functools import lru_cache
 from itertools import product
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import BaseModel, Field, model_validator
@@ -32,6 +32,8 @@ class Family(Ranges):
     `grid`: every combination of the lists in turn, instead of draws. `nominal`: nothing in it needs an intervention. `labels`: the
     oracle is asked. `count` and `seed` hold when nothing else is said (a grid has as many scenes as combinations).
     """
+
+    KIND: ClassVar[str] = "suite"
 
     name: Annotated[str, Field(description="of the family")]
     about: Annotated[list[str], Field(description="sources, and what was chosen where they are silent")] = Field(default_factory=list)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -32,6 +32,8 @@ class PartOfSuite(Part):
 
 class SuiteFile(Part):
     """A suite file with more than one family in it; `sensors` are those of every member that names none."""
+
+    KIND: ClassVar[str] = "suite"
 
     name: Annotated[str, Field(description="of the suite")]
     about: Annotated[list[str], Field(description="sources, and what was chosen where they are silent")] = Field(default_factory=list)
