@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import difflib
 import errno
+import math
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 _LONGEST_SHOWN = 200  # characters of a value in a message
+_FULL_TURN_RAD = 2.0 * math.pi + 1e-9
 
 
 class McdasError(Exception):
@@ -16,15 +18,16 @@ class McdasError(Exception):
 
 
 class ParameterError(McdasError, ValueError):
-    """A value breaks a rule: names what, the value, the rule and the unit."""
+    """A value breaks a rule: names what, the value, the rule and the unit; `of` is whose value it is, where there are several."""
 
-    def __init__(self, name: str, value: object, rule: str, unit: str = "") -> None:
-        self.name, self.value, self.rule, self.unit = name, value, rule, unit
+    def __init__(self, name: str, value: object, rule: str, unit: str = "", of: str = "") -> None:
+        self.name, self.value, self.rule, self.unit, self.of = name, value, rule, unit, of
+        owner = f"{of}: " if of else ""
         shown = f"{_shown(value)} {unit}".rstrip()
-        super().__init__(printable(f"{name} = {shown}: {rule}"))
+        super().__init__(printable(f"{owner}{name} = {shown}: {rule}"))
 
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:
-        return type(self), (self.name, self.value, self.rule, self.unit)
+        return type(self), (self.name, self.value, self.rule, self.unit, self.of)
 
 
 class InputError(McdasError, ValueError):
@@ -133,6 +136,11 @@ def _shown(value: object) -> str:
     except ValueError:
         return f"{type(value).__name__} too large to be written"
     return text if len(text) <= _LONGEST_SHOWN else f"{text[: _LONGEST_SHOWN - 3]}..."
+
+
+def degrees_perhaps(value: object) -> str:
+    """What a refused angle is asked; empty where it is less than a full turn."""
+    return ": radians, not degrees?" if isinstance(value, (int, float)) and abs(value) > _FULL_TURN_RAD else ""
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

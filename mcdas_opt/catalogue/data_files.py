@@ -11,7 +11,7 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, ValidationError
 
 from mcdas_opt.domain.parsing import LARGEST_JSON, LARGEST_TOML, parsed_json, parsed_toml
-from mcdas_opt.errors import InputError, check_file_name, nearest
+from mcdas_opt.errors import InputError, check_file_name, degrees_perhaps, nearest
 
 LARGEST_TEXT = 200_000_000  # characters of a recording
 
@@ -89,7 +89,8 @@ def checked(model: type[Model], document: Any, file: object, context: Any = None
     try:
         return model.model_validate(document, context=context)
     except ValidationError as error:
-        raise told(error, model, file) from None
+        other = _other_kind(model, document)
+        raise InputError(file, "", None, other) if other else told(error, model, file) from None
 
 
 def told(error: ValidationError, model: type[BaseModel], file: object) -> InputError:
@@ -103,12 +104,36 @@ def told(error: ValidationError, model: type[BaseModel], file: object) -> InputE
     if first["type"] == "extra_forbidden":
         known = _fields_at(model, first["loc"][:-1])
         return InputError(file, key, None, f"unknown key; {nearest(str(first['loc'][-1]), known)}")
+    angle = degrees_perhaps(first.get("input")) if key.endswith("_rad") else ""
     rule = _RULES.get(first["type"], first["msg"].removeprefix("Value error, "))
     value = first.get("input")
     shown = None if first["type"] == "missing" or isinstance(value, (dict, list)) else value
-    return InputError(file, key, shown, rule[0].lower() + rule[1:])
+    return InputError(file, key, shown, rule[0].lower() + rule[1:] + angle)
 
 
+def _other_kind(model: type[BaseModel], document: Any) -> str:
+    """What a document is, by its outermost keys, where it is of another kind than the `model`; else empty."""
+    wanted: str = getattr(model, "KIND", "")
+    if not wanted or not isinstance(document, dict):
+        return ""
+    kinds = [kind for kind, (keys, _) in _KINDS.items() if keys & document.keys()]
+    if not kinds and "host" in document and "host" not in model.model_fields:
+        kinds = ["scene"]
+    if not kinds or wanted in kinds:
+        return ""
+    return f"is a {kinds[0]} ({_KINDS[kinds[0]][1]}), where a {wanted} is wanted"
+
+
+# the outermost keys that only a file of that kind has, and what takes such a file
+_KINDS = {
+    "parking case": (frozenset({"slot", "goal", "obstacle"}), "mcdas-opt park"),
+    "vehicle": (frozenset({"wheelbase_m"}), "--vehicle"),
+    "suite": (
+        frozenset({"family", "manoeuvre", "recorded", "part", "front", "rear", "side", "blockade", "cut_in", "cut_out", "event_s", "grid"}),
+        "mcdas-opt benchmark",
+    ),
+    "scene": (frozenset({"neighbour", "destination"}), "mcdas-opt plan, simulate"),
+}
 _RULES = {"missing": "missing key", "model_type": "must be a table", "list_type": "must be a list", "dict_type": "must be a table"}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -28,6 +28,8 @@ class _SigmoidPart(Part):
 
 class DesignFile(Part):
     """`sigmoid` or `values` is what a planner takes, one of them; the other tables say where it comes from."""
+
+    KIND: ClassVar[str] = "file of values"
 
     sigmoid: _SigmoidPart | None = None
     values: dict[str, float] = Field(default_factory=dict)

@@ -14,7 +14,9 @@ Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 
 
 class Part(BaseModel):
-    """No key that is not known, no number that is not finite."""
+    """No key that is not known, no number that is not finite. `KIND` is what a file of it is called in messages."""
+
+    KIND: ClassVar[str] = ""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
 

@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
 from pydantic import Field, PrivateAttr, ValidationError, field_validator, model_validator
@@ -169,6 +169,8 @@ class Scene(Part):
     From a file: `load_scene`, whose faults are `InputError`. From a dict: `Scene.model_validate`, whose faults are pydantic's (a
     `ValueError` too); files that it names are sought as paths and among the shipped ones.
     """
+
+    KIND: ClassVar[str] = "scene"
 
     name: Annotated[str, Field(description="of the scene")] = "scene"
     duration_s: Annotated[float, Field(gt=0.0, le=600.0, description="the drive ends there, or before where something is touched")] = 8.0

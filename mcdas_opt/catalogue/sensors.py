@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
@@ -25,6 +25,8 @@ class BeamPart(Part):
 
 class SensorFile(SourcedFile):
     """The keys of a sensor file; `sources` says of every number where it comes from."""
+
+    KIND: ClassVar[str] = "sensor"
 
     NUMBERS = ("range_min_m", "rate_hz", "range_sd_m", "azimuth_sd_rad", "range_rate_sd_mps", "detection_probability")
 

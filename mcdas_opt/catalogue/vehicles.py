@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
@@ -31,6 +31,8 @@ class ActuatorsPart(Part):
 
 class VehicleFile(Part):
     """The keys of a vehicle file; the limits are the contract's, the chassis is optional, the rest says where the numbers come from."""
+
+    KIND: ClassVar[str] = "vehicle"
 
     wheelbase_m: Annotated[float, Field(description="between the axles")]
     front_overhang_m: Annotated[float, Field(description="front axle to front bumper")]

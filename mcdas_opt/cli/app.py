@@ -22,6 +22,7 @@ from mcdas_opt.cli.export_log import export_log
 from mcdas_opt.cli.follow import follow
 from mcdas_opt.cli.live import live
 from mcdas_opt.cli.log import complain, hint, say
+from mcdas_opt.cli.once import OnceCommand
 from mcdas_opt.cli.park import park
 from mcdas_opt.cli.plan import plan
 from mcdas_opt.cli.replay import replay
@@ -52,8 +53,8 @@ parking = (park, follow)
 studying = (reproduce, tune, benchmark, studio)
 carrying = (export_c, export_log, doctor, warmup, schema)
 for command in (*driving, *parking, *studying, *carrying):
-    app.command()(command)
-app.command("judge", hidden=True)(judge)  # the old name of verify
+    app.command(cls=OnceCommand)(command)
+app.command("judge", hidden=True, cls=OnceCommand)(judge)  # the old name of verify
 
 _FAULT, _MISTAKE, _LOST = 1, 2, "what was not yet written is lost"
 

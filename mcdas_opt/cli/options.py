@@ -29,4 +29,5 @@ Road = Annotated[
 Scheduler = Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, instead of --workers.")]
 ParkingVehicle = Annotated[str | None, typer.Option("--vehicle", help="Instead of the case's vehicle.", autocompletion=completion.vehicles)]
 Clearance = Annotated[float | None, typer.Option("--clearance", min=0.0, help="Instead of the case's clearance [m].")]
+Params = Annotated[Path | None, typer.Option("--params", help="Parameters to plan with: a TOML of `tune`.")]
 MovingPicture = Annotated[Path | None, typer.Option("--out", help="Draw it: .png (a sheet), .gif, or .html (plays and scrubs).")]

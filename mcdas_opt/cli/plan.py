@@ -30,7 +30,7 @@ _NAMES = "slower, same, faster: its speed at the end; late: begins later; driven
 def plan(
     scene: options.SceneOrSituation,
     planner: PlannerOption = "mpc",
-    params: Annotated[Path | None, typer.Option("--params", help="Parameters to plan with: a TOML of `tune`.")] = None,
+    params: options.Params = None,
     out: Annotated[Path | None, typer.Option("--out", help="Draw the plan (.png, .gif, .html), or save its situation (.json).")] = None,
     as_json: JsonOption = False,
 ) -> None:

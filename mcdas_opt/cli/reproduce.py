@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import Annotated
 
@@ -30,6 +31,7 @@ def reproduce(
     from rich.table import Table
 
     table = Table(title="the paper, published against computed", title_justify="left", box=box.SIMPLE, pad_edge=False)
+    table.add_column("", no_wrap=True)
     table.add_column("item", overflow="fold")
     for heading in ("published", "computed"):
         table.add_column(heading, justify="right", min_width=11, max_width=12)
@@ -38,9 +40,12 @@ def reproduce(
     readings = list(dict.fromkeys(row.reading for row in done.rows))
     for row in done.rows:
         values = [f"{v:.7f}".rstrip("0").rstrip(".") if isinstance(v, float) else v or "-" for v in (row.published, row.computed)]
-        table.add_row(row.item, *values, row.unit, str(1 + readings.index(row.reading)))
+        table.add_row(row.agreement, row.item, *values, row.unit, str(1 + readings.index(row.reading)))
     screen = console()
     screen.print(table)
+    counts = Counter(row.agreement for row in done.rows)
+    counted = ", ".join(f"{word} {count}" for word, count in counts.items())
+    screen.print(f"{counted} (equal: to half a unit of the last digit that the paper prints)", soft_wrap=True)
     notes = Table.grid(padding=(0, 2))
     for note, reading in enumerate(readings, start=1):
         notes.add_row(str(note), reading)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 def simulate(
     scene: SceneArgument,
     planner: PlannerOption = "mpc",
+    params: options.Params = None,
     plant: options.Plant = "kinematic",
     controller: options.Controller = None,
     motion_sensors: options.MotionSensors = "ideal",
@@ -33,14 +35,19 @@ def simulate(
     Example: mcdas-opt simulate curved-road --plant dynamic --out drive.html
     """
     from mcdas_opt.catalogue.scenes import load_scene
+    from mcdas_opt.planning.parameter_files import planner_with
     from mcdas_opt.simulation.car import PlantError
+    from mcdas_opt.simulation.controller import planned_for
     from mcdas_opt.simulation.loop import simulate as run
 
     check_picture(out)
     title = f"{planner}: {scene}"
+    read = load_scene(scene)
+    reserve = partial(planned_for, slips=plant != "kinematic")
+    driver = planner if params is None else planner_with(params, read.vehicle, planner, reserve)
     try:
         with progress_bar("drive") as progress:
-            drive = run(load_scene(scene), planner, plant, seed, controller=controller, progress=progress, motion_sensors=motion_sensors)
+            drive = run(read, driver, plant, seed, controller=controller, progress=progress, motion_sensors=motion_sensors)
     except PlantError as error:
         if error.drive is not None:
             _show(error.drive, f"{title}, until the plant failed", out, as_json)

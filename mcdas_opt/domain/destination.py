@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.rules import FARTHEST_M, finite
+from mcdas_opt.domain.rules import FARTHEST_M, angle, finite
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
 
@@ -52,6 +52,8 @@ class Destination:
         for name, place in (("s_m", self.s_m), ("d_m", self.d_m)):
             if place is not None and max(map(abs, place)) > 2.0 * FARTHEST_M:
                 raise ParameterError(name, place, f"must lie within {2.0 * FARTHEST_M:g} of 0", "m")
+        for heading in self.heading_rad or ():
+            angle("heading_rad", heading)
 
     def seen_from(self, s_m: float, time_s: float) -> Destination:
         """The same with its s counted from there, and its time from then; not asked again whether it is sound."""

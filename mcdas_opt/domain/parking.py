@@ -16,6 +16,7 @@ from mcdas_opt.domain.rules import (
     FARTHEST_M,
     Array,
     all_of,
+    angle,
     floats,
     measurable,
     non_negative,
@@ -120,6 +121,7 @@ class ParkingCase(EqualByValue):
         for name, pose in (("start", self.start), ("goal", self.goal)):
             for k, value in enumerate(pose.tolist()):
                 within(f"{name}[{k}]", value, -FARTHEST_M, FARTHEST_M)
+            angle(f"{name}[2]", float(pose[2]), turns=2)  # on the way a car may have turned on, beyond one
         top = self.vehicle.steering_max_rad
         within("start_steering_rad", self.start_steering_rad, -top, top, "rad")
         object.__setattr__(self, "origin_m", tuple(vector("origin_m", self.origin_m, "m", length=2).tolist()))

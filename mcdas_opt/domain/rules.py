@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mcdas_opt.errors import ParameterError
+from mcdas_opt.errors import ParameterError, degrees_perhaps
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -191,8 +191,15 @@ def bounded(name: str, value: float, unit: str = "") -> float:
 
 def within(name: str, value: float, low: float, high: float, unit: str = "") -> float:
     if not low <= finite(name, value, unit) <= high:
-        raise ParameterError(name, value, f"must lie in [{low:g}, {high:g}]", unit)
+        asked = degrees_perhaps(value) if unit == "rad" else ""
+        raise ParameterError(name, value, f"must lie in [{low:g}, {high:g}]{asked}", unit)
     return float(value)
+
+
+def angle(name: str, value: float, turns: int = 1) -> float:
+    """An angle [rad] of at most so many full turns: of more, it is in degrees."""
+    most = 2.0 * math.pi * turns + 1e-9
+    return within(name, value, -most, most, "rad")
 
 
 def at_most(name: str, value: float, other: str, bound: float) -> None:

@@ -13,9 +13,9 @@ from mcdas_opt.domain.rules import (
     FARTHEST_M,
     FASTEST_MPS,
     Array,
+    angle,
     as_floats,
     covariance,
-    finite,
     non_negative,
     positive,
     require_type,
@@ -24,6 +24,7 @@ from mcdas_opt.domain.rules import (
     word,
 )
 from mcdas_opt.domain.vocabulary import BodyKind, Sector
+from mcdas_opt.errors import ParameterError
 
 HARDEST_MPS2 = 1e4  # beyond is no number of traffic
 FASTEST_TURN_RADPS = 1e3  # nor this
@@ -44,7 +45,7 @@ class Track:
 
     `heading_rad` is where it points, relative to the road there (0 along it, pi towards the host, pi / 2 across it to the left). Who is
     turned by more than `ALIGNED_RAD` does not follow the road; nor does a pedestrian. None: not known, it counts as aligned with the road.
-    Whole turns are taken off.
+    At most a full turn; beyond half a turn it is counted the other way round.
     `turn_rate_radps` is how fast it turns in the plane, to the left, with a standard deviation; without one (None) it is not known, and
     the number says nothing.
     """
@@ -75,6 +76,12 @@ class Track:
 
     def __post_init__(self) -> None:
         require_type("id", self.id, str)
+        try:
+            self._checked()
+        except ParameterError as error:
+            raise ParameterError(error.name, error.value, error.rule, error.unit, of=f"track {self.id!r}") from None
+
+    def _checked(self) -> None:
         as_floats(self, _NUMBERS)
         if max(abs(self.s_m), abs(self.d_m)) > 2.0 * FARTHEST_M or max(abs(self.speed_s_mps), abs(self.speed_d_mps)) > FASTEST_MPS:
             for name in ("s_m", "d_m"):
@@ -90,7 +97,7 @@ class Track:
         non_negative("age_s", self.age_s, "s")
         true_or_false("coasting", self.coasting)
         if self.heading_rad is not None:
-            heading = finite("heading_rad", self.heading_rad, "rad")
+            heading = angle("heading_rad", self.heading_rad)
             object.__setattr__(self, "heading_rad", heading if abs(heading) <= math.pi else math.remainder(heading, 2.0 * math.pi))
         if self.kind is not None and type(self.kind) is not BodyKind:
             object.__setattr__(self, "kind", word("kind", self.kind, BodyKind))

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from functools import lru_cache
 from itertools import product
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import BaseModel, Field, model_validator
@@ -23,6 +23,7 @@ from mcdas_opt.evaluation.spread import Spread
 
 _DRAWS = 500
 _MOST_SCENES = 1_000_000
+_NAMES_FILES = ("vehicle", "sensors", "suite")
 
 
 class Family(Ranges):
@@ -31,6 +32,8 @@ class Family(Ranges):
     `grid`: every combination of the lists in turn, instead of draws. `nominal`: nothing in it needs an intervention. `labels`: the
     oracle is asked. `count` and `seed` hold when nothing else is said (a grid has as many scenes as combinations).
     """
+
+    KIND: ClassVar[str] = "suite"
 
     name: Annotated[str, Field(description="of the family")]
     about: Annotated[list[str], Field(description="sources, and what was chosen where they are silent")] = Field(default_factory=list)
@@ -104,7 +107,22 @@ def _with(family: Family, values: dict[tuple[str, ...], float]) -> Family:
 def load_family(name: str | Path) -> Family:
     """The family behind a path or a shipped name. Raises `InputError` that names file, key, value and rule."""
     path = suite_file(name)
-    return checked(Family, read_toml(path), path)
+    return checked(Family, suite_document(path), path)
+
+
+def suite_document(path: Path) -> dict[str, Any]:
+    """What a suite file says; the vehicles, sensors and suites that it names by a path are sought beside it, wherever the command runs."""
+    document: dict[str, Any] = _beside(read_toml(path), path.parent)
+    return document
+
+
+def _beside(part: Any, folder: Path, key: str = "") -> Any:
+    if isinstance(part, dict):
+        return {name: _beside(value, folder, "sensors" if key == "sensors" else name) for name, value in part.items()}
+    if isinstance(part, list):
+        return [_beside(value, folder, key) for value in part]
+    is_path = key in _NAMES_FILES and isinstance(part, str) and ("/" in part or part.endswith(".toml"))
+    return str(folder / part) if is_path else part
 
 
 def suite_file(name: str | Path) -> Path:

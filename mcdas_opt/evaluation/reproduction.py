@@ -38,6 +38,16 @@ class Row:
     unit: str = ""
 
     @property
+    def agreement(self) -> str:
+        """`equal`, to half a unit of the last digit that the paper prints; `differs`; or `ours only`."""
+        if self.published is None:
+            return "ours only"
+        if self.deviation is None:
+            return "equal" if self.computed == self.published else "differs"
+        _, _, decimals = repr(self.published).partition(".")
+        return "equal" if abs(self.deviation) <= 0.5 * 0.1 ** len(decimals) + 1e-9 else "differs"
+
+    @property
     def deviation(self) -> float | None:
         if isinstance(self.published, float) and isinstance(self.computed, float):
             return self.computed - self.published
@@ -50,7 +60,7 @@ class Reproduction:
     figures: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        rows = [{**to_document(row), "deviation": row.deviation} for row in self.rows]
+        rows = [{**to_document(row), "deviation": row.deviation, "agreement": row.agreement} for row in self.rows]
         return {"schema_version": SCHEMA_VERSION, "rows": rows, "figures": list(self.figures)}
 
 

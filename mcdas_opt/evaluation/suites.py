@@ -7,17 +7,17 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from mcdas_opt.catalogue.data_files import checked, read_toml
+from mcdas_opt.catalogue.data_files import checked
 from mcdas_opt.catalogue.part import Part
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.case import Case, Traffic
-from mcdas_opt.evaluation.families import Family, suite_file
+from mcdas_opt.evaluation.families import Family, suite_document, suite_file
 from mcdas_opt.evaluation.manoeuvres import Manoeuvre
 from mcdas_opt.evaluation.provenance import digest
 from mcdas_opt.evaluation.recordings import Recordings
@@ -32,6 +32,8 @@ class PartOfSuite(Part):
 
 class SuiteFile(Part):
     """A suite file with more than one family in it; `sensors` are those of every member that names none."""
+
+    KIND: ClassVar[str] = "suite"
 
     name: Annotated[str, Field(description="of the suite")]
     about: Annotated[list[str], Field(description="sources, and what was chosen where they are silent")] = Field(default_factory=list)
@@ -105,7 +107,7 @@ def expand(name: str | Path, scenes: int | None = None, seed: int | None = None,
 
 
 def _read(path: Path) -> Family | SuiteFile:
-    document = read_toml(path)
+    document = suite_document(path)
     several = any(key in document for key in ("family", "manoeuvre", "recorded", "part"))
     return checked(SuiteFile, document, path, context=path).equipped() if several else checked(Family, document, path)
 

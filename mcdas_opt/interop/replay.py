@@ -56,7 +56,8 @@ def replay(
     """Runs a recording of radars through tracker, situation and (with `plan`) planner, every `settings.cycle_s`.
 
     `log` is a path, or the name of a shipped ESR recording; `format` is by default what the file is called (`recordings.readers`). CAN
-    frames are an ESR's; with `columns`, or without frames, a front radar's target list is read from the recording's tables. `host` is a
+    frames are an ESR's; with `columns`, or without frames, a front radar's target list is read from the recording's tables, and a
+    rear radar's from those of `rear`, by the same columns. `host` is a
     CSV of the host's speed (or that name); without it the recording's own is taken.
 
     The host keeps to the middle of its lane. `road` is a scene whose road and vehicle are used; default one straight lane, so that there
@@ -126,13 +127,12 @@ def _read(
 ) -> SensorLog:
     """An ESR's CAN frames where the recording has frames and nobody names its columns, else a front radar's target list."""
     opened = open_recording(path, format)
+    behind = None if rear is None else open_recording(Path(rear), format_of(Path(rear)))
     if columns is None and opened.can_log() is not None:
-        behind = None if rear is None else open_recording(Path(rear), format_of(Path(rear)))
         return read_esr(opened, rear=behind, dbc=dbc, vehicle=vehicle)
-    for name, value in (("--dbc", dbc), ("--rear", rear)):
-        if value is not None:
-            raise InputError(name, "", None, f"belongs to a recording of CAN frames, which {path} is not read as")
-    return read_targets(opened, columns=columns, vehicle=vehicle)
+    if dbc is not None:
+        raise InputError("--dbc", "", None, f"belongs to a recording of CAN frames, which {path} is not read as")
+    return read_targets(opened, columns=columns, vehicle=vehicle, rear=behind)
 
 
 def _motion(log: str | Path, host: str | Path | None, recording: SensorLog) -> HostMotion:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -82,8 +82,15 @@ class Columns:
         return _CARTESIAN
 
 
-def read_targets(recording: Recording, *, columns: Columns | Mapping[str, str] | None = None, vehicle: Vehicle | None = None) -> SensorLog:
-    """Scans of a radar in the middle of the front bumper, from a table with a target a row.
+def read_targets(
+    recording: Recording,
+    *,
+    columns: Columns | Mapping[str, str] | None = None,
+    vehicle: Vehicle | None = None,
+    rear: Recording | None = None,
+) -> SensorLog:
+    """Scans of a radar in the middle of the front bumper, from a table with a target a row; those of one in the middle of the rear bumper
+    from the recording `rear`, by the same columns and the same clock, x behind the car and y to its right. The host's speed is the front's.
 
     Rows without a time, or with text where a number belongs, are left out and counted; other empty or NaN cells become NaN in the
     detection, which the tracker gates; a row with a time alone is a scan that saw nothing. Raises `InputError` for a missing channel
@@ -92,6 +99,20 @@ def read_targets(recording: Recording, *, columns: Columns | Mapping[str, str] |
     if columns is not None and not isinstance(columns, Columns):
         columns = Columns.parse(",".join(f"{name}={column}" for name, column in columns.items()))
     columns = columns or Columns()
+    front, streams = _read(recording, columns, vehicle, Sector.FRONT)
+    if rear is None:
+        return front
+    behind, more = _read(rear, columns, vehicle, Sector.REAR)
+    scans, arrivals = in_order_of_arrival([streams, more])
+    bad = Tally()
+    bad.absorb(front.bad, "front: ")
+    bad.absorb(behind.bad, "rear: ")
+    pieces = None if front.pieces is None or behind.pieces is None else front.pieces + behind.pieces
+    return replace(front, scans=scans, arrivals_s=arrivals, good=front.good + behind.good, bad=bad, pieces=pieces)
+
+
+def _read(recording: Recording, columns: Columns, vehicle: Vehicle | None, sector: Sector) -> tuple[SensorLog, list[tuple[float, Scan]]]:
+    """The log of one radar, and its scans with the times when they were complete."""
     table, bad = _table(recording, columns.names("range_rate_mps")), Tally()
     place = columns.place(table.header)
     chosen = asdict(columns)
@@ -109,17 +130,18 @@ def read_targets(recording: Recording, *, columns: Columns | Mapping[str, str] |
     stamps = [values["time_s"] for values in read]
     keys = [values.get("slot", row.line) for values, row in zip(read, rows, strict=True)]
     period = usual_period(stamps, keys) if "slot" in found else usual_period(stamps, [0] * len(stamps))
-    mounted = mounting(Sector.FRONT, vehicle or Vehicle())
+    mounted = mounting(sector, vehicle or Vehicle())
     stream = []
     for group in cycles(stamps, keys, period):
         seen = (read[k] for k in group if any(math.isfinite(read[k][name]) for name in (*place, "range_rate_mps")))
         detections = tuple(_detection(values, place) for values in seen)
-        scan = Scan(sensor="radar-front", sector=Sector.FRONT, t_s=stamps[group[0]], mounting=mounted, radar=detections, period_s=period)
+        scan = Scan(sensor=f"radar-{sector}", sector=sector, t_s=stamps[group[0]], mounting=mounted, radar=detections, period_s=period)
         stream.append((max(stamps[k] for k in group), scan))
     scans, arrivals = in_order_of_arrival([stream])
     pieces = _pieces(keys, [values["new_track"] for values in read]) if {"slot", "new_track"} <= set(found) else None
     speed = _host_speed(recording, columns)
-    return SensorLog(scans=scans, arrivals_s=arrivals, good=len(rows), bad=bad, pieces=pieces, host_speed=speed)
+    log = SensorLog(scans=scans, arrivals_s=arrivals, good=len(rows), bad=bad, pieces=pieces, host_speed=speed)
+    return log, stream
 
 
 def _host_speed(recording: Recording, columns: Columns) -> Array | None:

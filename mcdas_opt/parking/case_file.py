@@ -6,7 +6,7 @@ import math
 import os
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -81,6 +81,8 @@ class TolerancePart(Part):
 
 class ParkingFile(Part):
     """The keys of a parking case."""
+
+    KIND: ClassVar[str] = "parking case"
 
     name: Annotated[str, Field(description="of the case")] = ""
     vehicle: Annotated[VehiclePart, Field(description="a shipped one, and keys that differ from it")] = VehiclePart()

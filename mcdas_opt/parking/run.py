@@ -11,7 +11,7 @@ from mcdas_opt.domain.parking import LEAST_LEG_M, Parking, ParkingAttempt, Parki
 from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.parking.cost import ParkingCosts, trajectory_cost
 from mcdas_opt.parking.short_legs import standing_instead
-from mcdas_opt.parking.soundness import is_sound
+from mcdas_opt.parking.soundness import close_fits, is_sound
 from mcdas_opt.parking.world import World
 from mcdas_opt.verification.parking_judge import Judgement, judge_parking
 
@@ -134,7 +134,7 @@ class Run:
             obstacles=tuple(outline + np.array([dx, dy]) for outline in self.case.obstacles),
             trajectory=None if trajectory is None else trajectory.moved(dx, dy),
             attempts=tuple(self.attempts),
-            notes=self.case.notes,
+            notes=(*self.case.notes, *close_fits(self.case)),
             timing_ms=self.timing,
             nodes=self.nodes,
             iterations=self.iterations,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from mcdas_opt.catalogue.designs import load_parameters
@@ -12,15 +14,21 @@ from mcdas_opt.planning.adjustable import adjusted
 from mcdas_opt.planning.planner import Planner
 
 
-def planner_with(path: Path | None, vehicle: Vehicle, method: str) -> Planner:
-    """A fresh planner; with a file, one that plans by it. Raises `InputError` that names file, key, value and rule."""
+def planner_with(
+    path: Path | None, vehicle: Vehicle, method: str, reserve: Callable[[Settings], Settings] = lambda settings: settings
+) -> Planner:
+    """A fresh planner; with a file, one that plans by it. `reserve` is what its settings have to leave to whoever drives the plan.
+
+    Raises `InputError` that names file, key, value and rule.
+    """
     if path is None:
-        return Planner(vehicle=vehicle, method=method)
+        return Planner(vehicle=vehicle, method=method, settings=reserve(Settings()))
     sigmoid, values = load_parameters(path)
     if sigmoid is not None:
-        return Planner(vehicle=vehicle, method=method, settings=Settings(sigmoid=sigmoid))
+        return Planner(vehicle=vehicle, method=method, settings=reserve(Settings(sigmoid=sigmoid)))
     if method != "mpc":
         raise InputError(path, "values", None, f"are the MPC's: {method!r} does not take them")
     with blaming(path, "values."):
         made = adjusted(values)
+        made = replace(made, settings=reserve(made.settings))
     return Planner(vehicle=vehicle, method=made.method(vehicle), settings=made.settings, name=method)

@@ -31,6 +31,8 @@ from mcdas_opt.planning.sensing import Sensing
 from mcdas_opt.planning.time_to_react import with_time_to_react
 from mcdas_opt.tracking.tracker import Tracker
 
+_LONGEST_DEADLINE_S = 10.0
+
 
 class Planner:
     """Builds its solver once; remembers its tracks and its last plan; belongs to one thread at a time
@@ -54,6 +56,8 @@ class Planner:
     ) -> None:
         if deadline_s is not None:
             positive("deadline_s", deadline_s, "s")
+            if deadline_s > _LONGEST_DEADLINE_S:
+                raise ParameterError("deadline_s", deadline_s, f"must be at most {_LONGEST_DEADLINE_S:g}: seconds, not milliseconds?", "s")
         require_type("vehicle", vehicle, str, Vehicle)
         not_a_class("method", method)
         if not isinstance(method, str) and not callable(getattr(method, "plan", None)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -90,7 +91,7 @@ def exact_tracks(scene: Scene) -> tuple[Track, ...]:
             speed_d_mps=float(moment.speed_d_mps),
             length_m=length,
             width_m=width,
-            heading_rad=float(moment.heading_rad),
+            heading_rad=math.remainder(float(moment.heading_rad), 2.0 * math.pi),
             kind=kind,
         )
         for name, moment, (length, width), kind in zip(traffic.names, moments, traffic.sizes, traffic.kinds, strict=True)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from itertools import combinations
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -64,10 +64,25 @@ class Cycle:
     plan: Plan
     took_ms: float = field(default=0.0, compare=False)
 
+    def in_short(self) -> dict[str, Any]:
+        """What was planned and why."""
+        plan = self.plan
+        return {
+            "time_s": self.time_s,
+            "mode": plan.mode.value,
+            "status": plan.status.value,
+            "alert": plan.alert.value,
+            "chosen": plan.chosen,
+            "reason": plan.reason,
+        }
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Simulation(Result):
-    """A drive and its figures; attributes are the keys of the JSON document, but for `scene`, `cycles` and `history` (for drawing).
+    """A drive and its figures; attributes are the keys of the JSON document, but for `scene` and `history` (for drawing).
+
+    `cycles[k].plan` is the plan of cycle k, its `reason` says why; of each the document has `time_s`, `mode`, `status`, `alert`, `chosen`
+    and `reason`.
 
     The drive ends at the scene's duration, at the first touch of another body, or where a corner leaves the road: `duration_s` is the
     time driven. Distances and times are of the true bodies, 0.01 s apart. `impact_speed_mps` is the speed of one body's centre
@@ -122,6 +137,10 @@ class Simulation(Result):
     def ended(self) -> str:
         """In a word or two."""
         return "plant failed" if self.error else self.outcome.value
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON document of the contract; of every cycle, what was planned and why."""
+        return {**Result.to_dict(self), "cycles": [cycle.in_short() for cycle in self.cycles]}
 
     def first_overlap(self) -> tuple[float, str, str] | None:
         """When two neighbours are in one place for the first time [s], and which: a script that nobody can have meant. None: never."""

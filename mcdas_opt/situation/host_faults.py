@@ -8,6 +8,7 @@ from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import FARTHEST_M
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.errors import degrees_perhaps
 
 _JUMP_MPS = 8.0  # more than hardest braking, within a cycle, no car's speed changes
 _HARDEST_MPS2 = 12.0
@@ -38,7 +39,9 @@ def host_faults(host: HostState, road: Road, before_mps: tuple[float, ...], elap
     if abs(host.acceleration_mps2) > _HOST_HARDEST_MPS2:
         faults["acceleration_mps2"] = f"the host accelerates at {host.acceleration_mps2:.3g} m/s^2, beyond {_HOST_HARDEST_MPS2:.0f}"
     if abs(host.heading_rad) > math.pi:
-        faults["heading_rad"] = f"the host's heading against the road is {host.heading_rad:.3g} rad, beyond half a turn"
+        faults["heading_rad"] = (
+            f"the host's heading against the road is {host.heading_rad:.3g} rad, beyond half a turn{degrees_perhaps(host.heading_rad)}"
+        )
     steering, slowest = abs(host.steering_rad), min(max(speed, 0.0), fastest)
     if steering > _HOST_STEERING_RAD or slowest**2 * math.tan(steering) > _HOST_LATERAL_MPS2 * vehicle.wheelbase_m:
         faults["steering_rad"] = f"the host's wheels are turned by {host.steering_rad:.3g} rad at {speed:.0f} m/s"

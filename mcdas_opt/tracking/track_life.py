@@ -140,7 +140,8 @@ class TrackLife:
         """An ideal sensor has told name and size: the track is confirmed. `road_heading_rad` is the road's in the plane, there."""
         self.name, self.size, self.confirmed = body.name, (body.length_m, body.width_m), True
         self.length_m = body.length_m
-        self._heading_rad, self._kind = body.heading_rad, body.kind
+        self._kind = body.kind
+        self._heading_rad = None if body.heading_rad is None else math.remainder(body.heading_rad, 2.0 * math.pi)
         if body.heading_rad is not None:
             self._turning.take(time_s, road_heading_rad + body.heading_rad)
 

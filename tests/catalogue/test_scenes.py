@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from mcdas_opt.catalogue import scenes
 from mcdas_opt.catalogue.data_files import models_folder, shipped
-from mcdas_opt.catalogue.scenes import Scene, load_scene
+from mcdas_opt.catalogue.scenes import Scene, load_scene, scene_from_document
 from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.frenet import FrenetFrame
 
@@ -344,3 +344,8 @@ def test_what_is_wrong_in_a_vehicle_file_is_said_of_that_file_also_beside_the_sc
     with pytest.raises(InputError) as told:
         load_scene("scene.toml")
     assert str(told.value).startswith(said)
+
+
+def test_a_heading_in_degrees_is_asked_about() -> None:
+    with pytest.raises(InputError, match=r"host\.heading_rad = 90\.0: .*: radians, not degrees\?$"):
+        scene_from_document({"name": "turned", "duration_s": 1.0, "host": {"speed_mps": 10.0, "heading_rad": 90.0}}, Path("turned.toml"))

@@ -13,6 +13,7 @@ from mcdas_opt.errors import InputError, McdasError, MissingExtraError, Paramete
     "error",
     [
         ParameterError("friction", -1.0, "must be positive", "m"),
+        ParameterError("length_m", 0.0, "must be greater than 0", "m", of="track 'x7'"),
         InputError("scene.toml", "road.friction", -1.0, "must be positive"),
         MissingExtraError("pandas", "dataframe", "pip install polars"),
     ],

@@ -16,11 +16,14 @@ from hypothesis import strategies as st
 
 import mcdas_opt
 from mcdas_opt.domain.body import Body
+from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.grid import TimeGrid
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.measurement import Mounting
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import covariance, vector, within
+from mcdas_opt.domain.sensor import Beam
 from mcdas_opt.domain.settings import PredictionSettings, SelectorSettings, Settings, SigmoidSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
@@ -32,6 +35,49 @@ from mcdas_opt.errors import ParameterError, nearest
 
 TRACK = {"id": "front", "s_m": 30.0, "d_m": 0.0, "speed_s_mps": 10.0}
 numbers = st.floats(-1e6, 1e6)
+
+
+@pytest.mark.parametrize(
+    ("build", "name"),
+    [
+        (lambda: Track(**TRACK, heading_rad=180.0), "heading_rad"),
+        (lambda: Mounting(yaw_rad=180.0), "yaw_rad"),
+        (lambda: Destination(lane=0, heading_rad=(-10.0, 10.0)), "heading_rad"),
+        (lambda: Vehicle(steering_max_rad=30.0), "steering_max_rad"),
+        (lambda: Beam(name="wide", range_max_m=60.0, half_angle_rad=45.0), "half_angle_rad"),
+        (lambda: ParkingCase(start=[0.0, 0.0, 90.0], goal=[0.0, 0.0, 0.0]), "start[2]"),
+        (lambda: ParkingCase(start=[0.0, 0.0, 0.0], goal=[0.0, 0.0, -90.0]), "goal[2]"),
+    ],
+)
+def test_an_angle_in_degrees_is_asked_about(build: Any, name: str) -> None:
+    with pytest.raises(ParameterError, match=r"rad: must lie in \[.*\]: radians, not degrees\?$") as caught:
+        build()
+    assert caught.value.name == name
+
+
+def test_a_mounting_that_is_no_number_is_left_to_the_tracker() -> None:
+    assert math.isinf(Mounting(yaw_rad=math.inf).yaw_rad)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"length_m": 0.0},
+        {"s_m": math.nan},
+        {"d_m": 1e300},
+        {"speed_s_mps": "1"},
+        {"heading_rad": math.inf},
+        {"kind": "tank"},
+        {"covariance": np.eye(3)},
+        {"turn_rate_sd_radps": -1.0},
+    ],
+)
+def test_an_error_of_a_track_names_the_track(wrong: dict[str, Any]) -> None:
+    """With a dozen tracks a field alone tells nobody which."""
+    with pytest.raises(ParameterError, match=r"^track 'x7': ") as caught:
+        Track(**{**TRACK, "id": "x7", **wrong})
+    assert caught.value.name == next(iter(wrong))
+    assert caught.value.of == "track 'x7'"
 
 
 @pytest.mark.parametrize(

@@ -88,6 +88,22 @@ def test_crash_position_is_three_gaps_from_the_rear_start(gap: float) -> None:
     assert crash_position(gap, 60 / 3.6, 40 / 3.6) == pytest.approx(3 * gap)
 
 
+def test_each_row_says_whether_it_agrees_with_the_paper(reproduction: Reproduction) -> None:
+    said = {row.item: row.agreement for row in reproduction.rows}
+    assert set(said.values()) == {"equal", "differs", "ours only"}
+    assert all(word == "equal" for item, word in said.items() if item.startswith(("Table 2", "Table 3", "Table 4", "Table 5: ")))
+    assert said["text below Table 4: least error"] == "differs"
+    assert said["Fig 7: distance in 11 samples at 60 km/h"] == "differs"
+    assert said["Table 1 with nothing known"] == "ours only"
+
+
+def test_the_command_marks_the_rows_and_says_the_tolerance_once(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["reproduce", "--out", str(tmp_path)], env={"COLUMNS": "100"})
+    lines = result.stdout.splitlines()
+    assert any(line.split()[:4] == ["equal", "Table", "2:", "D_(R-1)"] for line in lines)
+    assert result.stdout.count("half a unit of the last digit") == 1
+
+
 def test_the_command_prints_json_and_draws_every_figure(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["reproduce", "--out", str(tmp_path / "new"), "--json"])
     assert result.exit_code == 0

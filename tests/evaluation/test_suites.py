@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.catalogue.scenes import Scene
+from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.case import Traffic
@@ -340,3 +343,36 @@ def test_a_fault_of_a_range_is_told_by_the_rule_that_it_breaks_and_names_the_sui
     with pytest.raises(InputError) as told:
         expand(path)
     assert str(told.value).startswith(f"{path}: {said}")
+
+
+CAR, RADAR = 'vehicle = "../cars/van.toml"\n', '[sensors]\nfront = "../radar.toml"\n'
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"[host]\nspeed_mps = 10.0\n{CAR}{RADAR}",
+        f'[[family]]\nname = "one"\n[family.host]\nspeed_mps = 10.0\n{CAR}{RADAR}',
+        f'[[manoeuvre]]\nname = "one"\nduration_s = 5.0\nhost_mps = 10.0\ndesired_mps = 10.0\n{CAR}{RADAR}',
+        '[[part]]\nsuite = "inner/part.toml"\n',
+    ],
+)
+def test_files_that_a_suite_names_are_beside_it(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for folder in ("suites/inner", "cars", "elsewhere"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "cars" / "van.toml").write_bytes((models_folder() / "vehicles" / "lincoln_mkz.toml").read_bytes())
+    (tmp_path / "radar.toml").write_bytes((models_folder() / "sensors" / "delphi_esr.toml").read_bytes())
+    (tmp_path / "suites" / "inner" / "part.toml").write_text('name = "part"\n[host]\nvehicle = "../../cars/van.toml"\nspeed_mps = 10.0\n')
+    (tmp_path / "suites" / "mine.toml").write_text(f'name = "mine"\n{text}')
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    (case,) = expand("../suites/mine.toml", 1).cases
+    assert replace(case.scene.vehicle, name="") == replace(load_vehicle("lincoln_mkz"), name="")
+
+
+def test_a_file_that_is_not_beside_the_suite_is_sought_nowhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "suites").mkdir()
+    (tmp_path / "van.toml").write_bytes((models_folder() / "vehicles" / "lincoln_mkz.toml").read_bytes())
+    (tmp_path / "suites" / "mine.toml").write_text('name = "mine"\n[host]\nvehicle = "van.toml"\nspeed_mps = 10.0\n')
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=r"suites/mine\.toml: .*van\.toml: no such file"):
+        expand("suites/mine.toml", 1)

@@ -23,7 +23,7 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.domain.vocabulary import Alert, Sector
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.esr_can import write_esr
 from mcdas_opt.interop.esr_codec import EsrCodec
@@ -128,8 +128,10 @@ def test_the_loop_outlives_its_planner() -> None:
     failed = [line for line in lines if line.status == "fault"]
     assert summary.faults == len(failed) == summary.statuses["fault"] == planner.asked // 3 > 5
     assert {line.reason for line in failed} == {"ZeroDivisionError: of a planner"}
-    assert all(line.warning and line.acceleration_mps2 is not None for line in failed)
+    assert all(line.warning and line.alert is Alert.WARN and line.acceleration_mps2 is not None for line in failed)
     assert lines[-1].faults == summary.faults
+    planned = [line.to_dict() for line in lines if line.passed is not None]
+    assert all(line["alert"] in tuple(Alert) and line["warning"] is (line["alert"] != "none") for line in planned)
     assert [line.cycle for line in lines] == list(range(30))
     json.dumps([line.to_dict() for line in lines], allow_nan=False)
 

@@ -175,7 +175,6 @@ def test_broken_numbers_never_reach_a_track(tmp_path: Path) -> None:
             "'range_rate_mps or doppler_velocity': no such channel; there are: can0, can1",
         ),
         ({"format": "radar-csv", "dbc": "a.dbc"}, "--dbc: belongs to a recording of CAN frames"),
-        ({"format": "radar-csv", "rear": "a.log"}, "--rear: belongs to a recording of CAN frames"),
         ({"format": "esr-candump", "host": "nowhere.csv"}, "nowhere.csv: no such file"),
     ],
 )
@@ -309,3 +308,22 @@ def test_a_recorded_track_list_runs_through(tmp_path: Path) -> None:
     standing = [track for track in done.cycles[80].tracks if abs(track.speed_s_mps) < 1.0]
     assert len(standing) >= 1
     json.dumps(done.to_dict(), allow_nan=False)
+
+
+def test_a_rear_radar_s_target_list_stands_beside_the_front_one_s(tmp_path: Path) -> None:
+    times = [0.1 * k for k in range(20)]
+    for name, x_m in (("front", 30.0), ("rear", 25.0)):
+        rows = [
+            f"{t:g},{x_m + (0.0 if name == 'front' else 1.0 * t)!r},{0.0 if name == 'front' else 1.0},{0.0 if name == 'front' else 1.0}"
+            for t in times
+        ]
+        (tmp_path / f"{name}.csv").write_text("\n".join(["t,ahead,right,rate", *rows]) + "\n")
+    (tmp_path / "host.csv").write_text("t_s,speed_mps\n0,15\n2,15\n")
+    columns = {"time_s": "t", "x_m": "ahead", "y_m": "-right", "range_rate_mps": "rate"}
+    done = replay(tmp_path / "front.csv", rear=tmp_path / "rear.csv", host=tmp_path / "host.csv", columns=columns, plan=False)
+    assert done.summary.covered == {"front": 1.0, "rear": 1.0, "left": 0.0, "right": 0.0}
+    ahead, behind = sorted(done.cycles[-1].tracks, key=lambda track: -track.s_m)
+    assert (ahead.role, behind.role) == (Role.FRONT, Role.REAR)
+    assert behind.s_m < -25.0
+    assert behind.d_m == pytest.approx(1.0, abs=0.3)  # what is right of the rear radar is left of the car
+    assert behind.speed_s_mps == pytest.approx(14.0, abs=0.5)

@@ -22,6 +22,7 @@ from mcdas_opt.parking.search.path_cost import PathCost
 from mcdas_opt.parking.search.resolution_refinement import RESOLUTIONS
 from mcdas_opt.parking.settings import ParkSettings
 from mcdas_opt.parking.shortest_slot import shortest_slot
+from mcdas_opt.parking.soundness import close_fits
 from mcdas_opt.parking.world import World
 from mcdas_opt.verification.parking_judge import judge_parking
 
@@ -207,3 +208,23 @@ def test_a_loop_ends_with_its_work():
     done = exchange(case, World.of(case), first, COSTS["time"], ExchangeSettings(work=0, work_unsound=0))
     assert done.rounds == 1  # and not the second one, which did not begin
     assert done.iterations <= MAX_ITERATIONS
+
+
+@pytest.mark.parametrize(
+    ("slot", "said"),
+    [
+        ({"length_m": 6.5, "depth_m": 1.9}, ["only as deep as the car and its clearance: 0.0 cm"]),
+        ({"length_m": 6.5, "depth_m": 1.94}, ["only as deep as the car and its clearance: 4.0 cm"]),
+        ({"length_m": 4.8}, ["only as long as the car and its clearance: 20.0 cm"]),
+        ({"length_m": 5.4}, []),
+    ],
+)
+def test_a_slot_that_fits_the_car_closely_is_said(slot: dict[str, float], said: list[str]) -> None:
+    notes = close_fits(parking_case_from_document({"slot": slot}))
+    assert len(notes) == len(said)
+    assert all(words in note for words, note in zip(said, notes, strict=True))
+
+
+def test_the_answer_says_that_the_slot_fits_closely() -> None:
+    answer = park(parking_case_from_document({"slot": {"length_m": 9.0, "depth_m": 1.9}}), "closed-form-corrected")
+    assert any("only as deep" in note for note in answer.notes)

@@ -343,7 +343,7 @@ def test_no_plan_that_passes_goes_on_past_the_end_of_the_road(planner: Planner) 
 
 
 def test_after_the_deadline_a_comparison_continues_only_the_cheapest(monkeypatch: pytest.MonkeyPatch) -> None:
-    planner, continued = Planner(deadline_s=60.0), []
+    planner, continued = Planner(deadline_s=10.0), []
 
     def late(candidate: Any, cycle: Cycle) -> Any:
         continued.append(candidate)

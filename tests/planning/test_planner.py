@@ -196,6 +196,8 @@ def test_unknown_names_are_refused() -> None:
         Planner(vehicle="seden")
     with pytest.raises(ParameterError, match="deadline_s"):
         Planner(deadline_s=0.0)
+    with pytest.raises(ParameterError, match=r"deadline_s = 50 s: must be at most 10: seconds, not milliseconds\?"):
+        Planner(deadline_s=50)
 
 
 def test_a_deadline_gone_by_leaves_the_answer_to_the_ladder() -> None:
@@ -209,7 +211,7 @@ def test_a_deadline_gone_by_leaves_the_answer_to_the_ladder() -> None:
 def test_whenever_the_deadline_comes_the_answer_is_judged(over: tuple[Stage, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     """With a last stage only the simple drives are left, and the least severe of them."""
     monkeypatch.setattr(Deadline, "is_over_for", lambda deadline, stage: stage in over)
-    planner = Planner(deadline_s=60.0)
+    planner = Planner(deadline_s=10.0)
     for family in ("sandwich", "dense", "slippery", "contradictory"):
         for one in episodes(family, 5):
             planner.reset()
@@ -220,7 +222,7 @@ def test_whenever_the_deadline_comes_the_answer_is_judged(over: tuple[Stage, ...
 
 
 def test_a_deadline_that_does_not_come_changes_nothing() -> None:
-    with_one, without = Planner(deadline_s=600.0), Planner()
+    with_one, without = Planner(deadline_s=10.0), Planner()
     for one in episodes("sandwich", 6):
         for planner in (with_one, without):
             planner.reset()

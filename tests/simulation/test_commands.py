@@ -113,3 +113,41 @@ def test_bad_input_is_one_line_and_exit_2(
     assert len(err.strip().splitlines()) == 1
     for word in words:
         assert word in err
+
+
+def test_the_document_of_a_drive_says_of_every_cycle_why(
+    scene: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _, out, _ = run(monkeypatch, capsys, "simulate", scene, "--json")
+    document = json.loads(out)
+    assert [cycle["time_s"] for cycle in document["cycles"]] == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4])
+    assert len(document["cycles"]) == document["plans"]
+    assert all(list(cycle) == ["time_s", "mode", "status", "alert", "chosen", "reason"] for cycle in document["cycles"])
+    assert all(cycle["reason"] and cycle["chosen"] for cycle in document["cycles"])
+
+
+@pytest.mark.parametrize("plant", ["kinematic", "dynamic"])
+@pytest.mark.parametrize(
+    ("planner", "params"),
+    [
+        ("closed-form-corrected", '[sigmoid]\na_per_m = -0.2\nb = 40.0\ny_max_m = 3.7\noffset_m = 0.0\nside = "left"\n'),
+        ("mpc", '[values]\n"comfort.share" = 0.5\n'),
+    ],
+)
+def test_what_was_tuned_can_be_driven(
+    planner: str, params: str, plant: str, scene: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "best.toml").write_text(params)
+    asked = ("--planner", planner, "--plant", plant, "--params", str(tmp_path / "best.toml"), "--json")
+    code, out, err = run(monkeypatch, capsys, "simulate", scene, *asked)
+    assert (code, err) == (0, "")
+    assert json.loads(out)["planner"] == planner
+
+
+def test_parameters_that_are_none_are_refused_before_the_drive(
+    scene: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "best.toml").write_text('[values]\n"comfort.shares" = 0.5\n')
+    code, _, err = run(monkeypatch, capsys, "simulate", scene, "--params", str(tmp_path / "best.toml"))
+    assert code == 2
+    assert "best.toml: values.comfort.shares" in err

@@ -14,7 +14,7 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.rules import non_negative, positive, require, within
 from mcdas_opt.domain.sensor import Sensor
 from mcdas_opt.domain.situation import Situation
-from mcdas_opt.domain.vocabulary import Role, Sector, Status
+from mcdas_opt.domain.vocabulary import Alert, Role, Sector, Status
 from mcdas_opt.errors import InputError
 from mcdas_opt.interop.esr_codec import EsrCodec
 from mcdas_opt.interop.live.assembler import Drops, ScanAssembler
@@ -159,7 +159,7 @@ class LiveLoop:
             self._run.faults += 1
             self._planner.reset()
             line = self._line(FAULT, self._clock(), before, scans=len(scans), silent=silent, late_s=late_s)
-            return replace(line, reason=f"{type(error).__name__}: {error}", warning=True)
+            return replace(line, reason=f"{type(error).__name__}: {error}", alert=Alert.WARN, warning=True)
         finally:
             if self._watchdog is not None:
                 self._watchdog.disarm()
@@ -193,6 +193,7 @@ class LiveLoop:
             status=status,
             mode=None if plan is None else plan.mode.value,
             side=None if plan is None else plan.side.value,
+            alert=None if plan is None else plan.alert,
             warning=plan is not None and plan.warning,
             passed=None if plan is None else plan.verdict.passed,
             reason="" if plan is None else plan.reason,

@@ -8,6 +8,7 @@ from typing import Any
 from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.interop.live.assembler import Drops
 from mcdas_opt.interop.replay_record import SeenTrack
 from mcdas_opt.simulation.record import CycleTimes
@@ -21,8 +22,9 @@ class Line:
     "fault": the planner failed, and begins anew; `reason` says how, and the last plan goes on.
 
     `acceleration_mps2` and `steering_rad` are what the plan asks for at the line's own time; None where there is none, or it has run
-    out. `plan_age_s`: since the situation that was planned. `late_s`: how long after its beat the cycle began. `late_cycles`,
-    `missed_cycles`, `faults` and `drops` count from the start.
+    out. `alert` is the plan's (none, warn, act; warn with a fault), `warning` whether it is not none. `plan_age_s`: since the situation
+    that was planned. `late_s`: how long after its beat the cycle began. `late_cycles`, `missed_cycles`, `faults` and `drops` count from
+    the start.
     """
 
     cycle: int
@@ -30,6 +32,7 @@ class Line:
     status: str
     mode: str | None = None
     side: str | None = None
+    alert: Alert | None = None
     warning: bool = False
     passed: bool | None = None
     reason: str = ""
