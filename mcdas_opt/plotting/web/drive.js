@@ -24,7 +24,7 @@
       this.bands = new Bands(parent, look, choose);
       this.legend = html("div", "mcdas-legend", parent);
       const strips = html("div", "mcdas-strips", parent);
-      this.strips = [0, 1, 2].map(() => new Strip(strips, look, choose));
+      this.strips = [0, 1, 2, 3].map(() => new Strip(strips, look, choose));
     }
 
     load(drive) {
