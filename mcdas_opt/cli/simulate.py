@@ -78,8 +78,6 @@ def _print(drive: Simulation, title: str) -> None:
         ("cycle", f"p50 {drive.cycle_ms.p50:.1f} ms, p99 {drive.cycle_ms.p99:.1f} ms, max {drive.cycle_ms.max:.1f} ms"),
         ("seed", drive.seed),
     ]
-    overlap = drive.first_overlap()
-    if overlap is not None:
-        when, one, other = overlap
-        rows.append(("neighbours", f"{one} and {other} are in one place from {when:.1f} s on: the scene's doing"))
+    if drive.among_others:
+        rows.append(("neighbours", drive.among_others))
     console().print(facts_table(title, rows))

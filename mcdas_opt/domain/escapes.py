@@ -26,10 +26,10 @@ class Closer(StrEnum):
 class Escape:
     """One candidate manoeuvre.
 
-    `last_moment_s` is its time to react: the latest start, if the host keeps its acceleration and steering until then; None when there
-    is none, at most 10. `closed_by` ends it (None where nothing does within 10 s). `demand_mps2` is what it asks of the tyres when it
-    begins now (the gentlest that was found); None when it cannot begin now. `last_comfortable_s` is the latest start of one that is
-    comfortable; None when there is none.
+    `last_moment_s` is its time to react: the latest moment to command it, if the host keeps its acceleration and steering until then,
+    earlier by what the vehicle's actuators take to answer; None when there is none, at most 10. `closed_by` ends it (None where nothing
+    does within 10 s). `demand_mps2` is what it asks of the tyres when it begins now (the gentlest that was found); None when it cannot
+    begin now. `last_comfortable_s` is the latest moment to command one that is comfortable; None when there is none.
     """
 
     open: bool = False

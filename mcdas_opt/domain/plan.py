@@ -13,7 +13,7 @@ from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.rules import word
 from mcdas_opt.domain.safe_end import EndKind, SafeEnd
 from mcdas_opt.domain.situation import Situation
-from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.trajectory import Command, Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
@@ -94,6 +94,14 @@ class Plan(Result):
                 object.__setattr__(self, name, word(name, attrgetter(name)(self), kind))
         if type(self.candidates) is not tuple:
             object.__setattr__(self, "candidates", tuple(self.candidates))
+
+    def command_at(self, t_s: float) -> Command:
+        """Acceleration [m/s^2] and steering angle [rad] to ask of the car at `t_s` [s], counted from the plan's `time_s`.
+
+        At 0 that is the measured state, and commanding it for ever changes nothing: ask for the end of the cycle, plus the actuators'
+        dead time. Past the end it is the last sample's. Raises `ParameterError` for a time that is negative or not finite.
+        """
+        return self.trajectory.command_at(t_s)
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the contract."""

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from operator import attrgetter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.equality import EqualByValue
-from mcdas_opt.domain.rules import Array, all_finite, floats, vector
+from mcdas_opt.domain.rules import Array, all_finite, floats, non_negative, vector
 from mcdas_opt.errors import ParameterError
+
+
+class Command(NamedTuple):
+    """What to ask of the car: the rear axle's acceleration, and the angle of the front wheels (left positive)."""
+
+    acceleration_mps2: float
+    steering_rad: float
 
 
 class _Tabled:
@@ -93,6 +100,15 @@ class Trajectory(_Tabled, EqualByValue):
         for name, row in zip(_NAMES[1:], rows[1:], strict=True):
             _keep(made, name, row)
         return made
+
+    def command_at(self, t_s: float) -> Command:
+        """Acceleration [m/s^2] and steering angle [rad] at `t_s` [s], a time of this trajectory's own clock.
+
+        Both are linear between samples, as jerk and steering rate are constant there. Past the end they are the last sample's.
+        Raises `ParameterError` for a time that is negative or not finite.
+        """
+        asked_s = non_negative("t_s", t_s, "s")
+        return Command(*(float(np.interp(asked_s, self.t_s, values)) for values in (self.acceleration_mps2, self.steering_rad)))
 
     def seen_from(self, s_m: float) -> Trajectory:
         """The same with its s counted from `s_m`."""

@@ -170,6 +170,7 @@ def _cycle(situation: Situation, assessment: Assessment, answer: Plan | None, cy
     host = situation.host
     tracks = tuple(SeenTrack.of(track, host, assessment.roles.get(track.id, Role.OTHER)) for track in situation.tracks)
     chosen = assessment if answer is None else answer
+    asked = None if answer is None else answer.command_at(cycle_s)
     return Cycle(
         t_s=situation.time_s,
         host=host,
@@ -181,16 +182,11 @@ def _cycle(situation: Situation, assessment: Assessment, answer: Plan | None, cy
         status=None if answer is None else answer.status,
         alert=None if answer is None else answer.alert,
         reason=chosen.reason,
-        **({} if answer is None else _asked(answer, cycle_s)),
+        acceleration_mps2=None if asked is None else asked.acceleration_mps2,
+        steering_rad=None if asked is None else asked.steering_rad,
+        speed_mps=None if answer is None else float(np.interp(cycle_s, answer.trajectory.t_s, answer.trajectory.speed_mps)),
         plan=answer,
     )
-
-
-def _asked(plan: Plan, later_s: float) -> dict[str, float]:
-    """What the plan asks for so much later."""
-    driven = plan.trajectory
-    columns = {"acceleration_mps2": driven.acceleration_mps2, "steering_rad": driven.steering_rad, "speed_mps": driven.speed_mps}
-    return {name: float(np.interp(later_s, driven.t_s, values)) for name, values in columns.items()}
 
 
 def _summary(

@@ -66,6 +66,7 @@ def sheet(simulation: Simulation, count: int = 5) -> Figure:
         fig.text(
             0.98, 1.0 - 0.2 / height, outcome_words(simulation), fontsize=10, ha="right", va="center", color=_outcome_colour(simulation)
         )
+        fig.text(0.97, 1.0 - 0.5 / height, simulation.among_others, fontsize=8, ha="right", va="center")
         for k, t in enumerate(times):
             axes = fig.add_axes((0.03, 1.0 - (0.35 + (k + 1) * row) / height, 0.94, (row - 0.28) / height))
             moment = moment_at(simulation, t)
@@ -167,10 +168,10 @@ class _Stage:
 
 
 def _charts(fig: Figure, simulation: Simulation, bottom: float, height: float) -> list[tuple[Axes, StripChart]]:
-    left, gap = 0.045, 0.055
-    width = (0.985 - left - 2 * gap) / 3
+    left, gap, strips = 0.047, 0.05, strips_of(simulation)
+    width = (0.985 - left - (len(strips) - 1) * gap) / len(strips)
     charts = []
-    for k, strip in enumerate(strips_of(simulation)):
+    for k, strip in enumerate(strips):
         axes = fig.add_axes((left + k * (width + gap), bottom, width, height))
         charts.append((axes, StripChart(axes, strip, simulation.duration_s)))
     return charts

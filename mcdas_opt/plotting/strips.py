@@ -1,4 +1,4 @@
-"""Strip charts of a drive: speed, lateral acceleration, clearance, with their limits."""
+"""Strip charts of a drive: speed, acceleration, lateral acceleration, clearance, with their limits."""
 
 from __future__ import annotations
 
@@ -32,14 +32,15 @@ class Strip:
     high: float
 
 
-def strips_of(simulation: Simulation) -> tuple[Strip, Strip, Strip]:
-    """Speed, lateral acceleration and clearance over the drive."""
+def strips_of(simulation: Simulation) -> tuple[Strip, Strip, Strip, Strip]:
+    """Speed, acceleration, lateral acceleration and clearance over the drive."""
     history, scene = simulation.history, simulation.scene
     t = history.t_s
     speed = history.states[:, 3]
     wanted = scene.desired_speed_mps
     turning = history.lateral_acceleration_mps2
     grip = scene.true_road.friction * GRAVITY_MPS2
+    hardest, most = max(scene.vehicle.acceleration_min_mps2, -grip), min(scene.vehicle.acceleration_max_mps2, grip)
     clearance = history.clearance_m
     known = bool(np.isfinite(clearance).all())
     top = max(min(1.08 * float(clearance.max()), _FAR_M), 1.3 * float(clearance.min())) if known else 10.0
@@ -53,6 +54,14 @@ def strips_of(simulation: Simulation) -> tuple[Strip, Strip, Strip]:
             high=max(float(speed.max()), wanted) + 3.0,
         ),
         Strip(
+            title="acceleration [m/s²]",
+            t_s=t,
+            values=history.states[:, 4],
+            limits=((hardest, "hardest braking"), (most, "most")),
+            low=1.15 * hardest,
+            high=most - 0.25 * hardest,
+        ),
+        Strip(
             title="lateral acceleration [m/s²]",
             t_s=t[:-1],
             values=turning,
@@ -61,7 +70,7 @@ def strips_of(simulation: Simulation) -> tuple[Strip, Strip, Strip]:
             high=1.15 * grip,
         ),
         Strip(
-            title="clearance to the nearest body [m]",
+            title="clearance to the nearest [m]",
             t_s=t,
             values=np.where(np.isfinite(clearance), clearance, np.nan),
             limits=((0.0, "touch"),),

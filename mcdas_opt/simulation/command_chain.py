@@ -50,12 +50,11 @@ class CommandChain:
     def _braked(self, jerk: float, a: float) -> float:
         car, response = self._vehicle, self._response
         least, most = car.acceleration_min_mps2, car.acceleration_max_mps2
-        if jerk < 0.0:
-            lag, limit = (response.brake_build_up_s, least) if a <= 0.0 else (response.engine_lag_s, 0.0)
-        else:
-            lag, limit = (response.brake_release_s if a < 0.0 else response.engine_lag_s), most
-        fastest = (limit - a) * _share(lag) / STEP_S
-        return max(jerk, min(fastest, 0.0)) if jerk < 0.0 else min(jerk, max(fastest, 0.0))
+        if jerk < 0.0:  # the brakes do not wait for the engine
+            engine, brakes = max(a, 0.0) * _share(response.engine_lag_s), (min(a, 0.0) - least) * _share(response.brake_build_up_s)
+            return max(jerk, min(-(engine + brakes) / STEP_S, 0.0))
+        fastest = (most - a) * _share(response.brake_release_s if a < 0.0 else response.engine_lag_s) / STEP_S
+        return min(jerk, max(fastest, 0.0))
 
 
 def _share(lag_s: float) -> float:

@@ -152,6 +152,15 @@ class Simulation(Result):
                 found.append((float(self.trajectory.t_s[int(overlap.argmax())]), one.name, other.name))
         return min(found, default=None)
 
+    @property
+    def among_others(self) -> str:
+        """The neighbours that drive through each other, in words; empty without."""
+        overlap = self.first_overlap()
+        if overlap is None:
+            return ""
+        when, one, other = overlap
+        return f"{one} and {other} collide with each other at {when:.1f} s; the host is not involved"
+
     def in_brief(self) -> tuple[str, str, str]:
         ended = "" if self.collided_with is None else f" with {self.collided_with} at {self.impact_speed_mps:.1f} m/s"
         least = "nobody else" if self.min_clearance_m is None else f"least clearance {self.min_clearance_m:.2f} m"

@@ -31,7 +31,8 @@ def escapes(
     """For braking, accelerating, steering left and right: open or closed, the last moment to start, what closes it, what it asks now.
 
     Neighbours move as the planner predicts them; their bare bodies count, unless `settings.margins` grows them. `vehicle` is the
-    situation's own unless given. Raises `InputError` for a vehicle that is not known.
+    situation's own unless given; last moments are earlier by what its actuators take to answer. Raises `InputError` for a vehicle
+    that is not known.
     """
     require_type("situation", situation, Situation)
     require_type_if_given("vehicle", vehicle, Vehicle)
@@ -58,15 +59,17 @@ def escapes_under(prediction: Prediction, situation: Situation, vehicle: Vehicle
     ended = ender if latest * LATTICE_S < LATEST_S - 1e-9 else None
     covered = True, coverage.front, coverage.left, coverage.right  # into a direction that no sensor covers everything is closed
     candidates: list[Escape] = []
-    for kind, seen in enumerate(covered):
-        start, easy = last[kind], comfortable[kind]
+    for kind, (seen, earlier) in enumerate(zip(covered, _answer_steps(vehicle), strict=True)):
+        closer = closers[kind] if last[kind] < latest else ended
+        sooner = earlier if closer is not None else 0  # what nothing closes stays open
+        start, easy = last[kind] - sooner, comfortable[kind] - sooner
         if start < 0 or not seen:
-            candidates.append(Escape(closed_by=closers[kind] if seen else _UNSEEN[kind]))
+            candidates.append(Escape(closed_by=closer if seen else _UNSEEN[kind]))
             continue
         candidate = Escape(
             open=True,
             last_moment_s=round(LATTICE_S * start, 4),
-            closed_by=closers[kind] if start < latest else ended,
+            closed_by=closer,
             demand_mps2=now[kind],
             last_comfortable_s=round(LATTICE_S * easy, 4) if easy >= 0 else None,
         )
@@ -83,6 +86,17 @@ def escapes_under(prediction: Prediction, situation: Situation, vehicle: Vehicle
         situation=situation,
         vehicle=vehicle,
     )
+
+
+def _answer_steps(vehicle: Vehicle) -> tuple[int, ...]:
+    """By how many steps of the lattice each kind has to be commanded earlier, as the actuators answer late.
+
+    A lag counts with its time constant: the car then gets no farther than one that answers so much later. What a steering candidate
+    brakes or accelerates besides is counted as immediate.
+    """
+    answer = vehicle.actuators
+    lags = answer.brake_build_up_s, answer.engine_lag_s, answer.steering_lag_s, answer.steering_lag_s
+    return tuple(math.ceil((answer.steering_delay_s + lag) / LATTICE_S - 1e-9) for lag in lags)
 
 
 _DEFAULT = EscapeSettings()

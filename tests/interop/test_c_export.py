@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import struct
 import subprocess
@@ -17,8 +18,10 @@ from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.cli.app import app
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.c_export.export import Export, ExportError, export_c, run_replay
+from mcdas_opt.interop.c_export.meanings import meaning
 from mcdas_opt.interop.c_export.recording import one_arithmetic
 from mcdas_opt.interop.c_export.source import native_flags
+from mcdas_opt.ocp.lane_mpc import family_parameters
 
 GCC = shutil.which("gcc")
 needs_gcc = pytest.mark.skipif(GCC is None, reason="no gcc")
@@ -201,3 +204,27 @@ def test_the_command_prints_the_contracts_keys(tmp_path: Path) -> None:
 
 def _copy(export: Export, to: Path) -> Path:
     return Path(shutil.copytree(export.folder, to / "copy"))
+
+
+@pytest.mark.skipif(GCC is None or shutil.which("g++") is None, reason="no gcc and g++")
+def test_cpp_calls_it(small: Export, tmp_path: Path) -> None:
+    folder = next(Path(name).parent for name in small.files if name.endswith("mcdas_mpc.h"))
+    caller = tmp_path / "caller.cpp"
+    caller.write_text('#include "mcdas_mpc.h"\nint main() { return mcdas_mpc_bytes() > 0 ? 0 : 1; }\n', encoding="utf-8")
+    for command in (
+        ["gcc", "-std=c99", "-O0", "-c", str(folder / "mcdas_mpc.c"), "-o", "mpc.o"],
+        ["g++", "-Wall", "-Werror", f"-I{folder}", str(caller), "mpc.o", "-lm", "-o", "caller"],
+        ["./caller"],
+    ):
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+
+
+@needs_gcc
+def test_every_parameter_is_explained(small: Export) -> None:
+    """With its unit, in the header; also those of cars that slip and of free weights."""
+    header = next(Path(name) for name in small.files if name.endswith("mcdas_mpc.h")).read_text("utf-8")
+    entries = [line for line in header.splitlines() if line.startswith("    MCDAS_P_")]
+    assert len(entries) > 30
+    assert all(re.search(r", /\* .+\[.+\].* \*/$", line) for line in entries)
+    assert all("[" in meaning(name) for name in family_parameters())

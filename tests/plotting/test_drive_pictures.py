@@ -22,6 +22,7 @@ from mcdas_opt.plotting.animation import MOST_FRAMES, film, frames, outcome_word
 from mcdas_opt.plotting.birdseye import Camera, ellipse
 from mcdas_opt.plotting.export import MOVING, check_picture
 from mcdas_opt.plotting.moments import moment_at, moments, view_of
+from mcdas_opt.plotting.strips import strips_of
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.record import Simulation
 from tests.plotting.pixels import as_bytes, at, coloured, pixels
@@ -109,8 +110,11 @@ def test_the_same_drive_is_the_same_bytes(drive: Simulation, tmp_path: Path) -> 
         assert a.read_bytes() == b.read_bytes()
 
 
-def test_the_sheet_has_a_row_a_moment_and_three_charts(drive: Simulation) -> None:
-    assert len(sheet(drive, count=3).axes) == 3 + 3
+def test_the_sheet_has_a_row_a_moment_and_four_charts(drive: Simulation) -> None:
+    assert len(sheet(drive, count=3).axes) == 3 + 4
+    _, along, _, _ = strips_of(drive)
+    assert along.title == "acceleration [m/s²]"
+    assert np.allclose(np.interp(drive.trajectory.t_s, along.t_s, along.values), drive.trajectory.acceleration_mps2)
     assert outcome_words(drive) == f"collision with front at {drive.impact_speed_mps:.1f} m/s"
 
 

@@ -191,3 +191,11 @@ def test_a_delayed_car_keeps_its_tracks(delay: float, latency_s: float, tmp_path
     drive = simulate(scene, planner=planner)
     assert planner.tracker.counters["clock_back"] == 0
     assert [len(cycle.tracks) for cycle in drive.cycles] == [2] * len(drive.cycles)
+
+
+def test_who_accelerates_brakes_as_soon_as_the_brakes_answer_however_slow_the_engine() -> None:
+    """The engine's lag let the acceleration fall towards 0 for ever, and never below."""
+    car = Car("kinematic", answering(brake_build_up_s=0.2, engine_lag_s=0.5), Road(friction=1.2), replace(START, acceleration_mps2=2.0))
+    for _ in range(100):
+        car.step(-40.0, 0.0)
+    assert car.state.acceleration_mps2 < -7.0

@@ -13,6 +13,7 @@ from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.plotting.animation import sheet
 from mcdas_opt.simulation.idm import STEP_S, step_times
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.neighbours import Traffic, host_before, known_bodies
@@ -192,3 +193,8 @@ def test_neighbours_that_a_script_sends_through_one_another_are_told_of(van_mps:
     step_s = float(np.diff(drive.trajectory.t_s).max())
     assert drive.first_overlap() == (None if when_s is None else (pytest.approx(when_s + 0.5 * step_s, abs=0.5 * step_s), "lorry", "van"))
     assert step_s <= 0.1 + 1e-9
+    if when_s is None:
+        assert drive.among_others == ""
+    else:
+        assert drive.among_others == "lorry and van collide with each other at 2.6 s; the host is not involved"
+        assert drive.among_others in [text.get_text() for text in sheet(drive).texts]

@@ -10,6 +10,7 @@ import numpy as np
 
 from mcdas_opt import __version__
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.interop.c_export.meanings import meaning
 from mcdas_opt.interop.c_export.recording import ENDINGS, SLOTS, Recording
 from mcdas_opt.native.binding import defined
 from mcdas_opt.native.build import flags_of, text_of
@@ -70,7 +71,7 @@ def header(recording: Recording) -> str:
         "sizes": "\n".join(lines),
         "states": _enum("X", problem.states),
         "inputs": _enum("U", problem.inputs),
-        "parameters": _enum("P", problem.parameters),
+        "parameters": _enum("P", problem.parameters, [meaning(name) for name in problem.parameters]),
     }
     text = _shipped("mcdas_mpc.h.in")
     for name, part in parts.items():
@@ -133,8 +134,9 @@ def _sizes(recording: Recording) -> dict[str, int]:
     return {**sizes, "ITERATIONS": ITERATIONS}
 
 
-def _enum(kind: str, names: Sequence[str]) -> str:
+def _enum(kind: str, names: Sequence[str], meanings: Sequence[str] = ()) -> str:
     entries = [f"    MCDAS_{kind}_{name.upper()}," for name in names]
+    entries = [f"{entry} /* {said} */" for entry, said in zip(entries, meanings, strict=True)] if meanings else entries
     return "\n".join(["enum {", *entries, "};"])
 
 

@@ -7,8 +7,6 @@ from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.rules import non_negative, positive, require, within
@@ -183,7 +181,7 @@ class LiveLoop:
     ) -> Line:
         situation = self._planner.situation if plan is not None and plan is self._planner.previous else None
         age = None if plan is None else t_s - plan.time_s
-        asked = None if plan is None or age is None else _asked(plan, age)
+        asked = None if plan is None or age is None or age > plan.trajectory.t_s[-1] else plan.command_at(age)
         drops = Drops()
         for radar in self._radars.values():
             drops = drops.plus(radar.drops)
@@ -198,8 +196,8 @@ class LiveLoop:
             passed=None if plan is None else plan.verdict.passed,
             reason="" if plan is None else plan.reason,
             plan_age_s=age,
-            acceleration_mps2=None if asked is None else asked[0],
-            steering_rad=None if asked is None else asked[1],
+            acceleration_mps2=None if asked is None else asked.acceleration_mps2,
+            steering_rad=None if asked is None else asked.steering_rad,
             host=None if situation is None else situation.host,
             covered=() if situation is None else tuple(sector.value for sector in Sector if situation.coverage.sees(sector)),
             silent=silent,
@@ -239,14 +237,3 @@ class LiveLoop:
         if self.settings.speed_mps is None and quiet(self._host.heard_s):
             raise SilentBusError(names, "", None, f"says no host speed (ESR_Status1, 0x4E0) for {patience:g} s: pass --speed")
         return silent
-
-
-def _asked(plan: Plan, age_s: float) -> tuple[float, float] | None:
-    """(acceleration, steering angle) that a plan asks for at its age; None past its end."""
-    driven = plan.trajectory
-    if age_s > float(driven.t_s[-1]):
-        return None
-    return (
-        float(np.interp(age_s, driven.t_s, driven.acceleration_mps2)),
-        float(np.interp(age_s, driven.t_s, driven.steering_rad)),
-    )

@@ -23,13 +23,15 @@
       const choose = (t) => { this.transport.pause(); this.transport.go(t); };
       this.bands = new Bands(parent, look, choose);
       this.legend = html("div", "mcdas-legend", parent);
-      const strips = html("div", "mcdas-strips", parent);
-      this.strips = [0, 1, 2].map(() => new Strip(strips, look, choose));
+      const charts = html("div", "mcdas-strips", parent);
+      this.strips = [];
+      this.addStrip = () => this.strips.push(new Strip(charts, look, choose));
     }
 
     load(drive) {
       this.drive = null;
       this.bird.setRoad(drive.road, drive.view);
+      while (this.strips.length < drive.charts.length) this.addStrip();
       this.strips.forEach((strip, k) => strip.show(drive.charts[k]));
       this.bands.show(drive.bands, drive.events, drive.duration);
       this.drive = drive;
