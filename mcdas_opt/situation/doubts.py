@@ -248,11 +248,11 @@ def _beside(track: Track, was: Track | None, elapsed_s: float, host: HostState, 
 
 
 def _has_come_nearer(track: Track, was: Track, elapsed_s: float, host: HostState) -> bool:
-    """Whether it came nearer along the road since then, at least by half of what the two speeds say."""
+    """Whether it came nearer along the road since then, by about as much as the two speeds say: it has not jumped there."""
     ahead = track.s_m - host.s_m
     closing_m = math.copysign(1.0, ahead) * (host.speed_mps - track.speed_s_mps) * elapsed_s
     nearer_m = abs(was.s_m - (host.s_m - host.speed_mps * elapsed_s)) - abs(ahead)
-    return closing_m > _ROUNDING_M and nearer_m >= 0.5 * closing_m
+    return closing_m > _ROUNDING_M and abs(nearer_m - closing_m) <= 0.5 * closing_m
 
 
 def _depth_in_host(track: Track, host: HostState, vehicle: Vehicle) -> tuple[float, float] | None:
