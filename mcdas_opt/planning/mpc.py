@@ -135,8 +135,8 @@ def _why_required(required: RequiredLane, s_m: float) -> str:
 
 def _as_begun(found: Found, best: Ended, cycle: Cycle) -> str:
     """Said of an evasion that goes on without being compared with the others again."""
-    is_active = best.proposed.mode is Mode.EVADE and best.proposed.manoeuvre == cycle.active
-    return "; goes on as begun" if is_active and not found.is_comparison else ""
+    evades = cycle.active is not None and best.proposed.manoeuvre == cycle.active and best.proposed.mode is Mode.EVADE
+    return "; goes on as begun" if evades and not found.is_comparison else ""
 
 
 def _lane_change(best: Ended, cycle: Cycle) -> str:

@@ -38,7 +38,7 @@ class FrontBraking:
             return cls(stopping_mps2=0.0, is_gentle=False, is_to_the_limit=False)
         host_mps = situation.host.speed_mps
         room = max(assessment.front_gap_m - _STANDING_GAP_M, _NEAREST_M)
-        slowing = max(host_mps - front.speed_s_mps, 0.0) ** 2 / (2.0 * room)
+        slowing = stopping_mps2(host_mps, front.speed_s_mps, 0.0, room)
         stopping = stopping_mps2(host_mps, front.speed_s_mps, -front.acceleration_s_mps2, room)
         comfortable = settings.comfort.limits(host_mps).braking_mps2
         return cls(

@@ -131,6 +131,16 @@ def test_who_steers_out_or_brakes_hard_warns_whatever_threatens() -> None:
     assert seen >= {(True, False), (False, False), (False, True)}
 
 
+def test_only_an_evasion_that_was_begun_goes_on() -> None:
+    said = 0
+    for drive in _drives():
+        for (_, before), (plan, _) in pairwise(drive):
+            if "; goes on as begun" in plan.reason:
+                assert (plan.mode, plan.side) == (Mode.EVADE, before.active.side)
+                said += 1
+    assert said > 10
+
+
 def test_what_ends_is_told_by_its_name() -> None:
     road = Road(lanes=(Lane(lane=0, width_m=((60.0, 3.7), (90.0, 0.0)), merges=Side.LEFT),), lanes_left=1)
     host = HostState(speed_mps=25.0)
