@@ -82,7 +82,8 @@ class Tally:
     def check_plan(
         self, plan: Plan, situation: Situation, vehicle: Vehicle | None = None, prediction: PredictionSettings | None = None
     ) -> None:
-        """Finite, and what is not called unavoidable passes the judge, asked anew where the host's state could be believed."""
+        """Finite, and what is not called unavoidable passes the judge, asked anew where the host's state could be believed; where its end
+        names followers who are expected to brake, and it does not pass without that, with them braking."""
         numbers_finite = bool(np.isfinite(plan.trajectory.table).all()) and all_finite(plan.to_dict())
         if not numbers_finite:
             self.non_finite += 1
@@ -93,6 +94,10 @@ class Tally:
         believed = "state cannot be" not in plan.reason
         try:
             passed = plan.verdict.passed and (not believed or verify(plan.trajectory, situation, None, prediction, vehicle).passed)
+            relied = None if plan.safe_end is None else plan.safe_end.relies_on
+            if plan.verdict.passed and not passed and relied is not None:
+                passed = verify(plan.trajectory, situation, None, prediction, vehicle, relied).passed
+                self.add("plans that rely on a follower to brake", 1)
         except Exception as error:
             self.foreign += 1
             self.note(f"the judge asked anew: {type(error).__name__} in {_innermost(error)}: {str(error)[:80]}", situation.to_json())

@@ -19,10 +19,12 @@ COLUMNS = tuple(field.name for field in fields(Trajectory))
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrajectoryFile:
-    """A trajectory that somebody wrote, and the prediction that its plan was made with (None where the file names none)."""
+    """A trajectory that somebody wrote, the prediction that its plan was made with, and the followers that it relies on (None where the
+    file names none)."""
 
     trajectory: Trajectory
     prediction: str | None = None
+    relies_on: str | None = None
 
 
 def load_trajectory(path: str | Path) -> TrajectoryFile:
@@ -79,13 +81,17 @@ def _from_document(document: Any, path: Path) -> TrajectoryFile:
     prediction = document.get("prediction") if whole else None
     if prediction is not None and not isinstance(prediction, str):
         raise InputError(path, "prediction", prediction, "must be text")
+    end = document.get("safe_end") if whole else None
+    relies_on = end.get("relies_on") if isinstance(end, dict) else None
+    if relies_on is not None and not isinstance(relies_on, str):
+        raise InputError(path, "safe_end.relies_on", relies_on, "must be text")
     read = {name: _numbers(values, path, f"{at}{name}") for name, values in columns.items()}
     for name, values in read.items():
         if len(values) != len(read["t_s"]):
             raise InputError(path, f"{at}{name}", len(values), f"must have {len(read['t_s'])} numbers, as t_s")
     if not read["t_s"]:
         raise InputError(path, f"{at}t_s", None, "holds no samples")
-    return TrajectoryFile(trajectory=Trajectory.from_columns(read), prediction=prediction)
+    return TrajectoryFile(trajectory=Trajectory.from_columns(read), prediction=prediction, relies_on=relies_on)
 
 
 def _numbers(values: Any, path: Path, key: str) -> list[float]:

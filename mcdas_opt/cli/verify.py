@@ -34,19 +34,22 @@ def verify(
         return
     from mcdas_opt.catalogue.trajectories import load_trajectory
     from mcdas_opt.domain.document import SCHEMA_VERSION, to_document
+    from mcdas_opt.domain.situation import Situation
     from mcdas_opt.simulation.judging import foresee, target_of
     from mcdas_opt.simulation.judging import verify as judged
 
     target, vehicle = target_of(scene)
     read = load_trajectory(trajectory)
     wanted = read.prediction if prediction is None else prediction
-    verdict = judged(read.trajectory, target, wanted, vehicle=vehicle)
+    verdict = judged(read.trajectory, target, wanted, vehicle=vehicle, relies_on=read.relies_on)
     name = foresee(read.trajectory, target, wanted).name
     if as_json:
         emit({"schema_version": SCHEMA_VERSION, "verdict": to_document(verdict), "prediction": name})
         return
     screen = console()
     rows: list[tuple[str, object]] = [("verdict", "passed" if verdict.passed else "failed"), ("prediction", name)]
+    if read.relies_on is not None and isinstance(target, Situation):
+        rows.append(("expected to brake", read.relies_on))
     screen.print(facts_table(f"{trajectory} in {scene}", rows))
     print_violations(screen, verdict)
 

@@ -26,8 +26,6 @@ from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.expected_followers import expected_followers
 from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
-from mcdas_opt.tracking.follower_prediction import predicted_to_brake
-from mcdas_opt.verification.judge import judge
 
 _COMFORT_MPS2 = 3.0
 _PIECE_S = 3.0  # continued so far at a time, so that little is driven beyond the end that is found
@@ -36,24 +34,7 @@ _PIECE_S = 3.0  # continued so far at a time, so that little is driven beyond th
 def ended(candidate: Costed, cycle: Cycle) -> Ended:
     """The candidate, continued to a safe end where there is one."""
     plan, verdict, relies = candidate.trajectory, candidate.checked.verdict, candidate.proposed.relies_on_followers
-    found = to_safe_end(plan, verdict, cycle, relies_on_followers=relies)
-    return Ended(candidate=candidate, continuation=_told_of_followers(found, cycle))
-
-
-def _told_of_followers(found: Continuation, cycle: Cycle) -> Continuation:
-    """Its end says on whom it relies of those who are expected to brake before: whom it would hit, or ask too much of, if they did not."""
-    if not found.is_sound or found.end is None or found.end.relies_on is not None:
-        return found
-    drive, situation, vehicle = found.trajectory, cycle.situation, cycle.vehicle
-    names = [one for one in predicted_to_brake(cycle.prediction) if one in cycle.observed.attentive and _is_in_the_way(drive, one, cycle)]
-    if not names:
-        return found
-    theirs = frozenset(name for one in names for name in names_of(one))
-    unaided = Prediction(name=cycle.unaided.name, bodies=tuple(body for body in cycle.unaided.bodies if body.id in theirs))
-    end = last_end(drive, situation.host, vehicle, situation.road, unaided, cycle.settings.safe_end, cycle.owed_m)
-    if not end.follower_fails and judge(drive, situation.host, vehicle, situation.road, unaided).passed:
-        return found
-    return found._replace(end=replace(found.end, relies_on=" and ".join(names)))
+    return Ended(candidate=candidate, continuation=to_safe_end(plan, verdict, cycle, relies_on_followers=relies))
 
 
 def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, *, relies_on_followers: bool = False) -> Continuation:
@@ -67,7 +48,7 @@ def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, *, relies_on_f
     owed_m = cycle.owed_m
     last = last_end(plan, situation.host, vehicle, situation.road, prediction, settings, owed_m)
     if relies_on_followers and verdict.passed and last.follower_fails and not last.front_fails:
-        expected = [one for one in expected_followers(cycle) if _is_in_the_way(plan, one, cycle)]
+        expected = [one for one in expected_followers(cycle) if is_in_the_way(plan, one, cycle)]
         brakes = _behind_which_they_brake(prediction, expected, settings)
         answered = last_end(plan, situation.host, vehicle, situation.road, brakes, settings, owed_m).end
         if expected and answered.safe:
@@ -98,7 +79,7 @@ def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, *, relies_on_f
     return as_it_is
 
 
-def _is_in_the_way(plan: Trajectory, follower: str, cycle: Cycle) -> bool:
+def is_in_the_way(plan: Trajectory, follower: str, cycle: Cycle) -> bool:
     """Whether he may be behind the plan's end, in its way."""
     s, d = plan.s_m.item(-1), plan.d_m.item(-1)
     for body in cycle.prediction.bodies:

@@ -12,6 +12,7 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.least_severe import least_severe
 from mcdas_opt.planning.memory import FollowerReaction, Memory
 from mcdas_opt.planning.order import FALLBACK, HOST_REFUSED, Rung
+from mcdas_opt.planning.reliance import reliance_in_words, told_of_followers
 from mcdas_opt.planning.rounds.previous_plan import NAME as REMAINDER
 from mcdas_opt.planning.rounds.previous_plan import previous_plan
 
@@ -83,8 +84,9 @@ def remainder_instead(cycle: Cycle, plan: Plan) -> Plan:
 
 def _passed(cycle: Cycle, refused: NothingPasses, rows: list[Candidate], checked: Checked, continued: Continuation) -> Plan:
     reaction = cycle.memory.reaction if checked.proposed.name == REMAINDER else None
-    plan = _plan(cycle, refused, rows, checked, continued, reaction)
-    return replace(plan, reason=f"{checked.proposed.name} instead of: {refused.reason}")
+    told = told_of_followers(continued, cycle)
+    plan = _plan(cycle, refused, rows, checked, told, reaction)
+    return replace(plan, reason=f"{checked.proposed.name} instead of: {refused.reason}{reliance_in_words(told.end, cycle)}")
 
 
 def _plan(

@@ -22,10 +22,10 @@ from mcdas_opt.planning.order import SEARCH
 from mcdas_opt.planning.proposals.keep_lane import BRAKE
 from mcdas_opt.planning.reason import reason
 from mcdas_opt.planning.rehearsal import rehearse
+from mcdas_opt.planning.reliance import reliance_in_words, told_of_followers
 from mcdas_opt.planning.required_lane import RequiredLane
 from mcdas_opt.planning.search import Found, Search, Solvers, run
 from mcdas_opt.planning.solver_settings import SolverSettings
-from mcdas_opt.tracking.follower_prediction import predicted_to_brake
 
 _NOTABLE_MPS = 0.1  # beyond the speed limit
 
@@ -92,6 +92,7 @@ class MpcMethod:
         cycle, account, proposed, cost = search.cycle, search.evaluator.account, best.proposed, best.candidate.cost or 0.0
         before = None if found.is_comparison else cycle.memory.least_cost
         least_cost = cost if before is None else min(before, cost)
+        ending = told_of_followers(best.continuation, cycle)
         return Plan(
             planner="mpc",
             mode=best.candidate.checked.driven_mode,
@@ -103,18 +104,18 @@ class MpcMethod:
             + _lane_change(best, cycle)
             + _haste(best, cycle)
             + _stop(best, cycle)
-            + _reliance(best, cycle),
+            + reliance_in_words(ending.end, cycle),
             chosen=proposed.name,
-            verdict=best.continuation.verdict,
+            verdict=ending.verdict,
             prediction=cycle.prediction.name,
-            trajectory=best.continuation.trajectory,
+            trajectory=ending.trajectory,
             candidates=tuple(account.rows),
             timing_ms=Timing(solve=1e3 * account.solve_s, verify=1e3 * account.verify_s),
             iterations=account.iterations,
             converged=best.candidate.checked.driven.converged,
             solver=self.solver,
             literal_mode=cycle.assessment.literal_mode,
-            safe_end=best.continuation.end,
+            safe_end=ending.end,
             memory=self._memory(chosen=proposed.name, least_cost=least_cost, active=proposed.manoeuvre),
         )
 
@@ -156,19 +157,6 @@ def _stop(best: Ended, cycle: Cycle) -> str:
     """Said of braking that somebody's braking ahead asks for, though nobody comes near."""
     stops = best.proposed.name == BRAKE and cycle.is_ordinary and cycle.front_braking.is_to_the_limit
     return f"; {cycle.assessment.front_id} brakes about as hard as the road allows" if stops else ""
-
-
-def _reliance(best: Ended, cycle: Cycle) -> str:
-    """Said of followers who are expected to brake, and of an end that a follower makes safe."""
-    end, followers = best.continuation.end, predicted_to_brake(cycle.prediction)
-    slow = [one for one in followers if one not in cycle.observed.attentive]
-    if slow:
-        return f"; {' and '.join(slow)} behind in slow traffic {'is' if len(slow) == 1 else 'are'} expected to brake"
-    if end is None or end.relies_on is None:
-        return ""
-    if cycle.observed.attentive.issuperset(end.relies_on.split(" and ")):
-        return f"; {end.relies_on} keeps its distance behind and is expected to brake"
-    return f"; {end.relies_on} too close behind {'are' if ' and ' in end.relies_on else 'is'} expected to brake, as no lane beside is open"
 
 
 def _haste(best: Ended, cycle: Cycle) -> str:

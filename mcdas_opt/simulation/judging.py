@@ -11,6 +11,7 @@ from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import require_type, require_type_if_given
+from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
@@ -21,6 +22,7 @@ from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.simulation.first_situation import situation_of
 from mcdas_opt.simulation.neighbours import Traffic, known_bodies
 from mcdas_opt.situation.doubts import planned_around
+from mcdas_opt.tracking.follower_prediction import with_attentive_followers
 from mcdas_opt.tracking.prediction import CONSTANT_VELOCITY, predict, predict_for
 from mcdas_opt.verification.judge import judge
 
@@ -34,22 +36,28 @@ def verify(
     prediction: str | None = None,
     settings: PredictionSettings | None = None,
     vehicle: Vehicle | None = None,
+    relies_on: str | None = None,
 ) -> Verdict:
     """The judge's verdict on a trajectory that begins at the start of a scene, or at the time of a situation.
 
     `prediction` says how the neighbours move: "scene" by the scene's script (default there; followers react to the trajectory),
     "constant-velocity" as a planner with perfect sensors predicts at t = 0 (the only one for a situation, from the tracks that are planned
     around: `situation/doubts.py`). Judged with the friction that plans are made with, and the target's vehicle unless another is given.
-    Raises `ParameterError` for another name.
+    `relies_on`, in a situation: the followers who brake behind the host as a plan expects them to (its `safe_end.relies_on`); None: nobody
+    is expected to. Raises `ParameterError` for another name of a prediction.
     """
     require_type("trajectory", trajectory, Trajectory)
     require_type("target", target, Scene, Situation)
     require_type_if_given("prediction", prediction, str)
     require_type_if_given("settings", settings, PredictionSettings)
     require_type_if_given("vehicle", vehicle, Vehicle)
+    require_type_if_given("relies_on", relies_on, str)
     if isinstance(target, Situation):
         car = vehicle or load_vehicle(target.vehicle_name)
-        foreseen = foresee(trajectory, planned_around(target, car), prediction, settings)
+        around = planned_around(target, car)
+        foreseen = foresee(trajectory, around, prediction, settings)
+        if relies_on is not None:
+            foreseen = with_attentive_followers(foreseen, around, frozenset(relies_on.split(" and ")), SafeEndSettings())
         return judge(trajectory, target.host, car, target.road, foreseen)
     foreseen = foresee(trajectory, target, prediction, settings)
     return judge(trajectory, target.host_state, vehicle or target.vehicle, target.assumed_road, foreseen)

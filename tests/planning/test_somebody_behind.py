@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings, WarningSettings
 from mcdas_opt.domain.situation import Coverage, Situation
@@ -74,10 +75,12 @@ def test_who_is_attentive(gap_m: float, closing_mps: float) -> None:
     assert attends(gap_m, closing_mps, before=True, braking_mps2=8.0) == (max(closing_mps, 0.0) ** 2 <= 2.0 * 8.0 * gap_m)
 
 
-def drive(speed_mps: float, gap_m: float, behind_m: float, braking_mps2: float) -> tuple[list[float], list[Status], float, float]:
+def drive(
+    speed_mps: float, gap_m: float, behind_m: float, braking_mps2: float, planner: Planner | None = None
+) -> tuple[list[float], list[Status], float, float]:
     """One lane, 12 s: the leader brakes to a stop after 1 s; who follows does as the IDM. What the host brakes by,
     the plans' statuses, and the least gaps ahead and behind."""
-    planner, host, t = Planner(settings=SETTINGS), HostState(speed_mps=speed_mps), 0.0
+    planner, host, t = planner or Planner(settings=SETTINGS), HostState(speed_mps=speed_mps), 0.0
     lengths = 0.5 * (4.5 + CAR.length_m)
     front, front_mps, rear, rear_mps = gap_m + lengths, speed_mps, -behind_m - lengths, speed_mps
     idm = IdmSettings(headway_s=1.2, acceleration_mps2=1.5, deceleration_mps2=2.0)
@@ -92,9 +95,9 @@ def drive(speed_mps: float, gap_m: float, behind_m: float, braking_mps2: float) 
         )
         situation = Situation(time_s=round(t, 9), host=host, tracks=tracks, road=Road(), desired_speed_mps=speed_mps, coverage=Coverage())
         plan = planner.plan(situation)
-        if plan.status is Status.PLANNED:  # who is relied on within the horizon, too, is named
+        if plan.status is not Status.UNAVOIDABLE:  # who is relied on within the horizon, too, is named
             assert plan.safe_end is not None
-            assert verify(plan.trajectory, situation, vehicle=CAR).passed or plan.safe_end.relies_on == "behind"
+            assert verify(plan.trajectory, situation, vehicle=CAR, relies_on=plan.safe_end.relies_on).passed
             assert any(part.startswith(" behind keeps") for part in plan.reason.split(";")) >= (plan.safe_end.relies_on is not None)
         host, t = HostState.from_vector(plan.trajectory.states[1]), t + CYCLE_S
         leader = Leader(gap_m=max(host.s_m - rear - lengths, 0.1), speed_mps=host.speed_mps)
@@ -117,6 +120,20 @@ def test_stop_and_go_with_somebody_behind_is_driven_as_without(
     assert set(statuses) == {Status.PLANNED}
     assert max(braking) <= braking_mps2 + 1.5
     assert min(ahead, behind) > 1.0
+
+
+class PlansNothing:
+    """A method that leaves every answer to the fallback."""
+
+    name = "nothing"
+
+    def plan(self, situation: Situation, previous: Plan | None) -> Refusal:
+        return Refusal(reason="none", candidates=(), iterations=0)
+
+
+def test_a_fallback_names_the_follower_that_it_relies_on() -> None:
+    _, statuses, _, _ = drive(10.0, 16.0, 16.0, 2.5, Planner(method=PlansNothing(), settings=SETTINGS))
+    assert statuses.count(Status.FALLBACK) > 30
 
 
 @pytest.mark.parametrize("behind_m", [30.0, 36.0, 55.0])
