@@ -60,6 +60,6 @@ def least_severe(driven: Sequence[Checked], optimised: Sequence[Checked], cycle:
         return (speed, when)
 
     order = sorted(range(len(options)), key=rank)
-    judged = ((i, exact(options[i], cycle)) for i in order)
+    judged = ((i, options[i] if cycle.is_late_for(Stage.EXACT_VERDICT) else exact(options[i], cycle)) for i in order)
     least, one = next((i, one) for i, one in judged if i < len(driven) or one.verdict.only_collides)
     return LeastSevere(one, f"nothing passes; least severe is {one.proposed.name} ({severity_in_words(hurt[least][0])})", None)
