@@ -87,10 +87,16 @@ WRONG: dict[str, Callable[[], object]] = {
     "road with half a lane": lambda: mo.Road(lanes_left=ANY or 0.5),
     "road of ice and more": lambda: mo.Road(friction=-0.1),
     "road with a number as curvature": lambda: mo.Road(curvature=ANY or 0.01),
-    "situation without a host": lambda: mo.Situation(time_s=0.0, host=ANY),
-    "situation with one track": lambda: mo.Situation(time_s=0.0, host=mo.HostState(speed_mps=10.0), tracks=ANY or track()),
-    "situation with text as tracks": lambda: mo.Situation(time_s=0.0, host=mo.HostState(speed_mps=10.0), tracks=ANY or "none"),
-    "situation with two tracks of one id": lambda: mo.Situation(time_s=0.0, host=mo.HostState(speed_mps=10.0), tracks=(track(), track())),
+    "situation without a host": lambda: mo.Situation(time_s=0.0, coverage=mo.Coverage(), host=ANY),
+    "situation with one track": lambda: mo.Situation(
+        time_s=0.0, coverage=mo.Coverage(), host=mo.HostState(speed_mps=10.0), tracks=ANY or track()
+    ),
+    "situation with text as tracks": lambda: mo.Situation(
+        time_s=0.0, coverage=mo.Coverage(), host=mo.HostState(speed_mps=10.0), tracks=ANY or "none"
+    ),
+    "situation with two tracks of one id": lambda: mo.Situation(
+        time_s=0.0, coverage=mo.Coverage(), host=mo.HostState(speed_mps=10.0), tracks=(track(), track())
+    ),
     "coverage of text": lambda: mo.Coverage(front=ANY or "yes"),
     "scan of an unknown sector": lambda: scan(sector="top"),
     "scan with one detection": lambda: scan(radar=detection()),

@@ -22,20 +22,20 @@ MOST_TRACKS = 1000
 
 def _unsaid() -> Coverage:
     warnings.warn(
-        "coverage: must be said: which sectors does a working sensor watch? Unsaid, all four are taken for watched; that will be an error. "
-        "Coverage() where all are, else Coverage(rear=False, ...)",
-        FutureWarning,
+        "coverage: which sectors does a working sensor watch? Unsaid, none is taken for watched. Coverage() where all four are, else "
+        "Coverage(rear=False, ...)",
+        UserWarning,
         stacklevel=3,
     )
-    return Coverage()
+    return Coverage(front=False, rear=False, left=False, right=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Situation:
     """Everything a plan may depend on. `road.friction` is the friction that the planner assumes.
 
-    `coverage` says which sectors a working sensor watches: "nothing there" and "cannot see" are different. To leave it out is deprecated:
-    all four are taken for watched, and a `FutureWarning` says so.
+    `coverage` says which sectors a working sensor watches: "nothing there" and "cannot see" are different. Where it is left out nobody
+    watches anywhere, and a `UserWarning` says so.
     `vehicle` names the host's car (a shipped vehicle or a path; None: whichever the planner has, the sedan where it has none);
     `desired_speed_mps` defaults to the host's speed.
     `destination`: where to be, and when, if that matters; times are those of `time_s`.

@@ -19,8 +19,8 @@ class Stage(Enum):
     MORE_CANDIDATES = 0.15  # the sampled family, beside the basic four
     SEARCH = 0.25  # a candidate's solve, and what it is compared with
     CLOSED_FORM = 0.35  # the ladder's drive of the closed form
+    GRADES = 0.4  # of simple drives, those between holding and all that the grip gives
     TIME_TO_REACT = 0.45  # the assessment that goes with the answer
-    GRADES = 0.45  # of simple drives, those between holding and all that the grip gives
     FOLLOWER = 0.5  # of what does not pass, whether a follower's reaction or a slower lane change would make it less severe
     SAFE_END = 0.55  # a plan that passes, continued to a safe end
     EXACT_VERDICT = 0.6  # of the least severe that does not pass, what exactly it meets: the pre-check has said that it does

@@ -73,7 +73,7 @@ def test_a_situation_comes_back_from_its_json(situation):
 def document():
     road = Road(lanes_left=1)
     track = Track(id="front", s_m=30.0, d_m=0.0, speed_s_mps=10.0)
-    return Situation(host=HostState(speed_mps=10.0), tracks=(track,), road=road).to_dict()
+    return Situation(host=HostState(speed_mps=10.0), tracks=(track,), road=road, coverage=Coverage()).to_dict()
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.simulation.loop import simulate
@@ -57,12 +57,12 @@ def test_a_destination_that_is_none_is_refused(given: dict[str, Any], said: str)
 )
 def test_what_cannot_be_had_is_said_and_driven_on_without(destination: Destination, said: str) -> None:
     assert said in destination.why_unreachable(HOST, 0.0, ROAD, load_vehicle("sedan"))
-    plan = Planner().plan(Situation(host=HOST, road=ROAD, destination=destination))
+    plan = Planner().plan(Situation(host=HOST, road=ROAD, destination=destination, coverage=Coverage()))
     assert plan.destination.startswith("unreachable" if said else "ahead")
     assert said in plan.destination
     assert plan.verdict.passed
     if said:
-        without = Planner().plan(Situation(host=HOST, road=ROAD))
+        without = Planner().plan(Situation(host=HOST, road=ROAD, coverage=Coverage()))
         assert (plan.trajectory.table == without.trajectory.table).all()
 
 
@@ -74,7 +74,7 @@ def test_it_is_the_same_seen_from_elsewhere_and_later() -> None:
     assert there.is_reached(host, 4.0, ROAD)
     assert moved.is_reached(host.seen_from(100.0), 2.0, ROAD)
     assert not there.is_reached(replace(host, d_m=0.0), 4.0, ROAD)
-    situation = Situation(host=HOST, road=ROAD, destination=there)
+    situation = Situation(host=HOST, road=ROAD, destination=there, coverage=Coverage())
     again = Situation.from_json(situation.to_json())
     assert again.destination == there
     later = replace(situation, time_s=2.0, destination=there.seen_from(0.0, -2.0))

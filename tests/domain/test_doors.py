@@ -47,7 +47,7 @@ from mcdas_opt.time_to_react.escapes import escapes
 from mcdas_opt.tuning.request import DesignRequest
 from mcdas_opt.tuning.tune import tune
 
-PLAN = plan_of(Situation(host=HOST), planner="closed-form-corrected")
+PLAN = plan_of(Situation(host=HOST, coverage=Coverage()), planner="closed-form-corrected")
 HOSTILE: tuple[Any, ...] = (
     None, "x", "", b"x", (), (1,), [None], {}, {"front": False}, object(), True, 1j, math.nan, math.inf, -math.inf, 1e308, -1e308, 5e-324,
     0, -1, 7, 10**400, np.array([1.0, 2.0]), np.float64(3.0), np.nan, ((1e300, 0.0),), ((0.0, 1e300),), (("0", "1"),), [(0.0, 5e-324)],
@@ -67,7 +67,7 @@ class Answering:
 
 
 def answering(answer: Any) -> Plan:
-    return Planner(method=Answering(answer)).plan(Situation(host=HOST))
+    return Planner(method=Answering(answer)).plan(Situation(host=HOST, coverage=Coverage()))
 
 
 @pytest.mark.parametrize("record", records())
@@ -92,7 +92,7 @@ def test_what_is_taken_is_planned_for(record: type) -> None:
             try:
                 made = record(**{**needed(record), field.name: value})
                 parts = {Situation: {}, HostState: {"host": made}, Road: {"road": made}, Track: {"tracks": (made,)}}[record]
-                situation = made if record is Situation else Situation(**{"host": HOST, **parts})
+                situation = made if record is Situation else Situation(**{"host": HOST, "coverage": Coverage(), **parts})
             except McdasError:
                 continue
             planner.reset()
@@ -103,13 +103,13 @@ def test_what_is_taken_is_planned_for(record: type) -> None:
 @pytest.mark.parametrize(
     ("build", "said"),
     [
-        (lambda: Situation(host=None), "host = None: must be a HostState"),
-        (lambda: Situation(host=HOST, tracks=None), "tracks = None: must be a list of Track"),
-        (lambda: Situation(host=HOST, tracks=(1,)), "tracks[0] = 1: must be a Track"),
+        (lambda: Situation(host=None, coverage=Coverage()), "host = None: must be a HostState"),
+        (lambda: Situation(host=HOST, tracks=None, coverage=Coverage()), "tracks = None: must be a list of Track"),
+        (lambda: Situation(host=HOST, tracks=(1,), coverage=Coverage()), "tracks[0] = 1: must be a Track"),
         (lambda: Situation(host=HOST, coverage={"front": False}), "coverage = {'front': False}: must be a Coverage"),
-        (lambda: Situation(host=HOST, vehicle=Vehicle()), "must be a str"),
-        (lambda: Situation(host=HOST, request="fly"), "request = 'fly': must be one of drive, park"),
-        (lambda: Situation(host=HostState(s_m=1e10)), "host.s_m = 10000000000.0 m: must lie in [-1e+09, 1e+09]"),
+        (lambda: Situation(host=HOST, vehicle=Vehicle(), coverage=Coverage()), "must be a str"),
+        (lambda: Situation(host=HOST, request="fly", coverage=Coverage()), "request = 'fly': must be one of drive, park"),
+        (lambda: Situation(host=HostState(s_m=1e10), coverage=Coverage()), "host.s_m = 10000000000.0 m: must lie in [-1e+09, 1e+09]"),
         (lambda: Road(friction=5e-324), "friction = 5e-324: must lie in [0.01, 10]"),
         (lambda: Road(lane_width_m=5e-324), "lane_width_m = 5e-324 m: must lie in [0.1, 20]"),
         (lambda: Road(lane_width_m=25.0), "must lie in [0.1, 20]"),
@@ -149,7 +149,10 @@ def test_what_is_taken_is_planned_for(record: type) -> None:
         (lambda: Planner().step([], HOST, 0.0, request="fly"), "request = 'fly': must be one of drive, park"),
         (lambda: Planner(method=Planner), "is a class: give Planner(...)"),
         (lambda: Planner(name=3), "name = 3: must be a str"),
-        (lambda: Planner("bmw_320i", "aeb").plan(Situation(host=HOST, vehicle="sedan")), "is not the car of this planner, 'bmw_320i'"),
+        (
+            lambda: Planner("bmw_320i", "aeb").plan(Situation(host=HOST, vehicle="sedan", coverage=Coverage())),
+            "is not the car of this planner, 'bmw_320i'",
+        ),
         (lambda: answering(None), "the answer of Answering = None: must be a Plan or a Refusal"),
         (lambda: answering(3), "must be a Plan or a Refusal"),
         (lambda: replace(PLAN, mode="fly"), "mode = 'fly': must be one of hold, cruise"),
@@ -157,9 +160,9 @@ def test_what_is_taken_is_planned_for(record: type) -> None:
         (lambda: replace(PLAN, trajectory=None), "trajectory = None: must be a Trajectory"),
         (lambda: replace(PLAN, candidates=("left",)), "candidates[0] = 'left': must be a Candidate"),
         (lambda: Refusal(reason=3), "reason = 3: must be a str"),
-        (lambda: plan_of(Situation(host=HOST), planner=3), "planner = 3: must be a str"),
-        (lambda: plan_of(Situation(host=HOST), vehicle={}), "vehicle = {}: must be a str or a Vehicle"),
-        (lambda: plan_of(Situation(host=HOST), settings={}), "settings = {}: must be a Settings"),
+        (lambda: plan_of(Situation(host=HOST, coverage=Coverage()), planner=3), "planner = 3: must be a str"),
+        (lambda: plan_of(Situation(host=HOST, coverage=Coverage()), vehicle={}), "vehicle = {}: must be a str or a Vehicle"),
+        (lambda: plan_of(Situation(host=HOST, coverage=Coverage()), settings={}), "settings = {}: must be a Settings"),
         (lambda: simulate("sandwich-60-40", Planner), "planner = <class"),
         (lambda: simulate("sandwich-60-40", seed="x"), "seed = 'x': must be a whole number"),
         (lambda: simulate("sandwich-60-40", seed=-1), "seed = -1: must be at least 0"),
@@ -169,7 +172,7 @@ def test_what_is_taken_is_planned_for(record: type) -> None:
         (lambda: verify(PLAN, load_scene("sandwich-60-40")), "must be a Trajectory"),
         (lambda: verify(PLAN.trajectory, None), "target = None: must be a Scene or a Situation"),
         (lambda: escapes(load_scene("sandwich-60-40")), "must be a Situation"),
-        (lambda: escapes(Situation(host=HOST), 3), "vehicle = 3: must be a Vehicle"),
+        (lambda: escapes(Situation(host=HOST, coverage=Coverage()), 3), "vehicle = 3: must be a Vehicle"),
         (lambda: tune(vehicle="sedan"), "vehicle = 'sedan': must be a Vehicle"),
         (lambda: tune(side="up"), "side = 'up': must be one of left, right, none"),
         (lambda: Situation.from_json(None), "text = None: must be a str"),
@@ -264,14 +267,14 @@ def test_a_planner_of_words_drives_as_one_of_enums() -> None:
 def test_an_acceleration_whose_square_is_no_number_is_planned_for() -> None:
     """It divided nothing by nothing."""
     track = Track(**needed(Track) | {"acceleration_s_mps2": 1e-200, "acceleration_s_sd_mps2": 0.0})
-    assert Planner().plan(Situation(host=HOST, tracks=(track,))).verdict.passed
+    assert Planner().plan(Situation(host=HOST, tracks=(track,), coverage=Coverage())).verdict.passed
 
 
 def test_words_will_do_where_a_closed_set_is_meant() -> None:
-    assert Situation(host=HOST, request="park").request is Request.PARK
+    assert Situation(host=HOST, request="park", coverage=Coverage()).request is Request.PARK
     assert Scan(**needed(Scan) | {"sector": "rear"}).sector is Sector.REAR
     assert SelectorSettings(tie_break="right").tie_break is Side.RIGHT
-    assert Situation(host=HOST, tracks=[Track(**needed(Track))]).tracks == (Track(**needed(Track)),)
+    assert Situation(host=HOST, tracks=[Track(**needed(Track))], coverage=Coverage()).tracks == (Track(**needed(Track)),)
 
 
 def test_names_will_do_where_a_scene_or_a_case_is_meant() -> None:

@@ -113,8 +113,8 @@ def test_an_error_of_a_track_names_the_track(wrong: dict[str, Any]) -> None:
         (lambda: TimeGrid(steps_s=np.array([0.1])), "steps_s", "two positive steps"),
         (lambda: TimeGrid(steps_s=np.array([0.1, 0.0])), "steps_s", "two positive steps"),
         (lambda: TimeGrid(steps_s=np.array([0.1, 0.2])), "steps_s", "may exceed 0.1 s"),
-        (lambda: Situation(host=HostState(), desired_speed_mps=-1.0), "desired_speed_mps", "at least 0"),
-        (lambda: Situation(host=HostState(), tracks=(Track(**TRACK), Track(**TRACK))), "tracks.id", "unique"),
+        (lambda: Situation(host=HostState(), desired_speed_mps=-1.0, coverage=Coverage()), "desired_speed_mps", "at least 0"),
+        (lambda: Situation(host=HostState(), tracks=(Track(**TRACK), Track(**TRACK)), coverage=Coverage()), "tracks.id", "unique"),
         (lambda: vector("x", [1.0, math.nan]), "x[1]", "finite"),
         (lambda: vector("x", [[1.0]]), "x", "list of numbers"),
         (lambda: vector("x", [1.0], length=2), "x", "2 numbers"),
@@ -261,8 +261,8 @@ def test_records_that_hold_arrays_are_equal_by_value() -> None:
 
 
 def test_which_sectors_are_watched_has_to_be_said() -> None:
-    with pytest.warns(FutureWarning, match=r"coverage: must be said") as told:
-        assert Situation(host=HostState()).coverage == Coverage()
+    with pytest.warns(UserWarning, match=r"coverage: which sectors") as told:
+        assert Situation(host=HostState()).coverage == Coverage(front=False, rear=False, left=False, right=False)
     assert [Path(one.filename) for one in told] == [Path(__file__)]
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -13,7 +13,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Request, Side
@@ -25,7 +25,7 @@ from mcdas_opt.verification.judge import judge
 CAR = Vehicle()
 HERE = importlib.util.find_spec("commonroad_rp") is not None
 FRONT = Track(id="front", s_m=40.0, d_m=0.0, speed_s_mps=8.0)
-SITUATION = Situation(host=HostState(speed_mps=18.0), tracks=(FRONT,), road=Road(lanes_left=1))
+SITUATION = Situation(host=HostState(speed_mps=18.0), tracks=(FRONT,), road=Road(lanes_left=1), coverage=Coverage())
 
 
 def test_it_is_known_and_without_its_package_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -91,5 +91,7 @@ class TestWithThePackage:
         assert "samples" in free.reason
 
     def test_it_does_not_park(self) -> None:
-        answer = build_method("commonroad-reactive", CAR, Settings()).plan(Situation(host=HostState(), request=Request.PARK), None)
+        answer = build_method("commonroad-reactive", CAR, Settings()).plan(
+            Situation(host=HostState(), request=Request.PARK, coverage=Coverage()), None
+        )
         assert isinstance(answer, Refusal)

@@ -10,7 +10,7 @@ import pytest
 from mcdas_opt.domain.grid import TimeGrid
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
@@ -29,7 +29,7 @@ def random_situation(seed: int) -> Situation:
         Track(id="side", s_m=rng.uniform(-30.0, 40.0), d_m=3.7, speed_s_mps=v * rng.uniform(0.7, 1.2)),
     ]
     road = Road(lanes_left=1, lanes_right=int(rng.integers(0, 2)), friction=float(rng.choice([0.9, 0.5, 0.25])))
-    return Situation(host=HostState(speed_mps=v, d_m=rng.uniform(-0.2, 0.2)), tracks=tuple(tracks), road=road)
+    return Situation(host=HostState(speed_mps=v, d_m=rng.uniform(-0.2, 0.2)), tracks=tuple(tracks), road=road, coverage=Coverage())
 
 
 def mirrored(situation: Situation) -> Situation:
@@ -77,7 +77,7 @@ def test_the_mirrored_situation_has_the_mirrored_choices(seed: int) -> None:
 
 
 def test_nothing_around_is_kept_as_it_is() -> None:
-    choice = best_of_kind(Situation(host=HostState(speed_mps=20.0)), SEDAN, predict(()))[0]
+    choice = best_of_kind(Situation(host=HostState(speed_mps=20.0), coverage=Coverage()), SEDAN, predict(()))[0]
     assert (choice.side, choice.pace, choice.feasible) == (Side.NONE, "same", True)
     assert choice.cost == pytest.approx(0.0, abs=1e-9)
 
@@ -89,7 +89,7 @@ def test_a_slower_car_ahead_in_the_target_lane_calls_for_a_slower_member() -> No
         Track(id="rear", s_m=-17.0, d_m=0.0, speed_s_mps=32.0),
         Track(id="side", s_m=20.0, d_m=-3.7, speed_s_mps=23.0),
     )
-    situation = Situation(host=HostState(speed_mps=28.0), tracks=tracks, road=Road(lanes_right=1, friction=0.5))
+    situation = Situation(host=HostState(speed_mps=28.0), tracks=tracks, road=Road(lanes_right=1, friction=0.5), coverage=Coverage())
     choices = best_of_kind(situation, SEDAN, predict(tracks))
     assert choices[0].feasible
     assert choices[0].side is Side.RIGHT
@@ -112,6 +112,6 @@ def test_a_dodge_is_offered_where_no_lane_change_is_clear() -> None:
         Track(id="wall-2", s_m=-2.0, d_m=4.3, speed_s_mps=20.0),
         Track(id="rear", s_m=-9.0, d_m=-0.5, speed_s_mps=20.0),
     )
-    situation = Situation(host=HostState(speed_mps=20.0), tracks=tracks, road=Road(lanes_left=1, friction=0.9))
+    situation = Situation(host=HostState(speed_mps=20.0), tracks=tracks, road=Road(lanes_left=1, friction=0.9), coverage=Coverage())
     choices = best_of_kind(situation, SEDAN, predict(tracks))
     assert any(choice.feasible and choice.side is Side.LEFT and 1.0 < choice.target_d_m < 2.6 for choice in choices)

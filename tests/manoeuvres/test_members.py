@@ -14,7 +14,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.prediction import BodyMotion, KnownBody, Prediction
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.manoeuvres.clearance import Margins
@@ -67,7 +67,7 @@ def random_situation(rng: np.random.Generator) -> Situation:
         acceleration_mps2=rng.uniform(-3.0, 2.0) if v > 0.0 else 0.0,
         steering_rad=rng.uniform(-0.02, 0.02),
     )
-    return Situation(host=host, tracks=tracks, road=road, desired_speed_mps=float(rng.uniform(5.0, 35.0)))
+    return Situation(host=host, tracks=tracks, road=road, desired_speed_mps=float(rng.uniform(5.0, 35.0)), coverage=Coverage())
 
 
 def compiled(*given_to_both: Any) -> CompiledMembers:

@@ -20,7 +20,7 @@ _OTHER_SIDE = {Side.LEFT: Side.RIGHT, Side.RIGHT: Side.LEFT, Side.NONE: Side.NON
 
 def under(prediction: Prediction, vehicle: Vehicle, road: Road) -> Cycle:
     """A cycle on this road with this prediction."""
-    return replace(Cycle.of(Situation(host=HostState(), road=road), vehicle), prediction=prediction)
+    return replace(Cycle.of(Situation(host=HostState(), road=road, coverage=Coverage()), vehicle), prediction=prediction)
 
 
 def car(name: str, s: float, d: float, v: float, **more: float) -> Track:
@@ -30,7 +30,7 @@ def car(name: str, s: float, d: float, v: float, **more: float) -> Track:
 def sandwich(offset_m: float = 0.0, *, front_gap_m: float = 25.0, rear_gap_m: float = 25.0) -> Situation:
     """The paper's: host and front at 40 km/h, rear at 60 km/h."""
     tracks = (car("front", front_gap_m + 4.5, offset_m, 40 / 3.6), car("rear", -rear_gap_m - 4.5, 0.0, 60 / 3.6))
-    return Situation(host=HostState(speed_mps=40 / 3.6), tracks=tracks, road=Road(lanes_left=1, lanes_right=1))
+    return Situation(host=HostState(speed_mps=40 / 3.6), tracks=tracks, road=Road(lanes_left=1, lanes_right=1), coverage=Coverage())
 
 
 def random_sandwich(seed: int) -> Situation:
@@ -48,7 +48,7 @@ def random_sandwich(seed: int) -> Situation:
             tracks.append(car(name, r.uniform(-30.0, 30.0), d, v * r.uniform(0.7, 1.2)))
     road = Road(lanes_left=lanes[0], lanes_right=lanes[1], friction=float(r.choice([0.9, 0.5, 0.25])))
     host = HostState(speed_mps=v, d_m=r.uniform(-0.3, 0.3), acceleration_mps2=r.uniform(-0.5, 0.5))
-    return Situation(host=host, tracks=tuple(tracks), road=road)
+    return Situation(host=host, tracks=tuple(tracks), road=road, coverage=Coverage())
 
 
 def mirrored(situation: Situation) -> Situation:

@@ -44,7 +44,7 @@ BENT = Road(curvature=((0.0, 0.0), (30.0, 0.05), (60.0, 0.05), (90.0, 0.0)))
 def test_a_gap_for_a_destination_is_there_in_time(cars: list[tuple[float, float]], speed: float, left_s: float) -> None:
     there = Destination(lane=1, s_m=(-1000.0, 1000.0), time_s=(0.0, left_s))
     tracks = tuple(Track(id=f"{i}", s_m=s, d_m=3.7, speed_s_mps=v) for i, (s, v) in enumerate(cars))
-    situation = Situation(host=HostState(speed_mps=speed), tracks=tracks, road=Road(lanes_left=1), destination=there)
+    situation = Situation(host=HostState(speed_mps=speed), tracks=tracks, road=Road(lanes_left=1), destination=there, coverage=Coverage())
     required = required_lane(situation, Vehicle())
     assert required is not None
     gap = best_gap(situation, Vehicle(), Settings(), required, 36.0)
@@ -58,7 +58,9 @@ def test_who_has_to_be_in_a_lane_goes_behind_somebody_slower_at_a_distance_that_
     for spare_m, is_open in ((closing * 0.5 + closing**2 / 4.0 + 0.2, True), (closing**2 / 4.0 - 0.2, False)):
         front = Track(id="front", s_m=kept_m + spare_m, d_m=3.7, speed_s_mps=v, length_m=vehicle.length_m)
         there = Destination(lane=1, s_m=(0.0, 200.0), time_s=(0.0, 5.0))
-        situation = Situation(host=HostState(speed_mps=v + closing), tracks=(front,), road=Road(lanes_left=1), destination=there)
+        situation = Situation(
+            host=HostState(speed_mps=v + closing), tracks=(front,), road=Road(lanes_left=1), destination=there, coverage=Coverage()
+        )
         required = required_lane(situation, vehicle)
         assert required is not None
         gap = best_gap(situation, vehicle, settings, required, 36.0)
@@ -68,7 +70,7 @@ def test_who_has_to_be_in_a_lane_goes_behind_somebody_slower_at_a_distance_that_
 def test_a_lane_that_begins_ahead_is_changed_into_where_it_is() -> None:
     road = Road(lanes_right=1, lanes=(Lane(lane=-1, width_m=((20.0, 0.0), (22.0, 3.7))),))
     there = Destination(lane=-1, s_m=(60.0, 200.0), time_s=(0.0, 9.0))
-    cycle = Cycle.of(Situation(host=HostState(s_m=16.0, speed_mps=15.0), road=road, destination=there), Vehicle())
+    cycle = Cycle.of(Situation(host=HostState(s_m=16.0, speed_mps=15.0), road=road, destination=there, coverage=Coverage()), Vehicle())
     required = cycle.required_lane
     assert required is not None
     assert not cycle.situation.road.has_lane(-1, cycle.situation.host.s_m)
@@ -90,7 +92,7 @@ def test_a_change_goes_on_into_the_lane_beyond_through_where_the_host_is_once_th
     road = Road(lanes_left=2, lanes_right=2)
     lane = 2 if side > 0.0 else -2
     there = Destination(lane=lane, s_m=(0.0, speed * way_s), time_s=(0.0, 20.0))
-    begun = Situation(host=HostState(speed_mps=speed), road=road, destination=there)
+    begun = Situation(host=HostState(speed_mps=speed), road=road, destination=there, coverage=Coverage())
     first = change_to_required(Cycle.of(begun, Vehicle()), required_lane(begun, Vehicle()))
     assert first is not None
     assert first.manoeuvre is not None
@@ -111,7 +113,9 @@ def test_a_change_goes_on_into_the_lane_beyond_through_where_the_host_is_once_th
 
 def cycle_before_bend(time_s: float | None) -> Cycle:
     there = None if time_s is None else Destination(s_m=(100.0, 120.0), time_s=(0.0, time_s))
-    return Cycle.of(Situation(host=HostState(speed_mps=8.0), road=BENT, desired_speed_mps=12.0, destination=there), Vehicle())
+    return Cycle.of(
+        Situation(host=HostState(speed_mps=8.0), road=BENT, desired_speed_mps=12.0, destination=there, coverage=Coverage()), Vehicle()
+    )
 
 
 def test_bends_are_taken_faster_only_as_far_as_a_destination_is_missed_otherwise() -> None:
@@ -137,7 +141,9 @@ def test_bends_are_taken_faster_only_as_far_as_a_destination_is_missed_otherwise
 
 def test_a_change_to_the_destinations_lane_costs_nothing_by_itself_and_one_away_from_it_more() -> None:
     there = Destination(lane=1, s_m=(100.0, 200.0), time_s=(0.0, 12.0))
-    situation = Situation(host=HostState(speed_mps=15.0), tracks=(car("front", 40.0, 0.0, 13.0),), road=Road(lanes_left=1, lanes_right=1))
+    situation = Situation(
+        host=HostState(speed_mps=15.0), tracks=(car("front", 40.0, 0.0, 13.0),), road=Road(lanes_left=1, lanes_right=1), coverage=Coverage()
+    )
     weights = CostWeights()
     free, bound = (Cycle.of(replace(situation, destination=one), Vehicle()) for one in (None, there))
     assert lane_change_cost(Side.LEFT, bound, weights) == 0.0 < lane_change_cost(Side.LEFT, free, weights)

@@ -120,7 +120,9 @@ def test_whoever_comes_in_braking_is_braked_for_and_nobody_steers_out(speed: flo
     ahead = Track(id="ahead", s_m=1.5 * speed, d_m=0.0, speed_s_mps=1.02 * speed, **known)
     beside = tuple(Track(id=f"beside-{s}", s_m=s, d_m=3.7, speed_s_mps=speed - 1.0, **known) for s in (-30.0, 11.0, 40.0))
     road = Road(lanes_left=1, lanes_right=1, speed_limit_mps=36.0)
-    situation = Situation(host=HostState(speed_mps=speed), desired_speed_mps=speed, road=road, tracks=(ahead, comes, *beside))
+    situation = Situation(
+        host=HostState(speed_mps=speed), desired_speed_mps=speed, road=road, tracks=(ahead, comes, *beside), coverage=Coverage()
+    )
     cycle = Cycle.of(situation, Planner().vehicle)
     proposed, without = brake_behind(cycle), brake_behind(Cycle.of(replace(situation, tracks=(ahead, *beside)), Planner().vehicle))
     assert proposed is not None
@@ -177,9 +179,14 @@ def steers_out(d_m: float, beside: Track, *, speed_mps: float = 28.0, mode: Mode
     )  # fmt: skip
     active = Manoeuvre(side=Side.LEFT, path=path, target_d_m=3.7, speed_mps=speed_mps, mode=mode)
     road = Road(lanes_left=1, speed_limit_mps=36.0)
-    before = Situation(host=HostState(speed_mps=speed_mps), road=road)
+    before = Situation(host=HostState(speed_mps=speed_mps), road=road, coverage=Coverage())
     now = Situation(
-        time_s=0.1, host=HostState(d_m=d_m, heading_rad=0.03, speed_mps=speed_mps), tracks=(beside,), road=road, desired_speed_mps=speed_mps
+        time_s=0.1,
+        host=HostState(d_m=d_m, heading_rad=0.03, speed_mps=speed_mps),
+        tracks=(beside,),
+        road=road,
+        desired_speed_mps=speed_mps,
+        coverage=Coverage(),
     )
     return now, Memory(situation=before, active=active, chosen="left")
 

@@ -37,11 +37,7 @@ BASELINES = ("aeb", "un-r157", "idm-mobil", "acc")
 
 def situation(*tracks: Track, speed: float = 20.0, time_s: float = 0.0, wanted: float | None = None, **road: object) -> Situation:
     return Situation(
-        host=HostState(speed_mps=speed),
-        tracks=tracks,
-        road=Road(**road),
-        time_s=time_s,
-        desired_speed_mps=wanted,
+        host=HostState(speed_mps=speed), tracks=tracks, road=Road(**road), time_s=time_s, desired_speed_mps=wanted, coverage=Coverage()
     )
 
 
@@ -65,7 +61,7 @@ def test_registered_judged_as_they_are_and_not_for_parking(name: str) -> None:
     assert plan.planner == name
     assert plan.verdict == judge(plan.trajectory, crowded.host, CAR, crowded.road, predict_for(crowded))
     assert not plan.verdict.passed  # 15 m/s too fast 9 m behind: nobody repairs it
-    parking = Situation(host=HostState(), request=Request.PARK)
+    parking = Situation(host=HostState(), request=Request.PARK, coverage=Coverage())
     assert isinstance(method.plan(parking, None), Refusal)
 
 
@@ -160,7 +156,9 @@ def test_mobil_asks_for_a_lane_that_is_there_watched_and_free_beside() -> None:
     blind = Situation(host=HostState(speed_mps=20.0), tracks=(slow,), road=Road(lanes_left=1), coverage=Coverage(left=False))
     assert planned(method, blind).side is Side.NONE
     begun = planned(method, situation(slow, lanes_left=1))
-    later = Situation(host=HostState(s_m=10.0, d_m=0.6, speed_mps=20.0), tracks=(slow,), road=Road(lanes_left=1), time_s=0.5)
+    later = Situation(
+        host=HostState(s_m=10.0, d_m=0.6, speed_mps=20.0), tracks=(slow,), road=Road(lanes_left=1), time_s=0.5, coverage=Coverage()
+    )
     assert planned(method, later, begun).memory is begun.memory
 
 

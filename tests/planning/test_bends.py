@@ -14,7 +14,7 @@ from mcdas_opt.domain.manners import MannersSettings
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings, WarningSettings
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
 from mcdas_opt.planning.path_driving import follow
@@ -34,7 +34,7 @@ def driven(planner: Planner, road: Road, speed_mps: float, seconds: float) -> tu
     planner.reset()
     host, hosts, plans = HostState(speed_mps=speed_mps), [], []
     for k in range(round(seconds / 0.2)):
-        plan = planner.plan(Situation(time_s=round(0.2 * k, 1), host=host, road=road, desired_speed_mps=speed_mps))
+        plan = planner.plan(Situation(time_s=round(0.2 * k, 1), host=host, road=road, desired_speed_mps=speed_mps, coverage=Coverage()))
         later = int(np.searchsorted(plan.trajectory.t_s, 0.2 - 1e-9))
         host = HostState.from_vector(plan.trajectory.states[later])
         hosts.append(host)

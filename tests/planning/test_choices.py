@@ -17,7 +17,7 @@ from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import KnownBody, PredictedBody, Prediction
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
@@ -95,6 +95,7 @@ def test_a_closed_form_that_swings_out_of_its_lane_is_compared_at_the_price_of_l
             tracks=(Track(id="rear", s_m=-54.5, d_m=0.0, speed_s_mps=16.1),),
             road=Road(lanes_left=2, lanes_right=2, friction=friction),
             desired_speed_mps=5.0,
+            coverage=Coverage(),
         )
         examine(0, planner, corrected, tally, situation)
         plan = planner.previous
@@ -191,7 +192,7 @@ def queue(seed: int) -> Situation:
     v = r.uniform(2.0, 8.0)
     front = Track(id="front", s_m=4.5 + r.uniform(1.0, 0.6 * v), d_m=r.normal(0.0, 0.2), speed_s_mps=max(v - r.uniform(1.0, 6.0), 0.0))
     rear = Track(id="rear", s_m=-4.5 - r.uniform(0.5, 6.0), d_m=r.normal(0.0, 0.2), speed_s_mps=v + r.uniform(0.0, 3.0))
-    return Situation(host=HostState(speed_mps=v), tracks=(front, rear), road=Road())
+    return Situation(host=HostState(speed_mps=v), tracks=(front, rear), road=Road(), coverage=Coverage())
 
 
 def test_who_was_relied_on_before_has_responded(planner: Planner) -> None:
@@ -246,7 +247,9 @@ def test_who_drives_past_a_car_that_comes_over_does_not_brake_beside_it(
     covariance = np.diag([0.01, 0.05, 0.003, 0.026])
     beside = Track(id="1", s_m=gap_m, d_m=3.45, speed_s_mps=slower_mps, speed_d_mps=sideways_mps, covariance=covariance)
     behind = Track(id="2", s_m=-13.2, d_m=0.0, speed_s_mps=9.0, covariance=covariance)
-    situation = Situation(host=HostState(speed_mps=5.56), tracks=(beside, behind), road=Road(lanes_left=1, lanes_right=1))
+    situation = Situation(
+        host=HostState(speed_mps=5.56), tracks=(beside, behind), road=Road(lanes_left=1, lanes_right=1), coverage=Coverage()
+    )
     planner.reset()
     drive = planner.plan(situation).trajectory
     assert float(drive.speed_mps[drive.t_s <= 1.0].min()) > 5.0

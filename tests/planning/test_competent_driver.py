@@ -21,7 +21,7 @@ from mcdas_opt.baselines.competent_driver import (
 )
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 
@@ -93,7 +93,7 @@ def test_comes_as_near_as_its_reaction_its_jerk_and_its_brakes_say(closing: floa
     """The other keeps its speed."""
     speed, gap = 22.0, headroom * CRITICAL_TTC_S * closing
     front = Track(id="front", s_m=gap + CAR.length_m, d_m=0.0, speed_s_mps=speed - closing)
-    plan = CompetentDriverMethod(CAR).plan(Situation(host=HostState(speed_mps=speed), tracks=(front,)), None)
+    plan = CompetentDriverMethod(CAR).plan(Situation(host=HostState(speed_mps=speed), tracks=(front,), coverage=Coverage()), None)
     assert isinstance(plan, Plan)
     t, s = plan.trajectory.t_s, plan.trajectory.s_m
     way = float((s - (speed - closing) * t).max())
@@ -118,7 +118,7 @@ def test_who_brakes_hard_ahead_is_answered_after_evaluation_and_reaction(
         ahead = Track(
             id="a", s_m=host.s_m + gap + 4.5, d_m=0.0, speed_s_mps=lead_v, acceleration_s_mps2=-braking, acceleration_s_sd_mps2=0.1
         )
-        plan = method.plan(Situation(time_s=round(step * k, 9), host=host, tracks=(ahead,)), before)
+        plan = method.plan(Situation(time_s=round(step * k, 9), host=host, tracks=(ahead,), coverage=Coverage()), before)
         assert isinstance(plan, Plan)
         then = HostState.from_vector(plan.trajectory.states[int(np.searchsorted(plan.trajectory.t_s, step - 1e-9))])
         began = step * k if began is None and then.acceleration_mps2 < -0.5 else began

@@ -15,7 +15,7 @@ from mcdas_opt.domain.doubt import DoubtKind
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.planning.planner import Planner
@@ -39,7 +39,9 @@ def traffic(*, front_m: float = 45.0, closing_mps: float = 3.0, time_s: float = 
         car("left", 8.0, 21.0, 3.7),
         car("right", -20.0, 19.0, -3.7),
     )
-    return Situation(time_s=time_s, host=HostState(speed_mps=20.0), tracks=cars, road=Road(lanes_left=1, lanes_right=1))
+    return Situation(
+        time_s=time_s, host=HostState(speed_mps=20.0), tracks=cars, road=Road(lanes_left=1, lanes_right=1), coverage=Coverage()
+    )
 
 
 def planted(situation: Situation, fault: str, who: int, off_m: float, aside_m: float, faster_mps: float) -> Situation:

@@ -13,7 +13,7 @@ from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, DrivenAxle, Vehicle
 from mcdas_opt.domain.verdict import ViolationKind
@@ -96,7 +96,10 @@ def test_no_plan_asks_for_more(driven: DrivenAxle, seed: int) -> None:
 
 def test_driving_away_closes_sooner_where_one_axle_drives() -> None:
     asked = Situation(
-        host=HostState(speed_mps=10.0), tracks=(car("rear", -60.0, 0.0, 16.0),), road=replace(ICE, lanes_left=0, lanes_right=0)
+        host=HostState(speed_mps=10.0),
+        tracks=(car("rear", -60.0, 0.0, 16.0),),
+        road=replace(ICE, lanes_left=0, lanes_right=0),
+        coverage=Coverage(),
     )
     both, rear = (Planner(Vehicle(driven_axle=driven)).plan(asked).escapes for driven in (DrivenAxle.BOTH, DrivenAxle.REAR))
     assert both is not None

@@ -226,7 +226,9 @@ def test_the_driver_is_warned_of_every_plan_that_is_a_fallback() -> None:
         lorry = replace(car("lorry", gap_m + 2.25 + 2.3, 0.0, 16.7), length_m=4.6)
         van = car("van", -behind_m - 4.6, 0.0, 22.2 + faster_mps)
         road = Road(lanes_left=1, lane_width_m=3.5, friction=0.8, lanes=(Lane(lane=1, oncoming=True),))
-        plan = Planner().plan(Situation(host=HostState(speed_mps=22.2), tracks=(lorry, van), road=road, desired_speed_mps=22.2))
+        plan = Planner().plan(
+            Situation(host=HostState(speed_mps=22.2), tracks=(lorry, van), road=road, desired_speed_mps=22.2, coverage=Coverage())
+        )
         assert (plan.alert is Alert.NONE) is not plan.warning
         if plan.status is not Status.PLANNED:
             seen.add(plan.safe_end is not None and plan.safe_end.safe)

@@ -16,7 +16,7 @@ from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.safe_end import EndKind, SafeEndSettings
 from mcdas_opt.domain.settings import HeadwaySettings, Settings, WarningSettings
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Status
@@ -70,7 +70,12 @@ class Follow:
         for _ in range(round(seconds / CYCLE_S)):
             tracks = () if self.leader is None else (self.leader,)
             situation = Situation(
-                time_s=round(self.time_s, 9), host=self.host, tracks=tracks, road=self.road, desired_speed_mps=self.wanted_mps
+                time_s=round(self.time_s, 9),
+                host=self.host,
+                tracks=tracks,
+                road=self.road,
+                desired_speed_mps=self.wanted_mps,
+                coverage=Coverage(),
             )
             plan = self.planner.plan(situation)
             self.host, self.time_s = HostState.from_vector(plan.trajectory.states[1]), self.time_s + CYCLE_S
@@ -163,7 +168,9 @@ def test_escaping_from_behind_may_exceed_the_limit_and_says_so(planner: Planner)
     planner.reset()
     behind = replace(leader(-44.0, 30.0), id="rear")
     limited = replace(ROAD, speed_limit_mps=20.0)
-    plan = planner.plan(Situation(host=HostState(speed_mps=20.0), tracks=(behind,), road=limited, desired_speed_mps=20.0))
+    plan = planner.plan(
+        Situation(host=HostState(speed_mps=20.0), tracks=(behind,), road=limited, desired_speed_mps=20.0, coverage=Coverage())
+    )
     assert plan.status is Status.PLANNED
     assert float(plan.trajectory.speed_mps.max()) > 21.0
     assert "faster than the speed limit of 20 m/s, to escape from behind" in plan.reason
@@ -190,7 +197,7 @@ def test_gentle_braking_keeps_what_is_asked_for_at_first(speed: float, closing: 
 
 
 def deficits(host_mps: float, ahead: Track, before: tuple[FrontDeficit, ...] = (), elapsed_s: float = 0.1) -> tuple[FrontDeficit, ...]:
-    situation = Situation(host=HostState(speed_mps=host_mps), tracks=(ahead,), road=ROAD)
+    situation = Situation(host=HostState(speed_mps=host_mps), tracks=(ahead,), road=ROAD, coverage=Coverage())
     return front_deficits(situation, Vehicle(), SafeEndSettings(), before, elapsed_s)
 
 
@@ -220,7 +227,7 @@ def test_held_is_never_said_of_a_deficit_of_ones_own_making(planner: Planner) ->
     planner.reset()
     ahead, host = leader(6.5, 25.0), HostState(speed_mps=25.0)
     own = FrontDeficit(id="leader", margin_m=0.0, owed_m=0.0, speed_mps=25.0, is_in_the_way=True)
-    situation = Situation(time_s=1.0, host=host, tracks=(ahead,), road=ROAD, desired_speed_mps=33.3)
+    situation = Situation(time_s=1.0, host=host, tracks=(ahead,), road=ROAD, desired_speed_mps=33.3, coverage=Coverage())
     for deficits, allowed_m in (((own,), -0.1), ((), -4.3)):
         planner.memory = Memory(situation=replace(situation, time_s=0.9), observed=Observed(deficits=deficits))
         plan = planner.plan(situation)
@@ -251,7 +258,7 @@ def test_who_follows_somebody_that_brakes_as_hard_as_the_road_allows_does_so_at_
     planner.reset()
     ahead = replace(leader(54.3, 37.9, -braking_mps2), acceleration_s_sd_mps2=1.19)
     road = replace(ROAD, friction=friction)
-    plan = planner.plan(Situation(host=HostState(speed_mps=39.4), tracks=(ahead,), road=road, desired_speed_mps=45.0))
+    plan = planner.plan(Situation(host=HostState(speed_mps=39.4), tracks=(ahead,), road=road, desired_speed_mps=45.0, coverage=Coverage()))
     assert plan.status is Status.PLANNED
     assert (float(plan.trajectory.acceleration_mps2[:15].min()) < -0.9 * friction * 9.81) is hard
     assert plan.reason.endswith("brakes about as hard as the road allows") is hard

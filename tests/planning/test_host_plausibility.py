@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Status
@@ -40,7 +40,7 @@ def asked(time_s: float, road: Road, **glitch: float) -> Situation:
     s = 240.0 + 20.0 * time_s
     lead = Track(id="f", s_m=290.0 + 20.0 * time_s, d_m=0.0, speed_s_mps=20.0)
     host: dict[str, Any] = {"s_m": s, "speed_mps": 20.0, **glitch}
-    return Situation(time_s=time_s, host=HostState(**host), road=road, tracks=(lead,))
+    return Situation(time_s=time_s, host=HostState(**host), road=road, tracks=(lead,), coverage=Coverage())
 
 
 def is_finite(plan: Plan) -> bool:
@@ -121,7 +121,7 @@ def test_a_car_that_rolls_back_a_little_stands() -> None:
 
 
 def test_a_car_half_a_world_away_makes_no_difference() -> None:
-    here = Situation(host=HostState(s_m=-1e9, speed_mps=20.0))
+    here = Situation(host=HostState(s_m=-1e9, speed_mps=20.0), coverage=Coverage())
     far = replace(here, tracks=(Track(id="far", s_m=1e9, d_m=0.0, speed_s_mps=10.0), Track(id="off", s_m=0.0, d_m=-1e9, speed_s_mps=1.0)))
     assert Planner().plan(far).trajectory.table.tobytes() == Planner().plan(here).trajectory.table.tobytes()
 

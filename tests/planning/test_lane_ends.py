@@ -16,7 +16,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Alert, Mode, Side
@@ -94,7 +94,9 @@ def test_a_gap_that_is_gone_into_makes_nobody_brake_harder_than_manners_allow(
 ) -> None:
     settings, vehicle = Settings(), Vehicle()
     tracks = tuple(Track(id=f"{i}", s_m=s, d_m=3.7, speed_s_mps=v, length_m=length) for i, (s, v, length) in enumerate(cars))
-    situation = Situation(host=HostState(speed_mps=speed), tracks=tracks, road=Road(lanes_left=1, speed_limit_mps=40.0))
+    situation = Situation(
+        host=HostState(speed_mps=speed), tracks=tracks, road=Road(lanes_left=1, speed_limit_mps=40.0), coverage=Coverage()
+    )
     gap = best_gap(situation, vehicle, settings, RequiredLane(Side.LEFT, left_s, end_m), 40.0)
     if gap is None or gap.wait_s > 0.0:
         return
@@ -123,7 +125,7 @@ def test_who_is_beside_is_let_ahead_or_passed_and_only_when_it_is_time() -> None
     vehicle, settings, host = Vehicle(), Settings(), HostState(speed_mps=22.0)
     road = Road(lanes_left=1)
     for s, slower in ((2.0, True), (-14.0, False)):
-        situation = Situation(host=host, tracks=(car("beside", s, 3.7, 22.0),), road=road, desired_speed_mps=30.0)
+        situation = Situation(host=host, tracks=(car("beside", s, 3.7, 22.0),), road=road, desired_speed_mps=30.0, coverage=Coverage())
         assert best_gap(situation, vehicle, settings, RequiredLane(Side.LEFT, 15.0, 330.0), 36.0) is None
         gap = best_gap(situation, vehicle, settings, RequiredLane(Side.LEFT, 11.0, 242.0), 36.0)
         assert gap is not None
@@ -134,11 +136,13 @@ def test_who_is_beside_is_let_ahead_or_passed_and_only_when_it_is_time() -> None
 def test_a_lane_change_that_somebody_spoils_is_withdrawn_before_the_line_and_not_after() -> None:
     vehicle, road = Vehicle(), Road(lanes_left=1, speed_limit_mps=40.0)
     path = OffsetPath(start_s_m=-20.0, start_d_m=0.0, amplitude_m=3.7, a_per_m=-0.06, b=50.0)
-    memory = Memory(situation=Situation(host=HostState(speed_mps=25.0), road=road), active=Manoeuvre(
+    memory = Memory(situation=Situation(host=HostState(speed_mps=25.0), road=road, coverage=Coverage()), active=Manoeuvre(
         side=Side.LEFT, path=path, target_d_m=3.7, speed_mps=30.0, mode=Mode.CRUISE))  # fmt: skip
     for d, comes_mps, given_up in ((0.5, 33.0, True), (0.5, 25.0, False), (1.5, 33.0, False)):
         host = HostState(d_m=d, heading_rad=0.03, speed_mps=25.0)
-        situation = Situation(time_s=0.1, host=host, tracks=(car("fast", -32.0, 3.7, comes_mps),), road=road, desired_speed_mps=30.0)
+        situation = Situation(
+            time_s=0.1, host=host, tracks=(car("fast", -32.0, 3.7, comes_mps),), road=road, desired_speed_mps=30.0, coverage=Coverage()
+        )
         cycle = Cycle.of(situation, vehicle, memory=memory)
         assert cycle.is_withdrawn is given_up
         assert cycle.indicator is (Side.NONE if given_up else Side.LEFT)
@@ -174,7 +178,7 @@ def test_a_gap_is_gained_only_by_who_can_still_stop_gently(speed: float) -> None
     for _ in range(600):
         tracks = tuple(car(f"{k}", float(rng.uniform(-80.0, 120.0)), -3.7, speed - float(rng.uniform(-2.0, 8.0))) for k in range(3))
         end_m = float(rng.uniform(3.0, 16.0)) * speed
-        situation = Situation(host=HostState(speed_mps=speed), tracks=tracks, road=road, desired_speed_mps=36.0)
+        situation = Situation(host=HostState(speed_mps=speed), tracks=tracks, road=road, desired_speed_mps=36.0, coverage=Coverage())
         gap = best_gap(situation, vehicle, settings, RequiredLane(Side.RIGHT, end_m / speed, end_m), 36.0)
         if gap is not None and gap.wait_s > 0.0 and not gap.is_slower:
             gained += 1
@@ -186,7 +190,9 @@ def test_a_gap_is_gained_only_by_who_can_still_stop_gently(speed: float) -> None
 def test_from_a_lane_that_ends_whoever_is_slower_is_passed_on_either_side(end_m: float | None, passes: bool) -> None:
     lanes = () if end_m is None else (Lane(lane=0, width_m=((end_m - 60.0, 3.7), (end_m, 0.0)), merges=Side.LEFT),)
     road = Road(lanes_left=1, lanes=lanes)
-    situation = Situation(host=HostState(speed_mps=26.0), tracks=(car("slow", 20.0, 3.7, 20.0),), road=road, desired_speed_mps=26.0)
+    situation = Situation(
+        host=HostState(speed_mps=26.0), tracks=(car("slow", 20.0, 3.7, 20.0),), road=road, desired_speed_mps=26.0, coverage=Coverage()
+    )
     speeds = comfortable_speed(Cycle.of(situation, Vehicle()), 26.0, 0.0).speeds_mps
     assert (float(speeds[-1]) > 25.5) is passes
 
@@ -198,7 +204,9 @@ def test_a_gap_that_is_barely_long_enough_is_not_raced_for(speed: float, slower:
     ahead_m, behind_m = 0.85 * (2.0 + 0.78 * v), 0.55 * v
     length_m = 2.0 * vehicle.length_m + ahead_m + behind_m + spare_m
     tracks = tuple(replace(car(f"{k}", nearer_m + k * length_m, 3.7, v), length_m=vehicle.length_m) for k in range(-3, 4))
-    situation = Situation(host=HostState(speed_mps=speed), tracks=tracks, road=Road(lanes_left=1), desired_speed_mps=speed)
+    situation = Situation(
+        host=HostState(speed_mps=speed), tracks=tracks, road=Road(lanes_left=1), desired_speed_mps=speed, coverage=Coverage()
+    )
     gap = best_gap(situation, vehicle, settings, RequiredLane(Side.LEFT, 12.0, 12.0 * speed), 40.0)
     assert gap is None or gap.fastest_mps <= max(speed, v) or gap.ahead is None
 
@@ -242,7 +250,7 @@ def test_a_lane_that_says_nothing_new_changes_no_bit(seed: int) -> None:
 def test_the_same_farther_along_the_road(by_m: float) -> None:
     """Whole kilometres: states to 1e-6 m."""
     road = Road(lanes_left=1, lanes=(Lane(lane=0, width_m=((120.0, 3.7), (180.0, 0.0)), merges=Side.LEFT),))
-    here = Situation(host=HostState(speed_mps=20.0), tracks=(car("a", 20.0, 3.7, 19.0),), road=road)
+    here = Situation(host=HostState(speed_mps=20.0), tracks=(car("a", 20.0, 3.7, 19.0),), road=road, coverage=Coverage())
     there = replace(
         here, host=replace(here.host, s_m=by_m), tracks=tuple(replace(t, s_m=t.s_m + by_m) for t in here.tracks), road=road.seen_from(-by_m)
     )
@@ -256,7 +264,7 @@ def test_no_candidate_goes_to_a_lane_that_ends_before_it_is_there() -> None:
     host, vehicle = HostState(speed_mps=20.0), Planner().vehicle
     for end, there in ((90.0, False), (400.0, True)):
         road = Road(lanes_left=1, lanes=(Lane(lane=1, width_m=((end - 40.0, 3.7), (end, 0.0))),))
-        situation = Situation(host=host, tracks=(car("front", 30.0, 0.0, 5.0),), road=road)
+        situation = Situation(host=host, tracks=(car("front", 30.0, 0.0, 5.0),), road=road, coverage=Coverage())
         assert (next_lane_m(situation, vehicle, Side.LEFT) is not None) is there
         plan = Planner().plan(situation)
         if not there:
@@ -267,7 +275,7 @@ def test_no_candidate_goes_to_a_lane_that_ends_before_it_is_there() -> None:
 def test_an_oncoming_lane_is_none_to_change_into_and_limits_are_seen_ahead() -> None:
     host, vehicle = HostState(speed_mps=20.0), Planner().vehicle
     road = Road(lanes_left=1, lanes=(Lane(lane=1, oncoming=True), Lane(lane=0, speed_limit_mps=((0.0, 30.0), (60.0, 10.0)))))
-    situation = Situation(host=host, road=road, desired_speed_mps=30.0)
+    situation = Situation(host=host, road=road, desired_speed_mps=30.0, coverage=Coverage())
     assert next_lane_m(situation, vehicle, Side.LEFT) is None
     assert steer_out(Cycle.of(situation, vehicle), Side.LEFT).refusal == "the lane to the left is one of oncoming traffic"
     assert steer_out(Cycle.of(situation, vehicle), Side.RIGHT).refusal == "no lane and no shoulder to the right"

@@ -14,7 +14,7 @@ from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.chassis import Chassis
 from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import ViolationKind
@@ -59,7 +59,10 @@ def test_the_plan_is_the_one_of_a_car_that_grips_and_says_that_this_one_does_not
 def test_a_state_that_slips_says_by_how_much_and_one_that_stands_does_not_slide() -> None:
     state = SlidingState(speed_mps=20.0, lateral_speed_mps=-3.0, lateral_speed_sd_mps=0.5, yaw_rate_radps=0.2)
     assert state.sideslip_rad == state.without_slip(2.7, 1.0).sideslip_rad == pytest.approx(math.atan(3.5 / 20.0))
-    assert Planner().plan(Situation(host=HostState(speed_mps=0.8, sideslip_rad=1.0), road=Road())).status is Status.PLANNED
+    assert (
+        Planner().plan(Situation(host=HostState(speed_mps=0.8, sideslip_rad=1.0), road=Road(), coverage=Coverage())).status
+        is Status.PLANNED
+    )
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,9 @@ class Drive:
         for k in range(round(self.seconds / 0.1)):
             t = round(0.1 * k, 1)
             seen = tuple(Track(id=f"{i}", s_m=s + v * t, d_m=sign * d, speed_s_mps=v) for i, (s, d, v) in enumerate(self.cars))
-            plan = planner.plan(Situation(time_s=t, host=host, tracks=seen, road=road, desired_speed_mps=self.wanted_mps))
+            plan = planner.plan(
+                Situation(time_s=t, host=host, tracks=seen, road=road, desired_speed_mps=self.wanted_mps, coverage=Coverage())
+            )
             host = HostState.from_vector(plan.trajectory.states[int(np.searchsorted(plan.trajectory.t_s, 0.1 - 1e-9))])
             self.hosts.append(host)
             self.plans.append(plan)
@@ -136,7 +138,7 @@ def test_a_lane_that_is_wanted_has_room_and_presses_nobody(
     settings = replace(QUIET, manners=replace(MANNERS, passes_inside=passes_inside))
     tracks = tuple(Track(id=f"{i}", s_m=s, d_m=d, speed_s_mps=v, length_m=length) for i, (s, d, v, length) in enumerate(cars))
     road = Road(lanes_left=int(lanes[0]), lanes_right=int(lanes[1]), speed_limit_mps=60.0)
-    situation = Situation(host=HostState(speed_mps=speed), tracks=tracks, road=road, desired_speed_mps=speed + faster)
+    situation = Situation(host=HostState(speed_mps=speed), tracks=tracks, road=road, desired_speed_mps=speed + faster, coverage=Coverage())
     choice = lane_choice(situation, CAR, settings)
     turned = replace(
         situation,
@@ -162,7 +164,7 @@ def test_a_lane_that_is_wanted_has_room_and_presses_nobody(
 def test_a_side_that_nobody_watches_is_not_wanted() -> None:
     slow = Track(id="slow", s_m=40.0, d_m=0.0, speed_s_mps=15.0)
     road = Road(lanes_left=1, speed_limit_mps=60.0)
-    situation = Situation(host=HostState(speed_mps=25.0), tracks=(slow,), road=road)
+    situation = Situation(host=HostState(speed_mps=25.0), tracks=(slow,), road=road, coverage=Coverage())
     assert lane_choice(situation, CAR, QUIET).side is Side.LEFT
     for sector in ("left", "front", "rear"):
         blind = replace(situation, coverage=replace(Coverage(), **{sector: False}))
@@ -174,7 +176,7 @@ def test_lanes_are_not_changed_in_a_bend_nor_before_one(kappa: float) -> None:
     slow = Track(id="slow", s_m=40.0, d_m=0.0, speed_s_mps=15.0)
     for way_m, side in ((-50.0, Side.NONE), (100.0, Side.NONE), (400.0, Side.LEFT)):
         road = Road(lanes_left=1, speed_limit_mps=60.0, curvature=((way_m, 0.0), (way_m + 20.0, kappa), (way_m + 200.0, kappa)))
-        situation = Situation(host=HostState(speed_mps=25.0), tracks=(slow,), road=road)
+        situation = Situation(host=HostState(speed_mps=25.0), tracks=(slow,), road=road, coverage=Coverage())
         assert lane_choice(situation, CAR, QUIET).side is side
 
 
@@ -187,7 +189,9 @@ def test_a_lane_that_one_began_in_is_left_for_a_free_one_outside_only_where_a_se
 
 def test_a_wish_that_ends_for_a_moment_begins_anew() -> None:
     slow = Track(id="slow", s_m=40.0, d_m=0.0, speed_s_mps=15.0)
-    situation = Situation(host=HostState(speed_mps=25.0), tracks=(slow,), road=Road(lanes_left=1, speed_limit_mps=60.0))
+    situation = Situation(
+        host=HostState(speed_mps=25.0), tracks=(slow,), road=Road(lanes_left=1, speed_limit_mps=60.0), coverage=Coverage()
+    )
     wish = LaneChoice()
     for _ in range(15):
         wish = lane_choice(situation, CAR, QUIET, wish, 0.1)
@@ -216,7 +220,7 @@ def test_who_would_have_to_brake_hard_costs_a_lane_change_that_is_not_needed() -
     road = Road(lanes_left=1, lanes_right=1, speed_limit_mps=60.0)
     front = Track(id="front", s_m=60.0, d_m=0.0, speed_s_mps=10.0)
     fast = Track(id="fast", s_m=-30.0, d_m=LANE_M, speed_s_mps=33.0)
-    cycle = Cycle.of(Situation(host=HostState(speed_mps=22.0), tracks=(front, fast), road=road), CAR, QUIET)
+    cycle = Cycle.of(Situation(host=HostState(speed_mps=22.0), tracks=(front, fast), road=road, coverage=Coverage()), CAR, QUIET)
     assert cycle.inconsiderate_sides == {Side.LEFT}
 
 

@@ -9,12 +9,12 @@ import pytest
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan, Refusal
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import SharedPlannerError
 from mcdas_opt.planning.planner import Planner
 
-SITUATION = Situation(host=HostState(speed_mps=20.0))
+SITUATION = Situation(host=HostState(speed_mps=20.0), coverage=Coverage())
 
 
 class Waiting:

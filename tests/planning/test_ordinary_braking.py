@@ -10,7 +10,7 @@ import pytest
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode
@@ -28,7 +28,13 @@ def planner() -> Planner:
 
 def following(speed_mps: float, closing_mps: float, seconds: float) -> Situation:
     front = Track(id="front", s_m=4.5 + closing_mps * seconds, d_m=0.0, speed_s_mps=speed_mps - closing_mps)
-    return Situation(host=HostState(d_m=0.0, speed_mps=speed_mps), tracks=(front,), road=Road(friction=0.9), desired_speed_mps=speed_mps)
+    return Situation(
+        host=HostState(d_m=0.0, speed_mps=speed_mps),
+        tracks=(front,),
+        road=Road(friction=0.9),
+        desired_speed_mps=speed_mps,
+        coverage=Coverage(),
+    )
 
 
 def planned(planner: Planner, situation: Situation) -> Plan:
@@ -78,7 +84,7 @@ def test_who_brakes_hard_on_its_way_out_of_the_lane_is_not_followed_to_a_stop(sp
     slowest = []
     for sideways_mps in (1.0, 0.3, -1.0):
         tracks = (replace(front, speed_d_mps=sideways_mps * side),)
-        cycle = Cycle.of(Situation(host=host, tracks=tracks, road=road, desired_speed_mps=speed_mps), Vehicle())
+        cycle = Cycle.of(Situation(host=host, tracks=tracks, road=road, desired_speed_mps=speed_mps, coverage=Coverage()), Vehicle())
         slowest.append(float(comfortable_speed(cycle, speed_mps, 0.0).speeds_mps.min()))
     assert slowest[0] == speed_mps
     assert slowest[1] == slowest[2] < speed_mps - 5.0

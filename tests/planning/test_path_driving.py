@@ -15,7 +15,7 @@ from mcdas_opt.baselines.steady import SteadyLaw
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.car_following import IdmSettings
@@ -79,7 +79,7 @@ def test_compiled_baselines_are_the_baselines(
     elif kind == "reaction":
         law = ReactionLaw(since_s=since, until_mps=theirs, strength_mps2=hard)
     else:
-        situation = Situation(host=host, tracks=leaders[kind], road=road)
+        situation = Situation(host=host, tracks=leaders[kind], road=road, coverage=Coverage())
         law = Following(situation=situation, vehicle=CAR, leaders=leaders[kind], desired_mps=30.0, idm=IdmSettings())
     path = LaneCentre(d_m=0.0) if kind == "steady" else corrected(0.0, 0.0, target, v, 2.0)
     keys = {"vehicle": CAR, "road": road, "duration_s": 4.0, "lateral_acceleration_mps2": 3.0}

@@ -121,7 +121,9 @@ def test_blind_everywhere_holds_the_lane_and_speed() -> None:
 def test_boxed_in_on_all_sides_is_labelled() -> None:
     neighbours = [("front", 6.0, 0.0, 5.0), ("rear", -5.5, 0.0, 30.0), ("left", 0.0, 3.7, 20.0), ("right", 0.0, -3.7, 20.0)]
     tracks = tuple(car(name, s, d, v) for name, s, d, v in neighbours)
-    plan = Planner().plan(Situation(host=HostState(speed_mps=20.0), tracks=tracks, road=Road(lanes_left=1, lanes_right=1)))
+    plan = Planner().plan(
+        Situation(host=HostState(speed_mps=20.0), tracks=tracks, road=Road(lanes_left=1, lanes_right=1), coverage=Coverage())
+    )
     assert plan.status is Status.UNAVOIDABLE
     assert not plan.verdict.passed
     assert "least severe" in plan.reason
@@ -129,7 +131,7 @@ def test_boxed_in_on_all_sides_is_labelled() -> None:
 
 def test_benign_following_is_not_disturbed() -> None:
     tracks = (car("front", 50.0, 0.0, 25.0), car("rear", -45.0, 0.0, 25.0), car("left", 5.0, 3.7, 27.0))
-    plan = Planner().plan(Situation(host=HostState(speed_mps=25.0), tracks=tracks, road=Road(lanes_left=1)))
+    plan = Planner().plan(Situation(host=HostState(speed_mps=25.0), tracks=tracks, road=Road(lanes_left=1), coverage=Coverage()))
     assert plan.mode in (Mode.HOLD, Mode.CRUISE)
     assert not plan.warning
     assert np.abs(plan.trajectory.acceleration_mps2).max() < 0.5
@@ -153,14 +155,14 @@ def test_a_refusal_is_answered_by_the_ladder(seed: int) -> None:
 
 
 def test_asked_to_park_it_stands_until_parking_takes_over() -> None:
-    plan = Planner().plan(Situation(host=HostState(), request=Request.PARK))
+    plan = Planner().plan(Situation(host=HostState(), request=Request.PARK, coverage=Coverage()))
     assert (plan.mode, plan.status) == (Mode.PARK, Status.PLANNED)
     assert plan.trajectory.speed_mps.max() < 0.1
 
 
 def test_asked_to_park_it_still_escapes_from_behind() -> None:
     tracks = (car("rear", -60.0, 0.0, 15.0),)
-    plan = Planner().plan(Situation(host=HostState(), tracks=tracks, request=Request.PARK, road=Road(lanes_left=1)))
+    plan = Planner().plan(Situation(host=HostState(), tracks=tracks, request=Request.PARK, road=Road(lanes_left=1), coverage=Coverage()))
     assert plan.verdict.passed
 
 
@@ -174,7 +176,7 @@ def test_nobody_is_steered_into_a_lane_that_nobody_watches(seed: int) -> None:
 
 
 def test_before_the_end_of_the_road_the_least_severe_brakes() -> None:
-    plan = Planner().plan(Situation(host=HostState(speed_mps=15.0), road=Road(road_end_s_m=15.0)))
+    plan = Planner().plan(Situation(host=HostState(speed_mps=15.0), road=Road(road_end_s_m=15.0), coverage=Coverage()))
     assert (plan.status, plan.mode) == (Status.UNAVOIDABLE, Mode.BRAKE)
     assert plan.trajectory.acceleration_mps2.min() < -6.0
 
@@ -280,7 +282,7 @@ def test_a_trajectory_that_is_not_finite_is_no_plan(has_ladder: bool) -> None:
 def test_the_corrected_path_is_driven_within_its_bound(kmh: int) -> None:
     v = kmh / 3.6
     tracks = (car("front", 20.0 + 1.2 * v, 0.0, 0.6 * v), car("rear", -8.0 - 0.6 * v, 0.0, 1.4 * v))
-    situation = Situation(host=HostState(speed_mps=v), tracks=tracks, road=Road(lanes_left=1, lanes_right=1))
+    situation = Situation(host=HostState(speed_mps=v), tracks=tracks, road=Road(lanes_left=1, lanes_right=1), coverage=Coverage())
     planner = Planner(method="closed-form-corrected")
     plan = planner.plan(situation)
     assert plan.mode is Mode.EVADE

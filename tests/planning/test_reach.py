@@ -58,7 +58,7 @@ def dense(count: int) -> Situation:
         if lane or k
     ]
     nearest = sorted(cars, key=lambda track: abs(track.s_m))[:count]
-    return Situation(host=HostState(speed_mps=20.0), tracks=tuple(nearest), road=Road(lanes_left=1, lanes_right=1))
+    return Situation(host=HostState(speed_mps=20.0), tracks=tuple(nearest), road=Road(lanes_left=1, lanes_right=1), coverage=Coverage())
 
 
 def test_at_every_node_the_nearest_are_in_the_optimiser() -> None:

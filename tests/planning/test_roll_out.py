@@ -11,7 +11,7 @@ from mcdas_opt.domain.grid import TimeGrid
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import ViolationKind
 from mcdas_opt.domain.vocabulary import Status
@@ -64,7 +64,7 @@ def test_the_optimisers_start_can_keep_the_bounds_on_speed(v: float, a: float) -
 def test_there_is_a_plan_at_either_end_of_the_speeds(v: float, a: float) -> None:
     wall = car("wall", 4.5 + 2.0 + 60.0 * (v > 10.0), 0.0, 0.0 if v < 10.0 else 50.0)
     host = HostState(speed_mps=v, acceleration_mps2=a)
-    plan = Planner().plan(Situation(host=host, tracks=(wall,), desired_speed_mps=min(v, 40.0)))
+    plan = Planner().plan(Situation(host=host, tracks=(wall,), desired_speed_mps=min(v, 40.0), coverage=Coverage()))
     assert plan.verdict.passed, plan.verdict.reason
     assert plan.status is Status.PLANNED or v > 49.0  # at top speed, still accelerating: the ladder's
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
@@ -74,7 +74,10 @@ def test_they_are_the_separations_of_the_corners() -> None:
 def test_a_drive_that_seems_to_fly_off_near_a_bends_centre_is_measured_where_the_road_is_known() -> None:
     road = Road(lane_width_m=3.0, curvature=((0.0, 0.0), (20.0, 0.18), (40.0, 0.0)))
     cycle = Cycle.of(
-        Situation(host=HostState(speed_mps=5.0), tracks=(Track(id="a", s_m=12.0, d_m=0.0, speed_s_mps=0.0),), road=road), Vehicle()
+        Situation(
+            host=HostState(speed_mps=5.0), tracks=(Track(id="a", s_m=12.0, d_m=0.0, speed_s_mps=0.0),), road=road, coverage=Coverage()
+        ),
+        Vehicle(),
     )
     states = np.zeros((11, 6))
     states[:, 0], states[:, 3] = np.linspace(0.0, 5000.0, 11), 5.0

@@ -72,7 +72,7 @@ def test_a_candidate_keeps_its_reserve_to_the_edge_where_it_can(left: bool) -> N
     """In the middle of the next lane 0.95 m of road are left beside the car: who wants to keep more leans towards its own."""
     car, side = load_vehicle("sedan"), 1.0 if left else -1.0
     road = Road(lanes_left=int(left), lanes_right=int(not left))
-    situation = Situation(host=HostState(speed_mps=15.0), road=road, tracks=(car_at("standing", 45.0, 0.0, 0.0),))
+    situation = Situation(host=HostState(speed_mps=15.0), road=road, tracks=(car_at("standing", 45.0, 0.0, 0.0),), coverage=Coverage())
     room = []
     for reserve in (0.0, 1.2):
         settings = replace(Settings(), edge_reserve_m=reserve)

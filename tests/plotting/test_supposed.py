@@ -8,7 +8,7 @@ import pytest
 from mcdas_opt import Planner
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.plotting.outlook import Outlook
@@ -20,7 +20,9 @@ BRAKES = Track(
 )
 CHANGES = Track(id="3", s_m=14.0, d_m=3.1, speed_s_mps=17.0, speed_d_mps=-1.2, covariance=SURE)
 STAYS = Track(id="bus", s_m=-40.0, d_m=3.7, speed_s_mps=14.0, covariance=SURE)
-SITUATION = Situation(host=HostState(speed_mps=20.0), road=Road(lanes_left=1, lanes_right=1), tracks=(BRAKES, CHANGES, STAYS))
+SITUATION = Situation(
+    host=HostState(speed_mps=20.0), road=Road(lanes_left=1, lanes_right=1), tracks=(BRAKES, CHANGES, STAYS), coverage=Coverage()
+)
 
 
 def test_every_body_has_the_colour_of_its_track_and_its_own_name() -> None:

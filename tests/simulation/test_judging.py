@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.simulation.judging import exact_tracks, foresee, verify
@@ -45,7 +45,7 @@ def test_friction_is_the_assumed_one() -> None:
 
 def test_a_situation_is_judged_by_its_tracks() -> None:
     scene = make_scene({**BRAKING_FRONT, "speed_mps": 5.0})
-    situation = Situation(host=scene.host_state, tracks=exact_tracks(scene), road=scene.assumed_road)
+    situation = Situation(host=scene.host_state, tracks=exact_tracks(scene), road=scene.assumed_road, coverage=Coverage())
     assert foresee(straight_on(), situation).name == "constant-velocity"
     by_situation = verify(straight_on(), situation)
     assert by_situation == verify(straight_on(), scene, "constant-velocity")

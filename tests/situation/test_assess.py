@@ -27,7 +27,7 @@ VEHICLE = Vehicle()
 def sandwich(front_d: float = 0.0, **changes: object) -> Situation:
     front = Track(id="front", s_m=29.5, d_m=front_d, speed_s_mps=11.1)
     rear = Track(id="rear", s_m=-29.5, d_m=0.0, speed_s_mps=16.7)
-    return Situation(**{"host": HostState(speed_mps=11.1), "road": ROAD, "tracks": (front, rear), **changes})
+    return Situation(**{"host": HostState(speed_mps=11.1), "road": ROAD, "tracks": (front, rear), "coverage": Coverage(), **changes})
 
 
 def judge(situation: Situation, previous: Assessment | None = None) -> Assessment:
@@ -165,13 +165,17 @@ def test_a_car_about_to_come_alongside_blocks_its_side() -> None:
 )
 def test_role_by_how_far_the_body_reaches_into_the_lane(d: float, role: Role) -> None:
     road = Road(lanes_left=2, lanes_right=2)
-    a = judge(Situation(host=HostState(speed_mps=20.0), road=road, tracks=(Track(id="x", s_m=30.0, d_m=d, speed_s_mps=20.0),)))
+    a = judge(
+        Situation(
+            host=HostState(speed_mps=20.0), road=road, tracks=(Track(id="x", s_m=30.0, d_m=d, speed_s_mps=20.0),), coverage=Coverage()
+        )
+    )
     assert a.roles["x"] is role
 
 
 def test_only_the_nearest_is_front() -> None:
     near, far = Track(id="near", s_m=30.0, d_m=0.0, speed_s_mps=11.0), Track(id="far", s_m=50.0, d_m=0.0, speed_s_mps=1.0)
-    a = judge(Situation(host=HostState(speed_mps=11.0), road=ROAD, tracks=(far, near)))
+    a = judge(Situation(host=HostState(speed_mps=11.0), road=ROAD, tracks=(far, near), coverage=Coverage()))
     assert a.roles == {"near": Role.FRONT, "far": Role.OTHER}
 
 
@@ -202,7 +206,7 @@ def test_mode_age_is_kept() -> None:
 
 def test_the_end_of_the_road_is_a_wall() -> None:
     road = dataclasses.replace(ROAD, road_end_s_m=60.0)
-    a = judge(Situation(host=HostState(speed_mps=20.0), road=road))
+    a = judge(Situation(host=HostState(speed_mps=20.0), road=road, coverage=Coverage()))
     assert a.front_id is None
     assert a.front_gap_m == pytest.approx(60.0 - 2.25)
     assert a.mode is Mode.BRAKE
@@ -210,7 +214,7 @@ def test_the_end_of_the_road_is_a_wall() -> None:
 
 
 def test_park_on_request_at_standstill() -> None:
-    standing = Situation(host=HostState(speed_mps=0.0), road=ROAD, request=Request.PARK)
+    standing = Situation(host=HostState(speed_mps=0.0), road=ROAD, request=Request.PARK, coverage=Coverage())
     assert judge(standing).mode is Mode.PARK
     assert judge(dataclasses.replace(standing, host=HostState(speed_mps=3.0))).mode is not Mode.PARK
     assert judge(dataclasses.replace(standing, request=Request.DRIVE)).mode is Mode.HOLD

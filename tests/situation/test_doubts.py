@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from mcdas_opt.domain.doubt import Doubt, DoubtKind, SupposedTrack
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.situation.doubts import Believed, believed
@@ -27,7 +27,7 @@ def car(name: str, s: float, speed: float, d: float = 0.0) -> Track:
 
 
 def seen(time_s: float, *tracks: Track) -> Situation:
-    return Situation(time_s=time_s, host=HostState(speed_mps=15.0, d_m=-3.7), tracks=tracks, road=Road(lanes_right=1))
+    return Situation(time_s=time_s, host=HostState(speed_mps=15.0, d_m=-3.7), tracks=tracks, road=Road(lanes_right=1), coverage=Coverage())
 
 
 def after(situation: Situation, seconds: float) -> Situation:
@@ -153,8 +153,10 @@ def test_mirrored_tracks_are_believed_mirrored() -> None:
 def test_the_side_of_who_is_where_the_host_is_does_not_hang_on_rounding(ahead_m: float) -> None:
     """A planner counts from a place of its own: what was ahead by 3e-257 m was behind for it and ahead for who judged the plan anew."""
     host, there = HostState(speed_mps=20.0), car("x", ahead_m, -15.0)
-    at_all = believed(Situation(host=host, tracks=(replace(there, s_m=0.0),)), (), 0.0, (), Vehicle()).situation.tracks[0]
-    by_a_hair = believed(Situation(host=host, tracks=(there,)), (), 0.0, (), Vehicle()).situation.tracks[0]
+    at_all = believed(
+        Situation(host=host, tracks=(replace(there, s_m=0.0),), coverage=Coverage()), (), 0.0, (), Vehicle()
+    ).situation.tracks[0]
+    by_a_hair = believed(Situation(host=host, tracks=(there,), coverage=Coverage()), (), 0.0, (), Vehicle()).situation.tracks[0]
     assert by_a_hair.s_m == pytest.approx(at_all.s_m, abs=1e-6)
 
 

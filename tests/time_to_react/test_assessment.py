@@ -11,7 +11,7 @@ import pytest
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import Settings, WarningSettings
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.planning.planner import Planner
@@ -41,7 +41,7 @@ def test_a_plan_carries_the_map_unless_that_is_turned_off(method: str) -> None:
 def approach(time_s: float) -> Situation:
     """A wall ahead, nobody brakes, no lane beside."""
     wall = car("wall", 80.0 - 20.0 * time_s, 0.0, 0.0)
-    return Situation(time_s=time_s, host=HostState(speed_mps=20.0), tracks=(wall,), road=Road())
+    return Situation(time_s=time_s, host=HostState(speed_mps=20.0), tracks=(wall,), road=Road(), coverage=Coverage())
 
 
 def test_a_wall_is_warned_of_first_and_acted_on_before_it_is_too_late() -> None:

@@ -35,7 +35,7 @@ def of(situation: Situation) -> Escapes:
 
 def chased(closing_kmh: float, gap_m: float, speed: float = 20.0, **road: float) -> Situation:
     rear = Track(id="rear", s_m=-gap_m - LENGTH, d_m=0.0, speed_s_mps=speed + closing_kmh / 3.6)
-    return Situation(host=HostState(speed_mps=speed), tracks=(rear,), road=Road(lanes_left=1, lanes_right=1, **road))
+    return Situation(host=HostState(speed_mps=speed), tracks=(rear,), road=Road(lanes_left=1, lanes_right=1, **road), coverage=Coverage())
 
 
 @pytest.mark.parametrize(("closing_kmh", "needed_m"), [(20.0, 5.1), (40.0, 20.6), (60.0, 46.3)])
@@ -68,7 +68,7 @@ def test_braking_for_a_wall_needs_the_stopping_distance(speed: float, friction: 
     most = min(8.0, friction * 9.80665)
     stop = speed**2 / (2.0 * most)
     wall = Track(id="wall", s_m=stop + 2.0 * speed + LENGTH, d_m=0.0, speed_s_mps=0.0)
-    answer = of(Situation(host=HostState(speed_mps=speed), tracks=(wall,), road=Road(friction=friction))).brake
+    answer = of(Situation(host=HostState(speed_mps=speed), tracks=(wall,), road=Road(friction=friction), coverage=Coverage())).brake
     assert answer.last_moment_s is not None
     left = stop + (2.0 - answer.last_moment_s) * speed
     assert stop <= left <= 1.06 * stop + 0.4 * speed
@@ -76,7 +76,7 @@ def test_braking_for_a_wall_needs_the_stopping_distance(speed: float, friction: 
 
 
 def test_nobody_around_closes_nothing_but_where_there_is_no_road() -> None:
-    answer = of(Situation(host=HostState(speed_mps=20.0), road=Road(lanes_left=1)))
+    answer = of(Situation(host=HostState(speed_mps=20.0), road=Road(lanes_left=1), coverage=Coverage()))
     for kind in ("brake", "accelerate", "left"):
         candidate = getattr(answer, kind)
         assert (candidate.open, candidate.last_moment_s, candidate.closed_by) == (True, 10.0, None)
@@ -91,14 +91,16 @@ def beside(first_m: float, last_m: float, speed: float) -> tuple[Track, ...]:
 
 
 def test_a_row_of_cars_beside_closes_its_side() -> None:
-    answer = of(Situation(host=HostState(speed_mps=20.0), tracks=beside(-48, 18, 20.0), road=Road(lanes_left=1, lanes_right=1)))
+    answer = of(
+        Situation(host=HostState(speed_mps=20.0), tracks=beside(-48, 18, 20.0), road=Road(lanes_left=1, lanes_right=1), coverage=Coverage())
+    )
     assert not answer.left.open
     assert answer.left.closed_by is Closer.SIDE
     assert answer.right.open
 
 
 def test_past_a_single_car_beside_a_lane_change_with_another_speed_is_open() -> None:
-    answer = of(Situation(host=HostState(speed_mps=20.0), tracks=beside(0, 0, 20.0), road=Road(lanes_left=1))).left
+    answer = of(Situation(host=HostState(speed_mps=20.0), tracks=beside(0, 0, 20.0), road=Road(lanes_left=1), coverage=Coverage())).left
     assert answer.open
     assert answer.demand_mps2 is not None
     assert answer.demand_mps2 > 2.0
@@ -112,7 +114,7 @@ def test_a_side_that_nobody_watches_is_closed() -> None:
 
 def test_a_start_that_waits_may_open_what_is_closed_now() -> None:
     """Faster cars beside now are ahead and gone later: closed now, so without a demand, but still open."""
-    left = of(Situation(host=HostState(speed_mps=20.0), tracks=beside(-60, 18, 28.0), road=Road(lanes_left=1))).left
+    left = of(Situation(host=HostState(speed_mps=20.0), tracks=beside(-60, 18, 28.0), road=Road(lanes_left=1), coverage=Coverage())).left
     assert left.open
     assert left.demand_mps2 is None
     assert left.last_moment_s == 10.0

@@ -8,7 +8,7 @@ import pytest
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import PredictionSettings, Settings, SigmoidSettings
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
@@ -26,7 +26,9 @@ SENSITIVITY = PlanSensitivity(Vehicle(), neighbours=2, nodes=NODES)
 def plan(speed: float, gap: float, offset: float, side: Side) -> PosedPlan:
     front = Track(id="front", s_m=gap + 4.5, d_m=offset, speed_s_mps=0.6 * speed)
     rear = Track(id="rear", s_m=-20.0, d_m=0.0, speed_s_mps=speed + 4.0)
-    situation = Situation(host=HostState(speed_mps=speed), tracks=(front, rear), road=Road(lanes_left=1, lanes_right=1))
+    situation = Situation(
+        host=HostState(speed_mps=speed), tracks=(front, rear), road=Road(lanes_left=1, lanes_right=1), coverage=Coverage()
+    )
     gentle = Settings(sigmoid=SigmoidSettings(lateral_acceleration_mps2=3.0))
     cycle = Cycle.of(situation, Vehicle(), gentle)
     return posed_plan(SENSITIVITY, situation, steer_out(cycle, side), predict(situation.tracks, PredictionSettings()).bodies)
