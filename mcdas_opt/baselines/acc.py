@@ -47,7 +47,7 @@ class AccMethod:
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
         if situation.request is Request.PARK:
             return Refusal(reason="parking is planned by park, not by the lane planner")
-        lane = situation.road.lane_of(situation.host.d_m, situation.host.s_m)
+        lane = situation.host_lane
         front = neighbours_in(lane, situation, self.vehicle).ahead
         limit = situation.road.limit_mps(lane, situation.host.s_m, self.settings.speed_limit_excess)
         desired = min(situation.wanted_speed_mps, limit)

@@ -62,7 +62,7 @@ class AebMethod:
     def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
         if situation.request is Request.PARK:
             return Refusal(reason="parking is planned by park, not by the lane planner")
-        ahead = neighbours_in(situation.road.lane_of(situation.host.d_m, situation.host.s_m), situation, self.vehicle).ahead
+        ahead = neighbours_in(situation.host_lane, situation, self.vehicle).ahead
         before = carried(previous, AebTarget)
         leader = leader_of(ahead, situation, self.vehicle)
         if ahead is None or leader is None:

@@ -106,7 +106,7 @@ class CompetentDriverMethod:
     def _ahead(self, situation: Situation) -> list[Track]:
         """Whoever is ahead in the lane, and those who come into it from the next ones."""
         road, host = situation.road, situation.host
-        lane = road.lane_of(host.d_m, host.s_m)
+        lane = situation.host_lane
         own = neighbours_in(lane, situation, self.vehicle).ahead
         coming = []
         for track in situation.tracks:

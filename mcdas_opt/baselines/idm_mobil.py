@@ -89,7 +89,7 @@ class IdmMobilMethod:
             going = None
         going = going or self._change(situation)
         road, host = situation.road, situation.host
-        lanes = {road.lane_of(host.d_m, host.s_m)}
+        lanes = {situation.host_lane}
         if going is not None:
             lanes.add(road.lane_of(going.target_d_m, host.s_m))
         ahead = [neighbours_in(lane, situation, self.vehicle).ahead for lane in sorted(lanes)]
@@ -116,8 +116,8 @@ class IdmMobilMethod:
     def exchange(self, situation: Situation, side: Side) -> Exchange | None:
         """The accelerations on both sides of the choice; None where there is no lane, nobody watches it, or somebody is alongside."""
         road, host = situation.road, situation.host
-        lane = road.lane_of(host.d_m, host.s_m)
-        other = lane + (1 if side is Side.LEFT else -1)
+        lane = situation.host_lane
+        other = lane + side.sign
         if not road.has_lane(other, host.s_m) or not situation.coverage.sees(_SECTORS[side]) or host.speed_mps < _STANDING_MPS:
             return None
         here, there = neighbours_in(lane, situation, self.vehicle), neighbours_in(other, situation, self.vehicle)
@@ -147,7 +147,7 @@ class IdmMobilMethod:
         if best is None:
             return None
         side, road, host = best[2], situation.road, situation.host
-        target = road.lane_centre_m(road.lane_of(host.d_m, host.s_m) + (1 if side is Side.LEFT else -1), host.s_m)
+        target = road.lane_centre_m(situation.lane_beside(side), host.s_m)
         path = corrected(
             start_s_m=host.s_m,
             start_d_m=host.d_m,
@@ -165,7 +165,7 @@ class IdmMobilMethod:
 
     def _desired_mps(self, situation: Situation) -> float:
         road, host = situation.road, situation.host
-        limit = road.limit_mps(road.lane_of(host.d_m, host.s_m), host.s_m, self.settings.speed_limit_excess)
+        limit = road.limit_mps(situation.host_lane, host.s_m, self.settings.speed_limit_excess)
         return min(situation.wanted_speed_mps, limit) if situation.wanted_speed_mps > 0.0 else limit
 
     def _acceleration(self, situation: Situation, leader: Leader | None) -> float:

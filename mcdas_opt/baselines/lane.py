@@ -32,7 +32,7 @@ class Neighbours(NamedTuple):
 def neighbours_in(lane: int, situation: Situation, vehicle: Vehicle) -> Neighbours:
     """By their centres. In a lane is whose centre is in it, and in the host's own whoever it would touch, too."""
     host, road = situation.host, situation.road
-    own = lane == road.lane_of(host.d_m, host.s_m)
+    own = lane == situation.host_lane
     there = [
         track
         for track in situation.tracks
@@ -55,7 +55,7 @@ def leader_of(track: Track | None, situation: Situation, vehicle: Vehicle, s_m: 
 def lane_centre(situation: Situation) -> LaneCentre:
     """The middle of the lane that the host is in."""
     road, host = situation.road, situation.host
-    return LaneCentre(d_m=road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m))
+    return LaneCentre(d_m=road.lane_centre_m(situation.host_lane, host.s_m))
 
 
 def strongest_braking_mps2(situation: Situation, vehicle: Vehicle) -> float:

@@ -9,7 +9,6 @@ from mcdas_opt.catalogue.schedules import schedule_of
 from mcdas_opt.domain.gain_schedule import GainSchedule
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.cycle import Cycle
@@ -45,7 +44,7 @@ class TunedMethod(CorrectedMethod):
             start_d_m=situation.host.d_m,
             target_d_m=proposed.manoeuvre.target_d_m,
             speed_mps=max(situation.host.speed_mps, proposed.speed_mps),
-            offset_m=offset_m if proposed.side is Side.LEFT else -offset_m,
+            offset_m=proposed.side.sign * offset_m,
             friction=situation.road.friction,
             lateral_acceleration_mps2=lateral_bound_mps2(situation, sigmoid),
         )

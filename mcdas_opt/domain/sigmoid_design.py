@@ -37,7 +37,7 @@ class SigmoidDesign:
     @property
     def reach_m(self) -> float:
         """How far to the side the path ends [m], positive."""
-        return self.y_max_m + (self.offset_m if self.side is Side.LEFT else -self.offset_m)
+        return self.y_max_m + self.side.sign * self.offset_m
 
     @property
     def end_m(self) -> float:

@@ -14,7 +14,7 @@ from mcdas_opt.domain.parsing import parsed_json
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import FARTHEST_M, FASTEST_MPS, all_of, finite, non_negative, require_type, within, word
 from mcdas_opt.domain.track import Coverage, Track
-from mcdas_opt.domain.vocabulary import Request, Sector
+from mcdas_opt.domain.vocabulary import Request, Sector, Side
 from mcdas_opt.errors import InputError, ParameterError
 
 MOST_TRACKS = 1000
@@ -80,6 +80,15 @@ class Situation:
     def vehicle_name(self) -> str:
         """Of the host's car, where somebody needs one: the sedan where none is said."""
         return self.vehicle or "sedan"
+
+    @property
+    def host_lane(self) -> int:
+        """The lane that the host's middle is in, counted as `Road.lane_of` does."""
+        return self.road.lane_of(self.host.d_m, self.host.s_m)
+
+    def lane_beside(self, side: Side) -> int:
+        """The next lane on a side, as it is counted; whether the road has it is another question."""
+        return self.host_lane + side.sign
 
     @property
     def wanted_speed_mps(self) -> float:

@@ -21,6 +21,11 @@ class Side(StrEnum):
     RIGHT = "right"
     NONE = "none"
 
+    @property
+    def sign(self) -> int:
+        """Of an offset or a lane's number to that side: both count to the left."""
+        return 1 if self is Side.LEFT else -1 if self is Side.RIGHT else 0
+
 
 class Role(StrEnum):
     """Where a neighbour is, by geometry: front and rear in the host's own lane, left and right in the next lanes."""

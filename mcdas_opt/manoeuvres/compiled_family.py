@@ -191,7 +191,7 @@ def _now(situation: Situation, vehicle: Vehicle, step_s: float) -> dict[str, Any
         "right": road.right_edge_m,
         "end": np.inf if road.road_end_s_m is None else road.road_end_s_m,
         "wanted": situation.wanted_speed_mps,
-        "lane_d": road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m),
-        "half_lane": 0.5 * road.lane_width_at(road.lane_of(host.d_m, host.s_m), host.s_m),
+        "lane_d": road.lane_centre_m(situation.host_lane, host.s_m),
+        "half_lane": 0.5 * road.lane_width_at(situation.host_lane, host.s_m),
         "reach": 0.5 * np.hypot(vehicle.length_m, vehicle.width_m),
     }

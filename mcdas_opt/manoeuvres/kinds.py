@@ -79,16 +79,15 @@ class Choice:
 def next_lane_m(situation: Situation, vehicle: Vehicle, side: Side) -> float | None:
     """The middle of the next lane, else of a shoulder that holds the car; None when there is neither."""
     road = situation.road
-    sign = 1 if side is Side.LEFT else -1
-    lane = road.lane_of(situation.host.d_m, situation.host.s_m) + sign
+    lane = situation.lane_beside(side)
     if road.goes_on(lane, situation.host.s_m, situation.host.speed_mps):
         return road.lane_centre_m(lane, situation.host.s_m)
     shoulder, edge = (
         (road.shoulder_left_m, float(road.left_edge_at(situation.host.s_m)))
-        if sign > 0
+        if side is Side.LEFT
         else (road.shoulder_right_m, float(road.right_edge_at(situation.host.s_m)))
     )
-    return edge - sign * 0.5 * shoulder if shoulder >= vehicle.width_m + 0.5 else None
+    return edge - side.sign * 0.5 * shoulder if shoulder >= vehicle.width_m + 0.5 else None
 
 
 def _times(grid: TimeGrid) -> Array:
@@ -206,7 +205,7 @@ def _profiles(situation: Situation, ends: list[tuple[float, float]]) -> tuple[La
     """(1, Q): keep the lane, and to each of the ends (target d, side)."""
     host, road = situation.host, situation.road
     grip = road.friction * GRAVITY_MPS2
-    rows = [(road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m), min(KEEPING_MPS2, 0.5 * grip), 0.0, 0.0)]
+    rows = [(road.lane_centre_m(situation.host_lane, host.s_m), min(KEEPING_MPS2, 0.5 * grip), 0.0, 0.0)]
     if host.speed_mps >= _STEERABLE_MPS:
         spread = tuple(product(LATERAL_SHARES, DELAYS_S))
         rows += [(target, share * grip, delay, sign) for target, sign in ends for share, delay in spread]

@@ -46,7 +46,7 @@ class InterpretedMembers:
         """Every member against everybody."""
         situation, road = self._situation, self._situation.road
         host = situation.host
-        lane = road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m)
+        lane = road.lane_centre_m(situation.host_lane, host.s_m)
         return score(self._rolled, self._prediction, self._vehicle, road, situation.wanted_speed_mps, lane, scoring)
 
     def best(self, scoring: Scoring, kinds: NDArray[np.intp]) -> list[Member]:

@@ -12,7 +12,6 @@ import numpy as np
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
-from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.gap import SLOWER_MPS
 from mcdas_opt.planning.headway import ORDINARY_MPS2, asked_time_gap_s
@@ -99,7 +98,7 @@ def _fronts(cycle: Cycle, lanes_m: tuple[float, ...]) -> list[FrontCar]:
             gaps = asked_time_gap_s(room_m + way, speeds, host.speed_mps, times_s, cycle.front_gap.headway)
             found.append(FrontCar(room_m + way - cycle.front_gap.headway.standstill_m, speeds, gaps))
     if manners.passes_inside and not _leaves_an_ending_lane(cycle):
-        inner = lanes_m[-1] + (road.lane_width_m if manners.inside is Side.LEFT else -road.lane_width_m)
+        inner = lanes_m[-1] + manners.inside.sign * road.lane_width_m
         for track, room_m in ahead:
             if room_m > 0.0 and track.speed_s_mps > manners.queue_mps and reaches_into(track, inner, road.lane_width_m):
                 speeds, way = _going_on(track, times_s)

@@ -177,7 +177,7 @@ class Cycle:
     def lane_centre_m(self) -> float:
         """The middle of the lane that holds the host's body centre."""
         road, host = self.situation.road, self.situation.host
-        return road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m)
+        return road.lane_centre_m(self.situation.host_lane, host.s_m)
 
     @property
     def kept_d_m(self) -> float:
@@ -237,7 +237,7 @@ class Cycle:
     def inconsiderate_sides(self) -> frozenset[Side]:
         """The sides in whose next lane somebody would have to brake harder than manners allow."""
         situation, vehicle, most = self.situation, self.vehicle, self.settings.manners.follower_braking_mps2
-        lane, speed_mps = situation.road.lane_of(situation.host.d_m, situation.host.s_m), situation.host.speed_mps
+        lane, speed_mps = situation.host_lane, situation.host.speed_mps
         beside = {Side.LEFT: lane + 1, Side.RIGHT: lane - 1}
         return frozenset(
             side for side, other in beside.items() if demanded_braking_mps2(neighbours_in(other, situation, vehicle), speed_mps) > most
@@ -245,10 +245,10 @@ class Cycle:
 
     def leads_astray(self, side: Side) -> bool:
         """Whether the next lane on that side is farther from the destination's lane."""
-        host, road, destination = self.situation.host, self.situation.road, self.situation.destination
+        destination = self.situation.destination
         if destination is None or destination.lane is None:
             return False
-        lane = road.lane_of(host.d_m, host.s_m)
+        lane = self.situation.host_lane
         return destination.lane <= lane if side is Side.LEFT else destination.lane >= lane
 
     def leads_there(self, side: Side) -> bool:

@@ -21,6 +21,6 @@ def expected_followers(cycle: Cycle) -> tuple[str, ...]:
 def open_sides(cycle: Cycle) -> frozenset[Side]:
     """The sides whose next lane is free as manners ask: with the headway to everybody there."""
     situation = cycle.situation
-    lane = situation.road.lane_of(situation.host.d_m, situation.host.s_m)
+    lane = situation.host_lane
     sides = (Side.LEFT, Side.RIGHT)
     return frozenset(side for side in sides if open_lane(lane, side, situation, cycle.vehicle, cycle.settings) is not None)

@@ -44,7 +44,7 @@ def fastest_past_mps(behind: Track, way_m: float, situation: Situation, vehicle:
     """How fast the host gets past somebody: no faster than who is ahead in its own lane, where he leaves no room for that."""
     host, road = situation.host, situation.road
     fastest = min(max(situation.wanted_speed_mps, behind.speed_s_mps + FASTER_MPS), limit_mps)
-    leader = next_ahead(situation, road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m))
+    leader = next_ahead(situation, road.lane_centre_m(situation.host_lane, host.s_m))
     if leader is None:
         return fastest
     room_m = leader.s_m - host.s_m - 0.5 * (leader.length_m + vehicle.length_m) - _OWN_GAP_S * host.speed_mps

@@ -16,7 +16,7 @@ def kept_d_m(situation: Situation, vehicle: Vehicle, centre: float) -> float:
     host, road, destination = situation.host, situation.road, situation.destination
     if destination is None or destination.d_m is None or destination.s_m is None:
         return centre
-    place, lane = 0.5 * (destination.s_m[0] + destination.s_m[1]), road.lane_of(host.d_m, host.s_m)
+    place, lane = 0.5 * (destination.s_m[0] + destination.s_m[1]), situation.host_lane
     right, left = destination.d_m
     spare, far_m = min(_OFFSET_SPARE_M, 0.25 * (left - right)), _OFFSET_AHEAD_S * max(host.speed_mps, _OFFSET_SLOWEST_MPS)
     if place - host.s_m > far_m or road.lane_of(0.5 * (right + left), place) != lane:

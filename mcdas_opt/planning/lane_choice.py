@@ -61,10 +61,10 @@ def lane_choice(
     situation: Situation, vehicle: Vehicle, settings: Settings, before: LaneChoice | None = None, elapsed_s: float = 0.0
 ) -> LaneChoice:
     """What is wanted now, given what was wanted `elapsed_s` ago. A wish that ends for a moment begins anew."""
-    manners, road = settings.manners, situation.road
+    manners = settings.manners
     own_lane = None if before is None else before.own_lane
     if own_lane is None:
-        own_lane = road.lane_of(situation.host.d_m, situation.host.s_m)
+        own_lane = situation.host_lane
     side = _wanted(situation, vehicle, settings, own_lane, Side.NONE if before is None else before.side)
     if side is Side.NONE:
         return LaneChoice(own_lane=own_lane)
@@ -77,12 +77,12 @@ def lane_choice(
 
 def _wanted(situation: Situation, vehicle: Vehicle, settings: Settings, own_lane: int, before: Side) -> Side:
     """Whose side was wanted `before` is wanted still at a little less advantage: speeds are measured with noise."""
-    host, road, manners = situation.host, situation.road, settings.manners
+    host, manners = situation.host, settings.manners
     if situation.destination is not None and situation.destination.lane is not None:
         return Side.NONE  # it is said which lane
     if not manners.changes_lanes or situation.request is not Request.DRIVE or host.speed_mps < _SLOWEST_MPS:
         return Side.NONE
-    lane = road.lane_of(host.d_m, host.s_m)
+    lane = situation.host_lane
     if abs(host.heading_rad) > _STRAIGHT_RAD or _bends(situation, settings):
         return Side.NONE
     here = neighbours_in(lane, situation, vehicle)
@@ -160,7 +160,7 @@ def demanded_braking_mps2(there: Iterable[Neighbour], host_mps: float, kept_m: f
 def open_lane(lane: int, side: Side, situation: Situation, vehicle: Vehicle, settings: Settings) -> list[Neighbour] | None:
     """Who is in the next lane, where there is one that is watched, with the headway that is asked for ahead and behind."""
     road, host, seen = situation.road, situation.host, situation.coverage
-    other = lane + (1 if side is Side.LEFT else -1)
+    other = lane + side.sign
     if not road.leads_on(other, host.s_m, host.speed_mps, vehicle.width_m) or not (
         seen.sees(Sector(side.value)) and seen.sees(Sector.FRONT) and seen.sees(Sector.REAR)
     ):
@@ -186,9 +186,8 @@ def _asked_m(one: Neighbour, host_mps: float, settings: Settings) -> float:
 
 def presses(side: Side, situation: Situation, vehicle: Vehicle, time_gap_s: float, braking_mps2: float) -> bool:
     """Whether somebody in the next lane on that side, or the host behind him, would have to brake by more if the host were there."""
-    road, host = situation.road, situation.host
-    lane, v = road.lane_of(host.d_m, host.s_m) + (1 if side is Side.LEFT else -1), host.speed_mps
-    for one in neighbours_in(lane, situation, vehicle):
+    v = situation.host.speed_mps
+    for one in neighbours_in(situation.lane_beside(side), situation, vehicle):
         speeds = (v, one.speed_mps) if one.is_ahead else (max(one.speed_mps, one.soon_mps), v)
         if one.gap_m < follower_gap_m(*speeds, time_gap_s, braking_mps2):
             return True

@@ -67,7 +67,7 @@ def with_wanted_speed(situation: Situation, settings: Settings, vehicle: Vehicle
                 rising_mps2=rising_mps2,
                 falling_mps2=comfort.share * ORDINARY_MPS2,
             )
-            is_beside = destination.lane is not None and destination.lane != situation.road.lane_of(host.d_m, host.s_m)
+            is_beside = destination.lane is not None and destination.lane != situation.host_lane
             wanted = max(arriving, _BESIDE_SHARE * wanted) if is_beside else arriving
             situation = replace(situation, desired_speed_mps=wanted)
     limit = limit_mps(situation, settings)
@@ -77,4 +77,4 @@ def with_wanted_speed(situation: Situation, settings: Settings, vehicle: Vehicle
 def limit_mps(situation: Situation, settings: Settings) -> float:
     """The fastest that ordinary driving is where the host is."""
     road, host = situation.road, situation.host
-    return road.limit_mps(road.lane_of(host.d_m, host.s_m), host.s_m, settings.speed_limit_excess)
+    return road.limit_mps(situation.host_lane, host.s_m, settings.speed_limit_excess)

@@ -40,4 +40,4 @@ class Manoeuvre:
     def half_done(self, situation: Situation) -> bool:
         """The body centre is in the lane that it ends in."""
         road, host = situation.road, situation.host
-        return road.lane_of(host.d_m, host.s_m) == road.lane_of(self.target_d_m, host.s_m)
+        return situation.host_lane == road.lane_of(self.target_d_m, host.s_m)

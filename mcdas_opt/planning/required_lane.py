@@ -36,8 +36,7 @@ class RequiredLane(NamedTuple):
 def required_lane(situation: Situation, vehicle: Vehicle) -> RequiredLane | None:
     """The side with a lane that leads on where the host's own ends soon, else the side of the destination's lane; None where the own lane
     leads on and is the one to be in, or where nothing leads on farther."""
-    road, host = situation.road, situation.host
-    lane = road.lane_of(host.d_m, host.s_m)
+    lane = situation.host_lane
     return _to_lead_on(situation, vehicle, lane) or _to_the_destination(situation, lane)
 
 
@@ -76,8 +75,7 @@ def _to_lead_on(situation: Situation, vehicle: Vehicle, lane: int) -> RequiredLa
 
 def beside(situation: Situation, side: Side) -> list[Track]:
     """Whose body reaches into the next lane on that side, from behind to ahead."""
-    road, host = situation.road, situation.host
-    return _in_lane(situation, road.lane_of(host.d_m, host.s_m) + (1 if side is Side.LEFT else -1))
+    return _in_lane(situation, situation.lane_beside(side))
 
 
 def next_ahead(situation: Situation, d_m: float) -> Track | None:

@@ -37,10 +37,10 @@ def is_withdrawn(active: Manoeuvre, situation: Situation, vehicle: Vehicle, sett
 def reaches_out_of_its_lane(situation: Situation, vehicle: Vehicle) -> bool:
     """Whether the host's body is in the next lane, too."""
     host, road = situation.host, situation.road
-    width_m = road.lane_width_at(road.lane_of(host.d_m, host.s_m), host.s_m)
+    width_m = road.lane_width_at(situation.host_lane, host.s_m)
     return _off_centre_m(situation) > 0.5 * (width_m - vehicle.width_m) + INTRUSION_M
 
 
 def _off_centre_m(situation: Situation) -> float:
     host, road = situation.host, situation.road
-    return abs(host.d_m - road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m))
+    return abs(host.d_m - road.lane_centre_m(situation.host_lane, host.s_m))

@@ -34,7 +34,7 @@ def design_sheet(
     title: str,
 ) -> Figure:
     """Path, lateral acceleration K^2 y'' and lateral jerk over x; the paper's a = -0.4, b = 50 dashed, cut off where it leaves the axes."""
-    sign = 1.0 if design.side is Side.LEFT else -1.0
+    sign = float(design.side.sign)
     x = np.linspace(0.0, design.end_m, _SAMPLES)
     gain = design.reach_m * (design.b + 1.0) / (design.b - 1.0)
     paper_reach = Y_MAX_M + sign * design.offset_m

@@ -10,7 +10,7 @@ from mcdas_opt.domain.settings import SelectorSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Mode, Request, Sector, Side
+from mcdas_opt.domain.vocabulary import Mode, Request, Sector
 from mcdas_opt.dynamics.axle_limits import driving_mps2
 from mcdas_opt.situation import one_state
 from mcdas_opt.situation.occupancy import blocked_sides
@@ -122,7 +122,7 @@ def _lane(situation: Situation, previous: Assessment | None) -> int:
     """The lane that the host is in; during an evasion the one that it began in, until the next lane's centre is near."""
     road, d, s = situation.road, situation.host.d_m, situation.host.s_m
     if previous is not None and previous.mode is Mode.EVADE and road.has_lane(previous.lane, s):
-        moved = (d - road.lane_centre_m(previous.lane, s)) * (1.0 if previous.side is Side.LEFT else -1.0)
+        moved = (d - road.lane_centre_m(previous.lane, s)) * previous.side.sign
         width = road.lane_width_at(previous.lane, s)
         if -0.5 * width <= moved < _LANE_REACHED * width:
             return previous.lane

@@ -71,7 +71,7 @@ class _Ground:
     def lanes(self, situation: Situation) -> tuple[_Manoeuvres, float, float]:
         """The members, and the middles of the lanes to the left and the right [m], NaN without; they depend on the host's lane alone, on a
         road whose lanes are the same all along."""
-        lane = self.road.lane_of(situation.host.d_m, situation.host.s_m)
+        lane = situation.host_lane
         known = None if self.road.lanes else self._lanes.get(lane)
         if known is None:
             left, right = (next_lane_m(situation, self.vehicle, side) for side in (Side.LEFT, Side.RIGHT))

@@ -75,7 +75,7 @@ def is_beside_oncoming(situation: Situation) -> bool:
     host, road = situation.host, situation.road
     if not any(lane.oncoming for lane in road.lanes):
         return False
-    least_m, own = _PASSABLE * road.lane_width_m, road.lane_of(host.d_m, host.s_m)
+    least_m, own = _PASSABLE * road.lane_width_m, situation.host_lane
     others = (lane for lane in range(-road.lanes_right, road.lanes_left + 1) if lane != own)
     beside = {lane for lane in others if road.lane_width_at(lane, host.s_m) >= least_m}
     return bool(beside) and beside <= {lane.lane for lane in road.lanes if lane.oncoming}

@@ -142,7 +142,7 @@ def sampled(sigmoid: SigmoidDesign) -> PathSamples:
     if x[-1] - x[-2] < 1e-6:
         x = np.delete(x, -2)
     y = sigmoid.reach_m * renormalised(x, sigmoid.a_per_m, sigmoid.b, np)
-    return PathSamples(x_m=x, y_m=y if sigmoid.side is Side.LEFT else -y)
+    return PathSamples(x_m=x, y_m=sigmoid.side.sign * y)
 
 
 def _design(request: DesignRequest, found: SigmoidSolution) -> Design:

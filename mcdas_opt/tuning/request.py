@@ -115,7 +115,7 @@ class DesignRequest:
     @property
     def towards_m(self) -> float:
         """The front vehicle's offset, to the side of the path positive [m]."""
-        return self.offset_m if self.side is Side.LEFT else -self.offset_m
+        return self.side.sign * self.offset_m
 
     @property
     def front(self) -> tuple[float, float] | None:

@@ -215,7 +215,7 @@ class LiveLoop:
     def _seen(self, situation: Situation) -> tuple[SeenTrack, ...]:
         host, road = situation.host, situation.road
         roles = assign_roles(
-            situation.tracks, road.lane_of(host.d_m, host.s_m), host, self._planner.vehicle, road, self._planner.settings.selector
+            situation.tracks, situation.host_lane, host, self._planner.vehicle, road, self._planner.settings.selector
         ).roles
         return tuple(SeenTrack.of(track, host, roles.get(track.id, Role.OTHER)) for track in situation.tracks)
 

@@ -71,8 +71,7 @@ def steer_out(cycle: Cycle, side: Side) -> Proposed:
 
 def _why_no_lane(situation: Situation, side: Side) -> str:
     """Why there is no lane to change into, nor a shoulder, on that side."""
-    road, host = situation.road, situation.host
-    lane = road.lane_of(host.d_m, host.s_m) + (1 if side is Side.LEFT else -1)
+    road, lane = situation.road, situation.lane_beside(side)
     if not -road.lanes_right <= lane <= road.lanes_left:
         return f"no lane and no shoulder to the {side}"
     described = next((one for one in road.lanes if one.lane == lane), None)
@@ -85,8 +84,8 @@ def given_path(situation: Situation, vehicle: Vehicle, design: SigmoidDesign, si
     """A designed sigmoid from where the host is: a and b as given, its reach counted from the middle of the host's lane."""
     host, road = situation.host, situation.road
     room = 0.5 * vehicle.width_m + _BODY_ROOM_M
-    reach = design.reach_m if side is Side.LEFT else -design.reach_m
-    centre = road.lane_centre_m(road.lane_of(host.d_m, host.s_m), host.s_m)
+    reach = side.sign * design.reach_m
+    centre = road.lane_centre_m(situation.host_lane, host.s_m)
     target = float(
         np.clip(
             centre + reach, min(float(road.right_edge_at(host.s_m)) + room, centre), max(float(road.left_edge_at(host.s_m)) - room, centre)
@@ -104,7 +103,7 @@ def _bent_path(cycle: Cycle, target_d_m: float) -> OffsetPath:
     if front is not None:
         room = 0.5 * cycle.vehicle.width_m + _BODY_ROOM_M
         low, high = float(road.right_edge_at(host.s_m)) + room, float(road.left_edge_at(host.s_m)) - room
-        half_lane_room = max(0.5 * road.lane_width_at(road.lane_of(host.d_m, host.s_m), host.s_m) - room, 0.0)
+        half_lane_room = max(0.5 * road.lane_width_at(situation.host_lane, host.s_m) - room, 0.0)
         bend = min(max(cycle.assessment.offset_m, -half_lane_room), half_lane_room)
         bend = min(max(target_d_m + bend, min(low, target_d_m)), max(high, target_d_m)) - target_d_m
         bend_s = front.s_m + front.speed_s_mps * 2.5

@@ -77,7 +77,7 @@ def change_on(cycle: Cycle, required: RequiredLane, active: Manoeuvre) -> Propos
         return None
     if unwatched(situation, required.side) or host.speed_mps < _STEERABLE_MPS:
         return None
-    beside = road.lane_of(host.d_m, host.s_m) + (1 if required.side is Side.LEFT else -1)
+    beside = situation.lane_beside(required.side)
     target, begun_d_m = road.lane_centre_m(beside, host.s_m), active.path.start_d_m
     amplitude = target - begun_d_m
     share = min(max((host.d_m - begun_d_m) / amplitude, _LEAST_SHARE), 1.0 - _LEAST_SHARE)
@@ -99,7 +99,7 @@ def _unhurried(cycle: Cycle, side: Side, changing_s: float | None = None) -> Pro
     situation, sigmoid = cycle.situation, cycle.settings.sigmoid
     host, road = situation.host, situation.road
     way_m = max(host.speed_mps, sigmoid.speed_floor_mps) * (changing_s or cycle.settings.manners.changing_s)
-    beside = road.lane_of(host.d_m, host.s_m) + (1 if side is Side.LEFT else -1)
+    beside = situation.lane_beside(side)
     target = road.lane_centre_m(beside, host.s_m if road.has_lane(beside, host.s_m) else host.s_m + way_m)
     path = OffsetPath(
         start_s_m=host.s_m,
