@@ -9,7 +9,7 @@ from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request, Sector, Side
 from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
 from mcdas_opt.planning.manoeuvre import Manoeuvre
@@ -158,7 +158,7 @@ class IdmMobilMethod:
         return Manoeuvre(side=side, path=path, target_d_m=target, speed_mps=situation.wanted_speed_mps)
 
     def _lateral_mps2(self, situation: Situation) -> float:
-        return min(_LATERAL_MPS2, 0.5 * situation.road.friction * GRAVITY_MPS2)
+        return min(_LATERAL_MPS2, 0.5 * situation.road.grip_mps2)
 
     def _idm(self, situation: Situation) -> IdmSettings:
         return replace(IDM, braking_limit_mps2=strongest_braking_mps2(situation, self.vehicle))

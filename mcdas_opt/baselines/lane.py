@@ -10,7 +10,7 @@ from mcdas_opt.domain.plan import Candidate, Plan, Timing
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.dynamics.car_following import Leader
 from mcdas_opt.planning.path_driving import follow
@@ -60,7 +60,7 @@ def lane_centre(situation: Situation) -> LaneCentre:
 
 def strongest_braking_mps2(situation: Situation, vehicle: Vehicle) -> float:
     """What the brakes and the assumed grip give, positive."""
-    return min(-vehicle.acceleration_min_mps2, situation.road.friction * GRAVITY_MPS2)
+    return min(-vehicle.acceleration_min_mps2, situation.road.grip_mps2)
 
 
 def judged(
@@ -86,7 +86,7 @@ def judged(
         vehicle=vehicle,
         road=situation.road,
         duration_s=float(settings.grid.times_s[-1]),
-        lateral_acceleration_mps2=lateral_mps2 or 0.5 * situation.road.friction * GRAVITY_MPS2,
+        lateral_acceleration_mps2=lateral_mps2 or 0.5 * situation.road.grip_mps2,
     )
     solved = time.perf_counter()
     prediction = predict_for(situation, settings.prediction)

@@ -15,6 +15,7 @@ import numpy as np
 from mcdas_opt.domain.lane import NEAREST_KNOTS_M, Lane
 from mcdas_opt.domain.lane_borders import Edges, LaneBorders
 from mcdas_opt.domain.rules import FARTHEST_M, Array, all_of, finite, non_negative, positive, require, within
+from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.errors import ParameterError
 
@@ -127,6 +128,11 @@ class Road:
             return
         width, shoulders = self.lane_width_m, (self.shoulder_left_m, self.shoulder_right_m)
         object.__setattr__(self, "borders", LaneBorders.of(lanes, width, self.lanes_left, self.lanes_right, *shoulders))
+
+    @property
+    def grip_mps2(self) -> float:
+        """The largest acceleration that the friction gives [m/s^2]."""
+        return self.friction * GRAVITY_MPS2
 
     @property
     def left_edge_m(self) -> float:

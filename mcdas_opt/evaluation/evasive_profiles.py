@@ -73,7 +73,7 @@ class DrivenProfiles:
 
 def evasive_profiles(road: Road, vehicle: Vehicle, d_m: float, s_m: float = 0.0) -> EvasiveProfiles:
     """Every pair of a profile sideways and a profile along from d: some thousands."""
-    limit = road.friction * GRAVITY_MPS2
+    limit = road.grip_mps2
     most = (min(-vehicle.acceleration_min_mps2, limit), min(vehicle.acceleration_max_mps2, limit))
     along = [(share, 0.0, share) for share in _STEADY] + [(a, t, then) for (a, then), t in itertools.product(_TURNS, _TURN_S)]
     half = 0.5 * vehicle.width_m

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
 from mcdas_opt.manoeuvres.phases import Phases
 
@@ -34,7 +34,7 @@ def targets_m(road: Road, vehicle: Vehicle, d_m: float, s_m: float = 0.0) -> tup
 
 def library(road: Road, vehicle: Vehicle, d_m: float) -> Iterator[tuple[Phases, LaneChangeProfiles]]:
     """Sets (P, 1) x (1, Q): one phase and every lane-change profile; two phases and every second one."""
-    grip = road.friction * GRAVITY_MPS2
+    grip = road.grip_mps2
     brake, accelerate = min(-vehicle.acceleration_min_mps2, grip), min(vehicle.acceleration_max_mps2, grip)
     levels = [0.0, *(-share * brake for share in _BRAKING), *(share * accelerate for share in _ACCELERATING)]
     ends = targets_m(road, vehicle, d_m)

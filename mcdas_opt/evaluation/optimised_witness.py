@@ -12,7 +12,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import PredictedBody
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.evaluation.evasive_profiles import DrivenProfiles, drive_profiles, evasive_profiles
 from mcdas_opt.evaluation.oracle import lane_kept_until, passed, seen_from
 from mcdas_opt.geometry.clearance import Body, separating_lines
@@ -78,7 +78,7 @@ def _solved(
         "kappa": 0.0,
         "kappa_slope": 0.0,
         "kappa_s": 0.0,
-        "grip": road.friction * GRAVITY_MPS2,
+        "grip": road.grip_mps2,
         "left_edge": road.left_edge_m,
         "right_edge": road.right_edge_m,
         "road_end": FAR_M if road.road_end_s_m is None else road.road_end_s_m,

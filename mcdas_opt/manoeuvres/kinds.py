@@ -14,7 +14,7 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.manoeuvres.clearance import Margins
@@ -204,7 +204,7 @@ def _phases(vehicle: Vehicle, road: Road, speed_mps: float, wanted_mps: float) -
 def _profiles(situation: Situation, ends: list[tuple[float, float]]) -> tuple[LaneChangeProfiles, NDArray[np.intp]]:
     """(1, Q): keep the lane, and to each of the ends (target d, side)."""
     host, road = situation.host, situation.road
-    grip = road.friction * GRAVITY_MPS2
+    grip = road.grip_mps2
     rows = [(road.lane_centre_m(situation.host_lane, host.s_m), min(KEEPING_MPS2, 0.5 * grip), 0.0, 0.0)]
     if host.speed_mps >= _STEERABLE_MPS:
         spread = tuple(product(LATERAL_SHARES, DELAYS_S))

@@ -16,7 +16,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.safe_end import EndKind, SafeEnd, SafeEndSettings
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.native.library import library
 
 IN_THE_WAY_M = 0.2  # a body that overlaps the host's width by so little less is in its way
@@ -46,7 +46,7 @@ class Braking(NamedTuple):
 
     @classmethod
     def of(cls, vehicle: Vehicle, road: Road, cfg: SafeEndSettings) -> Braking:
-        grip = road.friction * GRAVITY_MPS2
+        grip = road.grip_mps2
         own = cfg.braking_share * min(-vehicle.acceleration_min_mps2, grip)
         return cls(2.0 * own, 2.0 * min(cfg.front_braking_mps2, grip), cfg.response_s)
 

@@ -15,7 +15,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.variant import names_of
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.dynamics.axle_limits import driving_mps2
 from mcdas_opt.manoeuvres.safe_end import IN_THE_WAY_M, ends, last_end
@@ -99,7 +99,7 @@ def _behind_which_they_brake(prediction: Prediction, followers: Sequence[str], s
 
 def _laws(plan: Trajectory, road: Road, vehicle: Vehicle, *, follower_fails: bool, front_fails: bool) -> list[SpeedLaw]:
     """Comfortably first. Away from a follower where the front allows, else braking to a stop: whoever is behind a safe gap can too."""
-    grip = road.friction * GRAVITY_MPS2
+    grip = road.grip_mps2
     laws = []
     if follower_fails and not front_fails:
         most = min(driving_mps2(vehicle, road.friction), 0.9 * grip)
@@ -123,7 +123,7 @@ def _driven(drive: Trajectory, law: SpeedLaw, road: Road, vehicle: Vehicle) -> T
         vehicle=vehicle,
         road=road,
         duration_s=_PIECE_S,
-        lateral_acceleration_mps2=0.5 * road.friction * GRAVITY_MPS2,
+        lateral_acceleration_mps2=0.5 * road.grip_mps2,
         begins_s=drive.t_s.item(-1),
     )
 

@@ -11,7 +11,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import FARTHEST_M
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.situation.host_faults import host_faults
 
 _ROLLING_MPS = 0.5  # backwards: a car that stands, or rolls back a little
@@ -56,7 +56,7 @@ class HostPlausibility:
 
 
 def _replaced(host: HostState, names: tuple[str, ...], now: float, road: Road, vehicle: Vehicle, previous: Plan | None) -> HostState:
-    grip_mps2, speed_mps = road.friction * GRAVITY_MPS2, min(max(host.speed_mps, 0.0), vehicle.speed_max_mps)
+    grip_mps2, speed_mps = road.grip_mps2, min(max(host.speed_mps, 0.0), vehicle.speed_max_mps)
     most_rad = min(vehicle.steering_max_rad, math.atan2(vehicle.wheelbase_m * grip_mps2, speed_mps**2))
     within = {
         "s_m": min(max(host.s_m, -FARTHEST_M), FARTHEST_M),

@@ -11,7 +11,7 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.moments import HOST, Moment, Shown, View, lane_colours
@@ -130,7 +130,7 @@ class Outlook:
 
     def charts(self) -> list[dict[str, Any]]:
         """Title, unit, range and limits (value, word, whether it is a hard one) of each of the `quantities`."""
-        car, grip = self.vehicle, self.situation.road.friction * GRAVITY_MPS2
+        car, grip = self.vehicle, self.situation.road.grip_mps2
         v, wanted, limit = self.situation.host.speed_mps, self.situation.wanted_speed_mps, self.situation.road.speed_limit_mps
         fastest = max([v, wanted, *(abs(body.at(0.0).speed_s_mps.item()) for body in self.bodies)])
         low, high = max(car.acceleration_min_mps2, -grip), min(car.acceleration_max_mps2, grip)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.plotting import style
 from mcdas_opt.simulation.record import Simulation
 
@@ -39,7 +38,7 @@ def strips_of(simulation: Simulation) -> tuple[Strip, Strip, Strip, Strip]:
     speed = history.states[:, 3]
     wanted = scene.desired_speed_mps
     turning = history.lateral_acceleration_mps2
-    grip = scene.true_road.friction * GRAVITY_MPS2
+    grip = scene.true_road.grip_mps2
     hardest, most = max(scene.vehicle.acceleration_min_mps2, -grip), min(scene.vehicle.acceleration_max_mps2, grip)
     clearance = history.clearance_m
     known = bool(np.isfinite(clearance).all())

@@ -13,7 +13,6 @@ from mcdas_opt.domain.prediction import BodyMotion, KnownBody
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.dynamics.car_following import IdmSettings
 from mcdas_opt.errors import ParameterError
@@ -46,7 +45,7 @@ def follower_of(neighbour: NeighbourPart, road: Road) -> Follower:
         desired_mps=speed if speed > 0.0 else road.speed_limit_mps,
         delay_steps=round(neighbour.reaction_s / STEP_S),
         road=road,
-        settings=IdmSettings(braking_limit_mps2=min(8.0, road.friction * GRAVITY_MPS2)),
+        settings=IdmSettings(braking_limit_mps2=min(8.0, road.grip_mps2)),
     )
 
 

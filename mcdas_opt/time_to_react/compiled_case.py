@@ -12,7 +12,7 @@ import numpy as np
 from mcdas_opt.domain.prediction import MOVING, CruisingBody
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.manoeuvres.clearance import BOW, Margins
 from mcdas_opt.native.binding import record
@@ -61,7 +61,7 @@ def case_constants(
     """What neither the host nor the others change of a case: its numbers, the road's knots as columns (2, K), and its edges (3, K), empty
     where they are the same all along."""
     knots, bend = _knots(road.curvature)
-    grip = road.friction * GRAVITY_MPS2
+    grip = road.grip_mps2
     numbers = (
         *(vehicle.wheelbase_m, vehicle.centre_m, vehicle.length_m, vehicle.width_m, vehicle.jerk_min_mps3, vehicle.jerk_max_mps3),
         *(vehicle.speed_max_mps, vehicle.steering_max_rad, vehicle.steering_rate_max_radps),

@@ -232,7 +232,7 @@ class Spread(NamedTuple):
 
 def forces(road: Road, host: HostState, vehicle: Vehicle, chosen: EscapeSettings) -> Forces:
     """What this host has there; nothing of the host matters where the road is straight."""
-    grip = road.friction * GRAVITY_MPS2
+    grip = road.grip_mps2
     bend = 0.0
     if not road.is_straight:
         bend = min(host.speed_mps**2 * abs(float(road.curvature_at(host.s_m))), _BEND_SHARE * grip)

@@ -14,7 +14,6 @@ from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.variant import Variant
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import BodyKind
 from mcdas_opt.tracking.slow_traffic import SLOW_MPS, TURN_1PM, is_in_a_queue, with_followers_in_slow_traffic
 from mcdas_opt.tracking.straight_on import straight_on
@@ -223,7 +222,7 @@ def speed_change(track: Track, road: Road) -> tuple[float, float] | None:
     Neither is harder than the road allows. None for any other track, and for one that does not drive forwards.
     """
     rate, sd, speed = track.acceleration_s_mps2, track.acceleration_s_sd_mps2, track.speed_s_mps
-    grip = road.friction * GRAVITY_MPS2
+    grip = road.grip_mps2
     least = min(BRAKING_MPS2, BRAKING_SHARE * grip) if rate < 0.0 else ACCELERATING_MPS2
     if sd is None or speed <= 0.0 or abs(rate) < max(least, RATE_SIGMAS * sd):
         return None

@@ -18,7 +18,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import MOVING, CruisingBody, PredictedBody
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.axle_limits import driving_mps2
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.verification.motion import BETWEEN_SAMPLES_M, FINE_STEP_S
@@ -66,7 +66,7 @@ def rules_of(vehicle: Vehicle, road: Road, along_reaches: float) -> Array:
     car += (vehicle.steering_rate_max_radps, vehicle.acceleration_min_mps2, driving_mps2(vehicle, road.friction))
     car += (vehicle.jerk_min_mps3, vehicle.jerk_max_mps3, vehicle.speed_max_mps)
     end = math.inf if road.road_end_s_m is None else road.road_end_s_m
-    ground = (road.friction * GRAVITY_MPS2 * (1.0 + of.friction), road.left_edge_m, road.right_edge_m, end, of.edge_m + BETWEEN_SAMPLES_M)
+    ground = (road.grip_mps2 * (1.0 + of.friction), road.left_edge_m, road.right_edge_m, end, of.edge_m + BETWEEN_SAMPLES_M)
     start = (of.start_position_m, of.start_heading_rad, of.start_speed_mps, of.start_acceleration_mps2, of.start_steering_rad)
     residual = (of.residual_position_m, of.residual_heading_rad, of.residual_speed_mps, of.residual_acceleration_mps2)
     last = (of.residual_steering_rad, of.longest_step_s + of.step_rounding_s, of.largest_number, FINE_STEP_S, along_reaches)

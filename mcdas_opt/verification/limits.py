@@ -6,7 +6,7 @@ import numpy as np
 
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import ViolationKind
 from mcdas_opt.dynamics.axle_limits import driving_mps2
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
@@ -44,7 +44,7 @@ def friction(motion: Motion, vehicle: Vehicle, road: Road, found: Findings) -> N
     """a_long^2 + (v^2 kappa)^2 <= (mu g)^2, at the rear axle, at every fine step."""
     across = lateral_acceleration(motion.speed_mps, motion.steering_rad, vehicle.wheelbase_m, np)
     total = np.hypot(motion.acceleration_mps2, across)
-    grip = road.friction * GRAVITY_MPS2
+    grip = road.grip_mps2
     found.above(ViolationKind.FRICTION, motion.t_s, total, grip, grip * (1.0 + CONTRACT.friction), "m/s^2")
 
 
