@@ -90,6 +90,10 @@ class Situation:
         """The next lane on a side, as it is counted; whether the road has it is another question."""
         return self.host_lane + side.sign
 
+    def shares_lane(self, track: Track) -> bool:
+        """Whether a track moves along the road, its middle within half a lane of the host's."""
+        return track.follows_road and abs(track.d_m - self.host.d_m) < 0.5 * self.road.lane_width_m
+
     @property
     def wanted_speed_mps(self) -> float:
         assert self.desired_speed_mps is not None

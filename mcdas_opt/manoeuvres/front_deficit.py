@@ -9,6 +9,7 @@ from mcdas_opt.domain.safe_end import SafeEndSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.manoeuvres.safe_end import IN_THE_WAY_M, Braking
+from mcdas_opt.situation.roles import gap_m
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,7 +40,7 @@ def front_deficits(
             continue
         speed = max(track.speed_s_mps, 0.0)
         held = max(braking.needed(host.speed_mps, speed), 0.0)
-        margin = track.s_m - host.s_m - 0.5 * (track.along_m + vehicle.length_m) - held
+        margin = gap_m(track, host, vehicle) - held
         owed, was = min(margin, 0.0), known.get(track.id)
         in_the_way = abs(track.d_m - host.d_m) < 0.5 * (track.across_m + vehicle.width_m) + IN_THE_WAY_M
         if was is not None and in_the_way:

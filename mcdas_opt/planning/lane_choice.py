@@ -16,6 +16,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request, Sector, Side
 from mcdas_opt.dynamics.car_following import IdmSettings
 from mcdas_opt.planning.headway import INTRUSION_M
+from mcdas_opt.situation.roles import gap_m
 
 _ANTICIPATION_S = 10.0  # how far ahead somebody slower counts ...
 _FREE_S = 20.0  # ... and in a lane that one goes back to
@@ -116,7 +117,7 @@ def neighbours_in(lane: int, situation: Situation, vehicle: Vehicle) -> list[Nei
     host, road = situation.host, situation.road
     return [
         Neighbour(
-            gap_m=abs(track.s_m - host.s_m) - 0.5 * (track.along_m + vehicle.length_m),
+            gap_m=gap_m(track, host, vehicle),
             speed_mps=track.speed_s_mps,
             is_ahead=track.s_m > host.s_m,
             soon_mps=track.speed_s_mps + _ACCELERATES_S * known_acceleration_mps2(track),

@@ -26,9 +26,7 @@ def attentive_followers(situation: Situation, vehicle: Vehicle, settings: Settin
 
 
 def _follows(track: Track, situation: Situation) -> bool:
-    host = situation.host
-    in_lane = abs(track.d_m - host.d_m) < 0.5 * situation.road.lane_width_m
-    return in_lane and track.follows_road and track.s_m < host.s_m and track.speed_s_mps >= 0.0
+    return situation.shares_lane(track) and track.s_m < situation.host.s_m and track.speed_s_mps >= 0.0
 
 
 def _is_attentive(track: Track, situation: Situation, vehicle: Vehicle, settings: Settings, before: frozenset[str]) -> bool:

@@ -37,7 +37,7 @@ def with_followers_in_slow_traffic(prediction: Prediction, situation: Situation,
     as an attentive driver does, also in an emergency: to keep his distance is his, and the host has nowhere else to go.
     """
     host, road, near_m = situation.host, situation.road, _near_m(situation)
-    in_lane = [track for track in situation.tracks if track.speed_s_mps >= 0.0 and _is_in_lane(track, situation)]
+    in_lane = [track for track in situation.tracks if track.speed_s_mps >= 0.0 and situation.shares_lane(track)]
     slow = [track for track in in_lane if track.speed_s_mps <= SLOW_MPS]
     ahead = [track for track in slow if track.s_m > host.s_m and gap_to_host_m(track, host.s_m) <= near_m]
     turns = not road.is_straight and float(np.abs(road.curvature_at(host.s_m + near_m * _SHARES)).max()) >= TURN_1PM
@@ -64,7 +64,7 @@ def is_in_a_queue(situation: Situation) -> bool:
     return host.speed_mps <= SLOW_MPS and any(
         track.s_m > host.s_m
         and 0.0 <= track.speed_s_mps <= SLOW_MPS
-        and _is_in_lane(track, situation)
+        and situation.shares_lane(track)
         and gap_to_host_m(track, host.s_m) <= near_m
         for track in situation.tracks
     )
@@ -106,7 +106,3 @@ def _steers_out(situation: Situation) -> bool:
 
 def _near_m(situation: Situation) -> float:
     return max(_AHEAD_S * situation.host.speed_mps, _LEAST_AHEAD_M)
-
-
-def _is_in_lane(track: Track, situation: Situation) -> bool:
-    return track.follows_road and abs(track.d_m - situation.host.d_m) < 0.5 * situation.road.lane_width_m

@@ -20,6 +20,7 @@ from mcdas_opt.planning.headway import ORDINARY_MPS2
 from mcdas_opt.planning.lane_choice import known_acceleration_mps2, reaches_into
 from mcdas_opt.reference.offset_path import OffsetPath
 from mcdas_opt.situation.front_braking import stopping_mps2
+from mcdas_opt.situation.roles import gap_m
 
 BRAKE = "brake"  # of whatever brakes in the lane, however hard: the basic candidate too
 BRAKE_BEHIND = "brake-behind"
@@ -69,8 +70,7 @@ def brake_behind(cycle: Cycle) -> Proposed | None:
     host_mps, needed, slowest = situation.host.speed_mps, 0.0, math.inf
     for front in fronts:
         front_mps, braking = max(front.speed_s_mps, 0.0), -known_acceleration_mps2(front)
-        gap_m = front.s_m - situation.host.s_m - 0.5 * (front.along_m + cycle.vehicle.length_m)
-        room_m = max(gap_m - cycle.settings.headway.standstill_m, _LEAST_ROOM_M)
+        room_m = max(gap_m(front, situation.host, cycle.vehicle) - cycle.settings.headway.standstill_m, _LEAST_ROOM_M)
         needed = max(needed, stopping_mps2(host_mps, front_mps, braking, room_m))
         slowest = min(slowest, max(front_mps - max(braking, 0.0) * horizon_s - _SLOWER_MPS, 0.0))
     rate = min(max(_HARDER * needed, ORDINARY_MPS2), available_mps2(cycle.vehicle, situation.road.friction)[0])
