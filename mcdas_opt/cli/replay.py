@@ -32,7 +32,7 @@ def replay(
     host: Annotated[str | None, typer.Option("--host", help="The host's speed: a CSV of t_s, speed_mps.")] = None,
     road: options.Road = None,
     columns: Annotated[
-        str | None, typer.Option("--columns", help="A target list's channels: time_s=t,x_m=dx,y_m=-right ... (a minus turns the sign).")
+        str | None, typer.Option("--columns", help="A target list's channels: time_s=t,x_m=0.01*dx_cm,y_m=-right ...")
     ] = None,
     truth: Annotated[str | None, typer.Option("--truth", help="Compare with a truth file: t, front_range, front_azimuth_deg ...")] = None,
     planner: PlannerOption = "mpc",

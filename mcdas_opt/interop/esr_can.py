@@ -14,11 +14,11 @@ from mcdas_opt.domain.sensor import Sensor
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, ParameterError
-from mcdas_opt.interop.esr_codec import TRACKS, EsrCodec, EsrHealth, EsrMotion, EsrTarget, TargetStatus, WrongLengthError
+from mcdas_opt.interop.esr_codec import ANGLE, RANGE_RATE, TRACKS, EsrCodec, EsrHealth, EsrMotion, EsrTarget, TargetStatus, WrongLengthError
 from mcdas_opt.interop.recordings.can_frames import Frame
 from mcdas_opt.interop.recordings.recording import Recording, listed
 from mcdas_opt.interop.recordings.tally import Tally
-from mcdas_opt.interop.sensor_log import SensorLog, cycles, in_order_of_arrival, increasing, usual_period
+from mcdas_opt.interop.sensor_log import SensorLog, Source, cycles, in_order_of_arrival, increasing, usual_period
 from mcdas_opt.simulation.sensors import mounting
 
 FRAME_SPACING_S = 0.0003  # a classic frame of 8 bytes at 500 kbit/s takes about 0.25 ms
@@ -68,7 +68,9 @@ def read_esr(
     speeds = increasing(spoken)
     good = sum(len(items) for items in streams.values())
     host = np.array(speeds) if speeds else None
-    return SensorLog(scans=scans, arrivals_s=arrivals, good=good, bad=tally, other=other, gated=gated, host_speed=host)
+    files = {sector: log.path if rear is None or sector is Sector.FRONT else rear.path for sector in streams}
+    sources = {sector: Source(file=str(file), range_rate=RANGE_RATE, bearing=ANGLE) for sector, file in files.items()}
+    return SensorLog(scans=scans, arrivals_s=arrivals, good=good, bad=tally, other=other, gated=gated, host_speed=host, sources=sources)
 
 
 def write_esr(

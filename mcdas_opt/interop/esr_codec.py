@@ -16,9 +16,9 @@ from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.errors import InputError, MissingExtraError, ParameterError, reading
 
 FIRST_TRACK, TRACKS, STATUS_1, STATUS_2 = 0x500, 64, 0x4E0, 0x4E1
-_STATUS, _RANGE, _ANGLE = "CAN_TX_TRACK_STATUS", "CAN_TX_TRACK_RANGE", "CAN_TX_TRACK_ANGLE"
-_RATE, _WIDTH = "CAN_TX_TRACK_RANGE_RATE", "CAN_TX_TRACK_WIDTH"
-_SIGNALS = (_STATUS, _RANGE, _ANGLE, _RATE, _WIDTH)
+_STATUS, _RANGE, ANGLE = "CAN_TX_TRACK_STATUS", "CAN_TX_TRACK_RANGE", "CAN_TX_TRACK_ANGLE"
+RANGE_RATE, _WIDTH = "CAN_TX_TRACK_RANGE_RATE", "CAN_TX_TRACK_WIDTH"
+_SIGNALS = (_STATUS, _RANGE, ANGLE, RANGE_RATE, _WIDTH)
 _SPEED, _INDEX = "CAN_TX_VEHICLE_SPEED_CALC", "CAN_TX_SCAN_INDEX"
 _ERRORS = ("CAN_TX_INTERNAL_ERROR", "CAN_TX_RANGE_PERF_ERROR", "CAN_TX_OVERHEAT_ERROR")
 
@@ -123,8 +123,8 @@ class EsrCodec:
             slot=identifier - FIRST_TRACK,
             status=TargetStatus(int(values[_STATUS])),
             range_m=float(values[_RANGE]),
-            azimuth_rad=-math.radians(float(values[_ANGLE])),
-            range_rate_mps=float(values[_RATE]),
+            azimuth_rad=-math.radians(float(values[ANGLE])),
+            range_rate_mps=float(values[RANGE_RATE]),
             width_m=float(values[_WIDTH]),
         )
 
@@ -136,8 +136,8 @@ class EsrCodec:
         if isinstance(item, EsrTarget):
             if not 0 <= item.slot < TRACKS:
                 raise ParameterError("slot", item.slot, f"must lie in [0, {TRACKS - 1}]")
-            values = {_STATUS: int(item.status), _RANGE: item.range_m, _ANGLE: -math.degrees(item.azimuth_rad)}
-            return self._encode(FIRST_TRACK + item.slot, {**values, _RATE: item.range_rate_mps, _WIDTH: item.width_m})
+            values = {_STATUS: int(item.status), _RANGE: item.range_m, ANGLE: -math.degrees(item.azimuth_rad)}
+            return self._encode(FIRST_TRACK + item.slot, {**values, RANGE_RATE: item.range_rate_mps, _WIDTH: item.width_m})
         if isinstance(item, EsrMotion):
             return self._encode(STATUS_1, {_SPEED: item.speed_mps, _INDEX: item.scan_index})
         return self._encode(STATUS_2, {_ERRORS[0]: 0 if item.working else 1})

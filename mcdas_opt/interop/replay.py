@@ -23,6 +23,7 @@ from mcdas_opt.domain.vocabulary import Role, Sector, Status
 from mcdas_opt.errors import InputError, check_file_name
 from mcdas_opt.interop.esr_can import read_esr
 from mcdas_opt.interop.host_motion import HostMotion
+from mcdas_opt.interop.log_check import check_log
 from mcdas_opt.interop.recordings.readers import format_of, open_recording
 from mcdas_opt.interop.replay_record import Cycle, Replay, SeenTrack, Summary
 from mcdas_opt.interop.sensor_log import SensorLog
@@ -65,7 +66,8 @@ def replay(
     nothing is planned until the next scan. `progress(done, of)` is called every cycle.
 
     Raises `InputError` where a file is unusable or has not the channels (it lists those that there are), the host's speed is unknown or
-    does not cover the log, or an option belongs to another kind of recording; `MissingExtraError` for what a format needs.
+    does not cover the log, signs or units are plainly wrong (`interop.log_check`), or an option belongs to another kind of recording;
+    `MissingExtraError` for what a format needs.
     """
     require_type("log", log, str, Path)
     require_type_if_given("columns", columns, Columns, Mapping)
@@ -80,6 +82,7 @@ def replay(
     settings = settings or Settings()
     times = _cycle_times(log, recording, settings.cycle_s)
     motion.require(times[0], times[-1])
+    check_log(recording, motion)
     brain = Planner(vehicle, planner, settings=settings, road=lane) if plan else None
     tracker = brain.tracker if brain is not None else Tracker()
     cycles: list[Cycle] = []

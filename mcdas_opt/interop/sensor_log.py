@@ -16,12 +16,25 @@ from mcdas_opt.interop.recordings.tally import Tally
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Source:
+    """Where a radar's numbers stand, for messages: the file, and what it calls the range rate and the azimuth (or x)."""
+
+    file: str = "recording"
+    range_rate: str = "range_rate_mps"
+    bearing: str = "azimuth_rad"
+
+    def __post_init__(self) -> None:
+        require_types(self)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class SensorLog:
     """What a reader hands to the replay.
 
     `arrivals_s` is when each scan was complete: the largest stamp so far on its bus, so that a scan whose stamp goes back arrives
     late instead of rewriting history. `gated` counts what the reader did not pass on, by reason. `host_speed` is (n, 2) of time and
-    speed where the log itself says it. `pieces` is how many targets the sensor's own bookkeeping told apart, where it says so.
+    speed where the log itself says it. `pieces` is how many targets the sensor's own bookkeeping told apart, where it says so. `sources`
+    says where each sector's radar stands.
     """
 
     scans: tuple[Scan, ...]
@@ -32,6 +45,7 @@ class SensorLog:
     gated: dict[str, int] = field(default_factory=dict)
     host_speed: Array | None = None
     pieces: int | None = None
+    sources: dict[Sector, Source] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         require_types(self)

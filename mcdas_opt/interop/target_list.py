@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 
@@ -15,7 +16,7 @@ from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, nearest
 from mcdas_opt.interop.recordings.recording import TIME, Recording, Row, Table, named
 from mcdas_opt.interop.recordings.tally import Tally
-from mcdas_opt.interop.sensor_log import SensorLog, cycles, in_order_of_arrival, increasing, usual_period
+from mcdas_opt.interop.sensor_log import SensorLog, Source, cycles, in_order_of_arrival, increasing, usual_period
 from mcdas_opt.simulation.sensors import mounting
 
 TIME_NAMES = (TIME, "t_s")
@@ -32,11 +33,13 @@ _CALLED = {
 }
 """What each quantity is called where nobody says: our own name, and that of ROS 2's message."""
 _CARTESIAN, _POLAR = ("x_m", "y_m"), ("range_m", "azimuth_rad")
+_SCALED = re.compile(r"(-?)(?:(\d*\.?\d+)\*)?(.*)", re.DOTALL)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Columns:
-    """Which channel of the recording holds what; a leading minus turns the sign (`y_m=-right_m`). Empty: by its own name.
+    """Which channel of the recording holds what; a leading minus turns the sign (`y_m=-right_m`), a factor scales
+    (`range_rate_mps=0.27778*v_kmh`). Empty: by its own name.
 
     x ahead of the radar, y to the left [m], or range [m] and azimuth [rad], ISO 8855; range rate positive when opening [m/s]. `slot` tells
     the targets of one cycle apart and `new_track` (1: the slot now holds another target) their lives; `host_speed_mps` may stand in
@@ -59,8 +62,9 @@ class Columns:
         chosen: dict[str, str] = {}
         for part in filter(None, (p.strip() for p in text.split(","))):
             name, sign, column = (p.strip() for p in part.partition("="))
-            if not sign or not column.lstrip("-"):
-                raise InputError("--columns", part, None, "must be NAME=COLUMN")
+            bare, factor = _scaled(column)
+            if not sign or not bare or not 0.0 < abs(factor) < math.inf:
+                raise InputError("--columns", part, None, "must be NAME=COLUMN, NAME=-COLUMN or NAME=FACTOR*COLUMN")
             if name not in _CALLED:
                 raise InputError("--columns", name, column, f"unknown name; {nearest(name, _CALLED)}")
             if name in chosen:
@@ -108,7 +112,15 @@ def read_targets(
     bad.absorb(front.bad, "front: ")
     bad.absorb(behind.bad, "rear: ")
     pieces = None if front.pieces is None or behind.pieces is None else front.pieces + behind.pieces
-    return replace(front, scans=scans, arrivals_s=arrivals, good=front.good + behind.good, bad=bad, pieces=pieces)
+    return replace(
+        front,
+        scans=scans,
+        arrivals_s=arrivals,
+        good=front.good + behind.good,
+        bad=bad,
+        pieces=pieces,
+        sources=front.sources | behind.sources,
+    )
 
 
 def _read(recording: Recording, columns: Columns, vehicle: Vehicle | None, sector: Sector) -> tuple[SensorLog, list[tuple[float, Scan]]]:
@@ -140,7 +152,9 @@ def _read(recording: Recording, columns: Columns, vehicle: Vehicle | None, secto
     scans, arrivals = in_order_of_arrival([stream])
     pieces = _pieces(keys, [values["new_track"] for values in read]) if {"slot", "new_track"} <= set(found) else None
     speed = _host_speed(recording, columns)
-    log = SensorLog(scans=scans, arrivals_s=arrivals, good=len(rows), bad=bad, pieces=pieces, host_speed=speed)
+    rate, bearing = (table.header[found[name][0]] for name in ("range_rate_mps", "azimuth_rad" if place == _POLAR else "x_m"))
+    sources = {sector: Source(file=str(recording.path), range_rate=rate, bearing=bearing)}
+    log = SensorLog(scans=scans, arrivals_s=arrivals, good=len(rows), bad=bad, pieces=pieces, host_speed=speed, sources=sources)
     return log, stream
 
 
@@ -165,19 +179,22 @@ def _pieces(slots: Sequence[float], new: Sequence[float]) -> int:
 
 
 def _table(recording: Recording, names: Sequence[str]) -> Table:
-    """The table in which one of these, its sign aside, stands."""
-    return recording.table(*(name if name in recording.channels else _unsigned(name) for name in names))
+    """The table in which one of these, its sign and factor aside, stands."""
+    return recording.table(*(name if name in recording.channels else _scaled(name)[0] for name in names))
 
 
 def _locate(table: Table, names: Sequence[str]) -> tuple[int, float]:
-    """Index and sign of a column; a name that itself begins with a minus is taken as it stands where the file has it."""
-    if names[0].startswith("-") and names[0] not in table.header:
-        return table.column(_unsigned(names[0])), -1.0
-    return table.column(*names), 1.0
+    """Index and factor of a column; a name that itself begins with a minus or a factor is taken as it stands where the file has it."""
+    bare, factor = _scaled(names[0])
+    return (table.column(*names), 1.0) if bare == names[0] or names[0] in table.header else (table.column(bare), factor)
 
 
-def _unsigned(name: str) -> str:
-    return name.removeprefix("-")
+def _scaled(name: str) -> tuple[str, float]:
+    """The column that is meant, and what it is multiplied by."""
+    found = _SCALED.fullmatch(name)
+    assert found is not None  # it takes any text
+    sign, number, bare = found.groups()
+    return bare, float(f"{sign}{number or 1}")
 
 
 def _there(channels: Sequence[str], names: Sequence[str]) -> bool:

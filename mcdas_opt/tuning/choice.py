@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from operator import attrgetter
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.tuning.study import Trial
-from mcdas_opt.tuning.traffic import OBJECTIVES, Drives, TrafficCost, cost_of
+from mcdas_opt.tuning.traffic import OBJECTIVES, DriveFigures, Drives, TrafficCost, cost_of
 
 _WORDS = {
     "peak_lateral_mps2": "m/s^2 of peak lateral acceleration",
@@ -66,13 +66,15 @@ def choose(trials: Sequence[Trial]) -> Choice:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetResult:
-    """The defaults and the tuned values on one set of scenes."""
+    """The defaults and the tuned values on one set of scenes; drives that are known from the study's file are not told one by one."""
 
     name: str
     seed: int
     scenes: tuple[str, ...]
     default: TrafficCost
     tuned: TrafficCost
+    default_drives: tuple[DriveFigures, ...] = field(default=(), repr=False)
+    tuned_drives: tuple[DriveFigures, ...] = field(default=(), repr=False)
 
     @property
     def wins(self) -> bool:
@@ -113,8 +115,14 @@ def compared(
 ) -> SetResult:
     """Both sets of values through the same scenes; `known` are trials that have driven them already."""
 
-    def cost(values: Mapping[str, float]) -> TrafficCost:
+    def driven(values: Mapping[str, float]) -> tuple[TrafficCost, tuple[DriveFigures, ...]]:
         there = next((trial.cost for trial in known if trial.values == values), None)
-        return there or cost_of(list(drives(scenes, values)))
+        if there is not None:
+            return there, ()
+        figures = tuple(drives(scenes, values))
+        return cost_of(figures), figures
 
-    return SetResult(name=name, seed=seed, scenes=tuple(scene.name for scene in scenes), default=cost(default), tuned=cost(tuned))
+    old = driven(default)
+    new = old if tuned == default else driven(tuned)
+    names = tuple(scene.name for scene in scenes)
+    return SetResult(name=name, seed=seed, scenes=names, default=old[0], tuned=new[0], default_drives=old[1], tuned_drives=new[1])

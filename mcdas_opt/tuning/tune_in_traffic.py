@@ -18,6 +18,7 @@ from mcdas_opt.evaluation.running.executor import working
 from mcdas_opt.reference.offset_path import corrected
 from mcdas_opt.tuning.choice import Choice, Guarded, choose, compared, judged
 from mcdas_opt.tuning.design import STEP_M, PathSamples, sampled
+from mcdas_opt.tuning.gain import Gain, gain_of
 from mcdas_opt.tuning.pool import on_executor
 from mcdas_opt.tuning.search_space import default_values
 from mcdas_opt.tuning.study import StudySpec, Trial, run_study
@@ -33,7 +34,8 @@ Progress = Callable[[int, int], None]
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class StudyReport(Result):
     """What a study found; attributes are the keys of the JSON document. a, b and y_max are the closed form's at `speed_mps` with the chosen
-    values; `value` is the chosen trial's score on the training scenes. Saved as `.toml` it is what planners take."""
+    values; `value` is the chosen trial's score on the training scenes; `gain` is what the values bring on the test scenes. Saved as `.toml`
+    it is what planners take."""
 
     drawn_by: ClassVar[str] = "mcdas_opt.tuning.tune_in_traffic:sheet"
 
@@ -55,6 +57,7 @@ class StudyReport(Result):
     defaults: dict[str, float]
     importance: dict[str, float]
     guarded: Guarded
+    gain: Gain
     path: PathSamples
     spec: StudySpec = field(repr=False)
     choice: Choice = field(repr=False)
@@ -63,13 +66,13 @@ class StudyReport(Result):
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the contract."""
         front = [{"number": one.number, **to_document(one.cost)} for one in self.choice.front]
-        return Result.to_dict(self) | {"front": front, "suite": self.spec.suite}
+        return Result.to_dict(self) | {"front": front, "suite": self.spec.suite, "gain": self.gain.to_dict()}
 
     def in_brief(self) -> tuple[str, str, str]:
         return (
             f"Study of {self.method} on {self.spec.suite}: {self.evaluations} trials, {self.pruned} pruned, score {self.value:.4g}",
-            f"{'accepted' if self.accepted else 'not accepted'}: {self.reason}",
-            f"trial {self.choice.trial.number} of a front of {len(self.choice.front)}",
+            self.reason,
+            f"trial {self.choice.trial.number} of a front of {len(self.choice.front)}; {self.gain.verdict}",
         )
 
     def columns(self) -> Columns:
@@ -113,7 +116,9 @@ def tune_in_traffic(
             known = [trial for trial in found if name == "train" and not trial.pruned]
             sets.append(compared(name, tree, scenes, default, choice.trial.values, drives, known))
     guarded = judged(sets)
-    report = _report(spec, found, choice, guarded, importance(found, how.space), how.speed_mps)
+    test = next(one for one in sets if one.name == "test")
+    gain = gain_of(test.default_drives, test.tuned_drives)
+    report = _report(spec, found, choice, guarded, gain, importance(found, how.space), how.speed_mps)
     if out is not None:
         _write(report, out)
     return report
@@ -127,7 +132,13 @@ def _drives(stack: ExitStack, how: StudyOptions) -> Drives:
 
 
 def _report(
-    spec: StudySpec, found: tuple[Trial, ...], choice: Choice, guarded: Guarded, importance: dict[str, float], speed_mps: float
+    spec: StudySpec,
+    found: tuple[Trial, ...],
+    choice: Choice,
+    guarded: Guarded,
+    gain: Gain,
+    importance: dict[str, float],
+    speed_mps: float,
 ) -> StudyReport:
     values, cost = choice.trial.values, choice.trial.cost
     path = corrected(
@@ -166,6 +177,7 @@ def _report(
         defaults=default_values(spec.space),
         importance=importance,
         guarded=guarded,
+        gain=gain,
         path=samples,
         spec=spec,
         choice=choice,
@@ -210,6 +222,7 @@ def values_text(report: StudyReport) -> str:
             "method": report.method,
             "evaluations": report.evaluations,
             "guard": report.reason,
+            "test": report.gain.verdict,
             "reasons": list(report.reasons),
         },
         "set": rows,

@@ -135,3 +135,16 @@ def test_a_slot_that_is_given_away_is_another_piece(tmp_path: Path) -> None:
 def test_the_recorded_track_list() -> None:
     log = read_targets(CsvTable(COMMA / "radar_tracks.csv"))
     assert (log.good, log.bad.total, log.pieces, len(log.scans)) == (10100, 0, 144, 1200)
+
+
+def test_a_factor_scales_and_a_column_of_that_name_is_taken_as_it_stands(tmp_path: Path) -> None:
+    path = table(tmp_path, "0,1000,2,-36,5", header="t_ms,x_cm,y_m,kmh,2*kmh")
+    text = "time_s=0.001*t_ms,x_m=.01*x_cm,range_rate_mps={}"
+    (scan,) = read_targets(CsvTable(path), columns=Columns.parse(text.format("-0.5*kmh"))).scans
+    assert (scan.t_s, scan.radar[0].range_m * math.cos(scan.radar[0].azimuth_rad)) == (0.0, pytest.approx(10.0))
+    assert scan.radar[0].range_rate_mps == 18.0
+    (scan,) = read_targets(CsvTable(path), columns=Columns.parse(text.format("2*kmh"))).scans
+    assert scan.radar[0].range_rate_mps == 5.0
+    for wrong in ("0*kmh", "2*", "9" * 400 + "*kmh"):
+        with pytest.raises(InputError, match=r"must be NAME=COLUMN, NAME=-COLUMN or NAME=FACTOR\*COLUMN"):
+            Columns.parse(text.format(wrong))

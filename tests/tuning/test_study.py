@@ -29,12 +29,13 @@ from mcdas_opt.planning.parameter_files import planner_with
 from mcdas_opt.plotting import style
 from mcdas_opt.tuning import tune_in_traffic
 from mcdas_opt.tuning.choice import SetResult, choose, judged, pareto
+from mcdas_opt.tuning.gain import gain_of
 from mcdas_opt.tuning.pool import on_executor
 from mcdas_opt.tuning.search_space import SPACE, Range, default_values, shares_of, values_at
 from mcdas_opt.tuning.searchers import search
 from mcdas_opt.tuning.study import Trial, run_study
 from mcdas_opt.tuning.study_options import StudyOptions
-from mcdas_opt.tuning.traffic import TrafficCost
+from mcdas_opt.tuning.traffic import DriveFigures, TrafficCost
 from tests.plotting.pixels import coloured, pixels
 from tests.tuning.invented import Drives, figures, scenes, spec
 
@@ -245,8 +246,15 @@ def test_a_study_reports_writes_what_is_accepted_and_draws_either_way(
     assert coloured(shown, style.VERMILION).sum() > 3 * 30  # the chosen one in three planes
     assert coloured(shown, style.ORANGE).sum() > 3 * 30  # the defaults
     assert (coloured(shown, style.GREEN).sum() > 1000) == bool(report.importance)
+    gain, test = document["gain"], document["guarded"]["sets"][2]
+    assert (gain["defaults"]["n"], gain["tuned"]["n"]) == (held_out, held_out)
+    assert gain["defaults"]["k"] == round(held_out * test["default"]["collisions"])
+    assert gain["score_difference"] == pytest.approx(report.guarded.sets[2].tuned.score - report.guarded.sets[2].default.score)
+    assert gain["verdict"] == report.gain.verdict
+    assert gain["verdict"] in repr(report)
     assert out.exists() == report.accepted
     if report.accepted:
+        assert gain["verdict"] in out.read_text(encoding="utf-8")
         assert planner_with(out, Vehicle(), "mpc").settings.sigmoid.b == report.values["sigmoid.b"]
     if report.importance:
         assert sum(report.importance.values()) == pytest.approx(1.0)
@@ -268,5 +276,48 @@ def test_what_a_study_found_is_read_in_80_columns(
     for words in ("verdict", "validation", "collided", "lateral", "score", *report.values):
         assert words in said
     assert ("The best trial is the defaults" in said) == (trials == 1)
+    last = " ".join(said.split("Test scenes, not tuned on, that collided, with 95 % intervals:")[1].split())
+    assert last.startswith(f"defaults {report.gain.defaults.k} of 8 [")
+    assert last.endswith("Tuning changed nothing." if trials == 1 else f"The tuned values are {report.gain.verdict}.")
     assert said.count("defaults │") == 3
     assert said.count("tuned    │") == (0 if trials == 1 else 3)
+
+
+def driven(lateral: float, collided: bool = False) -> DriveFigures:
+    return DriveFigures(collided=collided, peak_lateral_mps2=lateral, peak_jerk_mps3=1.0, manoeuvre_m=0.0, unverified=0)
+
+
+@pytest.mark.parametrize(
+    ("lateral", "collided", "verdict"),
+    [
+        ([2.0] * 8, [], "no better than the defaults: the same scores"),
+        ([1.9] * 8, [], "better than the defaults: score lower in 8, higher in 0 of 8 test scenes, p = 0.0078"),
+        (
+            [1.9] * 7 + [2.1],
+            [],
+            "not shown to be better than the defaults: score lower in 7, higher in 1 of 8 test scenes, p = 0.07",
+        ),
+        ([2.1] * 4 + [1.9] * 4, [], "no better than the defaults: score lower in 4, higher in 4"),
+        ([2.1] * 8, [], "worse than the defaults: score lower in 0, higher in 8"),
+        ([1.9] * 8, [3], "no better than the defaults: collides in 1 of 8 test scenes, they in 0"),
+        ([1.9] * 14 + [9.0], [], "no better than the defaults: score lower in 14, higher in 1 of 15"),
+        ([], [], "nothing is known of other scenes"),
+    ],
+)
+def test_what_tuning_brings_is_said_of_the_test_scenes(lateral: list[float], collided: list[int], verdict: str) -> None:
+    tuned = [driven(value, k in collided) for k, value in enumerate(lateral)]
+    gain = gain_of([driven(2.0) for _ in lateral], tuned)
+    assert gain.verdict.startswith(verdict)
+    assert gain.helped == verdict.startswith("better")
+    assert json.loads(json.dumps(gain.to_dict(), allow_nan=False))["verdict"] == gain.verdict
+
+
+@given(values=st.lists(st.tuples(st.floats(0.0, 9.0), st.booleans(), st.floats(0.0, 9.0), st.booleans()), min_size=1, max_size=30))
+def test_who_helps_is_no_worse_in_any_sum_and_hurts_the_other_way_round(values: list[tuple[float, bool, float, bool]]) -> None:
+    old, new = [driven(a, hit) for a, hit, _, _ in values], [driven(b, hit) for _, _, b, hit in values]
+    there, back = gain_of(old, new), gain_of(new, old)
+    assert (there.better, there.worse, there.score_difference) == (back.worse, back.better, pytest.approx(-back.score_difference))
+    assert not (there.helped and back.helped)
+    if there.helped:
+        assert there.tuned.k <= there.defaults.k
+        assert there.p < 0.05
