@@ -28,6 +28,7 @@ _TALL_PT, _WIDE_PT = 10.0, 4.6  # of a word, and of one of its letters
 _DASH_M, _GAP_M = 3.0, 6.0
 _ROUND = np.linspace(0.0, 2.0 * math.pi, 41)
 TRACK = style.PURPLE
+Box = tuple[float, float, float, float]  # from and to along, from and to across [m]
 
 
 class Camera:
@@ -85,15 +86,16 @@ class BirdsEye:
         for artist in self._bodies:
             artist.remove()
         self._bodies = []
-        away = []
+        away, taken = [], []
         for shown in (*moment.others, moment.host):
             x, y, yaw = (float(q) for q in camera.place(*shown.pose))
             shape = corners(x, y, yaw, shown.length_m, shown.width_m)
             if self._sees(shape):
                 self._show_body(shown, shape, (x, y, yaw), moment)
+                taken.append(self._box(shown.name, shape))
             elif not shown.supposed:
                 away.append((math.hypot(x, y - moment.host.pose[1]), x, y, shown.name))
-        for word, place, side in words_at_the_edge(away, self._view, self._metres_a_point):
+        for word, place, side in words_at_the_edge(away, self._view, self._metres_a_point, taken):
             self._bodies.append(self._word(word, place, 0, ha=side, va="center", fontsize=7.5, color="#222222"))
         for track in moment.tracks:
             self._show_track(camera, track)
@@ -169,13 +171,22 @@ class BirdsEye:
         below = float(shape[:, 0].mean()), float(shape[:, 1].min())
         return [outline, self._word(shown.name, below, -2, ha="center", va="top", fontsize=7, color="#444444")]
 
-    def _named(self, name: str, shape: Array) -> Artist:
-        """The name over a body, and within the picture where the body is partly out of it."""
+    def _box(self, name: str, shape: Array) -> Box:
+        """What a body and its name over it take."""
+        (left, low), (right, _) = shape.min(axis=0), shape.max(axis=0)
+        x, top = self._over(name, shape)
+        half = 0.5 * _WIDE_PT * len(name) * self._metres_a_point
+        return min(float(left), x - half), max(float(right), x + half), float(low), top + (_TALL_PT + 2.0) * self._metres_a_point
+
+    def _over(self, name: str, shape: Array) -> tuple[float, float]:
+        """Over a body, and within the picture where the body is partly out of it."""
         view, point = self._view, self._metres_a_point
         half, tall = 0.5 * _WIDE_PT * len(name) * point, (_TALL_PT + 2.0) * point
         x = min(max(float(shape[:, 0].mean()), -view.back_m + half), view.ahead_m - half)
-        y = min(float(shape[:, 1].max()), view.left_m - tall)
-        return self._word(name, (x, y), 2, ha="center", va="bottom", fontsize=7.5, color="#222222")
+        return x, min(float(shape[:, 1].max()), view.left_m - tall)
+
+    def _named(self, name: str, shape: Array) -> Artist:
+        return self._word(name, self._over(name, shape), 2, ha="center", va="bottom", fontsize=7.5, color="#222222")
 
     def _word(self, text: str, at: tuple[float, float], points: float, **how: Any) -> Artist:
         """So many points above `at`."""
@@ -198,14 +209,15 @@ class BirdsEye:
 
 
 def words_at_the_edge(
-    away: Sequence[tuple[float, float, float, str]], view: View, metres_a_point: float
+    away: Sequence[tuple[float, float, float, str]], view: View, metres_a_point: float, taken: Sequence[Box] = ()
 ) -> list[tuple[str, tuple[float, float], str]]:
     """Who is out of the picture, and how far from the host: word, its place (x, y) [m] and the side that it is aligned to.
 
-    `away` is distance, x, y [m] and name of each. The nearest comes first, the others above or below where there is room.
+    `away` is distance, x, y [m] and name of each. The nearest comes first; a word stands above or below its place where that is
+    `taken`, and not at all where there is no room.
     """
     words: list[tuple[str, tuple[float, float], str]] = []
-    taken: list[tuple[float, float, float]] = []
+    boxes = list(taken)
     tall, margin = _TALL_PT * metres_a_point, _EDGE_PT * metres_a_point
     for distance, x, y, name in sorted(one for one in away if one[0] <= _NAMED_M):
         far, beyond = f"{name} ({distance:.0f} m)", x > view.ahead_m
@@ -214,9 +226,10 @@ def words_at_the_edge(
         left = min(max(x - 0.5 * wide, -view.back_m + margin), view.ahead_m - wide - margin)
         middle = min(max(y, view.right_m + 0.5 * tall + margin), view.left_m - 0.5 * tall - margin)
         for at in (middle, middle + tall, middle - tall, middle + 2.0 * tall, middle - 2.0 * tall):
-            over = any(left < q[0] + q[1] and left + wide > q[0] and abs(at - q[2]) < 0.99 * tall for q in taken)
-            if not over and view.right_m <= at - 0.5 * tall and at + 0.5 * tall <= view.left_m:
-                taken.append((left, wide, at))
+            box = (left, left + wide, at - 0.49 * tall, at + 0.49 * tall)
+            over = any(box[0] < q[1] and box[1] > q[0] and box[2] < q[3] and box[3] > q[2] for q in boxes)
+            if not over and view.right_m <= box[2] and box[3] <= view.left_m:
+                boxes.append(box)
                 words.append((word, (left + wide if beyond else left, at), "right" if beyond else "left"))
                 break
     return words

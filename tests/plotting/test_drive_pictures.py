@@ -128,6 +128,11 @@ def test_words_at_the_edge_stand_apart_and_those_far_away_are_left_out() -> None
     (_, (_, first), _), _, (_, (_, second), _) = words
     assert first == 0.0
     assert second == pytest.approx(2.0)  # a line of ten points higher
+    bodies = [(-50.0, -30.0, -1.0, 3.0)]
+    (word, (_, at), _), *_ = words_at_the_edge(away, view, 0.2, bodies)
+    assert word == "◀ a (60 m)"
+    assert at == pytest.approx(-2.0)  # below the body that stands there
+    assert not words_at_the_edge(away[:1], view, 0.2, [(-50.0, -30.0, -6.0, 6.0)])
 
 
 def test_a_gif_has_a_frame_a_cycle_and_one_for_the_end(drive: Simulation, tmp_path: Path) -> None:

@@ -93,6 +93,7 @@
       for (const one of state.paths || []) this.drawPath(one);
       for (const ghost of state.ghosts || []) this.drawBody(ghost, true);
       this.away = [];
+      this.taken = []; // boxes of bodies and their names: [from, to, over, under]
       for (const body of state.bodies || []) this.drawBody(body, false);
       this.nameAtTheEdge(state);
       for (const track of state.tracks || []) this.drawTrack(track);
@@ -145,11 +146,13 @@
       const half = (LETTER * (body.name || "").length) / 2;
       const within = Math.min(Math.max(cx, half), this.width - half); // where the body is partly out of the picture
       if (body.name) this.word(this.moving, within, top - 4, body.name, { "text-anchor": "middle" });
+      const xs = points.map((p) => p[0]), low = Math.max(...points.map((p) => p[1]));
+      this.taken.push([Math.min(within - half, ...xs), Math.max(within + half, ...xs), top - TALL, low]);
     }
 
-    // Who is out of the picture, and how far from the host: the nearest first, the others above or below where there is room.
+    // Who is out of the picture, and how far from the host: the nearest first, above or below its place where that is taken.
     nameAtTheEdge(state) {
-      const taken = [], { width } = this, { height } = this.camera, host = state.from || state.camera;
+      const { taken, width } = this, { height } = this.camera, host = state.from || state.camera;
       const far = (body) => Math.hypot(body.x - host[0], body.y - host[1]);
       for (const body of this.away.sort((a, b) => far(a) - far(b))) {
         if (far(body) > NAMED) continue;
@@ -158,9 +161,9 @@
         const x = Math.min(Math.max(body.cx - wide / 2, EDGE), width - wide - EDGE);
         const y = Math.min(Math.max(body.cy - TALL / 2, EDGE), height - TALL - EDGE);
         const free = [0, 1, -1, 2, -2].map((k) => y + k * TALL).find((q) => q >= 0 && q <= height - TALL && !taken.some(
-          (r) => x < r[0] + r[2] && x + wide > r[0] && Math.abs(q - r[1]) < TALL));
+          (r) => x < r[1] && x + wide > r[0] && q < r[3] && q + TALL > r[2]));
         if (free === undefined) continue;
-        taken.push([x, free, wide]);
+        taken.push([x, x + wide, free, free + TALL]);
         this.word(this.moving, right ? x + wide : x, free + TALL - 4, word, { "text-anchor": right ? "end" : "start", class: "mcdas-away" });
       }
     }
