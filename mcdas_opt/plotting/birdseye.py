@@ -183,7 +183,8 @@ class BirdsEye:
         view, point = self._view, self._metres_a_point
         half, tall = 0.5 * _WIDE_PT * len(name) * point, (_TALL_PT + 2.0) * point
         x = min(max(float(shape[:, 0].mean()), -view.back_m + half), view.ahead_m - half)
-        return x, min(float(shape[:, 1].max()), view.left_m - tall)
+        top = float(shape[:, 1].max())
+        return x, top if top < view.left_m else view.left_m - tall
 
     def _named(self, name: str, shape: Array) -> Artist:
         return self._word(name, self._over(name, shape), 2, ha="center", va="bottom", fontsize=7.5, color="#222222")

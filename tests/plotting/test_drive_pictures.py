@@ -23,6 +23,7 @@ from mcdas_opt.plotting.birdseye import BirdsEye, Camera, ellipse, words_at_the_
 from mcdas_opt.plotting.export import MOVING, check_picture
 from mcdas_opt.plotting.moments import View, moment_at, moments, view_of
 from mcdas_opt.plotting.strips import Strip, StripChart, strips_of
+from mcdas_opt.plotting.thumbnail import draw_thumbnail
 from mcdas_opt.plotting.time_to_react_strip import worst
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.record import Simulation
@@ -118,6 +119,12 @@ def test_whoever_is_out_of_the_picture_is_named_at_its_edge(passing: Simulation,
         assert (body.name if inside else f"{far} {arrow}" if arrow == "▶" else f"{arrow} {far}") in words, (body.name, time_s)
     boxes = [text.get_window_extent() for text in axes.texts]
     assert all(box.x0 >= 0.0 and box.y0 >= 0.0 and box.x1 <= fig.bbox.x1 and box.y1 <= fig.bbox.y1 for box in boxes)
+
+
+def test_no_name_covers_its_own_body_however_low_the_picture_is() -> None:
+    ends = [{"name": name, "s_m": s, "speed_mps": 11.1} for name, s in (("front", 60.0), ("rear", -45.0))]
+    first = draw_thumbnail(simulate(make_scene(*ends, duration_s=0.3, road={"lanes_left": 0, "lanes_right": 0}), FakeDriver())).axes[0]
+    assert {text.get_text(): text.xy[1] for text in first.texts} == pytest.approx(dict.fromkeys(("host", "front", "rear"), 0.9), abs=0.02)
 
 
 def test_words_at_the_edge_stand_apart_and_those_far_away_are_left_out() -> None:
