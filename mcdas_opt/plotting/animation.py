@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 MOST_FRAMES = 100
 _WIDTH_IN, _DPI = 9.6, 100
 _LAST_FRAME_MS = 2000
-_STRIP_IN = 1.35  # of height, for the times to react over the drive
+_STRIP_IN, _ROWS_IN = 1.55, 0.8  # of height, for the times to react over the drive
 
 
 def film(simulation: Simulation, path: Path) -> Path:
@@ -54,6 +54,8 @@ def frames(simulation: Simulation, scenes: Sequence[Moment]) -> list[Image]:
 
 def sheet(simulation: Simulation, count: int = 5) -> Figure:
     """A figure: the drive at `count` moments, evenly spread and the end among them, over strip charts."""
+    from matplotlib.lines import Line2D
+
     view = view_of(simulation)
     times = np.linspace(0.0, simulation.duration_s, count).tolist()
     row = (_WIDTH_IN - 0.6) * view.aspect + 0.28
@@ -79,8 +81,9 @@ def sheet(simulation: Simulation, count: int = 5) -> Figure:
             mark_times(axes, times)
             chart.show(simulation.duration_s)
         if strip_in:
-            mark_times(_times_to_react(fig, simulation, 2.7 / height, 0.6 / height)[0], times)
-        fig.legend(handles=legend_handles(), loc="lower center", bbox_to_anchor=(0.5, 1.95 / height), ncols=3, frameon=False)
+            mark_times(_times_to_react(fig, simulation, 2.7 / height, _ROWS_IN / height)[0], times)
+        handles = [*legend_handles(), Line2D([], [], color=style.BLACK, lw=0.7, alpha=0.35, label="moments shown above")]
+        fig.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.95 / height), ncols=4, frameon=False)
     return fig
 
 
@@ -121,7 +124,7 @@ class _Stage:
         self._axes = axes
         self._charts: list[tuple[Axes, StripChart | TimeToReactStrip]] = [*_charts(self._fig, simulation, 0.45 / height, 1.2 / height)]
         if strip_in:
-            self._charts.append(_times_to_react(self._fig, simulation, 2.62 / height, 0.6 / height))
+            self._charts.append(_times_to_react(self._fig, simulation, 2.62 / height, _ROWS_IN / height))
         self._fig.legend(handles=legend_handles(), loc="lower center", bbox_to_anchor=(0.5, 1.9 / height), ncols=3, frameon=False)
         common: dict[str, Any] = {"va": "center", "fontsize": 10}
         top = 1.0 - 0.2 / height

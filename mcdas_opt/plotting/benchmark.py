@@ -68,14 +68,16 @@ def draw_scatter(points: Mapping[str, Array]) -> Figure:
             axes.set_title(f"{planners[k]}\n{int((~safe).sum())} of {len(found)} lost", fontsize=9)
             axes.set(xlim=(-0.3, _HARDEST_MPS2 + 0.3), ylim=(-0.3, _FARTHEST_M + 0.3))
             axes.tick_params(labelbottom=k + columns >= len(planners))  # the lowest of its column, where the last row is short
-        fig.supxlabel("largest acceleration [m/s²]", fontsize=9)
-        fig.supylabel("least clearance [m]", fontsize=9)
+        fig.supxlabel(f"largest acceleration [m/s²] ({_HARDEST_MPS2:g}: that or more)", fontsize=9)
+        fig.supylabel(f"least clearance [m] ({_FARTHEST_M:g}: that or more)", fontsize=9)
         _legend(fig, grid.flat[0])
     return fig
 
 
 def draw_cycle_times(times_ms: Mapping[str, Array]) -> Figure:
     """The share of plans that took longer than so many milliseconds, both axes logarithmic."""
+    from matplotlib.ticker import LogFormatter
+
     with styled():
         fig = figure(8.0, 3.8)
         axes = fig.subplots()
@@ -91,6 +93,9 @@ def draw_cycle_times(times_ms: Mapping[str, Array]) -> Figure:
                 name, (1.0, level), (3, 0), xycoords=("axes fraction", "data"), textcoords="offset points", va="center", fontsize=8
             )
         axes.set(xscale="log", yscale="log", xlabel="time for a plan [ms]", ylabel="share of plans that took longer", ylim=(None, 1.15))
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_formatter("{x:g}")
+        axes.xaxis.set_minor_formatter(LogFormatter(labelOnlyBase=False, minor_thresholds=(1.5, 0.6)))
         if any(times.size for times in times_ms.values()):  # else no planner made a single plan
             fig.legend(loc="outside upper center", ncols=3, frameon=False)
     return fig

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,9 +22,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SIGMAS = 2.5
+_NAMED_M = 150.0  # whoever is out of the picture and nearer than this is named at its edge
+_EDGE_PT = 4.0
+_TALL_PT, _WIDE_PT = 10.0, 4.6  # of a word, and of one of its letters
 _DASH_M, _GAP_M = 3.0, 6.0
 _ROUND = np.linspace(0.0, 2.0 * math.pi, 41)
 TRACK = style.PURPLE
+Box = tuple[float, float, float, float]  # from and to along, from and to across [m]
 
 
 class Camera:
@@ -81,8 +86,17 @@ class BirdsEye:
         for artist in self._bodies:
             artist.remove()
         self._bodies = []
+        away, taken = [], []
         for shown in (*moment.others, moment.host):
-            self._show_body(camera, shown, moment)
+            x, y, yaw = (float(q) for q in camera.place(*shown.pose))
+            shape = corners(x, y, yaw, shown.length_m, shown.width_m)
+            if self._sees(shape):
+                self._show_body(shown, shape, (x, y, yaw), moment)
+                taken.append(self._box(shown.name, shape))
+            elif not shown.supposed:
+                away.append((math.hypot(x, y - moment.host.pose[1]), x, y, shown.name))
+        for word, place, side in words_at_the_edge(away, self._view, self._metres_a_point, taken):
+            self._bodies.append(self._word(word, place, 0, ha=side, va="center", fontsize=7.5, color="#222222"))
         for track in moment.tracks:
             self._show_track(camera, track)
 
@@ -115,18 +129,26 @@ class BirdsEye:
         marks = np.arange(1.0, float(x.t_s[-1]) + 1e-9)
         self._seconds.set_data(*camera.place(np.interp(marks, x.t_s, x.s_m), np.interp(marks, x.t_s, x.d_m))[:2])
 
-    def _show_body(self, camera: Camera, shown: Shown, moment: Moment) -> None:
+    def _sees(self, shape: Array) -> bool:
+        (left, low), (right, high) = shape.min(axis=0), shape.max(axis=0)
+        view = self._view
+        return bool(right > -view.back_m and left < view.ahead_m and high > view.right_m and low < view.left_m)
+
+    @property
+    def _metres_a_point(self) -> float:
+        figure = self._axes.figure
+        wide_pt = 72.0 / figure.dpi * figure.bbox.width * self._axes.get_position(original=True).width
+        return float((self._view.back_m + self._view.ahead_m) / wide_pt)
+
+    def _show_body(self, shown: Shown, shape: Array, place: tuple[float, float, float], moment: Moment) -> None:
         from matplotlib.lines import Line2D
         from matplotlib.patches import Polygon
 
-        x, y, yaw = (float(q) for q in camera.place(*shown.pose))
-        if not -self._view.back_m - 6.0 < x < self._view.ahead_m + 6.0:
-            return
+        x, y, yaw = place
         if shown.supposed:
-            self._bodies += self._supposed(shown, x, y, yaw)
+            self._bodies += self._supposed(shown, shape)
             return
         edge = {"edgecolor": style.VERMILION, "lw": 2.4} if shown.name in moment.struck else {"edgecolor": style.BLACK, "lw": 0.8}
-        shape = corners(x, y, yaw, shown.length_m, shown.width_m)
         body = Polygon(shape, closed=True, facecolor=shown.colour, zorder=4, joinstyle="round", **edge)
         self._axes.add_patch(body)
         a, b = 0.22 * shown.length_m, 0.4 * shown.width_m
@@ -135,29 +157,45 @@ class BirdsEye:
         screen = Line2D(*zip(*ends, strict=True), color="white", lw=1.6, zorder=4.1, solid_capstyle="butt")
         self._axes.add_line(screen)
         self._bodies += [body, screen]
-        self._bodies.append(self._named(shown, (x, y + 0.5 * shown.width_m), 2, va="bottom", fontsize=7.5, color="#222222"))
+        self._bodies.append(self._named(shown.name, shape))
 
-    def _supposed(self, shown: Shown, x: float, y: float, yaw: float) -> list[Artist]:
+    def _supposed(self, shown: Shown, shape: Array) -> list[Artist]:
         """A pale, dashed outline, named below."""
         from matplotlib.colors import to_rgb
         from matplotlib.patches import Polygon
 
-        shape = corners(x, y, yaw, shown.length_m, shown.width_m)
         outline = Polygon(
             shape, closed=True, facecolor=(*to_rgb(shown.colour), 0.25), edgecolor=shown.colour, lw=1.2, ls=(0, (4, 2.5)), zorder=3.5
         )
         self._axes.add_patch(outline)
-        return [outline, self._named(shown, (x, y - 0.5 * shown.width_m), -2, va="top", fontsize=7, color="#444444")]
+        below = float(shape[:, 0].mean()), float(shape[:, 1].min())
+        return [outline, self._word(shown.name, below, -2, ha="center", va="top", fontsize=7, color="#444444")]
 
-    def _named(self, shown: Shown, at: tuple[float, float], points: float, **how: Any) -> Artist:
-        """The name, so many points above `at`."""
+    def _box(self, name: str, shape: Array) -> Box:
+        """What a body and its name over it take."""
+        (left, low), (right, _) = shape.min(axis=0), shape.max(axis=0)
+        x, top = self._over(name, shape)
+        half = 0.5 * _WIDE_PT * len(name) * self._metres_a_point
+        return min(float(left), x - half), max(float(right), x + half), float(low), top + (_TALL_PT + 2.0) * self._metres_a_point
+
+    def _over(self, name: str, shape: Array) -> tuple[float, float]:
+        """Over a body, and within the picture where the body is partly out of it."""
+        view, point = self._view, self._metres_a_point
+        half, tall = 0.5 * _WIDE_PT * len(name) * point, (_TALL_PT + 2.0) * point
+        x = min(max(float(shape[:, 0].mean()), -view.back_m + half), view.ahead_m - half)
+        top = float(shape[:, 1].max())
+        return x, top if top < view.left_m else view.left_m - tall
+
+    def _named(self, name: str, shape: Array) -> Artist:
+        return self._word(name, self._over(name, shape), 2, ha="center", va="bottom", fontsize=7.5, color="#222222")
+
+    def _word(self, text: str, at: tuple[float, float], points: float, **how: Any) -> Artist:
+        """So many points above `at`."""
         from matplotlib.patheffects import withStroke
 
-        name = self._axes.annotate(
-            shown.name, at, (0, points), textcoords="offset points", ha="center", zorder=6, annotation_clip=True, **how
-        )
-        name.set_path_effects([withStroke(linewidth=2.2, foreground="white", alpha=0.8)])
-        return name
+        word = self._axes.annotate(text, at, (0, points), textcoords="offset points", zorder=6, annotation_clip=True, **how)
+        word.set_path_effects([withStroke(linewidth=2.6, foreground="white")])
+        return word
 
     def _show_track(self, camera: Camera, track: Track) -> None:
         from matplotlib.lines import Line2D
@@ -169,6 +207,33 @@ class BirdsEye:
             for artist in (ring, middle):
                 self._axes.add_line(artist)
                 self._bodies.append(artist)
+
+
+def words_at_the_edge(
+    away: Sequence[tuple[float, float, float, str]], view: View, metres_a_point: float, taken: Sequence[Box] = ()
+) -> list[tuple[str, tuple[float, float], str]]:
+    """Who is out of the picture, and how far from the host: word, its place (x, y) [m] and the side that it is aligned to.
+
+    `away` is distance, x, y [m] and name of each. The nearest comes first; a word stands above or below its place where that is
+    `taken`, and not at all where there is no room.
+    """
+    words: list[tuple[str, tuple[float, float], str]] = []
+    boxes = list(taken)
+    tall, margin = _TALL_PT * metres_a_point, _EDGE_PT * metres_a_point
+    for distance, x, y, name in sorted(one for one in away if one[0] <= _NAMED_M):
+        far, beyond = f"{name} ({distance:.0f} m)", x > view.ahead_m
+        word = f"{far} ▶" if beyond else f"{'◀' if x < -view.back_m else '▲' if y > 0.0 else '▼'} {far}"
+        wide = _WIDE_PT * len(word) * metres_a_point
+        left = min(max(x - 0.5 * wide, -view.back_m + margin), view.ahead_m - wide - margin)
+        middle = min(max(y, view.right_m + 0.5 * tall + margin), view.left_m - 0.5 * tall - margin)
+        for at in (middle, middle + tall, middle - tall, middle + 2.0 * tall, middle - 2.0 * tall):
+            box = (left, left + wide, at - 0.49 * tall, at + 0.49 * tall)
+            over = any(box[0] < q[1] and box[1] > q[0] and box[2] < q[3] and box[3] > q[2] for q in boxes)
+            if not over and view.right_m <= box[2] and box[3] <= view.left_m:
+                boxes.append(box)
+                words.append((word, (left + wide if beyond else left, at), "right" if beyond else "left"))
+                break
+    return words
 
 
 def ellipse(track: Track) -> tuple[Array, Array]:
@@ -192,12 +257,13 @@ def scale_bar(axes: Axes, view: View) -> None:
     axes.annotate("10 m", (x, y), (-4, 0), textcoords="offset points", ha="right", va="center", fontsize=7, zorder=8)
 
 
-def legend_handles() -> list[Any]:
+def legend_handles(driven: bool = True) -> list[Any]:
     """What the lines mean."""
     from matplotlib.lines import Line2D
 
-    return [
+    handles = [
         Line2D([], [], color=style.PLAN, lw=2.2, marker="o", ms=3.6, mec="white", mew=0.6, label="plan, a dot a second"),
         Line2D([], [], color=style.BLACK, lw=1.0, alpha=0.55, label="driven"),
         Line2D([], [], color=TRACK, lw=1.5, marker="o", ms=3.0, mew=0, label=f"track with its {SIGMAS:g} sigma"),
     ]
+    return handles if driven else [handles[0], handles[2]]

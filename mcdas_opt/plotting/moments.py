@@ -10,11 +10,13 @@ import numpy as np
 
 from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
 from mcdas_opt.plotting import style
 from mcdas_opt.simulation.record import Outcome, Simulation
 
 HOST = "host"
+_BACK_M, _AHEAD_M, _ASIDE_M = 55.0, 75.0, 8.0  # the window is widened for whoever is nearer
 Pose = tuple[float, float, float]  # s [m], d [m], heading relative to the road [rad]
 
 
@@ -103,18 +105,27 @@ def moment_at(simulation: Simulation, time_s: float) -> Moment:
 
 
 def view_of(simulation: Simulation) -> View:
-    """A window that holds the neighbours of the beginning where it can, and the road's bend across its length."""
-    road, starts = simulation.scene.true_road, [float(other.s_m[0]) for other in simulation.neighbours]
-    back = min(max([-s + 8.0 for s in starts] + [25.0]), 55.0)
-    ahead = min(max([s + 14.0 for s in starts] + [45.0]), 75.0)
+    """A window that holds the neighbours over the whole drive where it can, and the road's bend across its length."""
+    road, host = simulation.scene.true_road, simulation.trajectory
+    away = [(other.s_m - host.s_m, other.d_m) for other in simulation.neighbours]
+    near = np.concatenate([np.column_stack(q)[(q[0] > -_BACK_M) & (q[0] < _AHEAD_M)] for q in away] or [np.zeros((0, 2))])
+    back = min(max(-float(near[:, 0].min(initial=0.0)) + 8.0, 25.0), _BACK_M)
+    ahead = min(max(float(near[:, 0].max(initial=0.0)) + 14.0, 45.0), _AHEAD_M)
     margin = 1.6
-    right, left = road.right_edge_m - margin, road.left_edge_m + margin
+    right, left = aside(near[:, 1], road.right_edge_m - margin, road.left_edge_m + margin)
     for reach in (back, ahead):
         bend = 0.5 * reach**2
         kappas = _curvatures(simulation, road)
         left = max(left, min(road.left_edge_m + margin + bend * max(kappas), 20.0))
         right = min(right, max(road.right_edge_m - margin + bend * min(kappas), -20.0))
     return View(back_m=back, ahead_m=ahead, right_m=right, left_m=left)
+
+
+def aside(d_m: Array, right_m: float, left_m: float) -> tuple[float, float]:
+    """A window from `right_m` to `left_m`, widened for bodies that are beyond it and not far."""
+    near = d_m[np.abs(d_m) < _ASIDE_M]
+    length = 2.5  # half of a car that stands across
+    return min(right_m, float(near.min(initial=0.0)) - length), max(left_m, float(near.max(initial=0.0)) + length)
 
 
 def _curvatures(simulation: Simulation, road: Road) -> list[float]:

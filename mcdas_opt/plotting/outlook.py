@@ -14,7 +14,7 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.plotting import style
-from mcdas_opt.plotting.moments import HOST, Moment, Shown, View, lane_colours
+from mcdas_opt.plotting.moments import HOST, Moment, Shown, View, aside, lane_colours
 from mcdas_opt.plotting.plane import Ground, rounded, view_document
 from mcdas_opt.plotting.words import because, doing, judged, passed, sentence
 from mcdas_opt.simulation.contact import surroundings
@@ -23,6 +23,7 @@ from mcdas_opt.tracking.prediction import predict
 _BEHIND_M, _AHEAD_M = 130.0, 330.0  # of road around the host
 _EVERY_S = 0.1
 _LONGEST_S = 8.0  # of a plan that is drawn
+_SEEN_S = 4.0  # whoever comes near the road within it is in the window
 _FAR_M = 30.0
 
 
@@ -150,7 +151,7 @@ class Outlook:
                 "unit": "m/s²",
                 "low": 1.2 * low,
                 "high": 1.5 * high,
-                "limits": [[low, "least", True], [high, "most", True]],
+                "limits": [[low, "hardest braking", True], [high, "most", True]],
             },
             {
                 "key": "lateral",
@@ -176,7 +177,9 @@ class Outlook:
         away = [track.s_m - host.s_m for track in self.situation.tracks]
         back = min(max([-s + 7.0 for s in away] + [15.0]), 60.0)
         ahead = min(max([s + 9.0 for s in away] + [3.2 * host.speed_mps, 40.0]), 85.0)
-        right, left = road.right_edge_m - 1.2, road.left_edge_m + 2.2
+        then = [body.at(np.arange(0.0, _SEEN_S + 1e-9)) for body in self.bodies]
+        near = [q.d_m[(q.s_m > host.s_m - back) & (q.s_m < host.s_m + ahead)] for q in then]
+        right, left = aside(np.concatenate([*near, np.zeros(0)]), road.right_edge_m - 1.2, road.left_edge_m + 2.2)
         kappa = road.curvature_at(np.linspace(host.s_m - back, host.s_m + ahead, 100))
         for reach in (back, ahead):
             left = max(left, min(road.left_edge_m + 2.2 + 0.5 * reach**2 * float(kappa.max()), 24.0))

@@ -16,15 +16,17 @@ from mcdas_opt.geometry.rectangle import corners
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.animation import MOST_FRAMES, save_gif
 from mcdas_opt.plotting.asked import situation_of
-from mcdas_opt.plotting.birdseye import BirdsEye, Camera, framed, scale_bar
+from mcdas_opt.plotting.birdseye import BirdsEye, Camera, framed, legend_handles, scale_bar
 from mcdas_opt.plotting.moments import View
 from mcdas_opt.plotting.outlook import Outlook
+from mcdas_opt.plotting.strips import name_limit
 from mcdas_opt.plotting.time_to_react_timeline import draw_timeline
 from mcdas_opt.plotting.words import because, doing, ending, sentence
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
 
 _WIDTH_IN, _FRAME_S = 9.6, 0.1
 _LINE = 150  # characters
@@ -43,7 +45,7 @@ def plan_sheet(plan: Plan, after_s: float = 0.0) -> Figure:
     timeline = 0.0 if plan.escapes is None else 2.3
     why = wrap(because(plan), _LINE, max_lines=2, placeholder=" …")
     head = 0.87 + 0.2 * len(why)
-    height = head + 0.15 + bird + 0.45 + 1.7 + timeline
+    height = head + 0.15 + bird + 0.5 + 1.7 + timeline
     with style.styled():
         fig = style.figure(_WIDTH_IN, height)
         fig.set_layout_engine("none")
@@ -59,6 +61,13 @@ def plan_sheet(plan: Plan, after_s: float = 0.0) -> Figure:
             fig.text(0.02, 1.0 - (0.89 + 0.19 * k) / height, line, fontsize=8.5, va="center", color="#444444")
         axes = fig.add_axes((0.015, 1.0 - (head + bird) / height, 0.97, bird / height))
         _from_above(axes, situation, vehicle, plan, outlook, view, after_s)
+        fig.legend(
+            handles=[*legend_handles(driven=False), *([_later()] if after_s == 0.0 else [])],
+            loc="center",
+            bbox_to_anchor=(0.5, 1.0 - (head + bird + 0.17) / height),
+            ncols=3,
+            frameon=False,
+        )
         charts = outlook.charts()
         left, gap = 0.05, 0.045
         width = (0.985 - left - gap * (len(charts) - 1)) / len(charts)
@@ -124,6 +133,12 @@ def _seconds_later(axes: Axes, situation: Situation, vehicle: Vehicle, plan: Pla
         word.set_path_effects([withStroke(linewidth=2.2, foreground="white", alpha=0.8)])
 
 
+def _later() -> Patch:
+    from matplotlib.patches import Patch
+
+    return Patch(fill=False, edgecolor=style.HOST, alpha=0.6, label="where everybody is believed to be after each second")
+
+
 def _chart(axes: Axes, chart: dict[str, object], t_s: np.ndarray, values: np.ndarray) -> None:
     low, high = float(str(chart["low"])), float(str(chart["high"]))
     axes.set(xlim=(0.0, max(float(t_s[-1]), 1.0)), ylim=(low, high), xlabel="time [s]")
@@ -134,9 +149,5 @@ def _chart(axes: Axes, chart: dict[str, object], t_s: np.ndarray, values: np.nda
         if low <= value <= high:
             colour = style.VERMILION if hard else style.GREY
             axes.axhline(value, color=colour, lw=1.1, dashes=(4, 3), zorder=1)
-            below = value > 0.5 * (low + high) or word == "touch"  # on the side where no curve comes
-            axes.annotate(
-                word, (1.0, value), (-2, -2 if below else 2), xycoords=("axes fraction", "data"), textcoords="offset points",
-                ha="right", va="top" if below else "bottom", fontsize=7, color=colour,
-            )  # fmt: skip
+            name_limit(axes, value, word, colour, t_s, values, [other for other, _, _ in limits if other != value])
     axes.plot(t_s, values, color=style.PLAN, lw=1.8, zorder=3)

@@ -10,7 +10,7 @@ import numpy as np
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vocabulary import Mode, Role, Sector
 from mcdas_opt.plotting.bands import MODES
-from mcdas_opt.plotting.style import BLACK, FRONT, GREEN, GREY, NEIGHBOUR, PURPLE, REAR, SKY, figure, styled
+from mcdas_opt.plotting.style import BLACK, FRONT, GREEN, GREY, HOST, NEIGHBOUR, PURPLE, REAR, SKY, figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +27,7 @@ ROLES = {Role.FRONT: FRONT, Role.REAR: REAR, Role.LEFT: GREEN, Role.RIGHT: PURPL
 
 def replay_figure(replay: Replay) -> Figure:
     """The tracks of a whole recording."""
-    return draw_tracks(replay.cycles)
+    return draw_tracks(replay.cycles, f"{replay.name}  ·  tracks{f', planned by {replay.planner}' if replay.planner else ''}")
 
 
 def draw_against_truth(sectors: Mapping[Sector, SectorComparison]) -> Figure:
@@ -46,7 +46,7 @@ def draw_against_truth(sectors: Mapping[Sector, SectorComparison]) -> Figure:
     return fig
 
 
-def draw_tracks(cycles: Sequence[Cycle]) -> Figure:
+def draw_tracks(cycles: Sequence[Cycle], title: str = "Tracks of a recording") -> Figure:
     """Position along and speed of every track, coloured by role, with the host's speed and the mode as a band below."""
     from matplotlib.patches import Patch
 
@@ -62,7 +62,7 @@ def draw_tracks(cycles: Sequence[Cycle]) -> Figure:
                 below.plot(t, v, ".", ms=1.8, color=colour)
         times = np.array([c.t_s - began_s for c in cycles])
         above.axhline(0.0, color=BLACK, lw=0.8)
-        below.plot(times, [c.host.speed_mps for c in cycles], color=BLACK, lw=1.4, label="host")
+        below.plot(times, [c.host.speed_mps for c in cycles], color=HOST, lw=1.4, label="host")
         above.set_ylabel("along, from the host [m]")
         below.set_ylabel("speed [m/s]")
         _modes(band, times, [c.mode for c in cycles])
@@ -72,7 +72,9 @@ def draw_tracks(cycles: Sequence[Cycle]) -> Figure:
         patches = [Patch(color=MODES[mode], label=f"mode {mode.value}") for mode in dict.fromkeys(c.mode for c in cycles)]
         keys, texts = handles + more + patches, labels + names + [str(patch.get_label()) for patch in patches]
         fig.legend(keys, texts, loc="outside lower center", ncols=8, markerscale=3)
-        above.set_title("Tracks of a recording")
+        above.set_title(title)
+        for axes in (above, below, band):
+            axes.margins(x=0.01)
     return fig
 
 

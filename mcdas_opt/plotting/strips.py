@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
+_WORD, _TALL = 0.45, 0.13  # of a limit, in parts of the chart
 _FAR_M = 30.0  # farther away is off the chart, unless nobody ever comes nearer
 
 
@@ -57,7 +58,7 @@ def strips_of(simulation: Simulation) -> tuple[Strip, Strip, Strip, Strip]:
             t_s=t,
             values=history.states[:, 4],
             limits=((hardest, "hardest braking"), (most, "most")),
-            low=1.15 * hardest,
+            low=1.3 * hardest,
             high=most - 0.25 * hardest,
         ),
         Strip(
@@ -73,7 +74,7 @@ def strips_of(simulation: Simulation) -> tuple[Strip, Strip, Strip, Strip]:
             t_s=t,
             values=np.where(np.isfinite(clearance), clearance, np.nan),
             limits=((0.0, "touch"),),
-            low=-0.06 * top,
+            low=-0.13 * top,
             high=top,
         ),
     )
@@ -90,22 +91,12 @@ class StripChart:
         axes.set_title(strip.title, fontsize=9.0, fontweight="normal")
         for value, word in strip.limits:
             colour = style.GREY if word == "desired" else style.VERMILION
-            at = 0.0 if word == "touch" else 1.0  # a drive rather ends than begins in a touch
             axes.axhline(value, color=colour, lw=1.1, dashes=(4, 3), zorder=1)
-            axes.annotate(
-                word,
-                (at, value),
-                (3 - 5 * at, 2),
-                xycoords=("axes fraction", "data"),
-                textcoords="offset points",
-                ha="right" if at else "left",
-                va="bottom",
-                fontsize=7.0,
-                color=colour,
-            )
+            others = [other for other, _ in strip.limits if other != value]
+            name_limit(axes, value, word, colour, strip.t_s, strip.values, others)
         axes.plot(strip.t_s, strip.values, color=style.HOST, lw=1.0, alpha=0.25, zorder=2)
         self._line = Line2D([], [], color=style.HOST, lw=1.8, zorder=3)
-        self._dot = Line2D([], [], color=style.HOST, marker="o", ms=4.5, mec="white", mew=0.8, lw=0, zorder=4)
+        self._dot = Line2D([], [], color=style.HOST, marker="o", ms=4.5, mec="white", mew=0.8, lw=0, zorder=4, clip_on=False)
         axes.add_line(self._line)
         axes.add_line(self._dot)
 
@@ -117,7 +108,39 @@ class StripChart:
         past = self._strip.t_s <= time_s + 1e-9
         self._line.set_data(self._strip.t_s[past], self._strip.values[past])
         if past.any():
-            self._dot.set_data(self._strip.t_s[past][-1:], self._strip.values[past][-1:])
+            at = self._strip.values[past][-1:]
+            at = np.where(
+                (at >= self._strip.low) & (at <= self._strip.high), at, np.nan
+            )  # the dot is not cut off, but off the chart there is none
+            self._dot.set_data(self._strip.t_s[past][-1:], at)
+
+
+def name_limit(axes: Axes, value: float, word: str, colour: str, t_s: Array, values: Array, others: Sequence[float] = ()) -> None:
+    """The word of a limit beside its line, where neither the curve nor another limit comes: at the right and above where there is the
+    choice."""
+    (begin, end), (low, high) = axes.get_xlim(), axes.get_ylim()
+    length, tall = _WORD * (end - begin), high - low
+
+    def room(right: bool, above: bool) -> float:
+        middle = value + (0.5 if above else -0.5) * _TALL * tall
+        if not low <= middle - 0.3 * _TALL * tall <= middle + 0.3 * _TALL * tall <= high:
+            return -1.0
+        beside = values[t_s >= end - length] if right else values[t_s <= begin + length]
+        return float(np.abs(np.concatenate([beside[np.isfinite(beside)], others]) - middle).min(initial=tall)) / tall
+
+    places = [(right, above) for right in (True, False) for above in (True, False)]
+    right, above = next((place for place in places if room(*place) > 0.6 * _TALL), max(places, key=lambda place: room(*place)))
+    axes.annotate(
+        word,
+        (1.0 if right else 0.0, value),
+        (-2 if right else 3, 2 if above else -2),
+        xycoords=("axes fraction", "data"),
+        textcoords="offset points",
+        ha="right" if right else "left",
+        va="bottom" if above else "top",
+        fontsize=7.0,
+        color=colour,
+    )
 
 
 def mark_times(axes: Axes, times_s: Sequence[float]) -> None:

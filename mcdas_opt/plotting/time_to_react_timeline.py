@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 _WIDTH_IN = 9.6
 _NAMES = ("brake", "accelerate", "left", "right")
 _COMFORTABLE, _HARD, _CLOSED = style.GREEN, style.ORANGE, "#d9d9dd"
+_HATCH = "///"
 _LATEST_S = 10.0
 
 
@@ -63,9 +64,10 @@ def draw_timeline(axes: Axes, escapes: Escapes) -> None:
         y = len(_NAMES) - 1 - row
         axes.barh(y, span, height=0.62, color=_CLOSED, alpha=0.45, zorder=1)
         if one.last_moment_s is not None:
-            axes.barh(y, max(one.last_moment_s, 0.01 * span), height=0.62, color=_HARD, zorder=2)
+            later: dict[str, Any] = {"hatch": _HATCH, "edgecolor": "white", "lw": 0.0} if one.demand_mps2 is None else {}
+            axes.barh(y, max(one.last_moment_s, 0.01 * span), height=0.62, facecolor=_HARD, zorder=2, **later)
             if one.last_comfortable_s is not None:
-                axes.barh(y, min(one.last_comfortable_s, one.last_moment_s), height=0.62, color=_COMFORTABLE, zorder=3)
+                axes.barh(y, min(one.last_comfortable_s, one.last_moment_s), height=0.62, facecolor=_COMFORTABLE, zorder=3, **later)
         axes.annotate(
             _words(one), (1.0, y), (8, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
             va="center", fontsize=8.0, linespacing=1.1, annotation_clip=False,
@@ -76,9 +78,11 @@ def draw_timeline(axes: Axes, escapes: Escapes) -> None:
     axes.set_yticklabels(_NAMES[::-1])
     axes.grid(False, axis="y")
     handles = [Patch(color=_COMFORTABLE, label="comfortable"), Patch(color=_HARD, label="open"), Patch(color=_CLOSED, label="closed")]
+    if any(one.last_moment_s is not None and one.demand_mps2 is None for one in escapes.candidates):
+        handles.append(Patch(facecolor=style.GREY, edgecolor="white", hatch=_HATCH, lw=0.0, label="open later, not just now"))
     if escapes.keeping_on_s is not None:
         handles.append(Patch(color=style.VERMILION, label="constant inputs: safe until here"))
-    axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False, borderaxespad=0.1)
+    axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=5, frameon=False, borderaxespad=0.1)
 
 
 def _words(one: Escape) -> str:

@@ -5,18 +5,26 @@ from __future__ import annotations
 import math
 
 from mcdas_opt.domain.plan import Candidate, Plan
+from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.safe_end import EndKind
 from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
 
 _DOING = {
-    Mode.HOLD: "keeps its lane and speed",
+    Mode.HOLD: "keeps its lane",
     Mode.CRUISE: "keeps its lane, towards the desired speed",
     Mode.BRAKE: "brakes in its lane",
     Mode.ACCELERATE: "accelerates in its lane",
     Mode.EVADE: "steers out",
     Mode.PARK: "stands and waits to be parked",
 }
+_ASIDE = {
+    Mode.HOLD: "moves over",
+    Mode.CRUISE: "moves over, towards the desired speed,",
+    Mode.BRAKE: "brakes and moves over",
+    Mode.ACCELERATE: "accelerates and moves over",
+}
+_KEPT_MPS = 0.5  # a speed that changes by no more is kept
 _NAMED = 2
 _GRAVEST_FIRST = (
     ViolationKind.COLLISION,
@@ -40,8 +48,17 @@ _STATUS = {
 
 def doing(plan: Plan) -> str:
     """What the plan does: 'steers out to the left'."""
-    side = "" if plan.side is Side.NONE else f" to the {plan.side.value}"
-    return f"{_DOING.get(plan.mode, plan.mode.value)}{side}"
+    if plan.side is not Side.NONE:
+        return f"{_ASIDE.get(plan.mode) or _DOING.get(plan.mode, plan.mode.value)} to the {plan.side.value}"
+    pace = _pace(plan.trajectory.speed_mps) if plan.mode is Mode.HOLD else ""
+    return f"{_DOING.get(plan.mode, plan.mode.value)}{pace}"
+
+
+def _pace(speed_mps: Array) -> str:
+    slowest, fastest, now = float(speed_mps.min()), float(speed_mps.max()), float(speed_mps[0])
+    if not max(now - slowest, fastest - now) > _KEPT_MPS:
+        return " and speed"
+    return f", slows down to {slowest:.1f} m/s" if now - slowest > fastest - now else f", speeds up to {fastest:.1f} m/s"
 
 
 def judged(verdict: Verdict) -> str:

@@ -22,7 +22,7 @@ from mcdas_opt.evaluation.reporting.render import html, markdown
 from mcdas_opt.evaluation.row import Row, row_of
 from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.evaluation.summary import contradictions, pairs, summarise, worst
-from mcdas_opt.plotting.benchmark import draw_cycle_times
+from mcdas_opt.plotting.benchmark import draw_cycle_times, draw_scatter
 from mcdas_opt.plotting.style import figure, png_bytes
 from mcdas_opt.plotting.thumbnail import draw_thumbnail
 from mcdas_opt.simulation.loop import simulate
@@ -304,6 +304,17 @@ def test_cycle_times_are_drawn_of_nobody_who_planned_too() -> None:
     drawn = draw_cycle_times({"raised": np.zeros(0), "planned": np.array([1.0, 2.0])})
     assert len(drawn.axes[0].get_legend_handles_labels()[0]) == 1
     assert png_bytes(draw_cycle_times({"raised": np.zeros(0)}))  # a warning would fail here
+
+
+def test_axes_say_what_is_drawn_at_their_ends_and_times_are_plain_numbers() -> None:
+    scatter = draw_scatter({"mpc": np.array([[9.0, 20.0, 0.0]])})
+    assert scatter.get_supxlabel() == "largest acceleration [m/s²] (13: that or more)"
+    assert scatter.get_supylabel() == "least clearance [m] (6: that or more)"
+    (axes,) = draw_cycle_times({"mpc": np.linspace(2.0, 30.0, 50)}).axes
+    axes.figure.canvas.draw()
+    shown = [text.get_text() for text in (*axes.get_xticklabels(which="both"), *axes.get_yticklabels())]
+    assert {"2", "10", "20", "0.1"} <= set(shown)
+    assert not any("10^" in text for text in shown)
 
 
 def test_a_thumbnail_shows_three_moments_of_any_drive() -> None:

@@ -205,3 +205,19 @@ def test_a_page_plays_scrubs_and_runs_no_foreign_script(drive: Simulation, tmp_p
         assert tab.evaluate("view.transport.time") == pytest.approx(0.6)
         assert tab.evaluate("window.hacked === undefined")
         assert (faults, asked) == ([], [file.as_uri()])
+
+
+def test_a_page_names_at_its_edge_who_is_out_of_the_picture(tmp_path: Path) -> None:
+    ahead, behind = ({"name": name, "s_m": s, "speed_mps": 11.1} for name, s in (("ahead", 120.0), ("behind", -80.0)))
+    lone = simulate(make_scene(ahead, behind, {"name": "far", "s_m": 400.0, "speed_mps": 11.1}, duration_s=0.3), FakeDriver())
+    file = save_picture(lone, tmp_path / "lone.html")
+    with chromium() as browser:
+        tab = browser.new_page(viewport={"width": 1000, "height": 700})
+        tab.goto(file.as_uri())
+        tab.wait_for_selector(".mcdas-away")
+        assert sorted(tab.locator(".mcdas-away").all_text_contents()) == ["ahead (120 m) ▶", "◀ behind (80 m)"]
+        road = tab.locator(".mcdas-bird").bounding_box()
+        for word in tab.locator(".mcdas-away").all():
+            box = word.bounding_box()
+            assert road["x"] <= box["x"]
+            assert box["x"] + box["width"] <= road["x"] + road["width"]

@@ -8,13 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.colors import same_color
 
 from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
 from mcdas_opt.errors import InputError
 from mcdas_opt.interop.replay import replay
 from mcdas_opt.interop.replay_record import Replay
-from mcdas_opt.plotting import replay_player
+from mcdas_opt.plotting import replay_player, style
 from mcdas_opt.plotting.bands import Decided, bands_document
+from mcdas_opt.plotting.replay import replay_figure
 from mcdas_opt.plotting.replay_player import replay_document
 from tests.studio.browser import chromium
 
@@ -109,3 +111,13 @@ def test_the_page_jumps_to_events_in_the_light_and_in_the_dark(done: Replay, tmp
             papers.add(tab.evaluate("getComputedStyle(document.body).backgroundColor"))
             assert faults == []
         assert len(papers) == 2
+
+
+def test_the_picture_says_whose_tracks_it_shows_and_the_host_is_blue(done: Replay) -> None:
+    above, below, band = replay_figure(done).axes
+    assert above.get_title(loc="left") == "front_and_rear  ·  tracks, planned by closed-form-corrected"
+    (host,) = (line for line in below.lines if line.get_label() == "host")
+    assert same_color(host.get_color(), style.HOST)
+    low, high = band.get_xlim()
+    times = [cycle.t_s for cycle in done.cycles]
+    assert times[0] - 0.2 < low < times[0] < times[-1] < high < times[-1] + 0.2

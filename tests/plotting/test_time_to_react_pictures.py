@@ -66,3 +66,14 @@ def test_the_words_beside_the_bars_lie_within_the_picture() -> None:
         assert reach.x0 >= 0.0
         assert reach.x1 <= fig.bbox.x1
         assert "asks 10.5 m/s² now" in text.get_text()
+
+
+def test_what_cannot_begin_just_now_is_hatched() -> None:
+    now = Escape(open=True, last_moment_s=2.0, demand_mps2=1.0)
+    later = Escape(open=True, last_moment_s=2.4, last_comfortable_s=1.3, closed_by=Closer.SIDE)
+    for brake, hatched in ((now, 0), (later, 2)):
+        found = Escapes(brake=brake, left=now, situation=sandwich(), vehicle=Vehicle())
+        axes = time_to_react_sheet(found).axes[1]
+        assert len([patch for patch in axes.patches if patch.get_hatch()]) == hatched
+        said = [text.get_text() for text in axes.get_legend().get_texts()]
+        assert ("open later, not just now" in said) == bool(hatched)

@@ -3,6 +3,9 @@
   "use strict";
   const { shape, set, html, clear, path, corners, Camera, fitted } = window.mcdas;
 
+  const NAMED = 150; // [m] whoever is out of the picture and nearer than this is named at its edge
+  const TALL = 15, LETTER = 6.6, EDGE = 5; // [px] of a word, and of one of its letters
+
   class Bird {
     // `state` as in `show`; `look` is the palette of plotting/web.py.
     constructor(parent, look, label) {
@@ -77,7 +80,7 @@
       return made;
     }
 
-    // state: { camera: [x, y, theta], bodies, paths, tracks, ghosts, trail }
+    // state: { camera: [x, y, theta], bodies, paths, tracks, ghosts, trail, from: [x, y] that distances are told from }
     show(state) {
       this.state = state;
       if (!this.camera) return;
@@ -89,7 +92,10 @@
       }
       for (const one of state.paths || []) this.drawPath(one);
       for (const ghost of state.ghosts || []) this.drawBody(ghost, true);
+      this.away = [];
+      this.taken = []; // boxes of bodies and their names: [from, to, over, under]
       for (const body of state.bodies || []) this.drawBody(body, false);
+      this.nameAtTheEdge(state);
       for (const track of state.tracks || []) this.drawTrack(track);
       if (this.dressed) this.dressed(); // whoever lays something over the picture
     }
@@ -116,7 +122,11 @@
       const [x, y, yaw] = body.pose;
       const points = corners(x, y, yaw, body.length, body.width).map((p) => this.camera.place(p));
       const [cx, cy] = this.camera.place([x, y]);
-      if (cx < -60 || cx > this.width + 60) return;
+      const over = (axis, most) => points.some((p) => p[axis] > 0) && points.some((p) => p[axis] < most);
+      if (!over(0, this.width) || !over(1, this.camera.height)) {
+        if (!ghost && body.name) this.away.push({ name: body.name, x, y, cx, cy });
+        return;
+      }
       shape("path", {
         d: path(points) + "Z", "stroke-linejoin": "round", fill: ghost && !body.tinted ? "none" : body.colour, "fill-opacity": body.tinted ? 0.3 : null,
         stroke: body.struck ? this.look.danger : ghost ? body.colour : this.look.black,
@@ -132,8 +142,30 @@
         return this.camera.place([x + c * a - s * b, y + s * a + c * b]);
       });
       shape("path", { d: path(screen), stroke: "#fff", "stroke-width": 2, fill: "none" }, this.moving);
-      const top = Math.min(...points.map((p) => p[1]));
-      if (body.name) this.word(this.moving, cx, top - 4, body.name, { "text-anchor": "middle" });
+      const top = Math.max(Math.min(...points.map((p) => p[1])), TALL);
+      const half = (LETTER * (body.name || "").length) / 2;
+      const within = Math.min(Math.max(cx, half), this.width - half); // where the body is partly out of the picture
+      if (body.name) this.word(this.moving, within, top - 4, body.name, { "text-anchor": "middle" });
+      const xs = points.map((p) => p[0]), low = Math.max(...points.map((p) => p[1]));
+      this.taken.push([Math.min(within - half, ...xs), Math.max(within + half, ...xs), top - TALL, low]);
+    }
+
+    // Who is out of the picture, and how far from the host: the nearest first, above or below its place where that is taken.
+    nameAtTheEdge(state) {
+      const { taken, width } = this, { height } = this.camera, host = state.from || state.camera;
+      const far = (body) => Math.hypot(body.x - host[0], body.y - host[1]);
+      for (const body of this.away.sort((a, b) => far(a) - far(b))) {
+        if (far(body) > NAMED) continue;
+        const text = `${body.name} (${far(body).toFixed(0)} m)`, beside = body.cx < 0 || body.cx > width, right = beside && body.cx > width;
+        const word = right ? `${text} ▶` : `${beside ? "◀" : body.cy < 0 ? "▲" : "▼"} ${text}`, wide = LETTER * word.length;
+        const x = Math.min(Math.max(body.cx - wide / 2, EDGE), width - wide - EDGE);
+        const y = Math.min(Math.max(body.cy - TALL / 2, EDGE), height - TALL - EDGE);
+        const free = [0, 1, -1, 2, -2].map((k) => y + k * TALL).find((q) => q >= 0 && q <= height - TALL && !taken.some(
+          (r) => x < r[1] && x + wide > r[0] && q < r[3] && q + TALL > r[2]));
+        if (free === undefined) continue;
+        taken.push([x, x + wide, free, free + TALL]);
+        this.word(this.moving, right ? x + wide : x, free + TALL - 4, word, { "text-anchor": right ? "end" : "start", class: "mcdas-away" });
+      }
     }
 
     // [x, y, semi-axis along, semi-axis across, angle]

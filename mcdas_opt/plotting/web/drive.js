@@ -59,6 +59,7 @@
       })));
       this.bird.show({
         camera: between(drive.camera, drive.poses_t, time),
+        from: between(drive.host.poses, drive.poses_t, time),
         bodies,
         tracks: cycle.tracks.map(([x, y, vx, vy, ...rest]) => [x + vx * (time - seen), y + vy * (time - seen), ...rest]),
         paths: [{ points: cycle.plan, seconds: cycle.seconds, colour: this.look.plan }],

@@ -66,6 +66,7 @@
       if (ahead) ghosts.unshift(...all.filter((body) => body.supposed).map((body) => ({ ...body, tinted: true })));
       this.bird.show({
         camera: picture.cameras[Math.min(k, picture.cameras.length - 1)],
+        from: ahead ? null : picture.host.pose,
         bodies: ahead ? bodies : [...bodies, picture.host],
         ghosts: ghosts.filter((ghost) => ghost.pose),
         paths: plans.map((plan) => ({ points: plan.poses, seconds: plan.seconds, colour: plan.colour, dash: plan.dash })),

@@ -88,18 +88,21 @@
           "stroke-dasharray": line.dash || null, "stroke-linejoin": "round",
         }, this.base);
         if (most > 0) {
-          const up = line.v[where] > chart.high, px = Math.min(this.x(line.t[where]) + 6, width - 40);
+          const up = line.v[where] > chart.high, px = Math.min(this.x(line.t[where]) + 6, width - 58);
           put(px, up ? TOP + 9 : floor - 3, `${up ? "▲" : "▼"} ${brief(line.v[where])}`, {
             fill: line.colour, "font-weight": 600, "paint-order": "stroke", stroke: look.paper, "stroke-width": 3,
           });
         }
       }
+      const words = [];
       for (const [value, word, danger] of chart.limits) {
         if (value < chart.low || value > chart.high) continue;
         const colour = danger ? look.danger : look.grey, y = this.y(value);
         shape("path", { d: path([[LEFT, y], [width - RIGHT, y]]), stroke: colour, "stroke-width": 1.3, "stroke-dasharray": "6 4" }, this.base);
-        const left = this.room(value, 0.0) > this.room(value, 0.75);
-        put(left ? LEFT + 3 : width - RIGHT - 2, y < 22 ? y + 11 : y - 3, word, {
+        const low = y < 22 ? y + 11 : y - 3, beside = words.find((other) => Math.abs(other.low - low) < 12);
+        const left = beside ? !beside.left : this.room(value, 0.0) > this.room(value, 0.75);
+        words.push({ low, left });
+        put(left ? LEFT + 3 : width - RIGHT - 2, low, word, {
           "text-anchor": left ? "start" : "end", fill: colour, "font-size": 10, "paint-order": "stroke", stroke: look.paper, "stroke-width": 3,
         });
       }

@@ -49,7 +49,7 @@
           shape("rect", { x: x(0), y: top, width: end - x(0), height: tall, fill: look.safe, "fill-opacity": 0.35, stroke: look.safe, "stroke-width": 1.2 }, this.svg);
           shape("path", { d: `M${end} ${top - 2}V${top + tall + 2}`, stroke: look.black, "stroke-width": 2 }, this.svg);
           text = until >= MOST - 1e-6 ? `open${asks}` : `${until.toFixed(1)} s, then closed${by}${asks}`;
-          if (!found.open) text = `not now; ${text}`;
+          if (!asks) text = `not just now; ${text}`;
           from = end;
         }
         const inside = text.length * 6.4 > x(MOST) - from - 8;
