@@ -17,6 +17,7 @@ from mcdas_opt.planning.gap import SLOWER_MPS
 from mcdas_opt.planning.headway import ORDINARY_MPS2, asked_time_gap_s
 from mcdas_opt.planning.lane_choice import known_acceleration_mps2, reaches_into
 from mcdas_opt.planning.merging_gap import least_time_gap_s, matched_time_gap_s, merging_time_gap_s
+from mcdas_opt.planning.yielding import yielding
 from mcdas_opt.reference.arrival import comes_late
 from mcdas_opt.reference.speed_profile import AS_HARD, BEHIND_MPS2, CLOSING_S, FrontCar, SpeedProfile, profile_ahead, speeds_along
 from mcdas_opt.tracking.prediction import CHANGE_MPS, CHANGE_SIGMAS
@@ -59,6 +60,8 @@ def comfortable_speed(
     )
     if not evades:
         speeds = np.minimum(speeds, _behind_who_brakes(cycle))
+    for one in yielding(cycle, d_m):
+        speeds = np.minimum(speeds, one.speeds_mps)
     if profile is None:
         return ComfortableSpeed(towards_mps, speeds)
     way_m = np.zeros(times_s.size)

@@ -15,6 +15,7 @@ from mcdas_opt.planning.cost import CostWeights
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.evaluator import Evaluator
 from mcdas_opt.planning.fallback import NothingPasses
+from mcdas_opt.planning.headway import ORDINARY_MPS2
 from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory, carried
@@ -26,6 +27,7 @@ from mcdas_opt.planning.reliance import reliance_in_words, told_of_followers
 from mcdas_opt.planning.required_lane import RequiredLane
 from mcdas_opt.planning.search import Found, Search, Solvers, run
 from mcdas_opt.planning.solver_settings import SolverSettings
+from mcdas_opt.planning.yielding import yielding
 
 _NOTABLE_MPS = 0.1  # beyond the speed limit
 
@@ -99,7 +101,7 @@ class MpcMethod:
             side=proposed.side,
             indicator=cycle.indicator,
             warning=cycle.assessment.threatened and proposed.side is not Side.NONE,
-            reason=reason(cycle.assessment, best, account.rows, is_comparison=found.is_comparison)
+            reason=reason(cycle.assessment, best, account.rows, is_comparison=found.is_comparison, answered=_answered(best, cycle))
             + _as_begun(found, best, cycle)
             + _lane_change(best, cycle)
             + _haste(best, cycle)
@@ -157,6 +159,17 @@ def _stop(best: Ended, cycle: Cycle) -> str:
     """Said of braking that somebody's braking ahead asks for, though nobody comes near."""
     stops = best.proposed.name == BRAKE and cycle.is_ordinary and cycle.front_braking.is_to_the_limit
     return f"; {cycle.assessment.front_id} brakes about as hard as the road allows" if stops else ""
+
+
+def _answered(best: Ended, cycle: Cycle) -> str:
+    """Who crosses and is let through, or asks for braking ahead, though he does not threaten."""
+    proposed, assessment = best.proposed, cycle.assessment
+    names = [one.track.id for one in yielding(cycle, proposed.path.target_d_m)] if proposed.is_comfortable else []
+    if names:
+        return f"{' and '.join(names)} {'crosses and is' if len(names) == 1 else 'cross and are'} let through"
+    if cycle.front_braking.stopping_mps2 <= ORDINARY_MPS2 or proposed.side is not Side.NONE:
+        return ""
+    return f"track {assessment.front_id}, {assessment.front_gap_m:.1f} m ahead, asks for {cycle.front_braking.stopping_mps2:.1f} m/s^2"
 
 
 def _haste(best: Ended, cycle: Cycle) -> str:

@@ -22,11 +22,14 @@ _MET = {
 _SAME = 1e-5  # costs that differ by less are equal
 
 
-def reason(assessment: Assessment, best: Ended, rows: Sequence[Candidate], *, is_comparison: bool) -> str:
+def reason(assessment: Assessment, best: Ended, rows: Sequence[Candidate], *, is_comparison: bool, answered: str = "") -> str:
     """A sentence without a verb that the numbers do not bear. `rows` is what was looked at, the chosen one among it; without
-    `is_comparison` the active manoeuvre, or keeping the lane, stood against nothing of another kind."""
+    `is_comparison` the active manoeuvre, or keeping the lane, stood against nothing of another kind. `answered` is what the plan answers
+    where nobody threatens."""
     name, cost = best.proposed.name, best.candidate.cost or 0.0
-    return f"{threat(assessment)}; {name} costs {cost:.2f}{_beside(name, cost, rows, is_comparison=is_comparison)}"
+    told = threat(assessment)
+    told = answered if answered and told == NOTHING_THREATENS else told
+    return f"{told}; {name} costs {cost:.2f}{_beside(name, cost, rows, is_comparison=is_comparison)}"
 
 
 def threat(assessment: Assessment) -> str:

@@ -12,6 +12,7 @@ from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.proposals.keep_lane import brake_behind, keep_lane, stop_in_lane
 from mcdas_opt.planning.proposals.lane_change import change_lanes, change_on, change_to_required, go_on_unpressed
 from mcdas_opt.planning.search import Search
+from mcdas_opt.planning.yielding import yielding
 
 
 def lane_keeping(search: Search) -> Iterator[Round]:
@@ -57,7 +58,8 @@ def _keep(search: Search) -> Iterator[Round]:
     keep = keep_lane(cycle, _quiet_mode(cycle), cycle.gap)
     search.keep = (keep,)
     passing = search.solve(search.keep)
-    begins = cycle.memory.chosen != keep.name and not (cycle.gap is not None and cycle.gap.is_slower)
+    makes_room = (cycle.gap is not None and cycle.gap.is_slower) or bool(yielding(cycle, keep.path.target_d_m))
+    begins = cycle.memory.chosen != keep.name and not makes_room
     cheaper = _cheaper_closed_forms(search, passing[0]) if passing and begins else []
     yield Round(competing=passing + cheaper, is_comparison=False)
 

@@ -1,0 +1,98 @@
+"""Who walks or drives across the host's way is let through, gently, and not passed by a hand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.domain.host import HostState
+from mcdas_opt.domain.plan import Plan
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.situation import Coverage, Situation
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vocabulary import BodyKind, Status
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.planner import Planner
+from mcdas_opt.planning.yielding import yielding
+
+CAR = load_vehicle("sedan")
+SPEED_MPS, CYCLE_S = 13.9, 0.1
+
+
+def walking(s_m: float, d_m: float = -5.0, speed_mps: float = 1.4, kind: BodyKind = BodyKind.PEDESTRIAN, size_m: float = 0.5) -> Track:
+    heading = math.copysign(math.pi / 2, -d_m)
+    across = math.copysign(speed_mps, -d_m)
+    sizes = {"length_m": size_m, "width_m": min(size_m, 1.8)}
+    return Track(id="ped", s_m=s_m, d_m=d_m, speed_s_mps=0.0, speed_d_mps=across, heading_rad=heading, kind=kind, **sizes)
+
+
+def situation(*tracks: Track, host: HostState | None = None, time_s: float = 0.0) -> Situation:
+    return Situation(
+        time_s=time_s,
+        host=host or HostState(speed_mps=SPEED_MPS),
+        tracks=tracks,
+        coverage=Coverage(),
+        road=Road(speed_limit_mps=SPEED_MPS),
+        desired_speed_mps=SPEED_MPS,
+    )
+
+
+def drive(track: Track, lasts_s: float = 10.0) -> tuple[list[Plan], float, Track]:
+    """The plans, how near the bodies come, and where he is at the end."""
+    planner, host, nearest = Planner(), HostState(speed_mps=SPEED_MPS), math.inf
+    plans = []
+    for k in range(round(lasts_s / CYCLE_S)):
+        plans.append(planner.plan(situation(track, host=host, time_s=round(k * CYCLE_S, 6))))
+        host, track = HostState.from_vector(plans[-1].trajectory.states[1]), track.later(CYCLE_S)
+        along = abs(track.s_m - host.s_m) - 0.5 * (CAR.length_m + track.along_m)
+        aside = abs(track.d_m - host.d_m) - 0.5 * (CAR.width_m + track.across_m)
+        nearest = min(nearest, max(along, aside))
+    return plans, nearest, track
+
+
+@pytest.mark.parametrize("s_m", [30.0, 33.0, 35.0, 37.0, 40.0, 43.0, 45.0, 50.0, 60.0])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_who_walks_into_the_lane_is_let_through(s_m: float, side: float) -> None:
+    """At 35 m he was passed by 7 cm with nothing threatening, at 40 m at 20 m/s, and at 60 m the car braked by 7 m/s^2."""
+    plans, nearest_m, track = drive(walking(s_m, side * 5.0))
+    assert {plan.status for plan in plans} == {Status.PLANNED}
+    assert nearest_m > 1.5
+    assert max(plan.trajectory.speed_mps.max() for plan in plans) < SPEED_MPS + 0.5
+    assert min(plan.trajectory.acceleration_mps2[1] for plan in plans) > -5.5  # comfortable below 5 m/s
+    assert track.d_m * side < -1.0  # he is across
+    assert plans[-1].trajectory.speed_mps[0] > 10.0  # and the host goes on
+    assert any(plan.reason.startswith("ped crosses and is let through") for plan in plans)
+
+
+def test_a_car_that_crosses_is_let_through() -> None:
+    plans, nearest_m, _ = drive(walking(40.0, -20.0, 6.0, BodyKind.CAR, 4.5))
+    assert {plan.status for plan in plans} == {Status.PLANNED}
+    assert nearest_m > 1.5
+
+
+@pytest.mark.parametrize(
+    "track",
+    [
+        walking(15.0),  # the host is past long before
+        walking(100.0, -3.0),  # he is
+        walking(40.0, speed_mps=0.0),  # stands
+        walking(12.0, -2.5),  # too late to stop in comfort
+        replace(walking(40.0), turn_rate_radps=0.3, turn_rate_sd_radps=0.05),  # turns off
+        replace(walking(40.0), speed_d_mps=-1.4),  # walks away
+    ],
+)
+def test_who_need_not_or_cannot_be_let_through(track: Track) -> None:
+    assert not yielding(Cycle.of(situation(track), CAR), 0.0)
+
+
+def test_the_later_he_has_gone_the_slower_the_host_comes() -> None:
+    ends = []
+    for speed_mps in (2.5, 2.2, 1.9, 1.6):
+        (one,) = yielding(Cycle.of(situation(walking(45.0, speed_mps=speed_mps)), CAR), 0.0)
+        assert (np.diff(one.speeds_mps[np.isfinite(one.speeds_mps)]) <= 0.0).all()
+        ends.append(float(one.speeds_mps[np.isfinite(one.speeds_mps)].min()))
+    assert ends == sorted(ends, reverse=True)
