@@ -24,7 +24,7 @@ _MOST = 8  # planners that a thread keeps warm
 
 class _Warm(threading.local):
     def __init__(self) -> None:
-        self.planners: dict[tuple[str | Vehicle, str, Settings | None], Planner] = {}
+        self.planners: dict[tuple[str | Vehicle, str, Settings], Planner] = {}
 
 
 _WARM = _Warm()
@@ -41,8 +41,9 @@ def plan(
     """The judged plan of a planner that begins: the same question has the same answer. `vehicle` is the situation's own unless given,
     `planner` a registered name (default "mpc"; `method` is its old name).
 
-    Each thread keeps the planners that it asked last, so that only the first question of a kind waits for a solver to be built. For a drive
-    build a `Planner`: it goes on with what it began. Raises `InputError` or `ParameterError` for what is not known.
+    Each thread keeps the planners that it asked last, so that only the first question of a kind (vehicle, planner, settings) waits for a
+    solver to be built. For a drive build a `Planner`: it goes on with what it began. Raises
+    `InputError` or `ParameterError` for what is not known.
     """
     require_type("situation", situation, Situation)
     require_type_if_given("planner", planner, str)
@@ -77,7 +78,7 @@ def _begun(vehicle: str | Vehicle, name: str, settings: Settings | None) -> Plan
     require_type("vehicle", vehicle, str, Vehicle)
     require_type("planner", name, str)
     require_type_if_given("settings", settings, Settings)
-    asked = vehicle, name, settings
+    asked = vehicle, name, settings or Settings()
     planner = _WARM.planners.pop(asked, None) or Planner(vehicle, name, settings=settings)
     if len(_WARM.planners) >= _MOST:
         _WARM.planners.pop(next(iter(_WARM.planners)))
