@@ -6,6 +6,7 @@ import threading
 from collections.abc import Sequence
 from dataclasses import replace
 
+from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.deprecation import renamed
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Scan
@@ -24,7 +25,7 @@ _MOST = 8  # planners that a thread keeps warm
 
 class _Warm(threading.local):
     def __init__(self) -> None:
-        self.planners: dict[tuple[str | Vehicle, str, Settings], Planner] = {}
+        self.planners: dict[tuple[Vehicle, str, Settings], Planner] = {}
 
 
 _WARM = _Warm()
@@ -42,7 +43,7 @@ def plan(
     `planner` a registered name (default "mpc"; `method` is its old name).
 
     Each thread keeps the planners that it asked last, so that only the first question of a kind (vehicle, planner, settings) waits for a
-    solver to be built. For a drive build a `Planner`: it goes on with what it began. Raises
+    solver to be built. A vehicle's file is read each time. For a drive build a `Planner`: it goes on with what it began. Raises
     `InputError` or `ParameterError` for what is not known.
     """
     require_type("situation", situation, Situation)
@@ -74,12 +75,13 @@ def step(
 
 
 def _begun(vehicle: str | Vehicle, name: str, settings: Settings | None) -> Planner:
-    """This thread's planner of that kind, without memory."""
+    """This thread's planner of that kind, without memory: of a car's file as it is now."""
     require_type("vehicle", vehicle, str, Vehicle)
     require_type("planner", name, str)
     require_type_if_given("settings", settings, Settings)
-    asked = vehicle, name, settings or Settings()
-    planner = _WARM.planners.pop(asked, None) or Planner(vehicle, name, settings=settings)
+    car, settings = load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle, settings or Settings()
+    asked = car, name, settings
+    planner = _WARM.planners.pop(asked, None) or Planner(car, name, settings=settings)
     if len(_WARM.planners) >= _MOST:
         _WARM.planners.pop(next(iter(_WARM.planners)))
     _WARM.planners[asked] = planner

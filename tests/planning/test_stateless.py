@@ -1,11 +1,14 @@
-"""One plan without memory: of any settings, by a planner that is kept."""
+"""One plan without memory: of any settings, of a car's file as it is, by a planner that is kept."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import mcdas_opt as mo
+from mcdas_opt.catalogue.vehicles import vehicle_text
 from mcdas_opt.domain.grid import TimeGrid
 from mcdas_opt.domain.settings import HeadwaySettings
 from mcdas_opt.planning import stateless
@@ -64,3 +67,13 @@ def test_grids_of_the_same_steps_are_equal_and_so_are_their_hashes() -> None:
     assert TimeGrid() != 40
     assert mo.Settings(grid=same) == mo.Settings() != mo.Settings(grid=other)
     assert hash(mo.Settings(grid=same)) == hash(mo.Settings())
+
+
+def test_a_vehicle_file_that_was_changed_is_read_again(tmp_path: Path, built: list[mo.Planner]) -> None:
+    file, text = tmp_path / "own.toml", vehicle_text(mo.load_vehicle("sedan"))
+    file.write_text(text)
+    for _ in range(2):
+        assert mo.plan(situation(), vehicle=str(file), planner=PLANNER).vehicle.width_m == 1.8
+    assert len(built) == 1
+    file.write_text(text.replace("width_m = 1.8", "width_m = 2.1"))
+    assert mo.plan(situation(), vehicle=str(file), planner=PLANNER).vehicle.width_m == 2.1
