@@ -66,6 +66,7 @@ def step(
     settings: Settings | None = None,
 ) -> Plan:
     """From scans to a judged plan, of a planner that begins: tracks are made of these scans alone, each seen from where the host is `now`.
+    `now` [s] is of the clock that stamps the scans; `desired_speed_mps` left out is the host's speed now.
 
     In a car build a `Planner` and call its `step` every cycle: it keeps its tracks, and what it began. Raises `InputError` or
     `ParameterError` for what is not known.
