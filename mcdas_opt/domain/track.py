@@ -47,8 +47,15 @@ _NUMBERS = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "age_s", "acceleration_s
 class Track:
     """Body centre and velocity of a neighbour along (s) and across (d) the road, with their covariance.
 
-    `covariance` is 4 x 4 in the order (s, s speed, d, d speed), units m and m/s. `acceleration_s_mps2` is its acceleration along the road
-    with a standard deviation; without one (None) it is not known, and the number says nothing.
+    `covariance` is 4 x 4 in the order (s, s speed, d, d speed), units m and m/s; left out it is zero: known exactly. Plans take it so:
+    bodies are grown by 2.5 standard deviations of the place as it is now and in the first second to come, but never by more than 3 m along
+    and 0.5 m across (`PredictionSettings`; a larger gap would close every lane); a speed across the road that it does not make clear is no
+    lane change, and counts less; jumps and overlaps within 3 standard deviations are no doubts. Beyond 1.2 m of standard deviation
+    along, and 0.2 m across, nothing grows any more, and no doubt says so: leave out a track that is known no better.
+    `age_s` [s] and `coasting` (no sensor has shown it of late) are for pictures and logs: no plan depends on them.
+
+    `acceleration_s_mps2` is its acceleration along the road with a standard deviation; without one (None) it is not known, and the number
+    says nothing.
 
     `heading_rad` is where it points, relative to the road there (0 along it, pi towards the host, pi / 2 across it to the left). Who is
     turned by more than `ALIGNED_RAD` does not follow the road; nor does a pedestrian. None: not known, it counts as aligned with the road.
