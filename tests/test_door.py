@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 import ast
+import builtins
+import dataclasses
 import inspect
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
@@ -27,6 +34,46 @@ def test_every_name_says_what_it_is(name: str) -> None:
     found = getattr(mo, name)
     assert found.__name__ == name
     assert inspect.getdoc(found)
+
+
+class _Names(dict[str, object]):
+    """The names of a module, and `object` for those that it imports for type checkers alone."""
+
+    def __missing__(self, name: str) -> object:
+        return getattr(mo, name, None) if name in dir(mo) else getattr(builtins, name, object)
+
+
+def _kinds(hint: object) -> Iterator[str]:
+    if isinstance(hint, type) and hint.__module__.startswith("mcdas_opt"):
+        yield hint.__name__
+    for part in get_args(hint):
+        yield from _kinds(part)
+
+
+FUNCTIONS = [name for name in mo.__all__ if inspect.isfunction(getattr(mo, name))]
+RECORDS = ["HostState", "Road", "Scan", "Settings", "Situation", "Track", "Vehicle", "Plan", "Refusal", "Escapes", "Verdict", "Violation"]
+
+
+@pytest.mark.parametrize("name", [*FUNCTIONS, *RECORDS])
+def test_what_a_public_name_takes_and_gives_is_public(name: str) -> None:
+    found = getattr(mo, name)
+    hints = dict(found.__annotations__)
+    if dataclasses.is_dataclass(found):
+        hints = {field.name: hints[field.name] for field in dataclasses.fields(found) if field.init and field.name in hints}
+    names = _Names(vars(sys.modules[found.__module__]))
+    hidden = {kind for hint in hints.values() for kind in _kinds(eval(hint, {}, names))} - set(dir(mo))
+    assert not hidden
+
+
+def test_the_page_of_the_python_surface_has_every_name() -> None:
+    page = (Path(__file__).parents[1] / "docs" / "api.md").read_text("utf-8")
+    documented = set(re.findall(r":: mcdas_opt\.(?:[a-z_]+\.)*(\w+)", page)) | set(re.findall(r"(\w+Error)\b", page))
+    assert set(mo.__all__) - {"__version__"} <= documented
+
+
+def test_importing_the_package_loads_none_of_them() -> None:
+    asked = "import sys, mcdas_opt; print(sorted(name for name in sys.modules if name.startswith(('mcdas_opt.', 'numpy'))))"
+    assert subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True).stdout.strip() == "[]"
 
 
 def test_a_wrong_name_is_told_the_nearest() -> None:

@@ -12,12 +12,12 @@ from mcdas_opt.errors import ParameterError
 _MOST_STEPS, _SHORTEST_S = 1000, 1e-3
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TimeGrid:
     """Step lengths [s] of a horizon, not necessarily even; at most 0.1 s each (the contract's sampling)."""
 
     steps_s: Array = field(default_factory=lambda: np.full(40, 0.1))
-    times_s: Array = field(init=False, repr=False, compare=False)
+    times_s: Array = field(init=False, repr=False)
     """(N + 1,), from 0. Rounded to a nanosecond, so that 0.1 s steps print as such."""
 
     def __post_init__(self) -> None:
@@ -34,6 +34,13 @@ class TimeGrid:
         times = np.round(np.concatenate([[0.0], np.cumsum(steps)]), 9)
         times.setflags(write=False)
         object.__setattr__(self, "times_s", times)
+
+    def __eq__(self, other: object) -> bool:
+        """Every step the same, to the bit."""
+        return isinstance(other, TimeGrid) and self.steps_s.tobytes() == other.steps_s.tobytes()
+
+    def __hash__(self) -> int:
+        return hash(self.steps_s.tobytes())
 
     @property
     def nodes(self) -> int:

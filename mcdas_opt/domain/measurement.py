@@ -71,8 +71,9 @@ class BodyDetection:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scan:
-    """Everything one sensor saw at one instant. `working` false: the sensor is there and dead, its sector is not covered.
+    """Everything one sensor saw at one instant, `t_s` [s], by the clock that `now` of a `step` shows.
 
+    `working` false: the sensor is there and dead, its sector is not covered.
     `blind` is where it looks and yet sees nobody, being too near; None: it does not say.
     """
 

@@ -152,7 +152,7 @@ class Settings:
     steering_rate_share: float = 1.0  # of the limit that the MPC plans with; the judge allows the whole
     lateral_jerk_mps3: float = 30.0  # up to which it steers a car that slips faster than that share: slow cars ask little of their tyres
     friction_share: float = 1.0  # of what it takes of the friction circle: the judge allows the whole of that too
-    speed_limit_excess: float = 0.0  # share by which ordinary driving may exceed the speed limit; escaping from behind is not bound by it
+    speed_limit_excess: float = 0.0  # share (0.05: 5 %) by which ordinary driving may exceed the speed limit; escaping from behind may more
     edge_reserve_m: float = 0.0  # kept from the road's edges by the MPC where it can, beyond its margin: the judge allows all of the road
     grid: TimeGrid = field(default_factory=TimeGrid)
     selector: SelectorSettings = field(default_factory=SelectorSettings)
@@ -178,4 +178,6 @@ class Settings:
         require_type("warning", self.warning, WarningSettings)
         within("steering_rate_share", self.steering_rate_share, 0.05, 1.0)
         within("friction_share", self.friction_share, 0.1, 1.0)
-        require(self, bounded, "lateral_jerk_mps3", "speed_limit_excess", "edge_reserve_m")
+        require(self, bounded, "lateral_jerk_mps3", "edge_reserve_m")
+        if not 0.0 <= finite("speed_limit_excess", self.speed_limit_excess) <= 1.0:
+            raise ParameterError("speed_limit_excess", self.speed_limit_excess, "must lie in [0, 1], a share: 0.05 is 5 %?")

@@ -37,7 +37,7 @@ class Situation:
     `coverage` says which sectors a working sensor watches: "nothing there" and "cannot see" are different. Where it is left out nobody
     watches anywhere, and a `UserWarning` says so.
     `vehicle` names the host's car (a shipped vehicle or a path; None: whichever the planner has, the sedan where it has none);
-    `desired_speed_mps` defaults to the host's speed.
+    `desired_speed_mps` defaults to the host's speed: in a loop, to what it is in that cycle, so that who was slowed down stays slow.
     `destination`: where to be, and when, if that matters; times are those of `time_s`.
     """
 

@@ -32,6 +32,13 @@ ALIGNED_RAD = math.radians(20.0)  # who is turned no farther from the road's dir
 CROSSING_MPS = 1.0
 _SEEN_MPS2, _SEEN_SIGMAS = 1.0, 2.0  # braking that is seen, and in standard deviations
 LONGEST_M = 1000.0  # of a body: a long train, or a wall
+_AS_A_CAR_M = (4.5, 1.8)
+USUAL_SIZE_M = {
+    BodyKind.PEDESTRIAN: (0.5, 0.5),
+    BodyKind.BICYCLE: (1.8, 0.6),
+    BodyKind.MOTORCYCLE: (2.2, 0.8),
+    BodyKind.LORRY: (12.0, 2.5),  # the longest without a trailer that European directive 96/53/EC allows; the others are assumed
+}
 _SINE_ALIGNED = math.sin(ALIGNED_RAD)
 _NUMBERS = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "age_s", "acceleration_s_mps2", "turn_rate_radps")
 
@@ -40,14 +47,26 @@ _NUMBERS = ("s_m", "d_m", "speed_s_mps", "speed_d_mps", "age_s", "acceleration_s
 class Track:
     """Body centre and velocity of a neighbour along (s) and across (d) the road, with their covariance.
 
-    `covariance` is 4 x 4 in the order (s, s speed, d, d speed), units m and m/s. `acceleration_s_mps2` is its acceleration along the road
-    with a standard deviation; without one (None) it is not known, and the number says nothing.
+    `covariance` is 4 x 4 in the order (s, s speed, d, d speed), units m and m/s; left out it is zero: known exactly. Plans take it so:
+    bodies are grown by 2.5 standard deviations of the place as it is now and in the first second to come, but never by more than 3 m along
+    and 0.5 m across (`PredictionSettings`; a larger gap would close every lane); a speed across the road that it does not make clear is no
+    lane change, and counts less; jumps and overlaps within 3 standard deviations are no doubts. Beyond 1.2 m of standard deviation
+    along, and 0.2 m across, nothing grows any more, and no doubt says so: leave out a track that is known no better.
+    `age_s` [s] and `coasting` (no sensor has shown it of late) are for pictures and logs: no plan depends on them.
+
+    `acceleration_s_mps2` is its acceleration along the road with a standard deviation; without one (None) it is not known, and the number
+    says nothing.
 
     `heading_rad` is where it points, relative to the road there (0 along it, pi towards the host, pi / 2 across it to the left). Who is
     turned by more than `ALIGNED_RAD` does not follow the road; nor does a pedestrian. None: not known, it counts as aligned with the road.
     At most a full turn; beyond half a turn it is counted the other way round.
     `turn_rate_radps` is how fast it turns in the plane, to the left, with a standard deviation; without one (None) it is not known, and
     the number says nothing.
+    `length_m` and `width_m` [m], where they are not said, are those of its `kind`: pedestrian 0.5 x 0.5, bicycle 1.8 x 0.6, motorcycle
+    2.2 x 0.8, lorry 12 x 2.5 (the longest without a trailer that directive 96/53/EC allows), every other 4.5 x 1.8. But for the lorry's
+    length they are assumed; what is said counts.
+
+    Raises `ParameterError` that names the track, the field and its rule.
     """
 
     id: str
@@ -56,8 +75,8 @@ class Track:
     speed_s_mps: float
     speed_d_mps: float = 0.0
     covariance: Array = field(default_factory=lambda: np.zeros((4, 4)))
-    length_m: float = 4.5
-    width_m: float = 1.8
+    length_m: float = None  # type: ignore[assignment]  # as its kind is long; a number in every track that there is
+    width_m: float = None  # type: ignore[assignment]
     age_s: float = 0.0
     coasting: bool = False
     acceleration_s_mps2: float = 0.0
@@ -101,12 +120,20 @@ class Track:
             object.__setattr__(self, "heading_rad", heading if abs(heading) <= math.pi else math.remainder(heading, 2.0 * math.pi))
         if self.kind is not None and type(self.kind) is not BodyKind:
             object.__setattr__(self, "kind", word("kind", self.kind, BodyKind))
+        if self.length_m is None or self.width_m is None:
+            self._sized_as_usual()
         positive("length_m", self.length_m, "m")
         positive("width_m", self.width_m, "m")
         if max(self.length_m, self.width_m) > LONGEST_M:
             within("length_m", self.length_m, 0.0, LONGEST_M, "m")
             within("width_m", self.width_m, 0.0, LONGEST_M, "m")
         object.__setattr__(self, "covariance", covariance("covariance", self.covariance, 4))
+
+    def _sized_as_usual(self) -> None:
+        usual = _AS_A_CAR_M if self.kind is None else USUAL_SIZE_M.get(self.kind, _AS_A_CAR_M)
+        for name, usual_m in zip(("length_m", "width_m"), usual, strict=True):
+            if attrgetter(name)(self) is None:
+                object.__setattr__(self, name, usual_m)
 
     @property
     def is_turned(self) -> bool:

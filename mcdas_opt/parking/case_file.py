@@ -15,7 +15,7 @@ from mcdas_opt.catalogue.data_files import checked, find, models_folder, read_te
 from mcdas_opt.catalogue.part import NonNegative, Part, Positive
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.parking import LARGEST_SLOT_M, ParallelSlot, ParkingCase, ParkingLimits, ParkingTolerance
-from mcdas_opt.domain.rules import FARTHEST_M, Array
+from mcdas_opt.domain.rules import FARTHEST_M, Array, require_type, require_type_if_given
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError, ParameterError, blaming
 from mcdas_opt.geometry.clearance import Body, body_corners, obstacle_field
@@ -94,15 +94,30 @@ class ParkingFile(Part):
     tolerance: Annotated[TolerancePart, Field(description="how near the end must be to the goal")] = TolerancePart()
 
 
-def load_parking_case(name: str | Path, *, vehicle: str | None = None, clearance_m: float | None = None) -> ParkingCase:
-    """The case behind a path (`.toml`, or a TPCAP `.csv`) or a shipped name; `vehicle` and `clearance_m` override the file's.
+def load_parking_case(name: str | Path, *, vehicle: str | Vehicle | None = None, clearance_m: float | None = None) -> ParkingCase:
+    """The case behind a path (`.toml`, or a TPCAP `.csv`) or a shipped name; `vehicle` (a `Vehicle`, a shipped name or a path) and
+    `clearance_m` override the file's.
 
     Raises `InputError` that names file, key (line and column of a CSV), value and rule. What could be repaired is in `notes`.
     """
+    require_type_if_given("vehicle", vehicle, str, Vehicle)
     path = find("cases", str(name))
     if path.suffix.lower() == ".csv":
         return _sound(_tpcap(path, vehicle, clearance_m), path)
     return parking_case_from_document(read_toml(path), path, vehicle=vehicle, clearance_m=clearance_m)
+
+
+def the_case(case: str | Path | ParkingCase, vehicle: str | Vehicle | None = None) -> ParkingCase:
+    """A case itself, or the one behind a path or a shipped name, there with another `vehicle` if one is given.
+
+    Raises `InputError` as `load_parking_case` does, `ParameterError` for what is no case, and for a vehicle beside a case that has its own.
+    """
+    if isinstance(case, (str, Path)):
+        return load_parking_case(case, vehicle=vehicle)
+    require_type("case", case, ParkingCase)
+    if vehicle is not None:
+        raise ParameterError("vehicle", vehicle, "is the case's own where `case` is no name: load_parking_case(name, vehicle=...)")
+    return case
 
 
 def is_parking_case(name: str | Path) -> bool:
@@ -114,11 +129,11 @@ def is_parking_case(name: str | Path) -> bool:
 
 
 def parking_case_from_document(
-    document: Any, path: Path = Path("case"), *, vehicle: str | None = None, clearance_m: float | None = None
+    document: Any, path: Path = Path("case"), *, vehicle: str | Vehicle | None = None, clearance_m: float | None = None
 ) -> ParkingCase:
     """A case from its parsed TOML; a vehicle file that it names is sought beside `path`."""
     entry = checked(ParkingFile, document, path)
-    car = _vehicle(entry.vehicle, path) if vehicle is None else load_vehicle(vehicle)
+    car = _vehicle(entry.vehicle, path) if vehicle is None else _given(vehicle)
     slot = ParallelSlot(**entry.slot.model_dump()) if entry.slot is not None else None
     _slot_takes(slot, car, path)
     limits = ParkingLimits(**entry.limits.model_dump())
@@ -157,6 +172,10 @@ def parking_case_from_document(
 def slot_case(length_m: float, *, vehicle: str = "sedan") -> ParkingCase:
     """The contract's slot form with all defaults."""
     return parking_case_from_document({"slot": {"length_m": float(length_m)}, "vehicle": {"name": vehicle}})
+
+
+def _given(vehicle: str | Vehicle) -> Vehicle:
+    return load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle
 
 
 def _vehicle(part: VehiclePart, path: Path) -> Vehicle:
@@ -226,7 +245,7 @@ def _out_of_slot(slot: ParallelSlot, corners: Array) -> float:
     return float(max(-x.min(), x.max() - slot.length_m, -slot.depth_m - y.min(), y.max()))
 
 
-def _tpcap(path: Path, vehicle: str | None, clearance_m: float | None) -> ParkingCase:
+def _tpcap(path: Path, vehicle: str | Vehicle | None, clearance_m: float | None) -> ParkingCase:
     """x0, y0, th0, xf, yf, thf, number of obstacles, vertices of each, then the vertices; relative to the start."""
     lines = [(n, line) for n, line in enumerate(read_text(path).splitlines(), start=1) if line.strip()]
     if len(lines) != 1:
@@ -270,7 +289,7 @@ def _tpcap(path: Path, vehicle: str | None, clearance_m: float | None) -> Parkin
         first += size
     return ParkingCase(
         name=path.stem,
-        vehicle=load_vehicle(vehicle or "tpcap"),
+        vehicle=_given(vehicle or "tpcap"),
         start=np.array([0.0, 0.0, values[2]]),
         goal=np.array([values[3] - origin[0], values[4] - origin[1], values[5]]),
         obstacles=tuple(outlines),

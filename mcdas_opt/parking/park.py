@@ -10,10 +10,11 @@ from typing import Literal
 import numpy as np
 
 from mcdas_opt.domain.parking import Parking, ParkingCase, ParkingTrajectory
-from mcdas_opt.domain.rules import require_type, require_type_if_given
+from mcdas_opt.domain.rules import require_type_if_given
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.errors import ParameterError, nearest
-from mcdas_opt.parking.case_file import load_parking_case
+from mcdas_opt.parking.case_file import the_case
 from mcdas_opt.parking.closed_form import CLOSED_FORMS
 from mcdas_opt.parking.path import ArcPath, counted, drive
 from mcdas_opt.parking.programs import approach, improve_paths
@@ -29,17 +30,22 @@ PLANNERS = ("nlp", "search", *CLOSED_FORMS)
 _FREE_POSES = 10_000  # of the searches; every pose beyond counts as one unit of the program's work, which takes as long
 
 
-def park(case: str | Path | ParkingCase, planner: ParkingPlannerName | str = "nlp", *, settings: ParkSettings | None = None) -> Parking:
-    """One parking plan, judged. `case` may be a shipped name or a path. `planner` is one of `PLANNERS`; a case without an answer gives a
-    refusal, which is a value.
+def park(
+    case: str | Path | ParkingCase,
+    planner: ParkingPlannerName | str = "nlp",
+    *,
+    vehicle: str | Vehicle | None = None,
+    settings: ParkSettings | None = None,
+) -> Parking:
+    """One parking plan, judged. `case` may be a shipped name or a path; then `vehicle` (a `Vehicle`, a shipped name or a path) may take the
+    place of the case's own. `planner` is one of `PLANNERS`; a case without an answer gives a refusal, which is a value.
 
-    Raises `ParameterError` for an unknown planner, `InputError` for a case file that is none.
+    Raises `ParameterError` for an unknown planner, and for a vehicle beside a `ParkingCase`, which has its own; `InputError` for a case
+    file that is none, and for a car that does not fit into it.
     """
     if not isinstance(planner, str) or planner not in PLANNERS:
         raise ParameterError("planner", planner, f"is unknown; {nearest(planner, PLANNERS)}")
-    if isinstance(case, (str, Path)):
-        case = load_parking_case(case)
-    require_type("case", case, ParkingCase)
+    case = the_case(case, vehicle)
     require_type_if_given("settings", settings, ParkSettings)
     settings = settings or ParkSettings()
     world = World.of(case)

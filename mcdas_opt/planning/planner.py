@@ -202,7 +202,11 @@ class Planner:
         desired_speed_mps: float | None = None,
         request: Request = Request.DRIVE,
     ) -> Plan:
-        """The whole pipeline: scans (each with its own time stamp) and the host's state at `now` [s] in, a judged plan out."""
+        """The whole pipeline: scans (each with its own time stamp) and the host's state at `now` [s] in, a judged plan out.
+
+        `desired_speed_mps` left out is the host's speed now, of each cycle anew: who was slowed down stays slow. Say it in each cycle.
+        Scans from more than a second ahead of `now` are dropped, with a `UserWarning`.
+        """
         now, measurements = finite("now", now, "s"), all_of("measurements", measurements, Scan)
         require_type("host", host, HostState)
         require_type_if_given("road", road, Road)

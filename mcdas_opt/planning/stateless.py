@@ -6,6 +6,7 @@ import threading
 from collections.abc import Sequence
 from dataclasses import replace
 
+from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.deprecation import renamed
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Scan
@@ -24,7 +25,7 @@ _MOST = 8  # planners that a thread keeps warm
 
 class _Warm(threading.local):
     def __init__(self) -> None:
-        self.planners: dict[tuple[str | Vehicle, str, Settings | None], Planner] = {}
+        self.planners: dict[tuple[Vehicle, str, Settings], Planner] = {}
 
 
 _WARM = _Warm()
@@ -41,8 +42,9 @@ def plan(
     """The judged plan of a planner that begins: the same question has the same answer. `vehicle` is the situation's own unless given,
     `planner` a registered name (default "mpc"; `method` is its old name).
 
-    Each thread keeps the planners that it asked last, so that only the first question of a kind waits for a solver to be built. For a drive
-    build a `Planner`: it goes on with what it began. Raises `InputError` or `ParameterError` for what is not known.
+    Each thread keeps the planners that it asked last, so that only the first question of a kind (vehicle, planner, settings) waits for a
+    solver to be built. A vehicle's file is read each time. For a drive build a `Planner`: it goes on with what it began. Raises
+    `InputError` or `ParameterError` for what is not known.
     """
     require_type("situation", situation, Situation)
     require_type_if_given("planner", planner, str)
@@ -64,6 +66,7 @@ def step(
     settings: Settings | None = None,
 ) -> Plan:
     """From scans to a judged plan, of a planner that begins: tracks are made of these scans alone, each seen from where the host is `now`.
+    `now` [s] is of the clock that stamps the scans; `desired_speed_mps` left out is the host's speed now.
 
     In a car build a `Planner` and call its `step` every cycle: it keeps its tracks, and what it began. Raises `InputError` or
     `ParameterError` for what is not known.
@@ -73,12 +76,13 @@ def step(
 
 
 def _begun(vehicle: str | Vehicle, name: str, settings: Settings | None) -> Planner:
-    """This thread's planner of that kind, without memory."""
+    """This thread's planner of that kind, without memory: of a car's file as it is now."""
     require_type("vehicle", vehicle, str, Vehicle)
     require_type("planner", name, str)
     require_type_if_given("settings", settings, Settings)
-    asked = vehicle, name, settings
-    planner = _WARM.planners.pop(asked, None) or Planner(vehicle, name, settings=settings)
+    car, settings = load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle, settings or Settings()
+    asked = car, name, settings
+    planner = _WARM.planners.pop(asked, None) or Planner(car, name, settings=settings)
     if len(_WARM.planners) >= _MOST:
         _WARM.planners.pop(next(iter(_WARM.planners)))
     _WARM.planners[asked] = planner

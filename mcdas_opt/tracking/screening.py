@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import warnings
 
 from mcdas_opt.domain.measurement import BodyDetection, RadarDetection, Scan
 from mcdas_opt.domain.rules import FARTHEST_M
 from mcdas_opt.domain.track import LONGEST_M
 
 FUTURE_TOLERANCE_S = 0.05  # scans further ahead of the clock are refused; a clock that runs back by no more jitters
+FAR_AHEAD_S = 1.0  # a scan further ahead is of another clock, or another unit: that is said
 AGE_MAX_S = 1.0  # older scans are refused; nothing that was remembered is true after so long a time without a word
 LAG_MAX_S = 0.2  # one sensor may report this much later than another
 RANGE_MAX_M = 300.0  # beyond is no car
@@ -49,6 +51,17 @@ def clock_fault(now: float, last_s: float | None) -> str | None:
     if last_s is None or -FUTURE_TOLERANCE_S <= now - last_s <= AGE_MAX_S:
         return None
     return "clock_back" if now < last_s else "clock_ahead"
+
+
+def warn_of_another_clock(scan: Scan, now: float) -> None:
+    """Says by a `UserWarning` that a scan from far ahead of the clock is dropped."""
+    ahead_s, where = scan.t_s - now, f"scan of {scan.sensor!r}, {scan.sector.value}"
+    warnings.warn(
+        f"{where}: t_s = {scan.t_s!r} is {ahead_s:.6g} s ahead of now = {now!r}, so that the scan is dropped: another clock, or "
+        "milliseconds? Both are seconds of one clock. Further such scans are counted alone (`future`)",
+        UserWarning,
+        stacklevel=3,
+    )
 
 
 def scan_fault(scan: Scan, now: float, last_s: float | None, clock_s: float | None) -> str | None:

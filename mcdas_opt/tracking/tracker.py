@@ -26,6 +26,7 @@ from mcdas_opt.tracking.filtering import TargetFix, build_filtering
 from mcdas_opt.tracking.fix import Viewpoint
 from mcdas_opt.tracking.screening import (
     COUNTERS,
+    FAR_AHEAD_S,
     FUTURE_TOLERANCE_S,
     MOST_DETECTIONS,
     MOST_SCANS,
@@ -36,6 +37,7 @@ from mcdas_opt.tracking.screening import (
     radar_fault,
     scan_fault,
     source_of,
+    warn_of_another_clock,
 )
 from mcdas_opt.tracking.track_life import TrackLife
 
@@ -64,7 +66,8 @@ class Tracker:
     `body` is the (length, width) assumed of a car that only a radar has seen; `vehicle` is the host (its sensors turn with it). `motion` is
     a file in models/motion, or a path. `reflection` is where on a body radar points lie: on the near "face", or at its "centre" (point
     targets, antenna to antenna).
-    `counters` counts what became of scans and detections (`screening.COUNTERS`).
+    `counters` counts what became of scans and detections (`screening.COUNTERS`). A scan from more than a second ahead of the clock is said
+    besides, by a `UserWarning`, once until `reset`.
     """
 
     def __init__(self, body: Size = (4.5, 1.8), vehicle: Vehicle | None = None, *, motion: str = "car", reflection: str = "face") -> None:
@@ -81,6 +84,7 @@ class Tracker:
         """Forget everything, the counters and the numbering too."""
         self.counters: dict[str, int] = dict.fromkeys(COUNTERS, 0)
         self._numbered = 0
+        self._told = False  # whether scans were said to be of another clock
         self._begin_anew()
 
     def _begin_anew(self) -> None:
@@ -110,6 +114,9 @@ class Tracker:
                 self.counters[fault] += 1
                 if fault == "dead":
                     self._watch.lost(scan)
+                elif fault == "future" and scan.t_s > now + FAR_AHEAD_S and not self._told:
+                    self._told = True
+                    warn_of_another_clock(scan, now)
                 continue
             self._take(_Look(scan, host, frame, now))
         self._bury(now)

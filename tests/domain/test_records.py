@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import dataclasses
+import json
 import math
 import warnings
 from pathlib import Path
@@ -276,3 +277,27 @@ def test_the_package_says_which_sectors_are_watched_wherever_it_makes_a_situatio
         for call in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "Situation":
                 assert {"coverage", None} & {keyword.arg for keyword in call.keywords}, f"{path}:{call.lineno}"
+
+
+@pytest.mark.parametrize(
+    ("kind", "size"),
+    [
+        ("pedestrian", (0.5, 0.5)),
+        ("bicycle", (1.8, 0.6)),
+        ("motorcycle", (2.2, 0.8)),
+        ("car", (4.5, 1.8)),
+        ("lorry", (12.0, 2.5)),
+        ("other", (4.5, 1.8)),
+        (None, (4.5, 1.8)),
+    ],
+)
+def test_a_track_that_says_no_size_has_that_of_its_kind(kind, size):
+    track = Track(**TRACK, kind=kind)
+    assert (track.length_m, track.width_m) == size
+    assert Track(**TRACK, kind=kind, length_m=3.0).length_m == 3.0
+    assert Track(**TRACK, kind=kind, length_m=3.0).width_m == size[1]
+    assert Track(**TRACK, kind=kind, width_m=1.1).width_m == 1.1
+    document = Situation(host=HostState(), tracks=(track,), coverage=Coverage()).to_dict()
+    assert document["tracks"][0]["length_m"] == size[0]
+    del document["tracks"][0]["length_m"], document["tracks"][0]["width_m"]
+    assert Situation.from_json(json.dumps(document)).tracks == (track,)

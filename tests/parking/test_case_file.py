@@ -1,14 +1,20 @@
 """Parking cases: what is read, what is repaired with a note, and what is refused by name."""
 
+from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from mcdas_opt.catalogue.data_files import shipped
-from mcdas_opt.errors import InputError
+from mcdas_opt.catalogue.vehicles import load_vehicle
+from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.geometry.polygon import signed_area
 from mcdas_opt.parking.case_file import is_parking_case, load_parking_case, parking_case_from_document, slot_case
+from mcdas_opt.parking.closed_loop.follow import follow
+from mcdas_opt.parking.closed_loop.settings import FollowSettings
+from mcdas_opt.parking.park import park
 from mcdas_opt.parking.trajectory_file import load_parking_trajectory
 
 SQUARE = [[10.0, 10.0], [12.0, 10.0], [12.0, 12.0], [10.0, 12.0]]
@@ -128,3 +134,23 @@ def test_trajectory_files_name_what_is_wrong(tmp_path):
     driven = load_parking_trajectory(file)
     assert driven.acceleration_mps2.tolist() == pytest.approx([1.0, 1.0])
     assert np.all(driven.steering_rate_radps == pytest.approx(0.2))
+
+
+@pytest.mark.parametrize("ask", [park, partial(follow, planner="search", settings=FollowSettings(replans=0))])
+def test_another_car_parks_as_on_the_command_line(ask, monkeypatch):
+    """Which case is posed, of `--vehicle` and of `vehicle=`; nobody drives."""
+    asked = []
+    monkeypatch.setattr("mcdas_opt.parking.park.World", SimpleNamespace(of=asked.append))
+    monkeypatch.setattr("mcdas_opt.parking.closed_loop.follow._Drive", lambda case, *rest: asked.append(case))
+    for vehicle in ("bmw_320i", load_vehicle("bmw_320i")):
+        with pytest.raises(AttributeError):  # of what stands in for the rest
+            ask("parallel", vehicle=vehicle)
+    wanted = load_parking_case("parallel", vehicle="bmw_320i")
+    assert [case.vehicle for case in asked] == [wanted.vehicle] * 2
+    assert asked == [wanted] * 2
+    with pytest.raises(ParameterError, match=r"vehicle = .*load_parking_case\(name, vehicle=\.\.\.\)"):
+        ask(load_parking_case("parallel"), vehicle="bmw_320i")
+    with pytest.raises(ParameterError, match="vehicle"):
+        ask("parallel", vehicle=3)
+    with pytest.raises(InputError, match="no such file"):
+        ask("parallel", vehicle="sedann")

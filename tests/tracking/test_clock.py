@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -65,6 +66,10 @@ def test_after_a_jump_it_tracks_as_if_it_began(jump_s: float) -> None:
     assert tracker.counters["out_of_order"] == tracker.counters["duplicate"] == 0
 
 
+def told() -> pytest.WarningsRecorder:
+    return pytest.warns(UserWarning, match="milliseconds")
+
+
 @pytest.mark.parametrize(
     ("kind", "behind_s"), [("stale", 1.5), ("stale", 3600.0), ("stale", 10.0 * YEAR_S), ("future", -0.1), ("future", -YEAR_S)]
 )
@@ -73,10 +78,25 @@ def test_a_scan_of_another_time_begins_nothing(kind: str, behind_s: float) -> No
     tracker = Tracker()
     for k in range(6):
         now = 1e6 + 0.05 * k
-        tracker.update([replace(radar_scan(0.0, lead(0.0)), t_s=now - behind_s)], host_at(0.0), STRAIGHT, now)
+        with told() if behind_s < -1.0 and k == 0 else nullcontext():
+            tracker.update([replace(radar_scan(0.0, lead(0.0)), t_s=now - behind_s)], host_at(0.0), STRAIGHT, now)
     assert tracker.counters[kind] == 6
     assert tracker.tracks(now) == ()
     assert tracker.coverage(now) == BLIND
+
+
+def test_scans_in_milliseconds_are_told_once_and_planning_goes_on() -> None:
+    planner, now = Planner(method="closed-form-corrected"), 1.8e9
+    told = "scan of 'f', front: t_s = 1799999999980.0 is 1.7982e.12 s ahead of now = 1800000000.0, so that .*milliseconds?"
+    for k in range(3):
+        late = [replace(scan, t_s=1e3 * scan.t_s) for scan in scans(now + 0.1 * k, 55.0)]
+        with pytest.warns(UserWarning, match=told) if k == 0 else nullcontext():
+            plan = planner.step(late, HostState(speed_mps=20.0), now + 0.1 * k)
+        assert plan.time_s == now + 0.1 * k
+    assert planner.tracker.counters["future"] == 6
+    planner.reset()
+    with pytest.warns(UserWarning, match=told):
+        planner.step([replace(scan, t_s=1e3 * scan.t_s) for scan in scans(now, 55.0)], HostState(speed_mps=20.0), now)
 
 
 def test_a_clock_that_jitters_is_no_clock_set_back() -> None:
@@ -136,7 +156,8 @@ def test_while_no_sensor_answers_after_a_jump_the_plan_knows_that_it_is_blind() 
     for k in range(8):
         planner.step(scans(1000.0 + 0.1 * k, None), HostState(s_m=2.0 * k, speed_mps=20.0), 1000.0 + 0.1 * k)
     for k in range(3):
-        planner.step(scans(1000.8 + 0.1 * k, 55.0), HostState(s_m=16.0 + 2.0 * k, speed_mps=20.0), 995.0 + 0.1 * k)
+        with told() if k == 0 else nullcontext():
+            planner.step(scans(1000.8 + 0.1 * k, 55.0), HostState(s_m=16.0 + 2.0 * k, speed_mps=20.0), 995.0 + 0.1 * k)
         assert planner.situation is not None
         assert planner.situation.coverage == BLIND
     assert planner.tracker.counters["future"] == 6

@@ -9,13 +9,14 @@ from typing import Literal
 import numpy as np
 
 from mcdas_opt.domain.parking import ParkingCase, ParkingTrajectory
-from mcdas_opt.domain.rules import Array, require_type
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.dynamics.rollout import roll_out
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.geometry.angles import wrapped
 from mcdas_opt.geometry.clearance import Body, obstacle_field
-from mcdas_opt.parking.case_file import load_parking_case
+from mcdas_opt.parking.case_file import the_case
 from mcdas_opt.parking.closed_loop.car import ACTUATORS, Car
 from mcdas_opt.parking.closed_loop.plant import HOLD_BELOW_MPS
 from mcdas_opt.parking.closed_loop.record import ParkingDrive, ParkingEvent, ParkingOutcome
@@ -44,6 +45,7 @@ def follow(
     planner: Literal["nlp", "search"] | str = "nlp",
     seed: int = 0,
     *,
+    vehicle: str | Vehicle | None = None,
     truth: ParkingCase | None = None,
     visitors: tuple[Visitor, ...] = (),
     plan: ParkingTrajectory | None = None,
@@ -52,14 +54,13 @@ def follow(
     """Drive a case as it is believed to be, among the obstacles of `truth` (default: the same) and the visitors, to the true goal.
 
     `plan` (in the case's coordinates relative to its origin) saves making the first one; `planner` makes the others. Noise comes from
-    `seed` alone: the same arguments give the same drive. `case` may be a shipped name or a path. Raises `InputError` for a file that is no
-    case, `ParameterError` for another planner.
+    `seed` alone: the same arguments give the same drive. `case` may be a shipped name or a path; then `vehicle` (a `Vehicle`, a shipped
+    name or a path) may take the place of the case's own. Raises `InputError` for a file that is no case, `ParameterError` for another
+    planner, and for a vehicle beside a `ParkingCase`, which has its own.
     """
     if planner not in ("nlp", "search"):
         raise ParameterError("planner", planner, "must be nlp or search")
-    if isinstance(case, (str, Path)):
-        case = load_parking_case(case)
-    require_type("case", case, ParkingCase)
+    case = the_case(case, vehicle)
     drive = _Drive(case, truth or case, planner, seed, visitors, settings or FollowSettings())
     refusal = drive.run(plan)
     return drive.result(seed, visitors, refusal)
