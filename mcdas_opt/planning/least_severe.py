@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.candidate import Checked
 from mcdas_opt.planning.collision_check import exact
@@ -18,6 +20,7 @@ from mcdas_opt.planning.rounds.corrected_sigmoid import NAME as CORRECTED_SIGMOI
 from mcdas_opt.planning.severity import severities, severity_in_words
 
 _STEERING_OUT_MPS = 0.5  # by which steering out must be less severe than staying in the lane
+_WEAVING_PER_S = 1.0  # for each metre that it goes to and fro across the road
 _TURNING_ROUND_MPS = 0.5  # and accelerating than braking that is reported for less than a second, or the other way round
 
 
@@ -57,9 +60,16 @@ def least_severe(driven: Sequence[Checked], optimised: Sequence[Checked], cycle:
             speed += _STEERING_OUT_MPS
         if begun is not None and one.driven_mode is not begun:
             speed += _TURNING_ROUND_MPS
+        speed += _WEAVING_PER_S * _weaving_m(one)
         return (speed, when)
 
     order = sorted(range(len(options)), key=rank)
     judged = ((i, options[i] if cycle.is_late_for(Stage.EXACT_VERDICT) else exact(options[i], cycle)) for i in order)
     least, one = next((i, one) for i, one in judged if i < len(driven) or one.verdict.only_collides)
     return LeastSevere(one, f"nothing passes; least severe is {one.proposed.name} ({severity_in_words(hurt[least][0])})", None)
+
+
+def _weaving_m(one: Checked) -> float:
+    """How much farther it goes across the road than it gets: an optimiser that finds no way out weaves between two that it would hit."""
+    d = one.trajectory.d_m
+    return float(np.abs(np.diff(d)).sum() - abs(d[-1] - d[0]))
