@@ -37,7 +37,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.domain.vocabulary import Mode, Sector, Side, Status
+from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.provenance import versions
 from mcdas_opt.evaluation.running.journal import Journal
@@ -156,7 +156,7 @@ def _against_corrected(cycle: Cycle, plan: Plan, corrected: CorrectedMethod, see
     if not isinstance(other, Plan):
         return
     towards = _side(other, cycle)
-    passes = other.verdict.passed and (towards is Side.NONE or situation.coverage.sees(Sector(towards.value)))
+    passes = other.verdict.passed and (towards is Side.NONE or situation.sees_lane(towards))
     if passes != other.verdict.passed:
         tally.counts["corrected goes where nobody watches"] += 1
     if passes != plan.verdict.passed:

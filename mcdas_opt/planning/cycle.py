@@ -202,9 +202,11 @@ class Cycle:
 
     @cached_property
     def gap(self) -> Gap | None:
-        """The one to go into in the lane that has to be reached; None where there is none, or no such lane."""
+        """The one to go into in the lane that has to be reached; None where there is none, or no such lane, or nobody watches it."""
         required = self.required_lane
-        return None if required is None else best_gap(self.situation, self.vehicle, self.settings, required, self.limit_mps)
+        if required is None or not self.situation.sees_lane(required.side):
+            return None
+        return best_gap(self.situation, self.vehicle, self.settings, required, self.limit_mps)
 
     @property
     def open_gap(self) -> Gap | None:
