@@ -65,6 +65,6 @@ def least_severe(driven: Sequence[Checked], optimised: Sequence[Checked], cycle:
     order = sorted(range(len(options)), key=rank)
     judged = ((i, options[i] if cycle.is_late_for(Stage.EXACT_VERDICT) else exact(options[i], cycle)) for i in order)
     least, one = next((i, one) for i, one in judged if i < len(driven) or one.verdict.only_collides)
-    why = unwatched(cycle.situation, one.proposed.side)
+    why = unwatched(cycle.situation, one.proposed.side) or begins_unwatched(cycle, one.proposed.side)
     told = f"{one.proposed.name} ({severity_in_words(hurt[least][0])}){f', where {why}' if why else ''}"
     return LeastSevere(one, f"nothing passes; least severe is {told}", None)

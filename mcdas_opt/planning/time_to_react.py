@@ -26,7 +26,7 @@ _CLEARLY = 0.7  # of what is comfortable: an alert that was given ends there, an
 def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
     """The plan with its map of time to react and its alert: the map's (none where the settings turn the map off), and a warning at least
     where the plan itself warns, steers out, or brakes harder than is comfortable, or nobody watches ahead of a host that drives. Steering
-    out where nobody watches behind is `act`.
+    out where nobody watches behind is `act`, and so is driving on for long where nobody watches ahead.
     `warning` says whether there is an alert, and the reason what of. Where the deadline leaves no time for a map, the alert is that of the
     cycle before.
 
@@ -44,13 +44,20 @@ def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
             told = alert(found, wanted, before)
             if told is Alert.NONE and (before is not Alert.NONE or plan.mode is Mode.EVADE or _brakes_hard(plan, cycle)):
                 told = Alert.WARN
+    blind = cycle.observed.blind_ahead
     is_blind = not cycle.situation.coverage.front and cycle.situation.host.speed_mps > _STANDING_MPS
     if told is Alert.NONE and (plan.warning or is_blind):
         told = Alert.WARN
+    if is_blind and blind is not None and blind.is_long:
+        told = Alert.ACT
     if plan.mode is Mode.EVADE and unwatched(cycle.situation, plan.side):
         told = Alert.ACT
-    reason = plan.reason if told is Alert.NONE else with_alert(plan.reason, found, is_blind=is_blind)
+    reason = plan.reason if told is Alert.NONE else with_alert(plan.reason, found, blind=_blindness(plan, cycle) if is_blind else "")
     return replace(plan, escapes=found, alert=told, warning=told is not Alert.NONE, reason=reason)
+
+
+def _blindness(plan: Plan, cycle: Cycle) -> str:
+    return f"nobody watches ahead{': slows down' if cycle.slows_blindly and plan.mode is Mode.BRAKE else ''}"
 
 
 def _brakes_hard(plan: Plan, cycle: Cycle) -> bool:

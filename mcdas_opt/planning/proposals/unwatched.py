@@ -15,5 +15,10 @@ def unwatched(situation: Situation, side: Side) -> str:
 
 
 def begins_unwatched(cycle: Cycle, side: Side) -> str:
-    """The same as a reason not to begin to steer there: what the last plan began goes on."""
-    return "" if side is cycle.memory.side else unwatched(cycle.situation, side)
+    """The same as a reason not to begin to steer there: what the last plan began goes on. A host that slows down because nobody watches
+    ahead does not steer either, but out of the way of who closes in from behind: it knows no more of its own lane."""
+    if side is cycle.memory.side or side is Side.NONE:
+        return ""
+    situation = cycle.situation
+    slows = cycle.slows_blindly and not cycle.is_pressed and not situation.road.is_for_others(situation.host_lane)
+    return unwatched(situation, side) or ("nobody watches ahead" if slows else "")
