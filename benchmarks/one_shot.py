@@ -37,7 +37,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.domain.vocabulary import Mode, Sector, Side, Status
+from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.provenance import versions
 from mcdas_opt.evaluation.running.journal import Journal
@@ -47,6 +47,7 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.lane_departure import departure
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.proposals.keep_lane import keep_lane
+from mcdas_opt.planning.proposals.unwatched import begins_unwatched
 from mcdas_opt.planning.rounds.simple_drives import simple_policies
 from mcdas_opt.planning.severity import severity
 
@@ -156,7 +157,7 @@ def _against_corrected(cycle: Cycle, plan: Plan, corrected: CorrectedMethod, see
     if not isinstance(other, Plan):
         return
     towards = _side(other, cycle)
-    passes = other.verdict.passed and (towards is Side.NONE or situation.coverage.sees(Sector(towards.value)))
+    passes = other.verdict.passed and (towards is Side.NONE or situation.sees_lane(towards))
     if passes != other.verdict.passed:
         tally.counts["corrected goes where nobody watches"] += 1
     if passes != plan.verdict.passed:
@@ -202,7 +203,8 @@ def _horizon(plan: Plan, cycle: Cycle) -> Trajectory:
 
 def _against_simple(cycle: Cycle, plan: Plan, seed: int, tally: Tally) -> None:
     ours = severity(plan.trajectory, cycle)[0]
-    best = min(severity(driven.trajectory, cycle)[0] for driven in simple_policies(cycle))
+    watched = (driven for driven in simple_policies(cycle) if not begins_unwatched(cycle, driven.proposed.side))
+    best = min(severity(driven.trajectory, cycle)[0] for driven in watched)
     tally.beyond_simple_mps.append(ours - best)
     if ours > best + _BEST_SIMPLE_MPS:
         tally.fault("more severe than a simple policy", seed)

@@ -10,14 +10,13 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Request, Sector, Side
+from mcdas_opt.domain.vocabulary import Request, Side
 from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import carried
 from mcdas_opt.planning.path_driving import Kind
 from mcdas_opt.reference.offset_path import corrected
 
-_SECTORS = {Side.LEFT: Sector.LEFT, Side.RIGHT: Sector.RIGHT}
 _STANDING_MPS = 0.5
 # Kesting, Treiber, Helbing, Transp. Res. Rec. 1999 (2007) 86: its symmetric rule, with the IDM that it is shown with
 IDM = IdmSettings(headway_s=1.5, acceleration_mps2=1.4, deceleration_mps2=2.0, exponent=4.0, jam_distance_m=2.0)
@@ -118,7 +117,7 @@ class IdmMobilMethod:
         road, host = situation.road, situation.host
         lane = situation.host_lane
         other = lane + side.sign
-        if not road.has_lane(other, host.s_m) or not situation.coverage.sees(_SECTORS[side]) or host.speed_mps < _STANDING_MPS:
+        if not road.has_lane(other, host.s_m) or not situation.sees_lane(side) or host.speed_mps < _STANDING_MPS:
             return None
         here, there = neighbours_in(lane, situation, self.vehicle), neighbours_in(other, situation, self.vehicle)
         new_leader = leader_of(there.ahead, situation, self.vehicle)

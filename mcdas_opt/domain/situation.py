@@ -90,6 +90,12 @@ class Situation:
         """The next lane on a side, as it is counted; whether the road has it is another question."""
         return self.host_lane + side.sign
 
+    def sees_lane(self, side: Side) -> bool:
+        """Whether the next lane on a side is watched: beside the host by that sector, and behind it, where somebody may come in it, by the
+        rear one. From a lane of oncoming traffic the host comes back though nobody watches behind."""
+        beside = self.coverage.sees(Sector(side.value))
+        return beside and (self.coverage.rear or self.road.is_for_others(self.host_lane))
+
     def shares_lane(self, track: Track) -> bool:
         """Whether a track moves along the road, its middle within half a lane of the host's."""
         return track.follows_road and abs(track.d_m - self.host.d_m) < 0.5 * self.road.lane_width_m

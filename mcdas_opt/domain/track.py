@@ -181,7 +181,12 @@ class Track:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Coverage:
-    """Which sectors a working sensor watches. A sector that nobody watches counts as occupied, never as empty."""
+    """Which sectors a working sensor watches. A sector that nobody watches counts as occupied, never as empty.
+
+    `front`: everybody ahead of the front bumper, `rear`: everybody behind the rear bumper, both in every lane, as far as a radar sees.
+    `left`, `right`: whoever is beside the host's body there. Who comes from behind in the next lane is in `rear`, so a change to the left
+    needs `left` and `rear`.
+    """
 
     front: bool = True
     rear: bool = True

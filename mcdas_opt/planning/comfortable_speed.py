@@ -41,10 +41,10 @@ class ComfortableSpeed(NamedTuple):
 def comfortable_speed(
     cycle: Cycle, towards_mps: float, d_m: float, follows: Track | None = None, *, evades: bool = False
 ) -> ComfortableSpeed:
-    """Along the offset d: gently towards a speed, behind somebody who is let ahead, and no faster than the road's bends and the lane's end
-    allow within the horizon. Who stands behind a front car that stands stays where it is. Who `evades` follows nobody in the lane that it
-    leaves: not to meet him is left to the optimiser."""
-    times_s, comfort, profile = cycle.settings.grid.times_s, cycle.settings.comfort, bends_ahead(cycle, d_m, _lane_end_ahead_m(cycle, d_m))
+    """Along the offset d: gently towards a speed, behind somebody who is let ahead, and no faster than the road's bends, the lane's end and
+    what is known of the road ahead allow within the horizon. Who stands behind a front car that stands stays where it is. Who `evades`
+    follows nobody in the lane that it leaves: not to meet him is left to the optimiser."""
+    times_s, comfort, profile = cycle.settings.grid.times_s, cycle.settings.comfort, bends_ahead(cycle, d_m, _stops_within_m(cycle, d_m))
     host_mps = cycle.situation.host.speed_mps
     towards_mps = 0.0 if _stands(cycle) else towards_mps
     speeds = speeds_along(
@@ -183,6 +183,15 @@ def _comes_late(profile: SpeedProfile, cycle: Cycle) -> bool:
     situation, comfort = cycle.situation, cycle.settings.comfort
     rising_mps2 = comfort.share * comfort.limits(situation.host.speed_mps).acceleration_mps2
     return comes_late(situation.destination, situation.host, situation.time_s, profile, situation.wanted_speed_mps, rising_mps2)
+
+
+def _stops_within_m(cycle: Cycle, d_m: float) -> float:
+    """The way to where its lane ends, or is not known to be free where nobody watches ahead."""
+    blind, host = cycle.observed.blind_ahead, cycle.situation.host
+    if blind is None or not blind.slows:
+        return _lane_end_ahead_m(cycle, d_m)
+    free_m = blind.free_to_m - host.s_m - 0.5 * cycle.vehicle.length_m - cycle.settings.headway.standstill_m
+    return min(_lane_end_ahead_m(cycle, d_m), max(free_m, 0.0))
 
 
 def _lane_end_ahead_m(cycle: Cycle, d_m: float) -> float:

@@ -12,7 +12,7 @@ from mcdas_opt.actuation.path_following import SpeedLaw
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction, responding
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.safe_end import SafeEndSettings
+from mcdas_opt.domain.safe_end import EndKind, SafeEndSettings
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.variant import names_of
 from mcdas_opt.domain.vehicle import Vehicle
@@ -40,9 +40,9 @@ def ended(candidate: Costed, cycle: Cycle) -> Ended:
 def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, *, relies_on_followers: bool = False) -> Continuation:
     """The plan as it is where it failed or its end is safe, else continued to the first safe end that the judge passes.
 
-    Its end is safe, too, where it would be but for followers who are expected to brake by then, and is if they do. Where no such end is
-    found, or the deadline leaves no time to look: as it is, with its open end. The continuation keeps the lane that the plan ends in (or
-    its offset, on a shoulder), gently first.
+    Its end is safe, too, where it would be but for followers who are expected to brake by then, and is if they do. Where nobody watches
+    ahead it is continued to a stop, where who is behind lets it. Where no such end is found, or the deadline leaves no time to look: as it
+    is, with its own end. The continuation keeps the lane that the plan ends in (or its offset, on a shoulder), gently first.
     """
     situation, vehicle, prediction, settings = cycle.situation, cycle.vehicle, cycle.prediction, cycle.settings.safe_end
     owed_m = cycle.owed_m
@@ -53,16 +53,17 @@ def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, *, relies_on_f
         answered = last_end(plan, situation.host, vehicle, situation.road, brakes, settings, owed_m).end
         if expected and answered.safe:
             return Continuation(plan, verdict, replace(answered, relies_on=" and ".join(expected)))
-    as_it_is = Continuation(plan, verdict, last.end)
-    if not verdict.passed or last.end.safe or cycle.is_late_for(Stage.SAFE_END):
+    as_it_is, stops = Continuation(plan, verdict, last.end), cycle.slows_blindly and last.end.kind is not EndKind.STOPPED
+    if not verdict.passed or (last.end.safe and not stops) or cycle.is_late_for(Stage.SAFE_END):
         return as_it_is
-    for law in _laws(plan, situation.road, vehicle, follower_fails=last.follower_fails, front_fails=last.front_fails):
+    for law in _laws(plan, situation.road, vehicle, follower_fails=last.follower_fails, front_fails=last.front_fails or stops):
         pieces, known = [plan], len(plan)
         while float(pieces[-1].t_s[-1] - plan.t_s[-1]) < settings.longest_s:
             piece = _driven(pieces[-1], law, situation.road, vehicle)
             found = ends(piece, 1, situation.host, vehicle, situation.road, prediction, settings, owed_m)
-            is_over = bool(found.safe.any())
-            more = int(np.argmax(found.safe)) + 1 if is_over else len(piece) - 1
+            safe = found.safe & found.standing if stops else found.safe
+            is_over = bool(safe.any())
+            more = int(np.argmax(safe)) + 1 if is_over else len(piece) - 1
             if hits(piece, cycle, more + 1):
                 break
             pieces.append(piece)

@@ -20,6 +20,7 @@ from mcdas_opt.geometry.window import frame_near
 from mcdas_opt.manoeuvres.front_deficit import front_deficits
 from mcdas_opt.planning.arriving_gap import gets_past_somebody
 from mcdas_opt.planning.best_gap import best_gap
+from mcdas_opt.planning.blind_ahead import BlindAhead
 from mcdas_opt.planning.deadline import Deadline, Stage
 from mcdas_opt.planning.front_gap import FrontGap, cut_in
 from mcdas_opt.planning.gap import Gap
@@ -86,7 +87,9 @@ class Cycle:
         before, elapsed_s = memory.observed, memory.elapsed_s
         placed = seen_locally(given, memory.origin_m)
         plausible = believed(placed, before.tracks, elapsed_s, before.supposed, vehicle)
-        situation = with_wanted_speed(in_order(plausible.situation), settings, vehicle)
+        situation = with_wanted_speed(plausible.situation, settings, vehicle)
+        blind = BlindAhead.of(situation, settings, before.blind_ahead, None if memory.is_empty else before.tracks, elapsed_s)
+        situation = in_order(situation if blind is None else blind.driven_in(situation, settings))
         active = memory.active
         active = None if active is None or active.finished(situation) else active
         leaves_lane = active is not None and active.mode is Mode.CRUISE and not active.half_done(situation)
@@ -115,6 +118,7 @@ class Cycle:
                 cut_in=cut_in(assessment, memory.assessment, before.cut_in, elapsed_s, asked_m=asked_m, steers=steers),
                 lane_choice=choice,
                 attentive=attentive,
+                blind_ahead=blind,
             ),
             assessment=assessment,
             front_braking=FrontBraking.of(situation, assessment, vehicle, settings),
@@ -146,7 +150,8 @@ class Cycle:
     @property
     def believed(self) -> Situation:
         """The situation as it was given, with the tracks that are planned around."""
-        if not self.doubts and not self.observed.supposed:
+        blind = self.observed.blind_ahead
+        if not self.doubts and not self.observed.supposed and (blind is None or not blind.supposed):
             return self.given
         return replace(self.given, tracks=tuple(track.seen_from(-self.origin_m) for track in self.situation.tracks))
 
@@ -202,14 +207,23 @@ class Cycle:
 
     @cached_property
     def gap(self) -> Gap | None:
-        """The one to go into in the lane that has to be reached; None where there is none, or no such lane."""
+        """The one to go into in the lane that has to be reached; None where there is none, or no such lane, or nobody watches it."""
         required = self.required_lane
-        return None if required is None else best_gap(self.situation, self.vehicle, self.settings, required, self.limit_mps)
+        if required is None or not self.situation.sees_lane(required.side):
+            return None
+        if self.slows_blindly and not required.own_lane_is_undrivable:
+            return None
+        return best_gap(self.situation, self.vehicle, self.settings, required, self.limit_mps)
 
     @property
     def open_gap(self) -> Gap | None:
         """The same where it can be gone into now."""
         return self.gap if self.gap is not None and self.gap.is_open else None
+
+    @property
+    def slows_blindly(self) -> bool:
+        """Whether the host slows down because nobody watches ahead."""
+        return self.observed.blind_ahead is not None and self.observed.blind_ahead.slows
 
     @property
     def is_ordinary(self) -> bool:

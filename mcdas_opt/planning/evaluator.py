@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from mcdas_opt.domain.plan import Candidate
-from mcdas_opt.domain.vocabulary import Mode, Sector, Side
+from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.planning.candidate import Checked, Costed, Driven, Ended, Proposed, Refused
 from mcdas_opt.planning.collision_check import verdicts
 from mcdas_opt.planning.continuation import ended
@@ -129,7 +129,7 @@ class Evaluator:
         for driven, verdict, cost in zip(drives, judged, costs, strict=True):
             proposed = driven.proposed
             side = departure(driven.trajectory, proposed, cycle)
-            watched = side is Side.NONE or cycle.situation.coverage.sees(Sector(side.value))
+            watched = side is Side.NONE or cycle.situation.sees_lane(side)
             checked = Checked(driven=driven, verdict=verdict, departure=side, departure_is_watched=watched)
             cost += lane_change_cost(proposed.side, cycle, weights)
             found.append(Costed(checked=checked, cost=cost + (weights.delayed if proposed.is_delayed else 0.0)))

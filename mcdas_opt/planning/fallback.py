@@ -12,6 +12,7 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.least_severe import least_severe
 from mcdas_opt.planning.memory import FollowerReaction, Memory
 from mcdas_opt.planning.order import FALLBACK, HOST_REFUSED, Rung
+from mcdas_opt.planning.proposals.unwatched import begins_unwatched
 from mcdas_opt.planning.reliance import reliance_in_words, told_of_followers
 from mcdas_opt.planning.rounds.previous_plan import NAME as REMAINDER
 from mcdas_opt.planning.rounds.previous_plan import previous_plan
@@ -44,13 +45,14 @@ def fall_back(cycle: Cycle, refused: NothingPasses, order: tuple[Rung, ...] = FA
     """A plan that passed (status `fallback`), else the least severe (`unavoidable`); the reason says what was refused before.
 
     Of the drives that pass, the first that comes to a safe end; where none does, the first that lasts for long enough to say something.
+    Steering into a lane that nobody watches from behind passes only where nothing else does and all else is clearly more severe.
     """
     rows: list[Candidate] = []
     failed: list[Checked] = []
     lasting_s = min(_LASTS_S, float(cycle.settings.grid.times_s[-1]))
     first: tuple[Checked, Continuation] | None = None
     for checked in (one for rung in order for one in rung(cycle, rows)):
-        if not checked.verdict.passed:
+        if not checked.verdict.passed or begins_unwatched(cycle, checked.proposed.side):
             failed.append(checked)
             continue
         continued = to_safe_end(checked.trajectory, checked.verdict, cycle)
@@ -61,6 +63,9 @@ def fall_back(cycle: Cycle, refused: NothingPasses, order: tuple[Rung, ...] = FA
     if first is not None:
         return _passed(cycle, refused, rows, *first)
     checked, why, reaction = least_severe(failed, refused.failed, cycle)
+    if checked.verdict.passed:
+        continued = to_safe_end(checked.trajectory, checked.verdict, cycle)
+        return replace(_passed(cycle, refused, rows, checked, continued), reason=f"{why}; before: {refused.reason}")
     as_it_is = Continuation(checked.trajectory, checked.verdict, None)
     plan = _plan(cycle, refused, rows, checked, as_it_is, reaction)
     return replace(plan, status=Status.UNAVOIDABLE, reason=f"{why}; before: {refused.reason}")

@@ -13,7 +13,7 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.domain.vocabulary import Request, Sector, Side
+from mcdas_opt.domain.vocabulary import Request, Side
 from mcdas_opt.dynamics.car_following import IdmSettings
 from mcdas_opt.planning.headway import INTRUSION_M
 from mcdas_opt.situation.roles import gap_m
@@ -160,11 +160,10 @@ def demanded_braking_mps2(there: Iterable[Neighbour], host_mps: float, kept_m: f
 
 def open_lane(lane: int, side: Side, situation: Situation, vehicle: Vehicle, settings: Settings) -> list[Neighbour] | None:
     """Who is in the next lane, where there is one that is watched, with the headway that is asked for ahead and behind."""
-    road, host, seen = situation.road, situation.host, situation.coverage
+    road, host = situation.road, situation.host
     other = lane + side.sign
-    if not road.leads_on(other, host.s_m, host.speed_mps, vehicle.width_m) or not (
-        seen.sees(Sector(side.value)) and seen.sees(Sector.FRONT) and seen.sees(Sector.REAR)
-    ):
+    seen = situation.sees_lane(side) and situation.coverage.front
+    if not (seen and road.leads_on(other, host.s_m, host.speed_mps, vehicle.width_m)):
         return None
     there = neighbours_in(other, situation, vehicle)
     if any(one.gap_m < _asked_m(one, host.speed_mps, settings) for one in there):

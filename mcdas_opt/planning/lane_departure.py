@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.domain.vocabulary import Sector, Side
+from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.cycle import Cycle
 
@@ -31,7 +31,7 @@ def departure(trajectory: Trajectory, proposed: Proposed, cycle: Cycle) -> Side:
     offset = d - centre
     found = Side.NONE
     for side, over in ((Side.LEFT, offset + reach - half), (Side.RIGHT, reach - offset - half)):
-        watched = situation.coverage.sees(Sector(side.value))
+        watched = situation.sees_lane(side)
         room = 0.5 * vehicle.width_m if watched else _MARKING_M
         if float(over.max()) > max(room, float(over[0]) + _MARKING_M):
             if not watched:

@@ -17,6 +17,7 @@ from mcdas_opt.domain.settings import HeadwaySettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import CROSSING_MPS
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
+from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.axle_limits import AxleLimits, driving_mps2
 from mcdas_opt.ocp.lane_mpc import CENTRE, FAR_M, HEADWAY_HORIZON_S, STEERING_RATE_SHARE
 from mcdas_opt.planning.candidate import Proposed
@@ -153,7 +154,7 @@ def proposal_values(
 def _bounds(situation: Situation, vehicle: Vehicle, proposed: Proposed, guess_s: Array) -> dict[str, Any]:
     """The road's edges, linear around `guess_s` where they change along it; for a candidate that keeps its lane, the lane's own edge on a
     side that nobody watches."""
-    road, seen = situation.road, situation.coverage
+    road = situation.road
     edges = road.steered_edges
     left: Any = road.left_edge_m
     right: Any = road.right_edge_m
@@ -169,8 +170,8 @@ def _bounds(situation: Situation, vehicle: Vehicle, proposed: Proposed, guess_s:
     if proposed.manoeuvre is None:
         centre = proposed.path.start_d_m
         half = 0.5 * road.lane_width_at(road.lane_of(centre, situation.host.s_m), situation.host.s_m)
-        left = left if seen.left else np.minimum(left, centre + half)
-        right = right if seen.right else np.maximum(right, centre - half)
+        left = left if situation.sees_lane(Side.LEFT) else np.minimum(left, centre + half)
+        right = right if situation.sees_lane(Side.RIGHT) else np.maximum(right, centre - half)
     return {"left_edge": left, "right_edge": right, **slopes}
 
 

@@ -21,6 +21,7 @@ from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory, carried
 from mcdas_opt.planning.order import SEARCH
 from mcdas_opt.planning.proposals.keep_lane import BRAKE
+from mcdas_opt.planning.proposals.unwatched import unwatched
 from mcdas_opt.planning.reason import reason
 from mcdas_opt.planning.rehearsal import rehearse
 from mcdas_opt.planning.reliance import reliance_in_words, told_of_followers
@@ -104,6 +105,7 @@ class MpcMethod:
             reason=reason(cycle.assessment, best, account.rows, is_comparison=found.is_comparison, answered=_answered(best, cycle))
             + _as_begun(found, best, cycle)
             + _lane_change(best, cycle)
+            + _unwatched(best, cycle)
             + _haste(best, cycle)
             + _stop(best, cycle)
             + reliance_in_words(ending.end, cycle),
@@ -153,6 +155,16 @@ def _lane_change(best: Ended, cycle: Cycle) -> str:
     else:
         why = "past who is slower" if proposed.side is cycle.settings.manners.inside else "where it keeps to"
     return f"; changes lanes to the {proposed.side.value}, {why}"
+
+
+def _unwatched(best: Ended, cycle: Cycle) -> str:
+    """Said of steering on into a lane that nobody watches, and of a lane change that is required and not made for that."""
+    situation, required, side = cycle.situation, cycle.required_lane, best.proposed.side
+    if side is not Side.NONE:
+        why = unwatched(situation, side)
+        return f"; {why}" if why else ""
+    why = "" if required is None else unwatched(situation, required.side)
+    return f"; {why}: stays in its lane, though {_why_required(required, situation.host.s_m)}" if required is not None and why else ""
 
 
 def _stop(best: Ended, cycle: Cycle) -> str:

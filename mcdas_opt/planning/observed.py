@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from mcdas_opt.domain.doubt import SupposedTrack
 from mcdas_opt.domain.track import Track
 from mcdas_opt.manoeuvres.front_deficit import FrontDeficit
+from mcdas_opt.planning.blind_ahead import BlindAhead
 from mcdas_opt.planning.front_gap import CutIn
 from mcdas_opt.planning.lane_choice import LaneChoice
 
@@ -15,6 +16,7 @@ from mcdas_opt.planning.lane_choice import LaneChoice
 class Observed:
     """`tracks`: what was told, before any doubt. `supposed`: whose track has jumped away. `deficits`: who is ahead, and what front distance
     is owed to whom. `cut_in`: who came in between lately. `lane_choice`: what lane is wanted. `attentive`: who keeps his distance behind.
+    `blind_ahead`: nobody watches ahead; None: somebody does.
     """
 
     tracks: tuple[Track, ...] = ()
@@ -23,10 +25,12 @@ class Observed:
     cut_in: CutIn | None = None
     lane_choice: LaneChoice = field(default_factory=LaneChoice)
     attentive: frozenset[str] = frozenset()
+    blind_ahead: BlindAhead | None = None
 
     def seen_from(self, s_m: float) -> Observed:
         """The same with every s counted from `s_m`."""
         if s_m == 0.0:
             return self
         tracks = tuple(track.seen_from(s_m) for track in self.tracks)
-        return replace(self, tracks=tracks, supposed=tuple(one.seen_from(s_m) for one in self.supposed))
+        blind = None if self.blind_ahead is None else self.blind_ahead.seen_from(s_m)
+        return replace(self, tracks=tracks, supposed=tuple(one.seen_from(s_m) for one in self.supposed), blind_ahead=blind)

@@ -44,13 +44,13 @@ def threat(assessment: Assessment) -> str:
     return " and ".join(told) or NOTHING_THREATENS
 
 
-def with_alert(told: str, escapes: Escapes | None, *, is_blind: bool = False) -> str:
-    """The sentence of a plan with an alert: where nobody ahead or behind threatens, what the constant-input prediction meets, or that
-    nobody watches ahead."""
+def with_alert(told: str, escapes: Escapes | None, *, blind: str = "") -> str:
+    """The sentence of a plan with an alert: where nobody ahead or behind threatens, what the constant-input prediction meets, or what is
+    said where nobody watches ahead (`blind`)."""
     if not told.startswith(NOTHING_THREATENS):
-        return told
-    if is_blind:
-        return f"nobody watches ahead{told.removeprefix(NOTHING_THREATENS)}"
+        return f"{told}; {blind}" if blind else told
+    if blind:
+        return f"{blind}{told.removeprefix(NOTHING_THREATENS)}"
     if escapes is None or escapes.keeping_on_s is None or escapes.keeping_on_meets is None:
         return f"with its inputs held it meets nothing, but the plan is not comfortable{told.removeprefix(NOTHING_THREATENS)}"
     met = _MET.get(escapes.keeping_on_meets, escapes.keeping_on_meets.value)

@@ -13,6 +13,7 @@ from mcdas_opt.dynamics.bicycle import lateral_acceleration
 from mcdas_opt.planning.candidate import strongest_mps2
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
+from mcdas_opt.planning.proposals.unwatched import unwatched
 from mcdas_opt.planning.reason import with_alert
 from mcdas_opt.time_to_react.alert import alert
 from mcdas_opt.time_to_react.escapes import escapes_under
@@ -24,7 +25,8 @@ _CLEARLY = 0.7  # of what is comfortable: an alert that was given ends there, an
 
 def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
     """The plan with its map of time to react and its alert: the map's (none where the settings turn the map off), and a warning at least
-    where the plan itself warns, steers out, or brakes harder than is comfortable, or nobody watches ahead of a host that drives.
+    where the plan itself warns, steers out, or brakes harder than is comfortable, or nobody watches ahead of a host that drives. Steering
+    out where nobody watches behind is `act`, and so is driving on for long where nobody watches ahead.
     `warning` says whether there is an alert, and the reason what of. Where the deadline leaves no time for a map, the alert is that of the
     cycle before.
 
@@ -42,11 +44,20 @@ def with_time_to_react(plan: Plan, cycle: Cycle) -> Plan:
             told = alert(found, wanted, before)
             if told is Alert.NONE and (before is not Alert.NONE or plan.mode is Mode.EVADE or _brakes_hard(plan, cycle)):
                 told = Alert.WARN
+    blind = cycle.observed.blind_ahead
     is_blind = not cycle.situation.coverage.front and cycle.situation.host.speed_mps > _STANDING_MPS
     if told is Alert.NONE and (plan.warning or is_blind):
         told = Alert.WARN
-    reason = plan.reason if told is Alert.NONE else with_alert(plan.reason, found, is_blind=is_blind)
+    if is_blind and blind is not None and blind.is_long:
+        told = Alert.ACT
+    if plan.mode is Mode.EVADE and unwatched(cycle.situation, plan.side):
+        told = Alert.ACT
+    reason = plan.reason if told is Alert.NONE else with_alert(plan.reason, found, blind=_blindness(plan, cycle) if is_blind else "")
     return replace(plan, escapes=found, alert=told, warning=told is not Alert.NONE, reason=reason)
+
+
+def _blindness(plan: Plan, cycle: Cycle) -> str:
+    return f"nobody watches ahead{': slows down' if cycle.slows_blindly and plan.mode is Mode.BRAKE else ''}"
 
 
 def _brakes_hard(plan: Plan, cycle: Cycle) -> bool:

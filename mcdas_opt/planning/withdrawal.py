@@ -15,14 +15,16 @@ _UNHURRIED_MPS = 3.0  # who is slower stops within its length, and need not stee
 
 
 def is_withdrawn(active: Manoeuvre, situation: Situation, vehicle: Vehicle, settings: Settings, required: RequiredLane | None) -> bool:
-    """Whether a lane change that nothing presses is given up, the body being in its lane still: somebody has come so near in the next
-    one that he, or the host, would have to brake harder than manners allow; where the lane has to be reached, or the host steers out of
-    what threatens no more, than is comfortable. And whether steering out is given up by a host that drives so slowly in its lane that it
-    may as well stop."""
+    """Whether a lane change that nothing presses is given up, the body being in its lane still: nobody watches the next one any more, or
+    somebody has come so near in it that he, or the host, would have to brake harder than manners allow; where the lane has to be reached,
+    or the host steers out of what threatens no more, than is comfortable. And whether steering out is given up by a host that drives so
+    slowly in its lane that it may as well stop."""
     if active.mode is Mode.CRUISE and active.half_done(situation):
         return False
     if reaches_out_of_its_lane(situation, vehicle):
         return False
+    if active.mode is Mode.CRUISE and not situation.sees_lane(active.side):
+        return True
     host, time_gap_s, evades = situation.host, settings.headway.time_gap_s, active.mode is not Mode.CRUISE
     if evades and host.speed_mps < _UNHURRIED_MPS:
         return _off_centre_m(situation) < abs(host.d_m - active.target_d_m)

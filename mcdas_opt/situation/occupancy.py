@@ -23,13 +23,15 @@ def blocked_sides(
     settings: SelectorSettings,
     evading: Side = Side.NONE,
 ) -> frozenset[Sector]:
-    """The sides of `lane` without a lane, without coverage, or with a car alongside, now or within `occupancy_s` at constant speeds.
+    """The sides of `lane` without a lane, without coverage beside or behind, or with a car alongside, now or within `occupancy_s` at
+    constant speeds.
 
     The side that the host is already evading to closes only when a car is alongside now (hysteresis).
     """
     blocked = set()
+    behind = coverage.rear or road.is_for_others(lane)  # who comes in the next lane
     for sector, side_lane in ((Sector.LEFT, lane + 1), (Sector.RIGHT, lane - 1)):
-        if not road.goes_on(side_lane, host.s_m, host.speed_mps) or not coverage.sees(sector):
+        if not road.goes_on(side_lane, host.s_m, host.speed_mps) or not (coverage.sees(sector) and behind):
             blocked.add(sector)
             continue
         begun = sector.value == evading.value

@@ -11,6 +11,7 @@ from mcdas_opt.domain.rules import require_type, require_type_if_given
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.native.library import library
 from mcdas_opt.situation.doubts import planned_around
 from mcdas_opt.time_to_react.compiled_map import answered
@@ -55,9 +56,10 @@ def escapes_under(prediction: Prediction, situation: Situation, vehicle: Vehicle
     else:
         answer = answered(compiled, situation, vehicle, prediction, chosen)
     end_s, ender, (last, comfortable), now, closers = answer
-    latest, coverage = math.floor(end_s / LATTICE_S + 1e-9), situation.coverage
+    latest = math.floor(end_s / LATTICE_S + 1e-9)
     ended = ender if latest * LATTICE_S < LATEST_S - 1e-9 else None
-    covered = True, coverage.front, coverage.left, coverage.right  # into a direction that no sensor covers everything is closed
+    sides = (situation.sees_lane(side) for side in (Side.LEFT, Side.RIGHT))
+    covered = True, situation.coverage.front, *sides  # into a direction that no sensor covers everything is closed
     candidates: list[Escape] = []
     for kind, (seen, earlier) in enumerate(zip(covered, _answer_steps(vehicle), strict=True)):
         closer = closers[kind] if last[kind] < latest else ended

@@ -242,4 +242,4 @@ def test_a_host_that_drives_where_nobody_watches_ahead_warns_of_that(speed_mps: 
     seen = Coverage(front=front, rear=False, left=False, right=False)
     plan = Planner().plan(Situation(host=HostState(speed_mps=speed_mps), coverage=seen, road=Road(lanes_left=1)))
     assert (plan.alert is Alert.WARN) is warns
-    assert plan.reason.startswith("nobody watches ahead") is warns
+    assert plan.reason.startswith("nobody watches ahead: slows down") is warns

@@ -110,12 +110,13 @@ def test_a_side_that_nobody_watches_is_no_way_out(sector: str) -> None:
     assert plan.side.value != sector
 
 
-def test_blind_everywhere_holds_the_lane_and_speed() -> None:
+def test_blind_everywhere_holds_the_lane_and_slows_down() -> None:
     nobody = Coverage(front=False, rear=False, left=False, right=False)
     plan = Planner().plan(Situation(host=HostState(speed_mps=15.0), coverage=nobody, desired_speed_mps=25.0))
-    assert plan.mode is Mode.HOLD
+    assert plan.mode is Mode.BRAKE
     assert np.abs(plan.trajectory.d_m).max() < 0.05
     assert plan.trajectory.speed_mps.max() < 15.1
+    assert plan.trajectory.speed_mps[-1] < 0.1
 
 
 def test_boxed_in_on_all_sides_is_labelled() -> None:

@@ -17,7 +17,7 @@ from mcdas_opt.planning.headway import ORDINARY_MPS2
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.proposals.keep_lane import BRAKE, keep_path
 from mcdas_opt.planning.proposals.lane_change import go_on
-from mcdas_opt.planning.proposals.unwatched import unwatched
+from mcdas_opt.planning.proposals.unwatched import begins_unwatched
 from mcdas_opt.reference.offset_path import OffsetPath, corrected
 
 _BODY_ROOM_M = 0.25  # from the body's flank to the road's edge, for the targets of steering
@@ -48,7 +48,7 @@ def steer_out(cycle: Cycle, side: Side) -> Proposed:
     situation, vehicle, sigmoid = cycle.situation, cycle.vehicle, cycle.settings.sigmoid
     host = situation.host
     target = next_lane_m(situation, vehicle, side)
-    refusal = unwatched(situation, side)
+    refusal = begins_unwatched(cycle, side)
     if target is None:
         refusal, target = _why_no_lane(situation, side), host.d_m
     elif host.speed_mps < 0.5:

@@ -35,8 +35,8 @@ def keep_path(cycle: Cycle) -> OffsetPath:
 
 
 def keep_lane(cycle: Cycle, mode: Mode, towards: Gap | None = None) -> Proposed:
-    """Nothing threatens: keep the lane at the desired speed, or such that the host comes beside a gap in the next one, but no faster than
-    now where nobody watches ahead; asked to park, stand until `park` takes over."""
+    """Nothing threatens: keep the lane at the desired speed, or such that the host comes beside a gap in the next one, but to a stop where
+    nobody watches ahead; asked to park, stand until `park` takes over."""
     situation, path = cycle.situation, keep_path(cycle)
     wanted = situation.wanted_speed_mps if towards is None else min(max(situation.wanted_speed_mps, towards.fastest_mps), cycle.limit_mps)
     wanted = wanted if situation.coverage.front else min(wanted, situation.host.speed_mps)

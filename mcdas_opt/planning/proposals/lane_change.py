@@ -41,6 +41,7 @@ def go_on_unpressed(cycle: Cycle, active: Manoeuvre) -> Proposed:
     follows = None if evades else next_ahead(situation, active.target_d_m)
     if situation.destination is not None:
         towards_mps = max(situation.wanted_speed_mps, active.speed_mps if evades else 0.0)
+    towards_mps = 0.0 if cycle.slows_blindly else towards_mps
     goal, speeds = comfortable_speed(cycle, towards_mps, active.target_d_m, follows, evades=evades)
     return replace(
         go_on(active),

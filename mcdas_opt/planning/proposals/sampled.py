@@ -11,7 +11,7 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.proposals.keep_lane import keep_path
 from mcdas_opt.planning.proposals.sound_proposals import sound_proposals
-from mcdas_opt.planning.proposals.unwatched import unwatched
+from mcdas_opt.planning.proposals.unwatched import begins_unwatched
 from mcdas_opt.reference.offset_path import corrected
 
 
@@ -34,7 +34,7 @@ def sampled(cycle: Cycle) -> tuple[Proposed, ...]:
                 b=choice.softness,
             )
             manoeuvre = Manoeuvre(side=choice.side, path=path, target_d_m=choice.target_d_m, speed_mps=choice.end_speed_mps)
-        refusal = unwatched(situation, choice.side)
+        refusal = begins_unwatched(cycle, choice.side)
         if choice.side is Side.NONE and choice.pace == "faster" and not situation.coverage.sees(Sector.FRONT):
             refusal = "nobody watches the front"
         proposals.append(

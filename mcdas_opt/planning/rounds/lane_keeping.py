@@ -73,8 +73,10 @@ def _brake_behind(search: Search) -> Iterator[Round]:
 
 
 def _quiet_mode(cycle: Cycle) -> Mode:
-    """What keeping the lane is called: as the selector does, where it finds one of these."""
+    """What keeping the lane is called: as the selector does, where it finds one of these; braking where nobody watches ahead."""
     mode = cycle.assessment.mode
+    if cycle.slows_blindly and mode is not Mode.PARK:
+        return Mode.BRAKE
     return mode if mode in (Mode.CRUISE, Mode.BRAKE, Mode.PARK) else Mode.HOLD
 
 
