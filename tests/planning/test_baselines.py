@@ -15,6 +15,7 @@ from mcdas_opt.baselines.acc import AccMethod
 from mcdas_opt.baselines.aeb import AebMethod, needed_gap_m
 from mcdas_opt.baselines.competent_driver import BRAKING_MPS2, JERK_MPS3, CompetentDriverMethod
 from mcdas_opt.baselines.idm_mobil import IDM, IdmMobilMethod
+from mcdas_opt.baselines.lane import neighbours_in
 from mcdas_opt.catalogue.scenes import scene_from_document
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan, Refusal
@@ -39,6 +40,50 @@ def situation(*tracks: Track, speed: float = 20.0, time_s: float = 0.0, wanted: 
     return Situation(
         host=HostState(speed_mps=speed), tracks=tracks, road=Road(**road), time_s=time_s, desired_speed_mps=wanted, coverage=Coverage()
     )
+
+
+@pytest.mark.parametrize("name", BASELINES)
+@pytest.mark.parametrize(
+    "other",
+    [
+        Track(id="parked", s_m=30.0, d_m=15.0, speed_s_mps=0.0),
+        Track(id="parked", s_m=30.0, d_m=-4.0, speed_s_mps=0.0),
+        Track(id="oncoming", s_m=30.0, d_m=5.0, speed_s_mps=-12.0, heading_rad=math.pi),
+        Track(id="on foot", s_m=30.0, d_m=3.0, speed_s_mps=0.0, length_m=0.5, width_m=0.5),
+    ],
+    ids=["far beside", "near beside", "oncoming", "on foot"],
+)
+def test_nobody_beside_the_road_is_braked_for(name: str, other: Track) -> None:
+    alone, beside = (
+        planned(build_method(name, CAR, Settings()), situation(*them, speed=12.0, lanes_left=0, lanes_right=0)) for them in ((), (other,))
+    )
+    np.testing.assert_array_equal(beside.trajectory.states, alone.trajectory.states)
+
+
+@pytest.mark.parametrize("name", BASELINES)
+@pytest.mark.parametrize(
+    "other",
+    [
+        Track(id="half in", s_m=30.0, d_m=2.2, speed_s_mps=0.0),
+        Track(id="oncoming", s_m=30.0, d_m=1.0, speed_s_mps=-12.0, heading_rad=math.pi),
+        Track(id="crossing", s_m=30.0, d_m=8.0, speed_s_mps=0.0, speed_d_mps=-3.0, heading_rad=-0.5 * math.pi),
+    ],
+    ids=["half in", "oncoming", "crossing"],
+)
+def test_who_reaches_into_the_lane_from_beside_the_road_is_braked_for(name: str, other: Track) -> None:
+    plan = planned(build_method(name, CAR, Settings()), situation(other, speed=18.0, lanes_left=0, lanes_right=0))
+    assert plan.trajectory.acceleration_mps2.min() < -1.0
+
+
+def test_who_will_be_in_the_lane_on_his_way_across_is_in_it_and_who_has_crossed_it_is_not() -> None:
+    def at(d_m: float) -> Situation:
+        on_foot = Track(
+            id="on foot", s_m=30.0, d_m=d_m, speed_s_mps=0.0, speed_d_mps=1.4, heading_rad=0.5 * math.pi, length_m=0.4, width_m=0.6
+        )
+        return situation(on_foot, lanes_left=0, lanes_right=0)
+
+    found = [neighbours_in(0, at(d), CAR).ahead is not None for d in (-15.0, -6.0, -2.0, 0.0, 4.0)]
+    assert found == [False, True, True, True, False]
 
 
 def ahead(gap_m: float, speed_mps: float, d_m: float = 0.0, name: str = "front") -> Track:

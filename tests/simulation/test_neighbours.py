@@ -117,6 +117,24 @@ def test_followers_follow_one_another_and_ignore_the_next_lane() -> None:
     np.testing.assert_allclose(alone.speed_s_mps, 15.0)
 
 
+def test_followers_ignore_who_is_beside_the_road() -> None:
+    one_lane = {"lanes_left": 0, "lanes_right": 0}
+    beside = ({"s_m": 70.0, "d_m": 15.0, "speed_mps": 0.0}, {"s_m": 90.0, "d_m": 5.0, "speed_mps": 9.0, "heading_rad": 3.14159})
+    ends = []
+    for others in ((), beside):
+        traffic = Traffic(make_scene(follower(35.0, 12.0), *others, road=one_lane))
+        traffic.advance(host_motion(11.1 * step_times(0, 800), 11.1))
+        ends.append(float(traffic.motions(np.array(8.0))[0].s_m))
+    assert ends[0] == ends[1] == pytest.approx(35.0 + 8.0 * 12.0)
+
+
+def test_a_follower_beside_the_road_ignores_who_is_on_it() -> None:
+    scene = make_scene(follower(-30.0, 15.0, d_m=15.0), speed_mps=5.0, road={"lanes_left": 0, "lanes_right": 0})
+    traffic = Traffic(scene)
+    traffic.advance(host_motion(5.0 * step_times(0, 600), 5.0))
+    assert float(traffic.motions(np.array(6.0))[0].s_m) == pytest.approx(60.0)
+
+
 def test_in_steps_or_at_once_followers_go_the_same_way() -> None:
     scene = make_scene(follower(-30.0, 15.0), {"name": "front", "s_m": 30.0, "speed_mps": 11.1})
     whole, parts = Traffic(scene), Traffic(scene)
