@@ -17,8 +17,11 @@ from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners, separation
+from mcdas_opt.simulation.contact import TOUCH_WITHIN_M
 from mcdas_opt.simulation.metrics import History
+from mcdas_opt.simulation.recorded import GONE_M
 
 
 class Outcome(StrEnum):
@@ -143,11 +146,19 @@ class Simulation(Result):
         return {**Result.to_dict(self), "cycles": [cycle.in_short() for cycle in self.cycles]}
 
     def first_overlap(self) -> tuple[float, str, str] | None:
-        """When two neighbours are in one place for the first time [s], and which: a script that nobody can have meant. None: never."""
+        """When two neighbours are in one place for the first time [s], and which: a script that nobody can have meant. None: never.
+
+        In the plane, as `surroundings` has it; who has left is nowhere.
+        """
+        if len(self.neighbours) < 2:
+            return None
         found = []
-        shapes = [corners(one.s_m, one.d_m, one.heading_rad, one.length_m, one.width_m) for one in self.neighbours]
+        s = np.concatenate([one.s_m for one in self.neighbours])
+        frame = FrenetFrame(road=self.scene.true_road, s_min_m=float(s.min()) - 1.0, s_max_m=float(s.max()) + 1.0)
+        shapes = [corners(*frame.to_plane(one.s_m, one.d_m, one.heading_rad), one.length_m, one.width_m) for one in self.neighbours]
         for (one, shape), (other, shape_of_other) in combinations(zip(self.neighbours, shapes, strict=True), 2):
-            overlap = separation(shape, shape_of_other) < 0.0
+            near = (np.abs(one.s_m - other.s_m) < TOUCH_WITHIN_M) & (np.minimum(one.d_m, other.d_m) < GONE_M)
+            overlap = near & (separation(shape, shape_of_other) < 0.0)
             if overlap.any():
                 found.append((float(self.trajectory.t_s[int(overlap.argmax())]), one.name, other.name))
         return min(found, default=None)
