@@ -152,6 +152,7 @@ def test_a_scenario_becomes_a_scene(tmp_path: Path) -> None:
 def test_the_scene_is_written_as_files_that_load(tmp_path: Path) -> None:
     read = read_scenario(written(tmp_path))
     again = load_scene(read.write(tmp_path / "scene"))
+    assert load_scene(read.write(str(tmp_path / "in_words"))).model_dump() == again.model_dump()
     assert again.model_dump() == read.scene.model_dump()
     assert all(
         np.array_equal(a.samples, b.samples) for a, b in zip(again.neighbour, read.scene.neighbour, strict=True) if a.samples is not None
