@@ -6,11 +6,12 @@ import math
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field, ValidationInfo, ValidatorFunctionWrapHandler, WrapValidator, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, ValidatorFunctionWrapHandler, WrapValidator, model_validator
 
 from mcdas_opt.catalogue.part import Pair, Part
 
 _MOST_VALUES = 10_000
+_HARDEST_MPS2 = 15.0  # a car on the best of tyres brakes by no more
 _UNITS = {"km/h": 1.0 / 3.6, "mph": 0.44704}
 
 
@@ -63,6 +64,16 @@ class Spread(Part):
             return None
         return tuple(self._scale * value for value in listed)
 
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The least and the most that may be drawn, in SI."""
+        values = self.values
+        if values is None and self.by_speed is not None:
+            values = tuple(self._scale * value for _, value in self.by_speed)
+        if values is None:
+            values = (self._scale * (self.low or 0.0), self._scale * (self.high or 0.0))
+        return min(values), max(values)
+
     def draw(self, rng: np.random.Generator, host_mps: float) -> float:
         values = self.values
         if values is not None:
@@ -98,11 +109,17 @@ Number = Annotated[float | int | Spread, WrapValidator(_number_or_range)]
 
 def largest(number: Number) -> float:
     """The largest that may be drawn."""
-    if not isinstance(number, Spread):
-        return float(number)
-    if number.by_speed is not None:
-        return max(value for _, value in number.by_speed)
-    return max(number.values if number.values is not None else (number.high or 0.0,))
+    return number.bounds[1] if isinstance(number, Spread) else float(number)
+
+
+def _as_a_car_brakes(number: Number) -> Number:
+    least, most = number.bounds if isinstance(number, Spread) else (number, number)
+    if not 0.0 <= least <= most <= _HARDEST_MPS2:
+        raise ValueError(f"must lie in [0, {_HARDEST_MPS2:g}] m/s^2: braking is positive")
+    return number
+
+
+Braking = Annotated[Number, AfterValidator(_as_a_car_brakes)]
 
 
 def draw(number: Number, rng: np.random.Generator, host_mps: float = 0.0) -> float:
