@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -279,3 +281,20 @@ def test_acc_settles_at_its_time_gap_and_its_limit(speed: float, wanted: float) 
     alone = situation(speed=30.0, wanted=40.0, speed_limit_mps=32.0)
     assert isinstance(plan := AccMethod(CAR).plan(alone, None), Plan)
     assert plan.trajectory.speed_mps.max() < 32.05
+
+
+@pytest.mark.parametrize("name", BASELINES)
+def test_the_first_plan_loads_nothing(name: str) -> None:
+    code = f"""
+import sys
+import mcdas_opt as mo
+
+front = mo.Track(id="front", s_m=29.5, d_m=0.0, speed_s_mps=11.1)
+seen = mo.Situation(host=mo.HostState(speed_mps=11.1), tracks=(front,), coverage=mo.Coverage(), road=mo.Road())
+planner = mo.Planner(vehicle="sedan", method={name!r})
+before = set(sys.modules)
+planner.plan(seen)
+print(sorted(set(sys.modules) - before))
+"""
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert answer.stdout.strip() == "[]"
