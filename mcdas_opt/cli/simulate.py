@@ -71,13 +71,14 @@ def _print(drive: Simulation, title: str) -> None:
         ("least clearance", number(drive.min_clearance_m, "m")),
         ("least time to collision", f"front {number(drive.min_ttc_front_s, 's')}, rear {number(drive.min_ttc_rear_s, 's')}"),
         ("largest lateral acceleration", f"{drive.max_lateral_acceleration_mps2:.2f} m/s^2"),
-        ("largest jerk", f"{drive.max_jerk_mps3:.1f} m/s^3"),
+        ("largest jerk along", f"{drive.max_jerk_mps3:.1f} m/s^3"),
         ("largest steering rate", f"{drive.max_steering_rate_radps:.3f} rad/s"),
         ("plans", ", ".join([str(drive.plans), *others])),
         ("unverified plans", drive.unverified_plans),
         ("cycle", f"p50 {drive.cycle_ms.p50:.1f} ms, p99 {drive.cycle_ms.p99:.1f} ms, max {drive.cycle_ms.max:.1f} ms"),
+        ("plant", drive.plant),
         ("seed", drive.seed),
     ]
     if drive.among_others:
         rows.append(("neighbours", drive.among_others))
-    console().print(facts_table(title, rows))
+    console().print(facts_table(f"{title}, {drive.driven_with}", rows))

@@ -141,6 +141,11 @@ class Simulation(Result):
         """In a word or two."""
         return "plant failed" if self.error else self.outcome.value
 
+    @property
+    def driven_with(self) -> str:
+        """The plant, where it is not the kinematic one, and the seed, in words."""
+        return f"seed {self.seed}" if self.plant == "kinematic" else f"{self.plant} plant, seed {self.seed}"
+
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the contract; of every cycle, what was planned and why."""
         return {**Result.to_dict(self), "cycles": [cycle.in_short() for cycle in self.cycles]}
@@ -176,7 +181,7 @@ class Simulation(Result):
         ended = "" if self.collided_with is None else f" with {self.collided_with} at {self.impact_speed_mps:.1f} m/s"
         least = "nobody else" if self.min_clearance_m is None else f"least clearance {self.min_clearance_m:.2f} m"
         return (
-            f"Drive of {self.planner} through {self.name} ({self.plant}): {self.ended}{ended} after {self.duration_s:.1f} s",
+            f"Drive of {self.planner} through {self.name} ({self.driven_with}): {self.ended}{ended} after {self.duration_s:.1f} s",
             f"{least}, lateral at most {self.max_lateral_acceleration_mps2:.1f} m/s^2, {', '.join(mode for _, mode in self.modes)}",
             f"{self.plans} plans ({self.fallbacks} fallbacks, {self.unavoidable} unavoidable, {self.unverified_plans} unverified), "
             f"cycle p50 {self.cycle_ms.p50:.1f} ms, p99 {self.cycle_ms.p99:.1f} ms",

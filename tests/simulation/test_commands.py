@@ -48,6 +48,8 @@ def test_simulate_prints_a_table_or_one_document_and_draws(
     code, out, _ = run(monkeypatch, capsys, "simulate", scene, *planner, "--out", str(tmp_path / "drive.gif"))
     assert code == 0
     assert "outcome" in out
+    assert "seed 1" in " ".join(out.split("outcome")[0].split())
+    assert "largest jerk along" in out
     assert (tmp_path / "drive.gif").read_bytes()[:6] == b"GIF89a"
     code, out, _ = run(monkeypatch, capsys, "simulate", scene, *planner, "--seed", "7", "--json")
     document = json.loads(out)
