@@ -140,7 +140,7 @@ def driven(path: Path, planner: str, pictures: Path) -> Record:
         "chance_s": chance_s,
         "duration_s": round(drive.duration_s, 2),
         "of_s": round(read.scene.duration_s, 2),
-        "goal": REACHED if is_there else _missed(read.goal_is_off, drive),
+        "goal": REACHED if is_there else why_missed(read.goal_is_off, drive),
         "cycles": drive.plans,
         "fallback": drive.fallbacks,
         "unavoidable": drive.unavoidable,
@@ -155,7 +155,7 @@ def driven(path: Path, planner: str, pictures: Path) -> Record:
     }
 
 
-def _missed(off: str, drive: Simulation) -> str:
+def why_missed(off: str, drive: Simulation) -> str:
     """Why a goal was not reached that CommonRoad judges."""
     if off:
         return f"off: {off}"

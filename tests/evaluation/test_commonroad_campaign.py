@@ -99,6 +99,20 @@ def test_the_command_drives_a_folder_and_goes_on_where_it_was_stopped(tmp_path: 
     assert isinstance(other.exception, InputError)
 
 
+def test_a_run_of_which_every_scenario_is_refused_is_bad_input(tmp_path: Path) -> None:
+    pytest.importorskip("commonroad")
+    data, out = tmp_path / "data", tmp_path / "out"
+    data.mkdir()
+    (data / "without.xml").write_text(scenario(lanes=False), "utf-8")
+    command = ["benchmark", "commonroad", "--data", str(data), "--planners", "acc", "--out", str(out), "--workers", "1"]
+    answer = RUN.invoke(app, command)
+    assert answer.exit_code == 2
+    assert "without: refused" in answer.stdout
+    again = RUN.invoke(app, [*command, "--resume", "--json"])
+    assert again.exit_code == 2
+    assert json.loads(again.stdout)["summary"]["acc"]["refused"]["k"] == 1
+
+
 def test_a_run_without_data_is_told_what_it_lacks() -> None:
     pytest.importorskip("commonroad")
     answer = RUN.invoke(app, ["benchmark", "commonroad"])

@@ -113,6 +113,10 @@ def test_a_scenario_goes_wherever_a_scene_goes(tmp_path: Path, monkeypatch: pyte
     code, out, _ = run(monkeypatch, capsys, "simulate", str(path), "--json")
     drive = json.loads(out)
     assert (code, drive["outcome"], drive["unverified_plans"]) == (0, "safe", 0)
+    _, out, _ = run(monkeypatch, capsys, "simulate", str(path))
+    said = " ".join(out.replace("│", " ").split())
+    assert "obstacles 2 in the scene, 0 left out" in said
+    assert "goal reached after" in said or "goal not reached: " in said
     code, out, _ = run(monkeypatch, capsys, "plan", str(path), "--json")
     assert (code, json.loads(out)["status"]) == (0, "planned")
 
