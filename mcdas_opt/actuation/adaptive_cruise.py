@@ -21,7 +21,7 @@ _SPEED_GAIN_1PS = 0.4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AdaptiveCruise:
-    """`time_gap_s` times the own speed, and `standstill_m`, is the gap that is kept."""
+    """`time_gap_s` times the own speed, and `standstill_m`, is the gap that is kept. The gains are designed as it is made."""
 
     time_gap_s: float = 1.2
     standstill_m: float = 2.0
@@ -29,6 +29,7 @@ class AdaptiveCruise:
     def __post_init__(self) -> None:
         positive("time_gap_s", self.time_gap_s, "s")
         positive("standstill_m", self.standstill_m, "m")
+        _designed(self.time_gap_s)  # loads `control`, which takes seconds: not in the first cycle
 
     @property
     def gains(self) -> tuple[float, float]:

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 from mcdas_opt.actuation.path_following import AccelerationLaw
 from mcdas_opt.domain.plan import Candidate, Plan, Timing
-from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.settings import SelectorSettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
@@ -16,9 +17,11 @@ from mcdas_opt.dynamics.car_following import Leader
 from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.reference.offset_path import OffsetPath
+from mcdas_opt.situation.roles import CROSSES_S, reach_into_m
 from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.judge import judge
 
+_INTRUSION_M = SelectorSettings().lane_intrusion_m
 _STEADY_MPS2 = 0.2  # what accelerates or brakes by less keeps its speed
 
 
@@ -30,17 +33,24 @@ class Neighbours(NamedTuple):
 
 
 def neighbours_in(lane: int, situation: Situation, vehicle: Vehicle) -> Neighbours:
-    """By their centres. In a lane is whose centre is in it, and in the host's own whoever it would touch, too."""
+    """By their centres. In a lane is whose centre is in it, and in the host's own whoever it would touch, too. `Road.lane_of` counts
+    who is beside the road to its outermost lane: there is only who reaches into it, or will on his way across."""
     host, road = situation.host, situation.road
     own = lane == situation.host_lane
     there = [
         track
         for track in situation.tracks
-        if road.lane_of(track.d_m, track.s_m) == lane or (own and abs(track.d_m - host.d_m) < 0.5 * (track.width_m + vehicle.width_m))
+        if (road.lane_of(track.d_m, track.s_m) == lane and _comes_into(lane, track, road))
+        or (own and abs(track.d_m - host.d_m) < 0.5 * (track.width_m + vehicle.width_m))
     ]
     ahead = min((track for track in there if track.s_m > host.s_m), key=lambda track: track.s_m, default=None)
     behind = max((track for track in there if track.s_m <= host.s_m), key=lambda track: track.s_m, default=None)
     return Neighbours(ahead=ahead, behind=behind)
+
+
+def _comes_into(lane: int, track: Track, road: Road) -> bool:
+    moves = CROSSES_S * track.speed_d_mps if track.crosses else 0.0
+    return reach_into_m(track.s_m, track.d_m, track.across_m, lane, road, moves) >= _INTRUSION_M
 
 
 def leader_of(track: Track | None, situation: Situation, vehicle: Vehicle, s_m: float | None = None, t_s: float = 0.0) -> Leader | None:

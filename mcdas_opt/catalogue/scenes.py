@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
@@ -269,8 +270,18 @@ def load_scene(name: str | Path) -> Scene:
 def _of_a_format(form: str, path: Path) -> Scene:
     """What the format's function, which may be anybody's, makes of the file."""
     scene_of = SCENE_FORMATS.load(form)
-    try:
+    with of_a_format(form, path):
         scene = scene_of(path)
+    if not isinstance(scene, Scene):
+        raise InputError(path, "", None, f"the scene format {form!r} gave {type(scene).__name__}, which must be a Scene")
+    return scene
+
+
+@contextmanager
+def of_a_format(form: str, path: Path) -> Iterator[None]:
+    """What a format's reader raises of a file, as an `InputError` that names the file."""
+    try:
+        yield
     except McdasError:
         raise
     except ValidationError as error:
@@ -278,9 +289,6 @@ def _of_a_format(form: str, path: Path) -> Scene:
         raise InputError(path, f"the scene format {form!r} gave {fault.key}", fault.value, fault.rule) from error
     except Exception as error:
         raise InputError(path, "", None, f"the scene format {form!r} raised {type(error).__name__}: {error}") from error
-    if not isinstance(scene, Scene):
-        raise InputError(path, "", None, f"the scene format {form!r} gave {type(scene).__name__}, which must be a Scene")
-    return scene
 
 
 def scene_from_document(document: Any, path: Path) -> Scene:

@@ -110,8 +110,7 @@ def _commonroad(
     resume: bool,
     as_json: bool,
 ) -> None:
-    """CommonRoad scenarios: rows, a table, and a picture of each loss."""
-    from mcdas_opt.cli.screen import headed_table
+    """CommonRoad scenarios: rows, a table, and a picture of each loss. Exit code 2 where every one was refused."""
     from mcdas_opt.errors import InputError
     from mcdas_opt.evaluation import commonroad_campaign as campaign
     from mcdas_opt.evaluation.benchmark import check_planners
@@ -131,15 +130,25 @@ def _commonroad(
     pictures = sorted(str(path) for path in (folder / campaign.PICTURES).glob("*.png"))
     if as_json:
         emit({"schema_version": 1, "suite": campaign.SUITE, "rows": str(folder / campaign.ROWS), "summary": summary, "pictures": pictures})
-        return
-    driven = len(found[:scenes])
+    else:
+        _show_scenarios(rows, summary, planners, folder, len(pictures))
+    if all(row["end"] == campaign.REFUSED for row in rows):
+        complain(f"every scenario was refused, the first, {rows[0]['scenario']}: {rows[0]['why']}")
+        raise typer.Exit(2)
+
+
+def _show_scenarios(rows: Sequence[dict[str, Any]], summary: dict[str, Any], planners: Sequence[str], folder: Path, pictures: int) -> None:
+    from mcdas_opt.cli.screen import headed_table
+    from mcdas_opt.evaluation import commonroad_campaign as campaign
+
+    driven = len({row["scenario"] for row in rows})
     table = headed_table(f"CommonRoad, {driven} scenario{'s' if driven > 1 else ''}", "", *planners)
     for title, cells in campaign.lines(summary):
         table.add_row(title, *cells)
     console().print(table)
     for said in dict.fromkeys(f"{row['scenario']}: {row['end']}: {row['why']}" for row in rows if row["end"] in campaign.NOT_DRIVEN):
         console().print(said, soft_wrap=True, markup=False)
-    console().print(f"rows, table and {len(pictures)} pictures of losses: {folder}", soft_wrap=True)
+    console().print(f"rows, table and {pictures} pictures of losses: {folder}", soft_wrap=True)
 
 
 def _show(document: dict[str, Any]) -> None:

@@ -31,7 +31,7 @@ ROWS, TABLE, PICTURES = "rows.csv", "table.md", "pictures"
 REFUSED, SAFE, FAILED, OFF_THE_MAP = "refused", "safe", "failed", "off the map"
 NOT_DRIVEN = (REFUSED, FAILED)
 REACHED = "reached"
-RECORDING, NOTHING, OURS = "recording", "nothing", "ours"
+RECORDING, NOT_SHOWN, OURS = "recording", "not shown", "ours"
 _ENDS = (SAFE, "struck in front", "struck at the side", "struck from behind", "left_road", OFF_THE_MAP, REFUSED, FAILED)
 _COLUMNS = (
     "scenario",
@@ -101,7 +101,7 @@ def run(
             journal.append(answer.value if answer.ended is Ended.RETURNED else failed)
             progress("drives", done, len(paths) * len(planners))
         found = {(row["scenario"], row["planner"]): row for row in journal.records}
-    rows = tuple(found[path.stem, planner] for path in paths for planner in planners)
+    rows = shown_by_others([found[path.stem, planner] for path in paths for planner in planners])
     text = StringIO()
     writer = csv.DictWriter(text, _COLUMNS, restval="", lineterminator="\n")
     writer.writeheader()
@@ -140,7 +140,7 @@ def driven(path: Path, planner: str, pictures: Path) -> Record:
         "chance_s": chance_s,
         "duration_s": round(drive.duration_s, 2),
         "of_s": round(read.scene.duration_s, 2),
-        "goal": REACHED if is_there else _missed(read.goal_is_off, drive),
+        "goal": REACHED if is_there else why_missed(read.goal_is_off, drive),
         "cycles": drive.plans,
         "fallback": drive.fallbacks,
         "unavoidable": drive.unavoidable,
@@ -155,7 +155,7 @@ def driven(path: Path, planner: str, pictures: Path) -> Record:
     }
 
 
-def _missed(off: str, drive: Simulation) -> str:
+def why_missed(off: str, drive: Simulation) -> str:
     """Why a goal was not reached that CommonRoad judges."""
     if off:
         return f"off: {off}"
@@ -185,8 +185,8 @@ def blame_of(drive: Simulation) -> tuple[str, float | None]:
     """Whose doing a loss is, others not reacting, and how long before it [s] something could still have been done, where that was ours.
 
     `recording`: somebody drove into a host that stood, into one from behind that did not brake hard, or from behind though an attentive
-    driver would have braked in time. `nothing`: nothing that is looked at would have gone well, knowing what everybody did
-    (`hindsight.py`). `ours`: everything else.
+    driver would have braked in time. `not shown`: nothing that is looked at would have gone well, knowing what everybody did
+    (`hindsight.py`), which proves nothing. `ours`: everything else.
     """
     if drive.outcome is Outcome.COLLISION:
         t, v, a = drive.trajectory.t_s, drive.trajectory.speed_mps, drive.trajectory.acceleration_mps2
@@ -196,7 +196,16 @@ def blame_of(drive: Simulation) -> tuple[str, float | None]:
         if stood or (from_behind and (eased or would_have_braked(drive))):
             return RECORDING, None
     chance = last_chance(drive)
-    return (NOTHING, None) if chance is None else (OURS, round(chance.before_s, 2))
+    return (NOT_SHOWN, None) if chance is None else (OURS, round(chance.before_s, 2))
+
+
+def shown_by_others(rows: Sequence[Record]) -> tuple[Record, ...]:
+    """The rows; where another planner drove the scenario safely, something could be done from the start on."""
+    safe = {row["scenario"] for row in rows if row["end"] == SAFE}
+    return tuple(
+        row | {"blame": OURS, "chance_s": row["duration_s"]} if row.get("blame") == NOT_SHOWN and row["scenario"] in safe else row
+        for row in rows
+    )
 
 
 def summarise(rows: Sequence[Record], planners: Sequence[str]) -> Record:
@@ -249,7 +258,7 @@ def lines(summary: Record) -> list[tuple[str, list[str]]]:
     table = [("refused", shares("refused")), ("lost, urban", shares("lost_urban")), ("lost elsewhere", shares("lost_elsewhere"))]
     for end in _ENDS[1:6]:
         table.append((end, [str(sum(kind.get(end, 0) for kind in one["ends"].values())) for one in of]))
-    for title, blame in (("the recording's doing", RECORDING), ("nothing could be done", NOTHING), ("ours", OURS)):
+    for title, blame in (("the recording's doing", RECORDING), ("no way out shown", NOT_SHOWN), ("ours", OURS)):
         table.append((f"of the lost, {title}", [str(one["blame"].get(blame, 0)) for one in of]))
     table += [("goal reached", shares("goal_reached")), ("fallback or unavoidable cycles", shares("fallback_or_unavoidable"))]
     table.append(("failed", [str(sum(kind.get(FAILED, 0) for kind in one["ends"].values())) for one in of]))

@@ -29,12 +29,18 @@ _STEADY = (0.0, -0.25, -0.5, -0.75, -1.0, 0.5, 1.0)  # of the limit
 _TURNS = ((-1.0, 1.0), (1.0, -1.0), (-1.0, 0.0), (1.0, 0.0), (-0.5, 0.5), (0.0, -1.0), (0.0, 1.0))
 _TURN_S = (0.4, 0.8, 1.4, 2.2)
 _SLOWEST_MPS = 2.0
+_BEND_GRIP = (0.2, 0.35, 0.5, 0.65, 0.8)  # of mu g, for the bend alone
+_BEND_PACES = (-0.25, 0.0, 0.1, 0.25, 0.5)  # of the limit
+_BEND_ASIDE_M = (0.0, 0.7, -0.7, 1.4, -1.4)
+_BEND_BRAKING = 0.3  # of mu g, before a bend
+_BEND_S, _BEND_STEP_M = 0.5, 0.5  # time constant of keeping the speed, and how far ahead it is looked up; step of its table
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EvasiveProfiles:
     """Members (n,): which d to go to [m] after which delay [s], with which share of the grip and which bandwidth [rad/s] of the
-    feedback; which acceleration [m/s^2] first, until when [s], and which then."""
+    feedback; which acceleration [m/s^2] first, until when [s], and which then; and which share of the grip bends may take, before which
+    they brake in time (None: they do not)."""
 
     target_d_m: Array
     delay_s: Array
@@ -43,6 +49,7 @@ class EvasiveProfiles:
     first_mps2: Array
     switch_s: Array
     then_mps2: Array
+    bend_grip: Array | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,6 +106,25 @@ def evasive_profiles(road: Road, vehicle: Vehicle, d_m: float, s_m: float = 0.0)
     )
 
 
+def bend_profiles(road: Road, vehicle: Vehicle, d_m: float) -> EvasiveProfiles:
+    """Every pair of a place near d and a pace, each slowing down in good time for bends: who drives as usual."""
+    limit = road.grip_mps2
+    most = min(vehicle.acceleration_max_mps2, limit)
+    rows = np.array(list(itertools.product(_BEND_ASIDE_M, _BANDWIDTH_RADPS, _BEND_PACES, _BEND_GRIP)))
+    aside, bandwidth, pace, grip = rows.T
+    nothing, wanted = np.zeros(len(rows)), pace * np.where(pace < 0.0, limit, most)
+    return EvasiveProfiles(
+        target_d_m=d_m + aside,
+        delay_s=nothing,
+        grip=nothing + 1.0,
+        bandwidth_radps=bandwidth,
+        first_mps2=wanted,
+        switch_s=nothing,
+        then_mps2=wanted,
+        bend_grip=grip,
+    )
+
+
 def lane_keeping(d_m: float) -> EvasiveProfiles:
     """One member, which keeps its d and its speed."""
     nothing = np.zeros(1)
@@ -117,10 +143,13 @@ def drive_profiles(members: EvasiveProfiles, times_s: Array, host: HostState, ve
     states[:, 0] = np.stack(x, axis=-1)
     circle = members.grip * road.friction * GRAVITY_MPS2
     centre, wheelbase, straight = vehicle.centre_m, vehicle.wheelbase_m, road.is_straight
+    slowed = None if members.bend_grip is None else _Bends.of(members.bend_grip, host, float(times_s[-1]), vehicle, road)
     for k in range(steps - 1):
         now, h = float(times_s[k]), float(times_s[k + 1] - times_s[k])
         s, d, psi, v, a, delta = x
         wanted = np.where(now < members.switch_s - 1e-9, members.first_mps2, members.then_mps2)
+        if slowed is not None:
+            wanted = np.minimum(wanted, (slowed.allowed_mps(s + _BEND_S * v) - v) / _BEND_S)
         wanted = np.clip(wanted, -circle, circle)
         jerk = np.clip((wanted - a) / h, vehicle.jerk_min_mps3, vehicle.jerk_max_mps3)
         topped = v + (a + 0.5 * jerk * h) * h > vehicle.speed_max_mps - 0.2
@@ -148,3 +177,24 @@ def drive_profiles(members: EvasiveProfiles, times_s: Array, host: HostState, ve
         states[:, k + 1] = np.stack(x, axis=-1)
         inputs[:, k] = np.stack(u, axis=-1)
     return DrivenProfiles(times_s=times_s, states=states, inputs=inputs)
+
+
+@dataclass(frozen=True, slots=True)
+class _Bends:
+    """The speed [m/s] that each member's share of the grip allows, over s from `begin_m` on: (members, n)."""
+
+    begin_m: float
+    table_mps: Array
+
+    @classmethod
+    def of(cls, shares: Array, host: HostState, lasts_s: float, vehicle: Vehicle, road: Road) -> _Bends:
+        """Backwards from each bend, by braking gently before it."""
+        s = host.s_m + np.arange(0.0, vehicle.speed_max_mps * (lasts_s + 1.0), _BEND_STEP_M)
+        bend = np.maximum(np.abs(road.curvature_at(s)), 1e-6)
+        rise = 2.0 * _BEND_BRAKING * road.grip_mps2 * s
+        squared = shares[:, None] * road.grip_mps2 / bend + rise
+        return cls(host.s_m, np.sqrt(np.minimum.accumulate(squared[:, ::-1], axis=1)[:, ::-1] - rise))
+
+    def allowed_mps(self, s: Array) -> Array:
+        at = np.clip(((s - self.begin_m) / _BEND_STEP_M).astype(np.intp), 0, self.table_mps.shape[1] - 1)
+        return np.asarray(self.table_mps[np.arange(len(s)), at])

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from mcdas_opt.catalogue.part import Part
 from mcdas_opt.domain.road import MOST_LANES
 from mcdas_opt.domain.rules import FASTEST_MPS
-from mcdas_opt.evaluation.spread import Number, Spread, largest
+from mcdas_opt.evaluation.spread import Braking, Number, Spread, largest
 
 _MOST_CARS = 20  # in a lane
 
@@ -61,7 +61,7 @@ class FrontSpread(Part):
     speed_mps: Annotated[Number | None, Field(description="its own, instead of slower_mps")] = None
     offset_m: Annotated[Number, Field(description="across from the host, left positive")] = 0.0
     overlap: Annotated[Number | None, Field(description="share of the host's width that it is in the way of")] = None
-    braking_mps2: Annotated[Number, Field(description="from the event on, positive")] = 0.0
+    braking_mps2: Annotated[Braking, Field(description="from the event on, positive")] = 0.0
     braking_share: Annotated[Number, Field(description="of its speed that it brakes away; 1 to a stop")] = 1.0
     until_mps: Annotated[Number | None, Field(description="speed that it brakes down to")] = None
     length_m: Annotated[Number, Field(description="of its body")] = 4.5
@@ -78,7 +78,7 @@ class RearSpread(Part):
     gap_m: Annotated[Number | None, Field(description="bumper to bumper at the start; or headway_s")] = None
     headway_s: Annotated[Number | None, Field(description="gap over its own speed")] = None
     faster_mps: Annotated[Number, Field(description="than the host")] = 0.0
-    braking_mps2: Annotated[Number, Field(description="some time after the event, positive")] = 0.0
+    braking_mps2: Annotated[Braking, Field(description="some time after the event, positive")] = 0.0
     after_s: Annotated[Number, Field(description="that time")] = 1.5
     follows: Annotated[bool, Field(description="drives by the Intelligent Driver Model")] = False
     reaction_s: Annotated[Number, Field(description="of one who follows")] = 1.0

@@ -13,7 +13,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.evaluation.evasive_profiles import drive_profiles, evasive_profiles
+from mcdas_opt.evaluation.evasive_profiles import EvasiveProfiles, bend_profiles, drive_profiles, evasive_profiles
 from mcdas_opt.evaluation.oracle import seen_from
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners
@@ -23,11 +23,11 @@ from mcdas_opt.simulation.idm import STEP_S
 from mcdas_opt.simulation.neighbours import known_bodies
 from mcdas_opt.simulation.record import Simulation
 
-BEFORE_S = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0)  # the loss: from when on something else is done
+BEFORE_S = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 14.0, math.inf)  # the loss: from when on something else is done, at last from the start
 AFTER_S = 2.0  # the loss: until then it has to go well, as far as the recording goes
 _GRID_S = 0.1
 _FINE_S = 0.05
-_HOPELESS_M = -0.6  # a member whose separation in the road's frame, a lower bound, is less
+_HOPELESS_M = -0.6  # a member whose separation in the road's frame is less; in tight bends that says little
 _LOOKED_AT = 60
 
 
@@ -44,7 +44,8 @@ class Chance(NamedTuple):
 
 def last_chance(drive: Simulation) -> Chance | None:
     """The latest that something could still have been done, out of some thousands of profiles of braking, accelerating and steering that
-    the bicycle drives at the limits of tyres and steering, along what everybody did; None where none of them goes well.
+    the bicycle drives at the limits of tyres and steering, and of ordinary ones that slow down for bends, along what everybody did; None
+    where none of them goes well from any moment since the start, which does not prove that nothing would have.
 
     A drive goes well whose footprint touches nobody's and stays on the road, in the plane, until `AFTER_S` after the loss. Needs shapely.
     Raises `ParameterError` where a neighbour reacts to the host.
@@ -55,7 +56,7 @@ def last_chance(drive: Simulation) -> Chance | None:
         begins_s = max(lost_s - before_s, 0.0)
         begun = HostState.from_vector(drive.history.states[round(begins_s / STEP_S)])
         lasts_s = min(lost_s + AFTER_S, max(scene.duration_s, lost_s)) - begins_s
-        found = _goes_well(begun, lasts_s, seen_from(bodies, begins_s), scene.vehicle, scene.true_road)
+        found = _found(begun, lasts_s, seen_from(bodies, begins_s), scene.vehicle, scene.true_road)
         if found is not None:
             return Chance(lost_s - begins_s, found)
         if begins_s == 0.0:
@@ -88,8 +89,22 @@ def would_have_braked(drive: Simulation) -> bool:
     return bool((host.s_m[begins:] - way > 0.5 * (car.length_m + other.length_m)).all())
 
 
-def _goes_well(begun: HostState, lasts_s: float, bodies: tuple[KnownBody, ...], vehicle: Vehicle, road: Road) -> Trajectory | None:
-    members = evasive_profiles(road, vehicle, begun.d_m, begun.s_m)
+def _found(begun: HostState, lasts_s: float, bodies: tuple[KnownBody, ...], vehicle: Vehicle, road: Road) -> Trajectory | None:
+    found = _goes_well(evasive_profiles(road, vehicle, begun.d_m, begun.s_m), begun, lasts_s, bodies, vehicle, road, _HOPELESS_M)
+    if found is not None or road.is_straight:
+        return found
+    return _goes_well(bend_profiles(road, vehicle, begun.d_m), begun, lasts_s, bodies, vehicle, road, -math.inf)
+
+
+def _goes_well(
+    members: EvasiveProfiles,
+    begun: HostState,
+    lasts_s: float,
+    bodies: tuple[KnownBody, ...],
+    vehicle: Vehicle,
+    road: Road,
+    hopeless_m: float,
+) -> Trajectory | None:
     coarse = np.linspace(0.0, lasts_s, max(math.ceil(lasts_s / _GRID_S), 2) + 1)
     tried = drive_profiles(members, coarse, begun, vehicle, road)
     far_m = 50.0 + vehicle.speed_max_mps * lasts_s
@@ -98,7 +113,7 @@ def _goes_well(begun: HostState, lasts_s: float, bodies: tuple[KnownBody, ...], 
     inside = _inside(tried.states, vehicle, road)
     order = np.argsort(-np.where(inside, least, -np.inf), kind="stable")[:_LOOKED_AT]
     for member in order:
-        if not inside[member] or least[member] < _HOPELESS_M:
+        if not inside[member] or least[member] < hopeless_m:
             return None
         one = tried.trajectory(int(member))
         if is_free(one, near, vehicle, road):

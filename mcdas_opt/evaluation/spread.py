@@ -6,17 +6,18 @@ import math
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field, ValidatorFunctionWrapHandler, WrapValidator, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, ValidatorFunctionWrapHandler, WrapValidator, model_validator
 
 from mcdas_opt.catalogue.part import Pair, Part
 
 _MOST_VALUES = 10_000
+_HARDEST_MPS2 = 15.0  # a car on the best of tyres brakes by no more
 _UNITS = {"km/h": 1.0 / 3.6, "mph": 0.44704}
 
 
 class Spread(Part):
     """Evenly between `low` and `high`; one of a list; one of `first`, `first + step` ... `last`; or read at the host's speed [m/s] from
-    `by_speed`, linear in between and held at both ends. `unit` is what the numbers are written in, where that is not SI."""
+    `by_speed`, linear in between and held at both ends. `unit` is what the numbers of a speed are written in, where that is not SI."""
 
     low: Annotated[float | None, Field(description="evenly between low and high")] = None
     high: Annotated[float | None, Field(description="evenly between low and high")] = None
@@ -27,7 +28,7 @@ class Spread(Part):
     by_speed: Annotated[
         Annotated[list[Pair], Field(min_length=1)] | None, Field(description="[host's speed in m/s, value], linear in between")
     ] = None
-    unit: Annotated[Literal["km/h", "mph"] | None, Field(description="of the numbers, where not SI")] = None
+    unit: Annotated[Literal["km/h", "mph"] | None, Field(description="of a speed, where not SI; other keys take none")] = None
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
@@ -63,6 +64,16 @@ class Spread(Part):
             return None
         return tuple(self._scale * value for value in listed)
 
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The least and the most that may be drawn, in SI."""
+        values = self.values
+        if values is None and self.by_speed is not None:
+            values = tuple(self._scale * value for _, value in self.by_speed)
+        if values is None:
+            values = (self._scale * (self.low or 0.0), self._scale * (self.high or 0.0))
+        return min(values), max(values)
+
     def draw(self, rng: np.random.Generator, host_mps: float) -> float:
         values = self.values
         if values is not None:
@@ -79,10 +90,13 @@ class Spread(Part):
         return _UNITS[self.unit] if self.unit is not None else 1.0
 
 
-def _number_or_range(value: object, checked: ValidatorFunctionWrapHandler) -> object:
-    """The rules of what was meant: a table's are those of `Spread`."""
+def _number_or_range(value: object, checked: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
+    """The rules of what was meant: a table's are those of `Spread`; only a speed has a unit, and is a key that ends in _mps."""
     if isinstance(value, dict):
-        return Spread.model_validate(value)
+        spread = Spread.model_validate(value)
+        if spread.unit is not None and not (info.field_name or "").endswith("_mps"):
+            raise ValueError(f"unit = {spread.unit!r} is a speed's: only keys that end in _mps take one")
+        return spread
     if isinstance(value, bool) or not isinstance(value, (float, int, Spread)):
         raise ValueError("must be a number, or a table with a range, as { low = 1.0, high = 2.0 }")
     if not isinstance(value, Spread) and not math.isfinite(value):
@@ -95,11 +109,17 @@ Number = Annotated[float | int | Spread, WrapValidator(_number_or_range)]
 
 def largest(number: Number) -> float:
     """The largest that may be drawn."""
-    if not isinstance(number, Spread):
-        return float(number)
-    if number.by_speed is not None:
-        return max(value for _, value in number.by_speed)
-    return max(number.values if number.values is not None else (number.high or 0.0,))
+    return number.bounds[1] if isinstance(number, Spread) else float(number)
+
+
+def _as_a_car_brakes(number: Number) -> Number:
+    least, most = number.bounds if isinstance(number, Spread) else (number, number)
+    if not 0.0 <= least <= most <= _HARDEST_MPS2:
+        raise ValueError(f"must lie in [0, {_HARDEST_MPS2:g}] m/s^2: braking is positive")
+    return number
+
+
+Braking = Annotated[Number, AfterValidator(_as_a_car_brakes)]
 
 
 def draw(number: Number, rng: np.random.Generator, host_mps: float = 0.0) -> float:

@@ -28,6 +28,8 @@ from mcdas_opt.simulation.ordinary import HEADWAYS_S, NEAR_MISS_S
 ROWS, PICTURES, TABLE = "rows.csv", "pictures", "table.md"
 _LIMIT_S = 3600.0
 _RESAMPLES = 2000
+_FEWEST = 5  # episodes that an interval is made of
+_SAME = 1e-9
 
 Record = dict[str, Any]
 Progress = Callable[[int, int], None]
@@ -39,11 +41,12 @@ class BrokenOffError(McdasError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ratio:
-    """A sum over episodes by another sum, with the interval of a bootstrap over episodes (Efron, 1979, percentiles) at level 0.95."""
+    """A sum over episodes by another sum, with the interval of a bootstrap over episodes (Efron, 1979, percentiles) at level 0.95; None
+    where there are too few episodes for one, or all are the same."""
 
     value: float
-    low: float
-    high: float
+    low: float | None
+    high: float | None
 
 
 def run(
@@ -196,8 +199,11 @@ def _bootstrap(parts: Array, figure: Callable[[Array], Array]) -> Ratio:
     rng = np.random.default_rng(1)
     chosen = rng.integers(0, len(parts), (_RESAMPLES, len(parts)))
     spread = figure(parts[chosen].sum(axis=1))
-    low, high = np.quantile(spread, [0.5 * (1.0 - LEVEL), 0.5 * (1.0 + LEVEL)])
-    return Ratio(value=float(figure(parts.sum(axis=0))), low=float(low), high=float(high))
+    low, high = (float(end) for end in np.quantile(spread, [0.5 * (1.0 - LEVEL), 0.5 * (1.0 + LEVEL)]))
+    value = float(figure(parts.sum(axis=0)))
+    if len(parts) < _FEWEST or high - low <= _SAME * max(abs(value), 1.0):
+        return Ratio(value=value, low=None, high=None)
+    return Ratio(value=value, low=low, high=high)
 
 
 def lines(summary: Record) -> list[tuple[str, list[str]]]:
@@ -208,9 +214,7 @@ def lines(summary: Record) -> list[tuple[str, list[str]]]:
         return title, [tell(summary[driver]) for driver in drivers]
 
     def percent(key: str) -> Callable[[Record], str]:
-        return lambda one: (
-            "-" if one[key] is None else f"{100 * one[key]['value']:.2f} [{100 * one[key]['low']:.2f}, {100 * one[key]['high']:.2f}] %"
-        )
+        return lambda one: "-" if one[key] is None else _in_percent(one[key])
 
     def count(key: str) -> Callable[[Record], str]:
         return lambda one: (
@@ -242,9 +246,14 @@ def lines(summary: Record) -> list[tuple[str, list[str]]]:
     return table
 
 
+def _in_percent(ratio: Record) -> str:
+    value, low, high = (None if ratio[key] is None else 100.0 * ratio[key] for key in ("value", "low", "high"))
+    return f"{value:.2f} % [too few]" if low is None else f"{value:.2f} [{low:.2f}, {high:.2f}] %"
+
+
 def markdown(title: str, summary: Record) -> str:
     """The table as a page."""
-    said = "Intervals: 95 %; Clopper-Pearson for counts, a bootstrap over episodes for shares."
+    said = "Intervals: 95 %; Clopper-Pearson for counts, a bootstrap over episodes for shares (too few: fewer than five, or all the same)."
     return f"# {title}\n\n{markdown_table(['', *summary], lines(summary))}\n{said}\n"
 
 

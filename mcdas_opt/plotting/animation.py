@@ -64,7 +64,7 @@ def sheet(simulation: Simulation, count: int = 5) -> Figure:
     with style.styled():
         fig = style.figure(_WIDTH_IN, height)
         fig.set_layout_engine("none")
-        fig.text(0.02, 1.0 - 0.2 / height, _heading(simulation), fontsize=11, fontweight="bold", va="center")
+        fig.text(0.02, 1.0 - 0.2 / height, drive_heading(simulation), fontsize=11, fontweight="bold", va="center")
         fig.text(
             0.98, 1.0 - 0.2 / height, outcome_words(simulation), fontsize=10, ha="right", va="center", color=_outcome_colour(simulation)
         )
@@ -85,6 +85,11 @@ def sheet(simulation: Simulation, count: int = 5) -> Figure:
         handles = [*legend_handles(), Line2D([], [], color=style.BLACK, lw=0.7, alpha=0.35, label="moments shown above")]
         fig.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.95 / height), ncols=4, frameon=False)
     return fig
+
+
+def drive_heading(simulation: Simulation) -> str:
+    """What was driven, by whom, with which plant and seed."""
+    return f"{simulation.name} · {simulation.planner} · {simulation.driven_with}"
 
 
 def plan_words(plan: Plan) -> str:
@@ -116,7 +121,7 @@ class _Stage:
         self._fig = style.figure(_WIDTH_IN, height)
         self._fig.set_layout_engine("none")
         self._fig.set_dpi(_DPI)
-        self._fig.text(0.016, 1.0 - 0.2 / height, _heading(simulation), fontsize=11, fontweight="bold", va="center")
+        self._fig.text(0.016, 1.0 - 0.2 / height, drive_heading(simulation), fontsize=11, fontweight="bold", va="center")
         axes = self._fig.add_axes((0.015, 1.0 - (0.62 + bird) / height, 0.97, bird / height))
         self._bird = BirdsEye(axes, simulation.scene.true_road, view, simulation.trajectory)
         framed(axes)
@@ -185,10 +190,6 @@ def _times_to_react(fig: Figure, simulation: Simulation, bottom: float, height: 
     strip = TimeToReactStrip(axes, simulation)
     strip.show(simulation.duration_s)
     return axes, strip
-
-
-def _heading(simulation: Simulation) -> str:
-    return f"{simulation.name}  ·  {simulation.planner}"
 
 
 def _outcome_colour(simulation: Simulation) -> str:

@@ -13,7 +13,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.clearance import Body, body_corners
 from mcdas_opt.parking.closed_loop.record import ParkingDrive, ParkingOutcome
 from mcdas_opt.plotting import style, web
-from mcdas_opt.plotting.animation import outcome_words, plan_words
+from mcdas_opt.plotting.animation import drive_heading, outcome_words, plan_words
 from mcdas_opt.plotting.asked import case_of, situation_of
 from mcdas_opt.plotting.bands import Decided, bands_document
 from mcdas_opt.plotting.moments import HOST, Moment, moment_at, neighbour_colours, view_of
@@ -29,7 +29,7 @@ _CHART_EVERY_S = 0.02
 
 
 def drive_page(simulation: Simulation) -> str:
-    return web.page(f"{simulation.name} · {simulation.planner}", "Drive", drive_document(simulation))
+    return web.page(drive_heading(simulation), "Drive", drive_document(simulation))
 
 
 def parking_page(parking: Parking) -> str:

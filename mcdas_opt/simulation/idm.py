@@ -11,9 +11,13 @@ import numpy as np
 from mcdas_opt.domain.prediction import BodyMotion
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.settings import SelectorSettings
+from mcdas_opt.domain.track import CROSSING_MPS
 from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
+from mcdas_opt.situation.roles import CROSSES_S, reach_into_m
 
 STEP_S = 0.01  # of plant and traffic
+_INTRUSION_M = SelectorSettings().lane_intrusion_m
 
 
 def step_times(first: int, count: int) -> Array:
@@ -22,13 +26,14 @@ def step_times(first: int, count: int) -> Array:
 
 
 class Presence(NamedTuple):
-    """A road user at one instant: body centre, speed along the road, size."""
+    """A road user at one instant: body centre, speed along the road, size, speed across it to the left."""
 
     s_m: float
     d_m: float
     speed_s_mps: float
     length_m: float
     width_m: float
+    speed_d_mps: float = 0.0
 
 
 @dataclass(slots=True, kw_only=True)
@@ -60,17 +65,23 @@ class Follower:
         return self.start._replace(s_m=self.start.s_m + self.start.speed_s_mps * t_s)
 
     def look(self, own: Presence, others: Iterable[Presence]) -> None:
-        """Notes the nearest body ahead whose centre is in its lane or whose body overlaps its width."""
+        """Notes the nearest body ahead whose centre is in its lane or whose body overlaps its width; beside the road there is no lane."""
         lane = self.road.lane_of(own.d_m, own.s_m)
+        is_inside = self._is_in(lane, own)
         best: Leader | None = None
         for other in others:
             across = abs(other.d_m - own.d_m) < 0.5 * (other.width_m + own.width_m)
-            if other.s_m <= own.s_m or not (across or self.road.lane_of(other.d_m, other.s_m) == lane):
+            if other.s_m <= own.s_m or not (across or (is_inside and self._is_in(lane, other))):
                 continue
             gap = other.s_m - own.s_m - 0.5 * (other.length_m + own.length_m)
             if best is None or gap < best.gap_m:
                 best = Leader(gap_m=gap, speed_mps=other.speed_s_mps)
         self.seen.append(best)
+
+    def _is_in(self, lane: int, one: Presence) -> bool:
+        s, d, road = one.s_m, one.d_m, self.road
+        moves = CROSSES_S * one.speed_d_mps if abs(one.speed_d_mps) > CROSSING_MPS else 0.0
+        return road.lane_of(d, s) == lane and reach_into_m(s, d, one.width_m, lane, road, moves) >= _INTRUSION_M
 
     def advance(self) -> None:
         """One step of STEP_S, trapezoidal in the speed, which never falls below 0."""

@@ -149,8 +149,8 @@ class Traffic:
         moved = [(host, self._host_size)] + [
             (motion(times_s), size) for motion, size in zip(self._motions, self.sizes, strict=True) if not isinstance(motion, Follower)
         ]
-        columns = [(m.s_m.tolist(), m.d_m.tolist(), m.speed_s_mps.tolist(), size) for m, size in moved]
-        return [[Presence(s[k], d[k], v[k], *size) for s, d, v, size in columns] for k in range(len(times_s))]
+        columns = [(m.s_m.tolist(), m.d_m.tolist(), m.speed_s_mps.tolist(), size, m.speed_d_mps.tolist()) for m, size in moved]
+        return [[Presence(s[k], d[k], v[k], *size, across[k]) for s, d, v, size, across in columns] for k in range(len(times_s))]
 
 
 def body_at(name: str, moment: BodyMotion, length_m: float, width_m: float, road: Road, kind: BodyKind | None = None) -> Body:

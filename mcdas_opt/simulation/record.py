@@ -17,8 +17,11 @@ from mcdas_opt.domain.result import Columns, Result
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners, separation
+from mcdas_opt.simulation.contact import TOUCH_WITHIN_M
 from mcdas_opt.simulation.metrics import History
+from mcdas_opt.simulation.recorded import GONE_M
 
 
 class Outcome(StrEnum):
@@ -138,16 +141,29 @@ class Simulation(Result):
         """In a word or two."""
         return "plant failed" if self.error else self.outcome.value
 
+    @property
+    def driven_with(self) -> str:
+        """The plant, where it is not the kinematic one, and the seed, in words."""
+        return f"seed {self.seed}" if self.plant == "kinematic" else f"{self.plant} plant, seed {self.seed}"
+
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the contract; of every cycle, what was planned and why."""
         return {**Result.to_dict(self), "cycles": [cycle.in_short() for cycle in self.cycles]}
 
     def first_overlap(self) -> tuple[float, str, str] | None:
-        """When two neighbours are in one place for the first time [s], and which: a script that nobody can have meant. None: never."""
+        """When two neighbours are in one place for the first time [s], and which: a script that nobody can have meant. None: never.
+
+        In the plane, as `surroundings` has it; who has left is nowhere.
+        """
+        if len(self.neighbours) < 2:
+            return None
         found = []
-        shapes = [corners(one.s_m, one.d_m, one.heading_rad, one.length_m, one.width_m) for one in self.neighbours]
+        s = np.concatenate([one.s_m for one in self.neighbours])
+        frame = FrenetFrame(road=self.scene.true_road, s_min_m=float(s.min()) - 1.0, s_max_m=float(s.max()) + 1.0)
+        shapes = [corners(*frame.to_plane(one.s_m, one.d_m, one.heading_rad), one.length_m, one.width_m) for one in self.neighbours]
         for (one, shape), (other, shape_of_other) in combinations(zip(self.neighbours, shapes, strict=True), 2):
-            overlap = separation(shape, shape_of_other) < 0.0
+            near = (np.abs(one.s_m - other.s_m) < TOUCH_WITHIN_M) & (np.minimum(one.d_m, other.d_m) < GONE_M)
+            overlap = near & (separation(shape, shape_of_other) < 0.0)
             if overlap.any():
                 found.append((float(self.trajectory.t_s[int(overlap.argmax())]), one.name, other.name))
         return min(found, default=None)
@@ -165,7 +181,7 @@ class Simulation(Result):
         ended = "" if self.collided_with is None else f" with {self.collided_with} at {self.impact_speed_mps:.1f} m/s"
         least = "nobody else" if self.min_clearance_m is None else f"least clearance {self.min_clearance_m:.2f} m"
         return (
-            f"Drive of {self.planner} through {self.name} ({self.plant}): {self.ended}{ended} after {self.duration_s:.1f} s",
+            f"Drive of {self.planner} through {self.name} ({self.driven_with}): {self.ended}{ended} after {self.duration_s:.1f} s",
             f"{least}, lateral at most {self.max_lateral_acceleration_mps2:.1f} m/s^2, {', '.join(mode for _, mode in self.modes)}",
             f"{self.plans} plans ({self.fallbacks} fallbacks, {self.unavoidable} unavoidable, {self.unverified_plans} unverified), "
             f"cycle p50 {self.cycle_ms.p50:.1f} ms, p99 {self.cycle_ms.p99:.1f} ms",

@@ -12,6 +12,8 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Role
 
+CROSSES_S = 4.0  # who comes across the road is looked at so far ahead
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Roles:
@@ -29,10 +31,13 @@ def gap_m(track: Track, host: HostState, vehicle: Vehicle) -> float:
 
 def in_lane(track: Track, lane: int, road: Road, settings: SelectorSettings) -> bool:
     """Whether the body reaches into the lane by the intrusion margin."""
-    return (
-        _overlap(track.d_m, track.across_m, road.lane_centre_m(lane, track.s_m), road.lane_width_at(lane, track.s_m))
-        >= settings.lane_intrusion_m
-    )
+    return reach_into_m(track.s_m, track.d_m, track.across_m, lane, road) >= settings.lane_intrusion_m
+
+
+def reach_into_m(s_m: float, d_m: float, across_m: float, lane: int, road: Road, moves_m: float = 0.0) -> float:
+    """How much of a lane's width a body at (s, d) takes that is so wide, while it moves so far to the left [m]; negative: how far it stays
+    beside the lane."""
+    return _overlap(d_m + 0.5 * moves_m, across_m + abs(moves_m), road.lane_centre_m(lane, s_m), road.lane_width_at(lane, s_m))
 
 
 def in_the_way(track: Track, lane: int, host: HostState, vehicle: Vehicle, road: Road, settings: SelectorSettings) -> bool:

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from mcdas_opt.cli.app import app
 from mcdas_opt.errors import InputError
-from mcdas_opt.evaluation.commonroad_campaign import OURS, REFUSED, SAFE, kind_of, scenario_files, summarise
+from mcdas_opt.evaluation.commonroad_campaign import NOT_SHOWN, OURS, REFUSED, SAFE, kind_of, scenario_files, shown_by_others, summarise
 from tests.interop.test_commonroad import scenario
 
 RUN = CliRunner()
@@ -42,6 +42,17 @@ def test_the_summary_counts_by_kind_and_pairs_the_planners() -> None:
     assert (ours["fallback_or_unavoidable"]["k"], ours["fallback_or_unavoidable"]["n"]) == (3, 30)
     paired = found["y"]["paired_with_x"]
     assert (paired["n"], paired["only_first"], paired["only_second"]) == (3, 0, 1)
+
+
+def test_what_another_planner_drove_safely_could_be_driven() -> None:
+    lost = {"blame": NOT_SHOWN, "chance_s": None, "duration_s": 4.1}
+    rows = [row("a", "x", "left_road", **lost), row("a", "y", SAFE), row("b", "x", "left_road", **lost), row("b", "y", "left_road", **lost)]
+    assert [(one["blame"], one.get("chance_s")) for one in shown_by_others(rows)] == [
+        (OURS, 4.1),
+        ("", None),
+        (NOT_SHOWN, None),
+        (NOT_SHOWN, None),
+    ]
 
 
 def test_the_kind_is_the_scenarios_own_tag() -> None:
@@ -86,6 +97,20 @@ def test_the_command_drives_a_folder_and_goes_on_where_it_was_stopped(tmp_path: 
     assert (out / "rows.csv").read_text() == rows
     other = RUN.invoke(app, [*command[:-6], "--planners", "acc", "--out", str(out)])
     assert isinstance(other.exception, InputError)
+
+
+def test_a_run_of_which_every_scenario_is_refused_is_bad_input(tmp_path: Path) -> None:
+    pytest.importorskip("commonroad")
+    data, out = tmp_path / "data", tmp_path / "out"
+    data.mkdir()
+    (data / "without.xml").write_text(scenario(lanes=False), "utf-8")
+    command = ["benchmark", "commonroad", "--data", str(data), "--planners", "acc", "--out", str(out), "--workers", "1"]
+    answer = RUN.invoke(app, command)
+    assert answer.exit_code == 2
+    assert "without: refused" in answer.stdout
+    again = RUN.invoke(app, [*command, "--resume", "--json"])
+    assert again.exit_code == 2
+    assert json.loads(again.stdout)["summary"]["acc"]["refused"]["k"] == 1
 
 
 def test_a_run_without_data_is_told_what_it_lacks() -> None:

@@ -323,11 +323,22 @@ def test_a_spread_beyond_all_numbers_is_refused(spread: dict[str, float], said: 
         Spread.model_validate(spread)
 
 
+BRAKES = "must lie in [0, 15] m/s^2: braking is positive"
+UNITS = "unit = '{}' is a speed's: only keys that end in _mps take one"
+
+
 @pytest.mark.parametrize(
     ("body", "said"),
     [
         ("[host]\nspeed_mps = { low = 60, high = 30 }", "host.speed_mps: high = 30 must be at least low = 60"),
         ("[host]\nspeed_mps = { low = 8, high = 30, unit = 'kmh' }", "host.speed_mps.unit = 'kmh': input should be 'km/h' or 'mph'"),
+        ("[host]\nspeed_mps = 8\n[road]\nfriction = { low = 0.9, high = 1.0, unit = 'mph' }", f"road.friction: {UNITS.format('mph')}"),
+        ("[host]\nspeed_mps = 8\n[rear]\ngap_m = { one_of = [5, 9], unit = 'km/h' }", f"rear.gap_m: {UNITS.format('km/h')}"),
+        ("event_s = { low = 0, high = 1, unit = 'km/h' }\n[host]\nspeed_mps = 8", f"event_s: {UNITS.format('km/h')}"),
+        ("[host]\nspeed_mps = 8\n[front]\ngap_m = 9\nbraking_mps2 = -5", f"front.braking_mps2 = -5: {BRAKES}"),
+        ("[host]\nspeed_mps = 8\n[front]\ngap_m = 9\nbraking_mps2 = { low = -1, high = 5 }", f"front.braking_mps2: {BRAKES}"),
+        ("[host]\nspeed_mps = 8\n[rear]\ngap_m = 9\nbraking_mps2 = { one_of = [3, 60] }", f"rear.braking_mps2: {BRAKES}"),
+        ("[host]\nspeed_mps = 8\n[rear]\ngap_m = 9\nbraking_mps2 = { by_speed = [[5, 2], [9, 20]] }", f"rear.braking_mps2: {BRAKES}"),
         ("[host]\nspeed_mps = { low = 8 }", "host.speed_mps: needs low and high, or one_of, or first, last and step, or by_speed"),
         ("[host]\nspeed_mps = [8, 40]", "host.speed_mps: must be a number, or a table with a range, as { low = 1.0, high = 2.0 }"),
         ("[host]\nspeed_mps = { one_of = [] }", "host.speed_mps.one_of: list should have at least 1 item after validation, not 0"),

@@ -113,6 +113,10 @@ def test_a_scenario_goes_wherever_a_scene_goes(tmp_path: Path, monkeypatch: pyte
     code, out, _ = run(monkeypatch, capsys, "simulate", str(path), "--json")
     drive = json.loads(out)
     assert (code, drive["outcome"], drive["unverified_plans"]) == (0, "safe", 0)
+    _, out, _ = run(monkeypatch, capsys, "simulate", str(path))
+    said = " ".join(out.replace("│", " ").split())
+    assert "obstacles 2 in the scene, 0 left out" in said
+    assert "goal reached after" in said or "goal not reached: " in said
     code, out, _ = run(monkeypatch, capsys, "plan", str(path), "--json")
     assert (code, json.loads(out)["status"]) == (0, "planned")
 
@@ -152,6 +156,7 @@ def test_a_scenario_becomes_a_scene(tmp_path: Path) -> None:
 def test_the_scene_is_written_as_files_that_load(tmp_path: Path) -> None:
     read = read_scenario(written(tmp_path))
     again = load_scene(read.write(tmp_path / "scene"))
+    assert load_scene(read.write(str(tmp_path / "in_words"))).model_dump() == again.model_dump()
     assert again.model_dump() == read.scene.model_dump()
     assert all(
         np.array_equal(a.samples, b.samples) for a, b in zip(again.neighbour, read.scene.neighbour, strict=True) if a.samples is not None

@@ -326,19 +326,27 @@ def row(seed: int, driver: str, distance_m: float, short_s: float, cause: str | 
 
 
 def test_the_table_counts_by_driver_and_compares_seed_by_seed() -> None:
-    rows = [row(k, "mpc", 2000.0 + k, 1.0 + k, "host" if k == 1 else None) for k in range(4)]
-    rows += [row(k, "sumo", 1000.0 + 0.5 * k, 0.0) for k in range(4)]
+    rows = [row(k, "mpc", 2000.0 + k, 1.0 + k, "host" if k == 1 else None) for k in range(5)]
+    rows += [row(k, "sumo", 1000.0 + 0.5 * k, 0.0) for k in range(5)]
     found = summarise(rows, ["mpc", "sumo"])
     assert (found["mpc"]["collisions_by_host"]["k"], found["mpc"]["collisions_by_others"]["k"]) == (1, 0)
     own = found["mpc"]["own_headway_under_0.8_s"]
-    assert own["value"] == pytest.approx((1 + 2 + 3 + 4) / 200.0)
+    assert own["value"] == pytest.approx((1 + 2 + 3 + 4 + 5) / 250.0)
     assert own["low"] < own["value"] < own["high"]
     assert found["mpc"]["any_headway_under_0.8_s"]["value"] == pytest.approx(2.0 * own["value"])
     speed = found["mpc"]["speed_over_sumo"]
-    assert (speed["value"], speed["low"], speed["high"]) == pytest.approx((2.0, 2.0, 2.0))
+    assert speed == {"value": pytest.approx(2.0), "low": None, "high": None}  # the same in every pair
     cells = dict(lines(found))
-    assert cells["followers who brake > 4 m/s^2, of lane changes"][0].startswith("4 of 8")
-    assert cells["mean speed over sumo's, same seeds"] == ["200.00 [200.00, 200.00] %", "-"]
+    assert cells["followers who brake > 4 m/s^2, of lane changes"][0].startswith("5 of 10")
+    assert cells["mean speed over sumo's, same seeds"] == ["200.00 % [too few]", "-"]
+
+
+@pytest.mark.parametrize("n", [1, 2, 4])
+def test_a_few_episodes_make_no_interval(n: int) -> None:
+    found = summarise([row(k, "mpc", 2000.0 + k, 1.0 + k) for k in range(n)], ["mpc"])
+    own = found["mpc"]["own_headway_under_0.8_s"]
+    assert (own["low"], own["high"]) == (None, None)
+    assert dict(lines(found))["time gap under 0.8 s, own doing, of following"] == [f"{100.0 * own['value']:.2f} % [too few]"]
 
 
 def test_seeds_are_ranges_and_lists() -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,7 @@ from mcdas_opt.baselines.acc import AccMethod
 from mcdas_opt.baselines.aeb import AebMethod, needed_gap_m
 from mcdas_opt.baselines.competent_driver import BRAKING_MPS2, JERK_MPS3, CompetentDriverMethod
 from mcdas_opt.baselines.idm_mobil import IDM, IdmMobilMethod
+from mcdas_opt.baselines.lane import neighbours_in
 from mcdas_opt.catalogue.scenes import scene_from_document
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan, Refusal
@@ -39,6 +42,50 @@ def situation(*tracks: Track, speed: float = 20.0, time_s: float = 0.0, wanted: 
     return Situation(
         host=HostState(speed_mps=speed), tracks=tracks, road=Road(**road), time_s=time_s, desired_speed_mps=wanted, coverage=Coverage()
     )
+
+
+@pytest.mark.parametrize("name", BASELINES)
+@pytest.mark.parametrize(
+    "other",
+    [
+        Track(id="parked", s_m=30.0, d_m=15.0, speed_s_mps=0.0),
+        Track(id="parked", s_m=30.0, d_m=-4.0, speed_s_mps=0.0),
+        Track(id="oncoming", s_m=30.0, d_m=5.0, speed_s_mps=-12.0, heading_rad=math.pi),
+        Track(id="on foot", s_m=30.0, d_m=3.0, speed_s_mps=0.0, length_m=0.5, width_m=0.5),
+    ],
+    ids=["far beside", "near beside", "oncoming", "on foot"],
+)
+def test_nobody_beside_the_road_is_braked_for(name: str, other: Track) -> None:
+    alone, beside = (
+        planned(build_method(name, CAR, Settings()), situation(*them, speed=12.0, lanes_left=0, lanes_right=0)) for them in ((), (other,))
+    )
+    np.testing.assert_array_equal(beside.trajectory.states, alone.trajectory.states)
+
+
+@pytest.mark.parametrize("name", BASELINES)
+@pytest.mark.parametrize(
+    "other",
+    [
+        Track(id="half in", s_m=30.0, d_m=2.2, speed_s_mps=0.0),
+        Track(id="oncoming", s_m=30.0, d_m=1.0, speed_s_mps=-12.0, heading_rad=math.pi),
+        Track(id="crossing", s_m=30.0, d_m=8.0, speed_s_mps=0.0, speed_d_mps=-3.0, heading_rad=-0.5 * math.pi),
+    ],
+    ids=["half in", "oncoming", "crossing"],
+)
+def test_who_reaches_into_the_lane_from_beside_the_road_is_braked_for(name: str, other: Track) -> None:
+    plan = planned(build_method(name, CAR, Settings()), situation(other, speed=18.0, lanes_left=0, lanes_right=0))
+    assert plan.trajectory.acceleration_mps2.min() < -1.0
+
+
+def test_who_will_be_in_the_lane_on_his_way_across_is_in_it_and_who_has_crossed_it_is_not() -> None:
+    def at(d_m: float) -> Situation:
+        on_foot = Track(
+            id="on foot", s_m=30.0, d_m=d_m, speed_s_mps=0.0, speed_d_mps=1.4, heading_rad=0.5 * math.pi, length_m=0.4, width_m=0.6
+        )
+        return situation(on_foot, lanes_left=0, lanes_right=0)
+
+    found = [neighbours_in(0, at(d), CAR).ahead is not None for d in (-15.0, -6.0, -2.0, 0.0, 4.0)]
+    assert found == [False, True, True, True, False]
 
 
 def ahead(gap_m: float, speed_mps: float, d_m: float = 0.0, name: str = "front") -> Track:
@@ -234,3 +281,20 @@ def test_acc_settles_at_its_time_gap_and_its_limit(speed: float, wanted: float) 
     alone = situation(speed=30.0, wanted=40.0, speed_limit_mps=32.0)
     assert isinstance(plan := AccMethod(CAR).plan(alone, None), Plan)
     assert plan.trajectory.speed_mps.max() < 32.05
+
+
+@pytest.mark.parametrize("name", BASELINES)
+def test_the_first_plan_loads_nothing(name: str) -> None:
+    code = f"""
+import sys
+import mcdas_opt as mo
+
+front = mo.Track(id="front", s_m=29.5, d_m=0.0, speed_s_mps=11.1)
+seen = mo.Situation(host=mo.HostState(speed_mps=11.1), tracks=(front,), coverage=mo.Coverage(), road=mo.Road())
+planner = mo.Planner(vehicle="sedan", method={name!r})
+before = set(sys.modules)
+planner.plan(seen)
+print(sorted(set(sys.modules) - before))
+"""
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert answer.stdout.strip() == "[]"

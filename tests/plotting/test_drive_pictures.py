@@ -22,6 +22,7 @@ from mcdas_opt.plotting.animation import MOST_FRAMES, film, frames, outcome_word
 from mcdas_opt.plotting.birdseye import BirdsEye, Camera, ellipse, words_at_the_edge
 from mcdas_opt.plotting.export import MOVING, check_picture
 from mcdas_opt.plotting.moments import View, moment_at, moments, view_of
+from mcdas_opt.plotting.player import drive_page
 from mcdas_opt.plotting.strips import Strip, StripChart, strips_of
 from mcdas_opt.plotting.thumbnail import draw_thumbnail
 from mcdas_opt.plotting.time_to_react_strip import worst
@@ -181,6 +182,20 @@ def test_the_sheet_has_a_row_a_moment_and_four_charts(drive: Simulation) -> None
     assert along.title == "acceleration [m/s²]"
     assert np.allclose(np.interp(drive.trajectory.t_s, along.t_s, along.values), drive.trajectory.acceleration_mps2)
     assert outcome_words(drive) == f"collision with front at {drive.impact_speed_mps:.1f} m/s"
+
+
+@pytest.mark.parametrize(("plant", "words"), [("kinematic", "seed 12"), ("dynamic", "dynamic plant, seed 12")])
+def test_the_heading_says_plant_and_seed(drive: Simulation, plant: str, words: str) -> None:
+    asked = replace(drive, plant=plant, seed=12)
+    assert f"{drive.name} · {drive.planner} · {words}" in [text.get_text() for text in sheet(asked, count=2).texts]
+    assert f"<title>{drive.name} · {drive.planner} · {words}</title>" in drive_page(asked)
+
+
+def test_the_longest_heading_leaves_room_for_how_the_drive_ended(drive: Simulation) -> None:
+    name = "front-braking-with-follower"
+    fig = sheet(replace(drive, name=name, planner="closed-form-corrected", plant="multi-body", seed=123), count=2)
+    heading, ended = (text.get_window_extent() for text in fig.texts[:2])
+    assert heading.x1 < ended.x0
 
 
 def test_times_to_react_are_drawn_where_the_plans_tell_them(drive: Simulation) -> None:

@@ -181,7 +181,7 @@ def test_every_planner_has_a_look_of_its_own() -> None:
 
 def test_a_page_plays_scrubs_and_runs_no_foreign_script(drive: Simulation, tmp_path: Path) -> None:
     file = save_picture(drive, tmp_path / "drive.html")
-    assert file.read_text(encoding="utf-8") == page(f"{NASTY} · {drive.planner}", "Drive", drive_document(drive))
+    assert file.read_text(encoding="utf-8") == page(f"{NASTY} · {drive.planner} · seed {drive.seed}", "Drive", drive_document(drive))
     with chromium() as browser:
         tab = browser.new_page(viewport={"width": 1000, "height": 700})
         faults: list[str] = []

@@ -48,10 +48,24 @@ def test_simulate_prints_a_table_or_one_document_and_draws(
     code, out, _ = run(monkeypatch, capsys, "simulate", scene, *planner, "--out", str(tmp_path / "drive.gif"))
     assert code == 0
     assert "outcome" in out
+    assert "seed 1" in " ".join(out.split("outcome")[0].split())
+    assert "largest jerk along" in out
     assert (tmp_path / "drive.gif").read_bytes()[:6] == b"GIF89a"
     code, out, _ = run(monkeypatch, capsys, "simulate", scene, *planner, "--seed", "7", "--json")
     document = json.loads(out)
     assert (code, document["seed"], document["plans"]) == (0, 7, 5)
+
+
+@pytest.mark.parametrize(("until_m", "said"), [(30.0, "destination reached after"), (50.0, "destination unreachable: ")])
+def test_simulate_says_what_became_of_the_destination(
+    until_m: float, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "there.toml"
+    path.write_text(
+        f"duration_s = 3.0\n[host]\nspeed_mps = 12.0\n[destination]\ns_m = [{until_m - 10.0}, {until_m}]\ntime_s = [0.0, 3.0]\n"
+    )
+    _, out, _ = run(monkeypatch, capsys, "simulate", str(path), "--planner", "acc")
+    assert said in " ".join(out.replace("│", " ").split())
 
 
 def test_a_drive_can_be_judged_afterwards(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ from mcdas_opt.plotting.animation import sheet
 from mcdas_opt.simulation.idm import STEP_S, step_times
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.neighbours import Traffic, host_before, known_bodies
+from mcdas_opt.simulation.record import NeighbourHistory, Simulation
+from mcdas_opt.simulation.recorded import GONE_M
 from tests.simulation.scene_maker import make_scene
 
 
@@ -117,6 +120,24 @@ def test_followers_follow_one_another_and_ignore_the_next_lane() -> None:
     np.testing.assert_allclose(alone.speed_s_mps, 15.0)
 
 
+def test_followers_ignore_who_is_beside_the_road() -> None:
+    one_lane = {"lanes_left": 0, "lanes_right": 0}
+    beside = ({"s_m": 70.0, "d_m": 15.0, "speed_mps": 0.0}, {"s_m": 90.0, "d_m": 5.0, "speed_mps": 9.0, "heading_rad": 3.14159})
+    ends = []
+    for others in ((), beside):
+        traffic = Traffic(make_scene(follower(35.0, 12.0), *others, road=one_lane))
+        traffic.advance(host_motion(11.1 * step_times(0, 800), 11.1))
+        ends.append(float(traffic.motions(np.array(8.0))[0].s_m))
+    assert ends[0] == ends[1] == pytest.approx(35.0 + 8.0 * 12.0)
+
+
+def test_a_follower_beside_the_road_ignores_who_is_on_it() -> None:
+    scene = make_scene(follower(-30.0, 15.0, d_m=15.0), speed_mps=5.0, road={"lanes_left": 0, "lanes_right": 0})
+    traffic = Traffic(scene)
+    traffic.advance(host_motion(5.0 * step_times(0, 600), 5.0))
+    assert float(traffic.motions(np.array(6.0))[0].s_m) == pytest.approx(60.0)
+
+
 def test_in_steps_or_at_once_followers_go_the_same_way() -> None:
     scene = make_scene(follower(-30.0, 15.0), {"name": "front", "s_m": 30.0, "speed_mps": 11.1})
     whole, parts = Traffic(scene), Traffic(scene)
@@ -198,3 +219,24 @@ def test_neighbours_that_a_script_sends_through_one_another_are_told_of(van_mps:
     else:
         assert drive.among_others == "lorry and van collide with each other at 2.6 s; the host is not involved"
         assert drive.among_others in [text.get_text() for text in sheet(drive).texts]
+
+
+def history(drive: Simulation, name: str, s_m: float, d_m: float, heading_rad: float = 0.0) -> NeighbourHistory:
+    there = np.zeros_like(drive.trajectory.t_s)
+    return NeighbourHistory(
+        name=name, length_m=4.5, width_m=1.8, s_m=there + s_m, d_m=there + d_m, heading_rad=there + heading_rad, speed_mps=there
+    )
+
+
+@pytest.mark.parametrize(("beside_m", "apart_m", "meet"), [(0.0, 4.2, True), (0.0, 5.0, False), (-20.0, 3.0, False), (10.0, 5.5, True)])
+def test_neighbours_in_a_bend_meet_where_they_do_in_the_plane(beside_m: float, apart_m: float, meet: bool) -> None:
+    """Outside a bend of 20 m radius 3 m along the road are 6 m, inside it 5.5 m are 2.8 m."""
+    drive = simulate(make_scene(duration_s=0.5, road={"curvature": [[0.0, 0.05]], "lanes_left": 0, "lanes_right": 0}), "acc")
+    pair = (history(drive, "one", 30.0, beside_m), history(drive, "other", 30.0 + apart_m, beside_m))
+    assert (replace(drive, neighbours=pair).first_overlap() is not None) is meet
+
+
+def test_neighbours_who_have_left_meet_nobody() -> None:
+    drive = simulate(make_scene(duration_s=0.5), "acc")
+    gone = (history(drive, "one", 30.0, GONE_M), history(drive, "other", 31.0, GONE_M))
+    assert replace(drive, neighbours=gone).first_overlap() is None

@@ -46,7 +46,7 @@ _DISTRIBUTIONS = (
     ("least time to collision, rear [s]", "min_ttc_rear_s"),
     ("largest lateral acceleration [m/s²]", "max_lateral_acceleration_mps2"),
     ("largest braking [m/s²]", "max_deceleration_mps2"),
-    ("largest jerk [m/s³]", "max_jerk_mps3"),
+    ("largest jerk along [m/s³]", "max_jerk_mps3"),
     ("settling error [m]", "settling_error_m"),
     ("least own time gap [s]", "least_headway_s"),
     ("time beyond ISO 15622 [s]", "outside_iso_s"),

@@ -78,9 +78,9 @@ class CommonRoadScene:
     def frame(self) -> FrenetFrame:
         return FrenetFrame(road=self.scene.true_road)
 
-    def write(self, folder: Path) -> Path:
+    def write(self, folder: str | Path) -> Path:
         """The scene as files that `load_scene` reads; returns the scene file."""
-        return _write(self.files, folder)
+        return _write(self.files, Path(folder))
 
 
 def read_scenario(path: str | Path, problem: int | None = None, *, vehicle: str | None = None) -> CommonRoadScene:
