@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from mcdas_opt.domain.rules import positive
+from mcdas_opt.domain.rules import positive, within
 from mcdas_opt.dynamics.car_following import Leader, iso_15622_limits
 
 _GAP_M, _CLOSING_MPS, _ACCELERATION_MPS2 = 5.0, 1.5, 1.0  # errors that cost as much as that acceleration does
@@ -27,7 +27,7 @@ class AdaptiveCruise:
     standstill_m: float = 2.0
 
     def __post_init__(self) -> None:
-        positive("time_gap_s", self.time_gap_s, "s")
+        within("time_gap_s", self.time_gap_s, 0.01, 100.0, "s")
         positive("standstill_m", self.standstill_m, "m")
         _designed(self.time_gap_s)  # loads `control`, which takes seconds: not in the first cycle
 
