@@ -64,6 +64,16 @@ def warn_of_another_clock(scan: Scan, now: float) -> None:
     )
 
 
+def warn_of_long_cycles(apart_s: float) -> None:
+    """Says by a `UserWarning` that updates are too far apart for anybody to be tracked."""
+    warnings.warn(
+        f"updates are {apart_s:.6g} s apart: nobody can be tracked over more than {AGE_MAX_S:g} s, so that no sector is covered. "
+        "Milliseconds? `now` and the times of scans are seconds. Further such updates are counted alone (`clock_ahead`)",
+        UserWarning,
+        stacklevel=3,
+    )
+
+
 def scan_fault(scan: Scan, now: float, last_s: float | None, clock_s: float | None) -> str | None:
     """Why a scan is refused, or None. `last_s` is the time of this sensor's last scan, `clock_s` the newest of all sensors'."""
     mounting = scan.mounting

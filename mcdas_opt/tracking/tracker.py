@@ -38,6 +38,7 @@ from mcdas_opt.tracking.screening import (
     scan_fault,
     source_of,
     warn_of_another_clock,
+    warn_of_long_cycles,
 )
 from mcdas_opt.tracking.track_life import TrackLife
 
@@ -85,28 +86,35 @@ class Tracker:
         self.counters: dict[str, int] = dict.fromkeys(COUNTERS, 0)
         self._numbered = 0
         self._told = False  # whether scans were said to be of another clock
-        self._begin_anew()
+        self._jumped = False  # whether the clock jumped ahead in the last update
+        self._told_of_jumps = False
+        self._now_s: float | None = None
+        self._forget(is_anew=False)
 
-    def _begin_anew(self) -> None:
-        """Forget the tracks, and when each sensor was last heard of."""
+    def _forget(self, *, is_anew: bool) -> None:
+        """No tracks, and no sensor that was heard of; `is_anew` where those that there were are forgotten."""
         self._lives: list[TrackLife] = []
         self._last: dict[Source, float] = {}
         self._clock_s: float | None = None
-        self._now_s: float | None = None
-        self._watch = SectorWatch()
+        self._watch = SectorWatch(is_anew)
 
     def update(self, scans: Sequence[Scan], host: HostState, road: Road, now: float) -> None:
         """Take in what has arrived at `now`; `host` is its pose at the scans' time. Scans are handled in the order of their times.
 
         Where the clock has been set back, or has jumped ahead, the tracks are of another time: they are forgotten, and no sector is covered
-        until its sensor answers again.
+        until its sensor has answered so often that a track can be confirmed again. Where it jumps ahead in one update after another,
+        nobody is ever known: that is said, once.
         """
         now = finite("now", now, "s")
         jump = clock_fault(now, self._now_s)
         if jump is not None:
             self.counters[jump] += 1
-            self._begin_anew()
-        self._now_s = now
+            self._forget(is_anew=True)
+        if jump == "clock_ahead" and self._jumped and not self._told_of_jumps and self._now_s is not None:
+            self._told_of_jumps = True
+            warn_of_long_cycles(now - self._now_s)
+        if now != self._now_s:  # one cycle's scans may come in several updates
+            self._jumped, self._now_s = jump == "clock_ahead", now
         frame = frame_near(road, host.s_m)
         for scan in self.in_order(scans, now):
             fault = scan_fault(scan, now, self._last.get(source_of(scan)), self._clock_s)

@@ -58,7 +58,7 @@ def test_after_a_jump_it_tracks_as_if_it_began(jump_s: float) -> None:
     for k in range(3):
         now = 1001.0 + jump_s + 0.05 * k
         tracker.update([replace(radar_scan(1.0 + 0.05 * k, lead(1.0 + 0.05 * k)), t_s=now)], host_at(1.0 + 0.05 * k), STRAIGHT, now)
-        assert tracker.coverage(now).front
+        assert tracker.coverage(now).front == (k == 2)  # a road that nobody can be known on is not known to be empty
         assert len(tracker.tracks(now)) == (k == 2)
     (track,) = tracker.tracks(now)
     assert track.id == "2"  # numbers are not used twice
@@ -97,6 +97,26 @@ def test_scans_in_milliseconds_are_told_once_and_planning_goes_on() -> None:
     planner.reset()
     with pytest.warns(UserWarning, match=told):
         planner.step([replace(scan, t_s=1e3 * scan.t_s) for scan in scans(now, 55.0)], HostState(speed_mps=20.0), now)
+
+
+def test_whoever_gives_now_in_milliseconds_is_told_that_nobody_can_be_tracked() -> None:
+    planner = Planner(method="closed-form-corrected")
+    for k in range(4):
+        now = 1e3 * (1000.0 + 0.1 * k)
+        with pytest.warns(UserWarning, match="updates are 100 s apart.*Milliseconds?") if k == 2 else nullcontext():
+            plan = planner.step(scans(now, 55.0), HostState(s_m=2.0 * k, speed_mps=20.0), now)
+        assert planner.situation is not None
+        assert planner.situation.coverage.front == (k == 0)
+    assert not plan.situation.coverage.front
+    assert planner.tracker.counters["clock_ahead"] == 3
+
+
+def test_a_pause_is_nothing_to_be_told_of(recwarn) -> None:
+    tracker = fed(1000.0)
+    for now in (1003.0, 1003.05, 1008.0, 1008.05):
+        tracker.update([replace(radar_scan(1.0, lead(1.0)), t_s=now)], host_at(1.0), STRAIGHT, now)
+    assert tracker.counters["clock_ahead"] == 2
+    assert not recwarn.list
 
 
 def test_a_clock_that_jitters_is_no_clock_set_back() -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+import pytest
+
 from mcdas_opt.domain.body import Body
 from mcdas_opt.domain.track import Coverage
 from mcdas_opt.domain.vocabulary import Sector
@@ -28,3 +31,26 @@ def test_one_of_two_sensors_is_enough_for_a_sector() -> None:
     tracker.update([radar_scan(0.0, []), ideal_scan(0.0, [])], host_at(0.0), STRAIGHT, 0.0)
     tracker.update([dead_scan(Sector.FRONT, 0.05), ideal_scan(0.05, [])], host_at(0.05), STRAIGHT, 0.05)
     assert tracker.coverage(0.05).front
+
+
+@pytest.mark.parametrize("silent_s", [0.5, 0.95, 1.1, 3.0])
+@pytest.mark.parametrize("says_so", [True, False])
+def test_a_sensor_back_after_longer_than_tracks_live_covers_nothing_until_one_is_confirmed(silent_s: float, says_so: bool) -> None:
+    tracker, back_s = Tracker(), 0.45 + silent_s
+
+    def update(t: float, *, is_there: bool) -> None:
+        seen = radar_scan(t, [Body(name="lead", s_m=40.0 + 13.0 * t, speed_mps=13.0)])
+        scans = [seen] if is_there else [dead_scan(Sector.FRONT, t)] if says_so else []
+        tracker.update(scans, host_at(t), STRAIGHT, t)
+
+    for t in np.arange(0.0, 0.46, 0.05):
+        update(t, is_there=True)
+    for t in np.arange(0.5, back_s - 0.01, 0.05):
+        update(t, is_there=False)
+    covered, known = [], []
+    for t in back_s + 0.05 * np.arange(4):
+        update(t, is_there=True)
+        covered.append(tracker.coverage(t).front)
+        known.append(bool(tracker.tracks(t)))
+    assert covered == ([False, False, True, True] if silent_s > 1.0 else [True] * 4)
+    assert covered == known
