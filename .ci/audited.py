@@ -14,7 +14,7 @@ def main() -> None:
     packages = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))["dependencies"]
     audited = sum("skip_reason" not in package for package in packages)
     found = "no known vulnerability in these" if audited else "NOT AUDITED: this package index knows of no vulnerabilities"
-    print(f"pip-audit: {audited} of {len(packages)} packages, {found}")
+    sys.stdout.write(f"pip-audit: {audited} of {len(packages)} packages, {found}\n")
 
 
 if __name__ == "__main__":
