@@ -16,7 +16,7 @@ class Stage(Enum):
     an answer. That rung is never left out. Where nothing passes it takes 2 to 4 ms, as much as a whole search: hence three quarters.
     """
 
-    MORE_CANDIDATES = 0.15  # the sampled family, beside the basic four
+    MORE_CANDIDATES = 0.05  # the sampled family, beside the basic four
     SEARCH = 0.25  # a candidate's solve, and what it is compared with
     CLOSED_FORM = 0.35  # the ladder's drive of the closed form
     GRADES = 0.4  # of simple drives, those between holding and all that the grip gives

@@ -8,6 +8,7 @@ from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.planning.candidate import Costed, Proposed
 from mcdas_opt.planning.choice import Round
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.manoeuvre import Manoeuvre
 from mcdas_opt.planning.proposals.keep_lane import brake_behind, keep_lane, stop_in_lane
 from mcdas_opt.planning.proposals.lane_change import change_lanes, change_on, change_to_required, go_on_unpressed
@@ -60,7 +61,8 @@ def _keep(search: Search) -> Iterator[Round]:
     passing = search.solve(search.keep)
     makes_room = (cycle.gap is not None and cycle.gap.is_slower) or bool(yielding(cycle, keep.path.target_d_m))
     begins = cycle.memory.chosen != keep.name and not makes_room
-    cheaper = _cheaper_closed_forms(search, passing[0]) if passing and begins else []
+    compares = passing and begins and not cycle.is_late_for(Stage.SEARCH)
+    cheaper = _cheaper_closed_forms(search, passing[0]) if compares else []
     yield Round(competing=passing + cheaper, is_comparison=False)
 
 
