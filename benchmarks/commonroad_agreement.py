@@ -30,7 +30,7 @@ from mcdas_opt.errors import McdasError
 from mcdas_opt.interop.commonroad.library import read_file
 from mcdas_opt.interop.commonroad.scenario import CommonRoadScene, read_scenario
 from mcdas_opt.interop.commonroad.solution import states
-from mcdas_opt.planning.roll_out import roll_out
+from mcdas_opt.planning.lane_problem.roll_out import roll_out
 from mcdas_opt.simulation.neighbours import known_bodies
 from mcdas_opt.verification.judge import judge
 

@@ -28,9 +28,10 @@ import numpy as np
 from benchmarks.lane_situations import evasion, lane_problem, posed
 from mcdas_opt import Planner, load_scene, simulate
 from mcdas_opt.domain.plan import Plan
-from mcdas_opt.planning import cycle, evaluator, mpc, search
+from mcdas_opt.planning import cycle, mpc, search
 from mcdas_opt.planning import planner as planning
 from mcdas_opt.planning.candidate import Proposed
+from mcdas_opt.planning.candidates import evaluator
 from mcdas_opt.planning.rounds import active_manoeuvre, ranked_first
 from mcdas_opt.solvers.ipopt_engine import IpoptEngine
 

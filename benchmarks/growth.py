@@ -24,7 +24,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
+from mcdas_opt.planning.lane_problem.lane_mpc_solver import LaneMpcSolver
 from mcdas_opt.planning.planner import Planner
 
 KINDS = ("even", "closing")

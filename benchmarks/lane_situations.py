@@ -23,8 +23,8 @@ from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.ocp.lane_mpc import LaneParameters, LaneProblem
 from mcdas_opt.planning.candidate import Proposed
-from mcdas_opt.planning.lane_parameters import guessed_states, obstacle_slots, proposal_values, shared_values
-from mcdas_opt.planning.manoeuvre import Manoeuvre
+from mcdas_opt.planning.lane_problem.lane_parameters import guessed_states, obstacle_slots, proposal_values, shared_values
+from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
 from mcdas_opt.reference.offset_path import corrected
 from mcdas_opt.solvers.stage_problem import StageGuess, StageProblem
 from mcdas_opt.tracking.prediction import predict

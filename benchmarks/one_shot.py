@@ -41,15 +41,15 @@ from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.provenance import versions
 from mcdas_opt.evaluation.running.journal import Journal
-from mcdas_opt.planning.continuation import to_safe_end
-from mcdas_opt.planning.cost import CostWeights, lane_change_cost, trajectory_cost
+from mcdas_opt.planning.candidates.continuation import to_safe_end
+from mcdas_opt.planning.candidates.cost import CostWeights, lane_change_cost, trajectory_cost
+from mcdas_opt.planning.candidates.lane_departure import departure
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.lane_departure import departure
+from mcdas_opt.planning.fallback.severity import severity
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.proposals.keep_lane import keep_lane
 from mcdas_opt.planning.proposals.unwatched import begins_unwatched
 from mcdas_opt.planning.rounds.simple_drives import simple_policies
-from mcdas_opt.planning.severity import severity
 
 _SEVERITY_MPS, _COST_SHARE, _COST = 0.5, 0.02, 0.05  # differences that count as none; steering out costs 2
 _BEST_SIMPLE_MPS = 0.5

@@ -12,8 +12,8 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request
+from mcdas_opt.planning.candidates.path_driving import Kind
 from mcdas_opt.planning.memory import carried
-from mcdas_opt.planning.path_driving import Kind
 
 # UN R157, annex 4, appendix 3: 0.774 g reached in 0.6 s, after a delay of 0.75 s; a wandering zone of 0.375 m
 REACTION_S, JERK_MPS3, BRAKING_MPS2, WANDERING_M = 0.75, 12.65, 7.59294, 0.375

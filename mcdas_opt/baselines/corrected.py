@@ -9,9 +9,9 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request
-from mcdas_opt.planning.collision_check import exact
+from mcdas_opt.planning.candidates.collision_check import exact
+from mcdas_opt.planning.candidates.driven_closed_form import Groups, closed_form, groups
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.driven_closed_form import Groups, closed_form, groups
 from mcdas_opt.planning.memory import Memory, carried
 
 

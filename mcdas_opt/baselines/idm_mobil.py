@@ -12,9 +12,9 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request, Side
 from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
-from mcdas_opt.planning.manoeuvre import Manoeuvre
+from mcdas_opt.planning.candidates.path_driving import Kind
+from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import carried
-from mcdas_opt.planning.path_driving import Kind
 from mcdas_opt.reference.offset_path import corrected
 
 _STANDING_MPS = 0.5

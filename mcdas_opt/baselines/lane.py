@@ -14,7 +14,7 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.dynamics.car_following import Leader
-from mcdas_opt.planning.path_driving import follow
+from mcdas_opt.planning.candidates.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.reference.offset_path import OffsetPath
 from mcdas_opt.situation.roles import CROSSES_S, reach_into_m

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mcdas_opt.planning.path_driving import Kind
+from mcdas_opt.planning.candidates.path_driving import Kind
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

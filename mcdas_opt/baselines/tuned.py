@@ -11,8 +11,8 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.candidate import Proposed
+from mcdas_opt.planning.candidates.driven_closed_form import Groups
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.driven_closed_form import Groups
 from mcdas_opt.planning.proposals.evade import lateral_bound_mps2
 from mcdas_opt.reference.tuned_path import tuned_path
 

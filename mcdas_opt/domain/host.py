@@ -16,8 +16,9 @@ class HostState:
     """Body centre (s, d) in the road frame, heading relative to the road at s; speed, acceleration, steering of the rear axle.
 
     What was measured, and so any finite number: a planner answers a state that no car can have by a plan, and says so
-    (`planning/host_plausibility.py`). `sideslip_rad` is by how much the rear axle moves aside of the car's axis, or at most moves as far as
-    is known; 0 without slip. Plans are made as if it were 0, and hold only while the rear tyres do (`verification/sideslip.py`).
+    (`planning/measurement/host_plausibility.py`). `sideslip_rad` is by how much the rear axle moves aside of the car's axis, or at most
+    moves as far as is known; 0 without slip. Plans are made as if it were 0, and hold only while the rear tyres do
+    (`verification/sideslip.py`).
     """
 
     s_m: float = 0.0

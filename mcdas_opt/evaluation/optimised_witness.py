@@ -20,7 +20,7 @@ from mcdas_opt.geometry.rectangle import corners
 from mcdas_opt.manoeuvres.clearance import clearance
 from mcdas_opt.ocp.lane_mpc import FAR_M, LaneParameters
 from mcdas_opt.ocp.side_constrained_lane import SideConstrainedLaneProblem
-from mcdas_opt.planning.roll_out import roll_out
+from mcdas_opt.planning.lane_problem.roll_out import roll_out
 from mcdas_opt.solvers.ipopt_engine import IpoptEngine
 from mcdas_opt.solvers.stage_problem import StageGuess
 

@@ -1,7 +1,7 @@
 """How a plan of the lane problem changes with what it was posed with: the sigmoid's a, b, y_max and offset, and the weights.
 
 Cost: the optimal objective. Clearance: the least of the neighbour rows over the horizon [m], negative inside a body's margin. Merit: a
-smooth cost of the plan itself, by the measure of `planning.cost`, whatever weights it was made with.
+smooth cost of the plan itself, by the measure of `planning.candidates.cost`, whatever weights it was made with.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.ocp.lane_mpc import default_weights
-from mcdas_opt.planning.cost import CostWeights
+from mcdas_opt.planning.candidates.cost import CostWeights
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.solver_settings import SolverSettings
 

@@ -14,7 +14,7 @@ from mcdas_opt.domain.safe_end import SafeEnd
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Side
-from mcdas_opt.planning.manoeuvre import Manoeuvre
+from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
 from mcdas_opt.reference.offset_path import OffsetPath
 
 _STEADY_MPS2 = 0.3  # a plan that stays under it within a second neither brakes nor accelerates

@@ -17,27 +17,27 @@ from mcdas_opt.domain.variant import names_of
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.geometry.window import frame_near
-from mcdas_opt.manoeuvres.front_deficit import front_deficits
-from mcdas_opt.planning.arriving_gap import gets_past_somebody
-from mcdas_opt.planning.best_gap import best_gap
-from mcdas_opt.planning.blind_ahead import BlindAhead
 from mcdas_opt.planning.deadline import Deadline, Stage
-from mcdas_opt.planning.front_gap import FrontGap, cut_in
-from mcdas_opt.planning.gap import Gap
-from mcdas_opt.planning.kept_offset import kept_d_m
-from mcdas_opt.planning.lane_choice import demanded_braking_mps2, lane_choice, neighbours_in
-from mcdas_opt.planning.local_situation import in_order, limit_mps, seen_locally, with_wanted_speed
-from mcdas_opt.planning.manoeuvre import Manoeuvre
+from mcdas_opt.planning.front.blind_ahead import BlindAhead
+from mcdas_opt.planning.front.front_braking import FrontBraking
+from mcdas_opt.planning.front.front_deficit import front_deficits
+from mcdas_opt.planning.front.front_gap import FrontGap, cut_in
+from mcdas_opt.planning.lanes.arriving_gap import gets_past_somebody
+from mcdas_opt.planning.lanes.best_gap import best_gap
+from mcdas_opt.planning.lanes.gap import Gap
+from mcdas_opt.planning.lanes.kept_offset import kept_d_m
+from mcdas_opt.planning.lanes.lane_choice import demanded_braking_mps2, lane_choice, neighbours_in
+from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
+from mcdas_opt.planning.lanes.required_lane import RequiredLane, required_lane
+from mcdas_opt.planning.lanes.withdrawal import is_withdrawn
 from mcdas_opt.planning.memory import Memory, PreviousPlan, ReportedMode
-from mcdas_opt.planning.observed import Observed
-from mcdas_opt.planning.others import Others
-from mcdas_opt.planning.reach import in_reach_ever
-from mcdas_opt.planning.required_lane import RequiredLane, required_lane
-from mcdas_opt.planning.withdrawal import is_withdrawn
+from mcdas_opt.planning.traffic.local_situation import in_order, limit_mps, seen_locally, with_wanted_speed
+from mcdas_opt.planning.traffic.observed import Observed
+from mcdas_opt.planning.traffic.others import Others
+from mcdas_opt.planning.traffic.reach import in_reach_ever
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.situation.attentive_followers import attentive_followers
 from mcdas_opt.situation.doubts import believed
-from mcdas_opt.situation.front_braking import FrontBraking
 from mcdas_opt.tracking.follower_prediction import with_attentive_followers
 from mcdas_opt.tracking.prediction import predict_for
 

@@ -11,8 +11,8 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Alert, Mode, Sector, Side, Status
-from mcdas_opt.planning.manoeuvre import Manoeuvre
-from mcdas_opt.planning.observed import Observed
+from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
+from mcdas_opt.planning.traffic.observed import Observed
 
 M = TypeVar("M")
 

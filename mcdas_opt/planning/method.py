@@ -16,10 +16,10 @@ from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import McdasError, ParameterError, PlannerFaultError, PlannerFaultWarning
-from mcdas_opt.planning.collision_check import judged
+from mcdas_opt.planning.candidates.collision_check import judged
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Deadline
-from mcdas_opt.planning.fallback import NothingPasses
+from mcdas_opt.planning.fallback.ladder import NothingPasses
 
 PlannerName = Literal["mpc", "closed-form", "closed-form-corrected", "closed-form-tuned", "aeb", "un-r157", "idm-mobil"]
 """The shipped planners; others are registered by entry point."""

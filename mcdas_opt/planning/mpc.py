@@ -11,24 +11,24 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.planning.candidate import Ended
-from mcdas_opt.planning.cost import CostWeights
+from mcdas_opt.planning.candidates.cost import CostWeights
+from mcdas_opt.planning.candidates.evaluator import Evaluator
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.evaluator import Evaluator
-from mcdas_opt.planning.fallback import NothingPasses
-from mcdas_opt.planning.headway import ORDINARY_MPS2
-from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
-from mcdas_opt.planning.manoeuvre import Manoeuvre
+from mcdas_opt.planning.fallback.ladder import NothingPasses
+from mcdas_opt.planning.front.headway import ORDINARY_MPS2
+from mcdas_opt.planning.lane_problem.lane_mpc_solver import LaneMpcSolver
+from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
+from mcdas_opt.planning.lanes.required_lane import RequiredLane
 from mcdas_opt.planning.memory import Memory, carried
 from mcdas_opt.planning.order import SEARCH
 from mcdas_opt.planning.proposals.keep_lane import BRAKE
 from mcdas_opt.planning.proposals.unwatched import unwatched
-from mcdas_opt.planning.reason import reason
+from mcdas_opt.planning.proposals.yielding import yielding
 from mcdas_opt.planning.rehearsal import rehearse
-from mcdas_opt.planning.reliance import reliance_in_words, told_of_followers
-from mcdas_opt.planning.required_lane import RequiredLane
+from mcdas_opt.planning.reporting.reason import reason
+from mcdas_opt.planning.reporting.reliance import reliance_in_words, told_of_followers
 from mcdas_opt.planning.search import Found, Search, Solvers, run
 from mcdas_opt.planning.solver_settings import SolverSettings
-from mcdas_opt.planning.yielding import yielding
 
 _NOTABLE_MPS = 0.1  # beyond the speed limit
 

@@ -21,14 +21,14 @@ from mcdas_opt.domain.vocabulary import Request, Side
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.native.library import Held, library
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.fallback import NothingPasses, fall_back, host_refused, remainder_instead
-from mcdas_opt.planning.loss_of_grip import with_loss_of_grip
+from mcdas_opt.planning.fallback.ladder import NothingPasses, fall_back, host_refused, remainder_instead
+from mcdas_opt.planning.measurement.sensing import Sensing
 from mcdas_opt.planning.memory import Memory
 from mcdas_opt.planning.method import AskedMethod, Method, PlannerName, build_method
 from mcdas_opt.planning.one_thread import OneThread
-from mcdas_opt.planning.reported_mode import with_reported_mode
-from mcdas_opt.planning.sensing import Sensing
-from mcdas_opt.planning.time_to_react import with_time_to_react
+from mcdas_opt.planning.reporting.loss_of_grip import with_loss_of_grip
+from mcdas_opt.planning.reporting.reported_mode import with_reported_mode
+from mcdas_opt.planning.reporting.time_to_react import with_time_to_react
 from mcdas_opt.tracking.tracker import Tracker
 
 _LONGEST_DEADLINE_S = 10.0

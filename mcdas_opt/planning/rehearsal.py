@@ -14,7 +14,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.method import CycleMethod
-from mcdas_opt.planning.time_to_react import with_time_to_react
+from mcdas_opt.planning.reporting.time_to_react import with_time_to_react
 
 _FAST_MPS, _SLOW_MPS = 20.0, 12.0
 _KNOWN = np.diag([0.1, 0.1, 0.1, 0.1]) ** 2

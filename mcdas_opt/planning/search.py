@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.planning.candidate import Costed, Ended, Proposed
-from mcdas_opt.planning.choice import Round, choose
+from mcdas_opt.planning.candidates.choice import Round, choose
+from mcdas_opt.planning.candidates.evaluator import Evaluator
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
-from mcdas_opt.planning.evaluator import Evaluator
-from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
+from mcdas_opt.planning.lane_problem.lane_mpc_solver import LaneMpcSolver
 from mcdas_opt.planning.proposals.evade import basic_four
 
 _NOT_NEEDED = "not solved: others rank higher, and pass"

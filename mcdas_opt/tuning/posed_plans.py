@@ -11,7 +11,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.ocp.lane_mpc import LaneParameters, default_weights
 from mcdas_opt.ocp.sensitivities import PlanSensitivity
 from mcdas_opt.planning.candidate import Proposed
-from mcdas_opt.planning.lane_parameters import guessed_states, obstacle_slots, proposal_values, shared_values
+from mcdas_opt.planning.lane_problem.lane_parameters import guessed_states, obstacle_slots, proposal_values, shared_values
 from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.solvers.stage_problem import StageGuess
 from mcdas_opt.tuning.gradient import PosedPlan

@@ -19,7 +19,7 @@ from mcdas_opt.ocp.lane_mpc import CENTRE, STEERING_RATE_SHARE, LaneParameters, 
 from mcdas_opt.ocp.terms import BEND, AxleFriction, FrictionCircle, MovingBody, Stage, reference_d
 from mcdas_opt.planning.candidate import Driven
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
+from mcdas_opt.planning.lane_problem.lane_mpc_solver import LaneMpcSolver
 from mcdas_opt.planning.proposals.evade import basic_four
 from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.reference.offset_path import corrected

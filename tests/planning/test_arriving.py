@@ -23,12 +23,12 @@ from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
-from mcdas_opt.planning.best_gap import best_gap
-from mcdas_opt.planning.comfortable_speed import bends_ahead
-from mcdas_opt.planning.cost import CostWeights, lane_change_cost
+from mcdas_opt.planning.candidates.cost import CostWeights, lane_change_cost
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.lanes.best_gap import best_gap
+from mcdas_opt.planning.lanes.required_lane import required_lane
+from mcdas_opt.planning.proposals.comfortable_speed import bends_ahead
 from mcdas_opt.planning.proposals.lane_change import change_on, change_to_required
-from mcdas_opt.planning.required_lane import required_lane
 from mcdas_opt.reference.speed_profile import profile_ahead
 from mcdas_opt.simulation.loop import simulate
 from tests.planning.situations import car

@@ -16,10 +16,10 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage, Track
 from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.expected_followers import expected_followers, open_sides
-from mcdas_opt.planning.manoeuvre import Manoeuvre
+from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
 from mcdas_opt.planning.memory import Memory
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.planning.proposals.expected_followers import expected_followers, open_sides
 from mcdas_opt.planning.proposals.keep_lane import BRAKE_BEHIND, brake_behind
 from mcdas_opt.planning.proposals.lane_change import go_on_unpressed
 from mcdas_opt.reference.offset_path import corrected

@@ -17,7 +17,7 @@ from mcdas_opt.domain.settings import Settings, WarningSettings
 from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
-from mcdas_opt.planning.path_driving import follow
+from mcdas_opt.planning.candidates.path_driving import follow
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.reference.lane_centre import LaneCentre
 

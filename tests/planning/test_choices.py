@@ -24,15 +24,16 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.domain.vocabulary import Side, Status
 from mcdas_opt.evaluation.suites import expand
-from mcdas_opt.planning import continuation, evaluator, lane_mpc_solver
-from mcdas_opt.planning.collision_check import verdicts
-from mcdas_opt.planning.cost import CostWeights
+from mcdas_opt.planning.candidates import continuation, evaluator
+from mcdas_opt.planning.candidates.collision_check import verdicts
+from mcdas_opt.planning.candidates.cost import CostWeights
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
+from mcdas_opt.planning.fallback.severity import severities, severity
+from mcdas_opt.planning.lane_problem import lane_mpc_solver
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.rounds.simple_drives import simple_policies
-from mcdas_opt.planning.severity import severities, severity
 from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.record import Outcome

@@ -18,9 +18,9 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side, Status
 from mcdas_opt.errors import PlannerFaultWarning
 from mcdas_opt.native.form import SWITCH
-from mcdas_opt.planning.cost import CostWeights, _rate, driving_costs
+from mcdas_opt.planning.candidates.cost import CostWeights, _rate, driving_costs
+from mcdas_opt.planning.candidates.nearness import nearness_of
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.nearness import nearness_of
 from mcdas_opt.planning.planner import Planner
 from tests.planning.situations import sandwich
 
@@ -57,7 +57,7 @@ def test_a_candidate_without_a_finite_cost_is_refused_by_name(monkeypatch: pytes
     planner = Planner()
     assert planner.plan(sandwich()).side is Side.LEFT
     planner.reset()
-    monkeypatch.setattr("mcdas_opt.planning.cost._rate", rate_of)
+    monkeypatch.setattr("mcdas_opt.planning.candidates.cost._rate", rate_of)
     plan = planner.plan(sandwich())
     assert (plan.status, plan.side, plan.verdict.passed) == (Status.PLANNED, Side.RIGHT, True)
     (left,) = (one for one in plan.candidates if one.name == "left")
@@ -67,7 +67,7 @@ def test_a_candidate_without_a_finite_cost_is_refused_by_name(monkeypatch: pytes
 
 def test_where_no_cost_is_finite_the_ladder_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     planner = Planner()
-    monkeypatch.setattr("mcdas_opt.planning.cost._rate", lambda *a: np.nan * _rate(*a))
+    monkeypatch.setattr("mcdas_opt.planning.candidates.cost._rate", lambda *a: np.nan * _rate(*a))
     plan = planner.plan(sandwich())
     assert (plan.status, plan.verdict.passed) == (Status.FALLBACK, True)
     assert "left: its cost is not finite" in plan.reason
@@ -75,7 +75,7 @@ def test_where_no_cost_is_finite_the_ladder_answers(monkeypatch: pytest.MonkeyPa
 
 def test_where_a_cost_raises_the_ladder_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     planner = Planner()
-    monkeypatch.setattr("mcdas_opt.planning.cost._rate", lambda *a: 1 / 0)
+    monkeypatch.setattr("mcdas_opt.planning.candidates.cost._rate", lambda *a: 1 / 0)
     with pytest.warns(PlannerFaultWarning, match="failed: ZeroDivisionError") as told:
         plan = planner.plan(sandwich())
     assert (plan.status, plan.verdict.passed) == (Status.FALLBACK, True)

@@ -25,8 +25,8 @@ from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
 from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.planning.candidate import strongest_mps2
 from mcdas_opt.planning.memory import Memory, ReportedMode
-from mcdas_opt.planning.reason import threat
-from mcdas_opt.planning.reported_mode import still_agrees
+from mcdas_opt.planning.reporting.reason import threat
+from mcdas_opt.planning.reporting.reported_mode import still_agrees
 from mcdas_opt.plotting.words import passed
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.tracking.prediction import predict_for

@@ -16,7 +16,7 @@ from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.fallback import NothingPasses, fall_back
+from mcdas_opt.planning.fallback.ladder import NothingPasses, fall_back
 from mcdas_opt.planning.memory import Memory, PreviousPlan
 from tests.planning.situations import car
 

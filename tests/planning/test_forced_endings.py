@@ -23,6 +23,6 @@ def test_mute_engines_are_among_the_forced_ones() -> None:
 
 def test_a_fault_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """The check itself: an answer that the guard does not catch is counted."""
-    monkeypatch.setattr("mcdas_opt.planning.lane_mpc_solver.ask", lambda engine, *rest: engine.solve(*rest))
+    monkeypatch.setattr("mcdas_opt.planning.lane_problem.lane_mpc_solver.ask", lambda engine, *rest: engine.solve(*rest))
     found = force("exception", 2, seed=3)
     assert found.faults == 2

@@ -13,7 +13,7 @@ from mcdas_opt.domain.prediction import BodyMotion, CruisingBody, KnownBody, Pre
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.track import Track
 from mcdas_opt.native.form import SWITCH
-from mcdas_opt.planning.grown_bodies import grown_bodies
+from mcdas_opt.planning.lane_problem.grown_bodies import grown_bodies
 from mcdas_opt.tracking.prediction import predict
 
 TIMES = TimeGrid().times_s

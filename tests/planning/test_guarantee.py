@@ -17,13 +17,13 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vocabulary import Side, Status
 from mcdas_opt.manoeuvres.safe_end import ends
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.expected_followers import open_sides
+from mcdas_opt.planning.fallback.severity import severity
+from mcdas_opt.planning.lane_problem.transcribed_problem import TranscribedProblem
 from mcdas_opt.planning.memory import PreviousPlan
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.planning.remainder import remainder
+from mcdas_opt.planning.proposals.expected_followers import open_sides
+from mcdas_opt.planning.rounds.remainder import remainder
 from mcdas_opt.planning.rounds.simple_drives import simple_policies
-from mcdas_opt.planning.severity import severity
-from mcdas_opt.planning.transcribed_problem import TranscribedProblem
 from mcdas_opt.solvers.outcome import Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess
 from mcdas_opt.tracking.prediction import predict_for

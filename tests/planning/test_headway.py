@@ -21,13 +21,13 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.manoeuvres.front_deficit import FrontDeficit, front_deficits
 from mcdas_opt.native.form import SWITCH
-from mcdas_opt.planning.front_gap import OWED_S, CutIn, cut_in
-from mcdas_opt.planning.headway import asked_time_gap_s, missing_headway
+from mcdas_opt.planning.front.front_deficit import FrontDeficit, front_deficits
+from mcdas_opt.planning.front.front_gap import OWED_S, CutIn, cut_in
+from mcdas_opt.planning.front.headway import asked_time_gap_s, missing_headway
 from mcdas_opt.planning.memory import Memory
-from mcdas_opt.planning.observed import Observed
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.planning.traffic.observed import Observed
 
 CYCLE_S, LENGTH_M = 0.1, 4.5
 HEADWAY = HeadwaySettings()

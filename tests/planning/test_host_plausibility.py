@@ -17,7 +17,7 @@ from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Status
-from mcdas_opt.planning.host_plausibility import HostPlausibility
+from mcdas_opt.planning.measurement.host_plausibility import HostPlausibility
 from mcdas_opt.planning.planner import Planner
 from tests.tracking.test_clock import scans
 

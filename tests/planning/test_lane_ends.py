@@ -22,16 +22,16 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Alert, Mode, Side
 from mcdas_opt.dynamics.car_following import IdmSettings, Leader, idm_acceleration
 from mcdas_opt.manoeuvres.kinds import next_lane_m
-from mcdas_opt.planning.best_gap import best_gap
-from mcdas_opt.planning.comfortable_speed import comfortable_speed
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.gap import Gap
-from mcdas_opt.planning.manoeuvre import Manoeuvre
+from mcdas_opt.planning.lanes.best_gap import best_gap
+from mcdas_opt.planning.lanes.gap import Gap
+from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
+from mcdas_opt.planning.lanes.merging_gap import merging_time_gap_s
+from mcdas_opt.planning.lanes.required_lane import RequiredLane
 from mcdas_opt.planning.memory import Memory
-from mcdas_opt.planning.merging_gap import merging_time_gap_s
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.planning.proposals.comfortable_speed import comfortable_speed
 from mcdas_opt.planning.proposals.evade import steer_out
-from mcdas_opt.planning.required_lane import RequiredLane
 from mcdas_opt.reference.offset_path import OffsetPath
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.record import Outcome

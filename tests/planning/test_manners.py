@@ -22,7 +22,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.lane_choice import LaneChoice, lane_choice
+from mcdas_opt.planning.lanes.lane_choice import LaneChoice, lane_choice
 from mcdas_opt.planning.planner import Planner
 from tests.planning.test_comfort import SLACK, beyond
 

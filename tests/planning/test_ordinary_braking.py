@@ -14,9 +14,9 @@ from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode
-from mcdas_opt.planning.comfortable_speed import comfortable_speed
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.planner import Planner
+from mcdas_opt.planning.proposals.comfortable_speed import comfortable_speed
 
 _INTERVENTION_MPS2 = 3.5
 

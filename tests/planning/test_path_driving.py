@@ -20,7 +20,7 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.car_following import IdmSettings
 from mcdas_opt.native.library import library
-from mcdas_opt.planning.path_driving import follow
+from mcdas_opt.planning.candidates.path_driving import follow
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.reference.offset_path import corrected
 from mcdas_opt.verification.judge import judge

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Mounting, RadarDetection, Scan
 from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.planning.measurement.pose_history import PoseHistory
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.planning.pose_history import PoseHistory
 
 
 @given(age=st.floats(0.0, 0.9), v=st.floats(0.0, 40.0))

@@ -21,10 +21,10 @@ from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.native.form import SWITCH
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
-from mcdas_opt.planning.lane_parameters import nearest_values
+from mcdas_opt.planning.lane_problem.lane_mpc_solver import LaneMpcSolver
+from mcdas_opt.planning.lane_problem.lane_parameters import nearest_values
 from mcdas_opt.planning.proposals.keep_lane import keep_lane
-from mcdas_opt.planning.reach import Room, in_reach, in_reach_ever
+from mcdas_opt.planning.traffic.reach import Room, in_reach, in_reach_ever
 from mcdas_opt.tracking.prediction import predict
 
 CAR, TIMES = Vehicle(), np.arange(41) * 0.1

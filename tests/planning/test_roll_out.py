@@ -16,8 +16,8 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import ViolationKind
 from mcdas_opt.domain.vocabulary import Status
 from mcdas_opt.native.library import library
+from mcdas_opt.planning.lane_problem.roll_out import interpreted, roll_out, soon, within_reach
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.planning.roll_out import interpreted, roll_out, soon, within_reach
 from mcdas_opt.verification.judge import judge
 from tests.planning.situations import car
 

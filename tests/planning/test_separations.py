@@ -15,9 +15,9 @@ from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.geometry.rectangle import corners, separation
 from mcdas_opt.native.form import SWITCH
+from mcdas_opt.planning.candidates.nearness import nearness
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.nearness import nearness
-from mcdas_opt.planning.separations import Rectangles, separations
+from mcdas_opt.planning.traffic.separations import Rectangles, separations
 
 HALF = (2.25, 0.9)
 numbers = st.integers(0, 2**32 - 1)

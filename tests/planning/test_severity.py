@@ -13,7 +13,7 @@ from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.planning.severity import severity
+from mcdas_opt.planning.fallback.severity import severity
 from mcdas_opt.tracking.prediction import predict
 from tests.planning.situations import under
 

@@ -10,8 +10,8 @@ import pytest
 
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.planning import transcribed_problem
-from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
+from mcdas_opt.planning.lane_problem import transcribed_problem
+from mcdas_opt.planning.lane_problem.lane_mpc_solver import LaneMpcSolver
 from mcdas_opt.planning.planner import Planner
 from tests.planning.situations import random_sandwich
 

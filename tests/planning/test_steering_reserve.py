@@ -20,7 +20,7 @@ from mcdas_opt.dynamics.axle_limits import AxleLimits
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.planning.candidate import Driven
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.lane_mpc_solver import LaneMpcSolver
+from mcdas_opt.planning.lane_problem.lane_mpc_solver import LaneMpcSolver
 from mcdas_opt.planning.proposals.evade import basic_four
 from mcdas_opt.planning.proposals.keep_lane import keep_lane
 from mcdas_opt.simulation.controller import EDGE_RESERVE_M, FRICTION_SHARE, STEERING_RATE_SHARE, planned_for

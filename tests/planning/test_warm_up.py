@@ -16,7 +16,7 @@ from mcdas_opt.domain.lane import Lane
 from mcdas_opt.domain.road import Road
 from mcdas_opt.native import library
 from mcdas_opt.native.form import SWITCH
-from mcdas_opt.planning import transcribed_problem
+from mcdas_opt.planning.lane_problem import transcribed_problem
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.solvers.osqp_engine import OsqpEngine
 

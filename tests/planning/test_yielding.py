@@ -17,7 +17,7 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vocabulary import BodyKind, Status
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.planning.yielding import yielding
+from mcdas_opt.planning.proposals.yielding import yielding
 
 CAR = load_vehicle("sedan")
 SPEED_MPS, CYCLE_S = 13.9, 0.1

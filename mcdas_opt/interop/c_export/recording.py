@@ -12,10 +12,10 @@ from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.planning.lane_problem.transcribed_problem import TranscribedProblem
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.solver_settings import SolverSettings
-from mcdas_opt.planning.transcribed_problem import TranscribedProblem
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.solvers.interior_point import ITERATIONS, InteriorPointEngine
 from mcdas_opt.solvers.outcome import Ending, Outcome

@@ -13,8 +13,8 @@ from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.headway import ORDINARY_MPS2
-from mcdas_opt.planning.manoeuvre import Manoeuvre
+from mcdas_opt.planning.front.headway import ORDINARY_MPS2
+from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
 from mcdas_opt.planning.proposals.keep_lane import BRAKE, keep_path
 from mcdas_opt.planning.proposals.lane_change import go_on
 from mcdas_opt.planning.proposals.unwatched import begins_unwatched

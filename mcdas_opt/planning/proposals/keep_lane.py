@@ -12,14 +12,14 @@ from mcdas_opt.domain.variant import Variant
 from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.planning.candidate import Proposed
-from mcdas_opt.planning.comfortable_speed import comfortable_speed
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.expected_followers import expected_followers
-from mcdas_opt.planning.gap import Gap
-from mcdas_opt.planning.headway import ORDINARY_MPS2
-from mcdas_opt.planning.lane_choice import known_acceleration_mps2, reaches_into
+from mcdas_opt.planning.front.front_braking import stopping_mps2
+from mcdas_opt.planning.front.headway import ORDINARY_MPS2
+from mcdas_opt.planning.lanes.gap import Gap
+from mcdas_opt.planning.lanes.lane_choice import known_acceleration_mps2, reaches_into
+from mcdas_opt.planning.proposals.comfortable_speed import comfortable_speed
+from mcdas_opt.planning.proposals.expected_followers import expected_followers
 from mcdas_opt.reference.offset_path import OffsetPath
-from mcdas_opt.situation.front_braking import stopping_mps2
 from mcdas_opt.situation.roles import gap_m
 
 BRAKE = "brake"  # of whatever brakes in the lane, however hard: the basic candidate too

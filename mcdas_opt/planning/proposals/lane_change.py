@@ -7,12 +7,12 @@ from dataclasses import replace
 
 from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.planning.candidate import Proposed
-from mcdas_opt.planning.comfortable_speed import comfortable_speed
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.manoeuvre import Manoeuvre
+from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
+from mcdas_opt.planning.lanes.required_lane import RequiredLane, next_ahead
+from mcdas_opt.planning.lanes.withdrawal import reaches_out_of_its_lane
+from mcdas_opt.planning.proposals.comfortable_speed import comfortable_speed
 from mcdas_opt.planning.proposals.unwatched import unwatched
-from mcdas_opt.planning.required_lane import RequiredLane, next_ahead
-from mcdas_opt.planning.withdrawal import reaches_out_of_its_lane
 from mcdas_opt.reference.offset_path import OffsetPath
 
 _STEERABLE_MPS = 0.5

@@ -8,7 +8,7 @@ from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.manoeuvres.kinds import best_of_kind
 from mcdas_opt.planning.candidate import Proposed
 from mcdas_opt.planning.cycle import Cycle
-from mcdas_opt.planning.manoeuvre import Manoeuvre
+from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
 from mcdas_opt.planning.proposals.keep_lane import keep_path
 from mcdas_opt.planning.proposals.sound_proposals import sound_proposals
 from mcdas_opt.planning.proposals.unwatched import begins_unwatched

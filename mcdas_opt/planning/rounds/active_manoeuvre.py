@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from mcdas_opt.planning.candidate import Costed
-from mcdas_opt.planning.choice import Round
+from mcdas_opt.planning.candidates.choice import Round
 from mcdas_opt.planning.proposals.sampled import further
 from mcdas_opt.planning.search import Search
 

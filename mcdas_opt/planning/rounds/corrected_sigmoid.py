@@ -8,9 +8,9 @@ from dataclasses import replace
 from mcdas_opt.domain.plan import Candidate
 from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.planning.candidate import Checked
+from mcdas_opt.planning.candidates.driven_closed_form import closed_form, groups
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
-from mcdas_opt.planning.driven_closed_form import closed_form, groups
 
 NAME = "the corrected sigmoid"
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from mcdas_opt.planning.candidate import Proposed
-from mcdas_opt.planning.choice import Round
+from mcdas_opt.planning.candidates.choice import Round
 from mcdas_opt.planning.search import Search
 
 

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 
 from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.planning.candidate import Costed, Proposed
-from mcdas_opt.planning.choice import Round
+from mcdas_opt.planning.candidates.choice import Round
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
-from mcdas_opt.planning.manoeuvre import Manoeuvre
+from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
 from mcdas_opt.planning.proposals.keep_lane import brake_behind, keep_lane, stop_in_lane
 from mcdas_opt.planning.proposals.lane_change import change_lanes, change_on, change_to_required, go_on_unpressed
+from mcdas_opt.planning.proposals.yielding import yielding
 from mcdas_opt.planning.search import Search
-from mcdas_opt.planning.yielding import yielding
 
 
 def lane_keeping(search: Search) -> Iterator[Round]:

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 from mcdas_opt.domain.plan import Candidate
 from mcdas_opt.planning.candidate import Checked, Costed, Driven, Proposed
-from mcdas_opt.planning.collision_check import verdicts
+from mcdas_opt.planning.candidates.collision_check import verdicts
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.proposals.keep_lane import keep_path
-from mcdas_opt.planning.remainder import remainder
+from mcdas_opt.planning.rounds.remainder import remainder
 
 NAME = "the remainder of the previous plan"
 

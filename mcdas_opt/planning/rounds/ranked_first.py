@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from mcdas_opt.planning.candidate import Costed
-from mcdas_opt.planning.choice import Round, persistent_cost
+from mcdas_opt.planning.candidates.choice import Round, persistent_cost
+from mcdas_opt.planning.candidates.ranking import ranked
 from mcdas_opt.planning.deadline import Stage
 from mcdas_opt.planning.proposals.sampled import further
-from mcdas_opt.planning.ranking import ranked
 from mcdas_opt.planning.search import Search
 
 

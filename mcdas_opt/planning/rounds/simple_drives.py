@@ -12,10 +12,10 @@ from mcdas_opt.domain.vocabulary import Mode, Sector, Side
 from mcdas_opt.dynamics.axle_limits import available_mps2
 from mcdas_opt.manoeuvres.kinds import next_lane_m
 from mcdas_opt.planning.candidate import Checked, Costed, Driven, Proposed
-from mcdas_opt.planning.collision_check import verdicts
+from mcdas_opt.planning.candidates.collision_check import verdicts
+from mcdas_opt.planning.candidates.path_driving import follow
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Stage
-from mcdas_opt.planning.path_driving import follow
 from mcdas_opt.planning.proposals.keep_lane import keep_path
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.reference.offset_path import OffsetPath, corrected

@@ -1,0 +1,130 @@
+"""What a candidate costs, by one measure for all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mcdas_opt.domain.rules import Array, non_negative, require_every
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.dynamics.bicycle import lateral_acceleration
+from mcdas_opt.native.library import library
+from mcdas_opt.planning.candidates.nearness import Nearness, nearness
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.front.headway import missing_headway
+from mcdas_opt.planning.proposals.comfortable_speed import bends_ahead
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CostWeights:
+    """Per second of plan, except where noted."""
+
+    acceleration: float = 0.04  # per (m/s^2)^2
+    lateral_acceleration: float = 0.08  # per (m/s^2)^2
+    jerk: float = 0.001  # per (m/s^3)^2
+    speed: float = 0.03  # per (m/s)^2 off the desired speed
+    discomfort: float = 1.0  # in ordinary driving, per (share of acceleration, braking or jerk beyond what is comfortable)^2
+    lane_change: float = 2.0  # once
+    other_side: float = 0.3  # once, for steering to the side that is not preferred
+    delayed: float = 1.5  # once, for a candidate that begins later: what is open now may close
+    off_destination: float = 4.0  # once, for steering out away from the destination's lane
+    unneeded_lane_change: float = 1.5  # once, for steering out where the selector finds braking or accelerating enough
+    inconsiderate: float = 6.0  # once, where that asks a follower for more braking than manners allow
+    headway: float = 1.0  # per (share of the front distance asked for that is missing)^2
+    nearness: float = 6.0  # per exp(-gap / 0.7 m)
+    end_closing: float = 4.0  # once, per (m/s)^2 of closing speed at the end, over the gap then in metres
+    end_room_m: float = 0.5  # whoever ends less than this beside the host's flank counts as before or behind it
+    persistence: float = 0.5  # factor on what was chosen before
+    replanning_ratio: float = 1.25  # the active manoeuvre goes on alone up to so many times its cost when candidates were last compared
+    notable: float = 0.04  # where nothing threatens, what is driven without an optimiser must be cheaper by so much
+
+    def __post_init__(self) -> None:
+        require_every(self, non_negative)
+
+
+def trajectory_cost(trajectory: Trajectory, cycle: Cycle, weights: CostWeights) -> float:
+    """`driving_costs` of one."""
+    return driving_costs(nearness((trajectory,), cycle), cycle, weights)[0]
+
+
+def driving_costs(near: Nearness, cycle: Cycle, weights: CostWeights) -> list[float]:
+    """Of each of the drives the cost of discomfort, of being off the desired speed, of being near to others, and of how it leaves things
+    at its end; without the cost of changing lanes."""
+    drives = near.tables
+    t, missing, closeness = drives[0, 0], None, None
+    others = near.others
+    if others.ends:
+        missing = missing_headway(drives, others.motion, others.halves_m, cycle.situation.host, cycle.front_gap.headway)
+        closeness = np.exp(-np.maximum(np.minimum.reduce(near.separation_m, axis=1), 0.0) / 0.7)
+    rate = _rate(drives, missing, closeness, cycle, weights)
+    totals: list[float] = np.add.reduce(0.5 * (rate[:, 1:] + rate[:, :-1]) * (t[1:] - t[:-1]), axis=1).tolist()
+    if not others.ends:
+        return totals
+    ends, gaps = drives[:, 1:5, -1].tolist(), near.separation_m[:, :, -1].tolist()
+    for i, ((end_s, end_d, _, end_v), its_gaps) in enumerate(zip(ends, gaps, strict=True)):
+        for (width, s, d, speed), gap in zip(others.ends, its_gaps, strict=True):
+            if abs(d - end_d) - width > weights.end_room_m:
+                continue
+            closing = max(end_v - speed if s > end_s else speed - end_v, 0.0)
+            totals[i] += weights.end_closing * closing**2 / max(gap, 1.0)
+    return totals
+
+
+def _rate(drives: Array, missing: Array | None, closeness: Array | None, cycle: Cycle, weights: CostWeights) -> Array:
+    """(drives, n): cost per second; in C where there is a compiler, with the same bits."""
+    lateral = lateral_acceleration(drives[:, 4], drives[:, 6], cycle.vehicle.wheelbase_m, np)
+    desired_mps, limits = _desired_mps(drives, cycle), cycle.settings.comfort.limits(cycle.situation.host.speed_mps)
+    discomfort, compiled = weights.discomfort if cycle.is_ordinary else 0.0, library()
+    if compiled is not None:
+        of_time = weights.acceleration, weights.lateral_acceleration, weights.jerk, weights.speed, weights.headway, weights.nearness
+        numbers = np.array((*of_time, discomfort, limits.acceleration_mps2, limits.braking_mps2, limits.jerk_mps3))
+        desired, found = np.asarray(desired_mps), np.empty(lateral.shape)
+        given = lateral, desired, desired.ndim > 0, missing, closeness
+        compiled.mcdas_cost_rate(*lateral.shape, drives, *given, numbers, found)
+        return found
+    v, a, jerk = drives[:, 4], drives[:, 5], drives[:, 8]
+    rate = weights.acceleration * a**2 + weights.lateral_acceleration * lateral**2 + weights.jerk * jerk**2
+    rate = rate + weights.speed * (v - desired_mps) ** 2
+    if discomfort > 0.0:
+        along = np.maximum(a / limits.acceleration_mps2, -a / limits.braking_mps2)
+        rate = rate + discomfort * np.maximum(np.maximum(along, np.abs(jerk) / limits.jerk_mps3) - 1.0, 0.0) ** 2
+    if missing is not None and closeness is not None:
+        rate = rate + weights.headway * missing**2
+        rate = rate + weights.nearness * closeness
+    return np.asarray(rate)
+
+
+def _desired_mps(drives: Array, cycle: Cycle) -> Array | float:
+    """The desired speed; while nothing threatens no more than is comfortable in the bends: (drives, n). Where more than gentle braking is
+    called for by somebody ahead alone, being slower costs nothing down to his speed: it is put off else until there is no room left."""
+    desired, ahead = cycle.situation.wanted_speed_mps, cycle.assessment
+    if not cycle.is_ordinary:
+        if cycle.is_pressed or ahead.front_id is None or ahead.front_speed_mps is None:
+            return desired
+        return np.clip(drives[:, 4], min(max(ahead.front_speed_mps, 0.0), desired), desired)
+    if cycle.situation.road.is_straight:
+        return desired
+    bends = bends_ahead(cycle, cycle.lane_centre_m)
+    return desired if bends is None else np.minimum(desired, bends.at(drives[:, 1]))
+
+
+def lane_change_cost(side: Side, cycle: Cycle, weights: CostWeights) -> float:
+    """What steering out to `side` costs beside what is driven; nothing for keeping the lane."""
+    if side is Side.NONE or not cycle.needs_no_steering:
+        return needed_lane_change_cost(side, cycle, weights)
+    unneeded = weights.inconsiderate if side in cycle.inconsiderate_sides else 0.0
+    if not cycle.leads_there(side):
+        unneeded += weights.unneeded_lane_change
+    return needed_lane_change_cost(side, cycle, weights) + unneeded
+
+
+def needed_lane_change_cost(side: Side, cycle: Cycle, weights: CostWeights) -> float:
+    """The same where braking or accelerating is not enough, or counts for nothing."""
+    if side is Side.NONE or cycle.leads_there(side):
+        return 0.0
+    preferred = cycle.preferred_side
+    other = preferred is not Side.NONE and side is not preferred
+    astray = weights.off_destination if cycle.leads_astray(side) else 0.0
+    return weights.lane_change + (weights.other_side if other else 0.0) + astray

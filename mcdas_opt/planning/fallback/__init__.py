@@ -1,0 +1,1 @@
+"""Where a method has no plan: the ladder, and what is least severe where nothing passes."""

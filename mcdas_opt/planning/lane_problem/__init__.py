@@ -1,0 +1,1 @@
+"""A proposal posed as the lane problem, solved, and driven."""

@@ -1,0 +1,262 @@
+"""A proposed manoeuvre, transcribed as the lane problem and solved: warm start or guess, solve, roll-out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import chain, product
+
+import numpy as np
+
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.settings import Settings
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.ocp.lane_mpc import CENTRE, HEADWAY_HORIZON_S, STEERING_RATE_SHARE
+from mcdas_opt.planning.candidate import Driven, Proposed, Refused
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.lane_problem.lane_parameters import (
+    ObstacleSlots,
+    guessed_states,
+    nearest_values,
+    obstacle_slots,
+    proposal_values,
+    shared_values,
+    slip_values,
+)
+from mcdas_opt.planning.lane_problem.mirror import is_turned, turned_guess, turned_inputs, turned_states
+from mcdas_opt.planning.lane_problem.roll_out import roll_out, within_reach
+from mcdas_opt.planning.lane_problem.transcribed_problem import TranscribedProblem, TranscribedProblems
+from mcdas_opt.planning.solver_settings import SolverSettings
+from mcdas_opt.planning.traffic.reach import Room, in_reach
+from mcdas_opt.solvers.guarded import ask
+from mcdas_opt.solvers.interior_point import InteriorPointEngine
+from mcdas_opt.solvers.ipopt_engine import IpoptEngine
+from mcdas_opt.solvers.osqp_engine import OsqpEngine
+from mcdas_opt.solvers.outcome import Ending, Outcome
+from mcdas_opt.solvers.stage_problem import StageGuess
+
+_IPOPT_ITERATIONS = 200
+_OSQP_WARM, _OSQP_COLD, _OSQP_BACKUP = 3, 8, 2  # iterations: from a warm start, from none, where the interior point has no answer
+_ON_TIME_S = 1e-6
+_MARGINS_M = 5.0  # a body's clearance and uncertainty, at most, and some rounding
+Engine = InteriorPointEngine | OsqpEngine | IpoptEngine
+Expected = dict[str, tuple[float, ...]]  # of everybody predicted, by id: s, d, speed one step later
+Asked = tuple[Engine, Callable[[], StageGuess], int]  # who, from which guess, with which cap on iterations
+
+
+@dataclass(frozen=True, slots=True)
+class _WarmStart:
+    """What a candidate's solve leaves for the next cycle: thrown away at an event."""
+
+    proposed: Proposed
+    outcome: Outcome
+    engine: Engine
+    turned: bool
+    others: ObstacleSlots
+    expected: Expected
+
+
+@dataclass(slots=True)
+class _Scene:
+    """What the candidates of one cycle share: the neighbours on the grid, the parameters that are the same for all, the state to begin in
+    (a measured one a hair outside a hard bound, by rounding or a limit just touched, is brought to it), and the Newton steps taken."""
+
+    cycle: Cycle
+    others: ObstacleSlots
+    expected: Expected
+    transcribed: TranscribedProblem
+    matrix: Array
+    start: Array
+    newton_steps: int = 0
+
+
+class LaneMpcSolver:
+    """Owns the engines and the warm starts, one per candidate's name. Not shared between threads."""
+
+    def __init__(self, vehicle: Vehicle, settings: Settings, own: SolverSettings | None = None) -> None:
+        self.settings, self.own = settings, own or SolverSettings()
+        self.problems = TranscribedProblems(vehicle, settings, self.own)
+        self._warm_starts: dict[str, _WarmStart] = {}  # that the cycle before left
+        self._left: dict[str, _WarmStart] = {}  # for the cycle after
+        self._scene: _Scene | None = None
+
+    def warm_up(self, vehicle: Vehicle) -> None:
+        """Poses every problem now that a drive may ask for, and loads the backup: some tenths of a second once a process, else nothing."""
+        OsqpEngine.load()
+        for slots, sloping in product(self.own.slots, (False, True)):
+            self.problems.holding(slots, vehicle, sloping_edges=sloping)
+
+    def with_less_clearance(self, vehicle: Vehicle) -> LaneMpcSolver:
+        """The same, with less clearance asked for."""
+        least = self.own.closer_m
+        return LaneMpcSolver(
+            vehicle, self.settings, replace(self.own, clearance_along_m=least, clearance_across_m=least, clearance_on_foot_m=least)
+        )
+
+    @property
+    def name(self) -> str:
+        """Which engine answers first, and in which form; known once it has solved."""
+        if self.own.solver == "osqp":
+            return "osqp"
+        return f"interior-point ({self.problems.kinds})"
+
+    def begin(self) -> None:
+        """A new cycle: what the last one left is there to begin from."""
+        self._warm_starts, self._left = self._left, {}
+
+    def forget(self) -> None:
+        """Throws every warm start away."""
+        self._warm_starts, self._left = {}, {}
+        for transcribed in self.problems:
+            transcribed.forget()
+
+    def solve(self, cycle: Cycle, proposed: Proposed) -> Driven | Refused:
+        """From the candidate's last solve when that says something of this one, else from its own path."""
+        scene = self._shared(cycle)
+        transcribed, others = scene.transcribed, scene.others
+        turned = is_turned(cycle.situation, others, proposed)
+
+        def cold() -> StageGuess:
+            guess = self.guess(cycle, proposed, transcribed)
+            return turned_guess(guess) if turned else guess
+
+        warm = self._warm_starts.pop(proposed.name, None)
+        best: Outcome | None = None
+        attempts: Iterator[Asked] = self._attempts(scene, cold, lambda: best is not None)
+        engine = transcribed.interior_point if self.own.solver == "interior-point" else transcribed.osqp
+        fits = warm is not None and warm.engine is engine and warm.turned == turned
+        if warm is not None and fits and not self._event(warm, cycle, proposed, scene):
+            outcome = warm.outcome
+            steps = self._newton_cap(scene) if engine is transcribed.interior_point else _OSQP_WARM
+            attempts = chain([(engine, lambda: engine.shifted(outcome), steps)], attempts)
+        x0 = turned_states(scene.start) if turned else scene.start
+        by: Engine = engine
+        iterations, reason = 0, ""
+        for trial, guessed, cap in attempts:
+            guess = guessed()
+            p = self._filled(scene, proposed, guess.x[:, 0])
+            p = transcribed.turned(p) if turned else p
+            outcome = ask(trial, x0, p, self.settings.grid.steps_s, guess, cap)
+            iterations += outcome.inner_iterations
+            scene.newton_steps += outcome.inner_iterations if trial is transcribed.interior_point else 0
+            if outcome.usable and (best is None or outcome.ending is Ending.CONVERGED or outcome.objective < best.objective):
+                best, by = outcome, trial
+            if outcome.ending is Ending.CONVERGED:
+                break
+            reason = outcome.message or outcome.ending.value
+        if best is None:
+            reason = transcribed.parameters.without_value(p) or reason
+            return Refused(proposed=proposed, reason=f"not solved: {reason}", iterations=iterations)
+        self._left[proposed.name] = _WarmStart(proposed, best, by, turned, others, scene.expected)
+        u = turned_inputs(best.u) if turned else best.u
+        trajectory = self._rolled_out(cycle, transcribed, best.x[:, 3], u, p)
+        return Driven(proposed=proposed, trajectory=trajectory, iterations=iterations, converged=best.ending is Ending.CONVERGED)
+
+    def guess(self, cycle: Cycle, proposed: Proposed, transcribed: TranscribedProblem) -> StageGuess:
+        """The cold start: the candidate's own path."""
+        n, problem = self.settings.grid.nodes, transcribed.problem
+        x = proposed.guess
+        if x is None:
+            x = guessed_states(cycle.situation, proposed, cycle.vehicle, self.settings.grid.times_s)
+        return StageGuess(x=x, u=np.zeros((n, problem.nu)), s=np.zeros((n + 1, problem.ns)))
+
+    def parameters(self, cycle: Cycle, proposed: Proposed, guess_s: Array) -> Array:
+        """(N + 1, np): what the problem of a candidate is posed with, its road linearised around `guess_s` (N + 1)."""
+        return self._filled(self._shared(cycle), proposed, guess_s)
+
+    def who_matters(self, cycle: Cycle) -> ObstacleSlots:
+        """The bodies that can come near, or into the headway, within the horizon; in the cycle's order."""
+        times, situation, headway = self.settings.grid.times_s, cycle.situation, cycle.front_gap.headway
+        bodies, motion = cycle.prediction.bodies, cycle.prediction.rows_on(times)
+        if bodies:
+            lengths = np.array([body.length_m for body in bodies])
+            room = Room(standstill_m=headway.standstill_m + _MARGINS_M, time_gap_s=headway.time_gap_s, closing_s=HEADWAY_HORIZON_S)
+            near = in_reach(motion, lengths, times, situation.host, cycle.vehicle, situation.road, room)
+            if not near.all():
+                chosen = np.flatnonzero(near).tolist()
+                bodies, motion = tuple(bodies[i] for i in chosen), motion.part(chosen)
+        own = self.own
+        clearance = {"along_m": own.clearance_along_m, "across_m": own.clearance_across_m, "on_foot_m": own.clearance_on_foot_m}
+        return obstacle_slots(bodies, times, motion=motion, **clearance)
+
+    def _attempts(self, scene: _Scene, cold: Callable[[], StageGuess], answered: Callable[[], bool]) -> Iterator[Asked]:
+        """Engines in the order in which they are asked, from a cold start, with their iteration caps: the first that converges answers.
+
+        OSQP is the backup where the first engine has not `answered` at all.
+        """
+        if self.own.cold_start == "ipopt":
+            yield scene.transcribed.ipopt, cold, _IPOPT_ITERATIONS
+        elif self.own.solver == "osqp":
+            yield scene.transcribed.osqp, cold, _OSQP_COLD
+            return
+        else:
+            yield scene.transcribed.interior_point, cold, self._newton_cap(scene)
+        if not answered():
+            yield scene.transcribed.osqp, cold, _OSQP_BACKUP  # built when it is first asked
+
+    def _newton_cap(self, scene: _Scene) -> int:
+        """What is left of the cycle's for one solve."""
+        left = self.own.newton_steps_cycle - scene.newton_steps
+        return min(self.own.newton_steps, max(left, self.own.newton_steps_late))
+
+    def _rolled_out(self, cycle: Cycle, transcribed: TranscribedProblem, speed_mps: Array, u: Array, p: Array) -> Trajectory:
+        """The inputs, kept inside their limits, driven through the equations of motion from the measured state; `p` (N + 1, np) says which
+        share of the steering rate they are of."""
+        u = np.minimum(np.maximum(u, transcribed.problem.u_lower), transcribed.problem.u_upper)
+        share = transcribed.parameters.columns.get(STEERING_RATE_SHARE)
+        u = u if share is None else u * (1.0, p[0, share])
+        return roll_out(cycle.situation.host, speed_mps, u, self.settings.grid, cycle.vehicle, cycle.situation.road)
+
+    def _shared(self, cycle: Cycle) -> _Scene:
+        """Made for a cycle's first candidate, and kept for the others."""
+        last = self._scene
+        if last is None or last.cycle is not cycle:
+            others = self.who_matters(cycle)
+            sloping = cycle.situation.road.edges is not None
+            transcribed = self.problems.holding(len(others), cycle.vehicle, sloping_edges=sloping)
+            matrix = self.problems.constant(transcribed).copy()
+            share = self.own.friction_share * self.settings.friction_share
+            values = shared_values(cycle.situation, others, slots=min(len(others), transcribed.slots), friction_share=share)
+            if CENTRE in transcribed.parameters.columns:
+                values |= slip_values(cycle.vehicle, cycle.situation.host.speed_mps, cycle.situation.road.friction, self.settings)
+            transcribed.parameters.fill(matrix, values)
+            low, high = transcribed.problem.x_lower, transcribed.problem.x_upper
+            start = np.minimum(np.maximum(within_reach(cycle.situation.host, cycle.vehicle), low), high)
+            last = self._scene = _Scene(cycle, others, _expected(cycle, self.settings.grid.times_s), transcribed, matrix, start)
+        return last
+
+    def _filled(self, scene: _Scene, proposed: Proposed, guess_s: Array) -> Array:
+        """(N + 1, np): the parameters of every node."""
+        p, cycle = scene.matrix.copy(), scene.cycle
+        situation, times_s, comfort = cycle.situation, self.settings.grid.times_s, self.settings.comfort
+        values = proposal_values(situation, cycle.vehicle, scene.others, proposed, times_s, guess_s, cycle.front_gap.headway, comfort)
+        if len(scene.others) > scene.transcribed.slots:
+            values |= nearest_values(scene.others, scene.transcribed.slots, proposed, guess_s)
+        values["left_edge"] -= self.settings.edge_reserve_m
+        values["right_edge"] += self.settings.edge_reserve_m
+        scene.transcribed.parameters.fill(p, values)
+        return p
+
+    def _event(self, warm: _WarmStart, cycle: Cycle, proposed: Proposed, scene: _Scene) -> bool:
+        """Whether the last solve says little of this one: time jumped, another path or goal, somebody new or not where predicted."""
+        if abs(cycle.memory.elapsed_s - float(self.settings.grid.steps_s[0])) > _ON_TIME_S or warm.outcome.ending is not Ending.CONVERGED:
+            return True
+        if proposed.manoeuvre != warm.proposed.manoeuvre or abs(proposed.speed_mps - warm.proposed.speed_mps) > 1.0:
+            return True
+        if any(body.id not in scene.expected for body in warm.others.bodies):
+            return True
+        most_m, most_mps = self.own.event_position_m, self.own.event_speed_mps
+        for body, now in zip(scene.others.bodies, scene.others.first, strict=True):
+            then = warm.expected.get(body.id)
+            if then is None:
+                return True
+            if abs(then[0] - now[0]) > most_m or abs(then[1] - now[1]) > most_m or abs(then[2] - now[2]) > most_mps:
+                return True
+        return False
+
+
+def _expected(cycle: Cycle, times_s: Array) -> Expected:
+    rows = cycle.prediction.rows_on(times_s)
+    columns = (row[:, 1].tolist() for row in (rows.s_m, rows.d_m, rows.speed_s_mps))
+    return {body.id: place for body, place in zip(cycle.prediction.bodies, zip(*columns, strict=True), strict=True)}

@@ -1,0 +1,81 @@
+"""Left and right are solved as one: what steers right is turned about, so that a mirrored scene has the mirrored plan to the bit.
+
+Without it the order in which rows are summed differs between a scene and its mirror image, and a badly conditioned problem makes of the
+last bit of a sum the sixth digit of a plan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mcdas_opt.domain.road import Road
+from mcdas_opt.domain.rules import Array
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.planning.candidate import Proposed
+from mcdas_opt.planning.lane_problem.lane_parameters import ObstacleSlots
+from mcdas_opt.solvers.stage_problem import StageGuess
+
+_ODD_STATES = np.array([1.0, -1.0, -1.0, 1.0, 1.0, -1.0])  # s, d, psi, v, a, delta
+_ODD_INPUTS = np.array([1.0, -1.0])  # jerk, steering rate
+_ODD_PARAMETERS = frozenset({"kappa", "kappa_slope", "ref_start_d", "ref_amplitude", "ref_bend"})
+_NOTHING = 1e-9
+
+
+def is_turned(situation: Situation, others: ObstacleSlots, proposed: Proposed) -> bool:
+    """Whether this is solved in the mirror: steering right, or keeping the lane with more on the right than on the left."""
+    if proposed.side is not Side.NONE:
+        return proposed.side is Side.RIGHT
+    host, road = situation.host, situation.road
+    offset = host.d_m - proposed.path.start_d_m
+    lateral = [d - proposed.path.start_d_m for _, d, _ in others.first]
+    for oddness in (
+        offset,
+        host.heading_rad,
+        host.steering_rad,
+        sum(sorted(lateral, key=abs)),
+        float(road.left_edge_at(host.s_m)) + float(road.right_edge_at(host.s_m)) - 2.0 * proposed.path.start_d_m,
+        _lean_m(road),
+        sum(kappa for _, kappa in road.curvature),
+    ):
+        if abs(oddness) > _NOTHING:
+            return oddness < 0.0
+    return False
+
+
+def _lean_m(road: Road) -> float:
+    """How much wider the road is to the left than to the right, summed over where its edges change."""
+    return 0.0 if road.edges is None else float((road.edges.table[1] + road.edges.table[2]).sum())
+
+
+def turned_states(x: Array) -> Array:
+    """States (..., 6) in the mirror."""
+    return np.asarray(x * _ODD_STATES)
+
+
+def turned_inputs(u: Array) -> Array:
+    """Inputs (..., 2) in the mirror."""
+    return np.asarray(u * _ODD_INPUTS)
+
+
+def turned_guess(guess: StageGuess) -> StageGuess:
+    """A cold guess in the mirror."""
+    return StageGuess(x=turned_states(guess.x), u=turned_inputs(guess.u), s=guess.s)
+
+
+class TurnedParameters:
+    """Parameters (N + 1, np) of these names in the mirror: lateral positions and curvatures change sign, the road's edges places too."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        odd = _ODD_PARAMETERS | {"left_edge", "right_edge", "left_slope", "right_slope"}
+        self._sign = np.array([-1.0 if name in odd or (name.startswith("body") and name.endswith("_d")) else 1.0 for name in names])
+        self._order = np.arange(len(names))
+        for pair in (("left_edge", "right_edge"), ("left_slope", "right_slope")):
+            if pair[0] in names:
+                left, right = map(names.index, pair)
+                self._order[[left, right]] = right, left
+
+    def __call__(self, p: Array) -> Array:
+        return np.asarray(p[:, self._order] * self._sign)

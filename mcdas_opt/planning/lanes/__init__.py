@@ -1,0 +1,1 @@
+"""Lanes: which one is wanted, which one has to be reached, through which gap, and the lane change that is under way."""

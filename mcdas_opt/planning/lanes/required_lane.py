@@ -1,0 +1,91 @@
+"""Which lane has to be reached: one that leads on where the own one ends, or the destination's."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Side
+from mcdas_opt.planning.lanes.lane_choice import reaches_into
+
+AHEAD_S, AHEAD_M = 20.0, 60.0  # a lane that ends within so much driving, and at least so far ahead, is left
+ADAPTING_S = 12.0  # before a destination speed is adapted to a gap; until then one that comes by itself is taken
+_FARTHER_M = 30.0  # a lane must lead on by so much farther to be worth a change
+
+
+class RequiredLane(NamedTuple):
+    """The side to change to, the time [s] until the lane there has to be reached, and where the own lane ends (None: it does not;
+    infinite: it is none to drive in, as one of oncoming traffic, and is left as soon as can be)."""
+
+    side: Side
+    left_s: float
+    end_m: float | None = None
+
+    @property
+    def own_lane_ends(self) -> bool:
+        return self.end_m is not None
+
+    @property
+    def own_lane_is_undrivable(self) -> bool:
+        return self.end_m is not None and math.isinf(self.end_m)
+
+
+def required_lane(situation: Situation, vehicle: Vehicle) -> RequiredLane | None:
+    """The side with a lane that leads on where the host's own ends soon, else the side of the destination's lane; None where the own lane
+    leads on and is the one to be in, or where nothing leads on farther."""
+    lane = situation.host_lane
+    return _to_lead_on(situation, vehicle, lane) or _to_the_destination(situation, lane)
+
+
+def _to_the_destination(situation: Situation, lane: int) -> RequiredLane | None:
+    road, host, destination = situation.road, situation.host, situation.destination
+    if destination is None or destination.lane is None or destination.lane == lane:
+        return None
+    side, beside = (Side.LEFT, lane + 1) if destination.lane > lane else (Side.RIGHT, lane - 1)
+    if not road.goes_on(beside, host.s_m, host.speed_mps):
+        return None
+    left_s = ADAPTING_S if destination.s_m is None else (destination.s_m[1] - host.s_m) / max(host.speed_mps, AHEAD_M / AHEAD_S)
+    until_s = math.inf if destination.time_s is None else max(destination.time_s[1] - situation.time_s, 0.0)
+    return RequiredLane(side, min(left_s, until_s, ADAPTING_S))
+
+
+def _to_lead_on(situation: Situation, vehicle: Vehicle, lane: int) -> RequiredLane | None:
+    road, host = situation.road, situation.host
+    if not road.lanes:
+        return None
+    end = road.lane_ends_m(lane, host.s_m, vehicle.width_m)
+    if end > host.s_m + max(AHEAD_S * host.speed_mps, AHEAD_M):
+        return None
+    best, farthest = Side.NONE, max(end, host.s_m) + _FARTHER_M
+    for side, beside in ((Side.LEFT, lane + 1), (Side.RIGHT, lane - 1)):
+        if not road.goes_on(beside, host.s_m, host.speed_mps):
+            continue
+        reached = road.lane_ends_m(beside, host.s_m, vehicle.width_m)
+        if reached > farthest:
+            best, farthest = side, reached
+    if best is Side.NONE:
+        return None
+    if road.is_for_others(lane):
+        return RequiredLane(best, ADAPTING_S, math.inf)
+    return RequiredLane(best, max(end - host.s_m, 0.0) / max(host.speed_mps, AHEAD_M / AHEAD_S), end)
+
+
+def beside(situation: Situation, side: Side) -> list[Track]:
+    """Whose body reaches into the next lane on that side, from behind to ahead."""
+    return _in_lane(situation, situation.lane_beside(side))
+
+
+def next_ahead(situation: Situation, d_m: float) -> Track | None:
+    """Who is next ahead of the host in the lane that is there."""
+    road, host = situation.road, situation.host
+    return next((track for track in _in_lane(situation, road.lane_of(d_m, host.s_m)) if track.s_m > host.s_m), None)
+
+
+def _in_lane(situation: Situation, lane: int) -> list[Track]:
+    """Whose body reaches into a lane, from behind to ahead."""
+    road = situation.road
+    there = (one for one in situation.tracks if reaches_into(one, road.lane_centre_m(lane, one.s_m), road.lane_width_at(lane, one.s_m)))
+    return sorted(there, key=lambda one: one.s_m)

@@ -1,0 +1,48 @@
+"""When a manoeuvre that has begun is given up."""
+
+from __future__ import annotations
+
+from mcdas_opt.domain.settings import LEAST_SHARE, Settings
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.vehicle import Vehicle
+from mcdas_opt.domain.vocabulary import Mode
+from mcdas_opt.planning.front.headway import INTRUSION_M
+from mcdas_opt.planning.lanes.lane_choice import presses
+from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
+from mcdas_opt.planning.lanes.required_lane import RequiredLane
+
+_UNHURRIED_MPS = 3.0  # who is slower stops within its length, and need not steer out
+
+
+def is_withdrawn(active: Manoeuvre, situation: Situation, vehicle: Vehicle, settings: Settings, required: RequiredLane | None) -> bool:
+    """Whether a lane change that nothing presses is given up, the body being in its lane still: nobody watches the next one any more, or
+    somebody has come so near in it that he, or the host, would have to brake harder than manners allow; where the lane has to be reached,
+    or the host steers out of what threatens no more, than is comfortable. And whether steering out is given up by a host that drives so
+    slowly in its lane that it may as well stop."""
+    if active.mode is Mode.CRUISE and active.half_done(situation):
+        return False
+    if reaches_out_of_its_lane(situation, vehicle):
+        return False
+    if active.mode is Mode.CRUISE and not situation.sees_lane(active.side):
+        return True
+    host, time_gap_s, evades = situation.host, settings.headway.time_gap_s, active.mode is not Mode.CRUISE
+    if evades and host.speed_mps < _UNHURRIED_MPS:
+        return _off_centre_m(situation) < abs(host.d_m - active.target_d_m)
+    if evades and active.half_done(situation):
+        return False
+    if evades or (required is not None and required.side is active.side):
+        most = settings.comfort.limits(host.speed_mps).braking_mps2
+        return presses(active.side, situation, vehicle, LEAST_SHARE * time_gap_s, most)
+    return presses(active.side, situation, vehicle, time_gap_s, settings.manners.follower_braking_mps2)
+
+
+def reaches_out_of_its_lane(situation: Situation, vehicle: Vehicle) -> bool:
+    """Whether the host's body is in the next lane, too."""
+    host, road = situation.host, situation.road
+    width_m = road.lane_width_at(situation.host_lane, host.s_m)
+    return _off_centre_m(situation) > 0.5 * (width_m - vehicle.width_m) + INTRUSION_M
+
+
+def _off_centre_m(situation: Situation) -> float:
+    host, road = situation.host, situation.road
+    return abs(host.d_m - road.lane_centre_m(situation.host_lane, host.s_m))

@@ -1,0 +1,1 @@
+"""What a plan says of itself: why, in which mode, on whom it relies, with which alert."""

@@ -1,0 +1,63 @@
+"""On whom a plan relies: named in its end, and said in its reason."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from mcdas_opt.domain.prediction import Prediction
+from mcdas_opt.domain.safe_end import SafeEnd
+from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.domain.variant import names_of
+from mcdas_opt.manoeuvres.safe_end import last_end
+from mcdas_opt.planning.candidate import Continuation
+from mcdas_opt.planning.candidates.continuation import is_in_the_way
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.tracking.follower_prediction import predicted_to_brake
+from mcdas_opt.verification.judge import judge
+
+_PLAINLY_M = 1.0  # a gap at a drive's samples that nothing closes between them
+
+
+def told_of_followers(found: Continuation, cycle: Cycle) -> Continuation:
+    """Its end says on whom it relies of those who are expected to brake before: whom it would hit, or ask too much of, if they did not."""
+    if found.end is None or found.end.relies_on is not None or not found.verdict.passed:
+        return found
+    drive, situation, vehicle = found.trajectory, cycle.situation, cycle.vehicle
+    expected = [one for one in predicted_to_brake(cycle.prediction) if one in cycle.observed.attentive]
+    if not expected or (situation.road.is_straight and _falls_behind(drive, expected, cycle)):
+        return found
+    names = [one for one in expected if is_in_the_way(drive, one, cycle)]
+    if not names:
+        return found
+    theirs = frozenset(name for one in names for name in names_of(one))
+    unaided = Prediction(name=cycle.unaided.name, bodies=tuple(body for body in cycle.unaided.bodies if body.id in theirs))
+    end = last_end(drive, situation.host, vehicle, situation.road, unaided, cycle.settings.safe_end, cycle.owed_m)
+    if not end.follower_fails and judge(drive, situation.host, vehicle, situation.road, unaided).passed:
+        return found
+    return found._replace(end=replace(found.end, relies_on=" and ".join(names)))
+
+
+def _falls_behind(drive: Trajectory, names: Sequence[str], cycle: Cycle) -> bool:
+    """Whether all of them, though they never brake, keep plainly clear of the drive and close in no more at its end: then nobody is relied
+    on, which the judge need not be asked."""
+    theirs = frozenset(variant for one in names for variant in names_of(one))
+    for body in cycle.unaided.bodies:
+        if body.id in theirs:
+            motion = body.at(drive.t_s)
+            gap_m = drive.s_m - motion.s_m - 0.5 * (body.length_m + cycle.vehicle.length_m)
+            if gap_m.min() < _PLAINLY_M or motion.speed_s_mps[-1] > drive.speed_mps[-1]:
+                return False
+    return True
+
+
+def reliance_in_words(end: SafeEnd | None, cycle: Cycle) -> str:
+    """Said of followers who are expected to brake, and of an end that a follower makes safe; empty where there are none."""
+    slow = [one for one in predicted_to_brake(cycle.prediction) if one not in cycle.observed.attentive]
+    if slow:
+        return f"; {' and '.join(slow)} behind in slow traffic {'is' if len(slow) == 1 else 'are'} expected to brake"
+    if end is None or end.relies_on is None:
+        return ""
+    if cycle.observed.attentive.issuperset(end.relies_on.split(" and ")):
+        return f"; {end.relies_on} keeps its distance behind and is expected to brake"
+    return f"; {end.relies_on} too close behind {'are' if ' and ' in end.relies_on else 'is'} expected to brake, as no lane beside is open"
