@@ -49,7 +49,7 @@ from mcdas_opt.planning.fallback.severity import severity
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.proposals.keep_lane import keep_lane
 from mcdas_opt.planning.proposals.unwatched import begins_unwatched
-from mcdas_opt.planning.rounds.simple_drives import simple_policies
+from mcdas_opt.planning.rungs.simple_drives import simple_policies
 
 _SEVERITY_MPS, _COST_SHARE, _COST = 0.5, 0.02, 0.05  # differences that count as none; steering out costs 2
 _BEST_SIMPLE_MPS = 0.5

@@ -23,7 +23,7 @@ from mcdas_opt.evaluation.labelling import wants_label
 from mcdas_opt.evaluation.labels import Kind, label_scene
 from mcdas_opt.evaluation.statistics import Share
 from mcdas_opt.evaluation.suites import expand
-from mcdas_opt.planning.rounds.previous_plan import NAME as REMAINDER
+from mcdas_opt.planning.rungs.previous_plan import NAME as REMAINDER
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.sensor_faults import SensorFaults
 

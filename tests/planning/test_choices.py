@@ -33,7 +33,7 @@ from mcdas_opt.planning.fallback.severity import severities, severity
 from mcdas_opt.planning.lane_problem import lane_mpc_solver
 from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.planner import Planner
-from mcdas_opt.planning.rounds.simple_drives import simple_policies
+from mcdas_opt.planning.rungs.simple_drives import simple_policies
 from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.record import Outcome

@@ -22,8 +22,8 @@ from mcdas_opt.planning.lane_problem.transcribed_problem import TranscribedProbl
 from mcdas_opt.planning.memory import PreviousPlan
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.proposals.expected_followers import open_sides
-from mcdas_opt.planning.rounds.remainder import remainder
-from mcdas_opt.planning.rounds.simple_drives import simple_policies
+from mcdas_opt.planning.rungs.remainder import remainder
+from mcdas_opt.planning.rungs.simple_drives import simple_policies
 from mcdas_opt.solvers.outcome import Outcome
 from mcdas_opt.solvers.stage_problem import StageGuess
 from mcdas_opt.tracking.prediction import predict_for

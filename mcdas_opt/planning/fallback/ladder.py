@@ -14,8 +14,8 @@ from mcdas_opt.planning.memory import FollowerReaction, Memory
 from mcdas_opt.planning.order import FALLBACK, HOST_REFUSED, Rung
 from mcdas_opt.planning.proposals.unwatched import begins_unwatched
 from mcdas_opt.planning.reporting.reliance import reliance_in_words, told_of_followers
-from mcdas_opt.planning.rounds.previous_plan import NAME as REMAINDER
-from mcdas_opt.planning.rounds.previous_plan import previous_plan
+from mcdas_opt.planning.rungs.previous_plan import NAME as REMAINDER
+from mcdas_opt.planning.rungs.previous_plan import previous_plan
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

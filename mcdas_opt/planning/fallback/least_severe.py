@@ -18,7 +18,7 @@ from mcdas_opt.planning.fallback.severity import severities, severity_in_words
 from mcdas_opt.planning.memory import FollowerReaction
 from mcdas_opt.planning.proposals.unwatched import begins_unwatched, unwatched
 from mcdas_opt.planning.reporting.reported_mode import REPORTED_S
-from mcdas_opt.planning.rounds.corrected_sigmoid import NAME as CORRECTED_SIGMOID
+from mcdas_opt.planning.rungs.corrected_sigmoid import NAME as CORRECTED_SIGMOID
 
 _STEERING_OUT_MPS = 0.5  # by which steering out must be less severe than staying in the lane
 _WEAVING_PER_S = 1.0  # for each metre that it goes to and fro across the road

@@ -9,7 +9,7 @@ from mcdas_opt.planning.candidate import Checked, Costed, Driven, Proposed
 from mcdas_opt.planning.candidates.collision_check import verdicts
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.proposals.keep_lane import keep_path
-from mcdas_opt.planning.rounds.remainder import remainder
+from mcdas_opt.planning.rungs.remainder import remainder
 
 NAME = "the remainder of the previous plan"
 
