@@ -124,6 +124,15 @@ class MissingExtraError(McdasError, ImportError):
         return type(self), (self.package, self.extra, self.then)
 
 
+@contextmanager
+def of_extra(package: str, extra: str, then: str = "") -> Iterator[None]:
+    """Turns a failure to import what is imported inside into a `MissingExtraError`."""
+    try:
+        yield
+    except ImportError:
+        raise MissingExtraError(package, extra, then) from None
+
+
 def printable(text: str) -> str:
     """In one line, and nothing in it that a terminal would obey: what cannot be printed is written as Python writes it."""
     return text if text.isprintable() else "".join(one if one.isprintable() else repr(one)[1:-1] for one in text)

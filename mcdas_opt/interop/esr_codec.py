@@ -13,7 +13,7 @@ from typing import Any
 
 from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.domain.declared_types import require_types
-from mcdas_opt.errors import InputError, MissingExtraError, ParameterError, reading
+from mcdas_opt.errors import InputError, ParameterError, of_extra, reading
 
 FIRST_TRACK, TRACKS, STATUS_1, STATUS_2 = 0x500, 64, 0x4E0, 0x4E1
 _STATUS, _RANGE, ANGLE = "CAN_TX_TRACK_STATUS", "CAN_TX_TRACK_RANGE", "CAN_TX_TRACK_ANGLE"
@@ -161,10 +161,8 @@ class EsrCodec:
 
 
 def _load(path: Path) -> Any:
-    try:
+    with of_extra("cantools", "can"):
         import cantools
-    except ImportError:
-        raise MissingExtraError("cantools", "can") from None
     try:
         with reading(path):
             return cantools.database.load_file(str(path), database_format="dbc").messages

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Request, Side
-from mcdas_opt.errors import MissingExtraError
+from mcdas_opt.errors import of_extra
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.planning.memory import carried
 from mcdas_opt.tracking.prediction import predict_for
@@ -58,18 +59,6 @@ class FullBraking:
 
     def wanted_mps2(self, t_s: float, s_m: float, speed_mps: float) -> float:
         return -self.strength_mps2
-
-
-class _Package(NamedTuple):
-    """What is used of the extra's packages."""
-
-    planner: Any
-    configuration: Any
-    state: Any
-    line: Any
-    line_settings: Any
-    scenario: Any
-    shapes: Any
 
 
 class ReactiveMethod:
@@ -241,8 +230,9 @@ def _meaning(trajectory: Trajectory, road: Road) -> tuple[Mode, Side]:
     return (Mode.BRAKE if change < 0.0 else Mode.ACCELERATE), Side.NONE
 
 
-def _package() -> _Package:
-    try:
+def _package() -> SimpleNamespace:
+    """What is used of the extra's packages."""
+    with of_extra("commonroad-reactive-planner", "commonroad-planner", f"pip install --no-deps {' '.join(PACKAGES)}"):
         import commonroad_dc.pycrcc as shapes
         from commonroad.scenario.scenario import Scenario
         from commonroad_clcs.config import CLCSParams
@@ -250,10 +240,7 @@ def _package() -> _Package:
         from commonroad_rp.state import ReactivePlannerState
         from commonroad_rp.utility.config import ReactivePlannerConfiguration
         from commonroad_rp.utility.utils_coordinate_system import CoordinateSystem
-    except ImportError:
-        then = f"pip install --no-deps {' '.join(PACKAGES)}"
-        raise MissingExtraError("commonroad-reactive-planner", "commonroad-planner", then) from None
-    return _Package(
+    return SimpleNamespace(
         planner=ReactivePlanner,
         configuration=ReactivePlannerConfiguration,
         state=ReactivePlannerState,

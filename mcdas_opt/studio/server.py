@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from mcdas_opt.errors import MissingExtraError, ParameterError
+from mcdas_opt.errors import ParameterError, of_extra
 from mcdas_opt.studio.folder import Folder
 from mcdas_opt.studio.request_filter import RequestFilter
 
@@ -21,10 +21,8 @@ def serve(folder: Path, port: int, *, open_browser: bool, announce: Callable[[],
     """
     room = Folder(root=folder)
     _check_free(port)
-    try:
+    with of_extra("nicegui", "web"):
         from nicegui import app, ui
-    except ImportError:
-        raise MissingExtraError("nicegui", "web") from None
     from mcdas_opt.studio.page import register
     from mcdas_opt.studio.page_session import Studio
 

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.errors import MissingExtraError, ParameterError, nearest
+from mcdas_opt.errors import ParameterError, nearest, of_extra
 
 Function = Callable[[Array], float]
 _POPULATION = 5  # of differential evolution, per dimension
@@ -86,10 +86,8 @@ def _evolution(function: Function, dimensions: int, seed: int, start: Array | No
 
 def _cma(function: Function, dimensions: int, seed: int, start: Array | None) -> None:
     """CMA-ES (Hansen 2016), begun anew when it has converged."""
-    try:
+    with of_extra("cmaes", "tune"):
         from cmaes import CMA
-    except ImportError:
-        raise MissingExtraError("cmaes", "tune") from None
     while True:
         mean = np.full(dimensions, 0.5) if start is None else np.clip(start, 1e-6, 1.0 - 1e-6)
         optimiser = CMA(mean=mean, sigma=0.25, bounds=np.array([[0.0, 1.0]] * dimensions), seed=seed)
@@ -116,9 +114,7 @@ SEARCHERS: dict[str, Searcher] = {"random": _random, "de": _evolution, "cma-es":
 
 def optuna_module() -> Any:
     """Optuna, silenced: what it would log is in the study."""
-    try:
+    with of_extra("optuna", "tune"):
         import optuna
-    except ImportError:
-        raise MissingExtraError("optuna", "tune") from None
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     return optuna

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator, Sequence
 
-from mcdas_opt.errors import InputError, MissingExtraError
+from mcdas_opt.errors import InputError, of_extra
 from mcdas_opt.evaluation.running.messages import Answer, Ended, Task
 from mcdas_opt.evaluation.running.worker import Worker
 
@@ -33,10 +33,8 @@ class DaskCluster:
     """
 
     def __init__(self, address: str) -> None:
-        try:
+        with of_extra("distributed", "dask"):
             import distributed
-        except ImportError:
-            raise MissingExtraError("distributed", "dask") from None
         try:
             self._client = distributed.Client(address, timeout=_CONNECT_S, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from mcdas_opt.errors import MissingExtraError
+from mcdas_opt.errors import of_extra
 
 ID = "mcdas/MidVehicle-v0"
 
 
 def register_envs() -> None:
     """Registers our environments; called twice it changes nothing. Raises `MissingExtraError` without gymnasium."""
-    try:
+    with of_extra("gymnasium", "gym"):
         import gymnasium
-    except ImportError:
-        raise MissingExtraError("gymnasium", "gym") from None
     if ID not in gymnasium.registry:
         gymnasium.register(id=ID, entry_point="mcdas_opt.interop.gym.mid_vehicle:MidVehicle")

@@ -9,7 +9,7 @@ import time
 from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol
 
-from mcdas_opt.errors import InputError, MissingExtraError
+from mcdas_opt.errors import InputError, of_extra
 
 _POLL_S = 0.1  # how long a reader waits before it looks whether it is to end
 _OLDEST_S = 1.0  # an older stamp is not of the clock that it should be of
@@ -93,10 +93,8 @@ class BusInbox:
 
 def open_bus(channel: str, interface: str) -> Any:
     """A python-can bus. Raises `InputError` that names the channel and the interface; `MissingExtraError` without python-can."""
-    try:
+    with of_extra("python-can", "can"):
         import can
-    except ImportError:
-        raise MissingExtraError("python-can", "can") from None
     if interface not in can.VALID_INTERFACES:
         raise InputError("--interface", "", interface, "is no interface of python-can; known: " + ", ".join(sorted(can.VALID_INTERFACES)))
     try:

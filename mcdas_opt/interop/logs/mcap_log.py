@@ -10,7 +10,7 @@ from typing import Any
 
 from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.errors import MissingExtraError, writing
+from mcdas_opt.errors import of_extra, writing
 from mcdas_opt.interop.logs.moments import HEIGHT_M, Box, Moment, lines, moments
 from mcdas_opt.simulation.record import Simulation
 
@@ -26,10 +26,8 @@ def write_mcap(drive: Simulation, path: str | Path) -> Path:
 
     Raises `MissingExtraError` without the package mcap, `InputError` where the file cannot be written.
     """
-    try:
+    with of_extra("mcap", "mcap"):
         from mcap.writer import CompressionType, Writer
-    except ImportError:
-        raise MissingExtraError("mcap", "mcap") from None
     path = Path(path)
     with writing(path), path.open("wb") as file:
         writer = Writer(file, compression=CompressionType.NONE)

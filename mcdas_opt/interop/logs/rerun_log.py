@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.errors import InputError, MissingExtraError
+from mcdas_opt.errors import InputError, of_extra
 from mcdas_opt.interop.logs.moments import HEIGHT_M, Box, lines, moments
 from mcdas_opt.simulation.record import Simulation
 
@@ -61,10 +61,8 @@ def show(path: Path) -> None:
 
 
 def _rerun() -> Any:
-    try:
+    with of_extra("rerun-sdk", "rerun"):
         import rerun
-    except ImportError:
-        raise MissingExtraError("rerun-sdk", "rerun") from None
     return rerun
 
 
