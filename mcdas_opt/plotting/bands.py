@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
 from mcdas_opt.plotting import style
+
+if TYPE_CHECKING:
+    from mcdas_opt.interop.replay_record import Cycle
 
 MODES = {
     Mode.HOLD: "#b9bcc2",
@@ -33,6 +37,11 @@ class Decided:
     alert: Alert | None
     reason: str
     passed: bool = True
+
+    @classmethod
+    def of(cls, t_s: float, said: Plan | Cycle, *, passed: bool) -> Decided:
+        """What a plan says, or a replay's cycle."""
+        return cls(t_s=t_s, mode=said.mode, side=said.side, status=said.status, alert=said.alert, reason=said.reason, passed=passed)
 
     @property
     def action(self) -> str:

@@ -15,7 +15,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Alert
 from mcdas_opt.plotting import style
 from mcdas_opt.plotting.moments import HOST, Moment, Shown, View, aside, lane_colours
-from mcdas_opt.plotting.plane import Ground, rounded, view_document
+from mcdas_opt.plotting.plane import Ground, chart, rounded, view_document
 from mcdas_opt.plotting.words import because, doing, judged, passed, sentence
 from mcdas_opt.simulation.contact import surroundings
 from mcdas_opt.tracking.prediction import predict
@@ -136,39 +136,14 @@ class Outlook:
         fastest = max([v, wanted, *(abs(body.at(0.0).speed_s_mps.item()) for body in self.bodies)])
         low, high = max(car.acceleration_min_mps2, -grip), min(car.acceleration_max_mps2, grip)
         slowest = min([v, wanted, *(abs(body.at(0.0).speed_s_mps.item()) for body in self.bodies)])
+        kept = [(wanted, "desired", False), (limit, "speed limit", False)]
         return [
-            {
-                "key": "speed",
-                "title": "speed",
-                "unit": "m/s",
-                "low": max(slowest - 4.0, 0.0),
-                "high": fastest + 4.0,
-                "limits": [[wanted, "desired", False], [limit, "speed limit", False]],
-            },
-            {
-                "key": "acceleration",
-                "title": "acceleration",
-                "unit": "m/s²",
-                "low": 1.2 * low,
-                "high": 1.5 * high,
-                "limits": [[low, "hardest braking", True], [high, "most", True]],
-            },
-            {
-                "key": "lateral",
-                "title": "lateral acceleration",
-                "unit": "m/s²",
-                "low": -1.3 * grip,
-                "high": 1.3 * grip,
-                "limits": [[grip, "grip", True], [-grip, "grip", True]],
-            },
-            {
-                "key": "clearance",
-                "title": "clearance, as predicted",
-                "unit": "m",
-                "low": -0.12 * _FAR_M,
-                "high": _FAR_M,
-                "limits": [[0.0, "touch", True]],
-            },
+            chart("speed", "m/s", max(slowest - 4.0, 0.0), fastest + 4.0, kept, key="speed"),
+            chart(
+                "acceleration", "m/s²", 1.2 * low, 1.5 * high, [(low, "hardest braking", True), (high, "most", True)], key="acceleration"
+            ),
+            chart("lateral acceleration", "m/s²", -1.3 * grip, 1.3 * grip, [(grip, "grip", True), (-grip, "grip", True)], key="lateral"),
+            chart("clearance, as predicted", "m", -0.12 * _FAR_M, _FAR_M, [(0.0, "touch", True)], key="clearance"),
         ]
 
     def view(self) -> View:

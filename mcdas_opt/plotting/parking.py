@@ -157,6 +157,5 @@ def _profiles(curvature: Axes, speed: Axes, case: ParkingCase, trajectory: Parki
     for limit in (case.limits.forward_mps, -case.limits.reverse_mps):
         speed.axhline(limit, color=style.GREY, ls="--", lw=1.0)
     speed.axhline(0.0, color=style.BLACK, lw=0.8)
-    speed.set_ylabel("speed [m/s]")
-    speed.set_xlabel("distance driven [m] (dashed: limits)")
+    speed.set(ylabel="speed [m/s]", xlabel="distance driven [m] (dashed: limits)")
     curvature.sharex(speed)

@@ -40,8 +40,7 @@ def sheet(drive: ParkingDrive) -> Figure:
         speed.set_ylabel("speed [m/s]")
         apart = _to_plans(drive)
         off.plot(t, 100.0 * apart, color=style.PURPLE)
-        off.set_ylabel("off the plans [cm]")
-        off.set_xlabel("time [s]")
+        off.set(ylabel="off the plans [cm]", xlabel="time [s]")
         off.set_ylim(bottom=0.0)
         off.sharex(speed)
         for axes in (speed, off):

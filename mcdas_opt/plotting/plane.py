@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -97,3 +98,13 @@ def plan_path(ground: Ground, x: Trajectory) -> tuple[list[Any], list[Any]]:
 
 def view_document(view: View) -> dict[str, float]:
     return {"back": view.back_m, "ahead": view.ahead_m, "right": view.right_m, "left": view.left_m}
+
+
+def chart(title: str, unit: str, low: float, high: float, limits: Sequence[tuple[float, str, bool]] = (), **more: Any) -> dict[str, Any]:
+    """A chart over time from `low` to `high`; each limit is a value, a word, and whether it is a hard one."""
+    return {"title": title, "unit": unit, "low": low, "high": high, "limits": [list(one) for one in limits], **more}
+
+
+def line(t_s: Any, values: Any, colour: str, digits: int = 3) -> dict[str, Any]:
+    """A quantity over time, for the `lines` of a chart."""
+    return {"t": rounded(t_s, 3), "v": rounded(values, digits), "colour": colour}

@@ -19,9 +19,9 @@ from mcdas_opt.plotting.bands import Decided, bands_document
 from mcdas_opt.plotting.moments import HOST, Moment, moment_at, neighbour_colours, view_of
 from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.plotting.parking_follow import drive_words
-from mcdas_opt.plotting.plane import Ground, plan_path, rounded, view_document
+from mcdas_opt.plotting.plane import Ground, chart, line, plan_path, rounded, view_document
 from mcdas_opt.plotting.strips import Strip, strips_of
-from mcdas_opt.simulation.record import Cycle, Simulation
+from mcdas_opt.simulation.record import Simulation
 
 _BEYOND_M = 110.0  # road drawn before the first and beyond the last place of the host
 _POSE_EVERY_S = 0.05
@@ -73,6 +73,7 @@ def drive_document(simulation: Simulation) -> dict[str, Any]:
     ]
     struck = [HOST, simulation.collided_with] if simulation.collided_with is not None else []
     times = [cycle.time_s for cycle in simulation.cycles]
+    decided = [Decided.of(cycle.time_s, cycle.plan, passed=cycle.plan.verdict.passed) for cycle in simulation.cycles]
     return {
         "duration": simulation.duration_s,
         "road": ground.document(),
@@ -85,7 +86,7 @@ def drive_document(simulation: Simulation) -> dict[str, Any]:
         "t": rounded(times, 3),
         "cycles": [_cycle(ground, moment_at(simulation, t)) for t in times],
         "charts": [_chart(strip, simulation.duration_s) for strip in strips_of(simulation)],
-        **bands_document([_decided(cycle) for cycle in simulation.cycles], simulation.duration_s),
+        **bands_document(decided, simulation.duration_s),
         "outcome": outcome_words(simulation),
         "safe": simulation.is_safe,
         "struck": struck,
@@ -145,8 +146,11 @@ def _manoeuvre(case: ParkingCase, driven: ParkingTrajectory) -> dict[str, Any]:
     top = float(np.tan(car.steering_max_rad) / car.wheelbase_m)
     forward, reverse = case.limits.forward_mps, -case.limits.reverse_mps
     speed = driven.speed_mps
+    lasts, curved = driven.duration_s, [(top, "steering lock", True), (-top, "steering lock", True)]
+    fastest, slowest = 1.15 * max(forward, float(speed.max())), 1.15 * min(reverse, float(speed.min()))
+    driving, bending = [line(t, speed, style.HOST)], [line(t, curvature, style.PURPLE, 4)]
     return {
-        "duration": driven.duration_s,
+        "duration": lasts,
         "manoeuvre": {
             "t": rounded(t, 3),
             "poses": rounded(driven.poses, 4),
@@ -155,26 +159,12 @@ def _manoeuvre(case: ParkingCase, driven: ParkingTrajectory) -> dict[str, Any]:
             "speed": rounded(speed),
         },
         "charts": [
-            {
-                "title": "speed",
-                "unit": "m/s",
-                "low": 1.15 * min(reverse, float(speed.min())),
-                "high": 1.15 * max(forward, float(speed.max())),
-                "duration": driven.duration_s,
-                "limits": [[forward, "forward", True], [reverse, "reverse", True]],
-                "lines": [{"t": rounded(t, 3), "v": rounded(speed, 3), "colour": style.HOST}],
-            },
-            {
-                "title": "curvature",
-                "unit": "1/m",
-                "low": -1.2 * top,
-                "high": 1.2 * top,
-                "duration": driven.duration_s,
-                "limits": [[top, "steering lock", True], [-top, "steering lock", True]],
-                "lines": [{"t": rounded(t, 3), "v": rounded(curvature, 4), "colour": style.PURPLE}],
-            },
+            chart(
+                "speed", "m/s", slowest, fastest, [(forward, "forward", True), (reverse, "reverse", True)], duration=lasts, lines=driving
+            ),
+            chart("curvature", "1/m", -1.2 * top, 1.2 * top, curved, duration=lasts, lines=bending),
         ],
-    }  # fmt: skip
+    }
 
 
 def parking_words(parking: Parking) -> str:
@@ -184,19 +174,6 @@ def parking_words(parking: Parking) -> str:
     clearance = "" if parking.min_clearance_m is None else f", never nearer than {100.0 * parking.min_clearance_m:.1f} cm"
     changes = f"{parking.gear_changes} gear change{'' if parking.gear_changes == 1 else 's'}"
     return f"{parking.duration_s:.1f} s, {parking.path_m:.1f} m driven, {changes}{clearance}; passed by the judge"
-
-
-def _decided(cycle: Cycle) -> Decided:
-    plan = cycle.plan
-    return Decided(
-        t_s=cycle.time_s,
-        mode=plan.mode,
-        side=plan.side,
-        status=plan.status,
-        alert=plan.alert,
-        reason=plan.reason,
-        passed=plan.verdict.passed,
-    )
 
 
 def _cycle(ground: Ground, moment: Moment) -> dict[str, Any]:
@@ -216,12 +193,6 @@ def _cycle(ground: Ground, moment: Moment) -> dict[str, Any]:
 def _chart(strip: Strip, duration_s: float) -> dict[str, Any]:
     title, _, unit = strip.title.partition(" [")
     every = max(1, round(_CHART_EVERY_S / max(float(strip.t_s[1] - strip.t_s[0]), 1e-9))) if len(strip.t_s) > 1 else 1
-    return {
-        "title": title,
-        "unit": unit.removesuffix("]"),
-        "low": strip.low,
-        "high": strip.high,
-        "duration": duration_s,
-        "limits": [[value, word, word != "desired"] for value, word in strip.limits],
-        "lines": [{"t": rounded(strip.t_s[::every], 3), "v": rounded(strip.values[::every], 3), "colour": style.HOST}],
-    }
+    limits = [(value, word, word != "desired") for value, word in strip.limits]
+    lines = [line(strip.t_s[::every], strip.values[::every], style.HOST)]
+    return chart(title, unit.removesuffix("]"), strip.low, strip.high, limits, duration=duration_s, lines=lines)

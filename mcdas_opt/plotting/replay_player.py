@@ -13,7 +13,7 @@ from mcdas_opt.interop.replay_record import Cycle, Replay, SeenTrack
 from mcdas_opt.plotting import style, web
 from mcdas_opt.plotting.bands import Decided, bands_document
 from mcdas_opt.plotting.moments import HOST
-from mcdas_opt.plotting.plane import Ground, ellipse, plan_path, rounded
+from mcdas_opt.plotting.plane import Ground, chart, ellipse, line, plan_path, rounded
 from mcdas_opt.plotting.words import doing, sentence
 
 MOST_CYCLES = 6000  # of a longer recording every so-manieth is shown
@@ -37,7 +37,7 @@ def replay_document(replay: Replay) -> dict[str, Any]:
     car = replay.vehicle
     poses = ground.place(places, [cycle.host.d_m for cycle in cycles], [cycle.host.heading_rad for cycle in cycles])
     speeds = [cycle.host.speed_mps for cycle in cycles]
-    decided = [_decided(one, start) for one in replay.cycles]
+    decided = [Decided.of(one.t_s - start, one, passed=one.plan is None or one.plan.verdict.passed) for one in replay.cycles]
     duration = replay.cycles[-1].t_s - start
     return {
         "duration": duration,
@@ -56,18 +56,6 @@ def replay_document(replay: Replay) -> dict[str, Any]:
         "safe": True,
         "struck": [],
     }
-
-
-def _decided(cycle: Cycle, start_s: float) -> Decided:
-    return Decided(
-        t_s=cycle.t_s - start_s,
-        mode=cycle.mode,
-        side=cycle.side,
-        status=cycle.status,
-        alert=cycle.alert,
-        reason=cycle.reason,
-        passed=cycle.plan is None or cycle.plan.verdict.passed,
-    )
 
 
 def _cycle(ground: Ground, cycle: Cycle) -> dict[str, Any]:
@@ -136,12 +124,7 @@ def _chart(
     every = np.array([v for values in shown.values() for v in values if np.isfinite(v)] or [0.0, 1.0])
     low, high = float(every.min()), float(every.max())
     margin = max(0.08 * (high - low), 0.5)
-    return {
-        "title": title,
-        "unit": unit,
-        "low": low - margin if floor is None else max(low - margin, floor),
-        "high": high + margin,
-        "duration": duration,
-        "limits": [],
-        "lines": [{"t": rounded(t, 3), "v": rounded(values), "colour": colour} for colour, values in shown.items()],
-    }
+    bottom = low - margin if floor is None else max(low - margin, floor)
+    return chart(
+        title, unit, bottom, high + margin, duration=duration, lines=[line(t, values, colour, 2) for colour, values in shown.items()]
+    )

@@ -84,9 +84,7 @@ def draw_figure_10() -> Figure:
             style.draw_body(axes, _FRONT_S_M, off_left, 0.0, 4.5, 1.8, style.FRONT)
             style.draw_body(axes, at, float(path.d(at)), float(np.arctan(path.slope(at))), 4.5, 1.8, style.HOST, alpha=0.55)
             touching = f"hits the front vehicle ({-apart:.2f} m deep)" if apart < 0.0 else f"passes it at {apart:.2f} m"
-            axes.set_title(f"{title}: {touching}")
-            axes.set_ylim(-6.2, 6.2)
-            axes.set_aspect("equal")
+            axes.set(title=f"{title}: {touching}", ylim=(-6.2, 6.2), aspect="equal")
         rows[-1].set_xlabel("x [m]")
         fig.suptitle("Figure 10: a front vehicle 1 m to the right in its lane, standing at x = 14 m", fontweight="bold", fontsize=10.5)
     return fig
@@ -99,8 +97,7 @@ def draw_figure_11() -> Figure:
         fig = style.figure(8.5, 3.5)
         axes = fig.subplots()
         _scene(axes, 34.0)
-        axes.set_ylim(-6.2, 6.2)
-        axes.set_aspect("equal")
+        axes.set(ylim=(-6.2, 6.2), aspect="equal")
         style.draw_body(axes, 0.0, 0.0, 0.0, 4.5, 1.8, style.HOST)
         style.draw_body(axes, _FRONT_S_M, off_left, 0.0, 4.5, 1.8, style.FRONT)
         s = np.linspace(0.0, 34.0, 400)
@@ -122,8 +119,7 @@ def draw_figure_11() -> Figure:
         axes.annotate("", (_FRONT_S_M - 3.0, off_left), xytext=(_FRONT_S_M - 3.0, 0.0), arrowprops={"arrowstyle": "<->", "lw": 0.8})
         axes.annotate("off", (_FRONT_S_M - 3.0, 0.5 * off_left), xytext=(-5, 0), textcoords="offset points", ha="right", va="center")
         axes.axhline(0.0, color=style.BLACK, lw=0.6, ls=(0, (6, 4)))
-        axes.set_xlabel("x [m]")
-        axes.set_title("Figure 11: suitable curvilinear motion for off = +1 m (front vehicle to the right)")
+        axes.set(xlabel="x [m]", title="Figure 11: suitable curvilinear motion for off = +1 m (front vehicle to the right)")
         fig.legend(loc="outside lower center", ncols=2)
     return fig
 
@@ -175,9 +171,7 @@ def draw_figure_12_demand(bound_mps2: float) -> Figure:
         v = 60.0 * KMH
         for path, colour, name in ((literal, style.LITERAL, "literal"), (_bare(60.0, bound_mps2), style.CORRECTED, "corrected")):
             left.plot(s, v**2 * path.curvature(s) / GRAVITY_MPS2, color=colour, label=name)
-        left.set_xlabel("x [m]")
-        left.set_ylabel("lateral acceleration [g]")
-        left.set_title("along the path at 60 km/h, off = 0")
+        left.set(xlabel="x [m]", ylabel="lateral acceleration [g]", title="along the path at 60 km/h, off = 0")
         peaks = {
             "literal": [peak_lateral_acceleration(literal, u * KMH) / GRAVITY_MPS2 for u in speeds],
             "corrected": [peak_lateral_acceleration(_bare(u, bound_mps2), u * KMH) / GRAVITY_MPS2 for u in speeds],
@@ -189,9 +183,7 @@ def draw_figure_12_demand(bound_mps2: float) -> Figure:
             g = peak_lateral_acceleration(literal, kmh * KMH) / GRAVITY_MPS2
             right.plot([kmh], [g], "o", color=style.LITERAL, ms=5)
             right.annotate(f"{g:.2f} g", (kmh, g), xytext=(-7, -2), textcoords="offset points", ha="right", fontsize=8)
-        right.set_xlabel("speed [km/h]")
-        right.set_ylabel("peak lateral acceleration [g]")
-        right.set_title("peak over speed, off = 0")
+        right.set(xlabel="speed [km/h]", ylabel="peak lateral acceleration [g]", title="peak over speed, off = 0")
         left.legend(loc="upper right")
         right.legend(loc="upper left")
         fig.suptitle("What the trajectories of Figure 12 ask of a car", fontweight="bold", fontsize=10.5)
@@ -204,9 +196,7 @@ def _bare(speed_kmh: float, bound: float) -> OffsetPath:
 
 def _scene(axes: Axes, until_m: float) -> None:
     style.draw_road(axes, _ROAD, -4.0, until_m)
-    axes.set_xlim(-4.0, until_m)
-    axes.set_ylim(-8.0, 8.0)
-    axes.set_ylabel("y [m], left up")
+    axes.set(xlim=(-4.0, until_m), ylim=(-8.0, 8.0), ylabel="y [m], left up")
 
 
 def _offset_colours(offsets: Sequence[float]) -> dict[float, str]:

@@ -8,13 +8,13 @@ import numpy as np
 
 from mcdas_opt.plotting import style
 from mcdas_opt.situation.table1 import D_PR_M, MODES
+from mcdas_opt.time_to_react.library import KINDS
 from mcdas_opt.time_to_react.sweep import EscapeSweep
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_TITLES = ("brake", "accelerate", "left", "right")
 _LEVELS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)
 
 
@@ -29,7 +29,7 @@ def time_to_react_map(sweep: EscapeSweep) -> Figure:
         panels = fig.subplots(2, 2, sharex=True, sharey=True)
         norm = BoundaryNorm(_LEVELS, 256)
         mesh = None
-        for k, (axes, title) in enumerate(zip(panels.flat, _TITLES, strict=True)):
+        for k, (axes, title) in enumerate(zip(panels.flat, KINDS, strict=True)):
             moments = np.ma.masked_invalid(sweep.last_moment_s[k])
             axes.set_facecolor("#ececef")
             mesh = axes.pcolormesh(sweep.front_gap_m, sweep.closing_mps, moments, cmap=colormaps["cividis"], norm=norm, shading="nearest")

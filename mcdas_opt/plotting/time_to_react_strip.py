@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 from mcdas_opt.domain.escapes import Escape
 from mcdas_opt.plotting import style
 from mcdas_opt.simulation.record import Simulation
+from mcdas_opt.time_to_react.library import KINDS
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
-NAMES = ("brake", "accelerate", "left", "right")
 COLOURS = {"comfortable": style.GREEN, "open": style.ORANGE, "closed": "#d9d9dd"}  # the worse, the later
 WORST_OF_S = 0.5  # single cycles flicker between kinds
 _WORSE = list(COLOURS)
@@ -37,7 +37,7 @@ class TimeToReactStrip:
         cycles = simulation.cycles
         starts = [cycle.time_s for cycle in cycles]
         ends = [*starts[1:], simulation.duration_s]
-        for row in range(len(NAMES)):
+        for row in range(len(KINDS)):
             told = [None if cycle.plan.escapes is None else _kind(cycle.plan.escapes.candidates[row]) for cycle in cycles]
             for kinds, low, tall in ((worst(starts, told), -0.15, 0.55), (told, -0.4, 0.15)):
                 bars: dict[str, list[tuple[float, float]]] = {kind: [] for kind in COLOURS}
@@ -45,9 +45,9 @@ class TimeToReactStrip:
                     if kind is not None and end > start:
                         bars[kind].append((start, end - start))
                 for kind, spans in bars.items():
-                    axes.broken_barh(spans, (len(NAMES) - 1 - row + low, tall), facecolors=COLOURS[kind], lw=0)
-        axes.set(xlim=(0.0, simulation.duration_s), ylim=(-0.5, len(NAMES) - 0.5), yticks=range(len(NAMES)))
-        axes.set_yticklabels(NAMES[::-1], fontsize=7.5)
+                    axes.broken_barh(spans, (len(KINDS) - 1 - row + low, tall), facecolors=COLOURS[kind], lw=0)
+        axes.set(xlim=(0.0, simulation.duration_s), ylim=(-0.5, len(KINDS) - 0.5), yticks=range(len(KINDS)))
+        axes.set_yticklabels(KINDS[::-1], fontsize=7.5)
         axes.set_xlabel("time [s]", labelpad=1)
         axes.grid(False)
         rows = [
@@ -64,7 +64,7 @@ class TimeToReactStrip:
             borderaxespad=0.1,
             fontsize=7.5,
         )
-        self._line = Line2D([0.0, 0.0], [-0.5, len(NAMES) - 0.5], color=style.HOST, lw=1.6, zorder=5)
+        self._line = Line2D([0.0, 0.0], [-0.5, len(KINDS) - 0.5], color=style.HOST, lw=1.6, zorder=5)
         axes.add_line(self._line)
 
     @property

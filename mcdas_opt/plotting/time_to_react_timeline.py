@@ -18,13 +18,13 @@ from mcdas_opt.plotting.asked import situation_of
 from mcdas_opt.plotting.birdseye import BirdsEye, framed
 from mcdas_opt.plotting.outlook import Outlook
 from mcdas_opt.time_to_react.constant_input import constant_input
+from mcdas_opt.time_to_react.library import KINDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _WIDTH_IN = 9.6
-_NAMES = ("brake", "accelerate", "left", "right")
 _COMFORTABLE, _HARD, _CLOSED = style.GREEN, style.ORANGE, "#d9d9dd"
 _HATCH = "///"
 _LATEST_S = 10.0
@@ -61,7 +61,7 @@ def draw_timeline(axes: Axes, escapes: Escapes) -> None:
     ends = [*moments, escapes.keeping_on_s or 0.0]
     span = min(_LATEST_S, max(2.0, 1.15 * max(ends)))
     for row, one in enumerate(escapes.candidates):
-        y = len(_NAMES) - 1 - row
+        y = len(KINDS) - 1 - row
         axes.barh(y, span, height=0.62, color=_CLOSED, alpha=0.45, zorder=1)
         if one.last_moment_s is not None:
             later: dict[str, Any] = {"hatch": _HATCH, "edgecolor": "white", "lw": 0.0} if one.demand_mps2 is None else {}
@@ -74,8 +74,8 @@ def draw_timeline(axes: Axes, escapes: Escapes) -> None:
         )  # fmt: skip
     if escapes.keeping_on_s is not None and escapes.keeping_on_s <= span:
         axes.axvline(escapes.keeping_on_s, color=style.VERMILION, lw=2.0, zorder=4)
-    axes.set(xlim=(0.0, span), ylim=(-0.55, len(_NAMES) - 0.45), yticks=range(len(_NAMES)), xlabel="start of the manoeuvre, from now [s]")
-    axes.set_yticklabels(_NAMES[::-1])
+    axes.set(xlim=(0.0, span), ylim=(-0.55, len(KINDS) - 0.45), yticks=range(len(KINDS)), xlabel="start of the manoeuvre, from now [s]")
+    axes.set_yticklabels(KINDS[::-1])
     axes.grid(False, axis="y")
     handles = [Patch(color=_COMFORTABLE, label="comfortable"), Patch(color=_HARD, label="open"), Patch(color=_CLOSED, label="closed")]
     if any(one.last_moment_s is not None and one.demand_mps2 is None for one in escapes.candidates):

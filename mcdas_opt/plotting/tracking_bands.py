@@ -52,8 +52,7 @@ def draw_trajectory_band(bands: TrackingBands, who: Literal["rear", "front"]) ->
         for k in (0, -1):
             style.draw_body(top, x[k], 0.0, 0.0, 4.5, 1.8, style.BLUE, alpha=0.35)
             style.draw_body(top, x[k] + ex[0, k], ey[0, k], 0.0, 4.5, 1.8, colour, alpha=0.55)
-        top.set_ylabel("y [m], left up")
-        top.set_title(f"Figure {number}: estimated trajectory of the {name}, {speed} km/h, 11 samples of 0.5 s")
+        top.set(ylabel="y [m], left up", title=f"Figure {number}: estimated trajectory of the {name}, {speed} km/h, 11 samples of 0.5 s")
         top.legend(loc="upper center", ncols=2, bbox_to_anchor=(0.5, 0.97))
         for axes, error, what in ((across, ey, "y"), (along, ex, "x")):
             _band(axes, x, error, colour)
@@ -81,15 +80,15 @@ def draw_figure_9(bands: TrackingBands) -> Figure:
         estimate = bands.rear_x_m + bands.rear_error_x[0]
         left.plot(bands.t_s, estimate, "o", color=style.REAR, mfc="white", ms=4, label="estimates of the rear, one run")
         left.plot([meeting], [bands.true_crash_m], marker="X", color=style.BLACK, ms=9, ls="none", label="they meet", zorder=6)
-        left.set_xlabel("time [s]")
-        left.set_ylabel("x from the rear vehicle's start [m]")
-        left.set_title("Figure 9: rear and host until the crash")
+        left.set(xlabel="time [s]", ylabel="x from the rear vehicle's start [m]", title="Figure 9: rear and host until the crash")
         _band(right, bands.t_s, bands.crash_m, style.GREEN)
         right.axhline(bands.true_crash_m, color=style.BLACK, lw=1.0, ls="--", label=f"truth, {bands.true_crash_m:.0f} m = 3 x gap")
-        right.set_xlabel("time of the prediction [s]")
-        right.set_ylabel("predicted crash position [m]")
-        right.set_ylim(96.0, 138.0)
-        right.set_title("crash position as the filter predicts it")
+        right.set(
+            xlabel="time of the prediction [s]",
+            ylabel="predicted crash position [m]",
+            ylim=(96.0, 138.0),
+            title="crash position as the filter predicts it",
+        )
         for axes in (left, right):
             axes.axhspan(low, high, color=style.YELLOW, alpha=0.35, lw=0, label="the paper's crash zone", zorder=0)
         left.legend(loc="lower right")

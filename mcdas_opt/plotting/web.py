@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from html import escape
 from pathlib import Path
+from string import Template
 from typing import Any
 
 from mcdas_opt.plotting import style
@@ -106,37 +107,13 @@ def in_script(document: Any) -> str:
 
 def page(title: str, view: str, document: Any) -> str:
     """A self-contained HTML page that shows `document` in the script's class `view` (`Drive`, `Parking` or `PlanPage`)."""
-    return f"""<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
-<title>{escape(title)}</title>
-<style>
-{style_sheet()}
-body {{ margin: 0; padding: 12px 16px; }}
-main {{ max-width: 1280px; margin: 0 auto; }}
-h1 {{ font-size: 18px; margin: 0 0 4px; overflow-wrap: anywhere; }}
-footer {{ color: var(--soft); font-size: 12px; margin-top: 10px; }}
-</style>
-</head>
-<body class="mcdas follows">
-<main id="view"><h1>{escape(title)}</h1></main>
-<script>
-{script()}
-</script>
-<script>
-const dark = matchMedia("(prefers-color-scheme: dark)").matches;
-const look = dark ? {in_script(palette(dark=True))} : {in_script(palette())};
-const view = new mcdas.{view}(document.getElementById("view"), look);
-view.load({in_script(document)});
-const foot = mcdas.html("footer", "", document.getElementById("view"), "Charts can be dragged.");
-if (view.transport) {{
-  view.transport.listen(() => true);
-  foot.textContent += " Space plays and pauses, the arrow keys step by 0.1 s (with Shift by 1 s), Home and End jump.";
-}}
-</script>
-</body>
-</html>
-"""
+    return Template((_FOLDER / "page.html").read_text(encoding="utf-8")).substitute(
+        policy=_POLICY,
+        title=escape(title),
+        style=style_sheet(),
+        script=script(),
+        dark=in_script(palette(dark=True)),
+        light=in_script(palette()),
+        view=view,
+        document=in_script(document),
+    )
