@@ -160,12 +160,17 @@ def _solved(settings: Any) -> str:
     return f"{plan.chosen} of {len(plan.candidates)} candidates{compiled}"
 
 
-def _plans() -> str:
+def _planned() -> Any:
+    """The sandwich's plan, its situation and its vehicle."""
     from mcdas_opt.planning.planner import Planner
     from mcdas_opt.simulation.first_situation import situation_of
 
     situation, vehicle = situation_of("sandwich-60-40")
-    plan = Planner(vehicle).plan(situation)
+    return Planner(vehicle).plan(situation), situation, vehicle
+
+
+def _plans() -> str:
+    plan, _, _ = _planned()
     if not plan.verdict.passed or plan.status.value != "planned":
         raise RuntimeError(f"the plan is {plan.status.value}: {plan.reason}")
     return f"{plan.mode.value} {plan.side.value}, judged: {plan.verdict.reason}"
@@ -176,12 +181,10 @@ def _judges() -> str:
 
     from mcdas_opt.domain.host import HostState
     from mcdas_opt.domain.prediction import Prediction
-    from mcdas_opt.planning.planner import Planner
-    from mcdas_opt.simulation.first_situation import situation_of
     from mcdas_opt.verification.judge import judge
 
-    situation, vehicle = situation_of("sandwich-60-40")
-    drive = Planner(vehicle).plan(situation).trajectory
+    plan, situation, vehicle = _planned()
+    drive = plan.trajectory
     wrong = replace(drive, speed_mps=drive.speed_mps * 1.2)
     start = HostState.from_vector(wrong.states[0])
     verdict = judge(wrong, start, vehicle, situation.road, Prediction(name="nobody"))

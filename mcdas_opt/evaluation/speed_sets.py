@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
+from mcdas_opt.geometry.polygon import convex_hull
 
 EMPTY: Array = np.zeros((0, 2))
 _ROUND = 9  # decimals below which two corners are one
@@ -42,25 +43,8 @@ def with_speed(corners: Array, speed_mps: float) -> Array:
 
 
 def hull(points: Array) -> Array:
-    """Corners of the convex hull, counter-clockwise (Andrew's monotone chain, 1979); one or two points are their own hull."""
-    rows = np.unique(np.round(points, _ROUND), axis=0)
-    if len(rows) < 3:
-        return rows
-    ordered = rows.tolist()
-    lower, upper = _chain(ordered), _chain(ordered[::-1])
-    return np.array(lower[:-1] + upper[:-1])
-
-
-def _chain(points: list[list[float]]) -> list[list[float]]:
-    out: list[list[float]] = []
-    for x, y in points:
-        while len(out) > 1:
-            (x0, y0), (x1, y1) = out[-2], out[-1]
-            if (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0) > 0.0:
-                break
-            out.pop()
-        out.append([x, y])
-    return out
+    """Corners of the convex hull, counter-clockwise; one or two points are their own hull."""
+    return convex_hull(np.round(points, _ROUND))
 
 
 def at_most(corners: Array, column: int, value: float) -> Array:
