@@ -50,32 +50,13 @@ class FeedForward:
         return jerk, (float(trajectory.steering_rad[after]) - state.steering_rad) / left
 
 
-def _lqr_inverse_tyre(vehicle: Vehicle, turned: bool, grip: GripMonitor | None) -> Controller:
-    return LqrTracking.design(vehicle, turned=turned, grip=grip)
-
-
-def _stanley(vehicle: Vehicle, turned: bool, grip: GripMonitor | None) -> Controller:
-    return PlanTracking(law=Stanley(vehicle=vehicle), vehicle=vehicle, turned=turned, grip=grip)
-
-
-def _lqr_errors(vehicle: Vehicle, turned: bool, grip: GripMonitor | None) -> Controller:
-    return PlanTracking(law=ErrorLqr.design(vehicle), vehicle=vehicle, turned=turned, grip=grip)
-
-
-def _mpc(vehicle: Vehicle, turned: bool, grip: GripMonitor | None) -> Controller:
-    return TrackingMpc(vehicle=vehicle, turned=turned, grip=grip)
-
-
-def _feed_forward(vehicle: Vehicle, turned: bool, grip: GripMonitor | None) -> Controller:
-    return FeedForward()
-
-
+# of the vehicle, whether plans are `turned` (`make_controller`), and the grip that is found
 CONTROLLERS: dict[str, Callable[[Vehicle, bool, GripMonitor | None], Controller]] = {
-    "feed-forward": _feed_forward,
-    "lqr-inverse-tyre": _lqr_inverse_tyre,
-    "stanley": _stanley,
-    "lqr-errors": _lqr_errors,
-    "mpc-single-track": _mpc,
+    "feed-forward": lambda car, turned, grip: FeedForward(),
+    "lqr-inverse-tyre": lambda car, turned, grip: LqrTracking.design(car, turned=turned, grip=grip),
+    "stanley": lambda car, turned, grip: PlanTracking(law=Stanley(vehicle=car), vehicle=car, turned=turned, grip=grip),
+    "lqr-errors": lambda car, turned, grip: PlanTracking(law=ErrorLqr.design(car), vehicle=car, turned=turned, grip=grip),
+    "mpc-single-track": lambda car, turned, grip: TrackingMpc(vehicle=car, turned=turned, grip=grip),
 }
 WITHOUT_SLIP, WITH_SLIP = "feed-forward", "stanley"  # the defaults
 

@@ -15,6 +15,7 @@ from mcdas_opt.domain.rules import finite, non_negative, require, whole, within
 from mcdas_opt.domain.sensor import Sensor
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import ParameterError
+from mcdas_opt.simulation.sight import echo
 
 _MOST_REFLECTIONS = 16
 _GHOST_FARTHER_M, _GHOST_ASIDE_M = (4.0, 15.0), (2.0, 6.0)  # of an echo that came by a second way, from the one that came straight
@@ -112,14 +113,8 @@ class SectorFaults:
     def _false_alarms(self, radar: Sensor) -> Iterator[RadarDetection]:
         for _ in range(int(self._random.poisson(self._faults.false_alarms_per_scan))):
             beam = radar.beams[int(self._random.integers(len(radar.beams)))]
-            yield RadarDetection(
-                range_m=float(self._random.uniform(radar.range_min_m, beam.range_max_m)),
-                azimuth_rad=float(self._random.uniform(-beam.half_angle_rad, beam.half_angle_rad)),
-                range_rate_mps=float(self._random.uniform(-_CLUTTER_MPS, _CLUTTER_MPS)),
-                range_sd_m=radar.range_sd_m,
-                azimuth_sd_rad=radar.azimuth_sd_rad,
-                range_rate_sd_mps=radar.range_rate_sd_mps,
-            )
+            bounds = (radar.range_min_m, beam.range_max_m), (-beam.half_angle_rad, beam.half_angle_rad), (-_CLUTTER_MPS, _CLUTTER_MPS)
+            yield echo(radar, *(float(self._random.uniform(low, high)) for low, high in bounds))
 
     def _misaligned(self, point: RadarDetection) -> RadarDetection:
         """As a sensor says it that looks from so far to the left of where it is said to be, turned to the left."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -188,11 +188,9 @@ def radar_detections(
 
 
 def _with_noise(point: RadarDetection, normal: Array) -> RadarDetection:
-    return RadarDetection(
+    return replace(
+        point,
         range_m=max(point.range_m + point.range_sd_m * float(normal[0]), 0.0),
         azimuth_rad=point.azimuth_rad + point.azimuth_sd_rad * float(normal[1]),
         range_rate_mps=point.range_rate_mps + point.range_rate_sd_mps * float(normal[2]),
-        range_sd_m=point.range_sd_m,
-        azimuth_sd_rad=point.azimuth_sd_rad,
-        range_rate_sd_mps=point.range_rate_sd_mps,
     )

@@ -45,13 +45,7 @@ class View:
         """
         if not self._near:
             return []
-        host, vehicle = self.host, self._vehicle
-        x, y, yaw = self._host_pose
-        c, s = math.cos(yaw), math.sin(yaw)
-        eye = (x + place.x_m * c - place.y_m * s, y + place.x_m * s + place.y_m * c)
-        aside, yaw_rate = host.turning(vehicle.wheelbase_m)
-        no_slip = sensor_velocity(host.speed_mps, yaw_rate, yaw, vehicle.centre_m + place.x_m, place.y_m, math)
-        own = no_slip[0] - aside * s, no_slip[1] + aside * c
+        eye, own, yaw = self._looking(place)
         seen: list[tuple[int, RadarDetection]] = []
         for k, (i, (bx, by, angle)) in enumerate(zip(self._near, self._poses, strict=True)):
             body = self.bodies[i]
@@ -67,40 +61,30 @@ class View:
             if self._hidden(k, eye, (eye[0] + distance * u[0], eye[1] + distance * u[1])):
                 continue
             moving = (body.speed_mps * math.cos(angle), body.speed_mps * math.sin(angle))
-            point = RadarDetection(
-                range_m=distance,
-                azimuth_rad=azimuth,
-                range_rate_mps=float(np.array(u) @ np.array((moving[0] - own[0], moving[1] - own[1]))),
-                range_sd_m=radar.range_sd_m,
-                azimuth_sd_rad=radar.azimuth_sd_rad,
-                range_rate_sd_mps=radar.range_rate_sd_mps,
-            )
-            seen.append((i, point))
+            rate = float(np.array(u) @ np.array((moving[0] - own[0], moving[1] - own[1])))
+            seen.append((i, echo(radar, distance, azimuth, rate)))
         return seen
 
     def reflection(self, i: int, share: float, radar: Sensor, place: Mounting) -> RadarDetection:
         """A noise-free point of body i on its long axis: share 0 is the end that is nearer to the sensor, 1 the other end."""
         body, (bx, by, angle) = self.bodies[i], self._poses[self._near.index(i)]
-        x, y, yaw = self._host_pose
-        c, s = math.cos(yaw), math.sin(yaw)
-        eye = (x + place.x_m * c - place.y_m * s, y + place.x_m * s + place.y_m * c)
+        eye, own, yaw = self._looking(place)
         axis = math.cos(angle), math.sin(angle)
         near = 1.0 if (eye[0] - bx) * axis[0] + (eye[1] - by) * axis[1] > 0.0 else -1.0
         along = near * (0.5 - share) * body.length_m
         ahead, aside = bx + along * axis[0] - eye[0], by + along * axis[1] - eye[1]
-        slip, yaw_rate = self.host.turning(self._vehicle.wheelbase_m)
-        no_slip = sensor_velocity(self.host.speed_mps, yaw_rate, yaw, self._vehicle.centre_m + place.x_m, place.y_m, math)
-        own = no_slip[0] - slip * s, no_slip[1] + slip * c
         bearing, distance = math.atan2(aside, ahead), math.hypot(ahead, aside)
         closing = (body.speed_mps * axis[0] - own[0]) * math.cos(bearing) + (body.speed_mps * axis[1] - own[1]) * math.sin(bearing)
-        return RadarDetection(
-            range_m=distance,
-            azimuth_rad=math.remainder(bearing - yaw - place.yaw_rad, 2.0 * math.pi),
-            range_rate_mps=closing,
-            range_sd_m=radar.range_sd_m,
-            azimuth_sd_rad=radar.azimuth_sd_rad,
-            range_rate_sd_mps=radar.range_rate_sd_mps,
-        )
+        return echo(radar, distance, math.remainder(bearing - yaw - place.yaw_rad, 2.0 * math.pi), closing)
+
+    def _looking(self, place: Mounting) -> tuple[tuple[float, float], tuple[float, float], float]:
+        """Where a sensor is, its velocity, and the host's heading, in the plane."""
+        x, y, yaw = self._host_pose
+        c, s = math.cos(yaw), math.sin(yaw)
+        slip, yaw_rate = self.host.turning(self._vehicle.wheelbase_m)
+        no_slip = sensor_velocity(self.host.speed_mps, yaw_rate, yaw, self._vehicle.centre_m + place.x_m, place.y_m, math)
+        eye = (x + place.x_m * c - place.y_m * s, y + place.x_m * s + place.y_m * c)
+        return eye, (no_slip[0] - slip * s, no_slip[1] + slip * c), yaw
 
     def _hidden(self, k: int, eye: tuple[float, float], point: tuple[float, float]) -> bool:
         """Whether another body than the k-th near one cuts the line from the eye to the point."""
@@ -110,6 +94,18 @@ class View:
             sizes = [(self.bodies[i].length_m, self.bodies[i].width_m) for i in self._near]
             self._shapes = corners(*np.array(self._poses).T, *np.array(sizes).T).tolist()
         return any(_cuts(eye, point, shape) for j, shape in enumerate(self._shapes) if j != k)
+
+
+def echo(radar: Sensor, range_m: float, azimuth_rad: float, range_rate_mps: float) -> RadarDetection:
+    """What a radar measures, with its standard deviations."""
+    return RadarDetection(
+        range_m=range_m,
+        azimuth_rad=azimuth_rad,
+        range_rate_mps=range_rate_mps,
+        range_sd_m=radar.range_sd_m,
+        azimuth_sd_rad=radar.azimuth_sd_rad,
+        range_rate_sd_mps=radar.range_rate_sd_mps,
+    )
 
 
 def _half_extent(bearing: float, length: float, width: float) -> float:
