@@ -144,19 +144,15 @@ class NeighbourPart(Part):
         return self.s_m, self.d_m or 0.0, self.heading_rad or 0.0, self.speed_mps
 
 
+def _looks(where: str) -> Any:
+    return Field(description=f"who looks {where}: a file in models/sensors, ideal, or none (then that side counts as occupied)")
+
+
 class SensorsPart(Part):
-    front: Annotated[
-        str, Field(description="who looks ahead: a file in models/sensors, ideal, or none (then that side counts as occupied)")
-    ] = "ideal"
-    rear: Annotated[
-        str, Field(description="who looks behind: a file in models/sensors, ideal, or none (then that side counts as occupied)")
-    ] = "ideal"
-    left: Annotated[
-        str, Field(description="who looks on the left: a file in models/sensors, ideal, or none (then that side counts as occupied)")
-    ] = "ideal"
-    right: Annotated[
-        str, Field(description="who looks on the right: a file in models/sensors, ideal, or none (then that side counts as occupied)")
-    ] = "ideal"
+    front: Annotated[str, _looks("ahead")] = "ideal"
+    rear: Annotated[str, _looks("behind")] = "ideal"
+    left: Annotated[str, _looks("on the left")] = "ideal"
+    right: Annotated[str, _looks("on the right")] = "ideal"
     latency_s: Annotated[float, Field(ge=0.0, le=1.0, description="age of a measurement at the planner")] = 0.0
     warmup_s: Annotated[float, Field(ge=0.0, le=10.0, description="how long the sensors have seen everybody before t = 0")] = 1.0
 

@@ -100,12 +100,10 @@ def number(value: float | None, unit: str = "", digits: int = 2) -> str:
 
 def time_to_react_table(title: str, escapes: Escapes) -> Table:
     """The four candidates: open or closed, until when, what closes them, what they ask."""
-    from rich.table import Table
+    from mcdas_opt.time_to_react.library import KINDS
 
-    table = Table(title=title, title_justify="left")
-    for heading in ("candidate", "open", "last moment", "comfortable until", "closed by", "asks now"):
-        table.add_column(heading)
-    for name, candidate in zip(("brake", "accelerate", "left", "right"), escapes.candidates, strict=True):
+    table = headed_table(title, "candidate", "open", "last moment", "comfortable until", "closed by", "asks now")
+    for name, candidate in zip(KINDS, escapes.candidates, strict=True):
         moments = (_moment(moment) for moment in (candidate.last_moment_s, candidate.last_comfortable_s))
         table.add_row(name, "yes" if candidate.open else "no", *moments, candidate.closed_by or "-", number(candidate.demand_mps2, "m/s²"))
     return table
