@@ -11,7 +11,7 @@ from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
-from mcdas_opt.native.addresses import address
+from mcdas_opt.native.binding import address
 from mcdas_opt.time_to_react.compiled_case import CaseRecord, Nodes, case_constants
 from mcdas_opt.time_to_react.guess import EXACT_NODES, Case
 from mcdas_opt.time_to_react.library import CLEAR_S, SIDEWAYS, EscapeSettings, Members

@@ -41,8 +41,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.evaluation.case import Case
-from mcdas_opt.evaluation.labelling import wants_label
-from mcdas_opt.evaluation.labels import Kind, label_scene
+from mcdas_opt.evaluation.labels import Kind, label_scene, wants_label
 from mcdas_opt.evaluation.statistics import Pairs, Share
 from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.simulation.car import PlantError

@@ -19,8 +19,7 @@ from math import radians
 from pathlib import Path
 
 from mcdas_opt.domain.vocabulary import Status
-from mcdas_opt.evaluation.labelling import wants_label
-from mcdas_opt.evaluation.labels import Kind, label_scene
+from mcdas_opt.evaluation.labels import Kind, label_scene, wants_label
 from mcdas_opt.evaluation.statistics import Share
 from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.planning.rungs.previous_plan import NAME as REMAINDER

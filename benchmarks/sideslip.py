@@ -31,8 +31,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.evaluation.statistics import Share
 from mcdas_opt.simulation.idm import STEP_S
-from mcdas_opt.simulation.measured_host import MeasuredHost
-from mcdas_opt.simulation.motion_sensors import motion_sensors
+from mcdas_opt.simulation.motion_sensors import MeasuredHost, motion_sensors
 from mcdas_opt.simulation.plant import make_plant
 
 PIECE_S = 36.0  # of ordinary driving, each with its own speed, road and wishes

@@ -37,8 +37,7 @@ from mcdas_opt.simulation.car import Car, PlantError
 from mcdas_opt.simulation.controller import make_controller
 from mcdas_opt.simulation.idm import STEP_S
 from mcdas_opt.simulation.kinematic_plant import KinematicPlant
-from mcdas_opt.simulation.measured_host import MeasuredHost
-from mcdas_opt.simulation.motion_sensors import motion_sensors
+from mcdas_opt.simulation.motion_sensors import MeasuredHost, motion_sensors
 from mcdas_opt.simulation.plant import make_plant
 
 OFFSET_M = 3.5

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchmarks.lane_situations import evasion
-from mcdas_opt.catalogue.schedules import load_schedule
+from mcdas_opt.catalogue.designs import load_schedule
 from mcdas_opt.domain.gain_schedule import GainSchedule
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import PredictionSettings
@@ -31,8 +31,7 @@ from mcdas_opt.reference.literal import A_PER_M, SETTLING_X_M, B
 from mcdas_opt.reference.tuned_path import tuned_path
 from mcdas_opt.tracking.prediction import predict
 from mcdas_opt.tuning.design import design
-from mcdas_opt.tuning.gradient import MeanMerit, at_random, by_gradient
-from mcdas_opt.tuning.posed_plans import posed_plan
+from mcdas_opt.tuning.gradient import MeanMerit, at_random, by_gradient, posed_plan
 from mcdas_opt.tuning.request import DesignRequest
 from mcdas_opt.tuning.schedule import build_schedule, schedule_text
 from mcdas_opt.tuning.searchers import search

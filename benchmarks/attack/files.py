@@ -13,9 +13,8 @@ from benchmarks.attack.mutators import mutated
 from benchmarks.attack.tally import Tally
 from mcdas_opt import load_parking_case, load_scene, load_sensor, load_situation, load_trajectory, load_vehicle, plan
 from mcdas_opt.catalogue.data_files import find, models_folder
-from mcdas_opt.catalogue.designs import load_parameters
+from mcdas_opt.catalogue.designs import load_parameters, load_schedule
 from mcdas_opt.catalogue.motion import load_motion
-from mcdas_opt.catalogue.schedules import load_schedule
 from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.interop.esr_codec import EsrCodec
 from mcdas_opt.interop.host_motion import HostMotion

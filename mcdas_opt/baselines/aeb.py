@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from mcdas_opt.baselines.lane import judged, leader_of, neighbours_in, strongest_braking_mps2
-from mcdas_opt.baselines.steady import SteadyLaw
+from mcdas_opt.baselines.lane import SteadyLaw, judged, leader_of, neighbours_in, strongest_braking_mps2
 from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from mcdas_opt.actuation.path_following import AccelerationLaw
@@ -14,7 +15,7 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.dynamics.car_following import Leader
-from mcdas_opt.planning.candidates.path_driving import follow
+from mcdas_opt.planning.candidates.path_driving import Kind, follow
 from mcdas_opt.reference.lane_centre import LaneCentre
 from mcdas_opt.reference.offset_path import OffsetPath
 from mcdas_opt.situation.roles import CROSSES_S, reach_into_m
@@ -127,3 +128,18 @@ def _mode(wanted_mps2: float, side: Side) -> Mode:
     if abs(wanted_mps2) < _STEADY_MPS2:
         return Mode.HOLD
     return Mode.BRAKE if wanted_mps2 < 0.0 else Mode.ACCELERATE
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SteadyLaw:
+    """Brakes by `strength_mps2` until no faster than `until_mps`, then keeps its speed; as it is born, it keeps its speed at once."""
+
+    strength_mps2: float = 0.0
+    until_mps: float = 0.0
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        return (Kind.STEADY, self.strength_mps2, self.until_mps)
+
+    def wanted_mps2(self, t_s: float, s_m: float, speed_mps: float) -> float:
+        return -self.strength_mps2 if speed_mps > self.until_mps else 0.0

@@ -10,9 +10,11 @@ import atexit
 import signal
 import sys
 import warnings
-from typing import Annotated, Protocol, runtime_checkable
+from collections import Counter
+from typing import Annotated, Any, Protocol, runtime_checkable
 
 import typer
+from typer.core import TyperCommand
 
 from mcdas_opt.cli.benchmark import benchmark
 from mcdas_opt.cli.doctor import doctor
@@ -22,7 +24,6 @@ from mcdas_opt.cli.export_log import export_log
 from mcdas_opt.cli.follow import follow
 from mcdas_opt.cli.live import live
 from mcdas_opt.cli.log import complain, hint, say
-from mcdas_opt.cli.once import OnceCommand
 from mcdas_opt.cli.park import park
 from mcdas_opt.cli.plan import plan
 from mcdas_opt.cli.replay import replay
@@ -40,6 +41,20 @@ from mcdas_opt.cli.verify import judge, verify
 from mcdas_opt.cli.warmup import warmup
 from mcdas_opt.errors import InputError, McdasError
 
+_FAULT, _MISTAKE, _LOST = 1, 2, "what was not yet written is lost"
+
+
+class OnceCommand(TyperCommand):
+    """Raises `InputError` that names the option."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        given = self.make_parser(ctx).parse_args(list(args))[2]
+        for parameter, count in Counter(given).items():
+            if count > 1 and parameter.param_type_name == "option" and not getattr(parameter, "is_flag", False):
+                raise InputError(parameter.opts[0], "", None, f"is given {count} times, and takes one value")
+        return super().parse_args(ctx, args)
+
+
 app = typer.Typer(
     name="mcdas-opt",
     help="Planner for the car in the middle: front and rear vehicles as constraints, every plan judged before it leaves.",
@@ -55,8 +70,6 @@ carrying = (export_c, export_log, doctor, warmup, schema)
 for command in (*driving, *parking, *studying, *carrying):
     app.command(cls=OnceCommand)(command)
 app.command("judge", hidden=True, cls=OnceCommand)(judge)  # the old name of verify
-
-_FAULT, _MISTAKE, _LOST = 1, 2, "what was not yet written is lost"
 
 
 @runtime_checkable

@@ -31,7 +31,7 @@ def planners(incomplete: str) -> list[str]:
 
 
 def formats(incomplete: str) -> list[str]:
-    from mcdas_opt.interop.recordings.readers import READERS
+    from mcdas_opt.interop.recordings.recording import READERS
 
     return _beginning(READERS.known(), incomplete)
 

@@ -1,4 +1,4 @@
-"""`mcdas-opt tune`: the sigmoid's a, b, y_max, designed."""
+"""`mcdas-opt tune`: the sigmoid's a, b, y_max, designed; or a study in traffic, its tables within 80 columns."""
 
 from __future__ import annotations
 
@@ -15,12 +15,15 @@ from mcdas_opt.cli import completion, options, speeds
 from mcdas_opt.cli.progress import progress_bar
 from mcdas_opt.cli.screen import JsonOption, console, emit, facts_table, headed_table, leaving, number
 from mcdas_opt.cli.streams import said_before_it_is_written
-from mcdas_opt.cli.study_tables import print_study
 from mcdas_opt.errors import ParameterError
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from mcdas_opt.tuning.design import Design
     from mcdas_opt.tuning.study_options import StudyOptions
+    from mcdas_opt.tuning.tune_in_traffic import StudyReport
+
 
 _BOUNDS = "LOW HIGH"
 _OTHERWISE = {"length_max_m": "length", "settling_error": "settling", "initial_heading_jump": "heading_jump"}
@@ -83,8 +86,7 @@ def tune(
         return
     from mcdas_opt.catalogue.vehicles import load_vehicle
     from mcdas_opt.domain.vocabulary import Side
-    from mcdas_opt.tuning.design import design
-    from mcdas_opt.tuning.design_file import check_out, write_design
+    from mcdas_opt.tuning.design import check_out, design, write_design
     from mcdas_opt.tuning.request import DesignRequest
 
     if side not in ("left", "right"):
@@ -179,3 +181,62 @@ def _print(found: Design) -> None:
         multiplier = f"{row.multiplier:.4g} {found.unit} per {row.unit}" if row.binds else "-"
         table.add_row(row.name, f"{row.value:.4g}", sense, f"{row.limit:.4g}", row.unit, multiplier)
     screen.print(table)
+
+
+def print_study(found: StudyReport, storage: Path) -> None:
+    screen = console()
+    rows: list[tuple[str, object]] = [
+        ("study", f"{found.method}: {found.evaluations} trials, {found.pruned} pruned, in {storage}"),
+        ("chosen", f"trial {found.choice.trial.number} of a front of {len(found.choice.front)}"),
+        *(("why", reason) for reason in found.reasons),
+        ("verdict", found.reason),
+    ]
+    screen.print(facts_table(f"tuned on {found.spec.suite}", rows))
+    are_tuned = found.values != found.defaults
+    if not are_tuned:
+        screen.print("The best trial is the defaults: there are no other values to set beside them.")
+    screen.print(_scenes_apart(found, are_tuned))
+    screen.print(_values(found, are_tuned))
+    _say_gain(found, are_tuned)
+
+
+def _say_gain(found: StudyReport, are_tuned: bool) -> None:
+    """The last words: whether it helped, on scenes that were not used."""
+    screen, gain = console(), found.gain
+    collided = [("defaults", gain.defaults), *([("tuned", gain.tuned)] if are_tuned else [])]
+    told = ", ".join(f"{who} {one.k} of {one.n} [{100.0 * one.interval[0]:.0f}, {100.0 * one.interval[1]:.0f}] %" for who, one in collided)
+    screen.print(f"Test scenes, not tuned on, that collided, with 95 % intervals: {told}.")
+    if are_tuned:
+        screen.print(f"Their scores, tuned less defaults, scene by scene: {gain.score_difference:+.3g} in the mean.")
+    screen.print(f"The tuned values are {gain.verdict}." if are_tuned else "Tuning changed nothing.")
+
+
+def _scenes_apart(found: StudyReport, are_tuned: bool) -> Table:
+    table = headed_table("scenes apart", "set", "values", "collided", "lateral", "jerk", "beside", "score")
+    sets = found.guarded.sets
+    seeds = ", ".join(f"{one.name} {one.seed}" for one in sets)
+    table.caption = (
+        "collided: of the scenes of the set; the rest are means over them. lateral: peak lateral acceleration [m/s^2]; jerk: peak "
+        f"[m/s^3]; beside: driven beside a lane's middle [m]; score: the less the better. Seeds: {seeds}."
+    )
+    table.caption_justify = "left"
+    for one in sets:
+        for who, cost in (("defaults", one.default), ("tuned", one.tuned))[: 1 + are_tuned]:
+            hits = f"{round(cost.collisions * cost.drives)}/{cost.drives}"
+            figures = (f"{cost.peak_lateral_mps2:.2f}", f"{cost.peak_jerk_mps3:.1f}", f"{cost.manoeuvre_m:.1f}", f"{cost.score:.2f}")
+            table.add_row(one.name, who, hits, *figures)
+    return _uncut(table)
+
+
+def _values(found: StudyReport, are_tuned: bool) -> Table:
+    table = headed_table("values", "name", "default", *(["tuned"] if are_tuned else []), "importance")
+    for name, value in found.values.items():
+        tuned = [f"{value:.4g}"] if are_tuned else []
+        table.add_row(name, f"{found.defaults[name]:.4g}", *tuned, number(found.importance.get(name), "", 3))
+    return _uncut(table)
+
+
+def _uncut(table: Table) -> Table:
+    for column in table.columns:
+        column.no_wrap = True
+    return table

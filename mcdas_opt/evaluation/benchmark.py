@@ -11,8 +11,7 @@ from typing import Any
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.evaluation import provenance
 from mcdas_opt.evaluation.case import Case
-from mcdas_opt.evaluation.labelling import label_chunk, wants_label
-from mcdas_opt.evaluation.labels import REACTIONS_S
+from mcdas_opt.evaluation.labels import REACTIONS_S, label_chunk, wants_label
 from mcdas_opt.evaluation.results_folder import JOURNAL, LABELLING, LABELS, frozen_labels, open_folder
 from mcdas_opt.evaluation.row import Driven, Row, drive, head
 from mcdas_opt.evaluation.running.executor import Executor

@@ -1,16 +1,18 @@
-"""Was it avoidable? A label for every scene, before any planner has driven it."""
+"""Was it avoidable? A label for every scene, before any planner has driven it; and as records of the run that asks."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import partial
+from typing import Any
 
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.prediction import PredictedBody
 from mcdas_opt.domain.rules import non_negative
 from mcdas_opt.domain.trajectory import Trajectory
+from mcdas_opt.evaluation.case import Case
 from mcdas_opt.evaluation.certificate import closes_at
 from mcdas_opt.evaluation.optimised_witness import optimised_witness_from
 from mcdas_opt.evaluation.oracle import (
@@ -27,6 +29,9 @@ from mcdas_opt.evaluation.oracle import (
 from mcdas_opt.simulation.neighbours import known_bodies
 
 REACTIONS_S = (0.2, 0.75)  # an alert automaton; the competent driver of UN R157
+_LIBRARY: tuple[tuple[str, _Search], ...] = (("library", witness_from),)
+_FINER: tuple[tuple[str, _Search], ...] = (("finer library", finer_witness_from),)
+_LAST: tuple[tuple[str, _Search], ...] = (("nonlinear program", optimised_witness_from),)
 
 
 class Kind(StrEnum):
@@ -54,9 +59,6 @@ class Label:
 
 _Bodies = tuple[PredictedBody, ...]
 _Search = Callable[[Scene, float, _Bodies], tuple[Trajectory | None, int]]
-_LIBRARY: tuple[tuple[str, _Search], ...] = (("library", witness_from),)
-_FINER: tuple[tuple[str, _Search], ...] = (("finer library", finer_witness_from),)
-_LAST: tuple[tuple[str, _Search], ...] = (("nonlinear program", optimised_witness_from),)
 
 
 def label_scene(scene: Scene, reaction_s: float = REACTION_S) -> Label:
@@ -102,3 +104,14 @@ def _first(stages: tuple[tuple[str, _Search], ...], scene: Scene, acts_s: float,
         if witness is not None:
             return name, witness
     return None
+
+
+def wants_label(case: Case) -> bool:
+    """Only scripts can be labelled: what reacts to the host is not known beforehand."""
+    return case.labelled and all(part.behaviour == "scripted" for part in case.scene.neighbour)
+
+
+def label_chunk(scenes: Sequence[Scene], reaction_s: float) -> list[dict[str, Any]]:
+    """A letter and an onset for each scene."""
+    found = (label_scene(scene, reaction_s) for scene in scenes)
+    return [{"label": one.kind.value, "onset_s": round(one.onset_s, 3)} for one in found]

@@ -12,8 +12,7 @@ from mcdas_opt.catalogue.scene_file import scene_file
 from mcdas_opt.evaluation.benchmark import Progress, Results
 from mcdas_opt.evaluation.case import Case
 from mcdas_opt.evaluation.reporting.contents import card, report
-from mcdas_opt.evaluation.reporting.document import Card
-from mcdas_opt.evaluation.reporting.render import FIGURES, html, markdown
+from mcdas_opt.evaluation.reporting.document import FIGURES, Card, html, markdown
 from mcdas_opt.evaluation.running.executor import Executor
 from mcdas_opt.evaluation.running.journal import write_whole
 from mcdas_opt.evaluation.running.messages import Ended, Task
@@ -63,9 +62,9 @@ def publish(suite: Suite, results: Results, folder: Path, executor: Executor, pr
 
 def portrait(case: Case, planner: str, plant: str) -> tuple[bytes, str]:
     """The drive once more, as a picture and as a page that plays it."""
+    from mcdas_opt.plotting.animation import draw_thumbnail
     from mcdas_opt.plotting.player import drive_page
     from mcdas_opt.plotting.style import png_bytes
-    from mcdas_opt.plotting.thumbnail import draw_thumbnail
     from mcdas_opt.simulation.loop import simulate
 
     drive = simulate(case.scene, planner, plant)

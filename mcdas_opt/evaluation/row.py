@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from operator import attrgetter
 from textwrap import shorten
 from typing import Any
 
@@ -11,19 +12,27 @@ import numpy as np
 
 from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.settings import Settings, WarningSettings
-from mcdas_opt.domain.vocabulary import Mode, Side, Status
-from mcdas_opt.evaluation.aftermath import ordinary_again
+from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
 from mcdas_opt.evaluation.case import Case
 from mcdas_opt.simulation.idm import STEP_S
-from mcdas_opt.simulation.ordinary import instants_of, ordinary_driving
-from mcdas_opt.simulation.record import Outcome, Simulation
+from mcdas_opt.simulation.ordinary import HEADWAYS_S, Instant, instants_of, ordinary_driving
+from mcdas_opt.simulation.record import Cycle, Outcome, Simulation
 
 HARD_BRAKING_MPS2 = 3.5  # in ordinary following nobody needs as much
 SHARP_STEERING_MPS2 = 2.0  # lateral acceleration beyond what the road's bend asks for
 _BUMPER_M = 0.6  # bodies that overlap along the road by no more than this at the touch met bumper to bumper
 LONGEST_REASON = 400  # characters
 _STILL_MPS = 0.05  # sideways; slower than this a lane change has ended
+_OF_THE_DRIVE = (  # columns that are figures of the drive as they are
+    *("impact_speed_mps", "duration_s", "min_clearance_m", "min_ttc_front_s", "min_ttc_rear_s", "max_lateral_acceleration_mps2"),
+    *("max_jerk_mps3", "max_steering_rate_radps", "lane_change_completed"),
+    *("plans", "fallbacks", "unavoidable", "unverified_plans", "solver"),
+)
 _DRIVING = Settings(warning=WarningSettings(escapes=False))  # no figure reads the escape map, and no plan depends on it
+CALM_S = 1.0  # so long before the drive's end nothing of an emergency is left
+_OFFSET_M, _HEADING_RAD = 0.3, 0.03  # from the lane's middle and its direction
+_SLOWER_MPS, _GAINING_MPS2 = 3.0, 0.2  # than it might drive, or gaining speed
+_HARD_MPS2 = 3.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,19 +128,11 @@ def row_of(case: Case, run: Simulation) -> Row:
     emergencies = [cycle.plan.reason for cycle in run.cycles if cycle.plan.status is not Status.PLANNED]
     return Row(
         **head(case, run.planner, run.plant),
+        **{name: attrgetter(name)(run) for name in _OF_THE_DRIVE},
         outcome=run.outcome.value,
         collided_with=run.collided_with or "",
         hit=_face(run),
-        impact_speed_mps=run.impact_speed_mps,
-        duration_s=run.duration_s,
-        min_clearance_m=run.min_clearance_m,
-        min_ttc_front_s=run.min_ttc_front_s,
-        min_ttc_rear_s=run.min_ttc_rear_s,
-        max_lateral_acceleration_mps2=run.max_lateral_acceleration_mps2,
         max_deceleration_mps2=float(np.maximum(-run.history.states[:, 4], 0.0).max()),
-        max_jerk_mps3=run.max_jerk_mps3,
-        max_steering_rate_radps=run.max_steering_rate_radps,
-        lane_change_completed=run.lane_change_completed,
         settling_error_m=settling_error_m(run),
         intervention=_intervention(run),
         modes=" ".join(f"{t:g}:{mode}" for t, mode in run.modes),
@@ -141,12 +142,7 @@ def row_of(case: Case, run: Simulation) -> Row:
         lane_changes=ordinary.lane_changes,
         followers_braked=ordinary.followers_braked,
         ordinary_again=ordinary_again(run, instants),
-        plans=run.plans,
-        fallbacks=run.fallbacks,
-        unavoidable=run.unavoidable,
-        unverified_plans=run.unverified_plans,
         first_reason=shorten(emergencies[0], LONGEST_REASON, placeholder=" …") if emergencies else "",
-        solver=run.solver,
     )
 
 
@@ -189,3 +185,28 @@ def _intervention(run: Simulation) -> str:
     evaded = any(mode == Mode.EVADE.value for _, mode in run.modes)
     braked = float(states[:, 4].min()) < -HARD_BRAKING_MPS2
     return "+".join(word for word, true in (("steering", evaded or sharp or left_lane), ("braking", braked)) if true)
+
+
+def ordinary_again(run: Simulation, instants: tuple[Instant, ...]) -> bool | None:
+    """Whether a drive with an emergency ended in ordinary driving: calm, in the middle of a lane, as fast as desired, limit and leader
+    let it (or gaining speed), and with a time gap of 0.8 s (or an opening one). None without an emergency; false where it ended in none."""
+    emergencies = [cycle.time_s for cycle in run.cycles if _emergency(cycle)]
+    if not emergencies:
+        return None
+    if run.outcome is not Outcome.SAFE or emergencies[-1] > run.duration_s - CALM_S:
+        return False
+    road, last = run.scene.true_road, instants[-1]
+    s, d, heading = float(run.trajectory.s_m[-1]), float(run.trajectory.d_m[-1]), float(run.trajectory.heading_rad[-1])
+    bend = float(road.curvature_at(run.trajectory.s_m[-1])) * run.scene.vehicle.centre_m
+    settled = abs(d - road.lane_centre_m(road.lane_of(d, s), s)) < _OFFSET_M and abs(heading + bend) < _HEADING_RAD
+    most = min(run.scene.desired_speed_mps, road.speed_limit_mps, *([last.leader.speed_mps] if last.leader is not None else []))
+    fast = last.speed_mps > most - _SLOWER_MPS or last.acceleration_mps2 > _GAINING_MPS2
+    gap = last.headway_s is None or last.headway_s >= HEADWAYS_S[-1] or (last.leader is not None and last.leader.speed_mps > last.speed_mps)
+    return settled and fast and gap
+
+
+def _emergency(cycle: Cycle) -> bool:
+    """Somebody was alarmed, steered out, fell back on a lower rung, or braked hard."""
+    plan = cycle.plan
+    alarmed = plan.alert is not Alert.NONE or plan.warning or plan.status is not Status.PLANNED
+    return alarmed or plan.mode is Mode.EVADE or cycle.host.acceleration_mps2 < -_HARD_MPS2

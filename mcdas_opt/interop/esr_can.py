@@ -15,11 +15,10 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.esr_codec import ANGLE, RANGE_RATE, TRACKS, EsrCodec, EsrHealth, EsrMotion, EsrTarget, TargetStatus, WrongLengthError
-from mcdas_opt.interop.recordings.can_frames import Frame
-from mcdas_opt.interop.recordings.recording import Recording, listed
-from mcdas_opt.interop.recordings.tally import Tally
+from mcdas_opt.interop.recordings.recording import Frame, Recording, Tally, listed
 from mcdas_opt.interop.sensor_log import SensorLog, Source, cycles, in_order_of_arrival, increasing, usual_period
 from mcdas_opt.simulation.sensors import mounting
+from mcdas_opt.simulation.sight import echo
 
 FRAME_SPACING_S = 0.0003  # a classic frame of 8 bytes at 500 kbit/s takes about 0.25 ms
 
@@ -167,14 +166,7 @@ def _scans(sector: Sector, items: list[_Decoded], vehicle: Vehicle, sensor: Sens
 
 def detection_of(target: EsrTarget, sensor: Sensor) -> RadarDetection:
     """What a slot says, with the standard deviations of `sensor`: the CAN interface carries none."""
-    return RadarDetection(
-        range_m=target.range_m,
-        azimuth_rad=target.azimuth_rad,
-        range_rate_mps=target.range_rate_mps,
-        range_sd_m=sensor.range_sd_m,
-        azimuth_sd_rad=sensor.azimuth_sd_rad,
-        range_rate_sd_mps=sensor.range_rate_sd_mps,
-    )
+    return echo(sensor, target.range_m, target.azimuth_rad, target.range_rate_mps)
 
 
 def _target(slot: int, detection: RadarDetection) -> EsrTarget:

@@ -1,8 +1,9 @@
-"""The host's motion behind a recording: its speed over time, integrated along the road's lane."""
+"""The host's motion along its lane: a recording's speed over time integrated, and the same while it is driven."""
 
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -74,9 +75,7 @@ class HostMotion:
         speed = float(np.interp(t_s, self.t_s, self.speed_mps))
         s = self._distance(t_s) - self._distance(start_s)
         past = float(np.interp(t_s - SLOPE_S, self.t_s, self.speed_mps))
-        slope = min(max((speed - past) / SLOPE_S, vehicle.acceleration_min_mps2), vehicle.acceleration_max_mps2)
-        steering = math.atan(vehicle.wheelbase_m * float(road.curvature_at(s)))
-        return HostState(s_m=s, speed_mps=speed, acceleration_mps2=slope, steering_rad=steering)
+        return _in_lane(s, speed, (speed - past) / SLOPE_S, road, vehicle)
 
     def _distance(self, t_s: float) -> float:
         """Integral of the piecewise linear speed from the first sample to t [m]; before and after the samples the speed is held."""
@@ -84,3 +83,42 @@ class HostMotion:
         whole = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t))])
         k = min(max(int(np.searchsorted(t, t_s, side="right")) - 1, 0), t.size - 1)
         return float(whole[k] + 0.5 * (v[k] + np.interp(t_s, t, v)) * (t_s - t[k]))
+
+
+class LiveHost:
+    """Keeps to the middle of its lane, as `HostMotion` does; remembers no more than the last moments."""
+
+    def __init__(self, road: Road, vehicle: Vehicle) -> None:
+        self._road, self._vehicle = road, vehicle
+        self._recent: deque[tuple[float, float]] = deque()
+        self._s_m = 0.0  # at the latest speed
+
+    @property
+    def heard_s(self) -> float | None:
+        """When a speed was last heard."""
+        return self._recent[-1][0] if self._recent else None
+
+    def note(self, t_s: float, speed_mps: float) -> None:
+        """A speed; one that is no newer than the latest is left out."""
+        if self._recent:
+            last_s, last = self._recent[-1]
+            if t_s <= last_s:
+                return
+            self._s_m += 0.5 * (last + speed_mps) * (t_s - last_s)
+        self._recent.append((t_s, speed_mps))
+        while len(self._recent) > 2 and self._recent[1][0] <= t_s - SLOPE_S:
+            self._recent.popleft()
+
+    def state(self, t_s: float) -> HostState:
+        """At `t_s`, at or after the latest speed, which is held. The acceleration is the slope over the last half second."""
+        last_s, speed = self._recent[-1]
+        first_s, first = self._recent[0]
+        s = self._s_m + speed * (t_s - last_s)
+        return _in_lane(s, speed, (speed - first) / max(last_s - first_s, SLOPE_S), self._road, self._vehicle)
+
+
+def _in_lane(s_m: float, speed_mps: float, slope_mps2: float, road: Road, vehicle: Vehicle) -> HostState:
+    """In the middle of the lane, the wheels along it; the acceleration within the vehicle's limits."""
+    acceleration = min(max(slope_mps2, vehicle.acceleration_min_mps2), vehicle.acceleration_max_mps2)
+    steering = math.atan(vehicle.wheelbase_m * float(road.curvature_at(s_m)))
+    return HostState(s_m=s_m, speed_mps=speed_mps, acceleration_mps2=acceleration, steering_rad=steering)

@@ -24,7 +24,7 @@ from mcdas_opt.errors import InputError, check_file_name
 from mcdas_opt.interop.esr_can import read_esr
 from mcdas_opt.interop.host_motion import HostMotion
 from mcdas_opt.interop.log_check import check_log
-from mcdas_opt.interop.recordings.readers import format_of, open_recording
+from mcdas_opt.interop.recordings.recording import format_of, open_recording
 from mcdas_opt.interop.replay_record import Cycle, Replay, SeenTrack, Summary
 from mcdas_opt.interop.sensor_log import SensorLog
 from mcdas_opt.interop.target_list import Columns, read_targets
@@ -56,7 +56,7 @@ def replay(
 ) -> Replay:
     """Runs a recording of radars through tracker, situation and (with `plan`) planner, every `settings.cycle_s`.
 
-    `log` is a path, or the name of a shipped ESR recording; `format` is by default what the file is called (`recordings.readers`). CAN
+    `log` is a path, or the name of a shipped ESR recording; `format` is by default what the file is called. CAN
     frames are an ESR's; with `columns`, or without frames, a front radar's target list is read from the recording's tables, and a
     rear radar's from those of `rear`, by the same columns. `host` is a
     CSV of the host's speed (or that name); without it the recording's own is taken.

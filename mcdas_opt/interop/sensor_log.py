@@ -12,7 +12,7 @@ from mcdas_opt.domain.measurement import Scan
 from mcdas_opt.domain.rules import Array, floats
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import ParameterError
-from mcdas_opt.interop.recordings.tally import Tally
+from mcdas_opt.interop.recordings.recording import Tally
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

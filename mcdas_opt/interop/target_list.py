@@ -14,8 +14,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Sector
 from mcdas_opt.errors import InputError, nearest
-from mcdas_opt.interop.recordings.recording import TIME, Recording, Row, Table, named
-from mcdas_opt.interop.recordings.tally import Tally
+from mcdas_opt.interop.recordings.recording import TIME, Recording, Row, Table, Tally, named
 from mcdas_opt.interop.sensor_log import SensorLog, Source, cycles, in_order_of_arrival, increasing, usual_period
 from mcdas_opt.simulation.sensors import mounting
 

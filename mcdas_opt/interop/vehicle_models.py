@@ -16,11 +16,11 @@ from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
 from mcdas_opt.dynamics.integrator import rk4
-from mcdas_opt.errors import MissingExtraError
+from mcdas_opt.errors import of_extra
 from mcdas_opt.simulation.actuators import Actuators, Applied
+from mcdas_opt.simulation.dynamic_plant import in_steady_turn
 from mcdas_opt.simulation.idm import STEP_S
 from mcdas_opt.simulation.kinematic_plant import KinematicPlant
-from mcdas_opt.simulation.steady_turn import in_steady_turn
 
 SLOW_MPS, FAST_MPS = 2.0, 2.5  # below the first it goes over to the no-slip bicycle, above the second back
 _RELEASED = 2.0  # a wheel that slips by so many times what gives the most force gets no torque any more
@@ -154,11 +154,9 @@ class VehicleModelPlant:
 
 def std(vehicle: Vehicle, road: Road, state: HostState) -> VehicleModelPlant:
     """Plant `std`: single track, nine states, combined slip, wheel speeds. Raises `MissingExtraError`."""
-    try:
+    with of_extra("commonroad-vehicle-models", "vehicle-models"):
         from vehiclemodels.init_std import init_std
         from vehiclemodels.vehicle_dynamics_std import vehicle_dynamics_std
-    except ImportError:
-        raise MissingExtraError("commonroad-vehicle-models", "vehicle-models") from None
 
     def lateral_acceleration(x: list[float], rates: list[float]) -> float:
         return rates[3] * math.sin(x[6]) + x[3] * math.cos(x[6]) * (rates[6] + x[5])
@@ -176,11 +174,9 @@ def std(vehicle: Vehicle, road: Road, state: HostState) -> VehicleModelPlant:
 
 def multi_body(vehicle: Vehicle, road: Road, state: HostState) -> VehicleModelPlant:
     """Plant `multi-body`: 29 states; body, axles, suspension, four wheels. Raises `MissingExtraError`."""
-    try:
+    with of_extra("commonroad-vehicle-models", "vehicle-models"):
         from vehiclemodels.init_mb import init_mb
         from vehiclemodels.vehicle_dynamics_mb import vehicle_dynamics_mb
-    except ImportError:
-        raise MissingExtraError("commonroad-vehicle-models", "vehicle-models") from None
     model = VehicleModel(
         parameters=_parameters(vehicle, road.friction),
         rates=vehicle_dynamics_mb,

@@ -16,8 +16,7 @@ from mcdas_opt.manoeuvres import clearance, family, lane_change_profiles, phases
 from mcdas_opt.manoeuvres.family import Demand, Member, Scored, Scoring
 from mcdas_opt.manoeuvres.lane_change_profiles import LaneChangeProfiles
 from mcdas_opt.manoeuvres.phases import Phases
-from mcdas_opt.native.addresses import address
-from mcdas_opt.native.binding import record
+from mcdas_opt.native.binding import address, record
 
 _LANES = 8  # samples come in whole lanes
 _OF_PHASE, _OF_BODY, _OF_MEMBER, _OF_RESULT = 10, 7, 8, 6  # rows, as the C text numbers them

@@ -36,8 +36,7 @@ from mcdas_opt.ocp.terms import (
 )
 from mcdas_opt.ocp.written_terms import residual_of, rows_of
 from mcdas_opt.solvers.barrier_stage import BarrierStage
-from mcdas_opt.solvers.problem_family import ProblemFamily
-from mcdas_opt.solvers.stage_problem import Member, StageProblem
+from mcdas_opt.solvers.stage_problem import Member, ProblemFamily, StageProblem
 
 CENTRE, STEERING_RATE_SHARE = "centre", "steering_rate_share"
 HEADWAY_HORIZON_S = 2.5  # of closing speed, kept free

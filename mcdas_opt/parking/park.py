@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -15,11 +17,13 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.errors import ParameterError, nearest
 from mcdas_opt.parking.case_file import the_case
+from mcdas_opt.parking.case_variants import lengthened
 from mcdas_opt.parking.closed_form import CLOSED_FORMS
 from mcdas_opt.parking.path import ArcPath, counted, drive
 from mcdas_opt.parking.programs import approach, improve_paths
-from mcdas_opt.parking.refusal import relief, too_tight
 from mcdas_opt.parking.run import Run
+from mcdas_opt.parking.search.arc_search import Resolution, search
+from mcdas_opt.parking.search.path_cost import PathCost
 from mcdas_opt.parking.search.resolution_refinement import Searched, refine, shorter_than_diagonal
 from mcdas_opt.parking.settings import ParkSettings
 from mcdas_opt.parking.world import World
@@ -28,6 +32,9 @@ from mcdas_opt.verification.parking_judge import judge_parking
 ParkingPlannerName = Literal["nlp", "search", "closed-form", "closed-form-corrected", "two-arc"]
 PLANNERS = ("nlp", "search", *CLOSED_FORMS)
 _FREE_POSES = 10_000  # of the searches; every pose beyond counts as one unit of the program's work, which takes as long
+_LENGTHS_M = (0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 0.8)
+_SHARES = (0.5, 0.2, 0.0)
+_QUICK = Resolution(cell_m=0.03, max_nodes=12_000, contacts_only=True)
 
 
 def park(
@@ -118,3 +125,41 @@ def _closed_form(run: Run, planner: str, make: Callable[[ParkingCase], ParkingTr
     status = "planned" if judgement.verdict.passed else "refused"
     least = judgement.min_clearance_m
     return run.answer(planner, trajectory, judgement.verdict, least, status=status, reason=judgement.verdict.reason)
+
+
+def too_tight(case: ParkingCase, world: World) -> tuple[str, Violation] | None:
+    """A proof that no path exists: the start or the goal itself is nearer to an obstacle than asked."""
+    asked = case.limits.clearance_m
+    for key, kind, pose in (("start", ViolationKind.START_CLEARANCE, case.start), ("goal", ViolationKind.GOAL_CLEARANCE, case.goal)):
+        apart = world.whole.separation(pose[None], world.body)[0]
+        if apart.size == 0:
+            continue
+        worst = int(np.argmin(apart))
+        least = float(apart[worst])
+        if least < asked - 1e-9:
+            name = case.names[world.owner[worst]]
+            text = f"proved impossible: at the {key} the body is {100 * least:.1f} cm from {name}, {100 * asked:.1f} cm asked"
+            if case.slot is not None and key == "goal" and name in ("rear car", "front car"):
+                text += f": {200 * (asked - least):.0f} cm more length"
+            elif case.slot is not None and key == "goal" and name == "kerb":
+                deep = math.ceil(100.0 * (case.slot.depth_m + 2.0 * (asked - least)) - 1e-6) / 100.0
+                text += f": the slot's depth_m must be {deep:.2f} instead of {case.slot.depth_m:.2f}"
+            return text, Violation(kind=kind, t_s=0.0, value=least, limit=asked, unit="m", body=name)
+    return None
+
+
+def relief(case: ParkingCase, late: Callable[[], bool]) -> tuple[str, ParkingCase, ArcPath] | None:
+    """The least of a few reliefs that lets a quick search through: a longer slot, else less clearance. (words, case, path)"""
+    reliefs: list[tuple[str, ParkingCase]] = []
+    if case.slot is not None:
+        reliefs += [(f"{100 * more:.0f} cm more length would do", lengthened(case, more)) for more in _LENGTHS_M]
+    for share in _SHARES:
+        limits = replace(case.limits, clearance_m=share * case.limits.clearance_m)
+        reliefs.append((f"a clearance of {100 * limits.clearance_m:.1f} cm would do", replace(case, limits=limits)))
+    for text, relieved in reliefs:
+        if late():
+            return None
+        found = search(relieved, World.of(relieved), _QUICK, PathCost.of(relieved)).paths
+        if found:
+            return text, relieved, found[0]
+    return None

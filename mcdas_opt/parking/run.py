@@ -1,4 +1,4 @@
-"""What one call of `park` gathers: attempts, the best answer so far, and what it took."""
+"""What one call of `park` gathers: attempts, the best answer so far, without the legs that a program left behind, and what it took."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from mcdas_opt.domain.parking import LEAST_LEG_M, Parking, ParkingAttempt, ParkingCase, ParkingTrajectory
 from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.parking.cost import ParkingCosts, trajectory_cost
-from mcdas_opt.parking.short_legs import standing_instead
+from mcdas_opt.parking.path import sampled
 from mcdas_opt.parking.soundness import close_fits, is_sound
 from mcdas_opt.parking.world import World
 from mcdas_opt.verification.parking_judge import Judgement, judge_parking
@@ -152,3 +152,26 @@ def _story(attempts: list[ParkingAttempt]) -> str:
         text += f"; {len(converged)} of {len(programs)} programs converged"
         text += f", to {', '.join(f'{d:.2f}' for d in converged)} s" if converged else ""
     return text + f"; {min(a.duration_s or 0.0 for a in sound):.2f} s is the quickest"
+
+
+def standing_instead(case: ParkingCase, driven: ParkingTrajectory, shorter_than_m: float) -> ParkingTrajectory | None:
+    """The manoeuvre without its legs shorter than that [m]; None where it has none, or no others.
+
+    In their place the car stands as long as steering takes; after the last leg that is left there is nothing. Every pose that follows is
+    moved by what is not driven: the judge says whether that can be.
+    """
+    legs = driven.legs
+    short = [leg for leg in legs if abs(leg.length_m) < shorter_than_m]
+    if not short or len(short) == len(legs):
+        return None
+    t = np.unique(np.concatenate([driven.t_s, [leg.from_s for leg in short], [leg.until_s for leg in short]]))
+    if legs[-1] in short:
+        t = t[t <= max(leg.until_s for leg in legs if leg not in short)]
+    v, delta = np.interp(t, driven.t_s, driven.speed_mps), np.interp(t, driven.t_s, driven.steering_rad)
+    dt = np.diff(t)
+    turning_s = np.abs(np.diff(delta)) / case.vehicle.steering_rate_max_radps
+    for leg in short:
+        v[(t >= leg.from_s) & (t <= leg.until_s)] = 0.0
+        inside = (t[:-1] >= leg.from_s) & (t[1:] <= leg.until_s)
+        dt[inside] = turning_s[inside]
+    return sampled(case, np.concatenate([[0.0], np.cumsum(dt)]), v, delta)

@@ -1,4 +1,4 @@
-"""The obstacles of a case as the planners see them: tiles of the plane with the polygons that matter there."""
+"""The obstacles of a case as the planners see them: tiles of the plane with the polygons that matter there; separations from them."""
 
 from __future__ import annotations
 
@@ -10,12 +10,39 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.clearance import Body, PolygonField, obstacle_field
-from mcdas_opt.parking.obstacle_separations import clearance
+from mcdas_opt.native.library import library
 
 _FEW = 6  # polygons: below this, tiles do not pay
 _TILE_M = 2.0
 _AROUND_M = 2.0  # of a path: polygons farther away do not matter to it
 HORIZON_M = 1.2  # clearances beyond this are reported as this
+
+
+def separation(field: PolygonField, poses: Array, body: Body) -> Array:
+    """(n, m) signed distance [m] of the body at poses (n, 3) to each of the field's m polygons.
+
+    Sines and cosines are numpy's in both forms, so that both give the same bits.
+    """
+    apart = _compiled(field, poses, body, least=False)
+    return field.separation(poses, body) if apart is None else apart
+
+
+def clearance(field: PolygonField, poses: Array, body: Body) -> Array:
+    """(n,) least of the `separation`s; infinite without polygons."""
+    apart = _compiled(field, poses, body, least=True)
+    return field.clearance(poses, body) if apart is None else apart
+
+
+def _compiled(field: PolygonField, poses: Array, body: Body, *, least: bool) -> Array | None:
+    compiled = library()
+    if compiled is None:
+        return None
+    poses = np.ascontiguousarray(poses, dtype=np.float64)
+    n, m, heading = len(poses), len(field.polygons), np.ascontiguousarray(poses[:, 2])
+    apart = np.empty(n if least else (n, m))
+    given = poses, np.cos(heading), np.sin(heading), np.array(body), body.corners, field.edges
+    compiled.mcdas_polygon_separations(n, m, least, field.first, *given, apart)
+    return apart
 
 
 @dataclass(slots=True)

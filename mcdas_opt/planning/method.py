@@ -30,7 +30,7 @@ METHODS = Registry(
         "mpc": "mcdas_opt.planning.mpc:MpcMethod",
         "closed-form": "mcdas_opt.baselines.literal:LiteralMethod",
         "closed-form-corrected": "mcdas_opt.baselines.corrected:CorrectedMethod",
-        "closed-form-tuned": "mcdas_opt.baselines.tuned:TunedMethod",
+        "closed-form-tuned": "mcdas_opt.baselines.corrected:TunedMethod",
         "aeb": "mcdas_opt.baselines.aeb:AebMethod",
         "un-r157": "mcdas_opt.baselines.competent_driver:CompetentDriverMethod",
         "idm-mobil": "mcdas_opt.baselines.idm_mobil:IdmMobilMethod",

@@ -1,4 +1,4 @@
-"""A drive as a moving picture, or as a sheet of moments."""
+"""A drive as a moving picture, as a sheet of moments, or in three of them."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from mcdas_opt.plotting.bands import STATUSES
 from mcdas_opt.plotting.birdseye import BirdsEye, framed, legend_handles, scale_bar
 from mcdas_opt.plotting.moments import Moment, moment_at, moments, view_of
 from mcdas_opt.plotting.strips import StripChart, mark_times, strips_of
+from mcdas_opt.plotting.style import figure, styled
 from mcdas_opt.plotting.time_to_react_strip import TimeToReactStrip, has_escapes
 from mcdas_opt.plotting.words import TOLD
 from mcdas_opt.simulation.record import Outcome, Simulation
@@ -25,10 +26,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from PIL.Image import Image
 
+
 MOST_FRAMES = 100
 _WIDTH_IN, _DPI = 9.6, 100
 _LAST_FRAME_MS = 2000
 _STRIP_IN, _ROWS_IN = 1.55, 0.8  # of height, for the times to react over the drive
+_BEFORE_S = 1.0  # the moment before the end that tells most
 
 
 def film(simulation: Simulation, path: Path) -> Path:
@@ -216,3 +219,26 @@ def _one_palette(pictures: Sequence[Image]) -> list[Image]:
         frame.putpalette(palette.astype(np.uint8).tobytes())
         painted.append(frame)
     return painted
+
+
+def draw_thumbnail(simulation: Simulation) -> Figure:
+    """The beginning, a second before the end (of a safe drive: where the others came nearest), and the end."""
+    view, end = view_of(simulation), simulation.duration_s
+    told = max(end - _BEFORE_S, 0.5 * end)
+    if simulation.outcome is Outcome.SAFE and simulation.neighbours:
+        told = float(simulation.history.t_s[int(simulation.history.clearance_m.argmin())])
+    times = sorted({0.0, round(told, 2), end})
+    row = 5.4 * view.aspect + 0.26
+    with styled():
+        fig = figure(5.6, len(times) * row + 0.06)
+        fig.set_layout_engine("none")
+        height = fig.get_figheight()
+        for k, t in enumerate(times):
+            axes = fig.add_axes((0.018, 1.0 - ((k + 1) * row) / height, 0.964, (row - 0.26) / height))
+            moment = moment_at(simulation, t)
+            BirdsEye(axes, simulation.scene.true_road, view, simulation.trajectory).show(moment)
+            axes.set(xticks=[], yticks=[])
+            axes.set_title(f"{t:.1f} s  {moment.speed_mps:.1f} m/s  {moment.action}", fontsize=8, fontweight="normal", pad=2)
+            for spine in axes.spines.values():
+                spine.set_visible(False)
+    return fig

@@ -19,8 +19,8 @@ from mcdas_opt.simulation.car import Car, PlantError
 from mcdas_opt.simulation.contact import EDGE_SLACK_M, clearances, is_free, relative_speed, surroundings
 from mcdas_opt.simulation.controller import Controller
 from mcdas_opt.simulation.idm import STEP_S, step_times
-from mcdas_opt.simulation.measured_host import MeasuredHost
 from mcdas_opt.simulation.metrics import History, driven, lane_changed, settled_lanes, times_to_collision
+from mcdas_opt.simulation.motion_sensors import MeasuredHost
 from mcdas_opt.simulation.neighbours import Traffic, host_motion
 from mcdas_opt.simulation.perception import Perception
 from mcdas_opt.simulation.record import Cycle, CycleTimes, NeighbourHistory, Outcome, Simulation

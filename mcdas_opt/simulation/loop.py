@@ -22,8 +22,7 @@ from mcdas_opt.simulation.controller import Controller, default_controller, make
 from mcdas_opt.simulation.drive import Drive
 from mcdas_opt.simulation.driver import Driver, check_step
 from mcdas_opt.simulation.idm import STEP_S
-from mcdas_opt.simulation.measured_host import MeasuredHost
-from mcdas_opt.simulation.motion_sensors import MotionSensors
+from mcdas_opt.simulation.motion_sensors import MeasuredHost, MotionSensors
 from mcdas_opt.simulation.motion_sensors import motion_sensors as sensors_named
 from mcdas_opt.simulation.neighbours import Traffic
 from mcdas_opt.simulation.perception import Perception

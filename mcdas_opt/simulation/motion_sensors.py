@@ -1,19 +1,24 @@
-"""What the host's own sensors say of its motion: wheel speeds, gyro, accelerometers, steering angle. None of them measures sideslip."""
+"""What the host's own sensors say of its motion: wheel speeds, gyro, accelerometers, steering angle. None of them measures sideslip.
+
+`MeasuredHost` is what is made of it each step.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mcdas_opt.domain.chassis import Chassis
-from mcdas_opt.domain.host import HostState
-from mcdas_opt.domain.host_motion import MotionMeasurement
+from mcdas_opt.domain.host import HostState, SlidingState
+from mcdas_opt.domain.host_motion import MotionMeasurement, SlipEstimate
 from mcdas_opt.domain.rules import non_negative, require, within
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import ParameterError, nearest
+from mcdas_opt.simulation.actuators import Applied
 from mcdas_opt.simulation.idm import STEP_S
+from mcdas_opt.tracking.sideslip_observer import SideslipObserver
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,4 +111,42 @@ class MotionSensing:
             lateral_mps2=told[3],
             steering_rad=math.remainder(told[4], 2.0 * math.pi),
             demand_mps2=state.acceleration_mps2,
+        )
+
+
+class MeasuredHost:
+    """Follows a car step by step. Pose (place and heading along the road) is told as it is, motion as it is measured.
+
+    Of a car whose tyres slip nobody is told the sideslip: `state` has the observer's, and `slip` its uncertainty. Of one that does not
+    slip, with ideal sensors, `state` is the car's own.
+    """
+
+    def __init__(self, vehicle: Vehicle, start: HostState, sensors: MotionSensors, *, friction: float, seed: int) -> None:
+        self._sensing, self._exact = MotionSensing(sensors, vehicle, seed), sensors.is_ideal
+        self._observer = SideslipObserver(vehicle, friction, STEP_S) if isinstance(start, SlidingState) else None
+        self.slip: SlipEstimate | None = None
+        self.state = self._known(start, start.speed_mps * start.turning(vehicle.wheelbase_m)[1])
+
+    def look(self, state: HostState, applied: Applied) -> None:
+        """At the car's true state, a step later; `applied` is what the step did."""
+        self.state = self._known(state, applied.lateral_acceleration_mps2)
+
+    @property
+    def measured_if_slips(self) -> MotionMeasurement | None:
+        """The last measurement, of a car whose tyres slip."""
+        return None if self.slip is None else self.measured
+
+    def _known(self, state: HostState, lateral_mps2: float) -> HostState:
+        self.measured: MotionMeasurement = self._sensing.measure(state, lateral_mps2)
+        if not isinstance(state, SlidingState) or self._observer is None:
+            self.slip = None
+            return state if self._exact else replace(state, speed_mps=self.measured.speed_mps, steering_rad=self.measured.steering_rad)
+        self.slip = self._observer.update(self.measured)
+        return replace(
+            state,
+            speed_mps=self.measured.speed_mps,
+            steering_rad=self.measured.steering_rad,
+            lateral_speed_mps=self.slip.lateral_speed_mps,
+            yaw_rate_radps=self.slip.yaw_rate_radps,
+            lateral_speed_sd_mps=self.slip.lateral_speed_sd_mps,
         )

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from mcdas_opt.native.binding import defined
 from mcdas_opt.solvers.c_text import Arguments, c_function
 from mcdas_opt.solvers.interpreted_kernel import CORRECTION
-from mcdas_opt.solvers.problem_family import ProblemFamily
 from mcdas_opt.solvers.stage_functions import family_functions
+from mcdas_opt.solvers.stage_problem import ProblemFamily
 
 LANES = 8  # stages of a block: the widest vectors
 _LOOPS = ("evaluate", "gradient", "steps", "cold", "warm", "measure")  # over blocks; the sweeps go stage by stage

@@ -1,13 +1,15 @@
-"""How a solve ended: read the ending and finiteness before x."""
+"""How a solve ended: read the ending and finiteness before x. An engine is asked by `ask`: whatever it does, an outcome comes back."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Protocol
 
 import numpy as np
 
 from mcdas_opt.domain.rules import Array, all_finite
+from mcdas_opt.solvers.stage_problem import StageGuess
 
 
 class Ending(StrEnum):
@@ -39,3 +41,31 @@ class Outcome:
         if self.ending is not Ending.CONVERGED and self.ending is not Ending.LIMIT:
             return False
         return all_finite(self.x) and all_finite(self.u) and all_finite(self.s)
+
+
+class Engine(Protocol):
+    """What solves a stage problem: from the state x0 (nx,), parameters (N + 1, np), steps (N,), a guess and a cap on iterations."""
+
+    def solve(self, x0: Array, p: Array, steps_s: Array, guess: StageGuess, iterations: int, /) -> Outcome: ...
+
+
+def ask(engine: Engine, x0: Array, p: Array, steps_s: Array, guess: StageGuess, iterations: int) -> Outcome:
+    """The engine's outcome; `FAILED`, with the reason, where it raises or what comes back is no outcome of the guess's shape."""
+    try:
+        outcome = engine.solve(x0, p, steps_s, guess, iterations)
+        shapes = outcome.x.shape, outcome.u.shape, outcome.s.shape
+    except Exception as error:  # an engine is foreign code: what it throws must not leave the cycle without an answer
+        return _failed(guess, f"{type(error).__name__}: {error}")
+    if shapes != (guess.x.shape, guess.u.shape, guess.s.shape):
+        return _failed(guess, f"the solution has shapes {shapes[0]}, {shapes[1]}, {shapes[2]}")
+    return outcome
+
+
+def _failed(guess: StageGuess, message: str) -> Outcome:
+    return Outcome(
+        ending=Ending.FAILED,
+        x=np.full_like(guess.x, np.nan),
+        u=np.full_like(guess.u, np.nan),
+        s=np.full_like(guess.s, np.nan),
+        message=message,
+    )

@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 import casadi as ca
 
 from mcdas_opt.solvers.barrier_stage import BarrierStage, Others
-from mcdas_opt.solvers.problem_family import ProblemFamily
 from mcdas_opt.solvers.riccati import Factor, backward_gradient, forward, symmetric
-from mcdas_opt.solvers.stage_problem import StageProblem
+from mcdas_opt.solvers.stage_problem import ProblemFamily, StageProblem
 
 
 class StageFunctions(NamedTuple):

@@ -81,3 +81,15 @@ class StageGuess:
     u: Array
     s: Array
     multipliers: Array = field(default_factory=lambda: np.zeros(0))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProblemFamily:
+    """What the members share. `problem` is the one without the repeated row; its last `sizes` parameters are numbers of the member, the
+    same at all nodes, as are the finite bounds. `row(x, sizes, own parameters) -> g` is relaxed by the slack `row_slack`."""
+
+    problem: StageProblem
+    sizes: int
+    row: Any
+    row_parameters: int
+    row_slack: int

@@ -19,8 +19,7 @@ from mcdas_opt.studio.folder import ExistsError, Folder
 from mcdas_opt.studio.parking_tab import LIVE, ParkingTab
 from mcdas_opt.studio.planner_cache import methods
 from mcdas_opt.studio.sandwich_tab import SandwichTab
-from mcdas_opt.studio.sign_of_life import waiting, with_signs
-from mcdas_opt.studio.turns import Turns
+from mcdas_opt.studio.turns import Turns, waiting, with_signs
 from mcdas_opt.studio.worker_pool import StoppedError, WorkerPool
 
 

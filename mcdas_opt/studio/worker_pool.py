@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import pickle
 import time
 import traceback
-from collections.abc import AsyncIterator, Callable, Hashable, Sequence
+from collections import OrderedDict
+from collections.abc import AsyncIterator, Awaitable, Callable, Hashable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from typing import Any
@@ -18,21 +20,38 @@ from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.errors import McdasError
-from mcdas_opt.evaluation.running.messages import Ended, Task
-from mcdas_opt.evaluation.running.reports import report
+from mcdas_opt.evaluation.running.messages import Ended, Task, report
 from mcdas_opt.evaluation.running.worker import Worker
 from mcdas_opt.plotting.player import drive_document
 from mcdas_opt.plotting.web import look_of
 from mcdas_opt.simulation.loop import simulate
-from mcdas_opt.studio.answers import KeptAnswers
 from mcdas_opt.studio.parking_tab import LIVE, parked
 from mcdas_opt.studio.planner_cache import PlannerCache, Question, installed
-from mcdas_opt.studio.sign_of_life import EVERY_S, waiting
-from mcdas_opt.studio.turns import Turns
+from mcdas_opt.studio.turns import EVERY_S, Turns, waiting
 
+_KEPT = 200
 _SOLVED = ("mpc",)  # planners of the second worker
 _TIMES = "times to react"
 _REPORT_S = 0.1  # between two reports of how far a drive is
+
+
+class KeptAnswers:
+    """Of a planner, or another function of a question, by its name. A question is known by what it is sent to a process as."""
+
+    def __init__(self, kept: int = _KEPT) -> None:
+        self._most = kept
+        self._answers: OrderedDict[tuple[str, bytes], Any] = OrderedDict()
+
+    async def of(self, name: str, question: Any, work: Callable[[], Awaitable[Any]]) -> Any:
+        """The answer that was kept, else what `work` gives; where that raises nothing is kept."""
+        key = name, pickle.dumps(question)
+        if key not in self._answers:
+            self._answers[key] = await work()
+        self._answers.move_to_end(key)
+        answer = self._answers[key]
+        while len(self._answers) > self._most:
+            self._answers.popitem(last=False)
+        return answer
 
 
 class LostWorkerError(McdasError):

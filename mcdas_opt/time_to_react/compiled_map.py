@@ -21,8 +21,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.manoeuvres.kinds import next_lane_m
-from mcdas_opt.native.addresses import address
-from mcdas_opt.native.binding import record
+from mcdas_opt.native.binding import address, record
 from mcdas_opt.time_to_react.compiled_case import NUMBERS, CaseRecord, case_constants, cruisers, faded
 from mcdas_opt.time_to_react.guess import EXACT_NODES, GUESS_NODES, KEPT_TIMES_S
 from mcdas_opt.time_to_react.library import CLEAR_S, KINDS, LATEST_S, EscapeSettings, Spread, forces, spread_of

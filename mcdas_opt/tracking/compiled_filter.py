@@ -11,7 +11,7 @@ from mcdas_opt.domain.measurement import BodyDetection, RadarDetection
 from mcdas_opt.domain.motion import TargetMotion
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.frenet import FrenetFrame
-from mcdas_opt.native.addresses import address
+from mcdas_opt.native.binding import address
 from mcdas_opt.native.library import library
 from mcdas_opt.tracking.association import FAR_M, FAR_SD
 from mcdas_opt.tracking.fix import LEAST_STRETCH, Viewpoint

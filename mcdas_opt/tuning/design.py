@@ -1,10 +1,11 @@
-"""One design: posed, solved, checked, and said in words."""
+"""One design: posed, solved, checked, said in words, and left behind as a TOML that planners take and a picture."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from operator import attrgetter
-from typing import Any, ClassVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -15,14 +16,19 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.sigmoid import renormalised
-from mcdas_opt.errors import ParameterError
+from mcdas_opt.errors import InputError, ParameterError, writing
 from mcdas_opt.ocp.sigmoid_design import OBJECTIVES, SigmoidSolution, solve_sigmoid
 from mcdas_opt.tuning.request import DesignRequest
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 STEP_M = 0.1
 _BINDS = 1e-4  # share of the value that relaxing a limit by its whole self would gain, at first order
 _STEPS = {"m/s^2": 1.0, "m/s^3": 1.0, "rad": 0.005, "rad/s": 0.1, "1/m": 0.01, "m": 0.1}  # of "so much more would save"
 _FAR_M = 500.0
+_SUFFIXES = (".toml", ".png")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +59,7 @@ class PathSamples:
 class Design(Result):
     """The best sigmoid for a request; attributes are the keys of the JSON document. Saved as `.toml` it is what planners take."""
 
-    drawn_by: ClassVar[str] = "mcdas_opt.tuning.design_file:sheet"
+    drawn_by: ClassVar[str] = "mcdas_opt.tuning.design:sheet"
 
     a_per_m: float
     b: float
@@ -272,3 +278,38 @@ def _least_gap(request: DesignRequest, who: str) -> float | None:
         else:
             high = middle
     return high
+
+
+def check_out(out: Path) -> Path:
+    """Raises `InputError` for a file that is neither a TOML nor a PNG, before anything is computed."""
+    if out.suffix.lower() not in _SUFFIXES:
+        raise InputError(out, "", None, "must end in .toml or .png: both are written side by side")
+    return out
+
+
+def write_design(design: Design, out: Path) -> tuple[Path, Path]:
+    """Writes `out`'s stem as .toml and as .png; returns both."""
+    parameters, picture = check_out(out).with_suffix(".toml"), out.with_suffix(".png")
+    from mcdas_opt.plotting.style import save_png
+
+    with writing(out):
+        parameters.write_text(design.to_toml(), encoding="utf-8")
+        save_png(sheet(design), picture, dpi=120)
+    return parameters, picture
+
+
+def sheet(design: Design) -> Figure:
+    """The path with its curvature, acceleration and jerk against their limits, and the paper's beside it."""
+    from mcdas_opt.plotting.design import design_sheet
+
+    limits = {c.name: c.limit for c in design.constraints}
+    return design_sheet(
+        design.sigmoid,
+        speed_mps=design.speed_mps,
+        lane_width_m=design.request.lane_width_m,
+        length_m=design.length_m,
+        lateral_limit_mps2=min(limits["lateral acceleration"], limits["friction"]),
+        jerk_limit_mps3=limits["lateral jerk"],
+        vehicle=design.request.vehicle,
+        title=f"{design.objective}: {design.length_m:.1f} m at {3.6 * design.speed_mps:.0f} km/h",
+    )

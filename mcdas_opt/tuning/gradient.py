@@ -1,4 +1,7 @@
-"""Tuning by the gradient through the MPC: the mean merit of plans over a set of problems, and its exact slope by the knobs."""
+"""Tuning by the gradient through the MPC: the mean merit of plans over a set of problems, and its exact slope by the knobs.
+
+The problems are situations and candidates, posed as the planner poses them.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mcdas_opt.domain.prediction import PredictedBody
 from mcdas_opt.domain.rules import Array, positive
+from mcdas_opt.domain.situation import Situation
+from mcdas_opt.ocp.lane_mpc import LaneParameters, default_weights
 from mcdas_opt.ocp.sensitivities import PlanSensitivity
+from mcdas_opt.planning.candidate import Proposed
+from mcdas_opt.planning.lane_problem.lane_parameters import guessed_states, obstacle_slots, proposal_values, shared_values
+from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.solvers.stage_problem import StageGuess
 from mcdas_opt.tuning.searchers import search
 
@@ -27,6 +36,7 @@ TUNED = (
 _REACH = math.log(4.0)  # every knob from a quarter to four times its own
 _STEP, _MEAN, _SQUARE, _FLAT = 0.35, 0.8, 0.9, 1e-3  # of Adam: a step of a logarithm, its two memories, a slope that is none
 _REFUSED = 100.0  # merit of a plan that is not found
+STEP_S = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,3 +125,17 @@ def _curve(method: str, merit: MeanMerit, tried: Sequence[tuple[float, Array]]) 
         merits=np.minimum.accumulate(values),
         best=tried[int(np.argmin(values))][1],
     )
+
+
+def posed_plan(sensitivity: PlanSensitivity, situation: Situation, proposed: Proposed, bodies: Sequence[PredictedBody]) -> PosedPlan:
+    """The lane problem of one candidate at the weights' own values, with its path as guess."""
+    problem, nodes, stage = sensitivity.problem, sensitivity.nodes, SolverSettings()
+    times = np.round(STEP_S * np.arange(nodes + 1), 9)
+    x = guessed_states(situation, proposed, sensitivity.lane.vehicle, times)
+    others = obstacle_slots(bodies, times, along_m=stage.clearance_along_m, across_m=stage.clearance_across_m)
+    shared = shared_values(situation, others, slots=sensitivity.lane.neighbours, friction_share=stage.friction_share)
+    own = proposal_values(situation, sensitivity.lane.vehicle, others, proposed, times, x[:, 0])
+    p = LaneParameters(names=sensitivity.names).matrix(nodes, shared, own, default_weights())
+    x0 = np.clip(situation.host.to_vector(), problem.x_lower, problem.x_upper)
+    guess = StageGuess(x=x, u=np.zeros((nodes, problem.nu)), s=np.zeros((nodes + 1, problem.ns)))
+    return PosedPlan(parameters=sensitivity.pack(x0, p, np.full(nodes, STEP_S)), guess=guess)

@@ -11,6 +11,9 @@ import numpy as np
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.evaluation.case import Traffic
 from mcdas_opt.evaluation.oracle import witness
+from mcdas_opt.evaluation.running.executor import Executor
+from mcdas_opt.evaluation.running.journal import StoppedError
+from mcdas_opt.evaluation.running.messages import Ended, Task
 from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.planning.adjustable import adjusted
 from mcdas_opt.planning.planner import Planner
@@ -20,6 +23,8 @@ from mcdas_opt.simulation.record import Outcome, Simulation
 SEEDS = {"train": 101, "validation": 202, "test": 303}  # of the suites: scenes of one set are in no other
 _BESIDE_M = 0.1  # further than this from the middle of a lane is manoeuvring
 _TRIED_PER_FOUND = 8  # scenes looked at for one that is avoidable
+OBJECTIVES = ("collisions", "peak_lateral_mps2", "peak_jerk_mps3", "manoeuvre_m")
+_LIMIT_S = 600.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,9 +58,6 @@ class TrafficCost:
         """One number for searches that want one, and for acceptance: a collision in ten outweighs every comfort."""
         comfort = self.peak_lateral_mps2 / 4.0 + self.peak_jerk_mps3 / 20.0 + self.manoeuvre_m / 50.0
         return 100.0 * self.collisions + comfort + 100.0 * self.unverified
-
-
-OBJECTIVES = ("collisions", "peak_lateral_mps2", "peak_jerk_mps3", "manoeuvre_m")
 
 
 def cost_of(drives: Sequence[DriveFigures]) -> TrafficCost:
@@ -120,3 +122,19 @@ def in_turn(scenes: Sequence[Scene], values: Mapping[str, float]) -> Iterator[Dr
     """Drives in this process, one after another."""
     for scene in scenes:
         yield figures_of(drive(scene, values))
+
+
+def on_executor(executor: Executor) -> Drives:
+    """Drives side by side; what comes out is in the order of the scenes, so that it does not depend on who was faster.
+
+    Raises `StoppedError` with the reason where a drive itself fails: that is a fault of ours, not a bad set of values.
+    """
+
+    def drives(scenes: Sequence[Scene], values: Mapping[str, float]) -> Iterator[DriveFigures]:
+        tasks = [Task(drive, (scene, dict(values)), _LIMIT_S) for scene in scenes]
+        for number, answer in sorted(executor.run(tasks), key=lambda one: one[0]):
+            if answer.ended is not Ended.RETURNED:
+                raise StoppedError(f"scene {scenes[number].name}: {answer.reason or answer.ended.value}")
+            yield figures_of(answer.value)
+
+    return drives

@@ -89,7 +89,7 @@ def tune(
     )
     if out is None:
         return design(request)
-    from mcdas_opt.tuning.design_file import check_out, write_design
+    from mcdas_opt.tuning.design import check_out, write_design
 
     target = check_out(Path(out))
     found = design(request)

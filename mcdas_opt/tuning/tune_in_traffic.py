@@ -16,14 +16,13 @@ from mcdas_opt.domain.sigmoid_design import SigmoidDesign
 from mcdas_opt.errors import InputError, writing
 from mcdas_opt.evaluation.running.executor import working
 from mcdas_opt.reference.offset_path import corrected
-from mcdas_opt.tuning.choice import Choice, Guarded, choose, compared, judged
+from mcdas_opt.tuning.choice import Choice, Guarded, choose, compared, importance, judged
 from mcdas_opt.tuning.design import STEP_M, PathSamples, sampled
 from mcdas_opt.tuning.gain import Gain, gain_of
-from mcdas_opt.tuning.pool import on_executor
 from mcdas_opt.tuning.search_space import default_values
 from mcdas_opt.tuning.study import StudySpec, Trial, run_study
 from mcdas_opt.tuning.study_options import StudyOptions
-from mcdas_opt.tuning.traffic import SEEDS, Drives, avoidable, in_turn
+from mcdas_opt.tuning.traffic import SEEDS, Drives, avoidable, in_turn, on_executor
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -98,8 +97,6 @@ def tune_in_traffic(
     `out` gets a TOML of the values, only where they are accepted, and a picture of the front either way. Raises `InputError` for the
     storage of another study or a suite that is not known.
     """
-    from mcdas_opt.tuning.importance import importance
-
     how = options or StudyOptions()
     if out is not None and out.suffix.lower() not in (".toml", ".png"):
         raise InputError(out, "", None, "must end in .toml or .png: both are written side by side")

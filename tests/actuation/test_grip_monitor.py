@@ -17,8 +17,7 @@ from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.host_motion import MotionMeasurement, SlipEstimate
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.simulation.measured_host import MeasuredHost
-from mcdas_opt.simulation.motion_sensors import MotionSensors
+from mcdas_opt.simulation.motion_sensors import MeasuredHost, MotionSensors
 from mcdas_opt.simulation.plant import make_plant
 
 CARS = [load_vehicle(name) for name in ("sedan", "bmw_320i", "lincoln_mkz")]

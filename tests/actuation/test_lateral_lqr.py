@@ -21,8 +21,7 @@ from mcdas_opt.simulation.controller import STEERING_RATE_SHARE, Controller, Fee
 from mcdas_opt.simulation.dynamic_plant import DynamicPlant
 from mcdas_opt.simulation.idm import STEP_S
 from mcdas_opt.simulation.kinematic_plant import KinematicPlant
-from mcdas_opt.simulation.measured_host import MeasuredHost
-from mcdas_opt.simulation.motion_sensors import MotionSensors
+from mcdas_opt.simulation.motion_sensors import MeasuredHost, MotionSensors
 from mcdas_opt.simulation.plant import Plant, make_plant
 
 CARS = [load_vehicle(name) for name in ("sedan", "bmw_320i", "lincoln_mkz")]

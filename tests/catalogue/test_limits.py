@@ -15,10 +15,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mcdas_opt.catalogue.data_files import models_folder
-from mcdas_opt.catalogue.designs import load_parameters
+from mcdas_opt.catalogue.designs import load_parameters, load_schedule
 from mcdas_opt.catalogue.motion import load_motion
 from mcdas_opt.catalogue.scenes import load_scene
-from mcdas_opt.catalogue.schedules import load_schedule
 from mcdas_opt.catalogue.sensors import load_sensor
 from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.catalogue.trajectories import COLUMNS, load_trajectory

@@ -9,7 +9,7 @@ import pytest
 
 from mcdas_opt.catalogue.scenes import scene_from_document
 from mcdas_opt.domain.vocabulary import Alert
-from mcdas_opt.evaluation.aftermath import ordinary_again
+from mcdas_opt.evaluation.row import ordinary_again
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.ordinary import Leader, instants_of
 from mcdas_opt.simulation.record import Outcome, Simulation

@@ -14,8 +14,7 @@ import pytest
 
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.evaluation.running.executor import ProcessPool
-from mcdas_opt.evaluation.running.messages import Ended, Task
-from mcdas_opt.evaluation.running.reports import report
+from mcdas_opt.evaluation.running.messages import Ended, Task, report
 from mcdas_opt.evaluation.running.worker import Worker
 
 

@@ -17,14 +17,13 @@ import pytest
 from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.evaluation.case import Traffic
 from mcdas_opt.evaluation.reporting.contents import card, report
-from mcdas_opt.evaluation.reporting.document import Bars, Heading, Table
-from mcdas_opt.evaluation.reporting.render import html, markdown
+from mcdas_opt.evaluation.reporting.document import Bars, Heading, Table, html, markdown
 from mcdas_opt.evaluation.row import Row, row_of
 from mcdas_opt.evaluation.suites import expand
 from mcdas_opt.evaluation.summary import contradictions, pairs, summarise, worst
+from mcdas_opt.plotting.animation import draw_thumbnail
 from mcdas_opt.plotting.benchmark import draw_cycle_times, draw_scatter
 from mcdas_opt.plotting.style import figure, png_bytes
-from mcdas_opt.plotting.thumbnail import draw_thumbnail
 from mcdas_opt.simulation.loop import simulate
 
 PLANNERS = ("mpc", "closed-form", "aeb")

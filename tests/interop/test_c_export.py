@@ -18,9 +18,8 @@ from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.cli.app import app
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.c_export.export import Export, ExportError, export_c, run_replay
-from mcdas_opt.interop.c_export.meanings import meaning
 from mcdas_opt.interop.c_export.recording import one_arithmetic
-from mcdas_opt.interop.c_export.source import native_flags
+from mcdas_opt.interop.c_export.source import meaning, native_flags
 from mcdas_opt.ocp.lane_mpc import family_parameters
 
 GCC = shutil.which("gcc")

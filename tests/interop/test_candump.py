@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mcdas_opt.errors import InputError, MissingExtraError
-from mcdas_opt.interop.recordings.can_frames import Frame
 from mcdas_opt.interop.recordings.candump import read_candump, write_candump
+from mcdas_opt.interop.recordings.recording import Frame
 
 frames = st.lists(
     st.builds(

@@ -27,15 +27,15 @@ from mcdas_opt.domain.vocabulary import Alert, Sector
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.esr_can import write_esr
 from mcdas_opt.interop.esr_codec import EsrCodec
+from mcdas_opt.interop.host_motion import LiveHost
 from mcdas_opt.interop.live import loop as loop_module
 from mcdas_opt.interop.live.assembler import Drops, ScanAssembler
-from mcdas_opt.interop.live.host import LiveHost
 from mcdas_opt.interop.live.inbox import Arrival, BusInbox, open_bus
 from mcdas_opt.interop.live.loop import LiveLoop, LiveSettings, SilentBusError
 from mcdas_opt.interop.live.record import Line
 from mcdas_opt.interop.live.session import live
 from mcdas_opt.interop.live.watchdog import Watchdog
-from mcdas_opt.interop.recordings.can_frames import Frame
+from mcdas_opt.interop.recordings.recording import Frame
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.simulation.sensors import mounting
 

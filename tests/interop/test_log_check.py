@@ -20,7 +20,7 @@ from mcdas_opt.interop.host_motion import HostMotion
 from mcdas_opt.interop.log_check import check_log
 from mcdas_opt.interop.recordings.candump import CandumpRecording
 from mcdas_opt.interop.recordings.csv_table import CsvTable
-from mcdas_opt.interop.recordings.tally import Tally
+from mcdas_opt.interop.recordings.recording import Tally
 from mcdas_opt.interop.replay import replay
 from mcdas_opt.interop.sensor_log import SensorLog, Source
 from mcdas_opt.interop.target_list import read_targets

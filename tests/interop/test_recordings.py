@@ -24,11 +24,10 @@ from benchmarks.attack.mutators import mutated
 from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.domain.document import to_document
 from mcdas_opt.errors import InputError, McdasError
-from mcdas_opt.interop.recordings.can_frames import Frame
 from mcdas_opt.interop.recordings.candump import read_candump, write_candump
 from mcdas_opt.interop.recordings.messages import flattened, time_of
-from mcdas_opt.interop.recordings.readers import READERS, format_of, open_recording
-from mcdas_opt.interop.recordings.ros_messages import _DEFINITIONS, type_store
+from mcdas_opt.interop.recordings.recording import READERS, Frame, format_of, open_recording
+from mcdas_opt.interop.recordings.rosbag2 import _DEFINITIONS, type_store
 from mcdas_opt.interop.replay import replay
 from mcdas_opt.interop.replay_record import Replay
 

@@ -15,8 +15,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from mcdas_opt.baselines.lane import judged
-from mcdas_opt.baselines.steady import SteadyLaw
+from mcdas_opt.baselines.lane import SteadyLaw, judged
 from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.cli.app import app
 from mcdas_opt.cli.sumo import seeds_of
@@ -27,11 +26,10 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.evaluation.sumo_campaign import lines, summarise
-from mcdas_opt.interop.sumo.blame import caused_by
 from mcdas_opt.interop.sumo.connection import Connection, SumoError, started
 from mcdas_opt.interop.sumo.driver import SumoDriver
 from mcdas_opt.interop.sumo.episode import EpisodeSettings, drive, sumo_config
-from mcdas_opt.interop.sumo.record import Cause
+from mcdas_opt.interop.sumo.record import Cause, caused_by
 from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
 from mcdas_opt.interop.sumo.route import Edge, read_route
 from mcdas_opt.interop.sumo.route import Lane as RouteLane

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mcdas_opt.native.addresses import address
+from mcdas_opt.native.binding import address
 
 
 @pytest.mark.parametrize("array", [np.arange(5.0), np.zeros((3, 4))[1], np.zeros(0), np.zeros((2, 0)), np.zeros(3, dtype=np.int64)])

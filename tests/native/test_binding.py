@@ -13,8 +13,7 @@ from mcdas_opt.native import build, library
 from mcdas_opt.native.binding import defined, record
 from mcdas_opt.native.build import TEXTS, UNITS, BuildError, text_of
 from mcdas_opt.native.form import SWITCH, InterpretedFormWarning, warn_interpreted
-from mcdas_opt.native.functions import FUNCTIONS
-from mcdas_opt.native.library import NoLibraryError
+from mcdas_opt.native.library import FUNCTIONS, NoLibraryError
 
 PROTOTYPE = re.compile(r"^PUBLIC ([\w ]+?)\s*(mcdas_\w+)\(([^)]*)\)", re.MULTILINE)
 RETURNED = {"void": "", "int": "i", "whole": "l", "double": "d"}

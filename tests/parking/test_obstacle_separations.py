@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from mcdas_opt.geometry.clearance import Body, PolygonField
 from mcdas_opt.native.form import SWITCH
-from mcdas_opt.parking.obstacle_separations import clearance, separation
+from mcdas_opt.parking.world import clearance, separation
 
 BODY = Body(-0.9, 3.6, 0.9)
 

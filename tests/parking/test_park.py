@@ -12,11 +12,10 @@ from mcdas_opt.parking.case_file import load_parking_case, parking_case_from_doc
 from mcdas_opt.parking.case_variants import turned_round
 from mcdas_opt.parking.closed_form import two_arc
 from mcdas_opt.parking.cost import COSTS
-from mcdas_opt.parking.park import park
+from mcdas_opt.parking.park import park, too_tight
 from mcdas_opt.parking.path import Arc, ArcPath, drive, merged, reversed_path
 from mcdas_opt.parking.program.exchange import MAX_ITERATIONS, ExchangeSettings, exchange
 from mcdas_opt.parking.program.manoeuvre import from_path
-from mcdas_opt.parking.refusal import too_tight
 from mcdas_opt.parking.search.arc_search import Resolution, search
 from mcdas_opt.parking.search.path_cost import PathCost
 from mcdas_opt.parking.search.resolution_refinement import RESOLUTIONS

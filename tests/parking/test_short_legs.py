@@ -8,8 +8,7 @@ from mcdas_opt.parking.case_file import parking_case_from_document
 from mcdas_opt.parking.cost import COSTS
 from mcdas_opt.parking.path import Arc, ArcPath, drive
 from mcdas_opt.parking.program.manoeuvre import from_path
-from mcdas_opt.parking.run import Run
-from mcdas_opt.parking.short_legs import standing_instead
+from mcdas_opt.parking.run import Run, standing_instead
 from mcdas_opt.parking.world import World
 from mcdas_opt.verification.parking_judge import judge_parking
 

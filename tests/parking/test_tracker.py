@@ -10,7 +10,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.rollout import roll_out
 from mcdas_opt.errors import ParameterError
 from mcdas_opt.parking.closed_loop.plant import ParkingPlant
-from mcdas_opt.parking.closed_loop.pose_filter import PoseFilter
+from mcdas_opt.parking.closed_loop.sensors import PoseFilter
 from mcdas_opt.parking.closed_loop.tracker import ParkingActuators, ParkingTracker, design_parking_tracker
 
 CAR, LIMITS = Vehicle(), ParkingLimits()

@@ -11,7 +11,7 @@ from mcdas_opt.actuation import path_following
 from mcdas_opt.actuation.path_following import AccelerationLaw, SpeedLaw
 from mcdas_opt.baselines.competent_driver import ReactionLaw
 from mcdas_opt.baselines.idm_mobil import Following
-from mcdas_opt.baselines.steady import SteadyLaw
+from mcdas_opt.baselines.lane import SteadyLaw
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.road import Road

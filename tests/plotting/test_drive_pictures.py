@@ -18,13 +18,12 @@ from mcdas_opt.domain.track import Track
 from mcdas_opt.errors import InputError
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.plotting import style
-from mcdas_opt.plotting.animation import MOST_FRAMES, film, frames, outcome_words, sheet
+from mcdas_opt.plotting.animation import MOST_FRAMES, draw_thumbnail, film, frames, outcome_words, sheet
 from mcdas_opt.plotting.birdseye import BirdsEye, Camera, ellipse, words_at_the_edge
 from mcdas_opt.plotting.export import MOVING, check_picture
 from mcdas_opt.plotting.moments import View, moment_at, moments, view_of
 from mcdas_opt.plotting.player import drive_page
 from mcdas_opt.plotting.strips import Strip, StripChart, strips_of
-from mcdas_opt.plotting.thumbnail import draw_thumbnail
 from mcdas_opt.plotting.time_to_react_strip import worst
 from mcdas_opt.simulation.loop import simulate
 from mcdas_opt.simulation.record import Simulation

@@ -17,7 +17,7 @@ from mcdas_opt.studio.folder import Folder
 from mcdas_opt.studio.page_session import PageSession, ParkingSession, Studio
 from mcdas_opt.studio.parking_tab import ParkingTab
 from mcdas_opt.studio.sandwich_tab import SandwichTab
-from mcdas_opt.studio.sign_of_life import EVERY_S, waiting, with_signs
+from mcdas_opt.studio.turns import EVERY_S, waiting, with_signs
 
 
 def test_others_are_counted() -> None:

@@ -12,8 +12,7 @@ from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.host import HostState, SlidingState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
-from mcdas_opt.simulation.measured_host import MeasuredHost
-from mcdas_opt.simulation.motion_sensors import MotionSensors, motion_sensors
+from mcdas_opt.simulation.motion_sensors import MeasuredHost, MotionSensors, motion_sensors
 from mcdas_opt.simulation.plant import make_plant
 from mcdas_opt.tracking.sideslip_observer import UNKNOWN_SD
 

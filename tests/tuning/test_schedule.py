@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from benchmarks.tuning import schedule_sheet
 from mcdas_opt import simulate
+from mcdas_opt.catalogue.designs import load_schedule
 from mcdas_opt.catalogue.scenes import load_scene
-from mcdas_opt.catalogue.schedules import load_schedule
 from mcdas_opt.domain.gain_schedule import GainSchedule
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.errors import InputError, ParameterError

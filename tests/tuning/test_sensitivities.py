@@ -16,8 +16,7 @@ from mcdas_opt.ocp.sensitivities import KNOBS, PlanSensitivity
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.proposals.evade import steer_out
 from mcdas_opt.tracking.prediction import predict
-from mcdas_opt.tuning.gradient import MeanMerit, PosedPlan, at_random, by_gradient
-from mcdas_opt.tuning.posed_plans import posed_plan
+from mcdas_opt.tuning.gradient import MeanMerit, PosedPlan, at_random, by_gradient, posed_plan
 
 NODES = 20
 SENSITIVITY = PlanSensitivity(Vehicle(), neighbours=2, nodes=NODES)

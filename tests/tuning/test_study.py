@@ -18,7 +18,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mcdas_opt.cli.study_tables import print_study
+from mcdas_opt.cli.tune import print_study
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError, ParameterError
@@ -30,12 +30,11 @@ from mcdas_opt.plotting import style
 from mcdas_opt.tuning import tune_in_traffic
 from mcdas_opt.tuning.choice import SetResult, choose, judged, pareto
 from mcdas_opt.tuning.gain import gain_of
-from mcdas_opt.tuning.pool import on_executor
 from mcdas_opt.tuning.search_space import SPACE, Range, default_values, shares_of, values_at
 from mcdas_opt.tuning.searchers import search
 from mcdas_opt.tuning.study import Trial, run_study
 from mcdas_opt.tuning.study_options import StudyOptions
-from mcdas_opt.tuning.traffic import DriveFigures, TrafficCost
+from mcdas_opt.tuning.traffic import DriveFigures, TrafficCost, on_executor
 from tests.plotting.pixels import coloured, pixels
 from tests.tuning.invented import Drives, figures, scenes, spec
 

@@ -1,11 +1,16 @@
-"""The report before it has a form: headings, paragraphs, tables, pictures and cards."""
+"""The report: headings, paragraphs, tables, pictures and cards; as one HTML page that needs nothing else, and as Markdown."""
 
 from __future__ import annotations
 
 import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import ClassVar
+
+from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+
+FIGURES = "figures"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,3 +117,25 @@ class Report:
             elif isinstance(block, Cards):
                 found += [card.picture for card in block.cards]
         return found
+
+
+def html(report: Report) -> str:
+    """The whole page: no script, no network, pictures inside."""
+    return _templates().get_template("report.html").render(report=report)
+
+
+def markdown(report: Report) -> str:
+    """The text; each picture is expected at `figures/NAME`."""
+    return _templates().get_template("report.md").render(report=report, figures=FIGURES)
+
+
+@lru_cache(maxsize=1)
+def _templates() -> Environment:
+    return Environment(
+        loader=PackageLoader("mcdas_opt.evaluation.reporting"),
+        autoescape=select_autoescape(["html"]),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )

@@ -8,8 +8,7 @@ import sys
 import threading
 from typing import Any
 
-from mcdas_opt.evaluation.running.messages import Answer, Ended, Report, read, write
-from mcdas_opt.evaluation.running.reports import tell_by
+from mcdas_opt.evaluation.running.messages import Answer, Ended, Report, read, tell_by, write
 
 
 def main() -> None:

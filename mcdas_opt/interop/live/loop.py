@@ -15,8 +15,8 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vocabulary import Alert, Role, Sector, Status
 from mcdas_opt.errors import InputError
 from mcdas_opt.interop.esr_codec import EsrCodec
+from mcdas_opt.interop.host_motion import LiveHost
 from mcdas_opt.interop.live.assembler import Drops, ScanAssembler
-from mcdas_opt.interop.live.host import LiveHost
 from mcdas_opt.interop.live.inbox import Inbox
 from mcdas_opt.interop.live.record import FAULT, LATE, WAITING, Line, LiveSummary
 from mcdas_opt.interop.live.watchdog import Watchdog

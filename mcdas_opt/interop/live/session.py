@@ -1,11 +1,14 @@
-"""A live session: buses opened, the loop run on them, everything closed again."""
+"""A live session: buses opened, the loop run on them, everything closed again; and a log played onto them, a bench without a car."""
 
 from __future__ import annotations
 
 import contextlib
 import gc
-from collections.abc import Callable
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from mcdas_opt.catalogue.data_files import find
 from mcdas_opt.catalogue.scenes import Scene
@@ -21,10 +24,10 @@ from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.interop.esr_codec import EsrCodec
 from mcdas_opt.interop.live.inbox import BusInbox, open_bus
 from mcdas_opt.interop.live.loop import LiveLoop, LiveSettings, Publish
-from mcdas_opt.interop.live.player import LogPlayer
 from mcdas_opt.interop.live.record import LiveSummary
 from mcdas_opt.interop.live.watchdog import Watchdog
 from mcdas_opt.interop.recordings.candump import read_candump
+from mcdas_opt.interop.recordings.recording import Frame
 from mcdas_opt.planning.planner import Planner
 
 DEADLINE_SHARE = 0.9  # of the cycle: by then a plan is due
@@ -111,3 +114,34 @@ def warm_up(planner: Planner) -> None:
             Situation(host=HostState(speed_mps=15.0), coverage=Coverage(), tracks=tracks, road=planner.road, vehicle=planner.vehicle.name)
         )
         planner.reset()
+
+
+class LogPlayer:
+    """Sends frames in a thread of its own, each at its own time after `start`; those of a channel without a bus are left out."""
+
+    def __init__(self, frames: Sequence[Frame], buses: Mapping[str, Any]) -> None:
+        """`buses`: the log's channel to an open `can.BusABC`; the player closes them at its end."""
+        self._frames = [frame for frame in frames if frame.channel in buses]
+        self._buses = dict(buses)
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._play, daemon=True)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def close(self) -> None:
+        self._ended.set()
+        self._thread.join()
+        for bus in self._buses.values():
+            bus.shutdown()
+
+    def _play(self) -> None:
+        from can import Message
+
+        began = time.monotonic()
+        for frame in self._frames:
+            left = frame.t_s - self._frames[0].t_s - (time.monotonic() - began)
+            if left > 0.0 and self._ended.wait(left):
+                return
+            message = Message(arbitration_id=frame.identifier, data=frame.data, is_extended_id=frame.identifier > 0x7FF)
+            self._buses[frame.channel].send(message)

@@ -12,10 +12,8 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from mcdas_opt.errors import InputError, MissingExtraError, reading
-from mcdas_opt.interop.recordings.can_frames import CanLog, Frame
-from mcdas_opt.interop.recordings.recording import Table, no_such_channel
-from mcdas_opt.interop.recordings.tally import Tally
+from mcdas_opt.errors import InputError, of_extra, reading
+from mcdas_opt.interop.recordings.recording import CanLog, Frame, Table, Tally, no_such_channel
 
 _SOUND = re.compile(
     r"\(\d{1,12}(\.\d{1,9})?\)\s+\S+\s+([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})#(([0-9A-Fa-f]{2}){0,8}|R\d?|#[0-9A-Fa-f]*)(\s+[RT])?"
@@ -79,10 +77,8 @@ def write_candump(frames: Iterable[Frame]) -> str:
 
 
 def _parse(lines: list[str], numbers: list[int]) -> list[Frame]:
-    try:
+    with of_extra("python-can", "can"):
         from can import CanutilsLogReader
-    except ImportError:
-        raise MissingExtraError("python-can", "can") from None
     frames = []
     for message, number in zip(CanutilsLogReader(io.StringIO("\n".join(lines))), numbers, strict=True):
         if message.is_error_frame or message.is_remote_frame or message.is_fd:

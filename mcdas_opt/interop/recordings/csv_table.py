@@ -11,8 +11,7 @@ from typing import ClassVar
 
 from mcdas_opt.domain.declared_types import require_types
 from mcdas_opt.errors import InputError, reading
-from mcdas_opt.interop.recordings.recording import Row, position
-from mcdas_opt.interop.recordings.tally import Tally
+from mcdas_opt.interop.recordings.recording import Row, Tally, position
 
 
 @dataclass(slots=True)

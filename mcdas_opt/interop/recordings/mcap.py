@@ -8,10 +8,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mcdas_opt.errors import InputError, MissingExtraError
+from mcdas_opt.errors import InputError, of_extra
 from mcdas_opt.interop.recordings.messages import Document, Message, MessageRecording, counted, time_of
 from mcdas_opt.interop.recordings.recording import understood
-from mcdas_opt.interop.recordings.ros_messages import document_of, type_store
+from mcdas_opt.interop.recordings.rosbag2 import document_of, type_store
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
@@ -29,10 +29,8 @@ class McapRecording(MessageRecording):
 
     def __init__(self, path: str | Path) -> None:
         super().__init__(path)
-        try:
+        with of_extra("mcap", "mcap"):
             from mcap.reader import make_reader
-        except ImportError:
-            raise MissingExtraError("mcap", "mcap") from None
         with understood(path, "MCAP"), Path(path).open("rb") as file:
             summary = make_reader(file).get_summary()
         if summary is None:

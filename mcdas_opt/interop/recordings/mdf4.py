@@ -17,10 +17,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mcdas_opt.domain.rules import Array
-from mcdas_opt.errors import MissingExtraError
-from mcdas_opt.interop.recordings.can_frames import CanLog, Frame
-from mcdas_opt.interop.recordings.recording import TIME, Row, no_such_channel, position, understood
-from mcdas_opt.interop.recordings.tally import Tally
+from mcdas_opt.errors import of_extra
+from mcdas_opt.interop.recordings.recording import TIME, CanLog, Frame, Row, Tally, no_such_channel, position, understood
 
 if TYPE_CHECKING:
     from asammdf import MDF
@@ -98,10 +96,8 @@ class Mdf4Recording:
 
     @contextmanager
     def _open(self) -> Iterator[MDF]:
-        try:
+        with of_extra("asammdf", "mdf"):
             from asammdf import MDF
-        except ImportError:
-            raise MissingExtraError("asammdf", "mdf") from None
         with understood(self.path, "MDF4"), Path(self.path).open("rb") as file:
             with _quiet_when_half_built():
                 mdf = MDF(file)

@@ -14,9 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from mcdas_opt.interop.recordings.can_frames import CanLog, Frame
-from mcdas_opt.interop.recordings.recording import TIME, Row, no_such_channel, position
-from mcdas_opt.interop.recordings.tally import Tally
+from mcdas_opt.interop.recordings.recording import TIME, CanLog, Frame, Row, Tally, no_such_channel, position
 
 Document = Mapping[str, object]
 _FRAME_TYPES = ("can_msgs/msg/Frame", "can_msgs/Frame")

@@ -1,20 +1,84 @@
-"""What a reader makes of a file, whatever its format: CAN frames, tables of numbers, and the names of what there is."""
+"""What a reader makes of a file, whatever its format (CAN frames, tables of numbers, the names of what there is), and the readers."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
-from mcdas_opt.errors import InputError, McdasError, nearest
-from mcdas_opt.interop.recordings.can_frames import CanLog
-from mcdas_opt.interop.recordings.tally import Tally
+from mcdas_opt.domain.registry import Registry
+from mcdas_opt.errors import InputError, McdasError, ParameterError, nearest
 
 TIME = "time_s"  # the name that every table's time answers to
 FOLDER = "/"  # the ending of a recording that is a folder
 _LISTED = 40  # channels in a message
+ESR_CANDUMP, RADAR_CSV = "esr-candump", "radar-csv"
+READERS = Registry(
+    group="mcdas_opt.recordings",
+    what="format",
+    own={
+        ESR_CANDUMP: "mcdas_opt.interop.recordings.candump:CandumpRecording",
+        RADAR_CSV: "mcdas_opt.interop.recordings.csv_table:CsvTable",
+        "mdf4": "mcdas_opt.interop.recordings.mdf4:Mdf4Recording",
+        "mcap": "mcdas_opt.interop.recordings.mcap:McapRecording",
+        "rosbag2": "mcdas_opt.interop.recordings.rosbag2:Rosbag2Recording",
+    },
+)
+
+
+@dataclass(slots=True)
+class Tally:
+    """Counts by kind with the first line of each kind; grows while a file is read."""
+
+    counts: dict[str, int] = field(default_factory=dict)
+    first_lines: dict[str, int] = field(default_factory=dict)
+
+    def add(self, kind: str, line: int) -> None:
+        self.counts[kind] = self.counts.get(kind, 0) + 1
+        self.first_lines[kind] = min(line, self.first_lines.get(kind, line))
+
+    def absorb(self, other: Tally, prefix: str = "") -> None:
+        """Adds another tally; its kinds are named with `prefix`, so that lines of two files stay apart."""
+        for kind, count in other.counts.items():
+            name = prefix + kind
+            self.counts[name] = self.counts.get(name, 0) + count
+            line = other.first_lines[kind]
+            self.first_lines[name] = min(line, self.first_lines.get(name, line))
+
+    @property
+    def total(self) -> int:
+        return sum(self.counts.values())
+
+    def to_document(self) -> dict[str, dict[str, int]]:
+        """`{kind: {count, first_line}}`, kinds in alphabetical order."""
+        return {kind: {"count": self.counts[kind], "first_line": self.first_lines[kind]} for kind in sorted(self.counts)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Frame:
+    """One classic CAN data frame; `line` is where it stands in its file, counted from 1 (0: nowhere yet)."""
+
+    t_s: float
+    channel: str
+    identifier: int
+    data: bytes
+    line: int = 0
+
+    def to_line(self) -> str:
+        """As candump writes it, without the line's end; times to the microsecond."""
+        digits = 3 if self.identifier < 0x800 else 8
+        return f"({self.t_s:.6f}) {self.channel} {self.identifier:0{digits}X}#{self.data.hex().upper()}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CanLog:
+    """Data frames in the order of the file, what was bad, and how many sound entries held no data frame."""
+
+    frames: tuple[Frame, ...]
+    bad: Tally = field(default_factory=Tally)
+    other: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,3 +163,31 @@ def understood(path: str | Path, what: str) -> Iterator[None]:
     except Exception as error:  # which ones is not fixed by any of these libraries
         said = str(error).splitlines()
         raise InputError(path, "", None, f"cannot be read as {what}: {said[0] if said else type(error).__name__}") from None
+
+
+class Reader(Protocol):
+    """What an entry point names: a class with the endings of its files' names, built as `Reader(path)`."""
+
+    @property
+    def suffixes(self) -> tuple[str, ...]: ...
+
+    def __call__(self, path: str | Path) -> Recording: ...
+
+
+def format_of(path: Path) -> str:
+    """The format whose files end so. Raises `InputError` that lists the formats."""
+    ending = FOLDER if path.is_dir() else path.suffix.lower()
+    for name in (*READERS.own, *READERS.known()):
+        reader: Reader = READERS.load(name)
+        if ending in reader.suffixes:
+            return name
+    raise InputError(path, "", None, f"is of no known format by its name; say --format, one of {', '.join(READERS.known())}")
+
+
+def open_recording(path: Path, format: str) -> Recording:
+    """The recording, opened. Raises `InputError` for an unknown format or a file that is not of it, `MissingExtraError`."""
+    try:
+        reader: Reader = READERS.load(format)
+    except ParameterError:
+        raise InputError("--format", "", format, f"is not a known format; {nearest(format, READERS.known())}") from None
+    return reader(path)

@@ -20,9 +20,8 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side, Status
 from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.geometry.rectangle import corners, separation
-from mcdas_opt.interop.sumo.blame import caused_by
 from mcdas_opt.interop.sumo.connection import ANGLE, LENGTH, POSITION_3D, Connection, asking
-from mcdas_opt.interop.sumo.record import Contact, SumoSummary
+from mcdas_opt.interop.sumo.record import Contact, SumoSummary, caused_by
 from mcdas_opt.interop.sumo.road_frame import RoadFrame, main_column
 from mcdas_opt.interop.sumo.route import read_route
 from mcdas_opt.interop.sumo.traffic import Traffic, centres

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.parking import ParkingCase
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.clearance import separating_lines
-from mcdas_opt.parking.obstacle_separations import separation
 from mcdas_opt.parking.program.manoeuvre import Manoeuvre, node_poses
 from mcdas_opt.parking.program.records import CORNERS, Checks
-from mcdas_opt.parking.world import World
+from mcdas_opt.parking.world import World, separation
 
 PER_INTERVAL = 96  # points of an interval that is rolled out
 Place = tuple[int, int, int]  # of a check: interval, polygon of the world, roll-out point of the interval

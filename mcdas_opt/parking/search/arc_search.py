@@ -20,8 +20,7 @@ from mcdas_opt.parking.path import ArcPath, along_arc, backwards, merged, top_cu
 from mcdas_opt.parking.search.contact_search import MARGIN_M as CONTACT_MARGIN_M
 from mcdas_opt.parking.search.contact_search import ContactSearch
 from mcdas_opt.parking.search.free_arcs import LOOKAHEAD, MARGIN_M, STEERING_SHARES, advance, arcs_both_ways
-from mcdas_opt.parking.search.frontier import Frontier
-from mcdas_opt.parking.search.nodes import Nodes, Rows, cheapest_of_each_cell
+from mcdas_opt.parking.search.nodes import Frontier, Nodes, Rows, cheapest_of_each_cell
 from mcdas_opt.parking.search.path_cost import PathCost
 from mcdas_opt.parking.search.shots import Shot, Shots
 from mcdas_opt.parking.world import World

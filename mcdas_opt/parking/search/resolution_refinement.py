@@ -12,9 +12,8 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.parking.case_variants import turned_round
 from mcdas_opt.parking.path import ArcPath, reversed_path
 from mcdas_opt.parking.search.arc_search import Resolution, search
-from mcdas_opt.parking.search.detours import Detours
 from mcdas_opt.parking.search.free_arcs import total_free_length
-from mcdas_opt.parking.search.path_cost import PathCost
+from mcdas_opt.parking.search.path_cost import Detours, PathCost
 from mcdas_opt.parking.world import World
 
 MANY = 14  # a path with more gear changes asks for one finer search more

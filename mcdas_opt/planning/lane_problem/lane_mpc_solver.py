@@ -29,11 +29,10 @@ from mcdas_opt.planning.lane_problem.roll_out import roll_out, within_reach
 from mcdas_opt.planning.lane_problem.transcribed_problem import TranscribedProblem, TranscribedProblems
 from mcdas_opt.planning.solver_settings import SolverSettings
 from mcdas_opt.planning.traffic.reach import Room, in_reach
-from mcdas_opt.solvers.guarded import ask
 from mcdas_opt.solvers.interior_point import InteriorPointEngine
 from mcdas_opt.solvers.ipopt_engine import IpoptEngine
 from mcdas_opt.solvers.osqp_engine import OsqpEngine
-from mcdas_opt.solvers.outcome import Ending, Outcome
+from mcdas_opt.solvers.outcome import Ending, Outcome, ask
 from mcdas_opt.solvers.stage_problem import StageGuess
 
 _IPOPT_ITERATIONS = 200

@@ -17,7 +17,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.dynamics.bicycle import road_bicycle
 from mcdas_opt.dynamics.integrator import rk4
 from mcdas_opt.dynamics.stopping import time_to_stop
-from mcdas_opt.native.addresses import LastAddress
+from mcdas_opt.native.binding import LastAddress
 from mcdas_opt.native.library import library
 
 _STARTS_MPS = 0.2  # a standing car drives off when the optimiser means it to go at least so fast
