@@ -1,6 +1,6 @@
 """How many packages `pip-audit` could ask about: one that its index does not know is not clean, only not asked about.
 
-    python .ci/audited.py AUDIT.json
+python .ci/audited.py AUDIT.json
 """
 
 from __future__ import annotations

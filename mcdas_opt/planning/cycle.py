@@ -38,6 +38,7 @@ from mcdas_opt.planning.traffic.reach import in_reach_ever
 from mcdas_opt.situation.assess import assess
 from mcdas_opt.situation.attentive_followers import attentive_followers
 from mcdas_opt.situation.doubts import believed
+from mcdas_opt.situation.passed_in_lane import PassedInLane, passed_in_lane
 from mcdas_opt.tracking.follower_prediction import with_attentive_followers
 from mcdas_opt.tracking.prediction import predict_for
 
@@ -97,8 +98,16 @@ class Cycle:
         choice = lane_choice(situation, vehicle, settings, choice, elapsed_s) if active is None else choice.resting
         deficits = front_deficits(situation, vehicle, settings.safe_end, before.deficits, elapsed_s)
         attentive = attentive_followers(situation, vehicle, settings, before.attentive)
+        passed = passed_in_lane(situation, vehicle, before.passed, elapsed_s)
         assessment = assess(
-            situation, vehicle, settings.selector, memory.assessment, elapsed_s, leaves_lane=leaves_lane, attentive=attentive
+            situation,
+            vehicle,
+            settings.selector,
+            memory.assessment,
+            elapsed_s,
+            leaves_lane=leaves_lane,
+            attentive=attentive,
+            passed=passed.ids,
         )
         asked_m, steers = settings.headway.gap_m(situation.host.speed_mps), memory.active is not None
         unaided = predict_for(situation, settings.prediction)
@@ -118,6 +127,7 @@ class Cycle:
                 cut_in=cut_in(assessment, memory.assessment, before.cut_in, elapsed_s, asked_m=asked_m, steers=steers),
                 lane_choice=choice,
                 attentive=attentive,
+                passed=passed,
                 blind_ahead=blind,
             ),
             assessment=assessment,
@@ -185,8 +195,16 @@ class Cycle:
         return road.lane_centre_m(self.situation.host_lane, host.s_m)
 
     @property
+    def passed(self) -> PassedInLane:
+        """Who stands at the lane's side and is passed within it."""
+        assert self.observed.passed is not None
+        return self.observed.passed
+
+    @property
     def kept_d_m(self) -> float:
         """Where the host drives in that lane."""
+        if self.passed.passed or self.passed.offset_m != 0.0:
+            return self.lane_centre_m + self.passed.offset_m
         return kept_d_m(self.situation, self.vehicle, self.lane_centre_m)
 
     @property

@@ -105,6 +105,7 @@ class MpcMethod:
             reason=reason(cycle.assessment, best, account.rows, is_comparison=found.is_comparison, answered=_answered(best, cycle))
             + _as_begun(found, best, cycle)
             + _lane_change(best, cycle)
+            + _passing(best, cycle)
             + _unwatched(best, cycle)
             + _haste(best, cycle)
             + _stop(best, cycle)
@@ -155,6 +156,13 @@ def _lane_change(best: Ended, cycle: Cycle) -> str:
     else:
         why = "past who is slower" if proposed.side is cycle.settings.manners.inside else "where it keeps to"
     return f"; changes lanes to the {proposed.side.value}, {why}"
+
+
+def _passing(best: Ended, cycle: Cycle) -> str:
+    """Said of driving past somebody who stands at the lane's side."""
+    if best.proposed.side is not Side.NONE:
+        return ""
+    return "".join(f"; passes {one.track.id} within its lane, {one.gap_m:.1f} m beside it" for one in cycle.passed.passed)
 
 
 def _unwatched(best: Ended, cycle: Cycle) -> str:

@@ -44,13 +44,14 @@ def assess(
     *,
     leaves_lane: bool = False,
     attentive: frozenset[str] = frozenset(),
+    passed: frozenset[str] = frozenset(),
 ) -> Assessment:
     """Roles, gaps, times to collision, threats, open sides and the one mode; `previous` is the cycle before (hysteresis), whose time 0 was
     `elapsed_s` before this one's. Whoever changes lanes already (`leaves_lane`) is not threatened by the end of the one that it is in. A
-    follower who is `attentive` brakes himself, and threatens nobody."""
+    follower who is `attentive` brakes himself, and threatens nobody; nor does who is `passed` within the lane."""
     host, road, coverage, tracks = situation.host, situation.road, situation.coverage, situation.tracks
     lane = _lane(situation, previous)
-    assigned = assign_roles(tracks, lane, host, vehicle, road, settings)
+    assigned = assign_roles(tracks, lane, host, vehicle, road, settings, passed)
     front_car, rear_car = assigned.front, assigned.rear
     front = _end(situation, lane, vehicle, _car(front_car, situation, vehicle), leaves_lane)
     rear = _car(rear_car, situation, vehicle)

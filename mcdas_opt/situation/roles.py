@@ -48,16 +48,24 @@ def in_the_way(track: Track, lane: int, host: HostState, vehicle: Vehicle, road:
     return in_lane(track, lane, road, settings) or _overlap(track.d_m, track.across_m, host.d_m, swept) > 0.0
 
 
-def assign_roles(tracks: Sequence[Track], lane: int, host: HostState, vehicle: Vehicle, road: Road, settings: SelectorSettings) -> Roles:
-    """Roles of all tracks, the host being in `lane`. A car alongside is front or rear only if the bodies already overlap sideways."""
+def assign_roles(
+    tracks: Sequence[Track],
+    lane: int,
+    host: HostState,
+    vehicle: Vehicle,
+    road: Road,
+    settings: SelectorSettings,
+    passed: frozenset[str] = frozenset(),
+) -> Roles:
+    """Roles of all tracks, the host being in `lane`. A car alongside is front or rear only if the bodies already overlap sideways; who is
+    `passed` within the lane is neither."""
     roles = {track.id: Role.OTHER for track in tracks}
     ahead: list[tuple[float, str, Track]] = []
     behind: list[tuple[float, str, Track]] = []
     for track in tracks:
         gap = gap_m(track, host, vehicle)
-        if in_the_way(track, lane, host, vehicle, road, settings) and (
-            gap >= 0.0 or _overlap(track.d_m, track.across_m, host.d_m, vehicle.width_m) > 0.0
-        ):
+        in_way = track.id not in passed and in_the_way(track, lane, host, vehicle, road, settings)
+        if in_way and (gap >= 0.0 or _overlap(track.d_m, track.across_m, host.d_m, vehicle.width_m) > 0.0):
             (ahead if track.s_m > host.s_m else behind).append((gap, track.id, track))
         elif abs(track.s_m - host.s_m) <= settings.beside_m:
             if in_lane(track, lane + 1, road, settings):

@@ -35,14 +35,14 @@ Bumpers = tuple[Array, Array, Array, Array]  # place and speed of one ahead, of 
 class ObstacleSlots:
     """Everybody who can matter within the horizon, as the problem sees them: their motions on the grid, as rows (J, N + 1), and half their
     grown bodies [m] there, along and across (J, 2, N + 1); at the first node who is where (s, d, speed), how much of the road's length and
-    width each takes, and whether he crosses it."""
+    width each takes, and whether he counts in no lane, since he crosses it or is passed within it."""
 
     bodies: Sequence[PredictedBody]
     motion: BodyMotion
     grown: Array
     first: Sequence[tuple[float, float, float]]
     sizes: Sequence[tuple[float, float]]
-    crosses: Sequence[bool]
+    in_no_lane: Sequence[bool]
     _in_lane: dict[float, Bumpers] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __len__(self) -> int:
@@ -64,13 +64,15 @@ def obstacle_slots(
     across_m: float,
     on_foot_m: float = 0.0,
     motion: BodyMotion | None = None,
+    passed: frozenset[str] = frozenset(),
 ) -> ObstacleSlots:
     """Bodies on the grid (`motion` as rows, where that is known), grown by a clearance and by the uncertainty of their estimates."""
     rows = together(bodies, times_s) if motion is None else motion
     first = list(zip(*(row[:, 0].tolist() for row in (rows.s_m, rows.d_m, rows.speed_s_mps)), strict=True))
     sizes = list(zip(*(size[:, 0].tolist() for size in sizes_on_road(bodies, rows.heading_rad[:, :1])), strict=True))
-    crosses = [abs(v) > CROSSING_MPS and is_free(body) for body, v in zip(bodies, rows.speed_d_mps[:, 0].tolist(), strict=True)]
-    return ObstacleSlots(bodies, rows, grown_bodies(bodies, times_s, along_m, across_m, on_foot_m), first, sizes, crosses)
+    across = zip(bodies, rows.speed_d_mps[:, 0].tolist(), strict=True)
+    in_no_lane = [body.id in passed or (abs(v) > CROSSING_MPS and is_free(body)) for body, v in across]
+    return ObstacleSlots(bodies, rows, grown_bodies(bodies, times_s, along_m, across_m, on_foot_m), first, sizes, in_no_lane)
 
 
 def vacant_values(slots: Iterable[int]) -> dict[str, float]:
@@ -250,8 +252,8 @@ def _in_lane(target_d_m: float, others: ObstacleSlots, situation: Situation, tim
     here = road.lane_width_at(lane, host.s_m)
     ahead: list[tuple[Array, Array]] = []
     behind: list[tuple[Array, Array]] = []
-    for i, ((s, d, _), (length, its_width), crosses) in enumerate(zip(others.first, others.sizes, others.crosses, strict=True)):
-        if crosses or abs(d - target_d_m) - 0.5 * its_width > 0.5 * (road.lane_width_at(lane, s) or here) - INTRUSION_M:
+    for i, ((s, d, _), (length, its_width), in_no_lane) in enumerate(zip(others.first, others.sizes, others.in_no_lane, strict=True)):
+        if in_no_lane or abs(d - target_d_m) - 0.5 * its_width > 0.5 * (road.lane_width_at(lane, s) or here) - INTRUSION_M:
             continue
         if s > host.s_m:
             ahead.append((others.motion.s_m[i] - 0.5 * length, others.motion.speed_s_mps[i]))

@@ -20,12 +20,14 @@ from mcdas_opt.planning.lanes.merging_gap import least_time_gap_s, matched_time_
 from mcdas_opt.planning.proposals.yielding import yielding
 from mcdas_opt.reference.arrival import comes_late
 from mcdas_opt.reference.speed_profile import AS_HARD, BEHIND_MPS2, CLOSING_S, FrontCar, SpeedProfile, profile_ahead, speeds_along
+from mcdas_opt.situation.passed_in_lane import Passed
 from mcdas_opt.tracking.prediction import CHANGE_MPS, CHANGE_SIGMAS
 
 _HURRIED_MPS2, _HURRIED_SHARE = 3.0, 0.35  # across in bends, where the destination is missed otherwise, and of what the road gives
 _HURRIED_BRAKING_MPS2 = 2.5  # before them, then
 _LEVELS = 5  # of hurry
 _STANDING_MPS = 0.4
+_PASSING_MPS2, _LEAST_WAY_M = 0.8, 1.0  # slowing down for who stands at the lane's side is begun when it takes so much
 _SLOWER_MPS = 1.0  # than a front car that brakes
 _CLOSED_UP_M = 1.5  # beyond the gap at standstill: nobody drives on for so little
 _FADING_S, _BRAKING_FADES_S = 1.0, 2.0
@@ -62,6 +64,8 @@ def comfortable_speed(
         speeds = np.minimum(speeds, _behind_who_brakes(cycle))
     for one in yielding(cycle, d_m):
         speeds = np.minimum(speeds, one.speeds_mps)
+    for passed in cycle.passed.passed:
+        speeds = np.minimum(speeds, _past(passed, host_mps, times_s))
     if profile is None:
         return ComfortableSpeed(towards_mps, speeds)
     way_m = np.zeros(times_s.size)
@@ -81,13 +85,24 @@ def _behind_who_brakes(cycle: Cycle) -> Array | float:
     return np.asarray(np.maximum(host_mps - rate * times_s, np.minimum(its_mps, host_mps)))
 
 
+def _past(passed: Passed, host_mps: float, times_s: Array) -> Array | float:
+    """How fast at most [m/s] towards somebody who stands at the lane's side: as slow beside him as the distance between the bodies asks."""
+    most = passed.most_mps
+    needed = (host_mps**2 - most**2) / (2.0 * max(passed.way_m, _LEAST_WAY_M))
+    if needed < _PASSING_MPS2:
+        return math.inf
+    return np.asarray(np.maximum(host_mps - min(AS_HARD * needed, ORDINARY_MPS2) * times_s, most))
+
+
 def _fronts(cycle: Cycle, lanes_m: tuple[float, ...]) -> list[FrontCar]:
     """Who is next ahead in lanes around these centres, and does not leave them; and whoever must not be passed on the wrong side of the
     last of them."""
     host, road, vehicle, times_s = cycle.situation.host, cycle.situation.road, cycle.vehicle, cycle.settings.grid.times_s
-    manners, found = cycle.settings.manners, []
+    manners, passed, found = cycle.settings.manners, cycle.passed.ids, []
     ahead = [
-        (track, track.s_m - host.s_m - 0.5 * (track.along_m + vehicle.length_m)) for track in cycle.situation.tracks if not track.crosses
+        (track, track.s_m - host.s_m - 0.5 * (track.along_m + vehicle.length_m))
+        for track in cycle.situation.tracks
+        if not track.crosses and track.id not in passed
     ]
     for centre in dict.fromkeys(lanes_m):
         there = [

@@ -10,13 +10,15 @@ from mcdas_opt.planning.front.blind_ahead import BlindAhead
 from mcdas_opt.planning.front.front_deficit import FrontDeficit
 from mcdas_opt.planning.front.front_gap import CutIn
 from mcdas_opt.planning.lanes.lane_choice import LaneChoice
+from mcdas_opt.situation.passed_in_lane import PassedInLane
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Observed:
     """`tracks`: what was told, before any doubt. `supposed`: whose track has jumped away. `deficits`: who is ahead, and what front distance
     is owed to whom. `cut_in`: who came in between lately. `lane_choice`: what lane is wanted. `attentive`: who keeps his distance behind.
-    `blind_ahead`: nobody watches ahead; None: somebody does.
+    `passed`: who stands at the lane's side and is passed within it, and how far aside. `blind_ahead`: nobody watches ahead; None:
+    somebody does.
     """
 
     tracks: tuple[Track, ...] = ()
@@ -25,6 +27,7 @@ class Observed:
     cut_in: CutIn | None = None
     lane_choice: LaneChoice = field(default_factory=LaneChoice)
     attentive: frozenset[str] = frozenset()
+    passed: PassedInLane | None = None
     blind_ahead: BlindAhead | None = None
 
     def seen_from(self, s_m: float) -> Observed:
