@@ -28,7 +28,7 @@ from mcdas_opt.tuning.search_space import Range
 
 FILLED_BY_US = {  # results, and what is counted or carried on while something runs: nobody hands them in
     *("Account", "AccelerationFilter", "Assessment", "CycleTimes", "Drops", "Escape", "Escapes", "LaneChoice", "LqrTracking", "Memory"),
-    *("OrdinaryDriving", "Searched", "SteadyLaw", "SumoSummary", "Timing", "TurnRateFilter"),
+    *("OrdinaryDriving", "PassedInLane", "Searched", "SteadyLaw", "SumoSummary", "Timing", "TurnRateFilter"),
 }
 GATED = {"Mounting", "RadarDetection", "BodyDetection"}  # they come with a scan, whose faults the tracker sorts out and counts
 SIGNED = {  # may be less than 0
