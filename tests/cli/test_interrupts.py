@@ -60,7 +60,7 @@ def test_a_benchmark_with_two_workers_says_how_it_goes_on(tmp_path: Path) -> Non
 def test_a_command_that_writes_only_at_its_end_says_that_nothing_is_left(tmp_path: Path) -> None:
     long = tmp_path / "long.toml"
     long.write_text(find("scenes", "curved-road").read_text("utf-8").replace("duration_s = 8.0", "duration_s = 600.0"), "utf-8")
-    code, out, said = interrupted(after(6.0), "simulate", str(long), "--json")
+    code, out, said = interrupted(after(6.0), "simulate", str(long), "--plant", "dynamic", "--json")
     assert (code, out) == (130, "")
     assert said == ["mcdas-opt: interrupted; what was not yet written is lost"]
 
