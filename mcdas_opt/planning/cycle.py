@@ -26,8 +26,9 @@ from mcdas_opt.planning.lanes.arriving_gap import gets_past_somebody
 from mcdas_opt.planning.lanes.best_gap import best_gap
 from mcdas_opt.planning.lanes.gap import Gap
 from mcdas_opt.planning.lanes.kept_offset import kept_d_m
-from mcdas_opt.planning.lanes.lane_choice import demanded_braking_mps2, lane_choice, neighbours_in
+from mcdas_opt.planning.lanes.lane_choice import lane_choice
 from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
+from mcdas_opt.planning.lanes.neighbours import demanded_braking_mps2, neighbours_in
 from mcdas_opt.planning.lanes.required_lane import RequiredLane, required_lane
 from mcdas_opt.planning.lanes.withdrawal import is_withdrawn
 from mcdas_opt.planning.memory import Memory, PreviousPlan, ReportedMode

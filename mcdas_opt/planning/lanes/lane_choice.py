@@ -5,32 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from mcdas_opt.domain.settings import Settings
 from mcdas_opt.domain.situation import Situation
-from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request, Side
-from mcdas_opt.dynamics.car_following import IdmSettings
-from mcdas_opt.planning.front.headway import INTRUSION_M
-from mcdas_opt.situation.roles import gap_m
+from mcdas_opt.planning.lanes.neighbours import Neighbour, demanded_braking_mps2, follower_gap_m, neighbours_in
 
 _ANTICIPATION_S = 10.0  # how far ahead somebody slower counts ...
 _FREE_S = 20.0  # ... and in a lane that one goes back to
 _CLOSING_MPS2 = 1.2  # gentle braking
-_RESPONSE_S = 1.0  # of who is behind there
 _STILL_MPS = 0.7  # less of an advantage is enough of a wish that is there already
 _SLOWEST_MPS = 3.0  # slower than this nobody changes lanes
 _STRAIGHT_RAD = 0.03
-_ACCELERATES_S = 1.5  # who does so
-_NONE_MPS2 = 1e-100  # whose square is still a number
-_DEVIATIONS = 2.0  # an acceleration of so many standard deviations counts half
 _LOOKS = 20  # along the way of a change
-_FOLLOWER = IdmSettings(acceleration_mps2=1.5, deceleration_mps2=2.0)
-_FOLLOWER_MPS2 = 2.0 * math.sqrt(_FOLLOWER.acceleration_mps2 * _FOLLOWER.deceleration_mps2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,15 +37,6 @@ class LaneChoice:
     def resting(self) -> LaneChoice:
         """The same drive's, with nothing wanted."""
         return LaneChoice(own_lane=self.own_lane)
-
-
-class Neighbour(NamedTuple):
-    """Somebody in a lane: the gap from bumper to bumper [m], and the speed [m/s], now and once the host is there."""
-
-    gap_m: float
-    speed_mps: float
-    is_ahead: bool
-    soon_mps: float
 
 
 def lane_choice(
@@ -110,52 +91,6 @@ def _bends(situation: Situation, settings: Settings) -> bool:
     way_m = host.speed_mps * (settings.manners.announced_s + settings.manners.changing_s)
     sharpest = float(np.abs(road.curvature_at(host.s_m + np.linspace(0.0, way_m, _LOOKS))).max())
     return sharpest * host.speed_mps**2 > 0.5 * settings.comfort.lateral_mps2
-
-
-def neighbours_in(lane: int, situation: Situation, vehicle: Vehicle) -> list[Neighbour]:
-    """Everybody whose body reaches into a lane."""
-    host, road = situation.host, situation.road
-    return [
-        Neighbour(
-            gap_m=gap_m(track, host, vehicle),
-            speed_mps=track.speed_s_mps,
-            is_ahead=track.s_m > host.s_m,
-            soon_mps=track.speed_s_mps + _ACCELERATES_S * known_acceleration_mps2(track),
-        )
-        for track in situation.tracks
-        if reaches_into(track, road.lane_centre_m(lane, track.s_m), road.lane_width_at(lane, track.s_m))
-    ]
-
-
-def known_acceleration_mps2(track: Track) -> float:
-    """As far as it is known: half of one of two standard deviations, nearly all of a greater one."""
-    a, sd = track.acceleration_s_mps2, track.acceleration_s_sd_mps2
-    return 0.0 if sd is None or abs(a) < _NONE_MPS2 else a * a * a / (a * a + (_DEVIATIONS * sd) ** 2)
-
-
-def reaches_into(track: Track, centre_m: float, width_m: float) -> bool:
-    """Whether a body reaches into the lane around that centre."""
-    return abs(track.d_m - centre_m) - 0.5 * track.across_m <= 0.5 * width_m - INTRUSION_M
-
-
-def follower_gap_m(follower_mps: float, leader_mps: float, time_gap_s: float, braking_mps2: float = 0.0) -> float:
-    """The gap [m] in which somebody who follows with that time gap brakes by no more than that: the Intelligent Driver Model's, without its
-    free road (Treiber, Hennecke, Helbing, Phys. Rev. E 62 (2000) 1805, eq 3), under MOBIL's criterion of safety (eq 2 there). Whoever
-    drives away counts as one who does not."""
-    closing = max(follower_mps - leader_mps, 0.0)
-    wanted = _FOLLOWER.jam_distance_m + max(follower_mps, 0.0) * (time_gap_s + closing / _FOLLOWER_MPS2)
-    return wanted / math.sqrt(1.0 + braking_mps2 / _FOLLOWER.acceleration_mps2)
-
-
-def demanded_braking_mps2(there: Iterable[Neighbour], host_mps: float, kept_m: float = 0.0) -> float:
-    """The most that somebody behind in a lane must brake by, after its response, to keep so much of its gap if the host comes into it."""
-    most = 0.0
-    for one in there:
-        closing = one.speed_mps - host_mps
-        if not one.is_ahead and closing > 0.0:
-            room = one.gap_m - kept_m - closing * _RESPONSE_S
-            most = max(most, closing * closing / (2.0 * room) if room > 0.0 else math.inf)
-    return most
 
 
 def open_lane(lane: int, side: Side, situation: Situation, vehicle: Vehicle, settings: Settings) -> list[Neighbour] | None:

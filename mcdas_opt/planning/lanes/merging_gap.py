@@ -26,7 +26,7 @@ from mcdas_opt.planning.lanes.gap import (
     fastest_past_mps,
     short_m,
 )
-from mcdas_opt.planning.lanes.lane_choice import follower_gap_m, known_acceleration_mps2
+from mcdas_opt.planning.lanes.neighbours import follower_gap_m, known_acceleration_mps2
 from mcdas_opt.planning.lanes.required_lane import AHEAD_M, AHEAD_S, RequiredLane, beside
 
 _MERGING_S = 14.0  # before a lane's end speed is adapted to a gap; until then one that comes by itself is taken

@@ -9,7 +9,7 @@ from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
-from mcdas_opt.planning.lanes.lane_choice import reaches_into
+from mcdas_opt.planning.lanes.neighbours import in_lane
 
 AHEAD_S, AHEAD_M = 20.0, 60.0  # a lane that ends within so much driving, and at least so far ahead, is left
 ADAPTING_S = 12.0  # before a destination speed is adapted to a gap; until then one that comes by itself is taken
@@ -75,17 +75,15 @@ def _to_lead_on(situation: Situation, vehicle: Vehicle, lane: int) -> RequiredLa
 
 def beside(situation: Situation, side: Side) -> list[Track]:
     """Whose body reaches into the next lane on that side, from behind to ahead."""
-    return _in_lane(situation, situation.lane_beside(side))
+    return _from_behind(situation.lane_beside(side), situation)
 
 
 def next_ahead(situation: Situation, d_m: float) -> Track | None:
     """Who is next ahead of the host in the lane that is there."""
     road, host = situation.road, situation.host
-    return next((track for track in _in_lane(situation, road.lane_of(d_m, host.s_m)) if track.s_m > host.s_m), None)
+    return next((track for track in _from_behind(road.lane_of(d_m, host.s_m), situation) if track.s_m > host.s_m), None)
 
 
-def _in_lane(situation: Situation, lane: int) -> list[Track]:
+def _from_behind(lane: int, situation: Situation) -> list[Track]:
     """Whose body reaches into a lane, from behind to ahead."""
-    road = situation.road
-    there = (one for one in situation.tracks if reaches_into(one, road.lane_centre_m(lane, one.s_m), road.lane_width_at(lane, one.s_m)))
-    return sorted(there, key=lambda one: one.s_m)
+    return sorted(in_lane(lane, situation), key=lambda one: one.s_m)

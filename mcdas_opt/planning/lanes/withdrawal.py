@@ -6,9 +6,9 @@ from mcdas_opt.domain.settings import LEAST_SHARE, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Mode
-from mcdas_opt.planning.front.headway import INTRUSION_M
 from mcdas_opt.planning.lanes.lane_choice import presses
 from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
+from mcdas_opt.planning.lanes.neighbours import INTRUSION_M
 from mcdas_opt.planning.lanes.required_lane import RequiredLane
 
 _UNHURRIED_MPS = 3.0  # who is slower stops within its length, and need not steer out

@@ -15,8 +15,8 @@ from mcdas_opt.domain.vehicle import GRAVITY_MPS2
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.front.headway import ORDINARY_MPS2, asked_time_gap_s
 from mcdas_opt.planning.lanes.gap import SLOWER_MPS
-from mcdas_opt.planning.lanes.lane_choice import known_acceleration_mps2, reaches_into
 from mcdas_opt.planning.lanes.merging_gap import least_time_gap_s, matched_time_gap_s, merging_time_gap_s
+from mcdas_opt.planning.lanes.neighbours import known_acceleration_mps2, reaches_into
 from mcdas_opt.planning.proposals.yielding import yielding
 from mcdas_opt.reference.arrival import comes_late
 from mcdas_opt.reference.speed_profile import AS_HARD, BEHIND_MPS2, CLOSING_S, FrontCar, SpeedProfile, profile_ahead, speeds_along

@@ -16,7 +16,7 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.front.front_braking import stopping_mps2
 from mcdas_opt.planning.front.headway import ORDINARY_MPS2
 from mcdas_opt.planning.lanes.gap import Gap
-from mcdas_opt.planning.lanes.lane_choice import known_acceleration_mps2, reaches_into
+from mcdas_opt.planning.lanes.neighbours import known_acceleration_mps2, reaches_into
 from mcdas_opt.planning.proposals.comfortable_speed import comfortable_speed
 from mcdas_opt.planning.proposals.expected_followers import expected_followers
 from mcdas_opt.reference.offset_path import OffsetPath

@@ -9,8 +9,11 @@ from mcdas_opt.domain.assessment import Assessment
 from mcdas_opt.domain.escapes import Closer, Escapes
 from mcdas_opt.domain.plan import Candidate
 from mcdas_opt.domain.safe_end import EndKind
-from mcdas_opt.domain.vocabulary import Sector
+from mcdas_opt.domain.vocabulary import Sector, Side
 from mcdas_opt.planning.candidate import Ended
+from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.front.headway import ORDINARY_MPS2
+from mcdas_opt.planning.proposals.yielding import yielding
 
 NOTHING_THREATENS = "nothing threatens"
 _MET = {
@@ -22,13 +25,12 @@ _MET = {
 _SAME = 1e-5  # costs that differ by less are equal
 
 
-def reason(assessment: Assessment, best: Ended, rows: Sequence[Candidate], *, is_comparison: bool, answered: str = "") -> str:
+def reason(cycle: Cycle, best: Ended, rows: Sequence[Candidate], *, is_comparison: bool) -> str:
     """A sentence without a verb that the numbers do not bear. `rows` is what was looked at, the chosen one among it; without
-    `is_comparison` the active manoeuvre, or keeping the lane, stood against nothing of another kind. `answered` is what the plan answers
-    where nobody threatens."""
+    `is_comparison` the active manoeuvre, or keeping the lane, stood against nothing of another kind."""
     name, cost = best.proposed.name, best.candidate.cost or 0.0
-    told = threat(assessment)
-    told = answered if answered and told == NOTHING_THREATENS else told
+    told = threat(cycle.assessment)
+    told = _answered(best, cycle) or told if told == NOTHING_THREATENS else told
     return f"{told}; {name} costs {cost:.2f}{_beside(name, cost, rows, is_comparison=is_comparison)}"
 
 
@@ -55,6 +57,17 @@ def with_alert(told: str, escapes: Escapes | None, *, blind: str = "") -> str:
         return f"with its inputs held it meets nothing, but the plan is not comfortable{told.removeprefix(NOTHING_THREATENS)}"
     met = _MET.get(escapes.keeping_on_meets, escapes.keeping_on_meets.value)
     return f"with its inputs held it meets {met} in {escapes.keeping_on_s:.1f} s{told.removeprefix(NOTHING_THREATENS)}"
+
+
+def _answered(best: Ended, cycle: Cycle) -> str:
+    """Who crosses and is let through, or asks for braking ahead, though he does not threaten."""
+    proposed, assessment = best.proposed, cycle.assessment
+    names = [one.track.id for one in yielding(cycle, proposed.path.target_d_m)] if proposed.is_comfortable else []
+    if names:
+        return f"{' and '.join(names)} {'crosses and is' if len(names) == 1 else 'cross and are'} let through"
+    if cycle.front_braking.stopping_mps2 <= ORDINARY_MPS2 or proposed.side is not Side.NONE:
+        return ""
+    return f"track {assessment.front_id}, {assessment.front_gap_m:.1f} m ahead, asks for {cycle.front_braking.stopping_mps2:.1f} m/s^2"
 
 
 def _in(ttc_s: float) -> str:
