@@ -86,6 +86,10 @@ class Situation:
         """The lane that the host's middle is in, counted as `Road.lane_of` does."""
         return self.road.lane_of(self.host.d_m, self.host.s_m)
 
+    def track(self, track_id: str | None) -> Track | None:
+        """Who has this id; None where nobody does."""
+        return next((track for track in self.tracks if track.id == track_id), None)
+
     def lane_beside(self, side: Side) -> int:
         """The next lane on a side, as it is counted; whether the road has it is another question."""
         return self.host_lane + side.sign

@@ -14,11 +14,11 @@ from mcdas_opt.domain.safe_end import SafeEnd
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.verdict import Verdict
 from mcdas_opt.domain.vocabulary import Mode, Side
+from mcdas_opt.planning.front.headway import ORDINARY_MPS2
 from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
 from mcdas_opt.reference.offset_path import OffsetPath
 
 _STEADY_MPS2 = 0.3  # a plan that stays under it within a second neither brakes nor accelerates
-_ORDINARY_MPS2 = 2.0  # holding and cruising do no more
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,7 +132,7 @@ def agrees(mode: Mode, strongest_mps2: float) -> bool:
         return strongest_mps2 <= -_STEADY_MPS2
     if mode is Mode.ACCELERATE:
         return strongest_mps2 >= _STEADY_MPS2
-    return mode is not Mode.EVADE and abs(strongest_mps2) <= _ORDINARY_MPS2
+    return mode is not Mode.EVADE and abs(strongest_mps2) <= ORDINARY_MPS2  # holding and cruising do no more
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

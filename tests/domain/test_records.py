@@ -301,3 +301,11 @@ def test_a_track_that_says_no_size_has_that_of_its_kind(kind, size):
     assert document["tracks"][0]["length_m"] == size[0]
     del document["tracks"][0]["length_m"], document["tracks"][0]["width_m"]
     assert Situation.from_json(json.dumps(document)).tracks == (track,)
+
+
+def test_a_situation_tells_who_has_an_id() -> None:
+    front, other = Track(**TRACK), Track(**{**TRACK, "id": "other"})
+    situation = Situation(host=HostState(), tracks=(other, front), coverage=Coverage())
+    assert situation.track("front") is front
+    assert situation.track("nobody") is None
+    assert situation.track(None) is None

@@ -33,7 +33,7 @@ class FrontBraking:
 
     @classmethod
     def of(cls, situation: Situation, assessment: Assessment, vehicle: Vehicle, settings: Settings) -> FrontBraking:
-        front = next((track for track in situation.tracks if track.id == assessment.front_id), None)
+        front = situation.track(assessment.front_id)
         if front is None:
             return cls(stopping_mps2=0.0, is_gentle=False, is_to_the_limit=False)
         host_mps = situation.host.speed_mps

@@ -12,7 +12,7 @@ from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.settings import HeadwaySettings
 from mcdas_opt.native.library import library
 
-ORDINARY_MPS2 = 2.0  # braking behind a front car, where that is enough
+ORDINARY_MPS2 = 2.0  # braking where nothing threatens, or behind a front car for whom it is enough
 _BUILT_UP_S = 1.0  # until braking counts: it begins with a comfortable jerk
 _BEGINNING_S = 1.5  # until a gap opens at its full rate
 _SLOWEST_MPS = 1.0  # time gaps are those of at least this speed

@@ -76,7 +76,7 @@ def comfortable_speed(
 def _behind_who_brakes(cycle: Cycle) -> Array | float:
     """How fast at most [m/s] behind a front car that asks for more than the gentlest braking: braking a little harder than it takes, as far
     as is comfortable, to no less than his own speed."""
-    front = next((track for track in cycle.situation.tracks if track.id == cycle.assessment.front_id), None)
+    front = cycle.situation.track(cycle.assessment.front_id)
     if front is None or cycle.front_braking.stopping_mps2 <= BEHIND_MPS2 or _leaves(front, cycle.lane_centre_m, cycle):
         return math.inf
     times_s, host_mps = cycle.settings.grid.times_s, cycle.situation.host.speed_mps

@@ -99,7 +99,7 @@ def _bent_path(cycle: Cycle, target_d_m: float) -> OffsetPath:
     situation, sigmoid = cycle.situation, cycle.settings.sigmoid
     host, road = situation.host, situation.road
     bend, bend_s = 0.0, host.s_m
-    front = next((t for t in situation.tracks if t.id == cycle.assessment.front_id), None)
+    front = situation.track(cycle.assessment.front_id)
     if front is not None:
         room = 0.5 * cycle.vehicle.width_m + _BODY_ROOM_M
         low, high = float(road.right_edge_at(host.s_m)) + room, float(road.left_edge_at(host.s_m)) - room

@@ -9,11 +9,11 @@ from mcdas_opt.domain.variant import Variant, names_of
 from mcdas_opt.domain.vocabulary import Mode, Side, Status
 from mcdas_opt.planning.candidate import strongest_mps2
 from mcdas_opt.planning.cycle import Cycle
+from mcdas_opt.planning.front.headway import ORDINARY_MPS2
 from mcdas_opt.planning.memory import ReportedMode
 
 REPORTED_S, _ROUNDING_S = 1.0, 1e-6
 _OPPOSITE_MPS2 = 0.3  # a plan that does as much of the opposite is not what it was
-_ORDINARY_MPS2 = 2.0
 _BAND_MPS2 = 0.5  # beyond which a plan is clearly more than ordinary
 _GENTLY_MPS2 = 0.7  # who braked, or accelerated, and still does by so much, goes on
 
@@ -94,4 +94,4 @@ def still_agrees(mode: Mode, plan: Plan) -> bool:
         return strongest < _OPPOSITE_MPS2
     if mode is Mode.ACCELERATE:
         return strongest > -_OPPOSITE_MPS2
-    return mode in (Mode.EVADE, Mode.PARK) or abs(strongest) <= _ORDINARY_MPS2 + _BAND_MPS2
+    return mode in (Mode.EVADE, Mode.PARK) or abs(strongest) <= ORDINARY_MPS2 + _BAND_MPS2
