@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -61,3 +62,24 @@ class SafeEnd:
     @property
     def safe(self) -> bool:
         return self.kind is not EndKind.OPEN
+
+
+_AND = " and "
+
+
+def in_one_text(ids: Collection[str]) -> str:
+    """Several ids as `SafeEnd.relies_on` tells them."""
+    return _AND.join(ids)
+
+
+def named_in(told: str, ids: Collection[str]) -> list[str]:
+    """Which of these ids `SafeEnd.relies_on` names: ids may hold the word between them, and the longest that fits is meant."""
+    found, rest = [], told
+    while rest:
+        fitting = [one for one in ids if rest == one or rest.startswith(one + _AND)]
+        if fitting:
+            found.append(max(fitting, key=len))
+            rest = rest[len(found[-1]) :].removeprefix(_AND)
+        else:
+            rest = rest.partition(_AND)[2]
+    return found

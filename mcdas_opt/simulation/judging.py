@@ -11,7 +11,7 @@ from mcdas_opt.catalogue.scenes import Scene, load_scene
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.prediction import Prediction
 from mcdas_opt.domain.rules import require_type, require_type_if_given
-from mcdas_opt.domain.safe_end import SafeEndSettings
+from mcdas_opt.domain.safe_end import SafeEndSettings, named_in
 from mcdas_opt.domain.settings import PredictionSettings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
@@ -57,7 +57,9 @@ def verify(
         around = planned_around(target, car)
         foreseen = foresee(trajectory, around, prediction, settings)
         if relies_on is not None:
-            foreseen = with_attentive_followers(foreseen, around, frozenset(relies_on.split(" and ")), SafeEndSettings())
+            foreseen = with_attentive_followers(
+                foreseen, around, frozenset(named_in(relies_on, [track.id for track in around.tracks])), SafeEndSettings()
+            )
         return judge(trajectory, target.host, car, target.road, foreseen)
     foreseen = foresee(trajectory, target, prediction, settings)
     return judge(trajectory, target.host_state, vehicle or target.vehicle, target.assumed_road, foreseen)

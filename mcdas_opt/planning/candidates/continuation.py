@@ -12,7 +12,7 @@ from mcdas_opt.actuation.path_following import SpeedLaw
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.prediction import Prediction, responding
 from mcdas_opt.domain.road import Road
-from mcdas_opt.domain.safe_end import EndKind, SafeEndSettings
+from mcdas_opt.domain.safe_end import EndKind, SafeEndSettings, in_one_text
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.variant import names_of
 from mcdas_opt.domain.vehicle import Vehicle
@@ -52,7 +52,7 @@ def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, *, relies_on_f
         brakes = _behind_which_they_brake(prediction, expected, settings)
         answered = last_end(plan, situation.host, vehicle, situation.road, brakes, settings, owed_m).end
         if expected and answered.safe:
-            return Continuation(plan, verdict, replace(answered, relies_on=" and ".join(expected)))
+            return Continuation(plan, verdict, replace(answered, relies_on=in_one_text(expected)))
     as_it_is, stops = Continuation(plan, verdict, last.end), cycle.slows_blindly and last.end.kind is not EndKind.STOPPED
     if not verdict.passed or (last.end.safe and not stops) or cycle.is_late_for(Stage.SAFE_END):
         return as_it_is

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from mcdas_opt.domain.prediction import Prediction
-from mcdas_opt.domain.safe_end import SafeEnd
+from mcdas_opt.domain.safe_end import SafeEnd, in_one_text, named_in
 from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.variant import names_of
 from mcdas_opt.manoeuvres.safe_end import last_end
@@ -35,7 +35,7 @@ def told_of_followers(found: Continuation, cycle: Cycle) -> Continuation:
     end = last_end(drive, situation.host, vehicle, situation.road, unaided, cycle.settings.safe_end, cycle.owed_m)
     if not end.follower_fails and judge(drive, situation.host, vehicle, situation.road, unaided).passed:
         return found
-    return found._replace(end=replace(found.end, relies_on=" and ".join(names)))
+    return found._replace(end=replace(found.end, relies_on=in_one_text(names)))
 
 
 def _falls_behind(drive: Trajectory, names: Sequence[str], cycle: Cycle) -> bool:
@@ -58,6 +58,8 @@ def reliance_in_words(end: SafeEnd | None, cycle: Cycle) -> str:
         return f"; {' and '.join(slow)} behind in slow traffic {'is' if len(slow) == 1 else 'are'} expected to brake"
     if end is None or end.relies_on is None:
         return ""
-    if cycle.observed.attentive.issuperset(end.relies_on.split(" and ")):
-        return f"; {end.relies_on} keeps its distance behind and is expected to brake"
-    return f"; {end.relies_on} too close behind {'are' if ' and ' in end.relies_on else 'is'} expected to brake, as no lane beside is open"
+    names = named_in(end.relies_on, [track.id for track in cycle.situation.tracks])
+    are, keep = ("is", "keeps its") if len(names) == 1 else ("are", "keep their")
+    if cycle.observed.attentive.issuperset(names):
+        return f"; {end.relies_on} {keep} distance behind and {are} expected to brake"
+    return f"; {end.relies_on} too close behind {are} expected to brake, as no lane beside is open"
