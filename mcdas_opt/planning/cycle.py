@@ -203,7 +203,7 @@ class Cycle:
 
     @property
     def kept_d_m(self) -> float:
-        """Where the host drives in that lane."""
+        """Where the host drives in that lane now."""
         if self.passed.passed or self.passed.offset_m != 0.0:
             return self.lane_centre_m + self.passed.offset_m
         return kept_d_m(self.situation, self.vehicle, self.lane_centre_m)

@@ -42,10 +42,16 @@ class Passed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PassedInLane:
-    """Nearest first, and how far to the left of the lane's middle the host drives for them now [m]."""
+    """Nearest first, and how far to the left of the lane's middle the host drives for them: now, and once it has gone aside [m]."""
 
     passed: tuple[Passed, ...] = ()
     offset_m: float = 0.0
+    goal_m: float = 0.0
+
+    @property
+    def moving_s(self) -> float:
+        """How long the host goes aside, or back."""
+        return abs(self.goal_m - self.offset_m) / _ASIDE_MPS
 
     @property
     def ids(self) -> frozenset[str]:
@@ -63,13 +69,17 @@ class _AtTheSide(NamedTuple):
 
 def passed_in_lane(situation: Situation, vehicle: Vehicle, before: PassedInLane | None = None, elapsed_s: float = 0.0) -> PassedInLane:
     """Those in the host's lane who stand, no person among them, reach beyond its border, and leave room for the host and half a metre
-    between the bodies; as far as one offset passes them all. The offset changes slowly from what it was `before`, so long ago."""
-    found, aside_m = _found(situation, vehicle, frozenset() if before is None else before.ids)
-    passed = tuple(_past(one, aside_m, situation, vehicle) for one in found)
-    if before is not None:
+    between the bodies; as far as one offset passes them all. The offset changes slowly from what it was `before`, so long ago, or from
+    where the host is."""
+    found, goal_m = _found(situation, vehicle, frozenset() if before is None else before.ids)
+    passed = tuple(_past(one, goal_m, situation, vehicle) for one in found)
+    if before is None:
+        host, road = situation.host, situation.road
+        offset_m = min(max(host.d_m - road.lane_centre_m(situation.host_lane, host.s_m), min(goal_m, 0.0)), max(goal_m, 0.0))
+    else:
         step_m = _ASIDE_MPS * elapsed_s
-        aside_m = min(max(aside_m, before.offset_m - step_m), before.offset_m + step_m)
-    return PassedInLane(passed=passed, offset_m=aside_m)
+        offset_m = min(max(goal_m, before.offset_m - step_m), before.offset_m + step_m)
+    return PassedInLane(passed=passed, offset_m=offset_m, goal_m=goal_m)
 
 
 def _found(situation: Situation, vehicle: Vehicle, before: frozenset[str]) -> tuple[list[_AtTheSide], float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from mcdas_opt import Scene, load_scene, simulate
+from mcdas_opt.domain.vocabulary import Alert
 
 SCENE = load_scene("parked-car")
 HALF_M = 0.5 * SCENE.road.lane_width_m
@@ -40,6 +41,9 @@ def test_two_at_different_sides_are_passed_one_after_the_other(seed: int) -> Non
     assert drive.trajectory.d_m.max() > 0.3
     assert drive.trajectory.d_m.min() < -0.1
     assert drive.fallbacks == 0
+    assert all(cycle.plan.alert is Alert.NONE for cycle in drive.cycles)
+    assert drive.max_lateral_acceleration_mps2 < 1.5  # it goes from one side to the other gradually
+    assert drive.trajectory.speed_mps.max() < SCENE.host.speed_mps + 0.1
 
 
 def test_who_leaves_no_room_is_stopped_behind() -> None:

@@ -40,9 +40,9 @@ def test_the_host_has_room_at_both_sides(bodies: list[tuple[float, float, float,
     """Whoever is passed stands beyond the border, and there are 0.5 m between the bodies; the host is within its lane."""
     tracks = [Track(id=str(i), s_m=s, d_m=d, speed_s_mps=speed, width_m=width) for i, (d, s, width, speed) in enumerate(bodies)]
     found = passed_in_lane(situation(*tracks), CAR)
-    assert abs(found.offset_m) + 0.5 * CAR.width_m < HALF_M
+    assert abs(found.goal_m) + 0.5 * CAR.width_m < HALF_M
     for one in found.passed:
-        away_m = abs(one.track.d_m - found.offset_m) - 0.5 * (CAR.width_m + one.track.width_m)
+        away_m = abs(one.track.d_m - found.goal_m) - 0.5 * (CAR.width_m + one.track.width_m)
         assert away_m == pytest.approx(one.gap_m)
         assert one.gap_m >= 0.5 - 1e-9
         assert abs(one.track.d_m) + 0.5 * one.track.width_m >= HALF_M
@@ -55,7 +55,7 @@ def test_the_host_has_room_at_both_sides(bodies: list[tuple[float, float, float,
 def test_the_mirrored_lane_has_the_mirrored_offset(one: float, other: float) -> None:
     here = passed_in_lane(situation(standing(one), standing(other, 65.0)), CAR)
     there = passed_in_lane(situation(standing(-one), standing(-other, 65.0)), CAR)
-    assert there.offset_m == -here.offset_m
+    assert there.goal_m == -here.goal_m
     assert there.ids == here.ids
 
 
@@ -80,7 +80,7 @@ def test_nobody_else_is_passed(track: Track) -> None:
 def test_who_is_met_later_and_cannot_be_passed_with_the_others_is_left() -> None:
     narrow = passed_in_lane(situation(standing(-1.9), standing(1.9, 60.0)), CAR)
     assert narrow.ids == {"at 50"}
-    assert narrow.offset_m > 0.0
+    assert narrow.goal_m > 0.0
 
 
 def test_who_was_passed_is_passed_at_a_little_less_room() -> None:
@@ -92,14 +92,25 @@ def test_who_was_passed_is_passed_at_a_little_less_room() -> None:
 
 
 def test_the_offset_changes_slowly() -> None:
-    seen = situation(standing(-1.9))
-    wanted = passed_in_lane(seen, CAR)
-    begun = passed_in_lane(seen, CAR, passed_in_lane(situation(), CAR), 0.1)
-    assert 0.0 < begun.offset_m < 0.1 < wanted.offset_m
-    assert begun.passed == wanted.passed
-    gone = passed_in_lane(situation(), CAR, wanted, 0.1)
+    seen, nobody = situation(standing(-1.9)), situation()
+    begun = passed_in_lane(seen, CAR, passed_in_lane(nobody, CAR), 0.1)
+    assert 0.0 < begun.offset_m < 0.1 < begun.goal_m
+    assert begun.moving_s > 1.0
+    there = passed_in_lane(seen, CAR, begun, 10.0)
+    assert there.offset_m == there.goal_m == begun.goal_m
+    assert there.moving_s == 0.0
+    gone = passed_in_lane(nobody, CAR, there, 0.1)
     assert not gone.passed
-    assert wanted.offset_m - 0.1 < gone.offset_m < wanted.offset_m
+    assert gone.goal_m == 0.0
+    assert there.offset_m - 0.1 < gone.offset_m < there.offset_m
+
+
+@pytest.mark.parametrize("d_m", [-0.3, 0.0, 0.3, 1.5])
+def test_without_a_memory_it_begins_where_the_host_is(d_m: float) -> None:
+    seen = situation(standing(-1.9))
+    found = passed_in_lane(replace(seen, host=replace(seen.host, d_m=d_m)), CAR)
+    assert 0.3 < found.goal_m < 1.5
+    assert found.offset_m == min(max(d_m, 0.0), found.goal_m)
 
 
 def test_the_narrower_the_slower() -> None:

@@ -27,11 +27,18 @@ BRAKE_BEHIND = "brake-behind"
 _HARDER = 1.15  # than what is needed by now: it is begun with some jerk
 _SLOWER_MPS = 2.0  # than the front car, until the distance is there
 _LEAST_ROOM_M = 1.0
+_SLOWEST_MPS = 3.0  # a way aside is as long as at this speed, at least
 
 
 def keep_path(cycle: Cycle) -> OffsetPath:
-    """The centre of the lane that holds the body centre, or beside it where the destination near ahead is there."""
-    return OffsetPath(start_s_m=cycle.situation.host.s_m, start_d_m=cycle.kept_d_m, amplitude_m=0.0, a_per_m=-0.1, b=50.0)
+    """The centre of the lane that holds the body centre, or beside it where the destination near ahead is there, or somebody is passed:
+    gradually."""
+    host, passed = cycle.situation.host, cycle.passed
+    path = OffsetPath(start_s_m=host.s_m, start_d_m=cycle.kept_d_m, amplitude_m=0.0, a_per_m=-0.1, b=50.0)
+    if passed.goal_m == passed.offset_m:
+        return path
+    way_m = passed.moving_s * max(host.speed_mps, _SLOWEST_MPS)
+    return replace(path, amplitude_m=passed.goal_m - passed.offset_m, a_per_m=-2.0 * math.log(path.b) / way_m)
 
 
 def keep_lane(cycle: Cycle, mode: Mode, towards: Gap | None = None) -> Proposed:
