@@ -39,6 +39,7 @@ COUNTERS = (
     "dead",  # scans that say that their sensor does not work
     "clock_back",  # times that the clock ran back: all that was remembered is forgotten
     "clock_ahead",  # times that it jumped ahead, likewise
+    "clock_stands",  # cycles in which it had not gone on for ten, likewise
 )
 
 
@@ -71,6 +72,16 @@ def warn_of_long_cycles(apart_s: float) -> None:
         "Milliseconds? `now` and the times of scans are seconds. Further such updates are counted alone (`clock_ahead`)",
         UserWarning,
         stacklevel=3,
+    )
+
+
+def warn_of_standing_clock(now: float) -> None:
+    """Says by a `UserWarning` that the clock does not go on."""
+    warnings.warn(
+        f"updates are less than 0.1 ms apart, now = {now!r}: the clock stands, so that nobody can be tracked and no sector is covered. "
+        "Each cycle needs its own time. Further such cycles are counted alone (`clock_stands`)",
+        UserWarning,
+        stacklevel=4,
     )
 
 

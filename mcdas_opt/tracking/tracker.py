@@ -39,6 +39,7 @@ from mcdas_opt.tracking.screening import (
     source_of,
     warn_of_another_clock,
     warn_of_long_cycles,
+    warn_of_standing_clock,
 )
 from mcdas_opt.tracking.track_life import TrackLife
 
@@ -88,6 +89,7 @@ class Tracker:
         self._told = False  # whether scans were said to be of another clock
         self._jumped = False  # whether the clock jumped ahead in the last update
         self._told_of_jumps = False
+        self._told_of_standing = False
         self._now_s: float | None = None
         self._forget(is_anew=False)
 
@@ -97,6 +99,14 @@ class Tracker:
         self._last: dict[Source, float] = {}
         self._clock_s: float | None = None
         self._watch = SectorWatch(is_anew)
+
+    def distrust_clock(self, now: float) -> None:
+        """The clock stands at `now`: the tracks are forgotten, and no sector is covered until it goes on. That is said, once."""
+        self.counters["clock_stands"] += 1
+        if not self._told_of_standing:
+            self._told_of_standing = True
+            warn_of_standing_clock(now)
+        self._forget(is_anew=True)
 
     def update(self, scans: Sequence[Scan], host: HostState, road: Road, now: float) -> None:
         """Take in what has arrived at `now`; `host` is its pose at the scans' time. Scans are handled in the order of their times.

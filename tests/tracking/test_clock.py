@@ -16,6 +16,7 @@ from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.measurement import Mounting, RadarDetection, Scan
 from mcdas_opt.domain.track import Coverage
 from mcdas_opt.domain.vocabulary import Sector, Status
+from mcdas_opt.planning.measurement.standing_clock import CYCLES
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.tracking.tracker import Tracker
 from tests.tracking.worlds import STRAIGHT, host_at, ideal_scan, radar_scan
@@ -182,3 +183,34 @@ def test_while_no_sensor_answers_after_a_jump_the_plan_knows_that_it_is_blind() 
         assert planner.situation.coverage == BLIND
     assert planner.tracker.counters["future"] == 6
     assert planner.tracker.counters["clock_back"] == 1
+
+
+@pytest.mark.parametrize("step_s", [0.0, 1e-5])
+@pytest.mark.parametrize("scans_go_on", [False, True])
+def test_where_the_clock_stands_nobody_is_known_and_nothing_is_watched(step_s: float, scans_go_on: bool) -> None:
+    """Its scans are all of the moment that is known already, or ahead of it: a car that was 15 m/s slower was driven into."""
+    planner, begun_s = Planner(method="closed-form-corrected"), 1000.0
+    for k in range(24):
+        now, scanned_s = begun_s + step_s * k, begun_s + (0.04 if scans_go_on else step_s) * k
+        with pytest.warns(UserWarning, match="the clock stands") if k == CYCLES - 1 else nullcontext():
+            plan = planner.step(scans(scanned_s, 55.0 - 1.5 * k), HostState(s_m=2.0 * k, speed_mps=20.0), now)
+        assert plan.situation.coverage.front <= (k < CYCLES - 1)
+    assert planner.tracker.counters["clock_stands"] == 24 - CYCLES + 1
+    assert plan.trajectory.speed_mps[-1] < 15.0  # blind ahead it slows down
+    for k in range(3):
+        now = begun_s + 1.0 + 0.1 * k
+        plan = planner.step(scans(now, 55.0 - 1.5 * k), HostState(s_m=48.0 + 2.0 * k, speed_mps=20.0), now)
+        assert plan.situation.coverage.front == (k == 2)
+    assert len(plan.situation.tracks) == 1
+
+
+def test_a_cycle_in_several_calls_is_no_standing_clock(recwarn) -> None:
+    planner = Planner(method="closed-form-corrected")
+    for k in range(5):
+        now = 1000.0 + 0.1 * k
+        for scan in scans(now, 55.0):
+            planner.step([scan], HostState(s_m=2.0 * k, speed_mps=20.0), now)
+    assert planner.tracker.counters["clock_stands"] == 0
+    assert planner.situation is not None
+    assert planner.situation.coverage.front
+    assert not recwarn.list

@@ -15,6 +15,7 @@ from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Request
 from mcdas_opt.planning.measurement.host_plausibility import HostPlausibility
 from mcdas_opt.planning.measurement.pose_history import PoseHistory
+from mcdas_opt.planning.measurement.standing_clock import StandingClock
 from mcdas_opt.tracking.tracker import Tracker
 
 
@@ -28,12 +29,14 @@ class Sensing:
         self.tracker = Tracker(vehicle=vehicle)
         self._poses = PoseHistory()
         self._host_plausibility = HostPlausibility()
+        self._clock = StandingClock()
 
     def reset(self) -> None:
         """Forgets them."""
         self.tracker.reset()
         self._poses = PoseHistory()
         self._host_plausibility = HostPlausibility()
+        self._clock = StandingClock()
 
     def faulty_s(self, now: float) -> float:
         """For how long [s] no state of the host has been one that can be; 0 at the first such."""
@@ -53,8 +56,12 @@ class Sensing:
         desired_speed_mps: float | None,
         request: Request,
     ) -> Situation:
-        """The situation at `now` [s], after these scans, each with its own time stamp, seen from where the car then was."""
+        """The situation at `now` [s], after these scans, each with its own time stamp, seen from where the car then was. Where the clock
+        stands nobody can be tracked, and no sector is covered."""
         on = road or self.road
+        if self._clock.stands(now):
+            self.tracker.distrust_clock(now)
+            scans = ()
         self._poses.note(now, host)
         for scan in self.tracker.in_order(scans, now):
             seen_from = self._poses.at(scan.t_s) if math.isfinite(scan.t_s) else host
