@@ -30,7 +30,7 @@ from mcdas_opt.cli.replay import replay
 from mcdas_opt.cli.reproduce import reproduce
 from mcdas_opt.cli.schema import schema
 from mcdas_opt.cli.screen import CutShortError
-from mcdas_opt.cli.shortage import shortage
+from mcdas_opt.cli.shortage import memory_allowed, shortage
 from mcdas_opt.cli.simulate import simulate
 from mcdas_opt.cli.stop import INTERRUPTED, Stopped, interrupted_between_imports, terminated_as_interrupted
 from mcdas_opt.cli.streams import prepare_streams, told_where_stdout_ends
@@ -87,6 +87,9 @@ def run() -> None:
     except InputError as error:
         complain(str(error))
         sys.exit(_MISTAKE)
+    if lacking := memory_allowed():
+        complain(f"the machine has too little left: {lacking}")
+        sys.exit(_FAULT)
     warnings.showwarning = _warned
     try:
         with told_where_stdout_ends(), interrupted_between_imports(), terminated_as_interrupted() as stopped:
