@@ -7,6 +7,7 @@ With --json stdout holds one JSON document and nothing else; progress and tables
 from __future__ import annotations
 
 import atexit
+import os
 import signal
 import sys
 import warnings
@@ -87,6 +88,7 @@ def run() -> None:
     except InputError as error:
         complain(str(error))
         sys.exit(_MISTAKE)
+    os.environ.pop("MPLBACKEND", None)  # no command shows a figure, and a name that is none keeps matplotlib from being loaded
     if lacking := memory_allowed():
         complain(f"the machine has too little left: {lacking}")
         sys.exit(_FAULT)
