@@ -16,9 +16,7 @@ from mcdas_opt.interop.reactive_planner import PACKAGES
 
 ROOT = Path(__file__).resolve().parent.parent
 DECLARED = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
-EXTRAS = {
-    name: tuple(Requirement(text) for text in required) for name, required in DECLARED["project"]["optional-dependencies"].items()
-}
+EXTRAS = {name: tuple(Requirement(text) for text in required) for name, required in DECLARED["project"]["optional-dependencies"].items()}
 CI = (ROOT / ".ci" / "run").read_text("utf-8") if (ROOT / ".ci" / "run").is_file() else ""
 BESIDES = {"commonroad-planner"}  # what `dev` leaves out, for its licence
 
