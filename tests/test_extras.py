@@ -15,10 +15,8 @@ from packaging.requirements import Requirement
 from mcdas_opt.interop.reactive_planner import PACKAGES
 
 ROOT = Path(__file__).resolve().parent.parent
-EXTRAS = {
-    name: tuple(Requirement(text) for text in required)
-    for name, required in tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"].items()
-}
+DECLARED = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+EXTRAS = {name: tuple(Requirement(text) for text in required) for name, required in DECLARED["project"]["optional-dependencies"].items()}
 CI = (ROOT / ".ci" / "run").read_text("utf-8") if (ROOT / ".ci" / "run").is_file() else ""
 BESIDES = {"commonroad-planner"}  # what `dev` leaves out, for its licence
 
@@ -46,6 +44,14 @@ def test_what_an_extra_declares_is_installed(extra: str) -> None:
     found = {str(requirement): version(requirement.name) for requirement in brought(extra)}
     assert found
     assert [text for text, installed in found.items() if installed not in Requirement(text).specifier] == []
+
+
+def test_what_users_install_has_bounds_on_both_sides() -> None:
+    """Or one version; what `dev` adds of tools is for whoever changes the project."""
+    needed = [Requirement(text) for text in DECLARED["project"]["dependencies"] + DECLARED["build-system"]["requires"]]
+    needed += [requirement for name in set(EXTRAS) - {"dev"} for requirement in EXTRAS[name] if requirement.name != "mcdas-opt"]
+    bounds = {str(requirement): {one.operator for one in requirement.specifier} for requirement in needed}
+    assert [text for text, operators in bounds.items() if operators not in ({">=", "<"}, {"=="})] == []
 
 
 def test_the_reactive_planners_own_packages_are_pinned_once_and_told_everywhere() -> None:

@@ -11,7 +11,7 @@
 | files | scenes, cars, sensors, cases, suites, recordings ... with bytes, lines, numbers and words changed |
 | journals | journals cut off and damaged, their log too |
 | kills | processes that write a journal, killed |
-| commands | every command with wrong words, streams and locales |
+| commands | every command with wrong words, streams, locales and limits |
 | studio | sessions of one server: slow ones, ones that leave in mid-solve, hostile files and wishes |
 | clocks | a drive by two clocks, from 0 and from Unix time: the same decisions? 24 h |
 | deadlines | plans that are due in 5 to 50 ms, beside two busy processes |

@@ -1,4 +1,5 @@
-"""Every command, with wrong words, under streams that are full, closed or no longer read, in every locale: an answer or one line."""
+"""Every command, with wrong words, under streams that are full, closed or no longer read, in every locale, on a machine that gives too
+little memory, too few descriptors, no file: an answer or one line."""
 
 from __future__ import annotations
 
@@ -23,6 +24,7 @@ _COMMANDS = (
 )  # fmt: skip
 _WORDS = ("nan", "-1", "1e308", "a\x1b[31m", "[/b]", "", "é\u202e", "/dev/null", "/", ".", "a" * 5000, "\udcff", "x\ny", "/etc/passwd")
 _STREAMS = ("", "", ">/dev/full", ">&-", "<&-", "2>&-", "<&- 2>&-", "| true", "| head -c 10")
+_LIMITS = ("", "", "", "ulimit -v 60000;", "ulimit -v 330000;", "ulimit -n 5;", "ulimit -n 8;", "ulimit -f 0;")  # KiB, descriptors, blocks
 _BARE = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 _LOCALES: tuple[dict[str, str], ...] = ({}, {"PYTHONIOENCODING": "ascii"}, _BARE, {"TERM": "dumb"})
 _PATIENCE_S = 120.0  # a command loads its modules first, and a machine is loaded
@@ -32,18 +34,18 @@ _OURS = (0, 1, 2)  # 1 alone where nobody reads
 def attack(tally: Tally, count: int, seed: int) -> None:
     r = np.random.default_rng(seed)
     for _ in range(count):
-        command, stream, locale = (pool[int(r.integers(len(pool)))] for pool in (_COMMANDS, _STREAMS, _LOCALES))
+        command, stream, locale, limit = (pool[int(r.integers(len(pool)))] for pool in (_COMMANDS, _STREAMS, _LOCALES, _LIMITS))
         words = [_worded(word, r) for word in command.split()]
-        _one(tally, words, stream, locale)
+        _one(tally, words, stream, locale, limit)
 
 
 def _worded(word: str, r: np.random.Generator) -> str:
     return word.replace("SCENE", "sandwich-60-40").replace("WORD", _WORDS[int(r.integers(len(_WORDS)))])
 
 
-def _one(tally: Tally, words: list[str], stream: str, locale: dict[str, str]) -> None:
-    shown = f"{words} {stream} {locale}"
-    script = f'"$0" -m mcdas_opt "$@" {stream}'
+def _one(tally: Tally, words: list[str], stream: str, locale: dict[str, str], limit: str) -> None:
+    shown = f"{limit} {words} {stream} {locale}"
+    script = f'{limit} "$0" -m mcdas_opt "$@" {stream}'
     try:
         done = subprocess.run(
             ["sh", "-c", script, sys.executable, *words], capture_output=True, timeout=_PATIENCE_S, env={**os.environ, **locale}, cwd="/"

@@ -7,6 +7,7 @@ With --json stdout holds one JSON document and nothing else; progress and tables
 from __future__ import annotations
 
 import atexit
+import os
 import signal
 import sys
 import warnings
@@ -30,7 +31,7 @@ from mcdas_opt.cli.replay import replay
 from mcdas_opt.cli.reproduce import reproduce
 from mcdas_opt.cli.schema import schema
 from mcdas_opt.cli.screen import CutShortError
-from mcdas_opt.cli.shortage import shortage
+from mcdas_opt.cli.shortage import memory_allowed, shortage
 from mcdas_opt.cli.simulate import simulate
 from mcdas_opt.cli.stop import INTERRUPTED, Stopped, interrupted_between_imports, terminated_as_interrupted
 from mcdas_opt.cli.streams import prepare_streams, told_where_stdout_ends
@@ -87,6 +88,10 @@ def run() -> None:
     except InputError as error:
         complain(str(error))
         sys.exit(_MISTAKE)
+    os.environ.pop("MPLBACKEND", None)  # no command shows a figure, and a name that is none keeps matplotlib from being loaded
+    if lacking := memory_allowed():
+        complain(f"the machine has too little left: {lacking}")
+        sys.exit(_FAULT)
     warnings.showwarning = _warned
     try:
         with told_where_stdout_ends(), interrupted_between_imports(), terminated_as_interrupted() as stopped:

@@ -5,6 +5,7 @@ Errors and warnings stand behind the name of the command; the rest is as it is. 
 
 from __future__ import annotations
 
+import contextlib
 import logging
 
 import typer
@@ -19,7 +20,8 @@ class _Stderr(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         line = printable(record.getMessage())
-        typer.echo(f"mcdas-opt: {line}" if record.levelno >= logging.WARNING else line, err=True)
+        with contextlib.suppress(OSError):  # full, or no longer read: no reason to end what is being done
+            typer.echo(f"mcdas-opt: {line}" if record.levelno >= logging.WARNING else line, err=True)
 
 
 _HANDLER = _Stderr()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import sys
 
 _ERRNOS = (errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.EAGAIN, errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _SAYINGS = (  # of whom has no number for it: the loader of libraries, threads
@@ -12,6 +13,20 @@ _SAYINGS = (  # of whom has no number for it: the loader of libraries, threads
     "can't start new thread",
     "no space left",
 )
+
+_LEAST_MIB = 1024  # `park` takes two thirds of it on two cores
+
+
+def memory_allowed() -> str:
+    """In words, where the process may have so little memory that libraries of linear algebra wait for it for ever; else empty."""
+    if sys.platform == "win32":
+        return ""
+    import resource
+
+    allowed, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if allowed == resource.RLIM_INFINITY or allowed >= _LEAST_MIB << 20:
+        return ""
+    return f"{allowed >> 20} MiB of memory are allowed (ulimit -v), and {_LEAST_MIB} are needed"
 
 
 def shortage(error: BaseException | None) -> str:

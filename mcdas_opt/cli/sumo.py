@@ -13,6 +13,8 @@ from mcdas_opt.cli.screen import JsonOption, PlannerOption, console, emit, heade
 from mcdas_opt.cli.speeds import DesiredSpeed
 from mcdas_opt.errors import InputError
 
+_MOST_SEEDS, _DIGITS = 100_000, 10
+
 
 def sumo(
     config: Annotated[str, typer.Argument(metavar="CONFIG", help="A .sumocfg, or the name of a shipped one (motorway, bends).")],
@@ -64,15 +66,25 @@ def sumo(
 
 def seeds_of(text: str) -> list[int]:
     """The seeds of `0-40`, `3` or `1,5,9`. Raises `InputError` for anything else."""
+    rule = "must be whole numbers: 0-40, 3, or 1,5,9"
     found: list[int] = []
     for part in text.split(","):
         first, dash, last = part.strip().partition("-")
-        if not first.isdecimal() or (dash and not last.isdecimal()) or (dash and int(last) < int(first)):
-            raise InputError("--seeds", "", text, "must be whole numbers: 0-40, 3, or 1,5,9")
-        found += range(int(first), int(last if dash else first) + 1)
-    twice = next((seed for seed in found if found.count(seed) > 1), None)
-    if twice is not None:
-        raise InputError("--seeds", "", text, f"names {twice} twice")
+        last = last if dash else first
+        if not (first.isdecimal() and last.isdecimal()):
+            raise InputError("--seeds", "", text, rule)
+        if max(len(first), len(last)) > _DIGITS:
+            raise InputError("--seeds", "", text, f"must have at most {_DIGITS} digits each")
+        if int(last) < int(first):
+            raise InputError("--seeds", "", text, rule)
+        if len(found) + int(last) - int(first) >= _MOST_SEEDS:
+            raise InputError("--seeds", "", text, f"must be at most {_MOST_SEEDS} seeds")
+        found += range(int(first), int(last) + 1)
+    known: set[int] = set()
+    for seed in found:
+        if seed in known:
+            raise InputError("--seeds", "", text, f"names {seed} twice")
+        known.add(seed)
     return found
 
 

@@ -22,7 +22,7 @@ from mcdas_opt.evaluation.family_scene import document_of
 from mcdas_opt.evaluation.spread import Spread
 
 _DRAWS = 500
-_MOST_SCENES = 1_000_000
+MOST_SCENES = 1_000_000
 _NAMES_FILES = ("vehicle", "sensors", "suite")
 
 
@@ -38,15 +38,15 @@ class Family(Ranges):
     name: Annotated[str, Field(description="of the family")]
     about: Annotated[list[str], Field(description="sources, and what was chosen where they are silent")] = Field(default_factory=list)
     seed: Annotated[Annotated[int, Field(ge=0)], Field(description="of the draws, where the command names none")] = 1
-    count: Annotated[Annotated[int, Field(ge=1, le=_MOST_SCENES)], Field(description="scenes, where the command names no number")] = 100
+    count: Annotated[Annotated[int, Field(ge=1, le=MOST_SCENES)], Field(description="scenes, where the command names no number")] = 100
     grid: Annotated[bool, Field(description="every combination of the lists in turn, instead of draws")] = False
     nominal: Annotated[bool, Field(description="nothing in it needs an intervention")] = False
     labels: Annotated[bool, Field(description="the oracle says what was avoidable")] = True
 
     @model_validator(mode="after")
     def _few_combinations(self) -> Self:
-        if self.grid and math.prod(len(values) for _, values in _lists(self, ())) > _MOST_SCENES:
-            raise ValueError(f"a grid must have at most {_MOST_SCENES} combinations")
+        if self.grid and math.prod(len(values) for _, values in _lists(self, ())) > MOST_SCENES:
+            raise ValueError(f"a grid must have at most {MOST_SCENES} combinations")
         return self
 
     def scene(self, index: int, seed: int = 0) -> Scene:

@@ -15,9 +15,10 @@ from pydantic import Field, model_validator
 from mcdas_opt.catalogue.data_files import checked
 from mcdas_opt.catalogue.part import Part
 from mcdas_opt.catalogue.scenes import Scene
+from mcdas_opt.domain.rules import within
 from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.case import Case, Traffic
-from mcdas_opt.evaluation.families import Family, suite_document, suite_file
+from mcdas_opt.evaluation.families import MOST_SCENES, Family, suite_document, suite_file
 from mcdas_opt.evaluation.manoeuvres import Manoeuvre
 from mcdas_opt.evaluation.provenance import digest
 from mcdas_opt.evaluation.recordings import Recordings
@@ -27,7 +28,7 @@ class PartOfSuite(Part):
     """So many scenes of another suite."""
 
     suite: Annotated[str, Field(description="a shipped suite or a path")]
-    scenes: Annotated[Annotated[int, Field(ge=1)] | None, Field(description="how many of its; default all")] = None
+    scenes: Annotated[Annotated[int, Field(ge=1, le=MOST_SCENES)] | None, Field(description="how many of its; default all")] = None
 
 
 class SuiteFile(Part):
@@ -95,8 +96,11 @@ class _Found:
 def expand(name: str | Path, scenes: int | None = None, seed: int | None = None, data: Path | None = None) -> Suite:
     """The suite behind a path or a shipped name, with so many scenes, shared evenly among its members.
 
-    `data` is the folder of recordings. Raises `InputError` that names file, key, value and rule.
+    `data` is the folder of recordings. Raises `InputError` that names file, key, value and rule; `ParameterError` for a number of scenes
+    that nobody could drive.
     """
+    if scenes is not None:
+        within("scenes", scenes, 0, MOST_SCENES)
     path = suite_file(name)
     suite = _read(path)
     seed = suite.seed if seed is None else seed

@@ -35,7 +35,9 @@ Application = Callable[[MutableMapping[str, Any], Receive, Send], Awaitable[None
 
 
 class RequestFilter:
-    """ASGI middleware: refuses foreign hosts and origins (403) and bodies over `largest_body` bytes (413); sends the policy along."""
+    """ASGI middleware: refuses foreign hosts and origins (403), addresses with control characters (400), and bodies over
+    `largest_body` bytes (413); sends the policy along.
+    """
 
     def __init__(self, app: Application, largest_body: int = LARGEST_BODY) -> None:
         self.app, self.largest_body = app, largest_body
@@ -48,6 +50,9 @@ class RequestFilter:
         refusal = foreign(headers.get("host", ""), headers.get("origin"))
         if refusal:
             await self._refuse(scope, send, 403, refusal)
+            return
+        if not scope["path"].isprintable():
+            await self._refuse(scope, send, 400, "an address holds what cannot be printed")  # whoever logs it would command a terminal
             return
         if scope["type"] == "websocket":
             await self.app(scope, receive, send)

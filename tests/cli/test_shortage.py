@@ -21,6 +21,15 @@ def test_too_few_descriptors_are_one_line(tmp_path: Path) -> None:
     assert done.stderr.splitlines()[-1].startswith("mcdas-opt: the machine has too little left: too many open files")
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="operating system: limits as Linux has them")
+@pytest.mark.parametrize("kib", [60_000, 150_000, 200_000, 330_000])
+def test_too_little_memory_is_one_line_and_nobody_waits_for_more(kib: int) -> None:
+    asked = ["sh", "-c", f'ulimit -v {kib}; exec "$0" -m mcdas_opt plan sandwich-60-40', sys.executable]
+    done = subprocess.run(asked, capture_output=True, text=True, timeout=60.0)
+    said = f"mcdas-opt: the machine has too little left: {kib >> 10} MiB of memory are allowed (ulimit -v), and 1024 are needed\n"
+    assert (done.returncode, done.stdout, done.stderr) == (1, "", said)
+
+
 def test_what_led_to_it_counts_and_nothing_else() -> None:
     def led(to: Exception, by: Exception) -> Exception:
         to.__cause__ = by

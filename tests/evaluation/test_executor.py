@@ -142,3 +142,8 @@ def test_children_do_not_outlive_a_killed_parent() -> None:
 def test_a_pool_needs_somebody() -> None:
     with pytest.raises(ParameterError):
         ProcessPool(0)
+
+
+def test_a_pool_of_more_than_any_machine_runs_is_refused() -> None:
+    with pytest.raises(ParameterError, match="workers = 1000000000"):
+        ProcessPool(10**9)

@@ -18,7 +18,7 @@ from mcdas_opt.catalogue.data_files import models_folder
 from mcdas_opt.catalogue.scenes import Scene
 from mcdas_opt.catalogue.vehicles import load_vehicle
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
-from mcdas_opt.errors import InputError
+from mcdas_opt.errors import InputError, ParameterError
 from mcdas_opt.evaluation.case import Traffic
 from mcdas_opt.evaluation.families import load_family, shipped_suites, suites_folder
 from mcdas_opt.evaluation.spread import Spread
@@ -227,6 +227,15 @@ def test_a_suite_that_holds_itself_is_refused(tmp_path: Path) -> None:
 def test_an_unknown_suite_lists_the_known_ones() -> None:
     with pytest.raises(InputError, match=r"sandwich.*striking-rear"):
         expand("sandwitch")
+
+
+def test_more_scenes_than_anybody_drives_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ParameterError, match="scenes = 1000000000000"):
+        expand("sandwich", scenes=10**12)
+    path = tmp_path / "endless.toml"
+    path.write_text('name = "endless"\n[[part]]\nsuite = "sandwich"\nscenes = 999999999999\n')
+    with pytest.raises(InputError, match=r"scenes = 999999999999: .*1000000"):
+        expand(path)
 
 
 def test_recordings_need_a_folder_and_say_what_it_lacks(tmp_path: Path) -> None:

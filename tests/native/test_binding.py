@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import sys
+import time
 from ctypes import ArgumentError, c_double, c_longlong, c_void_p
 from pathlib import Path
 
@@ -157,6 +159,19 @@ def test_without_a_working_compiler_there_is_a_reason_and_no_library(
     with pytest.raises(BuildError, match=said):
         build.build(tmp_path / "built")
     assert not (tmp_path / "built").exists()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="operating system: a shell as POSIX has it")
+def test_a_compiler_that_hangs_is_given_up_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fake = tmp_path / "hanging"
+    fake.write_text("#!/bin/sh\nexec sleep 600\n")
+    fake.chmod(0o755)
+    monkeypatch.setenv("CC", str(fake))
+    monkeypatch.setattr(build, "_TIMEOUT_S", 1.0)
+    began = time.monotonic()
+    with pytest.raises(BuildError, match="timed out"):
+        build.build(tmp_path / "built")
+    assert time.monotonic() - began < 5.0
 
 
 def test_numbers_become_macros() -> None:

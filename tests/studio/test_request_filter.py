@@ -34,7 +34,7 @@ class Echo:
         await send({"type": "http.response.body", "body": str(got).encode()})
 
 
-def request(pieces: list[bytes], kind: str = "http", **headers: str) -> tuple[int, list[Any], Echo]:
+def request(pieces: list[bytes], kind: str = "http", path: str = "/", **headers: str) -> tuple[int, list[Any], Echo]:
     """Status, everything sent, and the application behind."""
     sent: list[Any] = []
     echo = Echo()
@@ -48,7 +48,7 @@ def request(pieces: list[bytes], kind: str = "http", **headers: str) -> tuple[in
         sent.append(message)
 
     raw = [(name.replace("_", "-").encode(), value.encode()) for name, value in headers.items()]
-    asyncio.run(RequestFilter(echo, LARGEST)({"type": kind, "headers": raw}, receive, send))
+    asyncio.run(RequestFilter(echo, LARGEST)({"type": kind, "path": path, "headers": raw}, receive, send))
     status = next((m["status"] for m in sent if m["type"] == "http.response.start"), 0)
     return status, sent, echo
 
@@ -101,6 +101,14 @@ def test_foreign_requests_end_at_the_filter(host: str, origin: str | None, kind:
     status, sent, echo = request([], kind, **headers)
     assert echo.calls == 0
     assert status == 403 if kind == "http" else sent[0]["type"] == "websocket.close"
+
+
+@pytest.mark.parametrize("path", ["/\x00", "/\x1b]0;title\x07", "/a\nb", "/\u202etxt"])
+@pytest.mark.parametrize("kind", ["http", "websocket"])
+def test_an_address_that_would_command_a_terminal_is_refused(path: str, kind: str) -> None:
+    status, sent, echo = request([], kind, path, host="localhost")
+    assert echo.calls == 0
+    assert status == 400 if kind == "http" else sent[0]["type"] == "websocket.close"
 
 
 def test_the_page_may_load_nothing_from_elsewhere() -> None:

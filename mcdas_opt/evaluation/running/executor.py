@@ -8,9 +8,11 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from typing import Protocol
 
-from mcdas_opt.domain.rules import positive
+from mcdas_opt.domain.rules import within
 from mcdas_opt.evaluation.running.messages import Answer, Task
 from mcdas_opt.evaluation.running.worker import Worker
+
+_MOST_WORKERS = 1024
 
 
 class Executor(Protocol):
@@ -43,7 +45,7 @@ class ProcessPool:
     """`workers` child processes of this one, each with a thread that waits for it."""
 
     def __init__(self, workers: int) -> None:
-        positive("workers", workers)
+        within("workers", workers, 1, _MOST_WORKERS)
         self._workers = [Worker() for _ in range(workers)]
 
     def run(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Answer]]:
