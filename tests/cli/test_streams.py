@@ -82,7 +82,6 @@ def test_what_is_asked_for_is_written_where_stdout_is_full(tmp_path: Path) -> No
 
 
 @posix
-@posix
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="operating system: no /dev/full")
 def test_a_hint_that_cannot_be_written_ends_nothing() -> None:
     assert ended("2>/dev/full", "tune", "--speed", "40") == (0, "")
@@ -94,6 +93,7 @@ def test_how_somebody_shows_figures_does_not_matter(tmp_path: Path) -> None:
     assert drawn.is_file()
 
 
+@posix
 def test_nobody_to_answer_to() -> None:
     assert ended(">&-", "plan", "sandwich-60-40") == (2, "mcdas-opt: stdout: is closed\n")
     assert ended("<&- 2>&- >/dev/null", "escapes", "sandwich-60-40", "--json") == (0, "")
