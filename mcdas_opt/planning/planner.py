@@ -110,16 +110,18 @@ class Planner:
     def set_zero_sideslip_point(self, point_m: float) -> None:
         """Plans from now on about this point ahead of the rear axle (`Vehicle.zero_sideslip_point_m`). Whatever keeps a `vehicle` is
         told; a method that keeps none plans about the rear axle."""
-        if self.vehicle.zero_sideslip_point_m != point_m:
-            self.vehicle = self.tracker.vehicle = replace(self.vehicle, zero_sideslip_point_m=point_m)
-        own = getattr(self.method, "vehicle", None)
-        if isinstance(own, Vehicle) and own.zero_sideslip_point_m != point_m:
-            self.method.vehicle = replace(own, zero_sideslip_point_m=point_m)
+        with self._one_thread.inside():
+            if self.vehicle.zero_sideslip_point_m != point_m:
+                self.vehicle = self.tracker.vehicle = replace(self.vehicle, zero_sideslip_point_m=point_m)
+            own = getattr(self.method, "vehicle", None)
+            if isinstance(own, Vehicle) and own.zero_sideslip_point_m != point_m:
+                self.method.vehicle = replace(own, zero_sideslip_point_m=point_m)
 
     def set_destination(self, destination: Destination | None) -> None:
         """Where `step` is to go from now on; None: along the road. Whoever asks `plan` says it in the situation."""
         require_type_if_given("destination", destination, Destination)
-        self.sensing.destination = destination
+        with self._one_thread.inside():
+            self.sensing.destination = destination
 
     def reset(self) -> None:
         """Forgets tracks and the last plan."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import threading
+from collections.abc import Callable
 
 import pytest
 
@@ -38,7 +39,14 @@ def test_a_second_thread_is_refused_and_the_first_one_has_its_answer() -> None:
     first = threading.Thread(target=lambda: answers.append(planner.plan(SITUATION)))
     first.start()
     assert method.entered.wait(60.0)
-    for ask in (lambda: planner.plan(SITUATION), lambda: planner.step([], SITUATION.host, 0.0), planner.reset):
+    doors: tuple[Callable[[], object], ...] = (
+        lambda: planner.plan(SITUATION),
+        lambda: planner.step([], SITUATION.host, 0.0),
+        lambda: planner.set_destination(None),
+        lambda: planner.set_zero_sideslip_point(1.0),
+        planner.reset,
+    )
+    for ask in doors:
         with pytest.raises(SharedPlannerError, match="another thread is in it"):
             ask()
     method.go_on.set()
