@@ -82,8 +82,9 @@ class Tally:
     def check_plan(
         self, plan: Plan, situation: Situation, vehicle: Vehicle | None = None, prediction: PredictionSettings | None = None
     ) -> None:
-        """Finite, and what is not called unavoidable passes the judge, asked anew where the host's state could be believed; where its end
-        names followers who are expected to brake, and it does not pass without that, with them braking."""
+        """Finite, and what is not called unavoidable passes the judge, asked anew where the host's state could be believed. Where it does
+        not pass so: with the followers braking whom its end names as expected to; where tracks are doubted, with those that it was planned
+        around, which who remembers the cycles before may believe elsewhere than the judge does, who remembers nothing."""
         numbers_finite = bool(np.isfinite(plan.trajectory.table).all()) and all_finite(plan.to_dict())
         if not numbers_finite:
             self.non_finite += 1
@@ -98,6 +99,9 @@ class Tally:
             if plan.verdict.passed and not passed and relied is not None:
                 passed = verify(plan.trajectory, situation, None, prediction, vehicle, relied).passed
                 self.add("plans that rely on a follower to brake", 1)
+            if plan.verdict.passed and not passed and plan.believed is not None and plan.believed is not plan.situation:
+                passed = verify(plan.trajectory, plan.believed, None, prediction, vehicle, relied).passed
+                self.add("plans around tracks that are doubted, judged as they were believed", 1)
         except Exception as error:
             self.foreign += 1
             self.note(f"the judge asked anew: {type(error).__name__} in {_innermost(error)}: {str(error)[:80]}", situation.to_json())

@@ -52,7 +52,9 @@ class Plan(Result):
     `escapes` is the map of the candidates that were open then, `alert` what follows from it; None and absent where it is turned off.
     `doubts` says which of the situation's tracks cannot all be true; the plan is clear of all that may be there.
     `memory` is what the method leaves for its next cycle, a frozen record of its own type: it comes back with the plan as `previous`, so
-    that a manoeuvre once begun goes on instead of beginning anew. `situation` and `vehicle` are what it was asked for, to draw it in.
+    that a manoeuvre once begun goes on instead of beginning anew. `situation` and `vehicle` are what it was asked for, to draw it in;
+    `believed` is that situation with the tracks that it was planned around and judged with: others where some are doubted,
+    or were just before.
     """
 
     drawn_by: ClassVar[str] = "mcdas_opt.plotting.plan_sheet:plan_sheet"
@@ -84,6 +86,7 @@ class Plan(Result):
     time_s: float = 0.0
     memory: object = field(default=None, repr=False, compare=False)
     situation: Situation | None = field(default=None, repr=False, compare=False)
+    believed: Situation | None = field(default=None, repr=False, compare=False)
     vehicle: Vehicle | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -173,6 +173,7 @@ class Planner:
             timing_ms=timing,
             memory=self._carried(plan),
             situation=cycle.given,
+            believed=cycle.believed,
             vehicle=self.vehicle,
         )
         return self._asked.previous
