@@ -81,7 +81,7 @@ def warn_of_standing_clock(now: float) -> None:
         f"updates are less than 0.1 ms apart, now = {now!r}: the clock stands, so that nobody can be tracked and no sector is covered. "
         "Each cycle needs its own time. Further such cycles are counted alone (`clock_stands`)",
         UserWarning,
-        stacklevel=4,
+        stacklevel=5,
     )
 
 
