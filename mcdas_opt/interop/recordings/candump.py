@@ -16,9 +16,9 @@ from mcdas_opt.errors import InputError, of_extra, reading
 from mcdas_opt.interop.recordings.recording import CanLog, Frame, Table, Tally, no_such_channel
 
 _SOUND = re.compile(
-    r"\(\d{1,12}(\.\d{1,9})?\)\s+\S+\s+([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})#(([0-9A-Fa-f]{2}){0,8}|R\d?|#[0-9A-Fa-f]*)(\s+[RT])?"
+    r"\(\d{1,12}(\.\d{1,9})?\)\s+\S+\s+([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})#(([0-9A-Fa-f]{2}){0,8}|R\d?|#\d([0-9A-Fa-f]{2}){0,64})(\s+[RT])?"
 )
-_BEGUN = re.compile(r"\([\d.]*(\)(\s+(\S+(\s+[0-9A-Fa-f]{0,8}(#([0-9A-Fa-f]{0,15}(\s+[RT]?)?)?)?)?)?)?)?")
+_BEGUN = re.compile(r"\([\d.]*(\)(\s+(\S+(\s+[0-9A-Fa-f]{0,8}(#(([0-9A-Fa-f]{0,15}|#(\d[0-9A-Fa-f]{0,127})?)(\s+[RT]?)?)?)?)?)?)?)?")
 ISOLATED_S = 60.0  # a stamp this far from both its neighbours is no stamp of this recording
 
 
