@@ -63,12 +63,13 @@ _SEEDS = 100_000  # between those of two campaigns
 
 
 def run(name: str, count: int, seed: int) -> Tally:
-    """A warning that leaves is foreign too, but for those that answer clocks."""
+    """A warning that leaves is foreign too, but for those that answer clocks, and those that Python shows to nobody but who wrote the code."""
     tally = Tally()
     logging.disable()  # of what parsers of others tell
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
+            warnings.simplefilter("ignore", DeprecationWarning)  # matplotlib 3.9 meets pyparsing 3.3
             warnings.filterwarnings("ignore", "scan of .* ahead of now|updates are .* apart", UserWarning)
             ATTACKS[name][0](tally, count, seed)
     except Exception as error:  # of a case that could not even be made: the block ends there

@@ -33,7 +33,7 @@ from mcdas_opt.cli.schema import schema
 from mcdas_opt.cli.screen import CutShortError
 from mcdas_opt.cli.shortage import memory_allowed, shortage
 from mcdas_opt.cli.simulate import simulate
-from mcdas_opt.cli.stop import INTERRUPTED, Stopped, interrupted_between_imports, terminated_as_interrupted
+from mcdas_opt.cli.stop import INTERRUPTED, Stopped, ended_as_interrupted, interrupted_between_imports
 from mcdas_opt.cli.streams import prepare_streams, told_where_stdout_ends
 from mcdas_opt.cli.studio import studio
 from mcdas_opt.cli.sumo import sumo
@@ -94,7 +94,7 @@ def run() -> None:
         sys.exit(_FAULT)
     warnings.showwarning = _warned
     try:
-        with told_where_stdout_ends(), interrupted_between_imports(), terminated_as_interrupted() as stopped:
+        with told_where_stdout_ends(), interrupted_between_imports(), ended_as_interrupted() as stopped:
             code = _run(stopped)
     except Exception as error:
         lacking = shortage(error)

@@ -1,4 +1,4 @@
-"""How a command is stopped: Ctrl-C, or the signal by which service managers end a program."""
+"""How a command is stopped: Ctrl-C, the signal by which service managers end a program, or the one of a terminal that goes away."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from typing import NoReturn
 
 from mcdas_opt.cli.log import complain
 
-INTERRUPTED, TERMINATED = 130, 143
+INTERRUPTED = 128 + signal.SIGINT
+_ENDED_BY = {signal.SIGTERM: "terminated"} | ({} if sys.platform == "win32" else {signal.SIGHUP: "hung up"})
 _AGAIN_S = 0.05  # until it is seen whether the module is loaded
 
 
@@ -20,11 +21,11 @@ class Stopped:
     """By which signal, as far as one came."""
 
     def __init__(self) -> None:
-        self.terminated = False
+        self.by = signal.SIGINT
 
-    def terminate(self, number: int, frame: FrameType | None) -> None:
-        """Handles SIGTERM as an interrupt, so that whatever waits for one, or holds one off, does."""
-        self.terminated = True
+    def end_by(self, number: int, frame: FrameType | None) -> None:
+        """Handles a signal that ends as an interrupt, so that whatever waits for one, or holds one off, does."""
+        self.by = signal.Signals(number)
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # in the background of a shell
             raise KeyboardInterrupt
         signal.raise_signal(signal.SIGINT)
@@ -35,9 +36,9 @@ class Stopped:
         A KeyboardInterrupt that once left an `exec` of text (every dataclass is born in one) has Python end by the signal, whatever code it
         is asked for later, unless it runs another text.
         """
-        complain(f"{'terminated' if self.terminated else 'interrupted'}; {what}")
+        complain(f"{_ENDED_BY.get(self.by, 'interrupted')}; {what}")
         exec("")
-        sys.exit(TERMINATED if self.terminated else INTERRUPTED)
+        sys.exit(128 + self.by)
 
 
 @contextmanager
@@ -80,14 +81,15 @@ def _loads(frame: FrameType | None) -> bool:
 
 
 @contextmanager
-def terminated_as_interrupted() -> Iterator[Stopped]:
-    """SIGTERM stops a command as Ctrl-C does; only in the main thread, and where nobody else handles it."""
-    stopped = Stopped()
-    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
-        yield stopped
-        return
-    signal.signal(signal.SIGTERM, stopped.terminate)
+def ended_as_interrupted() -> Iterator[Stopped]:
+    """SIGTERM and SIGHUP stop a command as Ctrl-C does; only in the main thread, and where nobody else handles or ignores them."""
+    stopped, handled = Stopped(), []
+    if threading.current_thread() is threading.main_thread():
+        handled = [number for number in _ENDED_BY if signal.getsignal(number) is signal.SIG_DFL]
+    for number in handled:
+        signal.signal(number, stopped.end_by)
     try:
         yield stopped
     finally:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        for number in handled:
+            signal.signal(number, signal.SIG_DFL)

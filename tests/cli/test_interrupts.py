@@ -106,7 +106,8 @@ def test_an_interrupt_while_modules_are_loaded_is_one_line_too(program: str) -> 
 
 @pytest.mark.parametrize(
     ("by", "cycles", "ends"),
-    [(signal.SIGINT, ("--cycles", "100000"), 130), (signal.SIGTERM, ("--cycles", "100000"), 143), (signal.SIGTERM, (), 0)],
+    [(signal.SIGINT, ("--cycles", "100000"), 130), (signal.SIGTERM, ("--cycles", "100000"), 143), (signal.SIGTERM, (), 0)]
+    + [(signal.SIGHUP, ("--cycles", "100000"), 129), (signal.SIGHUP, (), 0)],
 )
 def test_live_ends_with_its_counts(by: int, cycles: tuple[str, ...], ends: int) -> None:
     pytest.importorskip("can")
@@ -114,8 +115,8 @@ def test_live_ends_with_its_counts(by: int, cycles: tuple[str, ...], ends: int) 
     assert code == ends
     counts = [json.loads(line) for line in said if line.startswith("{")]
     assert len(counts) == 1
-    last = {130: "mcdas-opt: interrupted; what was printed stands", 143: "mcdas-opt: terminated; what was printed stands"}
-    assert said[-1] == last.get(code, said[0])
+    last = {130: "interrupted", 143: "terminated", 129: "hung up"}
+    assert said[-1] == (f"mcdas-opt: {last[code]}; what was printed stands" if code else said[0])
     lines = [json.loads(line) for line in out.splitlines()]
     printed = sum(line["status"] != "late" for line in lines)
     assert 0 <= printed - counts[0]["cycles"] <= 1  # the one that was being printed may not have been counted yet
