@@ -63,7 +63,7 @@ _SEEDS = 100_000  # between those of two campaigns
 
 
 def run(name: str, count: int, seed: int) -> Tally:
-    """A warning that leaves is foreign too, but for those that answer clocks, and those that Python shows to nobody but who wrote the code."""
+    """A warning that leaves is foreign too, but for those that answer clocks, and those that Python hides from users."""
     tally = Tally()
     logging.disable()  # of what parsers of others tell
     try:
