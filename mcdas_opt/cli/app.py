@@ -31,7 +31,7 @@ from mcdas_opt.cli.replay import replay
 from mcdas_opt.cli.reproduce import reproduce
 from mcdas_opt.cli.schema import schema
 from mcdas_opt.cli.screen import CutShortError
-from mcdas_opt.cli.shortage import memory_allowed, shortage
+from mcdas_opt.cli.shortage import lacking_at_start, shortage
 from mcdas_opt.cli.simulate import simulate
 from mcdas_opt.cli.stop import INTERRUPTED, Stopped, ended_as_interrupted, interrupted_between_imports
 from mcdas_opt.cli.streams import prepare_streams, told_where_stdout_ends
@@ -89,7 +89,7 @@ def run() -> None:
         complain(str(error))
         sys.exit(_MISTAKE)
     os.environ.pop("MPLBACKEND", None)  # no command shows a figure, and a name that is none keeps matplotlib from being loaded
-    if lacking := memory_allowed():
+    if lacking := lacking_at_start():
         complain(f"the machine has too little left: {lacking}")
         sys.exit(_FAULT)
     warnings.showwarning = _warned

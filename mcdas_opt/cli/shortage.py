@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import errno
+import os
 import sys
+import threading
 
 _ERRNOS = (errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.EAGAIN, errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _SAYINGS = (  # of whom has no number for it: the loader of libraries, threads
@@ -14,11 +16,29 @@ _SAYINGS = (  # of whom has no number for it: the loader of libraries, threads
     "no space left",
 )
 
+_MOST_OF_A_LIBRARY, _OF_A_COMMAND = 64, 8  # threads
 _LEAST_MIB = 1024  # `park` takes two thirds of it on two cores
 
 
-def memory_allowed() -> str:
-    """In words, where the process may have so little memory that libraries of linear algebra wait for it for ever; else empty."""
+def lacking_at_start() -> str:
+    """Memory or threads, which libraries wait for for ever or end the process without; empty where there is enough of both."""
+    return _memory_lacking() or _threads_lacking()
+
+
+def _threads_lacking() -> str:
+    """Starts as many threads at once as two libraries of linear algebra, NumPy's and SciPy's, and a command may."""
+    go_on, needed = threading.Event(), 2 * min(os.cpu_count() or 1, _MOST_OF_A_LIBRARY) + _OF_A_COMMAND
+    try:
+        for _ in range(needed):
+            threading.Thread(target=go_on.wait, daemon=True).start()
+    except RuntimeError as error:
+        return f"{error}, and {needed} are needed (ulimit -u)"
+    finally:
+        go_on.set()
+    return ""
+
+
+def _memory_lacking() -> str:
     if sys.platform == "win32":
         return ""
     import resource

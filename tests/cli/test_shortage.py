@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import errno
+import re
 import subprocess
 import sys
+import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from mcdas_opt.cli.shortage import shortage
+from mcdas_opt.cli.shortage import lacking_at_start, shortage
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="operating system: limits as Linux has them")
@@ -28,6 +31,28 @@ def test_too_little_memory_is_one_line_and_nobody_waits_for_more(kib: int) -> No
     done = subprocess.run(asked, capture_output=True, text=True, timeout=60.0)
     said = f"mcdas-opt: the machine has too little left: {kib >> 10} MiB of memory are allowed (ulimit -v), and 1024 are needed\n"
     assert (done.returncode, done.stdout, done.stderr) == (1, "", said)
+
+
+def test_too_few_threads_are_one_line_before_a_library_ends_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    started, start = [], threading.Thread.start
+
+    def at_most(few: int) -> Callable[[threading.Thread], None]:
+        def begin(thread: threading.Thread) -> None:
+            if len(started) >= few:
+                raise RuntimeError("can't start new thread")
+            started.append(thread)
+            start(thread)
+
+        return begin
+
+    assert lacking_at_start() == ""
+    for few in (0, 1, 9):
+        started.clear()
+        monkeypatch.setattr(threading.Thread, "start", at_most(few))
+        assert re.fullmatch(r"can't start new thread, and \d+ are needed \(ulimit -u\)", lacking_at_start())
+        for thread in started:
+            thread.join(timeout=60.0)
+            assert not thread.is_alive()
 
 
 def test_what_led_to_it_counts_and_nothing_else() -> None:
