@@ -63,6 +63,11 @@ class Road:
     borders: LaneBorders | None = field(init=False, repr=False, compare=False, default=None)
     knots: Array = field(init=False, repr=False, compare=False)  # (2, n): of the curvature, s and kappa
     is_straight: bool = field(init=False, repr=False, compare=False)
+    sharpest_1pm: float = field(init=False, repr=False, compare=False)  # the largest curvature to either side
+    _hash: int = field(init=False, repr=False, compare=False)  # of a long road, asked for in every cycle
+
+    def __hash__(self) -> int:
+        return self._hash
 
     def __post_init__(self) -> None:
         require(self, positive, "lane_width_m", "friction", "speed_limit_mps")
@@ -99,7 +104,7 @@ class Road:
     def _folds(self) -> bool:
         """Whether an edge on the inside of a bend comes near its centre; of a road that is the same all along, either edge of any bend."""
         if self.borders is None:
-            return max(abs(k) for _, k in self.curvature) * max(self.left_edge_m, -self.right_edge_m) >= _TIGHTEST
+            return self.sharpest_1pm * max(self.left_edge_m, -self.right_edge_m) >= _TIGHTEST
         s = np.union1d(self.borders.edges.table[0], [k[0] for k in self.curvature])
         bend = self.curvature_at(s)
         return bool(np.maximum(bend * self.borders.edges.left(s), bend * self.borders.edges.right(s)).max() >= _TIGHTEST)
@@ -109,6 +114,9 @@ class Road:
         knots.setflags(write=False)
         object.__setattr__(self, "knots", knots)
         object.__setattr__(self, "is_straight", not any(map(_KAPPA_1PM, self.curvature)))
+        object.__setattr__(self, "sharpest_1pm", float(np.abs(knots[1]).max()))
+        # numbers alone: the same in every process
+        object.__setattr__(self, "_hash", hash((self.curvature, self.lane_width_m, self.lanes_left, self.lanes_right, self.friction)))
 
     def _set_borders(self) -> None:
         """From the lanes that differ from what the road says of all: the others are left out."""

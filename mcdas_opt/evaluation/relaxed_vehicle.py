@@ -60,7 +60,7 @@ class RelaxedVehicle:
 
     @cached_property
     def bend_1pm(self) -> float:
-        return max(abs(kappa) for _, kappa in self.road.curvature)
+        return self.road.sharpest_1pm
 
     @cached_property
     def reach_1(self) -> float:

@@ -32,7 +32,7 @@ class FrenetFrame:
     _s: Array = field(init=False, repr=False)
     _x: Array = field(init=False, repr=False)
     _y: Array = field(init=False, repr=False)
-    _knots: Array = field(init=False, repr=False)  # (3, n): s, curvature, heading of the knots
+    _knots: Array = field(init=False, repr=False)  # (3, n): s, curvature, heading of the knots between which the line is tabulated
     _addresses: tuple[int, int, int, int] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -53,7 +53,9 @@ class FrenetFrame:
         knots, kappa = self.road.knots
         heading = np.concatenate([[0.0], np.cumsum(0.5 * (kappa[1:] + kappa[:-1]) * np.diff(knots))])
         object.__setattr__(self, "_knots", np.array([knots, kappa, heading]))
-        object.__setattr__(self, "_knots", np.array([knots, kappa, heading - self.road_heading(np.zeros(1))[0]]))
+        bends = np.array([knots, kappa, heading - self.road_heading(np.zeros(1))[0]])
+        first = max(int(np.searchsorted(knots, self.s_min_m, side="right")) - 1, 0)
+        object.__setattr__(self, "_knots", bends[:, first : int(np.searchsorted(knots, self.s_max_m)) + 1].copy())
         even = np.arange(self.s_min_m, self.s_max_m + _STEP_M, _STEP_M)
         s = np.union1d(even, np.concatenate([knots[(knots > self.s_min_m) & (knots < self.s_max_m)], [0.0]]))
         half = 0.5 * np.diff(s)

@@ -56,7 +56,7 @@ def clearance(
     shape = members.s_m.shape
     best, who = np.full(shape, NEAR_M, dtype=members.s_m.dtype), np.full(shape, -1, dtype=np.intp)
     reach = 0.5 * np.hypot(vehicle.length_m, vehicle.width_m)
-    bend = 0.0 if road.is_straight else BOW * max(abs(kappa) for _, kappa in road.curvature)
+    bend = BOW * road.sharpest_1pm
     host = [np.ravel(q) for q in (members.s_m, members.d_m, members.heading_rad)]
     index = np.broadcast_to(np.arange(times_s.size).reshape(times_s.shape), shape) if times_s.ndim > 1 else None
     for number, body in enumerate(bodies):

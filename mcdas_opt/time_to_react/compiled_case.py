@@ -60,22 +60,15 @@ def case_constants(
 ) -> tuple[tuple[float, ...], Array, Array]:
     """What neither the host nor the others change of a case: its numbers, the road's knots as columns (2, K), and its edges (3, K), empty
     where they are the same all along."""
-    knots, bend = _knots(road.curvature)
     grip = road.grip_mps2
     numbers = (
         *(vehicle.wheelbase_m, vehicle.centre_m, vehicle.length_m, vehicle.width_m, vehicle.jerk_min_mps3, vehicle.jerk_max_mps3),
         *(vehicle.speed_max_mps, vehicle.steering_max_rad, vehicle.steering_rate_max_radps),
         *(chosen.demand.friction * grip, chosen.demand.steering, *available_mps2(vehicle, road.friction)),
         *(road.left_edge_m, road.right_edge_m, np.inf if road.road_end_s_m is None else road.road_end_s_m),
-        *(bend, chosen.clear_m, CLEAR_S, chosen.comfort_on(road.friction), SHORTEST_S, straightening_mps2),
+        *(road.sharpest_1pm, chosen.clear_m, CLEAR_S, chosen.comfort_on(road.friction), SHORTEST_S, straightening_mps2),
     )
-    return numbers, knots, _NO_EDGES if road.edges is None else road.edges.table
-
-
-@lru_cache(maxsize=8)
-def _knots(curvature: tuple[tuple[float, float], ...]) -> tuple[Array, float]:
-    """A road's knots as columns (2, K), and its tightest bend."""
-    return np.array(curvature).T.copy(), max(abs(kappa) for _, kappa in curvature)
+    return numbers, road.knots, _NO_EDGES if road.edges is None else road.edges.table
 
 
 @lru_cache(maxsize=8)

@@ -36,7 +36,7 @@ def touched(motions: Motions, clock: Rows, traffic: PredictedTraffic, vehicle: V
         return none, none
     apart = traffic.s_m[:, clock] - motions.s_m
     long, wide = 0.5 * vehicle.length_m, 0.5 * vehicle.width_m
-    bend = 0.0 if road.is_straight else max(abs(kappa) for _, kappa in road.curvature)
+    bend = road.sharpest_1pm
     reach = (np.hypot(long, wide) + traffic.half_length_m.max(-1) + clear_m + STEP_REACH_M) * (2.0 if bend else 1.0)
     close = np.abs(apart) < reach[:, None, None]
     near = np.flatnonzero(close[..., :-1] | close[..., 1:])

@@ -80,7 +80,7 @@ def _on_curve(motion: Motion, vehicle: Vehicle, frame: FrenetFrame) -> tuple[Arr
     road = frame.road
     s, d = motion.node_s_m, motion.node_d_m
     radius = 0.5 * math.hypot(vehicle.length_m, vehicle.width_m)
-    margin = 5.0 * max(abs(kappa) for _, kappa in road.curvature) * radius**2 + BETWEEN_SAMPLES_M
+    margin = 5.0 * road.sharpest_1pm * radius**2 + BETWEEN_SAMPLES_M
     ahead, aside = half_extent(motion.node_yaw_rad - frame.road_heading(s), vehicle.length_m, vehicle.width_m)
     front, left, right = s + ahead, d + aside, d - aside
     doubtful = (left > road.left_edge_m - margin) | (right < road.right_edge_m + margin)

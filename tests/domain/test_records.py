@@ -6,6 +6,7 @@ import ast
 import dataclasses
 import json
 import math
+import pickle
 import warnings
 from pathlib import Path
 from typing import Any
@@ -199,6 +200,16 @@ def test_curvature_is_linear_between_knots_and_held_beyond(s):
     road = Road(curvature=((-10.0, 0.01), (30.0, -0.03)))
     inside = min(max(s, -10.0), 30.0)
     assert float(road.curvature_at(s)) == pytest.approx(0.01 - 0.04 * (inside + 10.0) / 40.0)
+
+
+@given(shift=st.floats(-1e5, 1e5))
+def test_equal_roads_have_one_hash_wherever_they_come_from(shift):
+    road = Road(lanes_left=1, curvature=((-10.0, 0.01), (30.0, -0.03)), road_end_s_m=500.0)
+    told = Road(lanes_left=1, curvature=[(-10, 0.01), (30, -0.03)], road_end_s_m=500)
+    moved = Road(lanes_left=1, curvature=((-10.0 - shift, 0.01), (30.0 - shift, -0.03)), road_end_s_m=500.0 - shift)
+    for one, other in ((road, told), (road, pickle.loads(pickle.dumps(road))), (road.seen_from(shift), moved)):
+        assert one == other
+        assert hash(one) == hash(other)
 
 
 def test_a_verdict_passes_exactly_without_violations():

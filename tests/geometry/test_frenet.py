@@ -120,3 +120,14 @@ def test_beyond_the_table_the_road_goes_on_straight(end_m: float, beyond_m: floa
     frame = FrenetFrame(road=Road(curvature=((0.0, 0.01),)), s_min_m=-10.0, s_max_m=100.0)
     (x0, x), (y0, y), (yaw0, yaw) = frame.to_plane(np.array([end_m, end_m + beyond_m]), np.full(2, 2.0), np.full(2, 0.1))
     assert (x - x0, y - y0, yaw) == pytest.approx((beyond_m * math.cos(yaw0 - 0.1), beyond_m * math.sin(yaw0 - 0.1), yaw0))
+
+
+def test_a_frame_keeps_those_of_a_long_road_s_knots_that_are_near_its_piece():
+    road = Road(curvature=tuple((50.0 * k, 1e-3 * math.sin(0.7 * k)) for k in range(-2000, 2001)))
+    piece, whole = FrenetFrame(road=road, s_min_m=-430.0, s_max_m=710.0), FrenetFrame(road=road, s_min_m=-1e5, s_max_m=1e5)
+    assert piece.addresses()[2] == 25
+    assert whole.addresses()[2] == 4001
+    s = np.linspace(-430.0, 710.0, 997)
+    assert piece.road_heading(s).tolist() == whole.road_heading(s).tolist()
+    for there, by_whole in zip(piece.to_plane(s, 0.0 * s, 0.0 * s), whole.to_plane(s, 0.0 * s, 0.0 * s), strict=True):
+        assert there == pytest.approx(by_whole, abs=1e-9)

@@ -20,9 +20,8 @@ static double road_curvature(const Frame *f, double s) { return curvature_at(s, 
 
 static double road_heading(const Frame *f, double s)
 {
-    whole i = 0;
+    const whole i = knot_before(s, f->knots, f->at);
     if (s < f->at[0]) return f->heading[0] + (s - f->at[0]) * f->kappa[0];
-    while (i + 1 < f->knots && s >= f->at[i + 1]) i++;
     return f->heading[i] + 0.5 * (f->kappa[i] + road_curvature(f, s)) * (s - f->at[i]);
 }
 
@@ -31,7 +30,8 @@ static int to_plane(const Frame *f, double s, double d, double psi, double *x, d
 {
     static const double node[4] = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526};
     static const double weight[4] = {0.34785484513745385, 0.6521451548625461, 0.6521451548625461, 0.34785484513745385};
-    whole low = 0, high = f->samples - 1;
+    const whole last = f->samples - 1;
+    whole low;
     double half, theta, along = 0.0, across = 0.0;
     if (f->samples == 0) {
         *x = s;
@@ -39,11 +39,8 @@ static int to_plane(const Frame *f, double s, double d, double psi, double *x, d
         *yaw = psi;
         return 1;
     }
-    if (!(s >= f->s[0] && s <= f->s[high])) return 0;
-    while (high - low > 1) {
-        const whole middle = (low + high) / 2;
-        if (s >= f->s[middle]) low = middle; else high = middle;
-    }
+    if (!(s >= f->s[0] && s <= f->s[last])) return 0;
+    low = knot_before(s, last, f->s);
     half = 0.5 * (s - f->s[low]);
     for (int k = 0; k < 4; k++) {
         theta = road_heading(f, f->s[low] + half * (1.0 + node[k]));

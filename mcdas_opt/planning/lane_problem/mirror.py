@@ -38,7 +38,7 @@ def is_turned(situation: Situation, others: ObstacleSlots, proposed: Proposed) -
         sum(sorted(lateral, key=abs)),
         float(road.left_edge_at(host.s_m)) + float(road.right_edge_at(host.s_m)) - 2.0 * proposed.path.start_d_m,
         _lean_m(road),
-        sum(kappa for _, kappa in road.curvature),
+        float(road.knots[1].sum()),
     ):
         if abs(oddness) > _NOTHING:
             return oddness < 0.0
