@@ -235,6 +235,13 @@ def test_a_file_that_is_no_scenario_is_refused(tmp_path: Path, text: str, said: 
 
 
 @pytest.mark.usefixtures("reader")
+def test_a_scenario_is_read_as_xml_whatever_the_file_is_called(tmp_path: Path) -> None:
+    """One called `.pb` went to protobuf, of the one version that CommonRoad allows, which nested data bring down."""
+    path = written(tmp_path).rename(tmp_path / "own.pb")
+    assert read_scenario(path).scene.neighbour
+
+
+@pytest.mark.usefixtures("reader")
 def test_a_problem_that_is_not_there_and_a_file_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"planningProblem = 5: is none of the scenario's: 100"):
         read_scenario(written(tmp_path), problem=5)

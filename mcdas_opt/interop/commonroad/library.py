@@ -30,6 +30,7 @@ def read_file(path: Path) -> tuple[Any, Any]:
     require()
     try:
         from commonroad.common.file_reader import CommonRoadFileReader
+        from commonroad.common.util import FileFormat
         from defusedxml import DefusedXmlException
         from defusedxml.ElementTree import ParseError, iterparse
     except ImportError as error:
@@ -48,7 +49,7 @@ def read_file(path: Path) -> tuple[Any, Any]:
     except (ParseError, DefusedXmlException) as error:
         raise InputError(path, "", None, f"is no XML that is safe to read: {error!r}") from None
     try:
-        scenario, problems = CommonRoadFileReader(str(path)).open(lanelet_assignment=False)
+        scenario, problems = CommonRoadFileReader(str(path), FileFormat.XML).open(lanelet_assignment=False)
     except Exception as error:  # the reader raises whatever its parsing meets
         raise InputError(path, "", None, f"is no CommonRoad scenario: {type(error).__name__}: {error}") from None
     for lanelet in scenario.lanelet_network.lanelets:
