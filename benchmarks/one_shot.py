@@ -42,7 +42,8 @@ from mcdas_opt.errors import InputError
 from mcdas_opt.evaluation.provenance import versions
 from mcdas_opt.evaluation.running.journal import Journal
 from mcdas_opt.planning.candidates.continuation import to_safe_end
-from mcdas_opt.planning.candidates.cost import CostWeights, lane_change_cost, trajectory_cost
+from mcdas_opt.planning.candidates.cost import CostWeights, trajectory_cost
+from mcdas_opt.planning.candidates.lane_change_cost import lane_change_cost
 from mcdas_opt.planning.candidates.lane_departure import departure
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.fallback.severity import severity

@@ -43,8 +43,6 @@ from mcdas_opt.situation.passed_in_lane import PassedInLane, passed_in_lane
 from mcdas_opt.tracking.follower_prediction import with_attentive_followers
 from mcdas_opt.tracking.prediction import predict_for
 
-_STRAIGHT_M = 0.1  # a smaller offset of the front vehicle prefers neither side
-
 
 @dataclass(frozen=True, kw_only=True)
 class Cycle:
@@ -276,19 +274,6 @@ class Cycle:
             side for side, other in beside.items() if demanded_braking_mps2(neighbours_in(other, situation, vehicle), speed_mps) > most
         )
 
-    def leads_astray(self, side: Side) -> bool:
-        """Whether the next lane on that side is farther from the destination's lane."""
-        destination = self.situation.destination
-        if destination is None or destination.lane is None:
-            return False
-        lane = self.situation.host_lane
-        return destination.lane <= lane if side is Side.LEFT else destination.lane >= lane
-
-    def leads_there(self, side: Side) -> bool:
-        """Whether the next lane on that side is nearer to the destination's lane, with a gap that is gone into now."""
-        required = self.required_lane
-        return required is not None and not required.own_lane_ends and required.side is side and self.open_gap is not None
-
     @cached_property
     def is_withdrawn(self) -> bool:
         """Whether the active manoeuvre is given up."""
@@ -315,15 +300,3 @@ class Cycle:
         gets_past = self.active is None and gets_past_somebody(self.required_lane, self.gap)
         speed_mps, is_pressed = self.situation.host.speed_mps, self.is_pressed
         return FrontGap.of(self.assessment, self.observed.cut_in, self.settings, speed_mps, is_pressed=is_pressed, gets_past=gets_past)
-
-    @property
-    def preferred_side(self) -> Side:
-        """The side that asks for less lateral movement past the front vehicle (eq 22-23); none when that is straight ahead."""
-        if self.assessment.front_id is None or abs(self.assessment.offset_m) <= _STRAIGHT_M:
-            return Side.NONE
-        return Side.RIGHT if self.assessment.offset_m > 0.0 else Side.LEFT
-
-    @property
-    def needs_no_steering(self) -> bool:
-        """Nothing threatens, or the selector finds braking or accelerating enough."""
-        return not self.assessment.threatened or self.assessment.mode in (Mode.BRAKE, Mode.ACCELERATE)

@@ -23,7 +23,8 @@ from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
-from mcdas_opt.planning.candidates.cost import CostWeights, lane_change_cost
+from mcdas_opt.planning.candidates.cost import CostWeights
+from mcdas_opt.planning.candidates.lane_change_cost import lane_change_cost
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.lanes.best_gap import best_gap
 from mcdas_opt.planning.lanes.required_lane import required_lane

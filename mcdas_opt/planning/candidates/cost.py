@@ -1,4 +1,4 @@
-"""What a candidate costs, by one measure for all."""
+"""What driving a candidate costs, by one measure for all."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 
 from mcdas_opt.domain.rules import Array, non_negative, require_every
 from mcdas_opt.domain.trajectory import Trajectory
-from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.dynamics.bicycle import lateral_acceleration
 from mcdas_opt.native.library import library
 from mcdas_opt.planning.candidates.nearness import Nearness, nearness
@@ -108,23 +107,3 @@ def _desired_mps(drives: Array, cycle: Cycle) -> Array | float:
         return desired
     bends = bends_ahead(cycle, cycle.lane_centre_m)
     return desired if bends is None else np.minimum(desired, bends.at(drives[:, 1]))
-
-
-def lane_change_cost(side: Side, cycle: Cycle, weights: CostWeights) -> float:
-    """What steering out to `side` costs beside what is driven; nothing for keeping the lane."""
-    if side is Side.NONE or not cycle.needs_no_steering:
-        return needed_lane_change_cost(side, cycle, weights)
-    unneeded = weights.inconsiderate if side in cycle.inconsiderate_sides else 0.0
-    if not cycle.leads_there(side):
-        unneeded += weights.unneeded_lane_change
-    return needed_lane_change_cost(side, cycle, weights) + unneeded
-
-
-def needed_lane_change_cost(side: Side, cycle: Cycle, weights: CostWeights) -> float:
-    """The same where braking or accelerating is not enough, or counts for nothing."""
-    if side is Side.NONE or cycle.leads_there(side):
-        return 0.0
-    preferred = cycle.preferred_side
-    other = preferred is not Side.NONE and side is not preferred
-    astray = weights.off_destination if cycle.leads_astray(side) else 0.0
-    return weights.lane_change + (weights.other_side if other else 0.0) + astray

@@ -14,7 +14,8 @@ from mcdas_opt.domain.vocabulary import Mode
 from mcdas_opt.errors import PlannerFaultWarning
 from mcdas_opt.planning.candidate import Checked, Costed, Driven, Proposed
 from mcdas_opt.planning.candidates.collision_check import verdicts
-from mcdas_opt.planning.candidates.cost import CostWeights, needed_lane_change_cost, trajectory_cost
+from mcdas_opt.planning.candidates.cost import CostWeights, trajectory_cost
+from mcdas_opt.planning.candidates.lane_change_cost import needed_lane_change_cost
 from mcdas_opt.planning.candidates.path_driving import follow
 from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.proposals.evade import basic_four, lateral_bound_mps2

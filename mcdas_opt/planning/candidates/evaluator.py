@@ -12,8 +12,9 @@ from mcdas_opt.domain.vocabulary import Mode, Side
 from mcdas_opt.planning.candidate import Checked, Costed, Driven, Ended, Proposed, Refused
 from mcdas_opt.planning.candidates.collision_check import verdicts
 from mcdas_opt.planning.candidates.continuation import ended
-from mcdas_opt.planning.candidates.cost import CostWeights, driving_costs, lane_change_cost
+from mcdas_opt.planning.candidates.cost import CostWeights, driving_costs
 from mcdas_opt.planning.candidates.driven_closed_form import drive
+from mcdas_opt.planning.candidates.lane_change_cost import lane_change_cost
 from mcdas_opt.planning.candidates.lane_departure import departure
 from mcdas_opt.planning.candidates.nearness import nearness
 from mcdas_opt.planning.cycle import Cycle
