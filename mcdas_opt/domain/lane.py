@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from operator import attrgetter
 
@@ -40,6 +41,7 @@ class Lane:
     oncoming: bool = False
     shoulder: bool = False
     merges: Side = Side.NONE
+    _widths: Array = field(init=False, repr=False, compare=False)  # (2, n): s and width of the knots
 
     def __post_init__(self) -> None:
         if isinstance(self.lane, bool) or not isinstance(self.lane, int):
@@ -63,6 +65,7 @@ class Lane:
         for name, said in (("oncoming", self.oncoming), ("shoulder", self.shoulder)):
             if said and self.lane == 0:
                 raise ParameterError(name, True, "must not be said of lane 0, the host's own")
+        object.__setattr__(self, "_widths", np.ascontiguousarray(np.reshape(self.width_m, (-1, 2)).T))
 
     def differs_from(self, width_m: float, limit_mps: float) -> bool:
         """Whether anything is said that a road of such lanes, with such a limit, does not say already."""
@@ -73,14 +76,32 @@ class Lane:
         """Its width [m] at s [m], of the shape of `s_m`."""
         if not self.width_m:
             return np.full(np.shape(s_m), usual_m)
-        knots = np.asarray(self.width_m)
-        return np.asarray(np.interp(s_m, knots[:, 0], knots[:, 1]))
+        return np.asarray(np.interp(s_m, *self._widths))
+
+    def ends_m(self, s_m: float, width_m: float, usual_m: float) -> float:
+        """How far it goes on from s: where it is first narrower than `width_m` or closed, infinite where it never is; not at all (minus
+        infinity) where it is so at s."""
+        end = min((begin for begin, until in self.closed_m if until > s_m), default=math.inf)
+        before, wide = s_m, float(self.width_at(s_m, usual_m))
+        if wide < width_m:
+            return -math.inf
+        places, widths = self._widths
+        first = int(places.searchsorted(s_m, side="right"))
+        narrower = np.flatnonzero(widths[first:] < width_m)
+        if not narrower.size:
+            return end if end > s_m else -math.inf
+        k = first + int(narrower[0])
+        if k > first:
+            before, wide = float(places[k - 1]), float(widths[k - 1])
+        return min(end, before + (float(places[k]) - before) * (wide - width_m) / (wide - float(widths[k])))
 
     def seen_from(self, s_m: float) -> Lane:
         """The same with its s counted from `s_m`; not asked again whether it is sound."""
         moved = copy.copy(self)
-        for name, knots in (("width_m", self.width_m), ("speed_limit_mps", self.speed_limit_mps)):
-            object.__setattr__(moved, name, tuple((s - s_m, value) for s, value in knots))
+        places, widths = self._widths[0] - s_m, self._widths[1]
+        object.__setattr__(moved, "_widths", np.array([places, widths]))
+        object.__setattr__(moved, "width_m", tuple(zip(places.tolist(), widths.tolist(), strict=True)))
+        object.__setattr__(moved, "speed_limit_mps", tuple((s - s_m, limit) for s, limit in self.speed_limit_mps))
         object.__setattr__(moved, "closed_m", tuple((begin - s_m, end - s_m) for begin, end in self.closed_m))
         return moved
 

@@ -6,7 +6,6 @@ import copy
 import math
 from dataclasses import dataclass, field
 from functools import lru_cache
-from itertools import pairwise
 from operator import itemgetter
 from typing import Any
 
@@ -241,14 +240,7 @@ class Road:
             return math.inf
         if described.oncoming or described.shoulder:
             return -math.inf
-        end = min((begin for begin, until in described.closed_m if until > s_m), default=math.inf)
-        knots = [(s_m, float(described.width_at(s_m, self.lane_width_m)))] + [(s, width) for s, width in described.width_m if s > s_m]
-        if knots[0][1] < width_m:
-            return -math.inf
-        for (before, wide), (after, narrow) in pairwise(knots):
-            if narrow < width_m:
-                return min(end, before + (after - before) * (wide - width_m) / (wide - narrow))
-        return end if end > s_m else -math.inf
+        return described.ends_m(s_m, width_m, self.lane_width_m)
 
     def ends_m(self, lane: int, s_m: float, width_m: float) -> float:
         """Where a car of this width that keeps its lane comes to an end from s on: of the lane or of the road; infinite without."""
@@ -296,7 +288,7 @@ def _seen_from(road: Road, s_m: float) -> Road:
     """Not asked again whether it is sound: rounding there must not refuse what was accepted here."""
     moved, end = copy.copy(road), road.road_end_s_m
     if len(road.curvature) > 1:  # one knot is the same curvature everywhere
-        object.__setattr__(moved, "curvature", tuple((s - s_m, kappa) for s, kappa in road.curvature))
+        object.__setattr__(moved, "curvature", tuple(zip((road.knots[0] - s_m).tolist(), road.knots[1].tolist(), strict=True)))
         moved._set_knots()
     object.__setattr__(moved, "road_end_s_m", None if end is None else end - s_m)
     object.__setattr__(moved, "lanes", tuple(lane.seen_from(s_m) for lane in road.lanes))

@@ -176,6 +176,21 @@ def test_steered_edges_are_the_lowest_cones_over_all_knots() -> None:
         np.testing.assert_allclose(right, np.maximum((edges.right(s) - reach).max(axis=1), edges.right(places)), atol=1e-12)
 
 
+@given(seed=st.integers(0, 10**6), s_m=st.floats(-100.0, 300.0), width_m=st.floats(0.5, 3.6))
+def test_a_lane_goes_on_to_the_first_place_where_it_is_too_narrow_or_closed(seed: int, s_m: float, width_m: float) -> None:
+    r = np.random.default_rng(seed)
+    places = np.cumsum(r.uniform(5.0, 60.0, 6)) - 60.0
+    closed = [(float(begin), float(begin + r.uniform(1.0, 20.0))) for begin in np.cumsum(r.uniform(30.0, 200.0, int(r.integers(0, 3))))]
+    lane = Lane(lane=1, width_m=tuple(zip(places.tolist(), r.choice([0.0, 2.0, 3.0, 3.7], 6).tolist(), strict=True)), closed_m=closed)
+    end = lane.ends_m(s_m, width_m, 3.7)
+    ahead = np.linspace(s_m, s_m + 800.0, 40001)
+    bad = lane.width_at(ahead, 3.7) < width_m
+    for begin, until in closed:
+        bad |= (ahead >= begin) & (ahead < until)
+    first = ahead[int(np.argmax(bad))] if bad.any() else np.inf
+    assert max(end, s_m) == pytest.approx(first, abs=0.03)
+
+
 def test_thousands_of_closures_take_little_memory() -> None:
     """It grew with the square of them: a scene's file of 100 kB took 3 GB."""
     closed = tuple((100.0 + 2.0 * k, 101.0 + 2.0 * k) for k in range(1500))

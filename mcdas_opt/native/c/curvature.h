@@ -1,4 +1,4 @@
-/* `Road.curvature_at` of one place: linear between knots, as at the first or the last one beyond them. */
+/* What a road tells at knots (`Road.curvature_at`, `Edges`), of one place: linear in between, as at the first or the last one beyond. */
 #ifndef CURVATURE_H
 #define CURVATURE_H
 #include "mcdas.h"
@@ -14,12 +14,17 @@ static inline whole knot_before(double s, whole knots, const double *at)
     return low;
 }
 
+/* of values at knots the one at s, which lies behind knot i */
+static inline double value_behind(whole i, double s, whole knots, const double *at, const double *value)
+{
+    if (s <= at[0]) return value[0];
+    if (s >= at[knots - 1]) return value[knots - 1];
+    return (value[i + 1] - value[i]) / (at[i + 1] - at[i]) * (s - at[i]) + value[i];
+}
+
 static inline double curvature_at(double s, whole knots, const double *at, const double *kappa)
 {
-    const whole i = knot_before(s, knots, at);
-    if (s <= at[0]) return kappa[0];
-    if (s >= at[knots - 1]) return kappa[knots - 1];
-    return (kappa[i + 1] - kappa[i]) / (at[i + 1] - at[i]) * (s - at[i]) + kappa[i];
+    return value_behind(knot_before(s, knots, at), s, knots, at, kappa);
 }
 
 #endif

@@ -13,8 +13,10 @@ static inline double beyond_edges(const Edges *e, double s, double half, double 
 {
     double most = -HUGE_VAL;
     for (int i = -1; i <= 1; i++) {
-        const double at = s + i * half, over = left - curvature_at(at, e->count, e->table, e->table + e->count);
-        const double under = curvature_at(at, e->count, e->table, e->table + 2 * e->count) - right;
+        const double at = s + i * half;
+        const whole k = knot_before(at, e->count, e->table);
+        const double over = left - value_behind(k, at, e->count, e->table, e->table + e->count);
+        const double under = value_behind(k, at, e->count, e->table, e->table + 2 * e->count) - right;
         most = GREATER(most, over);
         most = GREATER(most, under);
     }
