@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+from bisect import bisect_right
 from dataclasses import dataclass, field
 from functools import lru_cache
 from operator import itemgetter
@@ -260,15 +261,20 @@ class Road:
         described = next((one.speed_limit_mps for one in self.lanes if one.lane == lane and one.speed_limit_mps), None)
         if described is None:
             return [(s_m, self.speed_limit_mps)]
-        now = [limit for s, limit in described if s <= s_m]
-        return [(s_m, now[-1] if now else described[0][1]), *((s, limit) for s, limit in described if s > s_m)]
+        ahead = bisect_right(described, s_m, key=itemgetter(0))
+        return [(s_m, described[max(ahead - 1, 0)][1]), *described[ahead:]]
 
     def limit_mps(self, lane: int, s_m: float, excess: float = 0.0) -> float:
         """The speed limit of a lane at s, or less where gentle braking from there on keeps one ahead; each exceeded by a share of it."""
         if not self.lanes:
             return (1.0 + excess) * self.speed_limit_mps
-        ahead = (((1.0 + excess) * limit) ** 2 + 2.0 * _EASING_MPS2 * (s - s_m) for s, limit in self.limits_from(lane, s_m))
-        return math.sqrt(min(ahead))
+        least = math.inf
+        for s, limit in self.limits_from(lane, s_m):
+            lost = 2.0 * _EASING_MPS2 * (s - s_m)
+            if lost >= least:  # by braking until there: no limit is as low
+                break
+            least = min(least, ((1.0 + excess) * limit) ** 2 + lost)
+        return math.sqrt(least)
 
     def _lane_borders(self, lane: int, s_m: float) -> tuple[float, float]:
         """Right and left border d [m] of a lane at s; beyond the lanes that there are, a lane of the usual width further out."""

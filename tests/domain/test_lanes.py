@@ -191,6 +191,17 @@ def test_a_lane_goes_on_to_the_first_place_where_it_is_too_narrow_or_closed(seed
     assert max(end, s_m) == pytest.approx(first, abs=0.03)
 
 
+@given(seed=st.integers(0, 10**6), s_m=st.floats(-100.0, 2000.0), excess=st.floats(0.0, 0.3))
+def test_every_speed_limit_ahead_is_braked_for_in_time(seed: int, s_m: float, excess: float) -> None:
+    r = np.random.default_rng(seed)
+    limits = list(zip(np.cumsum(r.uniform(5.0, 200.0, 9)).tolist(), r.uniform(5.0, 40.0, 9).tolist(), strict=True))
+    now = [limit for s, limit in limits if s <= s_m]
+    ahead = [((1.0 + excess) * limit) ** 2 + 3.0 * (s - s_m) for s, limit in limits if s > s_m]
+    road = Road(lanes=(Lane(lane=0, speed_limit_mps=limits),))
+    assert road.limits_from(0, s_m)[1:] == [one for one in limits if one[0] > s_m]
+    assert road.limit_mps(0, s_m, excess) ** 2 == pytest.approx(min([((1.0 + excess) * (now or [limits[0][1]])[-1]) ** 2, *ahead]))
+
+
 def test_thousands_of_closures_take_little_memory() -> None:
     """It grew with the square of them: a scene's file of 100 kB took 3 GB."""
     closed = tuple((100.0 + 2.0 * k, 101.0 + 2.0 * k) for k in range(1500))
