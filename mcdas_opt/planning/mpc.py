@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from mcdas_opt.domain.plan import Plan, Refusal, Timing
 from mcdas_opt.domain.settings import Settings
@@ -49,6 +49,10 @@ class MpcMethod:
         if not MpcMethod._is_rehearsed:
             MpcMethod._is_rehearsed = True
             rehearse(self, self.settings)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Made anew in another process, and by a copy; its warm starts stay behind."""
+        return MpcMethod, (self.vehicle, self.settings, self.solvers.usual.own, self.weights)
 
     @property
     def solver(self) -> str:

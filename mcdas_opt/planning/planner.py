@@ -41,7 +41,8 @@ class Planner:
     `vehicle` is a `Vehicle`, a shipped name or a path; `method` a registered name or an object with `plan(situation, previous)`.
     `road` is what `step` drives on unless it is told another. With `deadline_s` an answer is due after that much wall-clock
     time, the ladder's too (then runs do not repeat to the byte); without, work is bounded by counted iterations alone.
-    Raises `InputError` or `ParameterError` for what it does not know.
+    Raises `InputError` or `ParameterError` for what it does not know. A planner can be pickled, and copied with `copy.deepcopy`, to go
+    on from here in two ways: the copy knows what it knew, and its solver begins cold.
     """
 
     def __init__(

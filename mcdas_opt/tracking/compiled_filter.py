@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from mcdas_opt.domain.motion import TargetMotion
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.native.binding import address
-from mcdas_opt.native.library import library
+from mcdas_opt.native.library import library, load
 from mcdas_opt.tracking.association import FAR_M, FAR_SD
 from mcdas_opt.tracking.fix import LEAST_STRETCH, Viewpoint
 
@@ -35,12 +36,16 @@ class CompiledFilter:
     """What `ConstantVelocityFilter` is; it takes in fixes of its own form."""
 
     def __init__(self, library: ctypes.CDLL, state: Array, covariance: Array, time_s: float, motion: TargetMotion) -> None:
-        self._library, self.time_s = library, time_s
+        self._library, self.time_s, self._motion = library, time_s, motion
         self._noise = motion.acceleration_along_mps2, motion.acceleration_across_mps2
         self._belief = np.concatenate([np.ravel(state), np.ravel(covariance)]).astype(np.float64)
         self._then = np.empty(20)
         self._at, self._then_at = address(self._belief), address(self._then)
         self._known: list[float] | None = None  # the state as numbers, until the next fix
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Made anew in another process, and by a copy: addresses do not travel."""
+        return _filter_anew, (self.state, self.covariance, self.time_s, self._motion)
 
     @property
     def state(self) -> Array:
@@ -91,6 +96,9 @@ class CompiledFiltering:
     def __init__(self, library: ctypes.CDLL) -> None:
         self._library = library
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _filtering_anew, ()
+
     def radar_fixes(
         self, detections: Sequence[RadarDetection], view: Viewpoint, frame: FrenetFrame, size: tuple[float, float] | None
     ) -> list[CompiledFix | None]:
@@ -123,3 +131,11 @@ def compiled_filtering() -> CompiledFiltering | None:
     """Built on first use; None where there is no compiler, or MCDAS_OPT_COMPILE=0 forbids it."""
     compiled = library()
     return None if compiled is None else CompiledFiltering(compiled)
+
+
+def _filter_anew(state: Array, covariance: Array, time_s: float, motion: TargetMotion) -> CompiledFilter:
+    return CompiledFilter(library() or load(), state, covariance, time_s, motion)
+
+
+def _filtering_anew() -> CompiledFiltering:
+    return CompiledFiltering(library() or load())

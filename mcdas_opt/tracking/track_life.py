@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import weakref
 from collections import deque
 from collections.abc import Sequence
 
@@ -59,7 +58,7 @@ class TrackLife:
         self._kind: BodyKind | None = None
         self.number = 0  # given when the update that began it ends
         self.confirmed = False
-        self.others: weakref.WeakSet[TrackLife] = weakref.WeakSet()  # no other track of the same car
+        self.others: set[TrackLife] = set()  # no other track of the same car, as long as there is one
 
     @classmethod
     def begin(

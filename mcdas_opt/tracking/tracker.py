@@ -181,7 +181,7 @@ class Tracker:
                 life.miss(scan)
         self._tell_apart(look)
         self._merge(scan.t_s, look.now)
-        self._lives = self._most(self._lives, MOST_TRACKS, lambda life: (not life.confirmed, abs(life.place(scan.t_s)[0] - look.host.s_m)))
+        self._keep(self._most(self._lives, MOST_TRACKS, lambda life: (not life.confirmed, abs(life.place(scan.t_s)[0] - look.host.s_m))))
 
     def _take_bodies(self, bodies: list[BodyDetection], look: _Look) -> None:
         """Ideal detections: by name, else by overlap with a track that no name is known of, else a new track."""
@@ -332,10 +332,18 @@ class Tracker:
                 kept.append((life, place))
         if len(kept) < len(self._lives):
             staying = {life for life, _ in kept}
-            self._lives = [life for life in self._lives if life in staying]
+            self._keep([life for life in self._lives if life in staying])
 
     def _bury(self, now: float) -> None:
-        self._lives = [life for life in self._lives if not life.is_over(now)]
+        self._keep([life for life in self._lives if not life.is_over(now)])
+
+    def _keep(self, staying: list[TrackLife]) -> None:
+        """These alone; nobody knows of the others any more."""
+        if len(staying) < len(self._lives):
+            gone = set(self._lives).difference(staying)
+            for life in staying:
+                life.others -= gone
+        self._lives = staying
 
     def _number(self, now: float) -> None:
         """Names for the tracks begun in this update, from behind to ahead, so that a mirrored world has the same names."""
