@@ -102,7 +102,7 @@ class Plan(Result):
         """Acceleration [m/s^2] and steering angle [rad] to ask of the car at `t_s` [s], counted from the plan's `time_s`.
 
         At 0 that is the measured state, and commanding it for ever changes nothing: ask for the end of the cycle, plus the actuators'
-        dead time. Past the end it is the last sample's. Raises `ParameterError` for a time that is negative or not finite.
+        dead time and lag. Past the end it is the last sample's. Raises `ParameterError` for a time that is negative or not finite.
         """
         return self.trajectory.command_at(t_s)
 

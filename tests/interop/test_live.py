@@ -106,6 +106,20 @@ def test_a_line_a_cycle_and_the_cars_found() -> None:
     json.dumps(last.to_dict(), allow_nan=False)
 
 
+def test_a_line_asks_for_what_is_planned_a_cycle_later() -> None:
+    """At the line's own time a plan is where the car is: whoever commanded that never braked."""
+    loop, lines = loop_on(Clockwork(frames(traffic(2.0, gap_m=15.0, rate_mps=-6.0))), {"can0": Sector.FRONT}, trajectories=True)
+    loop.run(cycles=30)
+    braking = [line for line in lines if line.mode == "brake"]
+    assert len(braking) > 5
+    for line in braking:
+        assert line.trajectory is not None
+        assert line.plan_age_s is not None
+        asked = line.trajectory.command_at(line.plan_age_s + loop.settings.cycle_s)
+        assert (line.acceleration_mps2, line.steering_rad) == (asked.acceleration_mps2, asked.steering_rad)
+        assert line.acceleration_mps2 < line.host.acceleration_mps2 - 0.1
+
+
 class Failing(Planner):
     """Fails in every third cycle, whatever it had begun."""
 

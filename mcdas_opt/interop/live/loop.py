@@ -181,7 +181,7 @@ class LiveLoop:
     ) -> Line:
         situation = self._planner.situation if plan is not None and plan is self._planner.previous else None
         age = None if plan is None else t_s - plan.time_s
-        asked = None if plan is None or age is None or age > plan.trajectory.t_s[-1] else plan.command_at(age)
+        asked = None if plan is None or age is None or age > plan.trajectory.t_s[-1] else plan.command_at(age + self.settings.cycle_s)
         drops = Drops()
         for radar in self._radars.values():
             drops = drops.plus(radar.drops)
