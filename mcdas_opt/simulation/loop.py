@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from mcdas_opt.actuation.grip_monitor import GripMonitor
 from mcdas_opt.catalogue.scenes import Scene, load_scene
@@ -33,6 +33,8 @@ from mcdas_opt.simulation.sensor_faults import SensorFaults
 if TYPE_CHECKING:
     from mcdas_opt.planning.method import Method, PlannerName
 
+T = TypeVar("T")
+
 
 def simulate(
     scene: str | Path | Scene,
@@ -48,7 +50,8 @@ def simulate(
     """Drives a planner through a scene (or the shipped one of that name, or a path), and returns the drive with its figures.
 
     Ends at the scene's duration, at the first touch of another body, or when a corner is more than 0.02 m off the road. `planner` is
-    a registered name, a `Driver`, or a method (`planning.method.Method`). `plant` is a registered name, or a class or function that
+    a registered name, a `Driver`, or a method (`planning.method.Method`). It plans every `cycle_s` of `settings`; without them of the
+    driver's own, if it has any. `plant` is a registered name, or a class or function that
     builds one (`simulation.plant.Plant`). Planner and controller get the plant's pose and what `motion_sensors` (a name of
     `simulation.motion_sensors.MOTION_SENSORS`, or a record) measure of its motion; the sideslip of a dynamic vehicle is an observer's, and
     the planner gets the no-slip state that moves alike. Friction is what the scene assumes until `GripMonitor` finds less.
@@ -64,7 +67,7 @@ def simulate(
     require_type("scene", scene, Scene)
     require_type_if_given("settings", settings, Settings)
     require_type_if_given("faults", faults, SensorFaults)
-    settings = settings or Settings()
+    settings = settings or (isinstance(planner, Driver) and _its_own(planner, "settings", Settings)) or Settings()
     seed = scene.seed if seed is None else whole("seed", seed)
     not_a_class("planner", planner)
     not_a_class("controller", controller)
@@ -143,6 +146,12 @@ def _driver(planner: str | Driver | Method, scene: Scene, settings: Settings, *,
 
 def _require_its_car(planner: object, scene: Scene) -> None:
     """What plans with a vehicle plans with the scene's."""
-    own = getattr(planner, "vehicle", None)
-    if isinstance(own, Vehicle) and own.name != scene.vehicle.name:
+    own = _its_own(planner, "vehicle", Vehicle)
+    if own is not None and own.name != scene.vehicle.name:
         raise ParameterError("planner.vehicle", own.name, f"is not the car of this scene, {scene.vehicle.name!r}")
+
+
+def _its_own(planner: object, name: str, kind: type[T]) -> T | None:
+    """What a planner has of that kind, if anything."""
+    own = getattr(planner, name, None)
+    return own if isinstance(own, kind) else None

@@ -258,6 +258,15 @@ def test_low_friction_is_the_plants_not_the_planners() -> None:
     assert drive.trajectory.acceleration_mps2.min() == pytest.approx(-0.3 * 9.80665)
 
 
+def test_a_planner_is_asked_as_often_as_its_settings_say() -> None:
+    """It was asked ten times a second, whatever they said."""
+    scene = make_scene(duration_s=1.0)
+    quick = Planner(scene.vehicle, "closed-form-corrected", settings=Settings(cycle_s=0.05))
+    assert simulate(scene, quick).plans == 20
+    assert simulate(scene, quick, settings=Settings(cycle_s=0.2)).plans == 5
+    assert simulate(scene, FakeDriver()).plans == 10
+
+
 def test_what_is_not_known_is_refused_by_name() -> None:
     with pytest.raises(ParameterError, match="did you mean 'dynamic'"):
         simulate(make_scene(), FakeDriver(), plant="dynamo")
