@@ -24,8 +24,7 @@ class Line:
     `acceleration_mps2` and `steering_rad` are what the plan asks for a cycle later: at the line's own time they are about the host's
     own. None where there is none, or it has run out. `alert` is the plan's (none, warn, act; warn with a fault), `warning` whether it is
     not none. `plan_age_s`: since the situation that was planned. `late_s`: how long after its beat the cycle began. `late_cycles`,
-    `missed_cycles`, `faults` and `drops` count from
-    the start.
+    `missed_cycles`, `faults` and `drops` count from the start.
     """
 
     cycle: int

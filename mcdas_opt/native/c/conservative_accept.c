@@ -204,7 +204,7 @@ static int last_sample_and_inputs(const double *table, whole n, const Rules *rul
 
 /* How far a corner may be beside where it would be were the road straight on from the centre's foot, between two samples. On the way to
  * it, x along the tangent, its foot moves by at most x / least, least = 1 - kappa d (a road keeps it above 0.1), and the road's heading by
- * kappa times that: kappa x^2 / (2 least), with the sharpest curvature of the whole road and of what is passed. */
+ * kappa times that: kappa x^2 / (2 least), with the sharpest curvature of the frame's piece and of what is passed. */
 static double bent_by(const Frame *frame, const double *table, whole n, whole k, double radius)
 {
     const whole next = k + 1 < n ? k + 1 : k;
