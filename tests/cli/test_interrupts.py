@@ -9,7 +9,9 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -20,9 +22,11 @@ _PATIENCE_S = 120.0
 
 
 def interrupted(ready: Callable[[], bool] | None, *arguments: str, by: int = signal.SIGINT) -> tuple[int, str, list[str]]:
-    """Exit code, stdout and stderr's lines of a command that is stopped as soon as `ready` says so (None: it prints)."""
-    command = [sys.executable, "-m", "mcdas_opt", *arguments]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True) as running:
+    """Exit code, stdout and stderr's lines of a command that is stopped as soon as `ready` says so (None: it prints). The signal is not
+    ignored, though these tests may have been begun by `nohup`."""
+    command, heard = [sys.executable, "-m", "mcdas_opt", *arguments], partial(signal.signal, by, signal.SIG_DFL)
+    pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, start_new_session=True, preexec_fn=heard, **pipes) as running:
         assert running.stdout is not None
         first = _line_of(running.stdout.fileno()) if ready is None else ""
         until = time.monotonic() + _PATIENCE_S

@@ -15,6 +15,7 @@ from mcdas_opt.catalogue.scenes import TRAJECTORY_COLUMNS, Scene, load_scene
 from mcdas_opt.catalogue.toml_text import toml_text
 from mcdas_opt.catalogue.vehicles import load_vehicle, vehicle_text
 from mcdas_opt.domain.destination import Destination
+from mcdas_opt.domain.document import to_document
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.rules import Array
@@ -295,7 +296,7 @@ def _files(
             "lanes_left": road.lanes_left,
             "lanes_right": road.lanes_right,
             "curvature": road.curvature,
-            "lane": [asdict(lane) for lane in road.lanes],
+            "lane": [to_document(lane) for lane in road.lanes],
         },
         "destination": goal and asdict(goal),
         "host": host,
