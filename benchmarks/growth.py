@@ -124,13 +124,12 @@ def main() -> None:
     for kind in KINDS:
         rows = [(tracks, row(kind, tracks, *asked)) for tracks in arguments.tracks]
         tell(f"{kind} traffic", "tracks", rows, 4)
-    tell("a longer road", "knots", [(knots, row("even", 4, *asked, long_road(knots))) for knots in arguments.knots], arguments.knots[0])
+    tell("a longer road", "knots", [(knots, row("even", 4, *asked, long_road(knots))) for knots in arguments.knots], usual=10)
 
 
 def tell(what: str, grows: str, rows: list[tuple[int, Row]], usual: int) -> None:
     """A table of them, with ratios to the row of `usual`, or to the first one."""
-    base = dict(rows).get(usual, rows[0][1])
-    of = usual if usual in dict(rows) else rows[0][0]
+    of, base = next((row for row in rows if row[0] == usual), rows[0])
     print(f"\n{what}\n\n| {grows} | bodies | p50 [ms] | p99 [ms] | p50 over that of {of} | planned |\n|" + "---|" * 6)
     for number, one in rows:
         half, most = one.percentile(50.0), one.percentile(99.0)
