@@ -58,8 +58,8 @@ class Told:
         cap = 60 if iterations is None else iterations
         return self.answer(lambda most=cap: self.true.solve(x0, p, steps_s, guess, most), guess, self.rng)
 
-    def shifted(self, outcome: Outcome) -> StageGuess:
-        return self.true.shifted(outcome)
+    def shifted(self, outcome: Outcome, nodes: int = 1) -> StageGuess:
+        return self.true.shifted(outcome, nodes)
 
     def reset(self) -> None:
         self.true.reset()

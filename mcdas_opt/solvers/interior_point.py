@@ -87,25 +87,32 @@ class InteriorPointEngine:
             message="" if converged else f"last step {end.progress.step:.2g}, gap {end.gap:.2g}",
         )
 
-    def shifted(self, outcome: Outcome) -> StageGuess:
-        """The warm start for one step later: everything moved on by one node, the last state drawn on in a straight line, u = 0 there.
+    def shifted(self, outcome: Outcome, nodes: int = 1) -> StageGuess:
+        """The warm start for so many steps later: moved on by as many nodes, the last state drawn on in a straight line, u = 0 there.
 
         Multipliers of another size are none, and the start is cold.
         """
+        x, u, s, multipliers = outcome.x, outcome.u, outcome.s, outcome.multipliers
+        if multipliers.size != self._kernel.iterate.multipliers.size:
+            multipliers = _NONE
+        for _ in range(nodes):
+            x, u, s, multipliers = self._one_later(x, u, s, multipliers)
+        return StageGuess(x=x, u=u, s=s, multipliers=multipliers)
+
+    def _one_later(self, x: Array, u: Array, s: Array, multipliers: Array) -> tuple[Array, Array, Array, Array]:
         problem = self.problem
-        x, u, s = outcome.x, outcome.u, outcome.s
         moved_x, moved_u, moved_s = np.empty_like(x), np.empty_like(u), np.empty_like(s)
         moved_x[:-1], moved_u[:-1], moved_s[:-1] = x[1:], u[1:], s[1:]
         np.minimum(np.maximum(2.0 * x[-1] - x[-2], problem.x_lower), problem.x_upper, out=moved_x[-1])
         moved_u[-1], moved_s[-1] = 0.0, s[-1]
-        multipliers = _NONE
-        if outcome.multipliers.size == self._kernel.iterate.multipliers.size:
-            multipliers = outcome.multipliers.copy()
-            for to, of in self._moves:
-                multipliers[to] = outcome.multipliers[of]
-            for unbound in self._unbound:
-                multipliers[unbound] = 0.0
-        return StageGuess(x=moved_x, u=moved_u, s=moved_s, multipliers=multipliers)
+        if not multipliers.size:
+            return moved_x, moved_u, moved_s, multipliers
+        moved = multipliers.copy()
+        for to, of in self._moves:
+            moved[to] = multipliers[of]
+        for unbound in self._unbound:
+            moved[unbound] = 0.0
+        return moved_x, moved_u, moved_s, moved
 
     def _load(self, x0: Array, p: Array, steps: Array, guess: StageGuess) -> bool:
         """Puts the problem and its guess into the iterate; whether the guess is a warm one."""

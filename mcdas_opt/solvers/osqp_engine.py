@@ -96,9 +96,9 @@ class OsqpEngine:
             ending=ending, x=x, u=u, s=s, multipliers=y, objective=objective, iterations=done, inner_iterations=inner, message=message
         )
 
-    def shifted(self, outcome: Outcome) -> StageGuess:
-        """The warm start for one step later: everything moved on by one node, the last node held."""
-        return self._pattern.shifted(outcome)
+    def shifted(self, outcome: Outcome, nodes: int = 1) -> StageGuess:
+        """The warm start for so many steps later: everything moved on by as many nodes, the last node held."""
+        return self._pattern.shifted(outcome, nodes)
 
     def reset(self) -> None:
         """Throws the workspace away: the next solve is set up anew."""
@@ -294,11 +294,13 @@ class _Pattern:
         full = z * self.scale
         return full[self.ix], full[self.iu], full[self.is_]
 
-    def shifted(self, outcome: Outcome) -> StageGuess:
-        z = self.pack(outcome.x, outcome.u, outcome.s)[self._shift]
+    def shifted(self, outcome: Outcome, nodes: int) -> StageGuess:
+        z = self.pack(outcome.x, outcome.u, outcome.s)
+        y = outcome.multipliers if outcome.multipliers.size == self.rows else np.zeros(self.rows)
+        for _ in range(nodes):
+            z, y = z[self._shift], y[self._row_shift]
+            z[self.iu[-1]] = 0.0
         x, u, s = self.unpack(z)
-        u[-1] = 0.0
-        y = outcome.multipliers[self._row_shift] if outcome.multipliers.size == self.rows else np.zeros(self.rows)
         return StageGuess(x=x, u=u, s=s, multipliers=y)
 
 

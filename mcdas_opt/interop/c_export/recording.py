@@ -120,8 +120,8 @@ class RecordingEngine(InteriorPointEngine):
         self._slots.outcomes[slot], self._slots.used[slot] = outcome, len(self.steps)
         return outcome
 
-    def shifted(self, outcome: Outcome) -> StageGuess:
-        guess = super().shifted(outcome)
+    def shifted(self, outcome: Outcome, nodes: int = 1) -> StageGuess:
+        guess = super().shifted(outcome, nodes)
         slot = self._slots.of_outcome(outcome)
         if slot is not None:
             self._slots.shifted.append((guess, slot))

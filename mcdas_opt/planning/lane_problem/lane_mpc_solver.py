@@ -37,10 +37,9 @@ from mcdas_opt.solvers.stage_problem import StageGuess
 
 _IPOPT_ITERATIONS = 200
 _OSQP_WARM, _OSQP_COLD, _OSQP_BACKUP = 3, 8, 2  # iterations: from a warm start, from none, where the interior point has no answer
-_ON_TIME_S = 1e-6
+_MOST_SHIFTS = 5  # nodes that a warm start is moved on by
 _MARGINS_M = 5.0  # a body's clearance and uncertainty, at most, and some rounding
 Engine = InteriorPointEngine | OsqpEngine | IpoptEngine
-Expected = dict[str, tuple[float, ...]]  # of everybody predicted, by id: s, d, speed one step later
 Asked = tuple[Engine, Callable[[], StageGuess], int]  # who, from which guess, with which cap on iterations
 
 
@@ -53,20 +52,21 @@ class _WarmStart:
     engine: Engine
     turned: bool
     others: ObstacleSlots
-    expected: Expected
 
 
 @dataclass(slots=True)
 class _Scene:
-    """What the candidates of one cycle share: the neighbours on the grid, the parameters that are the same for all, the state to begin in
-    (a measured one a hair outside a hard bound, by rounding or a limit just touched, is brought to it), and the Newton steps taken."""
+    """What the candidates of one cycle share: the neighbours on the grid and who of them is not where the cycle before predicted, the
+    parameters that are the same for all, the state to begin in (a measured one a hair outside a hard bound, by rounding or a limit just
+    touched, is brought to it), by how many nodes a warm start is moved on, and the Newton steps taken."""
 
     cycle: Cycle
     others: ObstacleSlots
-    expected: Expected
+    surprising: frozenset[str]
     transcribed: TranscribedProblem
     matrix: Array
     start: Array
+    shifts: int
     newton_steps: int = 0
 
 
@@ -125,10 +125,10 @@ class LaneMpcSolver:
         attempts: Iterator[Asked] = self._attempts(scene, cold, lambda: best is not None)
         engine = transcribed.interior_point if self.own.solver == "interior-point" else transcribed.osqp
         fits = warm is not None and warm.engine is engine and warm.turned == turned
-        if warm is not None and fits and not self._event(warm, cycle, proposed, scene):
-            outcome = warm.outcome
+        if warm is not None and fits and not self._event(warm, proposed, scene):
+            last = warm.outcome
             steps = self._newton_cap(scene) if engine is transcribed.interior_point else _OSQP_WARM
-            attempts = chain([(engine, lambda: engine.shifted(outcome), steps)], attempts)
+            attempts = chain([(engine, lambda: engine.shifted(last, scene.shifts), steps)], attempts)
         x0 = turned_states(scene.start) if turned else scene.start
         by: Engine = engine
         iterations, reason = 0, ""
@@ -147,7 +147,7 @@ class LaneMpcSolver:
         if best is None:
             reason = transcribed.parameters.without_value(p) or reason
             return Refused(proposed=proposed, reason=f"not solved: {reason}", iterations=iterations)
-        self._left[proposed.name] = _WarmStart(proposed, best, by, turned, others, scene.expected)
+        self._left[proposed.name] = _WarmStart(proposed, best, by, turned, others)
         u = turned_inputs(best.u) if turned else best.u
         trajectory = self._rolled_out(cycle, transcribed, best.x[:, 3], u, p)
         return Driven(proposed=proposed, trajectory=trajectory, iterations=iterations, converged=best.ending is Ending.CONVERGED)
@@ -222,8 +222,22 @@ class LaneMpcSolver:
             transcribed.parameters.fill(matrix, values)
             low, high = transcribed.problem.x_lower, transcribed.problem.x_upper
             start = np.minimum(np.maximum(within_reach(cycle.situation.host, cycle.vehicle), low), high)
-            last = self._scene = _Scene(cycle, others, _expected(cycle, self.settings.grid.times_s), transcribed, matrix, start)
+            surprising = self._surprising(last.cycle, cycle, others) if last is not None and self._warm_starts else frozenset[str]()
+            shifts = round(cycle.memory.elapsed_s / float(self.settings.grid.steps_s[0]))
+            last = self._scene = _Scene(cycle, others, surprising, transcribed, matrix, start, shifts)
         return last
+
+    def _surprising(self, before: Cycle, cycle: Cycle, others: ObstacleSlots) -> frozenset[str]:
+        """Who of them is not where the cycle before predicted, or was not there."""
+        then = before.prediction.rows_on(np.array([cycle.memory.elapsed_s]))
+        columns = (row[:, 0].tolist() for row in (then.s_m, then.d_m, then.speed_s_mps))
+        expected = {body.id: place for body, place in zip(before.prediction.bodies, zip(*columns, strict=True), strict=True)}
+        most = self.own.event_position_m, self.own.event_position_m, self.own.event_speed_mps
+        return frozenset(
+            body.id
+            for body, now in zip(others.bodies, others.first, strict=True)
+            if body.id not in expected or any(abs(a - b) > far for a, b, far in zip(expected[body.id], now, most, strict=True))
+        )
 
     def _filled(self, scene: _Scene, proposed: Proposed, guess_s: Array) -> Array:
         """(N + 1, np): the parameters of every node."""
@@ -237,25 +251,11 @@ class LaneMpcSolver:
         scene.transcribed.parameters.fill(p, values)
         return p
 
-    def _event(self, warm: _WarmStart, cycle: Cycle, proposed: Proposed, scene: _Scene) -> bool:
+    def _event(self, warm: _WarmStart, proposed: Proposed, scene: _Scene) -> bool:
         """Whether the last solve says little of this one: time jumped, another path or goal, somebody new or not where predicted."""
-        if abs(cycle.memory.elapsed_s - float(self.settings.grid.steps_s[0])) > _ON_TIME_S or warm.outcome.ending is not Ending.CONVERGED:
+        if scene.shifts > _MOST_SHIFTS or warm.outcome.ending is not Ending.CONVERGED:
             return True
         if proposed.manoeuvre != warm.proposed.manoeuvre or abs(proposed.speed_mps - warm.proposed.speed_mps) > 1.0:
             return True
-        if any(body.id not in scene.expected for body in warm.others.bodies):
-            return True
-        most_m, most_mps = self.own.event_position_m, self.own.event_speed_mps
-        for body, now in zip(scene.others.bodies, scene.others.first, strict=True):
-            then = warm.expected.get(body.id)
-            if then is None:
-                return True
-            if abs(then[0] - now[0]) > most_m or abs(then[1] - now[1]) > most_m or abs(then[2] - now[2]) > most_mps:
-                return True
-        return False
-
-
-def _expected(cycle: Cycle, times_s: Array) -> Expected:
-    rows = cycle.prediction.rows_on(times_s)
-    columns = (row[:, 1].tolist() for row in (rows.s_m, rows.d_m, rows.speed_s_mps))
-    return {body.id: place for body, place in zip(cycle.prediction.bodies, zip(*columns, strict=True), strict=True)}
+        there = {body.id for body in scene.cycle.prediction.bodies}
+        return any(body.id not in there for body in warm.others.bodies) or any(body.id in scene.surprising for body in scene.others.bodies)
