@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
+from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
@@ -33,6 +34,13 @@ class Neighbour(NamedTuple):
 def reaches_into(track: Track, centre_m: float, width_m: float) -> bool:
     """Whether a body reaches into the lane around that centre."""
     return abs(track.d_m - centre_m) - 0.5 * track.across_m <= 0.5 * width_m - INTRUSION_M
+
+
+def reaches_into_lane_at(centre_m: float, track: Track, road: Road) -> bool:
+    """The same of the lane that holds this place across, as wide as it is where the body is, and no wider than usual: there is room beside
+    somebody at the side of a wide lane."""
+    width_m = road.lane_width_at(road.lane_of(centre_m, track.s_m), track.s_m)
+    return reaches_into(track, centre_m, min(width_m, road.lane_width_m))
 
 
 def in_lane(lane: int, situation: Situation) -> Iterator[Track]:

@@ -16,7 +16,7 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.front.headway import ORDINARY_MPS2, asked_time_gap_s
 from mcdas_opt.planning.lanes.gap import SLOWER_MPS
 from mcdas_opt.planning.lanes.merging_gap import least_time_gap_s, matched_time_gap_s, merging_time_gap_s
-from mcdas_opt.planning.lanes.neighbours import known_acceleration_mps2, reaches_into
+from mcdas_opt.planning.lanes.neighbours import known_acceleration_mps2, reaches_into_lane_at
 from mcdas_opt.planning.proposals.yielding import yielding
 from mcdas_opt.reference.arrival import comes_late
 from mcdas_opt.reference.speed_profile import AS_HARD, BEHIND_MPS2, CLOSING_S, FrontCar, SpeedProfile, profile_ahead, speeds_along
@@ -108,7 +108,7 @@ def _fronts(cycle: Cycle, lanes_m: tuple[float, ...]) -> list[FrontCar]:
         there = [
             one
             for one in ahead
-            if one[0].s_m > host.s_m and reaches_into(one[0], centre, road.lane_width_m) and not _leaves(one[0], centre, cycle)
+            if one[0].s_m > host.s_m and reaches_into_lane_at(centre, one[0], road) and not _leaves(one[0], centre, cycle)
         ]
         if there:
             front, room_m = min(there, key=itemgetter(1))
@@ -116,9 +116,10 @@ def _fronts(cycle: Cycle, lanes_m: tuple[float, ...]) -> list[FrontCar]:
             gaps = asked_time_gap_s(room_m + way, speeds, host.speed_mps, times_s, cycle.front_gap.headway)
             found.append(FrontCar(room_m + way - cycle.front_gap.headway.standstill_m, speeds, gaps))
     if manners.passes_inside and not _leaves_an_ending_lane(cycle):
-        inner = lanes_m[-1] + manners.inside.sign * road.lane_width_m
+        lane, sign = road.lane_of(lanes_m[-1], host.s_m), manners.inside.sign
+        inner = lanes_m[-1] + sign * 0.5 * (road.lane_width_at(lane, host.s_m) + road.lane_width_at(lane + sign, host.s_m))
         for track, room_m in ahead:
-            if room_m > 0.0 and track.speed_s_mps > manners.queue_mps and reaches_into(track, inner, road.lane_width_m):
+            if room_m > 0.0 and track.speed_s_mps > manners.queue_mps and reaches_into_lane_at(inner, track, road):
                 speeds, way = _going_on(track, times_s)
                 found.append(FrontCar(room_m + way, speeds, np.zeros_like(times_s)))
     return found
@@ -137,7 +138,7 @@ def _leaves(track: Track, centre_m: float, cycle: Cycle) -> bool:
     if abs(track.speed_d_mps) < fastest or track.speed_d_mps * (track.d_m - centre_m) <= 0.0:
         return False
     settled_m = track.d_m + track.speed_d_mps * cycle.settings.prediction.lateral_fade_s
-    return not reaches_into(replace(track, d_m=settled_m), centre_m, cycle.situation.road.lane_width_m)
+    return not reaches_into_lane_at(centre_m, replace(track, d_m=settled_m), cycle.situation.road)
 
 
 def _let_ahead(cycle: Cycle, track: Track) -> FrontCar:

@@ -16,7 +16,7 @@ from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.front.front_braking import stopping_mps2
 from mcdas_opt.planning.front.headway import ORDINARY_MPS2
 from mcdas_opt.planning.lanes.gap import Gap
-from mcdas_opt.planning.lanes.neighbours import known_acceleration_mps2, reaches_into
+from mcdas_opt.planning.lanes.neighbours import known_acceleration_mps2, reaches_into_lane_at
 from mcdas_opt.planning.proposals.comfortable_speed import comfortable_speed
 from mcdas_opt.planning.proposals.expected_followers import expected_followers
 from mcdas_opt.reference.offset_path import OffsetPath
@@ -101,4 +101,4 @@ def _comes_in(track: Track, cycle: Cycle) -> bool:
     if body is None or track.s_m <= situation.host.s_m:
         return False
     there_m = float(body.at(cycle.settings.grid.times_s[-1:]).d_m[0])
-    return reaches_into(replace(track, d_m=there_m), cycle.lane_centre_m, situation.road.lane_width_m)
+    return reaches_into_lane_at(cycle.lane_centre_m, replace(track, d_m=there_m), situation.road)
