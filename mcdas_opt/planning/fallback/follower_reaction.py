@@ -51,6 +51,6 @@ def _queued(cycle: Cycle) -> tuple[str, ...]:
         track.id
         for track in cycle.situation.tracks
         if track.s_m < host.s_m
-        and abs(track.d_m - host.d_m) < 0.5 * (track.width_m + cycle.vehicle.width_m)
+        and abs(track.d_m - host.d_m) < 0.5 * (track.across_m + cycle.vehicle.width_m)
         and track.speed_s_mps <= at_most_mps
     )
