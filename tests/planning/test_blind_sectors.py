@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from mcdas_opt.domain.plan import Plan
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.safe_end import EndKind
 from mcdas_opt.domain.situation import Coverage, Situation
+from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vocabulary import Alert, Mode, Side, Status
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.time_to_react.escapes import escapes
@@ -180,3 +183,13 @@ def test_a_radar_that_says_that_it_does_not_work_slows_the_car_down() -> None:
         s, gap_m = s + 0.1 * v, gap_m + 0.1 * (14.0 - v)
     assert v < 7.0
     assert "nobody watches ahead" in plan.reason
+
+
+def test_more_than_a_situation_holds_are_not_supposed_ahead() -> None:
+    def many(name: str) -> tuple[Track, ...]:
+        return tuple(car(f"{name}{k}", 20.0 + 10.0 * k, 3.7, 14.0) for k in range(600))
+
+    planner, host = Planner(), HostState(speed_mps=14.0)
+    planner.plan(Situation(host=host, coverage=Coverage(), road=TWO_LANES, tracks=many("a")))
+    blind = Situation(time_s=0.1, host=replace(host, s_m=1.4), coverage=Coverage(front=False), road=TWO_LANES, tracks=many("b"))
+    assert planner.plan(blind).verdict.passed

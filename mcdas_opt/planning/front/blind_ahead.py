@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 from mcdas_opt.domain.settings import Settings
-from mcdas_opt.domain.situation import Situation
+from mcdas_opt.domain.situation import MOST_TRACKS, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.planning.front.headway import ORDINARY_MPS2
 
@@ -37,7 +38,7 @@ class BlindAhead:
         there = {track.id for track in situation.tracks}
         known = [*(seen or ()), *(() if before is None else before.supposed)]
         expected = (track.later(elapsed_s) for track in known if track.id not in there)
-        supposed = tuple(track for track in expected if track.s_m > host.s_m)
+        supposed = _nearest((track for track in expected if track.s_m > host.s_m), MOST_TRACKS - len(there))
         if before is not None:
             return replace(before, age_s=before.age_s + elapsed_s, supposed=supposed)
         braking = min(settings.safe_end.front_braking_mps2, situation.road.grip_mps2)
@@ -65,3 +66,9 @@ class BlindAhead:
     def seen_from(self, s_m: float) -> BlindAhead:
         """The same with its places counted from `s_m`."""
         return replace(self, supposed=tuple(track.seen_from(s_m) for track in self.supposed), free_to_m=self.free_to_m - s_m)
+
+
+def _nearest(ahead: Iterable[Track], most: int) -> tuple[Track, ...]:
+    """All of them, or the next so many ahead: a situation holds no more."""
+    found = tuple(ahead)
+    return found if len(found) <= most else tuple(sorted(found, key=attrgetter("s_m"))[:most])
