@@ -26,7 +26,7 @@ class TimeGrid:
             raise ParameterError("steps_s", self.steps_s, "must be at least two positive steps", "s")
         if steps.max() > 0.1 + 1e-9:
             raise ParameterError("steps_s", float(steps.max()), "no step may exceed 0.1 s", "s")
-        if steps.size > _MOST_STEPS or steps.min() < _SHORTEST_S:
+        if not TimeGrid.holds(steps):
             rule = f"must be at most {_MOST_STEPS} steps, none of them under {_SHORTEST_S:g}"
             raise ParameterError("steps_s", f"{steps.size} steps, the shortest {steps.min():g}", rule, "s")
         steps.setflags(write=False)
@@ -41,6 +41,11 @@ class TimeGrid:
 
     def __hash__(self) -> int:
         return hash(self.steps_s.tobytes())
+
+    @staticmethod
+    def holds(steps_s: Array) -> bool:
+        """Whether there are not too many steps for a grid, nor too short ones."""
+        return steps_s.size <= _MOST_STEPS and float(steps_s.min()) >= _SHORTEST_S
 
     @property
     def nodes(self) -> int:

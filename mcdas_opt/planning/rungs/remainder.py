@@ -15,7 +15,8 @@ _INSTANT_S = 2e-3  # a sample that is to come so soon has come: no step of the d
 
 
 def remainder(previous: PreviousPlan | None, situation: Situation, vehicle: Vehicle) -> Trajectory | None:
-    """The previous plan's inputs from now on, through the equations of motion from the measured state; None where none are left.
+    """The previous plan's inputs from now on, through the equations of motion from the measured state; None where none are left, or
+    they are sampled more finely than a grid may be.
 
     It is a new drive, to be judged anew: the car may be elsewhere, and so may the others.
     """
@@ -28,6 +29,8 @@ def remainder(previous: PreviousPlan | None, situation: Situation, vehicle: Vehi
         return None
     now = max(now, float(drive.t_s[first - 1]))
     steps = np.diff(np.concatenate([[now], drive.t_s[first:]]))
+    if not TimeGrid.holds(steps):
+        return None
     inputs = drive.inputs[first - 1 : len(drive) - 1]
     speeds = np.concatenate([[situation.host.speed_mps], drive.speed_mps[first:]])
     return roll_out(situation.host, speeds, inputs, TimeGrid(steps_s=steps), vehicle, situation.road)
