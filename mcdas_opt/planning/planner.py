@@ -38,7 +38,8 @@ class Planner:
     """Builds its solver once; remembers its tracks and its last plan; belongs to one thread at a time
     (`SharedPlannerError`).
 
-    `vehicle` is a `Vehicle`, a shipped name or a path; `method` a registered name or an object with `plan(situation, previous)`.
+    `vehicle` is a `Vehicle`, a shipped name or a path; `method` a registered name or an object with `plan(situation, previous)`, whose
+    `settings`, where it has them, are the planner's too.
     `road` is what `step` drives on unless it is told another. With `deadline_s` an answer is due after that much wall-clock
     time, the ladder's too (then runs do not repeat to the byte); without, work is bounded by counted iterations alone.
     Raises `InputError` or `ParameterError` for what it does not know. A planner can be pickled, and copied with `copy.deepcopy`, to go
@@ -67,7 +68,10 @@ class Planner:
         require_type_if_given("road", road, Road)
         require_type_if_given("name", name, str)
         self.vehicle = load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle
-        self.settings = settings or Settings()
+        own = None if isinstance(method, str) else getattr(method, "settings", None)
+        if isinstance(own, Settings) and settings not in (None, own):
+            raise ParameterError("settings", "others", "must be left out, or be those of the method, which was built with its own")
+        self.settings = settings or (own if isinstance(own, Settings) else Settings())
         library()
         built = build_method(method, self.vehicle, self.settings) if isinstance(method, str) else method
         self._asked = AskedMethod(name or (method if isinstance(method, str) else type(method).__name__), built, deadline_s)
@@ -191,7 +195,10 @@ class Planner:
         if not self._asked.has_ladder:
             return answer
         if not answer.verdict.passed:
-            return fall_back(cycle, NothingPasses(reason=answer.verdict.reason, memory=cycle.memory))
+            rows, iterations = answer.candidates, answer.iterations
+            return fall_back(
+                cycle, NothingPasses(reason=answer.verdict.reason, candidates=rows, iterations=iterations, memory=cycle.memory)
+            )
         if answer.safe_end is not None and not answer.safe_end.safe:
             return remainder_instead(cycle, answer)
         return answer

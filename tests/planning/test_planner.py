@@ -10,17 +10,22 @@ import pytest
 
 from benchmarks.random_traffic import ask, episodes
 from mcdas_opt.baselines.corrected import CorrectedMethod
+from mcdas_opt.domain.grid import TimeGrid
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.plan import Plan, Refusal
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.settings import SelectorSettings, Settings
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Coverage
+from mcdas_opt.domain.trajectory import Trajectory
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2, Vehicle
-from mcdas_opt.domain.verdict import Verdict
+from mcdas_opt.domain.verdict import Verdict, Violation, ViolationKind
 from mcdas_opt.domain.vocabulary import Mode, Request, Side, Status
 from mcdas_opt.errors import InputError, ParameterError, PlannerFaultWarning
+from mcdas_opt.planning.cycle import Cycle
 from mcdas_opt.planning.deadline import Deadline, Stage
+from mcdas_opt.planning.fallback.ladder import NothingPasses
+from mcdas_opt.planning.mpc import MpcMethod
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.tracking.prediction import predict_for
 from mcdas_opt.verification.judge import judge
@@ -299,3 +304,61 @@ def test_situation_survives_json() -> None:
     a, b = Planner().plan(situation).to_dict(), Planner().plan(again).to_dict()
     a.pop("timing_ms"), b.pop("timing_ms")
     assert a == b
+
+
+class Fine:
+    """A plan of its own once, sampled every 2 ms, then refusals."""
+
+    has_ladder = True
+
+    def __init__(self) -> None:
+        self.vehicle, self.asked = Vehicle(), 0
+
+    def plan(self, situation: Situation, previous: Plan | None) -> Plan | Refusal:
+        self.asked += 1
+        if self.asked > 1:
+            return Refusal(reason="no more")
+        t = np.linspace(0.0, 4.0, 2001)
+        states = np.zeros((t.size, 6))
+        states[:, 0], states[:, 3] = situation.host.s_m + situation.host.speed_mps * t, situation.host.speed_mps
+        drive = Trajectory.from_states(t, states, np.zeros((t.size - 1, 2)))
+        return Plan(planner="fine", mode=Mode.HOLD, side=Side.NONE, prediction="", verdict=Verdict(), trajectory=drive)
+
+
+def test_a_plan_sampled_more_finely_than_a_grid_may_be_is_no_fault_later() -> None:
+    planner, alone = Planner(method=Fine()), Situation(host=HostState(speed_mps=20.0), coverage=Coverage())
+    assert planner.plan(alone).status is Status.PLANNED
+    then = planner.plan(replace(alone, time_s=0.1, host=replace(alone.host, s_m=2.0)))
+    assert (then.status, then.verdict.passed) == (Status.FALLBACK, True)
+
+
+class FailsTheJudge(MpcMethod):
+    """Answers as ours does, with a verdict that fails."""
+
+    def answer(self, cycle: Cycle) -> Plan | NothingPasses:
+        answer = super().answer(cycle)
+        assert isinstance(answer, Plan)
+        return replace(
+            answer, verdict=Verdict(violations=(Violation(kind=ViolationKind.SAMPLING, t_s=0.0, value=1.0, limit=0.1, unit="s"),))
+        )
+
+
+def test_what_fails_the_judge_keeps_its_candidates_and_iterations() -> None:
+    plan = Planner(method=FailsTheJudge(Vehicle(), Settings())).plan(sandwich())
+    usual = Planner().plan(sandwich())
+    assert plan.status is Status.FALLBACK
+    assert plan.iterations == usual.iterations > 0
+    assert {row.name for row in usual.candidates} <= {row.name for row in plan.candidates}
+
+
+def test_a_planner_has_the_settings_of_its_method() -> None:
+    fast = Settings(speed_limit_excess=0.2)
+    assert Planner(method=MpcMethod(Vehicle(), fast)).settings == fast
+    assert Planner(method=MpcMethod(Vehicle(), fast), settings=fast).settings == fast
+    with pytest.raises(ParameterError, match="those of the method"):
+        Planner(method=MpcMethod(Vehicle(), fast), settings=Settings())
+
+
+def test_a_method_of_a_shorter_horizon_plans() -> None:
+    short = Settings(grid=TimeGrid(steps_s=np.full(30, 0.1)))
+    assert Planner(method=MpcMethod(Vehicle(), short)).plan(sandwich()).status is Status.PLANNED
