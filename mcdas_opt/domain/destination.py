@@ -66,10 +66,18 @@ class Destination:
 
     def is_reached(self, host: HostState, time_s: float, road: Road) -> bool:
         """Whether a host that is there then is where it is to be, as it is to be."""
-        windows = self.s_m, self.time_s, self.d_m, self.speed_mps, self.heading_rad
-        values = host.s_m, time_s, host.d_m, host.speed_mps, math.remainder(host.heading_rad, 2.0 * math.pi)
+        windows = self.s_m, self.time_s, self.d_m, self.speed_mps
+        values = host.s_m, time_s, host.d_m, host.speed_mps
         there = all(window is None or window[0] <= value <= window[1] for window, value in zip(windows, values, strict=True))
-        return there and (self.lane is None or road.lane_of(host.d_m, host.s_m) == self.lane)
+        return there and self._is_turned(host.heading_rad) and (self.lane is None or road.lane_of(host.d_m, host.s_m) == self.lane)
+
+    def _is_turned(self, heading_rad: float) -> bool:
+        """Whether a heading, or the same by whole turns, is one that is asked for."""
+        if self.heading_rad is None:
+            return True
+        begin, end = self.heading_rad
+        heading = math.remainder(heading_rad, math.tau)
+        return end - begin >= math.tau or any(begin <= heading + turn <= end for turn in (-math.tau, 0.0, math.tau))
 
     def why_unreachable(self, host: HostState, time_s: float, road: Road, vehicle: Vehicle) -> str:
         """Why it cannot be had any more; empty where it may."""

@@ -83,13 +83,13 @@ class Lane:
         infinity) where it is so at s."""
         end = min((begin for begin, until in self.closed_m if until > s_m), default=math.inf)
         before, wide = s_m, float(self.width_at(s_m, usual_m))
-        if wide < width_m:
+        if end <= s_m or wide < width_m:
             return -math.inf
         places, widths = self._widths
         first = int(places.searchsorted(s_m, side="right"))
         narrower = np.flatnonzero(widths[first:] < width_m)
         if not narrower.size:
-            return end if end > s_m else -math.inf
+            return end
         k = first + int(narrower[0])
         if k > first:
             before, wide = float(places[k - 1]), float(widths[k - 1])

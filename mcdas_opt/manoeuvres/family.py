@@ -141,9 +141,17 @@ class Scoring:
 
 
 def score(
-    rolled: Rolled, prediction: Prediction, vehicle: Vehicle, road: Road, desired_speed_mps: float, host_lane_d_m: float, scoring: Scoring
+    rolled: Rolled,
+    prediction: Prediction,
+    vehicle: Vehicle,
+    road: Road,
+    desired_speed_mps: float,
+    lane_d_m: float,
+    half_lane_m: float,
+    scoring: Scoring,
 ) -> Scored:
-    """Every member against everybody: separations, first contact, cost. `host_lane_d_m` is the middle of the lane it comes from."""
+    """Every member against everybody: separations, first contact, cost. The lane that it comes from has its middle at `lane_d_m`, and is
+    twice `half_lane_m` wide."""
     times, members = rolled.times_s, rolled.paths
     near = clearance(members, times, prediction.bodies, vehicle, road, scoring.margins)
     contact_s, contact_with = first_contact(near, times, scoring.clear_m)
@@ -158,7 +166,7 @@ def score(
     close = np.flatnonzero(near.nearest.max(-1) >= 0)
     rows = near.separation_m.reshape(-1, times.size)[close]
     cost.reshape(-1)[close] += h * NEARNESS_COST * np.exp(np.maximum(rows, 0.0) * (-1.0 / NEARNESS_M)).sum(-1)
-    away = np.abs(members.d_m[..., -1] - host_lane_d_m) > 0.5 * road.lane_width_m
+    away = np.abs(members.d_m[..., -1] - lane_d_m) > half_lane_m
     cost += LANE_CHANGE_COST * away
     cost += _end_closing(rolled, prediction, vehicle)
     return Scored(

@@ -45,9 +45,9 @@ class InterpretedMembers:
     def scored(self, scoring: Scoring) -> Scored:
         """Every member against everybody."""
         situation, road = self._situation, self._situation.road
-        host = situation.host
-        lane = road.lane_centre_m(situation.host_lane, host.s_m)
-        return score(self._rolled, self._prediction, self._vehicle, road, situation.wanted_speed_mps, lane, scoring)
+        lane, s_m = situation.host_lane, situation.host.s_m
+        middle, half = road.lane_centre_m(lane, s_m), 0.5 * road.lane_width_at(lane, s_m)
+        return score(self._rolled, self._prediction, self._vehicle, road, situation.wanted_speed_mps, middle, half, scoring)
 
     def best(self, scoring: Scoring, kinds: NDArray[np.intp]) -> list[Member]:
         """The cheapest feasible member of each kind."""

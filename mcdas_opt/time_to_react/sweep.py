@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import chain, count
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.track import Track
+from mcdas_opt.domain.variant import names_of
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.situation.table1 import literal_rows
 from mcdas_opt.time_to_react.escapes import escapes
@@ -54,10 +56,10 @@ def swept(
     ahead = min((t for t in mine if t.s_m > host.s_m), key=lambda t: t.s_m, default=None)
     behind = max((t for t in mine if t.s_m <= host.s_m), key=lambda t: t.s_m, default=None)
     others = tuple(track for track in situation.tracks if track is not ahead and track is not behind)
-    front = ahead or Track(id="front", s_m=0.0, d_m=host.d_m, speed_s_mps=host.speed_mps)
+    front = ahead or Track(id=_free_id("front", situation), s_m=0.0, d_m=host.d_m, speed_s_mps=host.speed_mps)
     if abs(front.speed_s_mps - host.speed_mps) <= SAME_MPS:
         front = replace(front, speed_s_mps=host.speed_mps)
-    rear = behind or Track(id="rear", s_m=0.0, d_m=host.d_m, speed_s_mps=host.speed_mps)
+    rear = behind or Track(id=_free_id("rear", situation), s_m=0.0, d_m=host.d_m, speed_s_mps=host.speed_mps)
     rear_gap = REAR_GAP_M if behind is None else host.s_m - behind.s_m - 0.5 * (behind.length_m + vehicle.length_m)
     rear_s = host.s_m - rear_gap - 0.5 * (rear.length_m + vehicle.length_m)
     last = np.full((len(KINDS), closings.size, gaps.size), np.nan)
@@ -80,3 +82,10 @@ def swept(
         last_moment_s=last,
         table1_row=row,
     )
+
+
+def _free_id(wanted: str, situation: Situation) -> str:
+    """The wanted id, with a number behind it where a track has it, or is named so in predictions."""
+    taken = {name for track in situation.tracks for name in names_of(track.id)}
+    numbered = (f"{wanted} {k}" for k in count(2))
+    return next(one for one in chain((wanted,), numbered) if taken.isdisjoint(names_of(one)))

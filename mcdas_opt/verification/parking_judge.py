@@ -36,22 +36,15 @@ class Judgement:
 def judge_parking(case: ParkingCase, trajectory: ParkingTrajectory) -> Judgement:
     """Judge a trajectory in the case's coordinates (relative to its origin).
 
-    Checked: finite samples in time order at most 0.05 s apart; start pose, steering and rest; limits of speed, acceleration, steering
-    angle and rate from the slopes; poses against the 5 ms integral of speed and steering; clearance of the integrated body, and of
-    the claimed one; end pose and rest.
+    Checked: two samples or more, every column finite, in time order at most 0.05 s apart; start pose, steering and rest; limits of
+    speed, acceleration, steering angle and rate from the slopes, whatever their columns claim; poses against the 5 ms integral of speed
+    and steering; clearance of the integrated body, and of the claimed one; end pose and rest.
     """
-    found: list[Violation] = []
     t = trajectory.t_s
-    columns = np.column_stack([t, trajectory.poses, trajectory.speed_mps, trajectory.steering_rad]) if len(t) else np.zeros((0, 6))
-    if len(t) < 2 or not np.all(np.isfinite(columns)):
-        bad = float(np.sum(~np.isfinite(columns)))
-        wrong = Violation(kind=ViolationKind.NOT_FINITE, t_s=0.0, value=bad, limit=0.0, unit="values")
-        return Judgement(Verdict(violations=(wrong,)), None, columns[:0, 1:4], t)
-    dt = np.diff(t)
-    if dt.min() < 0.0 or t[-1] <= t[0]:
-        k = int(np.argmin(dt))
-        late = Violation(kind=ViolationKind.TIME_ORDER, t_s=float(t[k]), value=float(dt[k]), limit=0.0, unit="s")
-        return Judgement(Verdict(violations=(late,)), None, columns[:0, 1:4], t)
+    unreadable = _unreadable(trajectory)
+    if unreadable is not None:
+        return Judgement(Verdict(violations=(unreadable,)), None, trajectory.poses[:0], t)
+    found: list[Violation] = []
     _start(case, trajectory, found)
     _limits(case, trajectory, found)
     fine_t, poses, at_samples = roll_out(
@@ -64,9 +57,24 @@ def judge_parking(case: ParkingCase, trajectory: ParkingTrajectory) -> Judgement
     if any(v.kind is ViolationKind.INTEGRAL for v in found):
         _clearance(case, ViolationKind.PUBLISHED_CLEARANCE, field.separation(trajectory.poses, body), owner, t, found)
     _end(case, trajectory, poses[-1], found)
-    _exceeds(found, ViolationKind.SAMPLING, t[:-1], dt, SAMPLING_S, "s", 1e-6)
+    _exceeds(found, ViolationKind.SAMPLING, t[:-1], np.diff(t), SAMPLING_S, "s", 1e-6)
     least = float(clearance.min()) if clearance.size else None
     return Judgement(Verdict(violations=tuple(found)), least, poses, fine_t)
+
+
+def _unreadable(trajectory: ParkingTrajectory) -> Violation | None:
+    """What leaves nothing to drive: too few samples, numbers that are none, time that stands or runs back."""
+    t = trajectory.t_s
+    if len(t) < 2:
+        return Violation(kind=ViolationKind.SAMPLING, t_s=0.0, value=float(len(t)), limit=2.0, unit="samples")
+    bad = int(np.sum(~np.isfinite(list(trajectory.columns().values()))))
+    if bad:
+        return Violation(kind=ViolationKind.NOT_FINITE, t_s=0.0, value=float(bad), limit=0.0, unit="values")
+    dt = np.diff(t)
+    if dt.min() < 0.0 or t[-1] <= t[0]:
+        k = int(np.argmin(dt))
+        return Violation(kind=ViolationKind.TIME_ORDER, t_s=float(t[k]), value=float(dt[k]), limit=0.0, unit="s")
+    return None
 
 
 def _exceeds(found: list[Violation], kind: ViolationKind, t: Array, value: Array, limit: float, unit: str, slack: float) -> None:

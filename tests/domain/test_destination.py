@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 from mcdas_opt.catalogue.scenes import load_scene
 from mcdas_opt.catalogue.vehicles import load_vehicle
@@ -15,7 +17,9 @@ from mcdas_opt.domain.destination import Destination
 from mcdas_opt.domain.host import HostState
 from mcdas_opt.domain.road import Road
 from mcdas_opt.domain.situation import Coverage, Situation
+from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.errors import InputError, ParameterError
+from mcdas_opt.planning.lanes.kept_offset import kept_d_m
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.simulation.loop import simulate
 
@@ -89,12 +93,38 @@ def test_it_is_the_same_seen_from_elsewhere_and_later() -> None:
         ({"d_m": (0.0, 3.0)}, False),
         ({"speed_mps": (0.0, 9.9)}, False),
         ({"heading_rad": (0.1, 0.3)}, False),
+        ({"heading_rad": (6.1, math.tau)}, True),
+        ({"heading_rad": (3.0, 3.3)}, False),
     ],
 )
 def test_a_host_is_there_as_it_is_asked_to_be(asked: dict[str, tuple[float, float]], is_there: bool) -> None:
     there = Destination(s_m=(150.0, 160.0), lane=1, time_s=(3.0, 9.0), **asked)
     for turns in (0.0, 2.0 * math.pi):
         assert there.is_reached(HostState(s_m=155.0, d_m=3.7, speed_mps=10.0, heading_rad=turns), 4.0, ROAD) is is_there
+
+
+@given(middle=st.floats(-3.1, 3.1), half=st.floats(0.0, 3.1), heading=st.floats(-10.0, 10.0))
+@example(middle=3.15, half=0.15, heading=3.2)
+@example(middle=-1.0, half=math.pi, heading=2.5)
+def test_headings_are_compared_as_angles(middle: float, half: float, heading: float) -> None:
+    window = middle - half, middle + half
+    there = Destination(lane=0, heading_rad=window)
+    is_there = there.is_reached(HostState(heading_rad=heading), 0.0, ROAD)
+    assert Destination(lane=0, heading_rad=(-window[1], -window[0])).is_reached(HostState(heading_rad=-heading), 0.0, ROAD) is is_there
+    off = abs(math.remainder(heading - middle, math.tau))
+    if abs(off - half) > 1e-12:
+        assert is_there is (off < half)
+    assert all(there.is_reached(HostState(heading_rad=edge), 0.0, ROAD) for edge in window if abs(edge) <= math.pi)
+    assert Destination(lane=0, heading_rad=(0.0, math.tau)).is_reached(HostState(heading_rad=heading), 0.0, ROAD)
+
+
+def test_a_window_of_headings_is_driven_to_as_the_same_by_a_turn() -> None:
+    """Beside the lane's middle, so as to be across it there."""
+    asked = Destination(s_m=(130.0, 132.0), d_m=(-1.0, 1.0), heading_rad=(0.05, 0.2))
+    again = replace(asked, heading_rad=(0.05 - math.tau, 0.2 - math.tau))
+    ways = [kept_d_m(Situation(host=HOST, road=ROAD, destination=one, coverage=Coverage()), Vehicle(), 0.0) for one in (asked, again)]
+    assert ways[0] < -0.5
+    assert ways[1] == pytest.approx(ways[0])
 
 
 def scene(folder: Path, destination: str) -> Path:

@@ -189,6 +189,13 @@ def test_a_lane_goes_on_to_the_first_place_where_it_is_too_narrow_or_closed(seed
         bad |= (ahead >= begin) & (ahead < until)
     first = ahead[int(np.argmax(bad))] if bad.any() else np.inf
     assert max(end, s_m) == pytest.approx(first, abs=0.03)
+    assert (end == -np.inf) == bool(bad[0])
+
+
+def test_a_lane_that_is_closed_at_s_goes_on_nowhere_wherever_it_narrows_later() -> None:
+    for widths in ((), ((500.0, 3.7), (600.0, 0.0)), ((0.0, 3.7), (50.0, 3.0), (120.0, 0.0))):
+        lane = Lane(lane=1, width_m=widths, closed_m=((40.0, 80.0),))
+        assert [lane.ends_m(s, 1.8, 3.7) for s in (39.0, 40.0, 60.0)] == [40.0, -np.inf, -np.inf]
 
 
 @given(seed=st.integers(0, 10**6), s_m=st.floats(-100.0, 2000.0), excess=st.floats(0.0, 0.3))

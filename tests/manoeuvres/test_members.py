@@ -58,7 +58,8 @@ def random_situation(rng: np.random.Generator) -> Situation:
         road_end_s_m=float(rng.choice([1e4, 80.0])),
     )
     if rng.random() < 0.4:
-        road = replace(road, lanes=(Lane(lane=-1, width_m=((10.0, 3.7), (60.0, 0.0))), Lane(lane=1, closed_m=((30.0, 50.0),))))
+        own = Lane(lane=0, width_m=((-10.0, rng.uniform(2.5, 6.0)), (20.0, rng.uniform(2.5, 6.0))))
+        road = replace(road, lanes=(Lane(lane=-1, width_m=((10.0, 3.7), (60.0, 0.0))), own, Lane(lane=1, closed_m=((30.0, 50.0),))))
     host = HostState(
         s_m=rng.uniform(-5.0, 5.0),
         d_m=rng.uniform(-0.6, 0.6),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,7 +28,7 @@ from mcdas_opt.planning.lanes.best_gap import best_gap
 from mcdas_opt.planning.lanes.gap import Gap
 from mcdas_opt.planning.lanes.manoeuvre import Manoeuvre
 from mcdas_opt.planning.lanes.merging_gap import merging_time_gap_s
-from mcdas_opt.planning.lanes.required_lane import RequiredLane
+from mcdas_opt.planning.lanes.required_lane import RequiredLane, required_lane
 from mcdas_opt.planning.memory import Memory
 from mcdas_opt.planning.planner import Planner
 from mcdas_opt.planning.proposals.comfortable_speed import comfortable_speed
@@ -283,6 +284,19 @@ def test_an_oncoming_lane_is_none_to_change_into_and_limits_are_seen_ahead() -> 
     assert limits[0] == pytest.approx(np.sqrt(10.0**2 + 2 * 1.5 * 260.0))
     assert limits == sorted(limits, reverse=True)
     assert limits[-1] == 10.0
+
+
+CLOSED, NARROW = {"closed_m": ((50.0, 200.0),)}, {"width_m": ((0.0, 3.7), (100.0, 0.0), (200.0, 0.0), (300.0, 3.7))}
+
+
+@pytest.mark.parametrize("lane", [CLOSED, NARROW, {**CLOSED, "width_m": ((500.0, 3.7), (600.0, 0.0))}])
+def test_a_lane_that_is_closed_or_too_narrow_at_the_host_ends_there(lane: dict[str, Any]) -> None:
+    road = Road(lanes_left=1, lanes=(Lane(lane=0, merges=Side.LEFT, **lane),))
+    situation = Situation(host=HostState(s_m=80.0, speed_mps=10.0), road=road, coverage=Coverage())
+    assert required_lane(situation, Vehicle()) == RequiredLane(Side.LEFT, 0.0, 80.0)
+    oncoming = replace(situation, host=replace(situation.host, d_m=3.7), road=Road(lanes_left=1, lanes=(Lane(lane=1, oncoming=True),)))
+    required = required_lane(oncoming, Vehicle())
+    assert (required.side, required.end_m, required.own_lane_ends, required.own_lane_is_undrivable) == (Side.RIGHT, None, True, True)
 
 
 @pytest.mark.parametrize("sign", [1, -1])

@@ -31,6 +31,14 @@ def test_time_running_back_begins_anew() -> None:
     assert history.at(0.9).s_m == pytest.approx(2.0)
 
 
+def test_a_second_call_at_one_time_forgets_nothing_before_it() -> None:
+    """The scans of one cycle may come in several calls."""
+    history = PoseHistory()
+    for time_s, s_m in ((0.0, 0.0), (0.1, 1.0), (0.2, 4.0), (0.2, 6.0)):
+        history.note(time_s, HostState(s_m=s_m, speed_mps=10.0))
+    assert [history.at(time_s).s_m for time_s in (0.05, 0.15, 0.2)] == pytest.approx([0.5, 3.5, 6.0])
+
+
 @pytest.mark.parametrize("age", [0.0, 0.05, 0.2, 0.3])
 def test_age_of_a_scan_does_not_shift_the_track(age: float) -> None:
     """A standing car, seen again and again from a host at 20 m/s, stays where it is, however old the scans are."""

@@ -85,3 +85,12 @@ def test_the_sweep_is_the_map_at_each_of_its_points() -> None:
             for k, candidate in enumerate(there.candidates):
                 assert (candidate.last_moment_s is None) == bool(np.isnan(sweep.last_moment_s[k, c, g]))
                 assert candidate.last_moment_s is None or candidate.last_moment_s == sweep.last_moment_s[k, c, g]
+
+
+def test_who_is_put_ahead_and_behind_has_an_id_of_his_own() -> None:
+    sweeps = []
+    for ids in (("a", "b", "c"), ("front", "rear", "front braking")):
+        beside = tuple(car(name, s_m, 3.7, 20.0) for name, s_m in zip(ids, (30.0, -30.0, 60.0), strict=True))
+        situation = Situation(host=HostState(speed_mps=20.0), tracks=beside, road=Road(lanes_left=1), coverage=Coverage())
+        sweeps.append(swept(situation, Vehicle(), front_gap_m=np.array([10.0, 30.0]), closing_mps=np.array([2.0, 8.0])))
+    assert np.array_equal(sweeps[0].last_moment_s, sweeps[1].last_moment_s, equal_nan=True)

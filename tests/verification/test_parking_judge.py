@@ -54,6 +54,21 @@ def test_planted_violations_are_found(columns, found):
     assert found in names(changed(**columns))
 
 
+@pytest.mark.parametrize("name", SOUND.columns())
+def test_every_column_must_be_finite(name):
+    for wrong in (np.nan, np.inf):
+        column = np.where(SOUND.t_s < SOUND.t_s[5], getattr(SOUND, name), wrong)
+        (found,) = judge_parking(CASE, replace(SOUND, **{name: column})).verdict.violations
+        assert (found.name, found.value) == ("not finite", len(SOUND) - 5)
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_too_few_samples_are_told_as_that(count):
+    few = ParkingTrajectory(**{name: column[:count] for name, column in SOUND.columns().items()})
+    (found,) = judge_parking(CASE, few).verdict.violations
+    assert (found.name, found.value, found.limit, found.unit) == ("sampling", count, 2.0, "samples")
+
+
 def test_acceleration_is_read_from_the_slope_whatever_the_column_says():
     quick = changed(t_s=SOUND.t_s / 1.05, acceleration_mps2=np.zeros(len(SOUND)))
     assert "acceleration" in names(quick)

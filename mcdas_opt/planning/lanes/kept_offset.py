@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from mcdas_opt.domain.situation import Situation
 from mcdas_opt.domain.vehicle import Vehicle
 
@@ -26,7 +28,8 @@ def kept_d_m(situation: Situation, vehicle: Vehicle, centre: float) -> float:
     there = road.lane_centre_m(lane, place)
     offset = min(max(0.0, right + spare - there), left - spare - there)
     if destination.heading_rad is not None:
-        least, most = destination.heading_rad
+        turns = math.tau * round(0.5 * sum(destination.heading_rad) / math.tau)
+        least, most = (heading - turns for heading in destination.heading_rad)
         spare = min(_HEADING_SPARE_RAD, 0.25 * (most - least))
         offset += min(max(0.0, least + spare), most - spare) * (host.s_m + _HEADING_LEAD_S * host.speed_mps - place)
     return centre + min(max(offset, -beside), beside)

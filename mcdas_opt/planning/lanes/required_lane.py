@@ -17,20 +17,18 @@ _FARTHER_M = 30.0  # a lane must lead on by so much farther to be worth a change
 
 
 class RequiredLane(NamedTuple):
-    """The side to change to, the time [s] until the lane there has to be reached, and where the own lane ends (None: it does not;
-    infinite: it is none to drive in, as one of oncoming traffic, and is left as soon as can be)."""
+    """The side to change to, the time [s] until the lane there has to be reached, and where the own lane ends [m] (None: nowhere; where it
+    is closed or too narrow already: at the host). A lane that is none to drive in, as one of oncoming traffic, has no end, and is left as
+    soon as can be."""
 
     side: Side
     left_s: float
     end_m: float | None = None
+    own_lane_is_undrivable: bool = False
 
     @property
     def own_lane_ends(self) -> bool:
-        return self.end_m is not None
-
-    @property
-    def own_lane_is_undrivable(self) -> bool:
-        return self.end_m is not None and math.isinf(self.end_m)
+        return self.end_m is not None or self.own_lane_is_undrivable
 
 
 def required_lane(situation: Situation, vehicle: Vehicle) -> RequiredLane | None:
@@ -69,8 +67,9 @@ def _to_lead_on(situation: Situation, vehicle: Vehicle, lane: int) -> RequiredLa
     if best is Side.NONE:
         return None
     if road.is_for_others(lane):
-        return RequiredLane(best, ADAPTING_S, math.inf)
-    return RequiredLane(best, max(end - host.s_m, 0.0) / max(host.speed_mps, AHEAD_M / AHEAD_S), end)
+        return RequiredLane(best, ADAPTING_S, own_lane_is_undrivable=True)
+    end = max(end, host.s_m)
+    return RequiredLane(best, (end - host.s_m) / max(host.speed_mps, AHEAD_M / AHEAD_S), end)
 
 
 def beside(situation: Situation, side: Side) -> list[Track]:

@@ -21,9 +21,14 @@ class PoseHistory:
         self._states: deque[tuple[float, HostState]] = deque(maxlen=_KEPT)
 
     def note(self, time_s: float, host: HostState) -> None:
-        """A state newer than all before; time that runs back or jumps ahead starts the history anew."""
-        if self._states and not 0.0 < time_s - self._states[-1][0] <= _GAP_MAX_S:
-            self._states.clear()
+        """A state newer than all before; one at the time of the last replaces it. Time that runs back or jumps ahead starts the history
+        anew."""
+        if self._states:
+            later_s = time_s - self._states[-1][0]
+            if later_s == 0.0:
+                self._states.pop()
+            elif not 0.0 < later_s <= _GAP_MAX_S:
+                self._states.clear()
         self._states.append((time_s, host))
 
     def at(self, time_s: float) -> HostState:

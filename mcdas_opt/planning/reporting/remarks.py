@@ -75,6 +75,6 @@ def _haste(best: Ended, cycle: Cycle) -> str:
 
 
 def _why_required(required: RequiredLane, s_m: float) -> str:
-    if required.end_m is None:
-        return "to the destination's lane"
-    return "out of a lane that is none to drive in" if required.own_lane_is_undrivable else f"its own ends in {required.end_m - s_m:.0f} m"
+    if required.own_lane_is_undrivable:
+        return "out of a lane that is none to drive in"
+    return "to the destination's lane" if required.end_m is None else f"its own ends in {required.end_m - s_m:.0f} m"
