@@ -51,7 +51,6 @@ class LaneBorders:
 
     s_m: Array
     d_m: Array
-    first_lane: int
     edges: Edges
     steered: Edges
 
@@ -84,13 +83,13 @@ class LaneBorders:
             where = float(s[int(np.argmax(high - low <= 0.0))])
             raise ParameterError("lanes", where, "is where nothing is left to drive on: the road ends there (road_end_s_m)", "m")
         edges = Edges(np.array([s, high, low]))
-        return cls(s, d, -lanes_right, edges, _steered(edges))
+        return cls(s, d, edges, _steered(edges))
 
     def seen_from(self, s_m: float) -> LaneBorders:
         """The same with their s counted from `s_m`."""
         steered = self.steered.seen_from(s_m)
         edges = steered if self.edges is self.steered else self.edges.seen_from(s_m)
-        return LaneBorders(self.s_m - s_m, self.d_m, self.first_lane, edges, steered)
+        return LaneBorders(self.s_m - s_m, self.d_m, edges, steered)
 
     def at(self, s_m: float) -> list[float]:
         """The borders' d [m] at one place, from the right."""

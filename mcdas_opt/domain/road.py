@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mcdas_opt.domain.lane import NEAREST_KNOTS_M, Lane
+from mcdas_opt.domain.lane import NEAREST_KNOTS_M, SPEED_LIMITS_MPS, Lane
 from mcdas_opt.domain.lane_borders import Edges, LaneBorders
 from mcdas_opt.domain.rules import FARTHEST_M, Array, all_of, finite, non_negative, positive, require, within
 from mcdas_opt.domain.vehicle import GRAVITY_MPS2
@@ -30,7 +30,6 @@ _LANE_WIDTHS_M = (0.1, 20.0)
 _WIDEST_SHOULDER_M = 1000.0
 MOST_LANES = 100
 _FRICTIONS = (0.01, 10.0)
-_SPEED_LIMITS_MPS = (0.1, 150.0)
 _KAPPA_1PM = itemgetter(1)  # of a knot
 
 
@@ -79,7 +78,7 @@ class Road:
         within("shoulder_left_m", self.shoulder_left_m, 0.0, _WIDEST_SHOULDER_M, "m")
         within("shoulder_right_m", self.shoulder_right_m, 0.0, _WIDEST_SHOULDER_M, "m")
         within("friction", self.friction, *_FRICTIONS)
-        within("speed_limit_mps", self.speed_limit_mps, *_SPEED_LIMITS_MPS, "m/s")
+        within("speed_limit_mps", self.speed_limit_mps, *SPEED_LIMITS_MPS, "m/s")
         if self.road_end_s_m is not None:
             within("road_end_s_m", self.road_end_s_m, -2.0 * FARTHEST_M, 2.0 * FARTHEST_M, "m")
         try:

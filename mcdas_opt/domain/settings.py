@@ -165,7 +165,6 @@ class Settings:
     warning: WarningSettings = field(default_factory=WarningSettings)
 
     def __post_init__(self) -> None:
-        measurable("cycle_s", self.cycle_s, "s")
         within("cycle_s", self.cycle_s, 1e-3, 10.0, "s")
         require_type("grid", self.grid, TimeGrid)
         require_type("selector", self.selector, SelectorSettings)

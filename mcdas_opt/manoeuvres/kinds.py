@@ -50,7 +50,7 @@ _STEERABLE_MPS = 0.5
 class Choice:
     """One member: numbers to build a reference from, and its sampled states (N + 1, 6) for a guess.
 
-    `feasible` false: nothing of this kind keeps clear; the one that has its first contact last, or the most room.
+    `member.feasible` false: nothing of this kind keeps clear; the one that has its first contact last, or the most room.
     """
 
     side: Side
@@ -60,20 +60,9 @@ class Choice:
     lateral_mps2: float
     delay_s: float
     softness: float
-    first_mps2: float
-    switch_s: float
-    then_mps2: float
     end_speed_mps: float
-    cost: float
-    separation_m: float
-    contact_s: float
-    contact_with: str | None
-    feasible: bool
     states: Array
-
-    @property
-    def kind(self) -> tuple[Side, bool, str]:
-        return self.side, self.early, self.pace
+    member: Member
 
 
 def next_lane_m(situation: Situation, vehicle: Vehicle, side: Side) -> float | None:
@@ -128,14 +117,13 @@ def best_of_kind(
     wanted = None if grid is None else grid.times_s
     if wanted is not None and wanted.shape == times.shape and np.abs(wanted - times).max() <= 1e-6:
         wanted = None
-    return tuple(_choice(member, found, prediction, times, wanted, situation) for member in best[:most])
+    return tuple(_choice(member, found, times, wanted, situation) for member in best[:most])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Found:
-    """Phases (P, 1), lane-change profiles and their sides (1, Q: 1 left, -1 right, 0 keep), the kinds (P, Q) of the members, and these."""
+    """Lane-change profiles and their sides (1, Q: 1 left, -1 right, 0 keep), the kinds (P, Q) of the members, and these."""
 
-    phases: Phases
     profiles: LaneChangeProfiles
     sides: NDArray[np.intp]
     kinds: NDArray[np.intp]
@@ -155,7 +143,7 @@ def _found(
     end = these.end_speed_mps
     pace = np.where(end > speed + APART_MPS, 2, np.where(end < speed - APART_MPS, 0, 1))
     early = (profiles.delay_s <= EARLY_S) | (sides == 0)
-    return _Found(phases=phases, profiles=profiles, sides=sides, kinds=pace + (3 * early + 6 * (sides + 1)), members=these)
+    return _Found(profiles=profiles, sides=sides, kinds=pace + (3 * early + 6 * (sides + 1)), members=these)
 
 
 def _least_bad(found: _Found) -> list[Member]:
@@ -217,12 +205,11 @@ def _profiles(situation: Situation, ends: list[tuple[float, float]]) -> tuple[La
 def _choice(
     member: Member,
     found: _Found,
-    prediction: Prediction,
     times: Array,
     wanted: Array | None,
     situation: Situation,
 ) -> Choice:
-    phases, profiles, p, q = found.phases, found.profiles, member.phase, member.profile
+    profiles, p, q = found.profiles, member.phase, member.profile
     states = found.members.states(p, q)
     states[0] = situation.host.to_vector()
     if wanted is not None:
@@ -238,14 +225,7 @@ def _choice(
         lateral_mps2=float(profiles.lateral_mps2[0, q]),
         delay_s=delay,
         softness=float(profiles.b[0, q]),
-        first_mps2=float(phases.first_mps2[p, 0]),
-        switch_s=float(phases.switch_s[p, 0]),
-        then_mps2=float(phases.then_mps2[p, 0]),
         end_speed_mps=float(states[-1, 3]),
-        cost=member.cost,
-        separation_m=member.separation_m,
-        contact_s=member.contact_s,
-        contact_with=prediction.bodies[member.contact_with].id if member.contact_with >= 0 else None,
-        feasible=member.feasible,
         states=states,
+        member=member,
     )

@@ -18,7 +18,7 @@ from mcdas_opt.planning.solver_settings import SolverSettings
 
 _OF_SETTINGS = ("sigmoid", "selector", "headway", "comfort", "manners", "safe_end", "warning")
 _GROUPS: dict[str, Any] = {name: attrgetter(name)(Settings()) for name in _OF_SETTINGS} | {"stage": SolverSettings(), "cost": CostWeights()}
-_RENAMED = {f"worth.{field.name}": f"cost.{field.name}" for field in fields(CostWeights)} | {  # as older files have them
+_RENAMED = {f"worth.{field.name}": f"cost.{field.name}" for field in fields(CostWeights)} | {  # names that earlier versions gave
     "worth.waiting": "cost.delayed",
     "worth.needless": "cost.unneeded_lane_change",
     "worth.risen": "cost.replanning_ratio",

@@ -117,12 +117,12 @@ class AskedMethod:
             return self._of_cycles.answer(cycle)
         answer = self.method.plan(cycle.believed, None if cycle.memory.is_empty else self.previous)
         if isinstance(answer, Plan):
-            return self._believed(answer, cycle)
+            return self._judged(answer, cycle)
         require_type(f"the answer of {self.name}", answer, Plan, Refusal)
         return NothingPasses(reason=answer.reason, candidates=answer.candidates, iterations=answer.iterations, memory=cycle.memory)
 
-    def _believed(self, plan: Plan, cycle: Cycle) -> Plan | NothingPasses:
-        """As far as it is: numbers are asked for, and under the ladder the judge, whatever the plan says of itself."""
+    def _judged(self, plan: Plan, cycle: Cycle) -> Plan | NothingPasses:
+        """The plan, if all its numbers are finite; under the ladder with the judge's verdict, whatever it says of itself."""
         drive = plan.trajectory.seen_from(cycle.origin_m)
         bad = [name for name, column in drive.columns().items() if not np.isfinite(column).all()]
         if bad:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mcdas_opt.domain.rules import Array
 from mcdas_opt.domain.vehicle import Vehicle
@@ -27,11 +28,11 @@ def on_road(samples: Samples, motion: Motion, vehicle: Vehicle, frame: FrenetFra
     left_edge, right_edge = road.left_edge_m, road.right_edge_m
     front, left, right = _on_straight(motion, vehicle) if road.is_straight else _on_curve(motion, vehicle, frame)
     times = motion.node_t_s
-    before = [len(violations) for violations in found.of]
+    before = _counts(found)
     found.above(ViolationKind.LEFT_EDGE, times, left, left_edge, left_edge + slack, "m")
     found.below(ViolationKind.RIGHT_EDGE, times, right, right_edge, right_edge - slack, "m")
-    clear = np.array([len(violations) == count for violations, count in zip(found.of, before, strict=True)])
-    inside = np.where(clear[:, None], samples.d_m, 0.0)  # who was found outside is not told twice
+    clear = _counts(found) == before  # who was found outside is not told twice
+    inside = np.where(clear[:, None], samples.d_m, 0.0)
     found.above(ViolationKind.LEFT_EDGE, samples.t_s, inside, left_edge, left_edge + slack, "m")
     found.below(ViolationKind.RIGHT_EDGE, samples.t_s, inside, right_edge, right_edge - slack, "m")
     if road.road_end_s_m is not None:
@@ -55,15 +56,21 @@ def _between_changing_edges(
         psi = motion.node_yaw_rad - frame.road_heading(s)
     beyond, inside = corners_beyond(feet, offset, road), knots_inside(s, d, psi, vehicle, road)
     left, right = (np.maximum(one, other) for one, other in zip(beyond, inside, strict=True))
+    before = _counts(found)
     found.above(ViolationKind.LEFT_EDGE, times, left, 0.0, slack_m, "m")
     found.above(ViolationKind.RIGHT_EDGE, times, right, 0.0, slack_m, "m")
-    clear = np.array([not violations for violations in found.of])  # who was found outside is not told twice
+    clear = _counts(found) == before  # who was found outside is not told twice
     own_left = np.where(clear[:, None], samples.d_m - road.left_edge_at(samples.s_m), -np.inf)
     own_right = np.where(clear[:, None], road.right_edge_at(samples.s_m) - samples.d_m, -np.inf)
     found.above(ViolationKind.LEFT_EDGE, samples.t_s, own_left, 0.0, slack_m, "m")
     found.above(ViolationKind.RIGHT_EDGE, samples.t_s, own_right, 0.0, slack_m, "m")
     if road.road_end_s_m is not None:
         found.above(ViolationKind.ROAD_END, times, feet.max(axis=-1) - road.road_end_s_m, 0.0, slack_m, "m")
+
+
+def _counts(found: Findings) -> NDArray[np.intp]:
+    """(trajectories,) how many violations have been found so far."""
+    return np.array([len(violations) for violations in found.of])
 
 
 def _on_straight(motion: Motion, vehicle: Vehicle) -> tuple[Array, Array, Array]:

@@ -126,7 +126,7 @@ def test_what_is_taken_is_planned_for(record: type) -> None:
         (lambda: Scan(**needed(Scan), radar=None), "radar = None: must be a list of RadarDetection"),
         (lambda: RadarDetection(range_m="far", azimuth_rad=0.0, range_rate_mps=0.0), "range_m = 'far' m: must be a number"),
         (lambda: HostState(speed_mps=10**400), "must be finite"),
-        (lambda: Settings(cycle_s=0), "cycle_s = 0 s: must be greater than 0"),
+        (lambda: Settings(cycle_s=0), "cycle_s = 0 s: must lie in [0.001, 10]"),
         (lambda: Settings(selector={}), "selector = {}: must be a SelectorSettings"),
         (lambda: SelectorSettings(tie_break="up"), "tie_break = 'up': must be one of"),
         (lambda: Planner(method=None), "method = None: must be the name of a planner"),

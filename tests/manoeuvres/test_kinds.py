@@ -14,7 +14,7 @@ from mcdas_opt.domain.situation import Coverage, Situation
 from mcdas_opt.domain.track import Track
 from mcdas_opt.domain.vehicle import Vehicle
 from mcdas_opt.domain.vocabulary import Side
-from mcdas_opt.manoeuvres.kinds import best_of_kind
+from mcdas_opt.manoeuvres.kinds import Choice, best_of_kind
 from mcdas_opt.tracking.prediction import predict
 
 SEDAN = Vehicle()
@@ -47,15 +47,15 @@ def test_choices_differ_in_kind_and_stand_in_order(seed: int) -> None:
     situation = random_situation(seed)
     choices = best_of_kind(situation, SEDAN, predict(situation.tracks), most=6)
     assert choices
-    assert len({(choice.kind, choice.target_d_m) for choice in choices}) == len(choices)
-    feasible = [choice for choice in choices if choice.feasible]
-    assert not feasible or len(feasible) == len(choices)
-    assert [c.cost for c in feasible] == sorted(c.cost for c in feasible)
+    assert len({(choice.side, choice.early, choice.pace, choice.target_d_m) for choice in choices}) == len(choices)
+    costs = [choice.member.cost for choice in choices if choice.member.feasible]
+    assert not costs or len(costs) == len(choices)
+    assert costs == sorted(costs)
     for choice in choices:
         assert choice.states.shape == (TimeGrid().nodes + 1, 6)
         assert np.allclose(choice.states[0], situation.host.to_vector(), atol=1e-9)
         assert choice.end_speed_mps == choice.states[-1, 3]
-        assert (choice.contact_with is None) == np.isinf(choice.contact_s)
+        assert (choice.member.contact_with == -1) == np.isinf(choice.member.contact_s)
         if choice.side is not Side.NONE:
             assert np.sign(choice.target_d_m - situation.host.d_m) == (1 if choice.side is Side.LEFT else -1)
 
@@ -68,18 +68,17 @@ def test_the_mirrored_situation_has_the_mirrored_choices(seed: int) -> None:
     theirs = best_of_kind(other, SEDAN, predict(other.tracks), most=9)
     flip = {Side.LEFT: Side.RIGHT, Side.RIGHT: Side.LEFT, Side.NONE: Side.NONE}
 
-    def seen(choice: object, side: Side, sign: float) -> tuple[object, ...]:
-        names = ("early", "pace", "delay_s", "first_mps2", "switch_s", "then_mps2")
-        numbers = tuple(round(getattr(choice, name), 6) if name != "pace" else choice.pace for name in names)
-        return side, round(sign * choice.target_d_m, 6) + 0.0, numbers, round(choice.cost, 6)
+    def seen(choice: Choice, side: Side, sign: float) -> tuple[object, ...]:
+        kept = choice.early, choice.pace, round(choice.delay_s, 6), choice.member.phase
+        return side, round(sign * choice.target_d_m, 6) + 0.0, kept, round(choice.member.cost, 6)
 
     assert sorted(map(str, (seen(c, c.side, 1.0) for c in mine))) == sorted(map(str, (seen(c, flip[c.side], -1.0) for c in theirs)))
 
 
 def test_nothing_around_is_kept_as_it_is() -> None:
     choice = best_of_kind(Situation(host=HostState(speed_mps=20.0), coverage=Coverage()), SEDAN, predict(()))[0]
-    assert (choice.side, choice.pace, choice.feasible) == (Side.NONE, "same", True)
-    assert choice.cost == pytest.approx(0.0, abs=1e-9)
+    assert (choice.side, choice.pace, choice.member.feasible) == (Side.NONE, "same", True)
+    assert choice.member.cost == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_slower_car_ahead_in_the_target_lane_calls_for_a_slower_member() -> None:
@@ -91,7 +90,7 @@ def test_a_slower_car_ahead_in_the_target_lane_calls_for_a_slower_member() -> No
     )
     situation = Situation(host=HostState(speed_mps=28.0), tracks=tracks, road=Road(lanes_right=1, friction=0.5), coverage=Coverage())
     choices = best_of_kind(situation, SEDAN, predict(tracks))
-    assert choices[0].feasible
+    assert choices[0].member.feasible
     assert choices[0].side is Side.RIGHT
     assert choices[0].pace == "slower"
 
@@ -114,4 +113,4 @@ def test_a_dodge_is_offered_where_no_lane_change_is_clear() -> None:
     )
     situation = Situation(host=HostState(speed_mps=20.0), tracks=tracks, road=Road(lanes_left=1, friction=0.9), coverage=Coverage())
     choices = best_of_kind(situation, SEDAN, predict(tracks))
-    assert any(choice.feasible and choice.side is Side.LEFT and 1.0 < choice.target_d_m < 2.6 for choice in choices)
+    assert any(choice.member.feasible and choice.side is Side.LEFT and 1.0 < choice.target_d_m < 2.6 for choice in choices)

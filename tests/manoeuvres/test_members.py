@@ -131,10 +131,10 @@ def test_without_a_compiler_the_choices_are_the_same(seed: int, monkeypatch: pyt
     others = best_of_kind(situation, SEDAN, predict(situation.tracks), most=9)
     assert len(choices) == len(others)
     for one, other in zip(choices, others, strict=True):
-        assert one.kind == other.kind
-        assert (one.first_mps2, one.switch_s, one.then_mps2) == (other.first_mps2, other.switch_s, other.then_mps2)
+        assert (one.side, one.early, one.pace) == (other.side, other.early, other.pace)
         assert (one.target_d_m, one.lateral_mps2, one.delay_s) == (other.target_d_m, other.lateral_mps2, other.delay_s)
-        assert (one.contact_with, one.feasible) == (other.contact_with, other.feasible)
+        mine, its = one.member, other.member
+        assert (mine.phase, mine.profile, mine.contact_with, mine.feasible) == (its.phase, its.profile, its.contact_with, its.feasible)
         assert np.allclose(one.states, other.states, rtol=0.0, atol=1e-9)
 
 

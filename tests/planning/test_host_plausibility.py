@@ -89,7 +89,7 @@ def test_a_glitch_does_not_spoil_the_tracks() -> None:
 def test_a_speed_that_is_measured_twice_is_believed() -> None:
     watch = HostPlausibility()
     for k, (speed, wrong) in enumerate(((0.0, False), (25.0, True), (25.0, False), (25.1, False))):
-        believed, fault = watch.believed(HostState(speed_mps=speed), 0.1 * k, STRAIGHT, Vehicle(), None)
+        believed, fault = watch.plausible_state(HostState(speed_mps=speed), 0.1 * k, STRAIGHT, Vehicle(), None)
         assert bool(fault) is wrong
         assert wrong or believed.speed_mps == speed
 
@@ -139,6 +139,6 @@ def test_what_is_believed_is_believable(
     state = {"d_m": d, "heading_rad": heading, "speed_mps": speed, "acceleration_mps2": acceleration, "steering_rad": steering}
     host = HostState(**state) if slip is None else SlidingState(**state, lateral_speed_mps=slip[0], yaw_rate_radps=slip[1])
     road = BEND if bend else STRAIGHT
-    believed, fault = HostPlausibility().believed(host, 0.0, road, Vehicle(), None)
+    believed, fault = HostPlausibility().plausible_state(host, 0.0, road, Vehicle(), None)
     assert (believed is host) is (not fault)
-    assert HostPlausibility().believed(believed, 0.0, road, Vehicle(), None) == (believed, "")
+    assert HostPlausibility().plausible_state(believed, 0.0, road, Vehicle(), None) == (believed, "")

@@ -53,7 +53,7 @@ def test_files_of_values_are_for_the_mpc_and_told_their_faults(tmp_path: Path) -
     planner = planner_with(file, Vehicle(), "mpc")
     assert planner.name == "mpc"
     assert isinstance(planner.method, MpcMethod)
-    assert (planner.method.weights.nearness, planner.method.weights.delayed) == (4.0, 1.0)  # the second as older files name it
+    assert (planner.method.weights.nearness, planner.method.weights.delayed) == (4.0, 1.0)  # the second as earlier versions named it
     assert planner.settings.comfort.share == 0.5
     assert planner.settings.selector.ttc_clear_s == pytest.approx(1.6 * planner.settings.selector.ttc_threat_s)
     with pytest.raises(InputError, match="does not take them"):

@@ -16,7 +16,7 @@ from mcdas_opt.domain.vocabulary import Side
 from mcdas_opt.geometry.frenet import FrenetFrame
 from mcdas_opt.geometry.rectangle import corners
 from mcdas_opt.simulation.contact import surroundings
-from tests.verification.rollouts import legal, names
+from tests.verification.rollouts import legal, names, straight_on
 
 BENDS = [((0.0, 0.0),), ((0.0, 0.0), (30.0, 0.012), (60.0, -0.01), (140.0, 0.008))]
 
@@ -78,3 +78,12 @@ def test_an_edge_that_pokes_into_the_flank_is_seen_though_no_corner_is_beyond() 
     verdict = drive.verdict(road=road)
     assert "left road edge" in names(verdict)
     assert drive.verdict(road=replace(road, lanes=(Lane(lane=1, closed_m=((s + 90.0, s + 91.0),)),))).passed
+
+
+def test_who_is_folded_back_onto_a_bend_is_off_the_road_whatever_else_is_wrong() -> None:
+    """Twice the bend's radius inside it the frame finds the lane again: the samples' own d tells, though the start was told before."""
+    standing = straight_on(0.0)
+    drive = standing.with_columns(d_m=standing.trajectory.d_m + 40.0)
+    closed = Lane(lane=1, closed_m=((20.0, 30.0),))
+    road = Road(lanes_left=1, shoulder_left_m=10.0, shoulder_right_m=10.0, curvature=((0.0, 0.05),), lanes=(closed,))
+    assert names(drive.verdict(road=road)) == ["start position", "left road edge"] == names(drive.verdict(road=replace(road, lanes=())))

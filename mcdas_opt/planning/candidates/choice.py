@@ -44,6 +44,7 @@ def choose(evaluator: Evaluator, among: Round) -> Ended | None:
 def persistent_cost(candidate: Costed, evaluator: Evaluator, before: str) -> tuple[float, int]:
     """Cost, less for what was chosen before; equal costs (to 1e-5 of each other) go to the tie-break side."""
     cost, cycle, proposed = candidate.cost or 0.0, evaluator.cycle, candidate.proposed
-    if proposed.manoeuvre == cycle.active if cycle.active is not None else proposed.name == before:
+    goes_on = proposed.name == before if cycle.active is None else proposed.manoeuvre == cycle.active
+    if goes_on:
         cost *= evaluator.weights.persistence
     return (round(cost, 5), 0 if proposed.side is cycle.settings.selector.tie_break else 1)

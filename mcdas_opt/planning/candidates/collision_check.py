@@ -27,11 +27,11 @@ def verdicts(drives: Sequence[Trajectory], cycle: Cycle, near: Nearness | None =
     if not drives:
         return []
     near = nearness(drives, cycle) if near is None else near
-    hits = [any(depth < -CERTAIN_M for depth in deepest) for deepest in near.deepest_m.tolist()]
-    open_questions = [drive for drive, hit in zip(drives, hits, strict=True) if not hit]
+    hit_somebody = [any(depth < -CERTAIN_M for depth in deepest) for deepest in near.deepest_m.tolist()]
+    open_questions = [drive for drive, hit in zip(drives, hit_somebody, strict=True) if not hit]
     situation, prediction = cycle.situation, cycle.prediction
     answers = iter(judge_all(open_questions, situation.host, cycle.vehicle, situation.road, prediction))
-    return [_collisions(drives[i], i, near, prediction) if hit else next(answers) for i, hit in enumerate(hits)]
+    return [_collisions(drives[i], i, near, prediction) if hit else next(answers) for i, hit in enumerate(hit_somebody)]
 
 
 def judged(drive: Trajectory, cycle: Cycle) -> Verdict:

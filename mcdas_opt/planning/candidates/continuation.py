@@ -49,10 +49,11 @@ def to_safe_end(plan: Trajectory, verdict: Verdict, cycle: Cycle, *, relies_on_f
     last = last_end(plan, situation.host, vehicle, situation.road, prediction, settings, owed_m)
     if relies_on_followers and verdict.passed and last.follower_fails and not last.front_fails:
         expected = [one for one in expected_followers(cycle) if is_in_the_way(plan, one, cycle)]
-        brakes = _behind_which_they_brake(prediction, expected, settings)
-        answered = last_end(plan, situation.host, vehicle, situation.road, brakes, settings, owed_m).end
-        if expected and answered.safe:
-            return Continuation(plan, verdict, replace(answered, relies_on=in_one_text(expected)))
+        if expected:
+            brakes = _behind_which_they_brake(prediction, expected, settings)
+            answered = last_end(plan, situation.host, vehicle, situation.road, brakes, settings, owed_m).end
+            if answered.safe:
+                return Continuation(plan, verdict, replace(answered, relies_on=in_one_text(expected)))
     as_it_is, stops = Continuation(plan, verdict, last.end), cycle.slows_blindly and last.end.kind is not EndKind.STOPPED
     if not verdict.passed or (last.end.safe and not stops) or cycle.is_late_for(Stage.SAFE_END):
         return as_it_is

@@ -35,7 +35,7 @@ class Gap(NamedTuple):
 
 def short_m(ahead_m: float, opening_mps: float, track: Track, vehicle: Vehicle, asked_m: float) -> float:
     """By how much a distance between two middles, which opens at that speed, is less than what is asked for from bumper to bumper once the
-    host is in the lane, and half of that now."""
+    host is in the lane, and `BESIDE_SHARE` of that now."""
     lengths = 0.5 * (track.length_m + vehicle.length_m)
     return max(lengths + asked_m - ahead_m - opening_mps * CROSSING_S, lengths + BESIDE_SHARE * asked_m - ahead_m)
 

@@ -94,7 +94,8 @@ def _bends(situation: Situation, settings: Settings) -> bool:
 
 
 def open_lane(lane: int, side: Side, situation: Situation, vehicle: Vehicle, settings: Settings) -> list[Neighbour] | None:
-    """Who is in the next lane, where there is one that is watched, with the headway that is asked for ahead and behind."""
+    """Who is in the next lane, if anybody, where that is open: watched, and with the headway that is asked for ahead and behind; None where
+    it is not open."""
     road, host = situation.road, situation.host
     other = lane + side.sign
     seen = situation.sees_lane(side) and situation.coverage.front
@@ -112,11 +113,11 @@ def _asked_m(one: Neighbour, host_mps: float, settings: Settings) -> float:
     headway = settings.headway
     if one.is_ahead:
         closing = max(host_mps - one.speed_mps, 0.0)
-        return headway.standstill_m + headway.time_gap_s * host_mps + closing * closing / (2.0 * _CLOSING_MPS2)
+        return headway.gap_m(host_mps) + closing * closing / (2.0 * _CLOSING_MPS2)
     follower_mps = max(one.speed_mps, one.soon_mps, 0.0)
     closes_m = 0.5 * settings.manners.changing_s * max(follower_mps - host_mps, 0.0)
     safe_m = follower_gap_m(follower_mps, host_mps, headway.time_gap_s, settings.manners.follower_braking_mps2)
-    return max(headway.standstill_m + headway.time_gap_s * follower_mps + closes_m, safe_m)
+    return max(headway.gap_m(follower_mps) + closes_m, safe_m)
 
 
 def presses(side: Side, situation: Situation, vehicle: Vehicle, time_gap_s: float, braking_mps2: float) -> bool:
@@ -131,7 +132,6 @@ def presses(side: Side, situation: Situation, vehicle: Vehicle, time_gap_s: floa
 
 def _expected_mps(there: Iterable[Neighbour], situation: Situation, settings: Settings, within_s: float) -> float:
     """The speed that a lane lets the host drive: the desired one, or what comes up to who is ahead in that time."""
-    headway = settings.headway
-    kept_m = headway.standstill_m + headway.time_gap_s * situation.host.speed_mps
+    kept_m = settings.headway.gap_m(situation.host.speed_mps)
     ahead = (one.speed_mps + max(one.gap_m - kept_m, 0.0) / within_s for one in there if one.is_ahead)
     return min(situation.wanted_speed_mps, *ahead, math.inf)

@@ -31,7 +31,7 @@ class HostPlausibility:
         """For how long [s] no state has been one that can be; 0 at the first such."""
         return 0.0 if self._since_s is None else now - self._since_s
 
-    def believed(self, host: HostState, now: float, road: Road, vehicle: Vehicle, previous: Plan | None) -> tuple[HostState, str]:
+    def plausible_state(self, host: HostState, now: float, road: Road, vehicle: Vehicle, previous: Plan | None) -> tuple[HostState, str]:
         """The measured state and "", or one that can be and what is wrong with the measured one, in words.
 
         A quantity that no car has, or that has jumped, is replaced by that of the `previous` plan at this time; without one by the nearest

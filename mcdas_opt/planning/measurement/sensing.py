@@ -43,8 +43,8 @@ class Sensing:
         return self._host_plausibility.faulty_s(now)
 
     def believed(self, host: HostState, now: float, road: Road | None, previous: Plan | None) -> tuple[HostState, str]:
-        """The host's state as measured and "", or what is believed instead and why (`HostPlausibility.believed`)."""
-        return self._host_plausibility.believed(host, now, road or self.road, self.tracker.vehicle, previous)
+        """The host's state as measured and "", or what is believed instead and why (`HostPlausibility.plausible_state`)."""
+        return self._host_plausibility.plausible_state(host, now, road or self.road, self.tracker.vehicle, previous)
 
     def situation(
         self,

@@ -17,11 +17,11 @@ def active_manoeuvre_alone(search: Search) -> Iterator[Round]:
     if active is None or cycle.is_ordinary:
         return
 
-    def has_hardly_risen(best: Costed) -> bool:
+    def is_within_replanning_ratio(best: Costed) -> bool:
         return least_cost is not None and (best.cost or 0.0) <= search.evaluator.weights.replanning_ratio * least_cost
 
     alone = search.solve(proposed for proposed in search.basic if proposed.side is active.side)
-    yield Round(competing=alone, before=cycle.memory.chosen, is_comparison=False, is_enough=has_hardly_risen)
+    yield Round(competing=alone, before=cycle.memory.chosen, is_comparison=False, is_enough=is_within_replanning_ratio)
 
 
 def beside_the_active_manoeuvre(search: Search) -> Iterator[Round]:
