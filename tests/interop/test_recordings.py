@@ -30,6 +30,7 @@ from mcdas_opt.interop.recordings.recording import READERS, Frame, format_of, op
 from mcdas_opt.interop.recordings.rosbag2 import _DEFINITIONS, type_store
 from mcdas_opt.interop.replay import replay
 from mcdas_opt.interop.replay_record import Replay
+from mcdas_opt.interop.target_list import read_targets
 
 NAME = "front_and_rear"
 LOG = models_folder() / "logs" / f"{NAME}.log"
@@ -186,6 +187,23 @@ def as_mdf_channels(path: Path) -> Path:
         mdf.append(Signal(samples=np.full(t.size, 36.0), timestamps=t, name="Ego_v", unit="km/h"))
         mdf.save(path, overwrite=True)
     return path
+
+
+@given(st.lists(st.lists(st.tuples(st.floats(1.0, 99.0), st.booleans()), min_size=1, max_size=4), min_size=1, max_size=6))
+@settings(max_examples=10, deadline=None)
+def test_targets_that_share_a_time_are_rows_of_their_own(scans: list[list[tuple[float, bool]]]) -> None:
+    """As loggers write target lists: a record a target, all of a cycle at one time; what is invalid is missing from its own row alone."""
+    whole = [(0.05 * k, x, bad, float(slot)) for k, scan in enumerate(scans) for slot, (x, bad) in enumerate(scan)]
+    times, x, bad, slots = (np.array(column) for column in zip(*whole, strict=True))
+    with TemporaryDirectory() as folder, MDF(version="4.10") as mdf:
+        signals = [Signal(samples=x, timestamps=times, name="x_m", unit="m", invalidation_bits=bad)]
+        signals += [Signal(samples=zeros, timestamps=times, name=name) for name, zeros in (("y_m", 0.0 * x), ("range_rate_mps", 0.0 * x))]
+        mdf.append([*signals, Signal(samples=slots, timestamps=times, name="slot")])
+        mdf.save(Path(folder) / "radar.mf4", overwrite=True)
+        log = read_targets(open_recording(Path(folder) / "radar.mf4", "mdf4"))
+    assert (log.good, [len(scan.radar) for scan in log.scans]) == (len(whole), [len(scan) for scan in scans])
+    ranges = [point.range_m for scan in log.scans for point in scan.radar]
+    np.testing.assert_allclose(ranges, np.where(bad, np.nan, x))
 
 
 def as_json_messages(path: Path) -> Path:

@@ -87,12 +87,15 @@ class Mdf4Recording:
         return GroupTable(self, tuple(name for name, place in self._places.items() if place[0] == group))
 
     def values(self, name: str) -> tuple[Array, Array]:
-        """Times and values of a channel, invalid samples left out."""
+        """Times and values of a channel, one for each of its group's; a sample that is invalid is NaN."""
         group, index = self._places[name]
         with self._open() as mdf:
-            signal = mdf.get(group=group, index=index)
+            signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
             scale = _SI.get(str(signal.unit).strip(), 1.0)
-            return np.asarray(signal.timestamps, dtype=np.float64), scale * np.asarray(signal.samples, dtype=np.float64)
+            found = scale * np.asarray(signal.samples, dtype=np.float64)
+            if signal.invalidation_bits is not None:
+                found[np.asarray(signal.invalidation_bits, dtype=bool)] = np.nan
+            return np.asarray(signal.timestamps, dtype=np.float64), found
 
     @contextmanager
     def _open(self) -> Iterator[MDF]:
@@ -132,7 +135,7 @@ def _quiet_when_half_built() -> Iterator[None]:
 
 
 class GroupTable:
-    """The channels of one group, a row at each of its times."""
+    """The channels of one group, a row for each of its records: several may have one time, as the targets of one cycle do."""
 
     def __init__(self, recording: Mdf4Recording, names: tuple[str, ...]) -> None:
         self._recording, self._names = recording, names
@@ -142,19 +145,12 @@ class GroupTable:
         return position(self._recording.path, names, self.header)
 
     def rows(self, columns: Sequence[int], bad: Tally) -> Iterator[Row]:
-        """A sample that is invalid in its channel is NaN."""
         chosen = [self.header[column] for column in columns]
         read = {name: self._recording.values(name) for name in chosen if name in self._names}
-        times = np.unique(np.concatenate([t for t, _ in read.values()]))
-        table = [_at(times, *read[name]) if name in read else times for name in chosen]
+        times = next(t for t, _ in read.values())
+        table = [read[name][1] if name in read else times for name in chosen]
         for k, values in enumerate(zip(*(column.tolist() for column in table), strict=True)):
             yield Row(line=k + 1, values=values)
-
-
-def _at(times: Array, t_s: Array, values: Array) -> Array:
-    found = np.full(times.shape, np.nan)
-    found[np.searchsorted(times, t_s)] = values
-    return found
 
 
 def _of_frames(name: str) -> bool:
